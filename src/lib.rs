@@ -1,0 +1,9 @@
+//! Reduced-order dynamics of light rods that carry heavy rigid bodies.
+#![warn(missing_docs)]
+
+pub mod elastica;
+pub mod error;
+pub mod math;
+pub mod solve;
+
+pub use error::{Error, Result};

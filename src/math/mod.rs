@@ -1,0 +1,3 @@
+//! Pure kernels: no allocation, no state, nothing that knows of rods.
+
+pub(crate) mod carlson;

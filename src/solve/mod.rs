@@ -1,0 +1,3 @@
+//! Generic algorithms that know nothing of rods.
+
+mod dop853_tableau;
