@@ -3,6 +3,7 @@
 
 pub mod elastica;
 pub mod error;
+pub mod manifold;
 pub mod math;
 pub mod solve;
 

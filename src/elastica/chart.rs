@@ -4,7 +4,9 @@
 //! sin(psi/2) = kap cos(phi), kap = tanh p; the amplitude phi runs from 0 at the tip to w at the
 //! clamp. Units: length 1, bending stiffness 1.
 
+use crate::error::{Error, Result};
 use crate::math::carlson::{complete_kb, rf_rd};
+use crate::math::jacobi::jacobi;
 use std::f64::consts::{LN_2, PI};
 
 /// tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding:
@@ -64,8 +66,28 @@ impl Integrals {
     /// conditioning in w where D(w) is small), for every p, also where kap' underflows.
     #[inline]
     pub fn new(p: f64, w: f64) -> Self {
-        let Modulus { kap, kap_c } = Modulus::new(p);
         let (s, c) = w.sin_cos();
+        let half_turns = if w < 0.5 * PI { 0.0 } else { (w / PI).round() };
+        Self::from_circle(p, s, c, half_turns)
+    }
+
+    /// The same from the load: (p, lam). Where D(w) is tiny (a looped rod, w near a multiple of pi)
+    /// this keeps what w as a double cannot hold.
+    ///
+    /// # Errors
+    /// lam not in (0, 1e9), p not finite, or |p| > 345 with lam > |p|.
+    pub fn at_load(p: f64, lam: f64) -> Result<Self> {
+        let (s, c, half_turns) = circle_at_load(p, lam)?;
+        Ok(Self {
+            lam,
+            ..Self::from_circle(p, s, c, half_turns)
+        })
+    }
+
+    /// From s = sin w, c = cos w and the number of half turns nearest to w.
+    #[inline]
+    fn from_circle(p: f64, s: f64, c: f64, half_turns: f64) -> Self {
+        let Modulus { kap, kap_c } = Modulus::new(p);
         let (sa, ca) = (s.abs(), c.abs());
         // tau = |s| / kap', formed without overflow of cosh p.
         let tau = if p.abs() < 700.0 {
@@ -86,21 +108,20 @@ impl Integrals {
         } else {
             taut(p.abs(), sa, ca)
         };
-        let (lam, b) = if w < 0.5 * PI {
+        let (lam, b) = if half_turns == 0.0 {
             (lam_r, b_r)
         } else {
-            let n = (w / PI).round();
             let (k_full, b_full) = if p.abs() > FLAT {
                 (p.abs() + LN_2, 1.0)
             } else {
                 complete_kb(kap_c)
             };
-            // sin(w - n pi) has the sign of w - n pi; it is (-1)^n sin w.
-            let beyond = if (n as i64) & 1 == 0 { s } else { -s };
+            // sin(w - n pi) = (-1)^n sin w has the sign of w - n pi.
+            let beyond = if half_turns as i64 & 1 == 0 { s } else { -s };
             let sign = 1f64.copysign(beyond);
             (
-                2.0 * n * k_full + sign * lam_r,
-                2.0 * n * b_full + sign * b_r,
+                2.0 * half_turns * k_full + sign * lam_r,
+                2.0 * half_turns * b_full + sign * b_r,
             )
         };
         Self {
@@ -132,4 +153,152 @@ impl Integrals {
 fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
     let half = s / (1.0 + c);
     (p + LN_2 + half.ln(), s * half)
+}
+
+/// A chart point with everything the motion needs, in closed form.
+///
+/// In axes turned by alpha the tip stands at (X, Y) = (2 dE/lam - 1, 2 kap s/lam); the fixed axes
+/// follow by one rotation, whose sine and cosine are algebraic: no angle is ever formed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChartPoint {
+    /// The integrals it is made of.
+    pub integrals: Integrals,
+    /// cos alpha, sin alpha: the pull on the mass is lam^2 (cos alpha, sin alpha).
+    pub cos_alpha: f64,
+    /// See `cos_alpha`.
+    pub sin_alpha: f64,
+    /// Tip in the turned axes.
+    pub turned: [f64; 2],
+    /// d(tip)/dp and d(tip)/dw in the turned axes.
+    pub turned_p: [f64; 2],
+    /// See `turned_p`.
+    pub turned_w: [f64; 2],
+}
+
+impl ChartPoint {
+    /// Evaluates the chart at (p, w), w > 0.
+    #[inline]
+    pub fn new(p: f64, w: f64) -> Self {
+        Self::from_integrals(Integrals::new(p, w))
+    }
+
+    /// The point with load lam on the line p.
+    ///
+    /// # Errors
+    /// As [`Integrals::at_load`].
+    pub fn at_load(p: f64, lam: f64) -> Result<Self> {
+        Ok(Self::from_integrals(Integrals::at_load(p, lam)?))
+    }
+
+    #[inline]
+    fn from_integrals(i: Integrals) -> Self {
+        let Integrals {
+            kap,
+            kap_c,
+            s,
+            c,
+            d,
+            lam,
+            b,
+        } = i;
+        let kap_c2 = kap_c * kap_c;
+        let (inv, inv_d) = (1.0 / lam, 1.0 / d);
+        let lam_p = kap * (b + c * s * inv_d);
+        let de = i.de();
+        let x = 2.0 * de * inv - 1.0;
+        let y = 2.0 * kap * s * inv;
+        let x_p = -2.0 * inv * (kap_c2 * kap * (lam - b) + de * inv * lam_p);
+        // 2 (D - dE/(lam D))/lam without the cancellation as kap -> 0.
+        let x_w = 2.0 * kap * kap * (s * s - b * inv) * inv * inv_d;
+        let y_p = (2.0 * kap_c2 * s - y * lam_p) * inv;
+        let y_w = 2.0 * kap * (c - s * inv * inv_d) * inv;
+        let alpha_p = -2.0 * kap_c2 * c * inv_d;
+        let alpha_w = 2.0 * kap * s * inv_d;
+        Self {
+            integrals: i,
+            // D^2 + kap^2 c^2 = 1, so these are exact: alpha = -2 atan2(kap c, D).
+            cos_alpha: (d - kap * c) * (d + kap * c),
+            sin_alpha: -2.0 * kap * c * d,
+            turned: [x, y],
+            turned_p: [x_p - y * alpha_p, y_p + x * alpha_p],
+            turned_w: [x_w - y * alpha_w, y_w + x * alpha_w],
+        }
+    }
+
+    /// Turns a vector of the turned axes into the fixed ones.
+    #[inline]
+    pub fn to_fixed(&self, v: [f64; 2]) -> [f64; 2] {
+        [
+            self.cos_alpha * v[0] - self.sin_alpha * v[1],
+            self.sin_alpha * v[0] + self.cos_alpha * v[1],
+        ]
+    }
+
+    /// det d(x, y)/d(p, w).
+    #[inline]
+    pub fn det(&self) -> f64 {
+        self.turned_p[0] * self.turned_w[1] - self.turned_w[0] * self.turned_p[1]
+    }
+
+    /// det d(x, y)/d(p, lam) / kap^2: vanishes at the folds and nowhere else, also not on the line
+    /// kap = 0 where the whole chart collapses onto the straight rod.
+    #[inline]
+    pub fn fold_function(&self) -> f64 {
+        let i = &self.integrals;
+        self.det() * i.d / (i.kap * i.kap)
+    }
+
+    /// Elastic energy U = 2 lam kap^2 B.
+    #[inline]
+    pub fn energy(&self) -> f64 {
+        let i = &self.integrals;
+        2.0 * i.lam * i.kap * i.kap * i.b
+    }
+}
+
+/// The amplitude w at which the rod of tip modulus p has load lam: tan w = kap' tan am(lam).
+///
+/// # Errors
+/// lam not in (0, 1e9), p not finite, or |p| > 345 with lam > |p|.
+pub fn amplitude(p: f64, lam: f64) -> Result<f64> {
+    let (s, c, half_turns) = circle_at_load(p, lam)?;
+    let parity = if half_turns as i64 & 1 == 0 {
+        1.0
+    } else {
+        -1.0
+    };
+    Ok(half_turns * PI + (s * parity).atan2(c * parity))
+}
+
+/// (sin w, cos w, half turns nearest to w) at the load lam: sin w = kap' sd(lam), cos w = cd(lam).
+fn circle_at_load(p: f64, lam: f64) -> Result<(f64, f64, f64)> {
+    if !(0.0 < lam && lam < 1e9) {
+        return Err(Error::domain(format!(
+            "lambda = {lam} must lie in (0, 1e9): lambda^2 is the pull on the mass in units of EI/L^2"
+        )));
+    }
+    if !p.is_finite() {
+        return Err(Error::domain(format!("p = {p} must be finite")));
+    }
+    if p.abs() > FLAT && lam < p.abs() {
+        // Below the first quarter period the rod is taut: sinh lam = 2 tan(w/2)/kap'.
+        let half = if lam > 20.0 {
+            (lam - p.abs() - LN_2).exp()
+        } else {
+            0.5 * lam.sinh() * Modulus::new(p).kap_c
+        };
+        let scale = 1.0 / (1.0 + half * half);
+        return Ok((2.0 * half * scale, (1.0 - half * half) * scale, 0.0));
+    }
+    let kap_c = Modulus::new(p).kap_c;
+    if !(kap_c > 1e-150) {
+        return Err(Error::domain(format!(
+            "p = {p} with lambda = {lam}: beyond |p| = 345 only taut rods (lambda < |p|) are served"
+        )));
+    }
+    let j = jacobi(lam, kap_c)?;
+    // am and w pass the odd multiples of pi/2 together.
+    let half_turns = (j.am / PI).round();
+    let d = kap_c / j.dn;
+    Ok((j.sn * d, j.cn / j.dn, half_turns))
 }

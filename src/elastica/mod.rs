@@ -1,2 +1,14 @@
-//! The planar elastica with a point mass at its free end, in closed form.
+//! The planar elastica with a point mass at its free end, in closed form (theory Sec. 2).
+
 pub mod chart;
+pub mod curvature;
+pub mod equilibrium;
+pub mod folds;
+pub mod inversion;
+pub mod layer;
+pub mod model;
+
+pub use equilibrium::{Equilibrium, Section};
+pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
+pub use inversion::{Found, equilibria_at};
+pub use model::Elastica;

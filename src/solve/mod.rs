@@ -1,3 +1,5 @@
 //! Generic algorithms that know nothing of rods.
 
+pub mod dop853;
 mod dop853_tableau;
+pub mod roots;

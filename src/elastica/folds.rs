@@ -1,0 +1,275 @@
+//! Fold curves, cusps and Morse index of the elastica.
+//!
+//! Cut the rod at a distance s from its tip: what remains is the equilibrium (p, w') of the same
+//! chart line, w' < w. A variation of the shorter rod, continued by zero to the clamp, is one of the
+//! longer rod with the same fixed end, so the index can only grow along w at fixed p, by one at
+//! each zero of det d(x, y)/d(p, .). Hence:
+//!
+//! * index(p, w) = the number of zeros of det(p, .) below w;
+//! * the n-th fold curve is a graph w = w_n(p), even in p; below the first all is stable.
+
+use super::chart::ChartPoint;
+use super::curvature::{TipDerivatives, dot};
+use super::equilibrium::Equilibrium;
+use crate::error::{Error, Result};
+use crate::math::carlson::complete_kb;
+use crate::solve::roots::chandrupatla;
+use std::f64::consts::LN_2;
+
+/// No rod lighter loaded than this is at a fold: the least lambda of the first fold curve is 5.7702
+/// (near kap = 0.94), measured over all p.
+const FIRST: f64 = 5.6;
+/// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.
+const SCAN: f64 = 0.9;
+/// Most folds that a scan counts.
+const MOST: usize = 4096;
+
+/// det d(x, y)/d(p, lam) / kap^2 at the load `lam` on the line `p`.
+fn fold_function(p: f64, lam: f64) -> Result<f64> {
+    let f = ChartPoint::at_load(p, lam)?.fold_function();
+    if f.is_finite() {
+        Ok(f)
+    } else {
+        Err(Error::domain(format!(
+            "(p, lambda) = ({p}, {lam}) is out of the range of double precision"
+        )))
+    }
+}
+
+/// Where a scan for folds on the line `p` may begin: folds lie beyond 1.9 quarter periods K.
+fn scan_start(p: f64) -> f64 {
+    let kap_c = 1.0 / p.cosh();
+    let quarter = if p.abs() > 22.0 {
+        p.abs() + LN_2
+    } else {
+        complete_kb(kap_c).0
+    };
+    FIRST.max(1.85 * quarter)
+}
+
+/// kap = 0 is a line of the chart that holds only the straight rod; its neighbours stand in for it.
+fn off_axis(p: f64) -> f64 {
+    if p.abs() < 1e-8 { 1e-8 } else { p }
+}
+
+/// Brackets in lambda of the folds of the line `p` below `lam_max`, in order, at most `most`.
+fn brackets(p: f64, lam_max: f64, most: usize) -> Result<Vec<[(f64, f64); 2]>> {
+    let p = off_axis(p);
+    let mut found = Vec::new();
+    let mut low = scan_start(p);
+    if !(low < lam_max) {
+        return Ok(found);
+    }
+    let mut f_low = fold_function(p, low)?;
+    while low < lam_max && found.len() < most {
+        let high = (low + SCAN).min(lam_max);
+        let f_high = fold_function(p, high)?;
+        if (f_low < 0.0) != (f_high < 0.0) {
+            found.push([(low, f_low), (high, f_high)]);
+        }
+        (low, f_low) = (high, f_high);
+    }
+    Ok(found)
+}
+
+/// Morse index of the equilibrium (p, w): the number of fold curves below it. Exactly on a fold it
+/// is that of the lower side or of the upper, as rounding has it.
+///
+/// # Errors
+/// A point out of the range of double precision.
+pub fn index(p: f64, w: f64) -> Result<usize> {
+    // Every fold lies beyond w = 2.5 (measured: the least is 2.98, for p -> infinity).
+    if w < 2.5 {
+        return Ok(0);
+    }
+    let p = off_axis(p);
+    let at = ChartPoint::new(p, w);
+    let lam = at.integrals.lam;
+    let start = scan_start(p);
+    if lam <= start {
+        return Ok(0);
+    }
+    let below = brackets(p, lam, MOST)?;
+    let mut count = below.len();
+    // The scan ends at w as recovered from lambda; the point itself has the last word on the side.
+    let even = fold_function(p, start)? < 0.0;
+    if (at.fold_function() < 0.0) != (even == count.is_multiple_of(2)) {
+        let near = |b: &[(f64, f64); 2]| b[1].0 == lam;
+        count = if below.last().is_some_and(near) {
+            count - 1
+        } else {
+            count + 1
+        };
+    }
+    Ok(count)
+}
+
+/// A point of a fold curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoldPoint {
+    /// Number of the curve, 1, 2, 3, ...
+    pub number: usize,
+    /// The degenerate equilibrium.
+    pub equilibrium: Equilibrium,
+    /// True at a cusp, where the fold curve's image turns back.
+    pub cusp: bool,
+}
+
+/// The point of fold curve `number` (1, 2, ...) on the line `p`.
+///
+/// # Errors
+/// number = 0, or p so large that double precision ends.
+pub fn fold_at(number: usize, p: f64) -> Result<FoldPoint> {
+    if number == 0 || number > MOST {
+        return Err(Error::domain(format!(
+            "fold curves are numbered 1 to {MOST}; there is no number {number}"
+        )));
+    }
+    let q = off_axis(p);
+    let quarter = scan_start(q).max(1.85 * FIRST);
+    // Fold n lies below 2 (n + 1) quarter periods.
+    let lam_max = (number as f64 + 1.5) * 2.0 * quarter;
+    let all = brackets(q, lam_max, number)?;
+    let Some(&[low, high]) = all.get(number - 1) else {
+        return Err(Error::no_convergence(format!(
+            "fold curve {number} was not met on p = {p} below lambda = {lam_max}"
+        )));
+    };
+    let mut failed = None;
+    let lam = chandrupatla(
+        |lam| {
+            fold_function(q, lam).unwrap_or_else(|e| {
+                failed = Some(e);
+                f64::NAN
+            })
+        },
+        low,
+        high,
+        0.0,
+    );
+    match (lam, failed) {
+        (Some(lam), _) => Ok(FoldPoint {
+            number,
+            equilibrium: Equilibrium::from_lambda_p(lam, p)?,
+            cusp: false,
+        }),
+        (None, Some(e)) => Err(e),
+        (None, None) => Err(Error::no_convergence(format!(
+            "the root of fold curve {number} on p = {p} was lost"
+        ))),
+    }
+}
+
+/// Load distance from the first fold at fixed p: positive for stable rods.
+///
+/// # Errors
+/// p out of range.
+pub fn fold_distance(equilibrium: &Equilibrium) -> Result<f64> {
+    Ok(fold_at(1, equilibrium.p)?.equilibrium.lambda - equilibrium.lambda)
+}
+
+/// Half of the fold curve `number`, from p = `p_min` > 0 to `p_max`, with its cusps: points spaced
+/// by at most `spacing` in arclength over (p, lam), cusps as points of their own. The other half is
+/// the mirror image p -> -p, y -> -y.
+///
+/// # Errors
+/// A range or spacing that is not positive, or a fold that cannot be followed.
+pub fn fold_curve(number: usize, p_min: f64, p_max: f64, spacing: f64) -> Result<Vec<FoldPoint>> {
+    if !(0.0 < p_min && p_min < p_max && p_max < 300.0) {
+        return Err(Error::domain(format!(
+            "a fold curve runs over 0 < p_min < p_max < 300, not {p_min} .. {p_max}"
+        )));
+    }
+    if !(spacing > 1e-6) {
+        return Err(Error::domain(format!(
+            "spacing = {spacing} must be at least 1e-6"
+        )));
+    }
+    let mut here = fold_at(number, p_min)?;
+    let mut points = vec![here];
+    let (mut turn, mut along) = cusp_function(&here, [0.0, 1.0])?;
+    while here.equilibrium.p < p_max {
+        let next = advance(&here, spacing, p_max)?;
+        let (next_turn, next_along) = cusp_function(&next, along)?;
+        if turn * next_turn < 0.0 {
+            points.push(cusp_between(&here, turn, &next, next_turn, along)?);
+        }
+        points.push(next);
+        (here, turn, along) = (next, next_turn, next_along);
+    }
+    Ok(points)
+}
+
+/// The next point: p grows along the graph; the step in p is shortened until lam follows within the
+/// spacing (the first curve drops from lam = 7.3 to 5.9 while p passes from 1.495 to 1.6).
+fn advance(here: &FoldPoint, spacing: f64, p_max: f64) -> Result<FoldPoint> {
+    let p = here.equilibrium.p;
+    let mut step = spacing.min(p_max - p);
+    loop {
+        let last = p + step >= p_max;
+        let next = fold_at(here.number, if last { p_max } else { p + step })?;
+        let moved =
+            (next.equilibrium.p - p).hypot(next.equilibrium.lambda - here.equilibrium.lambda);
+        if moved <= 1.01 * spacing || step < 1e-9 {
+            return Ok(next);
+        }
+        step *= 0.9 * spacing / moved;
+    }
+}
+
+/// The kernel of d(x, y)/d(p, lam) at a fold: on it the columns are parallel. Oriented along `like`.
+fn kernel(t: &TipDerivatives, like: [f64; 2]) -> [f64; 2] {
+    // c_lam t.p - c_p t.l = 0: measure both columns along the longer.
+    let along = if dot(t.p, t.p) > dot(t.l, t.l) {
+        t.p
+    } else {
+        t.l
+    };
+    let k = [dot(along, t.l), -dot(along, t.p)];
+    if dot(k, like) < 0.0 {
+        [-k[0], -k[1]]
+    } else {
+        k
+    }
+}
+
+/// Zero where the kernel is tangent to the fold curve: grad det . kernel; and the kernel, to orient
+/// the next one by.
+fn cusp_function(at: &FoldPoint, like: [f64; 2]) -> Result<(f64, [f64; 2])> {
+    let e = &at.equilibrium;
+    let t = TipDerivatives::new(&ChartPoint::at_load(off_axis(e.p), e.lambda)?);
+    let k = kernel(&t, like);
+    let (_, gradient) = t.det_with_gradient();
+    Ok((dot(gradient, k), k))
+}
+
+fn cusp_between(
+    a: &FoldPoint,
+    fa: f64,
+    b: &FoldPoint,
+    fb: f64,
+    like: [f64; 2],
+) -> Result<FoldPoint> {
+    let mut failed = None;
+    let p = chandrupatla(
+        |p| {
+            fold_at(a.number, p)
+                .and_then(|at| Ok(cusp_function(&at, like)?.0))
+                .unwrap_or_else(|e| {
+                    failed = Some(e);
+                    f64::NAN
+                })
+        },
+        (a.equilibrium.p, fa),
+        (b.equilibrium.p, fb),
+        1e-14,
+    );
+    if let Some(e) = failed {
+        return Err(e.context("locating a cusp"));
+    }
+    let p = p.ok_or_else(|| Error::no_convergence("a cusp was bracketed and lost"))?;
+    Ok(FoldPoint {
+        cusp: true,
+        ..fold_at(a.number, p)?
+    })
+}

@@ -1,0 +1,305 @@
+//! Explicit Runge-Kutta stepping of order 8 (DOP853) for autonomous systems.
+//!
+//! One struct, one step at a time; the caller loops, and looks between the stages for events. No
+//! crate tried finds a directional event to 1e-12 or has a dense output to trust, hence our own;
+//! the coefficients are Hairer's, `ode_solvers` is the oracle in the tests.
+
+use super::dop853_tableau::{DENSE, ERROR3, ERROR5, EXTRA, STAGES, STEP};
+use nalgebra::SVector;
+
+/// What a Runge-Kutta method needs of a state.
+pub trait State: Copy {
+    /// self += a x.
+    fn axpy(&mut self, a: f64, x: &Self);
+
+    /// Mean over the components of (self_i / scale_i)^2, scale_i = 1 + max(|from_i|, |to_i|), unless
+    /// the state knows a better scale.
+    fn mean_square(&self, from: &Self, to: &Self) -> f64;
+}
+
+impl<const D: usize> State for SVector<f64, D> {
+    fn axpy(&mut self, a: f64, x: &Self) {
+        *self += a * x;
+    }
+
+    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
+        (0..D)
+            .map(|i| (self[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2))
+            .sum::<f64>()
+            / D as f64
+    }
+}
+
+/// Why no step could be taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepTooSmall;
+
+/// Counts of what the integration cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Right-hand sides evaluated, all purposes.
+    pub evaluations: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Steps for which the dense output was built.
+    pub dense: u64,
+}
+
+/// Safety factor and bounds of a change of step size.
+const SAFETY: f64 = 0.9;
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 6.0;
+/// Exponents of the controller err^-ALPHA err_old^BETA: a little memory halves the rejections.
+const BETA: f64 = 0.04;
+const ALPHA: f64 = 0.125 - 0.75 * BETA;
+/// A step below this multiple of the largest step so far has stalled.
+const STALL: f64 = 1e-14;
+
+/// An integration in progress: the state, its slope and the next step size.
+#[derive(Debug, Clone)]
+pub struct Dop853<S> {
+    tolerance: f64,
+    h: f64,
+    largest: f64,
+    last_error: f64,
+    state: S,
+    slope: S,
+    work: Work,
+}
+
+/// One accepted step: enough to redo it shorter and to interpolate within it.
+#[derive(Debug, Clone)]
+pub struct Step<S> {
+    /// State at the start.
+    pub from: S,
+    /// State at the end.
+    pub to: S,
+    /// Length in the independent variable.
+    pub h: f64,
+    /// Slopes: 0 .. 11 the stages, 12 at the end, 13 .. 15 only with the dense output.
+    slopes: [S; 16],
+}
+
+impl<S: State> Dop853<S> {
+    /// Starts at `state` with its `slope`; `h` is a first guess that the error control corrects.
+    pub fn new(state: S, slope: S, h: f64, tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            h,
+            largest: h,
+            last_error: 1.0,
+            state,
+            slope,
+            work: Work::default(),
+        }
+    }
+
+    /// Work so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Work, to be counted up by the caller for evaluations made outside the steps.
+    pub fn work_mut(&mut self) -> &mut Work {
+        &mut self.work
+    }
+
+    /// The current state.
+    pub fn state(&self) -> &S {
+        &self.state
+    }
+
+    /// The slope at the current state.
+    pub fn slope(&self) -> &S {
+        &self.slope
+    }
+
+    /// Takes one step of at most `h_max`. `f` is the right-hand side; None means outside its domain
+    /// and shortens the step.
+    pub fn step(
+        &mut self,
+        mut f: impl FnMut(&S) -> Option<S>,
+        h_max: f64,
+    ) -> Result<Step<S>, StepTooSmall> {
+        let mut rejected = false;
+        loop {
+            let h = self.h.min(h_max);
+            if !(h > STALL * self.largest.min(h_max)) {
+                return Err(StepTooSmall);
+            }
+            let trial = attempt(&self.state, &self.slope, h, &mut f, &mut self.work);
+            let error = trial
+                .as_ref()
+                .map_or(f64::INFINITY, |step| step.error() / self.tolerance);
+            if error <= 1.0 {
+                let step = trial.expect("a finite error comes with a step");
+                let mut factor =
+                    SAFETY * error.max(1e-10).powf(-ALPHA) * self.last_error.max(1e-4).powf(BETA);
+                factor = factor.clamp(SHRINK, if rejected { 1.0 } else { GROW });
+                // A step cut short from outside says little about the size that the error allows.
+                self.h = if h < self.h {
+                    self.h.max(h * factor)
+                } else {
+                    h * factor
+                };
+                self.largest = self.largest.max(h);
+                self.last_error = error;
+                self.work.steps += 1;
+                self.state = step.to;
+                self.slope = step.slopes[12];
+                return Ok(step);
+            }
+            rejected = true;
+            self.work.rejected += 1;
+            let factor = SAFETY * error.powf(-0.125);
+            self.h = h * if factor > SHRINK { factor } else { SHRINK };
+        }
+    }
+
+    /// Moves the state back inside the last step, to where an event was found.
+    pub fn rewind(&mut self, state: S, slope: S) {
+        self.state = state;
+        self.slope = slope;
+    }
+}
+
+/// All stages of a step, or None where the right-hand side is undefined or not finite.
+fn attempt<S: State>(
+    from: &S,
+    slope: &S,
+    h: f64,
+    f: &mut impl FnMut(&S) -> Option<S>,
+    work: &mut Work,
+) -> Option<Step<S>> {
+    let mut slopes = [*slope; 16];
+    for (i, row) in STAGES.iter().enumerate() {
+        work.evaluations += 1;
+        slopes[i + 1] = f(&combine(from, h, row, &slopes))?;
+    }
+    let to = combine(from, h, STEP, &slopes);
+    work.evaluations += 1;
+    slopes[12] = f(&to)?;
+    Some(Step {
+        from: *from,
+        to,
+        h,
+        slopes,
+    })
+}
+
+/// from + h sum_j a_j k_j.
+#[inline]
+fn combine<S: State>(from: &S, h: f64, row: &[(usize, f64)], slopes: &[S; 16]) -> S {
+    let mut y = *from;
+    for &(j, a) in row {
+        y.axpy(h * a, &slopes[j]);
+    }
+    y
+}
+
+/// sum_j a_j k_j.
+#[inline]
+fn weighted<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {
+    let (first, a) = row[0];
+    let mut y = slopes[first];
+    y.axpy(a - 1.0, &slopes[first]);
+    for &(j, a) in &row[1..] {
+        y.axpy(a, &slopes[j]);
+    }
+    y
+}
+
+impl<S: State> Step<S> {
+    /// Hairer's error estimate: h e5^2 / sqrt(e5^2 + 0.01 e3^2), in units of the state's scale.
+    fn error(&self) -> f64 {
+        let e5 = weighted(ERROR5, &self.slopes).mean_square(&self.from, &self.to);
+        let e3 = weighted(ERROR3, &self.slopes).mean_square(&self.from, &self.to);
+        if e5 == 0.0 {
+            return 0.0;
+        }
+        let error = self.h * e5 / (e5 + 0.01 * e3).sqrt();
+        if error.is_nan() { f64::INFINITY } else { error }
+    }
+
+    /// The slopes at the stages of the step, its start first and its end last: a free look inside.
+    pub fn stage_slopes(&self) -> &[S] {
+        &self.slopes[..13]
+    }
+
+    /// The slope at the end.
+    pub fn end_slope(&self) -> &S {
+        &self.slopes[12]
+    }
+
+    /// The same step with another length, at full order: 12 evaluations. This is how an event is
+    /// located to the accuracy of the integration instead of that of an interpolant.
+    pub fn redo(
+        &self,
+        mut f: impl FnMut(&S) -> Option<S>,
+        h: f64,
+        work: &mut Work,
+    ) -> Option<Step<S>> {
+        attempt(&self.from, &self.slopes[0], h, &mut f, work)
+    }
+
+    /// The interpolant of order 7 over this step: 3 evaluations.
+    pub fn dense(
+        &mut self,
+        mut f: impl FnMut(&S) -> Option<S>,
+        work: &mut Work,
+    ) -> Option<Dense<S>> {
+        for (i, row) in EXTRA.iter().enumerate() {
+            work.evaluations += 1;
+            self.slopes[13 + i] = f(&combine(&self.from, self.h, row, &self.slopes))?;
+        }
+        work.dense += 1;
+        let h = self.h;
+        let mut difference = self.to;
+        difference.axpy(-1.0, &self.from);
+        // F1 = h k0 - dy, F2 = 2 dy - h (k0 + k12), then the tableau's four.
+        let mut f1 = difference;
+        f1.axpy(-2.0, &difference);
+        f1.axpy(h, &self.slopes[0]);
+        let mut f2 = difference;
+        f2.axpy(1.0, &difference);
+        f2.axpy(-h, &self.slopes[0]);
+        f2.axpy(-h, &self.slopes[12]);
+        let high = DENSE.map(|row| weighted(row, &self.slopes));
+        Some(Dense {
+            from: self.from,
+            h,
+            low: [difference, f1, f2],
+            high,
+        })
+    }
+}
+
+/// A polynomial of degree 7 over one step.
+#[derive(Debug, Clone)]
+pub struct Dense<S> {
+    from: S,
+    h: f64,
+    low: [S; 3],
+    high: [S; 4],
+}
+
+impl<S: State> Dense<S> {
+    /// The state at the fraction `x` in [0, 1] of the step.
+    pub fn at(&self, x: f64) -> S {
+        let y = 1.0 - x;
+        let mut state = self.from;
+        // y0 + x (dy + y (F1 + x (F2 + y (F3 + x (F4 + y (F5 + x F6)))))), expanded.
+        let mut weight = x;
+        for (i, term) in self.low.iter().enumerate() {
+            state.axpy(weight, term);
+            weight *= if i % 2 == 0 { y } else { x };
+        }
+        for (i, term) in self.high.iter().enumerate() {
+            state.axpy(weight * self.h, term);
+            weight *= if i % 2 == 0 { x } else { y };
+        }
+        state
+    }
+}
