@@ -1,6 +1,8 @@
 //! Reduced-order dynamics of light rods that carry heavy rigid bodies.
 #![warn(missing_docs)]
 
+pub mod body;
+pub mod dynamics;
 pub mod elastica;
 pub mod error;
 pub mod manifold;

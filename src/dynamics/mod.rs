@@ -1,0 +1,12 @@
+//! The body's motion: on a sheet, through its fold, onto the next.
+
+mod ledger;
+mod motion;
+mod run;
+mod snap;
+mod start;
+
+pub use ledger::Ledger;
+pub use motion::{Motion, Phase, Progress};
+pub use run::{Outcome, Run, RunEvent, RunOptions, Sample};
+pub use snap::{LandingRule, Snap, SnapEnd};

@@ -1,0 +1,340 @@
+//! The body's motion on one sheet, in desingularised time.
+//!
+//! dq/dt = (Dg)^-1 v is singular at a fold and stiff at the taut wall. With the signed time
+//! dt = s det / sqrt(det^2 + pace^2) dtau (theory 2.5), s the sign of det on the sheet,
+//!
+//!     q' = s adj(Dg) v / sqrt(..),   v' = t' (F(q)/mu + loads),   t' = s det / sqrt(..)
+//!
+//! is smooth through det = 0: the fold is where t stops growing, an ordinary root. Away from folds
+//! and walls tau runs like t.
+
+use crate::body::Body;
+use crate::error::{Error, Result};
+use crate::manifold::{EquilibriumManifold, ManifoldPoint, adjugate_times};
+use crate::solve::dop853::{Dense, Dop853, State, Step, Work};
+use crate::solve::roots::chandrupatla;
+use nalgebra::SVector;
+
+/// State of a motion: chart point, velocity, time, and the integrals that the ledger needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phase<const N: usize> {
+    /// Chart point.
+    pub q: SVector<f64, N>,
+    /// Velocity of the body.
+    pub v: SVector<f64, N>,
+    /// Time.
+    pub t: f64,
+    /// Work done by the forces in time.
+    pub work: f64,
+    /// Energy lost to drag.
+    pub drag_loss: f64,
+}
+
+impl<const N: usize> State for Phase<N> {
+    #[inline]
+    fn axpy(&mut self, a: f64, x: &Self) {
+        self.q += x.q * a;
+        self.v += x.v * a;
+        self.t += x.t * a;
+        self.work += x.work * a;
+        self.drag_loss += x.drag_loss * a;
+    }
+
+    /// Chart, velocity and energies are judged relative to 1 + their size, time absolutely.
+    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
+        let part = |e: f64, a: f64, b: f64| (e / (1.0 + a.abs().max(b.abs()))).powi(2);
+        let mut sum = self.t * self.t
+            + part(self.work, from.work, to.work)
+            + part(self.drag_loss, from.drag_loss, to.drag_loss);
+        for i in 0..N {
+            sum += part(self.q[i], from.q[i], to.q[i]) + part(self.v[i], from.v[i], to.v[i]);
+        }
+        sum / (2 * N + 1) as f64
+    }
+}
+
+/// How a step of a motion ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress {
+    /// Inside the sheet, before the end.
+    Moved,
+    /// At the end of time.
+    Arrived,
+    /// At a fold; the time is uncertain by `time_error` (the location's own share: the integration's
+    /// error comes on top).
+    Fold {
+        /// Change of the fold's time in the last correction.
+        time_error: f64,
+    },
+}
+
+/// A motion on one sheet, step by step.
+pub struct Motion<'a, M, const N: usize> {
+    manifold: &'a M,
+    body: &'a Body<N>,
+    orientation: f64,
+    solver: Dop853<Phase<N>>,
+    last: Option<Step<Phase<N>>>,
+    dense: Option<Dense<Phase<N>>>,
+}
+
+/// Corrections of an event by redoing the step; three reach rounding from the interpolant.
+const CORRECTIONS: usize = 8;
+/// Look inside a step when t' at a stage falls below this fraction of its values at the ends.
+const SUSPICIOUS: f64 = 0.1;
+/// Samples of a suspicious step.
+const SAMPLES: usize = 12;
+
+impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
+    /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1.
+    ///
+    /// # Errors
+    /// A start outside the chart.
+    pub fn new(
+        manifold: &'a M,
+        body: &'a Body<N>,
+        start: Phase<N>,
+        orientation: f64,
+        tolerance: f64,
+    ) -> Result<Self> {
+        let slope = slope(manifold, body, orientation, &start).ok_or_else(|| {
+            Error::domain(format!(
+                "the start q = {:?} lies outside the chart",
+                start.q.as_slice()
+            ))
+        })?;
+        let rate = slope.mean_square(&start, &start).sqrt();
+        let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
+        Ok(Self {
+            manifold,
+            body,
+            orientation,
+            solver: Dop853::new(start, slope, h, tolerance),
+            last: None,
+            dense: None,
+        })
+    }
+
+    /// The current state.
+    pub fn phase(&self) -> &Phase<N> {
+        self.solver.state()
+    }
+
+    /// The sign of det on this sheet.
+    pub fn orientation(&self) -> f64 {
+        self.orientation
+    }
+
+    /// What it cost.
+    pub fn work(&self) -> Work {
+        self.solver.work()
+    }
+
+    /// One step, at most to time `end`, or to the fold if that comes first. None: the step size has
+    /// collapsed; the state stays where it was.
+    pub fn step(&mut self, end: f64) -> Option<Progress> {
+        let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
+        let f = |y: &Phase<N>| slope(manifold, body, orientation, y);
+        self.dense = None;
+        // No use in running far past the end: t' only changes smoothly.
+        let remaining = end - self.phase().t;
+        let h_max = 4.0 * remaining / self.solver.slope().t.max(1e-3);
+        let mut step = self.solver.step(f, h_max).ok()?;
+        let mut work = Work::default();
+        let fold = first_fold(&mut step, f, &mut work)
+            .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut work));
+        let progress = match fold {
+            Some(fold) if fold.step.to.t < end => {
+                self.rewind(fold.step);
+                Progress::Fold {
+                    time_error: fold.time_error,
+                }
+            }
+            Some(fold) => self.finish(fold.step, end, f, &mut work),
+            None if step.to.t >= end => self.finish(step, end, f, &mut work),
+            None => {
+                self.last = Some(step);
+                Progress::Moved
+            }
+        };
+        let total = self.solver.work_mut();
+        total.evaluations += work.evaluations;
+        total.dense += work.dense;
+        Some(progress)
+    }
+
+    /// Ends `step`, which reaches or passes `end`, exactly there.
+    fn finish(
+        &mut self,
+        step: Step<Phase<N>>,
+        end: f64,
+        f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
+        work: &mut Work,
+    ) -> Progress {
+        let guess = Guess {
+            h: step.h * (end - step.from.t) / (step.to.t - step.from.t),
+            rate: (step.to.t - step.from.t) / step.h,
+        };
+        if let Some(mut ended) = locate(&step, f, guess, |state, _| state.t - end, work) {
+            ended.step.to.t = end;
+            self.rewind(ended.step);
+        } else {
+            self.last = Some(step);
+        }
+        Progress::Arrived
+    }
+
+    fn rewind(&mut self, step: Step<Phase<N>>) {
+        self.solver.rewind(step.to, *step.end_slope());
+        self.last = Some(step);
+    }
+
+    /// The time interval of the last step.
+    pub fn span(&self) -> Option<(f64, f64)> {
+        self.last.as_ref().map(|step| (step.from.t, step.to.t))
+    }
+
+    /// The state at a time within the last step, from its interpolant (order 7; built on first use).
+    pub fn at(&mut self, t: f64) -> Option<Phase<N>> {
+        let step = self.last.as_mut()?;
+        if t == step.to.t {
+            return Some(step.to);
+        }
+        if t == step.from.t {
+            return Some(step.from);
+        }
+        if !(step.from.t < t && t < step.to.t) {
+            return None;
+        }
+        let (from, to) = (step.from.t, step.to.t);
+        if self.dense.is_none() {
+            let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
+            let mut work = Work::default();
+            self.dense = step.dense(|y| slope(manifold, body, orientation, y), &mut work);
+            let total = self.solver.work_mut();
+            total.evaluations += work.evaluations;
+            total.dense += work.dense;
+        }
+        let dense = self.dense.as_ref()?;
+        let x = chandrupatla(|x| dense.at(x).t - t, (0.0, from - t), (1.0, to - t), 0.0)?;
+        Some(Phase { t, ..dense.at(x) })
+    }
+}
+
+/// The right-hand side of the motion.
+#[inline]
+fn slope<M: EquilibriumManifold<N>, const N: usize>(
+    manifold: &M,
+    body: &Body<N>,
+    orientation: f64,
+    y: &Phase<N>,
+) -> Option<Phase<N>> {
+    let ManifoldPoint {
+        force,
+        jacobian,
+        pace,
+        ..
+    } = manifold.point(&y.q)?;
+    let (det, along) = adjugate_times(&jacobian, &y.v);
+    let slow = orientation / (det * det + pace * pace).sqrt();
+    let rate = slow * det;
+    let action = body.action(y.t, &y.v, &force);
+    Some(Phase {
+        q: along * slow,
+        v: action.acceleration * rate,
+        t: rate,
+        work: action.power * rate,
+        drag_loss: action.loss * rate,
+    })
+}
+
+/// Where in a step an event is thought to be, and how fast its function changes with h there.
+#[derive(Clone, Copy)]
+struct Guess {
+    h: f64,
+    rate: f64,
+}
+
+/// An event found: the step that ends there.
+struct Located<const N: usize> {
+    step: Step<Phase<N>>,
+    time_error: f64,
+}
+
+/// The first zero of t' inside a step, if there is one: seen at the stages, confirmed on the interpolant.
+fn first_fold<const N: usize>(
+    step: &mut Step<Phase<N>>,
+    f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
+    work: &mut Work,
+) -> Option<Guess> {
+    let rates = || step.stage_slopes().iter().map(|k| k.t);
+    let ends = step.stage_slopes()[0].t.min(step.end_slope().t);
+    let least = rates().fold(f64::INFINITY, f64::min);
+    if ends > 0.0 && least > SUSPICIOUS * ends {
+        return None;
+    }
+    let (h, start, end) = (step.h, step.stage_slopes()[0].t, step.end_slope().t);
+    let dense = step.dense(f, work)?;
+    let mut rate_at = |x: f64| {
+        work.evaluations += 1;
+        f(&dense.at(x)).map_or(f64::NAN, |k| k.t)
+    };
+    let mut before = (0.0, start);
+    for i in 1..=SAMPLES {
+        let x = i as f64 / SAMPLES as f64;
+        let after = (x, if i == SAMPLES { end } else { rate_at(x) });
+        // A start at a fold has t' = 0 there: only a change from positive counts.
+        if before.1 > 0.0 && after.1 <= 0.0 {
+            let rate = (after.1 - before.1) / ((after.0 - before.0) * h);
+            let x = chandrupatla(rate_at, before, after, 1e-9)?;
+            return Some(Guess { h: x * h, rate });
+        }
+        before = after;
+    }
+    None
+}
+
+/// Redoes the step with other lengths until the event function vanishes at its end: the event then has
+/// the accuracy of the integration, not of an interpolant.
+fn locate<const N: usize>(
+    step: &Step<Phase<N>>,
+    f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
+    guess: Guess,
+    event: impl Fn(&Phase<N>, &Phase<N>) -> f64,
+    work: &mut Work,
+) -> Option<Located<N>> {
+    let Guess { mut h, mut rate } = guess;
+    let mut previous: Option<(f64, f64)> = None;
+    let mut time: Option<f64> = None;
+    let mut best: Option<(f64, Located<N>)> = None;
+    for _ in 0..CORRECTIONS {
+        let redone = step.redo(f, h, work)?;
+        let g = event(&redone.to, redone.end_slope());
+        if let Some((h0, g0)) = previous
+            && h != h0
+            && g != g0
+        {
+            rate = (g - g0) / (h - h0);
+        }
+        let t = redone.to.t;
+        let time_error = time.map_or(f64::INFINITY, |last| (t - last).abs()) + f64::EPSILON * t;
+        time = Some(t);
+        let better = best.as_ref().is_none_or(|(size, _)| g.abs() <= *size);
+        if better {
+            best = Some((
+                g.abs(),
+                Located {
+                    step: redone,
+                    time_error,
+                },
+            ));
+        }
+        let correction = -g / rate;
+        if !better || !correction.is_finite() || correction.abs() <= 4.0 * f64::EPSILON * h {
+            break;
+        }
+        previous = Some((h, g));
+        h += correction;
+    }
+    best.map(|(_, located)| located)
+}

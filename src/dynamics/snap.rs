@@ -1,0 +1,121 @@
+//! The jump at a fold: r and v stay, the rod falls to another equilibrium (theory 2.6).
+
+use crate::error::Result;
+use crate::manifold::{EquilibriumManifold, Sheet, adjugate_times, fold_kernel};
+use nalgebra::SVector;
+
+/// Where a rod lands that has run out of its sheet.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum LandingRule {
+    /// Where the fast viscous layer takes it: unique at a regular fold.
+    #[default]
+    Viscous,
+    /// On the stable equilibrium of lowest energy.
+    Lowest,
+    /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
+    Named(Sheet),
+    /// On every stable equilibrium: the run branches.
+    All,
+}
+
+/// One end of a snap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SnapEnd<const N: usize> {
+    /// Chart point.
+    pub q: SVector<f64, N>,
+    /// Its sheet.
+    pub sheet: Sheet,
+    /// Its Morse index (for the fold itself: on the side it was reached from).
+    pub index: usize,
+    /// Stored energy.
+    pub elastic: f64,
+}
+
+/// A snap: a jump of the rod at a fold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Snap<const N: usize> {
+    /// Time.
+    pub t: f64,
+    /// Uncertainty of the time from locating the fold, without the integration's own error.
+    pub time_error: f64,
+    /// Pose, the same before and after.
+    pub pose: SVector<f64, N>,
+    /// Velocity, the same before and after.
+    pub velocity: SVector<f64, N>,
+    /// The fold.
+    pub from: SnapEnd<N>,
+    /// The landing.
+    pub to: SnapEnd<N>,
+    /// Energy dissipated in the layer: elastic before minus after.
+    pub released: f64,
+}
+
+/// Offset in the chart at which the two sides of a fold are told apart.
+const ASIDE: f64 = 1e-4;
+
+/// The two sides of a fold: its kernel, directed to the side of higher index, and the index of the
+/// lower side.
+///
+/// # Errors
+/// No simple fold at `q`.
+pub fn fold_sides<const N: usize>(
+    manifold: &impl EquilibriumManifold<N>,
+    q: &SVector<f64, N>,
+) -> Result<(SVector<f64, N>, usize)> {
+    let at = manifold
+        .point(q)
+        .ok_or_else(|| crate::Error::domain("the fold lies outside the chart"))?;
+    let kernel = fold_kernel(&at.jacobian)?;
+    let ahead = manifold.index(&(q + kernel * ASIDE))?;
+    let behind = manifold.index(&(q - kernel * ASIDE))?;
+    Ok(if ahead >= behind {
+        (kernel, behind)
+    } else {
+        (-kernel, ahead)
+    })
+}
+
+/// All landings that the rule allows from the degenerate equilibrium `q`: one, unless the rule is
+/// `All`; none if no stable equilibrium is left.
+///
+/// # Errors
+/// A layer that does not settle, or a search that fails.
+pub fn landings<const N: usize>(
+    manifold: &impl EquilibriumManifold<N>,
+    q: &SVector<f64, N>,
+    rule: LandingRule,
+) -> Result<Vec<SVector<f64, N>>> {
+    if rule == LandingRule::Viscous {
+        let (leaving, _) = fold_sides(manifold, q)?;
+        return Ok(vec![manifold.settle(q, &leaving)?]);
+    }
+    let at = manifold
+        .point(q)
+        .ok_or_else(|| crate::Error::domain("the fold lies outside the chart"))?;
+    let mut stable = manifold.stable_at(&at.pose)?;
+    // Rounding may leave a twin of the fold among them.
+    stable.retain(|other| (other - q).norm() > 1e-4 * (1.0 + q.norm()));
+    match rule {
+        LandingRule::Named(sheet) => stable.retain(|other| manifold.sheet(other) == sheet),
+        LandingRule::Viscous | LandingRule::Lowest | LandingRule::All => {}
+    }
+    if rule != LandingRule::All {
+        stable.truncate(1);
+    }
+    Ok(stable)
+}
+
+/// The sign of det at `q`: the orientation of its sheet.
+///
+/// # Errors
+/// `q` outside the chart.
+pub fn orientation<const N: usize>(
+    manifold: &impl EquilibriumManifold<N>,
+    q: &SVector<f64, N>,
+) -> Result<f64> {
+    let at = manifold
+        .point(q)
+        .ok_or_else(|| crate::Error::domain("a point outside the chart has no orientation"))?;
+    let (det, _) = adjugate_times(&at.jacobian, &SVector::zeros());
+    Ok(if det < 0.0 { -1.0 } else { 1.0 })
+}
