@@ -4,6 +4,8 @@
 pub mod elastica;
 pub mod error;
 pub mod math;
+#[cfg(feature = "scene")]
+pub mod scene;
 pub mod solve;
 
 pub use error::{Error, Result};
