@@ -7,6 +7,8 @@ pub mod elastica;
 pub mod error;
 pub mod manifold;
 pub mod math;
+#[cfg(feature = "scene")]
+pub mod scene;
 pub mod solve;
 
 pub use error::{Error, Result};

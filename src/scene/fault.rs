@@ -1,0 +1,171 @@
+//! What is wrong with a scene: every fault with its place.
+
+use crate::Error;
+use serde::Serialize;
+use std::fmt;
+
+/// The kind of a [`Fault`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FaultKind {
+    /// The text is not TOML (or not UTF-8); nothing after it was read.
+    Syntax,
+    /// A required field or table is absent.
+    Missing,
+    /// A field or table that no scene has.
+    Unknown,
+    /// A value of the wrong type.
+    Type,
+    /// A value outside its set.
+    Value,
+    /// Fields that exclude each other.
+    Conflict,
+    /// A planned field or value, not available yet.
+    Planned,
+}
+
+/// One fault of a scene: where it is, what was found, what is allowed, what to do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fault {
+    /// The kind of fault.
+    pub kind: FaultKind,
+    /// Line in the text, from 1. A missing table is reported at the last line.
+    pub line: usize,
+    /// Column in that line, in characters, from 1.
+    pub column: usize,
+    /// Path of the field, as in `body.mass` or `loads.force[1].direction`; empty for a syntax fault.
+    pub field: String,
+    /// What was written, shortened to one line; `None` where nothing was.
+    pub value: Option<String>,
+    /// What is allowed; completes the sentence "must be ...". For a syntax fault, the parser's message.
+    pub allowed: String,
+    /// What to do, if more can be said.
+    pub hint: Option<String>,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: ", self.line, self.column)?;
+        let found = match (self.field.as_str(), &self.value) {
+            (field, None) => field.to_owned(),
+            ("", Some(value)) => value.clone(),
+            (field, Some(value)) => format!("{field} = {value}"),
+        };
+        f.write_str(&found)?;
+        let verdict = match self.kind {
+            FaultKind::Syntax if found.is_empty() => "not TOML: ",
+            FaultKind::Syntax => ": not TOML: ",
+            FaultKind::Missing => ": missing; must be ",
+            FaultKind::Unknown => ": unknown; must be ",
+            FaultKind::Planned => ": not available yet; must be ",
+            FaultKind::Type | FaultKind::Value | FaultKind::Conflict => ": must be ",
+        };
+        write!(f, "{verdict}{}", self.allowed)?;
+        match &self.hint {
+            Some(hint) => write!(f, "; {hint}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// All faults of one scene, in the order of the text; never empty.
+///
+/// `Display` gives one line per fault, `7:8: body.mass = -1.0: must be a finite number > 0`;
+/// [`Faults::in_file`] puts the file's name before each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Faults(Vec<Fault>);
+
+impl Faults {
+    /// Sorts by place.
+    pub(super) fn new(mut faults: Vec<Fault>) -> Self {
+        faults.sort_by_key(|fault| (fault.line, fault.column));
+        Self(faults)
+    }
+
+    /// The faults, in the order of the text.
+    pub fn as_slice(&self) -> &[Fault] {
+        &self.0
+    }
+
+    /// The same report with `file:` before every line, the form that editors can jump to.
+    pub fn in_file<'a>(&'a self, file: &'a str) -> impl fmt::Display + 'a {
+        Report {
+            file: Some(file),
+            faults: &self.0,
+        }
+    }
+}
+
+impl<'a> IntoIterator for &'a Faults {
+    type Item = &'a Fault;
+    type IntoIter = std::slice::Iter<'a, Fault>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
+
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let report = Report {
+            file: None,
+            faults: &self.0,
+        };
+        report.fmt(f)
+    }
+}
+
+impl std::error::Error for Faults {}
+
+struct Report<'a> {
+    file: Option<&'a str>,
+    faults: &'a [Fault],
+}
+
+impl fmt::Display for Report<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, fault) in self.faults.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            if let Some(file) = self.file {
+                write!(f, "{file}:")?;
+            }
+            write!(f, "{fault}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Why [`Scene::read`](super::Scene::read) gave no scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReadError {
+    /// The file could not be read ([`Error::is_io`]).
+    File(Error),
+    /// The file was read and holds faults.
+    Scene {
+        /// The file, as it was named by the caller.
+        file: String,
+        /// Everything that is wrong with it.
+        faults: Faults,
+    },
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(error) => error.fmt(f),
+            Self::Scene { file, faults } => faults.in_file(file).fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ReadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::File(error) => Some(error),
+            Self::Scene { faults, .. } => Some(faults),
+        }
+    }
+}

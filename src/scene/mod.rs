@@ -1,0 +1,383 @@
+//! Scenes: a rod, a body, a start, loads and a run, written in TOML.
+//!
+//! ```
+//! use snaprod::scene::Scene;
+//! let scene = Scene::parse(
+//!     r#"
+//!     [rod]
+//!     model = "elastica"
+//!     length = 1.0
+//!     bending_stiffness = 1.0
+//!     [body]
+//!     mass = 1.0
+//!     [start]
+//!     lambda = 6.3
+//!     kappa = 0.6
+//!     [run]
+//!     duration = 3.0
+//!     "#,
+//! )?;
+//! assert_eq!(scene.run.tolerance, 1e-10); // a default
+//! # Ok::<(), snaprod::scene::Faults>(())
+//! ```
+//!
+//! A scene is read to its end whatever is wrong with it, and [`Faults`] holds every fault with its
+//! line, the field, the value, what is allowed and what to do. Here the kappa of a straight rod, a
+//! mass that is none, and a slip of the pen:
+//!
+//! ```
+//! # use snaprod::scene::Scene;
+//! let text = r#"
+//! [rod]
+//! model = "elastica"
+//! lenght = 1.0
+//! bending_stiffness = 1.0
+//! [body]
+//! mass = -1.0
+//! [start]
+//! lambda = 6.3
+//! kappa = 0.0
+//! [run]
+//! duration = 3.0
+//! "#;
+//! let faults = Scene::parse(text).unwrap_err();
+//! let lines: Vec<usize> = faults.into_iter().map(|fault| fault.line).collect();
+//! assert_eq!(lines, [4, 7, 10]);
+//! ```
+//!
+//! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
+//! library's units, in which length, bending stiffness and mass are 1.
+
+mod fault;
+mod reader;
+mod scales;
+mod schema;
+
+pub use fault::{Fault, FaultKind, Faults, ReadError};
+pub use scales::{Dimensionless, Harmonic, Scales};
+
+use crate::Error;
+use serde::Serialize;
+use std::path::Path;
+
+/// A scene with its defaults filled in.
+///
+/// It serialises to a scene again: what a run prints as its resolved scene can be run.
+/// The fields are plain data; only [`Scene::parse`] and [`Scene::read`] check them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scene {
+    /// The system of units of every quantity below.
+    pub units: Units,
+    /// `[rod]`: the rod.
+    pub rod: Rod,
+    /// `[body]`: the body at its free end.
+    pub body: Body,
+    /// `[start]`: where and how fast the body starts.
+    pub start: Start,
+    /// `[loads]`: what acts on the body beside the rod.
+    pub loads: Loads,
+    /// `[run]`: how long, how accurately, and what a snap does.
+    pub run: Run,
+}
+
+impl Scene {
+    /// Reads a scene from TOML text.
+    ///
+    /// # Errors
+    /// Every fault of the scene; only a syntax fault (not TOML at all) comes alone.
+    pub fn parse(text: &str) -> Result<Self, Faults> {
+        schema::scene(text)
+    }
+
+    /// Reads a scene from bytes, which must be UTF-8.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`], or one syntax fault at the first byte that is not UTF-8.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Faults> {
+        let end = match std::str::from_utf8(bytes) {
+            Ok(text) => return Self::parse(text),
+            Err(error) => error.valid_up_to(),
+        };
+        let text = String::from_utf8_lossy(bytes);
+        let reader = reader::Reader::new(&text);
+        reader.syntax(end, "the text is not UTF-8 from here on");
+        Err(Faults::new(reader.into_faults()))
+    }
+
+    /// Reads a scene from a file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or the scene has faults.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let file = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|error| {
+            ReadError::File(Error::io(error.to_string()).context(format!("reading {file}")))
+        })?;
+        Self::from_bytes(&bytes).map_err(|faults| ReadError::Scene { file, faults })
+    }
+}
+
+/// The system of units, for labels: it changes no number. Top-level `units = "si"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Units {
+    /// Any consistent system; labels carry no symbol.
+    #[default]
+    Dimensionless,
+    /// Metre, kilogram, second.
+    Si,
+}
+
+impl Units {
+    /// Symbol of length; like every symbol here, empty if dimensionless.
+    pub fn length(self) -> &'static str {
+        self.si("m")
+    }
+
+    /// Symbol of force.
+    pub fn force(self) -> &'static str {
+        self.si("N")
+    }
+
+    /// Symbol of energy.
+    pub fn energy(self) -> &'static str {
+        self.si("J")
+    }
+
+    /// Symbol of time.
+    pub fn time(self) -> &'static str {
+        self.si("s")
+    }
+
+    /// Symbol of mass.
+    pub fn mass(self) -> &'static str {
+        self.si("kg")
+    }
+
+    /// Symbol of velocity.
+    pub fn velocity(self) -> &'static str {
+        self.si("m/s")
+    }
+
+    /// A label for an axis or a column: `x [m]`, or `x` if the symbol is empty.
+    pub fn label(name: &str, symbol: &str) -> String {
+        match symbol {
+            "" => name.to_owned(),
+            _ => format!("{name} [{symbol}]"),
+        }
+    }
+
+    fn si(self, symbol: &'static str) -> &'static str {
+        match self {
+            Self::Dimensionless => "",
+            Self::Si => symbol,
+        }
+    }
+}
+
+/// The rod: inextensible, unshearable, straight when unloaded, without mass; clamped at the origin
+/// with its tangent along +x.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rod {
+    /// The rod model.
+    pub model: Model,
+    /// Length L > 0.
+    pub length: f64,
+    /// Bending stiffness EI > 0, force times length squared.
+    pub bending_stiffness: f64,
+}
+
+/// The rod models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// The planar elastica, in closed form.
+    Elastica,
+}
+
+/// The body: a point mass at the free end; the end is free to turn.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Body {
+    /// Mass > 0.
+    pub mass: f64,
+}
+
+/// Where and how fast the body starts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Start {
+    /// The equilibrium of the rod at the start.
+    #[serde(flatten)]
+    pub place: Place,
+    /// Velocity of the body; default at rest.
+    pub velocity: [f64; 2],
+}
+
+/// An equilibrium of the rod, named in one of three ways.
+///
+/// With n the contact force and alpha its direction,
+/// lambda = L sqrt(|n| / EI) and kappa = sin((theta(L) - alpha) / 2); both are numbers in every
+/// system of units, and each pair (lambda > 0, kappa in (-1, 1) without 0) is one equilibrium.
+/// kappa = 0 is the straight rod, whatever lambda; -kappa is the mirror image of kappa.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Place {
+    /// By lambda and kappa.
+    Kappa {
+        /// lambda, in (0, 1e4].
+        lambda: f64,
+        /// kappa, in (-1, 1), not 0.
+        kappa: f64,
+    },
+    /// By lambda and p, kappa = tanh p: for rods so nearly taut that kappa rounds to 1.
+    P {
+        /// lambda, in (0, 1e4].
+        lambda: f64,
+        /// p, in [-1e4, 1e4], not 0.
+        p: f64,
+    },
+    /// By the position of the body, which several equilibria may share.
+    Position {
+        /// Position, |position| < L.
+        position: [f64; 2],
+        /// Which of the equilibria there.
+        sheet: Sheet,
+    },
+}
+
+impl Place {
+    /// The chart coordinates (lambda, p), unless the place is named by a position.
+    pub fn chart(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::Kappa { lambda, kappa } => Some((lambda, kappa.atanh())),
+            Self::P { lambda, p } => Some((lambda, p)),
+            Self::Position { .. } => None,
+        }
+    }
+}
+
+/// Which equilibrium, of those that share the position of the body at the start.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sheet {
+    /// The only stable one (the default). Where several are stable the run must refuse, and list
+    /// them.
+    Stable,
+    /// The one of lowest elastic energy.
+    Lowest,
+    /// The one so named.
+    #[serde(untagged)]
+    Named(SheetName),
+}
+
+/// The name of a sheet: S_mode^sign.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SheetName {
+    /// Number of zeros of the curvature theta' inside the rod (inflections), 0..=3000.
+    pub mode: usize,
+    /// Sign of the curvature at the clamp.
+    pub sign: Sign,
+    /// Where several equilibria share the name and the position: the one whose lambda is nearest
+    /// to this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub near: Option<f64>,
+}
+
+/// A sign, written `"+"` or `"-"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Sign {
+    /// `"+"`: the rod leaves the clamp curving to the left, towards +y.
+    #[serde(rename = "+")]
+    Plus,
+    /// `"-"`: it curves to the right, towards -y.
+    #[serde(rename = "-")]
+    Minus,
+}
+
+/// What acts on the body beside the rod. Everything defaults to zero.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Loads {
+    /// Acceleration of gravity: force mass * gravity.
+    pub gravity: [f64; 2],
+    /// Constant force.
+    pub dead: [f64; 2],
+    /// Drag coefficient >= 0: force -drag * velocity.
+    pub drag: f64,
+    /// Sinusoidal forces, added up.
+    pub force: Vec<Force>,
+}
+
+/// A force amplitude * sin(2 pi frequency t + phase) along a direction.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Force {
+    /// Direction, not zero, of any length: only [`Force::unit`] enters the force, so that
+    /// `amplitude` is the amplitude.
+    pub direction: [f64; 2],
+    /// Amplitude, a force of either sign.
+    pub amplitude: f64,
+    /// Frequency >= 0, cycles per time. At 0 the force is constant, amplitude * sin(phase).
+    pub frequency: f64,
+    /// Phase in radians; default 0.
+    pub phase: f64,
+}
+
+impl Force {
+    /// The direction at unit length.
+    pub fn unit(&self) -> [f64; 2] {
+        let [x, y] = self.direction;
+        // Scaled by the larger component first, so that the norm neither over- nor underflows.
+        let size = x.abs().max(y.abs());
+        let [x, y] = [x / size, y / size];
+        let norm = x.hypot(y);
+        [x / norm, y / norm]
+    }
+}
+
+/// How long, how accurately, and what a snap does.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Run {
+    /// Duration > 0.
+    pub duration: f64,
+    /// Tolerance of the time steps, relative, in [1e-14, 1e-2]; default [`Run::TOLERANCE`].
+    pub tolerance: f64,
+    /// Where a snapping rod lands; default [`Landing::Viscous`].
+    pub landing: Landing,
+    /// Bound on the number of branches under [`Landing::All`], 1..=10000; default
+    /// [`Run::BRANCHES`]. Without effect under the other landings.
+    pub branches: usize,
+    /// Number of equally spaced times, both ends counted, at which the motion is written,
+    /// 2..=10_000_000; default [`Run::SAMPLES`].
+    pub samples: usize,
+    /// The run stops after so many steps, 1..=1_000_000_000; default [`Run::MAX_STEPS`].
+    pub max_steps: usize,
+    /// The run stops at the next snap after so many, 0..=1_000_000_000; default
+    /// [`Run::MAX_SNAPS`].
+    pub max_snaps: usize,
+}
+
+impl Run {
+    /// Default tolerance.
+    pub const TOLERANCE: f64 = 1e-10;
+    /// Default bound on branches.
+    pub const BRANCHES: usize = 64;
+    /// Default number of samples.
+    pub const SAMPLES: usize = 400;
+    /// Default bound on steps.
+    pub const MAX_STEPS: usize = 100_000_000;
+    /// Default bound on snaps.
+    pub const MAX_SNAPS: usize = 100_000;
+}
+
+/// To which equilibrium, of those at the position of a fold, the rod falls.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Landing {
+    /// To the one that a rod of small viscosity reaches, the body held fixed (the default).
+    Viscous,
+    /// To the stable one of lowest elastic energy.
+    Lowest,
+    /// To every stable one: the run branches.
+    All,
+    /// To the one so named.
+    #[serde(untagged)]
+    Named(SheetName),
+}

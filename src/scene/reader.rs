@@ -1,0 +1,471 @@
+//! Reads a TOML document field by field and collects every fault on the way.
+//!
+//! serde stops at the first error; here a reader that fails records a [`Fault`] and gives `None`,
+//! and the caller goes on. Invariant: `None` means that a fault was recorded.
+
+use super::fault::{Fault, FaultKind};
+use std::cell::RefCell;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Longest excerpt of a value in a fault, in characters.
+const EXCERPT: usize = 48;
+/// Longer unknown names get no suggestion: they are no typing slip.
+const LONGEST_NAME: usize = 64;
+
+/// What a table may hold.
+pub(super) struct Spec {
+    /// Its name between brackets; empty for the top of the file.
+    pub name: &'static str,
+    /// Its fields (tables, for the top of the file).
+    pub fields: &'static [&'static str],
+    /// Fields to come, each with what will be theirs.
+    pub planned: &'static [(&'static str, &'static str)],
+}
+
+/// A set of numbers. `holds` is written so that NaN fails.
+#[derive(Clone, Copy)]
+pub(super) struct Rule {
+    /// Completes "must be ...".
+    pub allowed: &'static str,
+    /// Membership.
+    pub holds: fn(f64) -> bool,
+    /// What to do about a number outside.
+    pub hint: fn(f64) -> Option<&'static str>,
+}
+
+/// What stands in for an absent field.
+pub(super) enum Need<T> {
+    /// Nothing; the fault shows this example line.
+    Required(&'static str),
+    /// This default.
+    Or(T),
+}
+
+/// The text and the faults found in it so far.
+pub(super) struct Reader<'a> {
+    text: &'a str,
+    faults: RefCell<Vec<Fault>>,
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(text: &'a str) -> Self {
+        Self {
+            text,
+            faults: RefCell::default(),
+        }
+    }
+
+    pub fn into_faults(self) -> Vec<Fault> {
+        self.faults.into_inner()
+    }
+
+    pub fn is_clean(&self) -> bool {
+        self.faults.borrow().is_empty()
+    }
+
+    /// The document, or one syntax fault.
+    pub fn document(&self) -> Option<DeTable<'a>> {
+        match DeTable::parse(self.text) {
+            Ok(document) => Some(document.into_inner()),
+            Err(error) => {
+                let at = error.span().map_or(0, |span| span.start);
+                self.syntax(at, error.message());
+                None
+            }
+        }
+    }
+
+    /// Records that the text is not TOML from byte `at` on.
+    pub fn syntax(&self, at: usize, message: &str) {
+        let at = floor(self.text, at);
+        let (before, after) = self.text.split_at(at);
+        let start = before.rfind('\n').map_or(0, |feed| feed + 1);
+        let end = at + after.find('\n').unwrap_or(after.len());
+        self.record(FaultKind::Syntax, at, "", Some(start..end), message, None);
+    }
+
+    /// Line of byte `at`, from 1.
+    pub fn line(&self, at: usize) -> usize {
+        position(self.text, at).0
+    }
+
+    /// Records a fault in the value at `span`.
+    pub fn fault(
+        &self,
+        kind: FaultKind,
+        field: &str,
+        span: Range<usize>,
+        allowed: impl Into<String>,
+        hint: Option<String>,
+    ) {
+        self.record(kind, span.start, field, Some(span), allowed, hint);
+    }
+
+    /// Records a fault at byte `at` that shows the text of `value`, if there is one to show.
+    pub fn record(
+        &self,
+        kind: FaultKind,
+        at: usize,
+        field: &str,
+        value: Option<Range<usize>>,
+        allowed: impl Into<String>,
+        hint: Option<String>,
+    ) {
+        let (line, column) = position(self.text, at);
+        self.faults.borrow_mut().push(Fault {
+            kind,
+            line,
+            column,
+            field: field.to_owned(),
+            value: value.and_then(|span| self.text.get(span)).map(shorten),
+            allowed: allowed.into(),
+            hint,
+        });
+    }
+
+    /// Records a wrong type, saying what was found.
+    fn wrong_type(&self, field: &str, value: &Spanned<DeValue>, allowed: &str, hint: Option<&str>) {
+        let found = kind_of(value.get_ref());
+        let hint = match hint {
+            Some(hint) => format!("it is {found}: {hint}"),
+            None => format!("it is {found}"),
+        };
+        self.fault(FaultKind::Type, field, value.span(), allowed, Some(hint));
+    }
+
+    /// A float or an integer that satisfies `rule`.
+    pub fn number(&self, field: &str, value: &Spanned<DeValue>, rule: Rule) -> Option<f64> {
+        let number = match value.get_ref() {
+            // The parser has checked the digits; a float too large for f64 becomes infinite and is
+            // refused by the rule.
+            DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
+            DeValue::Integer(integer) if integer.radix() == 10 => {
+                integer.as_str().parse().unwrap_or(f64::NAN)
+            }
+            DeValue::Integer(integer) => u128::from_str_radix(integer.as_str(), integer.radix())
+                .map_or(f64::NAN, |i| i as f64),
+            other => {
+                let quoted = other.as_str().is_some_and(|s| s.parse::<f64>().is_ok());
+                let hint = quoted.then_some("leave out the quotes");
+                self.wrong_type(field, value, rule.allowed, hint);
+                return None;
+            }
+        };
+        if (rule.holds)(number) {
+            return Some(number);
+        }
+        let hint = (rule.hint)(number).map(str::to_owned);
+        self.fault(FaultKind::Value, field, value.span(), rule.allowed, hint);
+        None
+    }
+
+    /// An integer in `range`.
+    pub fn count(
+        &self,
+        field: &str,
+        value: &Spanned<DeValue>,
+        (least, most): (usize, usize),
+    ) -> Option<usize> {
+        let allowed = format!("an integer from {least} to {most}");
+        let Some(integer) = value.get_ref().as_integer() else {
+            let float = value.get_ref().as_float();
+            let whole = float
+                .and_then(|f| f.as_str().parse::<f64>().ok())
+                .filter(|f| least as f64 <= *f && *f <= most as f64 && f.fract() == 0.0)
+                .map(|f| format!("write it without a point or an exponent: {f:.0}"));
+            self.wrong_type(field, value, &allowed, whole.as_deref());
+            return None;
+        };
+        let count = usize::from_str_radix(integer.as_str(), integer.radix())
+            .ok()
+            .filter(|count| (least..=most).contains(count));
+        if count.is_none() {
+            self.fault(FaultKind::Value, field, value.span(), allowed, None);
+        }
+        count
+    }
+
+    /// Two finite numbers.
+    pub fn vector(&self, field: &str, value: &Spanned<DeValue>, rule: Rule) -> Option<[f64; 2]> {
+        let allowed = "an array of two finite numbers, [x, y]";
+        let Some(array) = value.get_ref().as_array() else {
+            self.wrong_type(field, value, allowed, None);
+            return None;
+        };
+        let [x, y] = &array[..] else {
+            let hint = Some(format!("it has {} elements", array.len()));
+            self.fault(FaultKind::Value, field, value.span(), allowed, hint);
+            return None;
+        };
+        let x = self.number(&format!("{field}[0]"), x, rule);
+        let y = self.number(&format!("{field}[1]"), y, rule);
+        Some([x?, y?])
+    }
+
+    /// One of the words in `choices`.
+    pub fn choice<T: Clone>(
+        &self,
+        field: &str,
+        value: &Spanned<DeValue>,
+        choices: &[(&'static str, T)],
+        allowed: &str,
+    ) -> Option<T> {
+        let Some(word) = value.get_ref().as_str() else {
+            self.wrong_type(field, value, allowed, None);
+            return None;
+        };
+        if let Some((_, choice)) = choices.iter().find(|(name, _)| *name == word) {
+            return Some(choice.clone());
+        }
+        let hint = nearest(word, choices.iter().map(|(name, _)| *name))
+            .map(|name| format!("did you mean {name:?}?"));
+        self.fault(FaultKind::Value, field, value.span(), allowed, hint);
+        None
+    }
+
+    /// A table that holds what `spec` says.
+    pub fn table(
+        &'a self,
+        field: &str,
+        value: &'a Spanned<DeValue<'a>>,
+        spec: &Spec,
+        siblings: &[&Spec],
+        allowed: &str,
+    ) -> Option<Table<'a>> {
+        let Some(entries) = value.get_ref().as_table() else {
+            self.wrong_type(field, value, allowed, None);
+            return None;
+        };
+        let at = value.span().start;
+        Some(Table::open(self, field, entries, at, spec, siblings))
+    }
+}
+
+/// One table of the document, its unknown fields already reported.
+pub(super) struct Table<'a> {
+    /// Where faults go.
+    pub reader: &'a Reader<'a>,
+    path: String,
+    entries: &'a DeTable<'a>,
+    /// Byte at which the table begins.
+    pub at: usize,
+    /// Misspelt fields: (what was meant, what was written). They are reported, then read as what
+    /// was meant, so that one slip does not also count as a missing field and hides no other fault.
+    slips: Vec<(&'static str, &'a str)>,
+}
+
+impl<'a> Table<'a> {
+    /// Opens a table and reports the fields that `spec` does not hold. `siblings` are searched for
+    /// a field that stands in the wrong table.
+    pub fn open(
+        reader: &'a Reader<'a>,
+        path: &str,
+        entries: &'a DeTable<'a>,
+        at: usize,
+        spec: &Spec,
+        siblings: &[&Spec],
+    ) -> Self {
+        let mut table = Self {
+            reader,
+            path: path.to_owned(),
+            entries,
+            at,
+            slips: Vec::new(),
+        };
+        for (key, value) in entries.iter() {
+            let name: &'a str = key.get_ref();
+            if spec.fields.contains(&name) {
+                continue;
+            }
+            let field = table.field(name);
+            if let Some((_, plan)) = spec.planned.iter().find(|(planned, _)| *planned == name) {
+                reader.fault(
+                    FaultKind::Planned,
+                    &field,
+                    value.span(),
+                    "left out",
+                    Some((*plan).to_owned()),
+                );
+                continue;
+            }
+            let home = siblings.iter().find(|other| other.fields.contains(&name));
+            let hint = match home {
+                Some(home) if home.name.is_empty() => Some(format!(
+                    "`{name}` belongs at the top of the file, before the first [table]"
+                )),
+                Some(home) => Some(format!("`{name}` belongs in [{}]", home.name)),
+                None => nearest(name, spec.fields.iter().copied()).map(|meant| {
+                    // Of two slips for one field the first in the table wins.
+                    if !entries.contains_key(meant) && table.slip(meant).is_none() {
+                        table.slips.push((meant, name));
+                    }
+                    format!("did you mean `{meant}`?")
+                }),
+            };
+            let allowed = format!("one of {}", spec.fields.join(", "));
+            // The text of a table would only repeat its name.
+            let shown = (!value.get_ref().is_table()).then(|| value.span());
+            let at = key.span().start;
+            reader.record(FaultKind::Unknown, at, &field, shown, allowed, hint);
+        }
+        table
+    }
+
+    fn slip(&self, meant: &str) -> Option<&'a str> {
+        let found = self.slips.iter().find(|(field, _)| *field == meant);
+        found.map(|(_, written)| *written)
+    }
+
+    /// Path of a field of this table.
+    pub fn field(&self, name: &str) -> String {
+        let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let name = match !name.is_empty() && name.chars().all(bare) {
+            true => shorten(name),
+            false => shorten(&format!("{name:?}")),
+        };
+        match self.path.is_empty() {
+            true => name,
+            false => format!("{}.{name}", self.path),
+        }
+    }
+
+    /// The value of a field, if it was given.
+    pub fn get(&self, name: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        let written = self.slip(name).unwrap_or(name);
+        self.entries.get(written)
+    }
+
+    /// Line of a field, if it was given.
+    pub fn line_of(&self, name: &str) -> Option<usize> {
+        self.get(name)
+            .map(|value| self.reader.line(value.span().start))
+    }
+
+    /// Reports a required field that is absent.
+    pub fn missing(&self, name: &str, allowed: &str, example: &str) {
+        let place = match self.path.as_str() {
+            "" => "at the top of the file".to_owned(),
+            inline if inline.contains('.') => format!("in {inline}"),
+            header => format!("in [{header}]"),
+        };
+        let hint = Some(format!("write `{example}` {place}"));
+        let field = self.field(name);
+        let reader = self.reader;
+        reader.record(FaultKind::Missing, self.at, &field, None, allowed, hint);
+    }
+
+    /// Reads a field with `parse`, or takes what stands in for it.
+    pub fn read<T>(
+        &self,
+        name: &str,
+        allowed: &str,
+        need: Need<T>,
+        parse: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
+    ) -> Option<T> {
+        match (self.get(name), need) {
+            (Some(value), _) => parse(&self.field(name), value),
+            (None, Need::Or(default)) => Some(default),
+            (None, Need::Required(example)) => {
+                self.missing(name, allowed, example);
+                None
+            }
+        }
+    }
+
+    /// A number that satisfies `rule`.
+    pub fn number(&self, name: &str, rule: Rule, need: Need<f64>) -> Option<f64> {
+        self.read(name, rule.allowed, need, |field, value| {
+            self.reader.number(field, value, rule)
+        })
+    }
+
+    /// A number that satisfies `rule`, if it was given.
+    pub fn optional(&self, name: &str, rule: Rule) -> Option<Option<f64>> {
+        self.read(name, rule.allowed, Need::Or(None), |field, value| {
+            self.reader.number(field, value, rule).map(Some)
+        })
+    }
+
+    /// An integer from `least` to `most`.
+    pub fn count(&self, name: &str, range: (usize, usize), default: usize) -> Option<usize> {
+        self.read(name, "", Need::Or(default), |field, value| {
+            self.reader.count(field, value, range)
+        })
+    }
+
+    /// Two finite numbers.
+    pub fn vector(&self, name: &str, rule: Rule, need: Need<[f64; 2]>) -> Option<[f64; 2]> {
+        let allowed = "an array of two finite numbers, [x, y]";
+        self.read(name, allowed, need, |field, value| {
+            self.reader.vector(field, value, rule)
+        })
+    }
+}
+
+/// The character boundary at or before byte `at`. The end of a text that ends in a line feed counts
+/// as the end of its last line, so that every fault is on a line that exists.
+fn floor(text: &str, at: usize) -> usize {
+    let end = text.len() - usize::from(text.ends_with('\n'));
+    let mut at = at.min(end);
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+/// Line and column of byte `at`, both from 1.
+fn position(text: &str, at: usize) -> (usize, usize) {
+    let before = &text[..floor(text, at)];
+    let line = before.matches('\n').count() + 1;
+    let start = before.rfind('\n').map_or(0, |feed| feed + 1);
+    (line, before[start..].chars().count() + 1)
+}
+
+/// The nearest of `names` to `word`, if near enough for a typing slip: one edit, and one more for
+/// every four letters; or one name that contains the other.
+fn nearest(word: &str, names: impl Iterator<Item = &'static str>) -> Option<&'static str> {
+    if word.len() > LONGEST_NAME {
+        return None;
+    }
+    let word = word.to_lowercase().replace('-', "_");
+    names
+        .filter_map(|name| {
+            let edits = strsim::osa_distance(&word, name);
+            let part =
+                word.len().min(name.len()) >= 4 && (name.contains(&word) || word.contains(name));
+            (edits <= 1 + word.len() / 4 && edits < name.len() || part).then_some((edits, name))
+        })
+        .min()
+        .map(|(_, name)| name)
+}
+
+/// One line of at most [`EXCERPT`] characters.
+fn shorten(text: &str) -> String {
+    // Taken first, so that a huge value costs nothing.
+    let head: String = text.chars().take(4 * EXCERPT).collect();
+    let line = head.split_whitespace().collect::<Vec<_>>().join(" ");
+    let whole = head.len() == text.len() && line.chars().count() <= EXCERPT;
+    match whole {
+        true => line,
+        false => line
+            .chars()
+            .take(EXCERPT - 3)
+            .chain("...".chars())
+            .collect(),
+    }
+}
+
+/// The type of a value, with its article.
+fn kind_of(value: &DeValue) -> &'static str {
+    match value {
+        DeValue::String(_) => "a string",
+        DeValue::Integer(_) => "an integer",
+        DeValue::Float(_) => "a float",
+        DeValue::Boolean(_) => "a boolean",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}

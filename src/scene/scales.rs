@@ -1,0 +1,144 @@
+//! From the user's units to those of the library, and back.
+
+use super::{Place, Scene};
+use std::f64::consts::TAU;
+
+/// The library's units of each quantity, measured in the user's: a value in the scene is the
+/// library's number times the scale.
+///
+/// The library's units are those in which the rod's length L, its bending stiffness EI and the
+/// body's mass m are 1. All others follow: force EI/L^2, energy EI/L, and, from
+/// mass * length / time^2 = force, time sqrt(m L^3/EI).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// L.
+    pub length: f64,
+    /// EI / L^2.
+    pub force: f64,
+    /// EI / L.
+    pub energy: f64,
+    /// m.
+    pub mass: f64,
+    /// sqrt(m L^3 / EI).
+    pub time: f64,
+    /// length / time = sqrt(EI / (m L)).
+    pub velocity: f64,
+    /// force / mass = EI / (m L^2).
+    pub acceleration: f64,
+    /// force / velocity = sqrt(m EI / L^3).
+    pub drag: f64,
+}
+
+impl Scales {
+    /// The scales of a scene's rod and body.
+    pub fn of(scene: &Scene) -> Self {
+        let (length, stiffness) = (scene.rod.length, scene.rod.bending_stiffness);
+        let mass = scene.body.mass;
+        let energy = stiffness / length;
+        let force = energy / length;
+        let velocity = (energy / mass).sqrt();
+        Self {
+            length,
+            force,
+            energy,
+            mass,
+            time: length / velocity,
+            velocity,
+            acceleration: force / mass,
+            drag: force / velocity,
+        }
+    }
+
+    /// True if no scale over- or underflows.
+    pub(super) fn are_normal(&self) -> bool {
+        let all = [self.length, self.force, self.energy, self.mass];
+        let more = [self.time, self.velocity, self.acceleration, self.drag];
+        all.iter().chain(&more).all(|scale| scale.is_normal())
+    }
+}
+
+/// The start, the loads and the duration of a scene in the library's units: L = EI = m = 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dimensionless {
+    /// The equilibrium at the start; a position is in units of L.
+    pub place: Place,
+    /// Velocity at the start.
+    pub velocity: [f64; 2],
+    /// Acceleration of gravity, which is also its force.
+    pub gravity: [f64; 2],
+    /// Constant force.
+    pub dead: [f64; 2],
+    /// Drag coefficient: force -drag * velocity.
+    pub drag: f64,
+    /// Sinusoidal forces.
+    pub forces: Vec<Harmonic>,
+    /// Duration.
+    pub duration: f64,
+}
+
+/// A force direction * amplitude * sin(angular_frequency * t + phase).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Harmonic {
+    /// Unit vector.
+    pub direction: [f64; 2],
+    /// Amplitude.
+    pub amplitude: f64,
+    /// Angular frequency >= 0: 2 pi times the frequency.
+    pub angular_frequency: f64,
+    /// Phase in radians.
+    pub phase: f64,
+}
+
+impl Harmonic {
+    /// The force at time `t`.
+    pub fn at(&self, t: f64) -> [f64; 2] {
+        let size = self.amplitude * (self.angular_frequency * t + self.phase).sin();
+        self.direction.map(|component| component * size)
+    }
+}
+
+impl Dimensionless {
+    /// True if every number is finite and the duration is not 0.
+    pub(super) fn is_finite(&self) -> bool {
+        let vectors = [self.velocity, self.gravity, self.dead];
+        let harmonics = self.forces.iter();
+        vectors.iter().flatten().all(|x| x.is_finite())
+            && harmonics
+                .flat_map(|f| [f.amplitude, f.angular_frequency])
+                .all(f64::is_finite)
+            && self.drag.is_finite()
+            && self.duration > 0.0
+            && self.duration.is_finite()
+    }
+}
+
+impl Scene {
+    /// The scene in the library's units; [`Scales::of`] leads back.
+    pub fn dimensionless(&self) -> Dimensionless {
+        let scales = Scales::of(self);
+        let over = |scale: f64| move |x: f64| x / scale;
+        let place = match &self.start.place {
+            Place::Position { position, sheet } => Place::Position {
+                position: position.map(over(scales.length)),
+                sheet: sheet.clone(),
+            },
+            chart => chart.clone(),
+        };
+        let loads = &self.loads;
+        let harmonic = |force: &super::Force| Harmonic {
+            direction: force.unit(),
+            amplitude: force.amplitude / scales.force,
+            angular_frequency: TAU * (force.frequency * scales.time),
+            phase: force.phase,
+        };
+        Dimensionless {
+            place,
+            velocity: self.start.velocity.map(over(scales.velocity)),
+            gravity: loads.gravity.map(over(scales.acceleration)),
+            dead: loads.dead.map(over(scales.force)),
+            drag: loads.drag / scales.drag,
+            forces: loads.force.iter().map(harmonic).collect(),
+            duration: self.run.duration / scales.time,
+        }
+    }
+}

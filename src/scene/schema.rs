@@ -1,0 +1,444 @@
+//! What a scene may hold: fields, sets, defaults, and what they require of each other.
+
+use super::fault::{FaultKind, Faults};
+use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::{
+    Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Sign,
+    Start, Units,
+};
+use toml::Spanned;
+use toml::de::DeValue;
+
+use Need::{Or, Required};
+
+const TOP: Spec = Spec {
+    name: "",
+    fields: &["units", "rod", "body", "start", "loads", "run"],
+    planned: &[],
+};
+const ROD: Spec = Spec {
+    name: "rod",
+    fields: &["model", "length", "bending_stiffness"],
+    planned: &[("damping", "viscoelastic rods are planned")],
+};
+const BODY: Spec = Spec {
+    name: "body",
+    fields: &["mass"],
+    planned: &[],
+};
+const START: Spec = Spec {
+    name: "start",
+    fields: &["lambda", "kappa", "p", "position", "sheet", "velocity"],
+    planned: &[],
+};
+const LOADS: Spec = Spec {
+    name: "loads",
+    fields: &["gravity", "dead", "drag", "force"],
+    planned: &[],
+};
+const RUN: Spec = Spec {
+    name: "run",
+    fields: &[
+        "duration",
+        "tolerance",
+        "landing",
+        "branches",
+        "samples",
+        "max_steps",
+        "max_snaps",
+    ],
+    planned: &[],
+};
+const FORCE: Spec = Spec {
+    name: "loads.force",
+    fields: &["direction", "amplitude", "frequency", "phase"],
+    planned: &[],
+};
+const SHEET: Spec = Spec {
+    name: "sheet",
+    fields: &["mode", "sign", "near"],
+    planned: &[],
+};
+/// Where a field that stands in the wrong table may belong.
+const HOMES: [&Spec; 6] = [&TOP, &ROD, &BODY, &START, &LOADS, &RUN];
+
+const SILENT: fn(f64) -> Option<&'static str> = |_| None;
+const FINITE: Rule = Rule {
+    allowed: "a finite number",
+    holds: f64::is_finite,
+    hint: SILENT,
+};
+const POSITIVE: Rule = Rule {
+    allowed: "a finite number > 0",
+    holds: |x| 0.0 < x && x < f64::INFINITY,
+    hint: SILENT,
+};
+const NON_NEGATIVE: Rule = Rule {
+    allowed: "a finite number >= 0",
+    holds: |x| (0.0..f64::INFINITY).contains(&x),
+    hint: SILENT,
+};
+const LAMBDA: Rule = Rule {
+    allowed: "a number in (0, 1e4]",
+    holds: |x| 0.0 < x && x <= 1e4,
+    hint: SILENT,
+};
+const KAPPA: Rule = Rule {
+    allowed: "a number in (-1, 1), not 0",
+    holds: |x| -1.0 < x && x < 1.0 && x != 0.0,
+    hint: |x| match x.abs() {
+        0.0 => Some("kappa = 0 is the straight rod, whatever lambda: bend it a little"),
+        1.0 => {
+            Some("kappa = 1 is the infinitely taut rod; write p, kappa = tanh p, for a rod near it")
+        }
+        _ => None,
+    },
+};
+const P: Rule = Rule {
+    allowed: "a number in [-1e4, 1e4], not 0",
+    holds: |x| (-1e4..=1e4).contains(&x) && x != 0.0,
+    hint: |x| (x == 0.0).then_some("p = 0 is the straight rod, whatever lambda: bend it a little"),
+};
+const TOLERANCE: Rule = Rule {
+    allowed: "a number in [1e-14, 1e-2]",
+    holds: |x| (1e-14..=1e-2).contains(&x),
+    hint: SILENT,
+};
+/// lambda exceeds mode * pi, so that no mode above 1e4 / pi is in reach of lambda <= 1e4.
+const MODES: (usize, usize) = (0, 3000);
+/// Relative width around |r| = L within which a position counts as on the circle: the rounding of
+/// the norm.
+const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
+
+/// Reads a scene, or every fault of it.
+pub(super) fn scene(text: &str) -> Result<Scene, Faults> {
+    let reader = Reader::new(text);
+    let scene = reader.document().and_then(|document| {
+        // Missing tables are reported at the end of the text, where they can be added.
+        let top = Table::open(&reader, "", &document, text.len(), &TOP, &HOMES);
+        resolve(&top)
+    });
+    match scene {
+        Some(scene) if reader.is_clean() => Ok(scene),
+        _ => Err(Faults::new(reader.into_faults())),
+    }
+}
+
+/// Reads everything before it gives up anything: `?` only after the last field, as in every
+/// function below.
+fn resolve(top: &Table) -> Option<Scene> {
+    let units = top.read("units", "", Or(Units::default()), |field, value| {
+        let words = [("si", Units::Si), ("dimensionless", Units::Dimensionless)];
+        let allowed = r#""si" or "dimensionless""#;
+        top.reader.choice(field, value, &words, allowed)
+    });
+    let rod_table = required(top, &ROD, "length = 1.0");
+    let rod = rod_table.as_ref().and_then(rod);
+    let body = required(top, &BODY, "mass = 1.0").and_then(|table| body(&table));
+    let length = rod.as_ref().map(|rod| rod.length);
+    let start = required(top, &START, "lambda = 6.3").and_then(|table| start(&table, length));
+    let loads = match top.get("loads") {
+        None => Some(Loads::default()),
+        Some(value) => open(top, value, &LOADS).and_then(|table| loads(&table)),
+    };
+    let run = required(top, &RUN, "duration = 3.0").and_then(|table| run(&table));
+    let scene = Scene {
+        units: units?,
+        rod: rod?,
+        body: body?,
+        start: start?,
+        loads: loads?,
+        run: run?,
+    };
+    if !(Scales::of(&scene).are_normal() && scene.dimensionless().is_finite()) {
+        top.reader.record(
+            FaultKind::Value,
+            rod_table.map_or(0, |table| table.at),
+            "rod",
+            None,
+            "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the loads and \
+             the duration measured by them, are numbers",
+            Some("they over- or underflow: choose units nearer to the rod's size".to_owned()),
+        );
+        return None;
+    }
+    Some(scene)
+}
+
+fn required<'a>(top: &Table<'a>, spec: &Spec, example: &str) -> Option<Table<'a>> {
+    let Some(value) = top.get(spec.name) else {
+        let hint = format!("add `[{}]` with a line such as `{example}`", spec.name);
+        let allowed = format!("a table with {}", spec.fields.join(", "));
+        let (kind, at) = (FaultKind::Missing, top.at);
+        top.reader
+            .record(kind, at, spec.name, None, allowed, Some(hint));
+        return None;
+    };
+    open(top, value, spec)
+}
+
+fn open<'a>(top: &Table<'a>, value: &'a Spanned<DeValue<'a>>, spec: &Spec) -> Option<Table<'a>> {
+    let allowed = format!("a table, [{}]", spec.name);
+    top.reader.table(spec.name, value, spec, &HOMES, &allowed)
+}
+
+fn rod(table: &Table) -> Option<Rod> {
+    let words = r#""elastica""#;
+    let example = Required(r#"model = "elastica""#);
+    let model = table.read("model", words, example, |field, value| {
+        if value.get_ref().as_str() == Some("cosserat") {
+            let hint = Some("Cosserat rods in space are planned".to_owned());
+            table
+                .reader
+                .fault(FaultKind::Planned, field, value.span(), words, hint);
+            return None;
+        }
+        let models = [("elastica", Model::Elastica)];
+        table.reader.choice(field, value, &models, words)
+    });
+    let length = table.number("length", POSITIVE, Required("length = 1.0"));
+    let stiffness = Required("bending_stiffness = 1.0");
+    let bending_stiffness = table.number("bending_stiffness", POSITIVE, stiffness);
+    Some(Rod {
+        model: model?,
+        length: length?,
+        bending_stiffness: bending_stiffness?,
+    })
+}
+
+fn body(table: &Table) -> Option<Body> {
+    let mass = table.number("mass", POSITIVE, Required("mass = 1.0"));
+    Some(Body { mass: mass? })
+}
+
+fn start(table: &Table, length: Option<f64>) -> Option<Start> {
+    let velocity = table.vector("velocity", FINITE, Or([0.0; 2]));
+    let lambda = table.optional("lambda", LAMBDA);
+    let kappa = table.optional("kappa", KAPPA);
+    let p = table.optional("p", P);
+    let position = table.read("position", "", Or(None), |field, value| {
+        let position = table.reader.vector(field, value, FINITE)?;
+        reachable(table.reader, field, value, position, length?).then_some(Some(position))
+    });
+    let words = [("stable", Sheet::Stable), ("lowest", Sheet::Lowest)];
+    let allowed = r#""stable", "lowest" or a table such as { mode = 1, sign = "-" }"#;
+    let sheet = table.read("sheet", allowed, Or(Sheet::Stable), |field, value| {
+        word_or_name(table.reader, field, value, &words, allowed, Sheet::Named)
+    });
+
+    let consistent = one_place(table);
+    let (velocity, lambda, kappa, p) = (velocity?, lambda?, kappa?, p?);
+    let (position, sheet) = (position?, sheet?);
+    consistent.then_some(())?;
+    let place = match (lambda, kappa, p, position) {
+        (Some(lambda), Some(kappa), None, None) => Place::Kappa { lambda, kappa },
+        (Some(lambda), None, Some(p), None) => Place::P { lambda, p },
+        (None, None, None, Some(position)) => Place::Position { position, sheet },
+        // `one_place` has reported every other case.
+        _ => return None,
+    };
+    Some(Start { place, velocity })
+}
+
+/// True if exactly one equilibrium, or position, is named; else the faults.
+fn one_place(table: &Table) -> bool {
+    let given = |name: &&str| table.get(name).is_some();
+    let chart: Vec<&str> = ["lambda", "kappa", "p"].into_iter().filter(given).collect();
+    let conflict = |name: &str, others: &[&str], hint: &str| {
+        let Some(value) = table.get(name) else { return };
+        let named = |other: &&str| {
+            let line = table.line_of(other)?;
+            Some(format!("start.{other} (line {line})"))
+        };
+        let others: Vec<String> = others.iter().filter_map(named).collect();
+        let verb = if others.len() == 1 { "is" } else { "are" };
+        let line = table.reader.line(value.span().start);
+        let allowed = format!(
+            "left out (line {line}) where {} {verb} given",
+            others.join(" and ")
+        );
+        let field = table.field(name);
+        let hint = Some(hint.to_owned());
+        table
+            .reader
+            .fault(FaultKind::Conflict, &field, value.span(), allowed, hint);
+    };
+    let has = |name: &str| given(&name);
+    let mut consistent = true;
+    if has("kappa") && has("p") {
+        conflict("p", &["kappa"], "kappa = tanh p: keep one of them");
+        consistent = false;
+    }
+    if has("position") {
+        if !chart.is_empty() {
+            let hint = "start from lambda and kappa, or from a position and a sheet";
+            conflict("position", &chart, hint);
+            consistent = false;
+        }
+        return consistent;
+    }
+    if chart.is_empty() {
+        let allowed = "an equilibrium: lambda with kappa (or p), or position";
+        let hint = "write `lambda = 6.3` and `kappa = 0.6` in [start]".to_owned();
+        let (kind, at) = (FaultKind::Missing, table.at);
+        table
+            .reader
+            .record(kind, at, "start", None, allowed, Some(hint));
+        return false;
+    }
+    if has("sheet") {
+        conflict(
+            "sheet",
+            &chart,
+            "they name one equilibrium, and so its sheet",
+        );
+        consistent = false;
+    }
+    if !has("lambda") {
+        table.missing("lambda", LAMBDA.allowed, "lambda = 6.3");
+        consistent = false;
+    }
+    if !has("kappa") && !has("p") {
+        table.missing("kappa", KAPPA.allowed, "kappa = 0.6");
+        consistent = false;
+    }
+    consistent
+}
+
+/// True if the free end can be at `position`; else the fault.
+fn reachable(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    position: [f64; 2],
+    length: f64,
+) -> bool {
+    let [x, y] = position.map(|component| component / length);
+    let distance = x.hypot(y);
+    if distance < 1.0 - ON_CIRCLE {
+        return true;
+    }
+    let hint = if distance <= 1.0 + ON_CIRCLE {
+        "it is on the circle |r| = length, where the rod is straight and its tension unbounded; start \
+         a little inside"
+            .to_owned()
+    } else {
+        format!("the rod cannot reach so far: |r| / length = {distance:.6}")
+    };
+    let allowed =
+        format!("inside the disc of radius {length}, the length of the rod, around the clamp");
+    reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
+    false
+}
+
+/// One of some words, or the name of a sheet.
+fn word_or_name<'a, T: Clone>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+    words: &[(&'static str, T)],
+    allowed: &str,
+    named: fn(SheetName) -> T,
+) -> Option<T> {
+    if !value.get_ref().is_table() {
+        return reader.choice(field, value, words, allowed);
+    }
+    let table = reader.table(field, value, &SHEET, &[], allowed)?;
+    let (least, most) = MODES;
+    let allowed = format!("an integer from {least} to {most}");
+    let mode = table.read("mode", &allowed, Required("mode = 1"), |field, value| {
+        reader.count(field, value, MODES)
+    });
+    let allowed = r#""+" or "-""#;
+    let sign = table.read(
+        "sign",
+        allowed,
+        Required(r#"sign = "-""#),
+        |field, value| {
+            let signs = [("+", Sign::Plus), ("-", Sign::Minus)];
+            reader.choice(field, value, &signs, allowed)
+        },
+    );
+    let near = table.optional("near", LAMBDA);
+    Some(named(SheetName {
+        mode: mode?,
+        sign: sign?,
+        near: near?,
+    }))
+}
+
+fn loads(table: &Table) -> Option<Loads> {
+    let gravity = table.vector("gravity", FINITE, Or([0.0; 2]));
+    let dead = table.vector("dead", FINITE, Or([0.0; 2]));
+    let drag = table.number("drag", NON_NEGATIVE, Or(0.0));
+    let force = table.read("force", "", Or(Vec::new()), |field, value| {
+        let DeValue::Array(array) = value.get_ref() else {
+            return Some(vec![force(table.reader, field, value)?]);
+        };
+        let read = |(i, value)| force(table.reader, &format!("{field}[{i}]"), value);
+        let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
+        forces.into_iter().collect()
+    });
+    Some(Loads {
+        gravity: gravity?,
+        dead: dead?,
+        drag: drag?,
+        force: force?,
+    })
+}
+
+fn force<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+) -> Option<Force> {
+    let allowed = "a table such as { direction = [0.0, 1.0], amplitude = 0.5, frequency = 2.0 }, \
+                   or an array of them";
+    let table = reader.table(field, value, &FORCE, &[], allowed)?;
+    let allowed = "an array of two finite numbers, [x, y], not both 0";
+    let example = Required("direction = [0.0, 1.0]");
+    let direction = table.read("direction", allowed, example, |field, value| {
+        let direction = reader.vector(field, value, FINITE)?;
+        if direction == [0.0; 2] {
+            reader.fault(FaultKind::Value, field, value.span(), allowed, None);
+            return None;
+        }
+        Some(direction)
+    });
+    let amplitude = table.number("amplitude", FINITE, Required("amplitude = 0.5"));
+    let frequency = table.number("frequency", NON_NEGATIVE, Required("frequency = 2.0"));
+    let phase = table.number("phase", FINITE, Or(0.0));
+    Some(Force {
+        direction: direction?,
+        amplitude: amplitude?,
+        frequency: frequency?,
+        phase: phase?,
+    })
+}
+
+fn run(table: &Table) -> Option<Run> {
+    let duration = table.number("duration", POSITIVE, Required("duration = 3.0"));
+    let tolerance = table.number("tolerance", TOLERANCE, Or(Run::TOLERANCE));
+    let words = [
+        ("viscous", Landing::Viscous),
+        ("lowest", Landing::Lowest),
+        ("all", Landing::All),
+    ];
+    let allowed = r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#;
+    let landing = table.read("landing", allowed, Or(Landing::Viscous), |field, value| {
+        word_or_name(table.reader, field, value, &words, allowed, Landing::Named)
+    });
+    let branches = table.count("branches", (1, 10_000), Run::BRANCHES);
+    let samples = table.count("samples", (2, 10_000_000), Run::SAMPLES);
+    let max_steps = table.count("max_steps", (1, 1_000_000_000), Run::MAX_STEPS);
+    let max_snaps = table.count("max_snaps", (0, 1_000_000_000), Run::MAX_SNAPS);
+    Some(Run {
+        duration: duration?,
+        tolerance: tolerance?,
+        landing: landing?,
+        branches: branches?,
+        samples: samples?,
+        max_steps: max_steps?,
+        max_snaps: max_snaps?,
+    })
+}

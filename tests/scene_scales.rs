@@ -1,0 +1,116 @@
+//! Scenes: the scaling between the user's units and the library's.
+#![cfg(feature = "scene")]
+
+use proptest::prelude::*;
+use snaprod::scene::{Place, Scales, Scene, Units};
+use std::path::Path;
+
+fn scene_file(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    Scene::read(&folder.join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn close(a: f64, b: f64) {
+    assert!((a - b).abs() <= 1e-14 * a.abs().max(b.abs()), "{a} {b}");
+}
+
+/// L = 0.5 m, EI = 0.02 N m^2, m = 0.05 kg by hand: L^2 = 1/4, L^3 = 1/8.
+#[test]
+fn si_scales() {
+    let scene = scene_file("si");
+    let scales = Scales::of(&scene);
+    close(scales.force, 0.08);
+    close(scales.energy, 0.04);
+    close(scales.time, 0.3125_f64.sqrt());
+    close(scales.velocity, 0.8_f64.sqrt());
+    close(scales.acceleration, 1.6);
+    close(scales.drag, 0.08 / 0.8_f64.sqrt());
+    let free = scene.dimensionless();
+    close(free.gravity[1], -9.81 / 1.6);
+    close(free.duration, 2.0 / 0.3125_f64.sqrt());
+    let Place::Position { position, .. } = free.place else {
+        panic!()
+    };
+    close(position[0], 0.58);
+    assert_eq!(Units::label("x", scene.units.length()), "x [m]");
+    assert_eq!(Units::label("x", Units::Dimensionless.length()), "x");
+}
+
+fn with_units(length: f64, stiffness: f64, mass: f64, drag: f64) -> Scene {
+    let mut scene = scene_file("forced");
+    scene.rod.length = length;
+    scene.rod.bending_stiffness = stiffness;
+    scene.body.mass = mass;
+    scene.loads.gravity = [0.3, -9.81];
+    scene.loads.dead = [-2.0, 0.7];
+    scene.loads.drag = drag;
+    scene.loads.force[0].direction = [1.0, 2.0];
+    scene.loads.force[0].phase = 0.4;
+    scene
+}
+
+/// The load on the mass at time t and velocity v, in the scene's own units.
+fn load(scene: &Scene, t: f64, v: [f64; 2]) -> [f64; 2] {
+    let force = &scene.loads.force[0];
+    let angle = std::f64::consts::TAU * force.frequency * t + force.phase;
+    std::array::from_fn(|i| {
+        scene.body.mass * scene.loads.gravity[i] + scene.loads.dead[i] - scene.loads.drag * v[i]
+            + force.unit()[i] * force.amplitude * angle.sin()
+    })
+}
+
+proptest! {
+    /// Newton's law is the same in both systems of units: the acceleration that the loads give,
+    /// computed in the library's units and scaled back, is that computed in the user's. This binds
+    /// the scales of force, time, velocity, acceleration and drag to each other.
+    #[test]
+    fn newtons_law_scales(
+        length in 1e-3..1e3_f64, stiffness in 1e-3..1e3_f64, mass in 1e-3..1e3_f64,
+        drag in 0.0..10.0_f64, t in 0.0..3.0_f64, v in [-5.0..5.0_f64, -5.0..5.0_f64],
+    ) {
+        let mut scene = with_units(length, stiffness, mass, drag);
+        scene.start.velocity = v;
+        let scales = Scales::of(&scene);
+        let free = scene.dimensionless();
+        let theirs = load(&scene, t, v);
+        let [x, y] = free.forces[0].at(t / scales.time);
+        let size = theirs[0].hypot(theirs[1]) + 10.0 * drag + mass * 10.0 + 3.0;
+        for (i, harmonic) in [x, y].into_iter().enumerate() {
+            let ours = free.gravity[i] + free.dead[i] - free.drag * free.velocity[i] + harmonic;
+            // As a force, and as an acceleration of the user's mass.
+            prop_assert!((ours * scales.force - theirs[i]).abs() < 1e-12 * size);
+            let acceleration = ours * scales.length / scales.time.powi(2);
+            prop_assert!((acceleration * mass - theirs[i]).abs() < 1e-12 * size);
+        }
+        // Kinetic and elastic energy on one scale; work and power likewise.
+        close(scales.mass * scales.velocity.powi(2), scales.energy);
+        close(scales.force * scales.length, scales.energy);
+        close(scales.drag * scales.velocity.powi(2) * scales.time, scales.energy);
+        close(scales.energy * length, stiffness);
+    }
+
+    /// The same scene told in centimetres, grams and milliseconds is the same without units.
+    #[test]
+    fn units_drop_out(length in 0.1..10.0_f64, stiffness in 0.1..10.0_f64, mass in 0.1..10.0_f64) {
+        let si = with_units(length, stiffness, mass, 0.3);
+        let (l, m, s) = (1e2, 1e3, 1e3);
+        let force = m * l / (s * s);
+        let mut other = with_units(length * l, stiffness * force * l * l, mass * m, 0.3 * m / s);
+        other.start.velocity = si.start.velocity.map(|v| v * l / s);
+        other.loads.gravity = si.loads.gravity.map(|g| g * l / (s * s));
+        other.loads.dead = si.loads.dead.map(|f| f * force);
+        other.loads.force[0].amplitude *= force;
+        other.loads.force[0].frequency /= s;
+        other.run.duration *= s;
+        let (a, b) = (si.dimensionless(), other.dimensionless());
+        for i in 0..2 {
+            close(a.velocity[i], b.velocity[i]);
+            close(a.gravity[i], b.gravity[i]);
+            close(a.dead[i], b.dead[i]);
+        }
+        close(a.drag, b.drag);
+        close(a.duration, b.duration);
+        close(a.forces[0].amplitude, b.forces[0].amplitude);
+        close(a.forces[0].angular_frequency, b.forces[0].angular_frequency);
+    }
+}
