@@ -21,6 +21,7 @@ pub struct Error {
 enum Kind {
     Domain,
     Unreachable,
+    Ambiguous,
     NoConvergence,
     Io,
 }
@@ -34,6 +35,12 @@ impl Error {
     /// A pose that no equilibrium has.
     pub(crate) fn unreachable(message: impl Into<String>) -> Self {
         Self::new(Kind::Unreachable, message)
+    }
+
+    /// A request that several answers fit.
+    #[cfg_attr(not(feature = "scene"), allow(dead_code))]
+    pub(crate) fn ambiguous(message: impl Into<String>) -> Self {
+        Self::new(Kind::Ambiguous, message)
     }
 
     /// An iteration that did not reach its tolerance.
@@ -70,6 +77,11 @@ impl Error {
     /// True if no equilibrium has the pose that was asked for.
     pub fn is_unreachable(&self) -> bool {
         self.kind == Kind::Unreachable
+    }
+
+    /// True if several answers fit the request.
+    pub fn is_ambiguous(&self) -> bool {
+        self.kind == Kind::Ambiguous
     }
 
     /// True if an iteration did not reach its tolerance.

@@ -26,6 +26,7 @@ pub struct ManifoldPoint<const N: usize> {
 /// Which sheet a point lies on: the number of interior zeros of the rod's couple (or the model's
 /// own count of branches) and a sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Sheet {
     /// Mode, 0, 1, 2, ...
     pub mode: u32,
@@ -35,10 +36,13 @@ pub struct Sheet {
 
 /// + or -.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub enum Sign {
     /// +
+    #[cfg_attr(feature = "scene", serde(rename = "+"))]
     Plus,
     /// -
+    #[cfg_attr(feature = "scene", serde(rename = "-"))]
     Minus,
 }
 

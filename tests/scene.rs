@@ -2,9 +2,7 @@
 #![cfg(feature = "scene")]
 
 use proptest::prelude::*;
-use snaprod::scene::{
-    Fault, FaultKind, Landing, Place, ReadError, Scene, Sheet, SheetName, Sign, Units,
-};
+use snaprod::scene::{Fault, FaultKind, Landing, Place, ReadError, Scene, Sheet, SheetName, Units};
 use std::path::{Path, PathBuf};
 
 /// The scene of the reference, every table and nearly every field of it.
@@ -433,15 +431,20 @@ fn position_is_inside_the_disc() {
 
 #[test]
 fn sheets_and_landings() {
-    let name = SheetName {
+    let sheet = snaprod::manifold::Sheet {
         mode: 1,
-        sign: Sign::Minus,
+        sign: snaprod::manifold::Sign::Minus,
+    };
+    let name = SheetName {
+        sheet,
         near: Some(5.5),
     };
     let table = "{ mode = 1, sign = \"-\", near = 5.5 }";
     assert_eq!(
-        scene("\"viscous\"", table).run.landing,
-        Landing::Named(name)
+        scene("\"viscous\"", "{ mode = 1, sign = \"-\" }")
+            .run
+            .landing,
+        Landing::Named(sheet)
     );
     let start = format!("position = [0.1, 0.1]\nsheet = {table}");
     let place = scene("lambda = 6.3\nkappa = 0.6", &start).start.place;

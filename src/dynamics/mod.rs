@@ -1,11 +1,13 @@
 //! The body's motion: on a sheet, through its fold, onto the next.
 
+mod drive;
 mod ledger;
 mod motion;
 mod run;
 mod snap;
 mod start;
 
+pub use drive::{Observer, drive};
 pub use ledger::Ledger;
 pub use motion::{Motion, Phase, Progress};
 pub use run::{Outcome, Run, RunEvent, RunOptions, Sample};

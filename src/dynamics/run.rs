@@ -162,6 +162,7 @@ pub struct Run<'a, M, const N: usize> {
     past: Work,
     pending: Option<f64>,
     stopped: bool,
+    interrupted: bool,
 }
 
 impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
@@ -226,6 +227,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
             past: Work::default(),
             pending,
             stopped: false,
+            interrupted: false,
         })
     }
 
@@ -262,6 +264,21 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
     /// Time now.
     pub fn time(&self) -> f64 {
         self.motion.phase().t
+    }
+
+    /// End of time.
+    pub fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    /// True if the run stands at a fold and will snap next.
+    pub fn at_fold(&self) -> bool {
+        self.pending.is_some()
+    }
+
+    /// Ends the run at its next step, with [`Outcome::Interrupted`].
+    pub fn interrupt(&mut self) {
+        self.interrupted = true;
     }
 
     /// What it cost so far.
@@ -366,6 +383,9 @@ impl<M: EquilibriumManifold<N>, const N: usize> Iterator for Run<'_, M, N> {
     fn next(&mut self) -> Option<RunEvent<N>> {
         if self.stopped {
             return None;
+        }
+        if self.interrupted {
+            return Some(self.stop(Outcome::Interrupted));
         }
         if let Some(time_error) = self.pending.take() {
             let t = self.time();

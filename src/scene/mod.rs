@@ -48,11 +48,13 @@
 //! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
 //! library's units, in which length, bending stiffness and mass are 1.
 
+mod build;
 mod fault;
 mod reader;
 mod scales;
 mod schema;
 
+pub use build::Setup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use scales::{Dimensionless, Harmonic, Scales};
 
@@ -269,28 +271,17 @@ pub enum Sheet {
     Named(SheetName),
 }
 
-/// The name of a sheet: S_mode^sign.
+/// An equilibrium by its sheet, S_mode^sign.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SheetName {
-    /// Number of zeros of the curvature theta' inside the rod (inflections), 0..=3000.
-    pub mode: usize,
-    /// Sign of the curvature at the clamp.
-    pub sign: Sign,
+    /// Number of zeros of the curvature theta' inside the rod (inflections), 0..=3000, and the sign of
+    /// the curvature at the clamp ("+": the rod leaves it curving to the left, towards +y).
+    #[serde(flatten)]
+    pub sheet: crate::manifold::Sheet,
     /// Where several equilibria share the name and the position: the one whose lambda is nearest
     /// to this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub near: Option<f64>,
-}
-
-/// A sign, written `"+"` or `"-"`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Sign {
-    /// `"+"`: the rod leaves the clamp curving to the left, towards +y.
-    #[serde(rename = "+")]
-    Plus,
-    /// `"-"`: it curves to the right, towards -y.
-    #[serde(rename = "-")]
-    Minus,
 }
 
 /// What acts on the body beside the rod. Everything defaults to zero.
@@ -377,7 +368,7 @@ pub enum Landing {
     Lowest,
     /// To every stable one: the run branches.
     All,
-    /// To the one so named.
+    /// To the stable one of this sheet.
     #[serde(untagged)]
-    Named(SheetName),
+    Named(crate::manifold::Sheet),
 }

@@ -3,8 +3,8 @@
 use super::fault::{FaultKind, Faults};
 use super::reader::{Need, Reader, Rule, Spec, Table};
 use super::{
-    Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Sign,
-    Start, Units,
+    Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Start,
+    Units,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -57,6 +57,11 @@ const FORCE: Spec = Spec {
 const SHEET: Spec = Spec {
     name: "sheet",
     fields: &["mode", "sign", "near"],
+    planned: &[],
+};
+const LANDING: Spec = Spec {
+    name: "landing",
+    fields: &["mode", "sign"],
     planned: &[],
 };
 /// Where a field that stands in the wrong table may belong.
@@ -223,7 +228,15 @@ fn start(table: &Table, length: Option<f64>) -> Option<Start> {
     let words = [("stable", Sheet::Stable), ("lowest", Sheet::Lowest)];
     let allowed = r#""stable", "lowest" or a table such as { mode = 1, sign = "-" }"#;
     let sheet = table.read("sheet", allowed, Or(Sheet::Stable), |field, value| {
-        word_or_name(table.reader, field, value, &words, allowed, Sheet::Named)
+        word_or_name(
+            table.reader,
+            field,
+            value,
+            &words,
+            allowed,
+            &SHEET,
+            Sheet::Named,
+        )
     });
 
     let consistent = one_place(table);
@@ -338,12 +351,13 @@ fn word_or_name<'a, T: Clone>(
     value: &'a Spanned<DeValue<'a>>,
     words: &[(&'static str, T)],
     allowed: &str,
+    spec: &'static Spec,
     named: fn(SheetName) -> T,
 ) -> Option<T> {
     if !value.get_ref().is_table() {
         return reader.choice(field, value, words, allowed);
     }
-    let table = reader.table(field, value, &SHEET, &[], allowed)?;
+    let table = reader.table(field, value, spec, &[], allowed)?;
     let (least, most) = MODES;
     let allowed = format!("an integer from {least} to {most}");
     let mode = table.read("mode", &allowed, Required("mode = 1"), |field, value| {
@@ -355,14 +369,23 @@ fn word_or_name<'a, T: Clone>(
         allowed,
         Required(r#"sign = "-""#),
         |field, value| {
-            let signs = [("+", Sign::Plus), ("-", Sign::Minus)];
+            let signs = [
+                ("+", crate::manifold::Sign::Plus),
+                ("-", crate::manifold::Sign::Minus),
+            ];
             reader.choice(field, value, &signs, allowed)
         },
     );
-    let near = table.optional("near", LAMBDA);
+    let near = if spec.fields.contains(&"near") {
+        table.optional("near", LAMBDA)
+    } else {
+        Some(None)
+    };
     Some(named(SheetName {
-        mode: mode?,
-        sign: sign?,
+        sheet: crate::manifold::Sheet {
+            mode: mode? as u32,
+            sign: sign?,
+        },
         near: near?,
     }))
 }
@@ -426,7 +449,15 @@ fn run(table: &Table) -> Option<Run> {
     ];
     let allowed = r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#;
     let landing = table.read("landing", allowed, Or(Landing::Viscous), |field, value| {
-        word_or_name(table.reader, field, value, &words, allowed, Landing::Named)
+        word_or_name(
+            table.reader,
+            field,
+            value,
+            &words,
+            allowed,
+            &LANDING,
+            |name| Landing::Named(name.sheet),
+        )
     });
     let branches = table.count("branches", (1, 10_000), Run::BRANCHES);
     let samples = table.count("samples", (2, 10_000_000), Run::SAMPLES);

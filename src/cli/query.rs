@@ -1,0 +1,191 @@
+//! `snaprod elastica` and `snaprod equilibria`.
+
+use super::files::{print, print_json};
+use super::{ElasticaArgs, Ending, EquilibriaArgs, Refusal};
+use serde_json::{Value, json};
+use snaprod::elastica::{Elastica, Equilibrium, Found, Section, equilibria_at, fold_distance};
+use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
+use std::fmt::Write;
+
+/// Describes one equilibrium.
+pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
+    let e = asked(args)?;
+    let index = Elastica.index(&nalgebra::Vector2::new(e.p, e.w))?;
+    let distance = fold_distance(&e)?;
+    let sections: Vec<Section> = args
+        .s
+        .iter()
+        .map(|&s| e.section(s))
+        .collect::<Result<_, _>>()?;
+    if args.json {
+        let mut object = describe(&e);
+        let more = json!({
+            "x": e.x,
+            "y": e.y,
+            "one_minus_x": e.one_minus_x,
+            "energy": e.energy,
+            "force": e.force,
+            "index": index,
+            "stable": index == 0,
+            "fold_distance": distance,
+            "sections": sections.iter().map(section_json).collect::<Vec<_>>(),
+        });
+        merge(&mut object, more);
+        print_json(&object);
+        return Ok(Ending::Done);
+    }
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<15}{value}");
+    };
+    line("sheet", format!("{} (mode {}, sign {})", e.sheet, e.sheet.mode, e.sheet.sign.as_str()));
+    line("lambda", e.lambda.to_string());
+    line("kappa", format!("{}   (p = {}, kappa' = {:e})", e.kappa, e.p, e.kappa_c));
+    line("w", e.w.to_string());
+    line("k, beta", format!("{}, {}", e.k, e.beta));
+    line("alpha", e.alpha.to_string());
+    line("theta(1)", e.theta1.to_string());
+    line("x, y", format!("{}, {}   (1 - x = {:e})", e.x, e.y, e.one_minus_x));
+    line("energy", e.energy.to_string());
+    line("force on mass", format!("{}, {}", e.force[0], e.force[1]));
+    line("index", format!("{index} ({})", if index == 0 { "stable" } else { "unstable" }));
+    line(
+        "fold distance",
+        format!("{distance} in lambda, to the first fold at this kappa"),
+    );
+    if !sections.is_empty() {
+        line("s", "theta, theta', x, y".to_owned());
+        for s in &sections {
+            line(
+                &s.s.to_string(),
+                format!("{}, {}, {}, {}", s.theta, s.curvature, s.x, s.y),
+            );
+        }
+    }
+    print(&text);
+    Ok(Ending::Done)
+}
+
+fn asked(args: &ElasticaArgs) -> Result<Equilibrium, Refusal> {
+    let e = match (args.lambda, args.kappa, args.p) {
+        (Some(lambda), Some(kappa), _) => Equilibrium::from_lambda_kappa(lambda, kappa)?,
+        (Some(lambda), None, Some(p)) => Equilibrium::from_lambda_p(lambda, p)?,
+        _ => match (args.mode, args.sign.as_deref(), args.k, args.beta) {
+            (Some(mode), Some(sign), Some(k), Some(beta)) => {
+                let sign = if sign == "-" { Sign::Minus } else { Sign::Plus };
+                Equilibrium::from_sheet(Sheet { mode, sign }, k, beta)?
+            }
+            _ => {
+                return Err(Refusal(
+                    "give --lambda with --kappa or --p, or --mode, --sign, --k and --beta".to_owned(),
+                ));
+            }
+        },
+    };
+    if e.kappa == 0.0 {
+        return Err(Refusal(
+            "kappa = 0 is the straight rod, whatever lambda: its end is at (1, 0), its energy 0".to_owned(),
+        ));
+    }
+    Ok(e)
+}
+
+fn section_json(s: &Section) -> Value {
+    json!({ "s": s.s, "theta": s.theta, "curvature": s.curvature, "x": s.x, "y": s.y })
+}
+
+/// The labels of an equilibrium.
+pub fn describe(e: &Equilibrium) -> Value {
+    json!({
+        "lam": e.lambda,
+        "p": e.p,
+        "w": e.w,
+        "kappa": e.kappa,
+        "mode": e.sheet.mode,
+        "sign": e.sheet.sign.as_str(),
+        "k": e.k,
+        "beta": e.beta,
+        "alpha": e.alpha,
+        "theta1": e.theta1,
+    })
+}
+
+/// Adds the entries of `more` to the object `to`.
+pub fn merge(to: &mut Value, more: Value) {
+    if let (Value::Object(to), Value::Object(more)) = (to, more) {
+        to.extend(more);
+    }
+}
+
+/// Lists all equilibria at a point.
+pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
+    let [x, y] = args.at;
+    if args.at == [1.0, 0.0] {
+        let note = "the rod is straight, under any load along itself: the force is not determined by the position";
+        if args.json {
+            print_json(&json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": [], "note": note }));
+        } else {
+            print(&format!("at (1, 0) {note}\n"));
+        }
+        return Ok(Ending::Done);
+    }
+    let found = equilibria_at(x, y, args.lambda_max)?;
+    if args.json {
+        let list: Vec<Value> = found.iter().map(found_json).collect();
+        print_json(&json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": list }));
+        return Ok(Ending::Done);
+    }
+    let mut text = format!(
+        "{} with the end at ({x}, {y}) and lambda < {}\n",
+        match found.len() {
+            0 => "no equilibrium".to_owned(),
+            1 => "one equilibrium".to_owned(),
+            n => format!("{n} equilibria"),
+        },
+        args.lambda_max
+    );
+    if !found.is_empty() {
+        let _ = writeln!(
+            text,
+            "{:>6} {:>14} {:>14} {:>12} {:>12} {:>14} {:>5}",
+            "sheet", "lambda", "p", "alpha", "theta(1)", "energy", "index"
+        );
+    }
+    for f in &found {
+        let e = &f.equilibrium;
+        let _ = writeln!(
+            text,
+            "{:>6} {:>14.9} {:>14.9} {:>12.8} {:>12.8} {:>14.9} {:>5}{}",
+            e.sheet.to_string(),
+            e.lambda,
+            e.p,
+            e.alpha,
+            e.theta1,
+            e.energy,
+            f.index,
+            if f.degenerate {
+                "  on a fold: two in one"
+            } else if f.stable() {
+                "  stable"
+            } else {
+                ""
+            }
+        );
+    }
+    print(&text);
+    Ok(Ending::Done)
+}
+
+fn found_json(f: &Found) -> Value {
+    let mut object = describe(&f.equilibrium);
+    let more = json!({
+        "elastic": f.equilibrium.energy,
+        "force": f.equilibrium.force,
+        "index": f.index,
+        "stable": f.stable(),
+        "degenerate": f.degenerate,
+        "residual": f.residual,
+    });
+    merge(&mut object, more);
+    object
+}
