@@ -4,6 +4,8 @@
 pub mod elastica;
 pub mod error;
 pub mod math;
+#[cfg(feature = "plot")]
+pub mod plot;
 pub mod solve;
 
 pub use error::{Error, Result};
