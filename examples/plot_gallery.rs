@@ -15,12 +15,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let figures = [
         ("snapshots", snapshots(&snapshots_data(&m))?),
         ("energies", energies(&energies_data(&m))?),
-        ("path_on_surface", path_on_surface(&path_data(&m, 60, 60))?),
+        ("path_on_surface", path_on_surface(&path_data(&m, 40, 56))?),
         ("phase_portrait", phase_portrait(&portrait_data())?),
-        ("sheets_lambda_alpha", sheets_lambda_alpha(&sheets_lam(60, 40))?),
-        ("sheets_over_disc", sheets_over_disc(&sheets_disc(60, 40))?),
+        (
+            "sheets_lambda_alpha",
+            sheets_lambda_alpha(&sheets_lam(48, 32))?,
+        ),
+        ("sheets_over_disc", sheets_over_disc(&sheets_disc(48, 32))?),
         ("fold_map", fold_map(&fold_map_data(241, 200))?),
-        ("energy_landscape", energy_landscape(&landscape_data(241, 200))?),
+        (
+            "energy_landscape",
+            energy_landscape(&landscape_data(241, 200))?,
+        ),
         ("lines", lines(&lines_data())?),
     ];
     for (name, svg) in figures {

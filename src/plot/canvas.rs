@@ -114,10 +114,12 @@ pub(crate) fn draw(width: f64, height: f64, paint: impl FnOnce(&mut Canvas)) -> 
 fn tidy(svg: &str, size: (u32, u32), shown: (f64, f64)) -> String {
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", size.0, size.1);
     let meant = format!(
-        "<svg width=\"{}\" height=\"{}\" stroke-linejoin=\"round\" stroke-linecap=\"round\"",
+        "<svg width=\"{}\" height=\"{}\" fill=\"none\" stroke-linejoin=\"round\" \
+         stroke-linecap=\"round\"",
         shown.0, shown.1
     );
-    svg.replacen(&drawn, &meant, 1)
+    svg.replace(" fill=\"none\"", "")
+        .replacen(&drawn, &meant, 1)
         .replace(" opacity=\"1\"", "")
         .replace(" \"/>", "\"/>")
 }

@@ -119,17 +119,19 @@ fn place(field: &Field, values: &[f64], level: f64, key: Key) -> (f64, f64) {
     }
 }
 
-/// Gives the grid points beyond the disc the mean of their neighbours, `layers` deep, so that areas reach
-/// the disc's edge and can be cut there.
+/// Gives the grid points beyond the disc (and within three steps of its edge, where rods are too taut for most
+/// samplings) the mean of their neighbours, `layers` deep, so that areas reach the edge and can be cut there.
 pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usize) {
     let (nx, ny) = (field.columns as isize, field.rows as isize);
+    let step = (field.x[1] - field.x[0]) / (field.columns - 1) as f64;
+    let rim = radius - 3.0 * step;
     for _ in 0..layers {
         let before = values.to_vec();
         for j in 0..ny {
             for i in 0..nx {
                 let m = (j * nx + i) as usize;
                 let (x, y) = field.point(i as f64, j as f64);
-                if !before[m].is_nan() || x.hypot(y) < radius {
+                if !before[m].is_nan() || x.hypot(y) < rim {
                     continue;
                 }
                 let (mut sum, mut count) = (0.0, 0);

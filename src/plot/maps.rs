@@ -36,7 +36,7 @@ pub fn fold_map(data: &FoldMap) -> Result<String> {
         .ok_or_else(|| Error::domain("fold map: no counts of equilibria to show"))?;
     let radius = data.units.radius();
     let mut counts: Vec<f64> = data.counts.values.iter().map(|c| c.round()).collect();
-    extend(&data.counts, &mut counts, radius, 4);
+    extend(&data.counts, &mut counts, radius, 7);
     counts.iter_mut().for_each(|c| *c = c.round());
     let (least, most) = (least.round().max(0.0), most.round().clamp(0.0, 1000.0));
 
@@ -46,7 +46,7 @@ pub fn fold_map(data: &FoldMap) -> Result<String> {
     inside.iter_mut().for_each(|c| *c = c.round());
     inside.sort_by(f64::total_cmp);
     inside.dedup();
-    for &count in inside.iter().take(8) {
+    for &count in inside.iter().take(6) {
         let word = if count == 1.0 {
             "equilibrium"
         } else {
@@ -258,7 +258,7 @@ pub fn energy_landscape(data: &EnergyLandscape) -> Result<String> {
                 .iter()
                 .map(|&v| ((data.scale.apply(v) - low) / (high - low)).clamp(0.0, 1.0))
                 .collect();
-            extend(field, &mut values, data.units.radius(), 4);
+            extend(field, &mut values, data.units.radius(), 7);
             for (i, &colour) in colours.iter().enumerate() {
                 fill(
                     canvas,

@@ -22,6 +22,7 @@ mod axes;
 mod canvas;
 mod contour;
 mod data;
+mod depth;
 mod legend;
 mod lines;
 mod maps;

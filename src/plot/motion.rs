@@ -114,13 +114,13 @@ const FOLD: Pen = Pen {
 /// A square panel a little larger than the disc.
 pub(crate) fn disc_panel(units: &Units, side: f64) -> Panel {
     let reach = 1.08 * units.radius();
-    let y = Axis::linear(-reach, reach, &units.length_of("y"), 4);
+    let y = Axis::linear(-reach, reach, &units.length_of("y"), 5);
     Panel {
         left: room_left(&y),
         top: 10.0,
         width: side,
         height: side,
-        x: Axis::linear(-reach, reach, &units.length_of("x"), 4),
+        x: Axis::linear(-reach, reach, &units.length_of("x"), 5),
         y,
     }
 }

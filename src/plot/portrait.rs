@@ -150,7 +150,13 @@ fn draw_arc(canvas: &mut Canvas, panel: &Panel, arc: &Arc, off: f64, pen: Pen) {
             if nx * (points[i].0 - middle.0) + ny * (points[i].1 - middle.1) < 0.0 {
                 (nx, ny) = (-nx, -ny);
             }
-            (points[i].0 + off * nx, points[i].1 + off * ny)
+            // Straight up or down at the start, so that it stays on the vertical line of the clamp.
+            let turn = (i as f64 / (0.15 * n as f64)).min(1.0);
+            let steep = off / ny.abs().max(0.35);
+            (
+                points[i].0 + turn * off * nx,
+                points[i].1 + turn * off * ny + (1.0 - turn) * steep * ny.signum(),
+            )
         })
         .collect();
     let tip = shifted[n - 1];

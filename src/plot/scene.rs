@@ -1,19 +1,25 @@
-//! Surfaces in space: parallel projection, faces sorted by depth, lines hidden exactly.
+//! Surfaces in space: parallel projection, faces painted from back to front, lines hidden exactly.
 
-use super::axes::{LABEL, MARK_3D, SMALL};
+use super::axes::{LABEL, MARK_3D, SMALL, thin};
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::{Bounds, Patch, View};
+use super::depth::{Layer, order};
 use super::palette::{Colour, FAINT, INK, category};
 use super::ticks;
+use std::collections::HashMap;
 
 pub(crate) type Point = [f64; 3];
 
-/// Two thirds of the way a back face's colour is from the front's to white.
+/// How far a back face's colour is towards white.
 const BACK_TINT: f64 = 0.5;
 /// How far behind a face a line may lie and still count as lying on it (the box has size 1).
-const ON_FACE: f64 = 0.012;
+const ON_FACE: f64 = 0.02;
+/// Sheets closer than this are painted in the order they were given.
+const TIE: f64 = 0.006;
 /// About so many rulings are drawn on a patch each way.
 const RULINGS: usize = 14;
+/// A line hidden for fewer pixels than this between two seen parts is drawn as seen.
+const SHORT_DIVE: f64 = 14.0;
 /// Faces are grown by so many pixels, which hides the seams between them.
 const OVERLAP: f64 = 0.35;
 
@@ -29,16 +35,50 @@ pub(crate) struct Scene {
     scale: f64,
     centre: (f64, f64),
     faces: Vec<Face>,
+    /// How far all colours are towards white, 0 to 1.
+    pale: f64,
+    /// Number of patches so far.
+    patches: usize,
 }
 
-/// A quadrilateral cut at the box, in box coordinates.
+/// A quadrilateral cut at the box.
 struct Face {
-    corners: Vec<Point>,
-    edges: Vec<(Point, Point, Colour, f64)>,
+    edges: Vec<Edge>,
     colour: Colour,
+    sheet: usize,
     depth: f64,
     /// Corners on the canvas.
     shown: Vec<(f64, f64)>,
+    /// Depth as a function of the pixel: at a pixel (x, y), slope . (x, y, 1), kept within the range.
+    slope: Option<Point>,
+    range: [f64; 2],
+}
+
+/// A side of a face that is drawn.
+struct Edge {
+    /// Patch, row, column, direction: the same for the two faces that share it.
+    name: [usize; 4],
+    ends: [(f64, f64); 2],
+    pen: Pen,
+}
+
+impl Layer for Face {
+    fn outline(&self) -> &[(f64, f64)] {
+        &self.shown
+    }
+
+    fn depth(&self) -> f64 {
+        self.depth
+    }
+
+    fn depth_at(&self, (x, y): (f64, f64)) -> Option<f64> {
+        self.slope
+            .map(|s| dot(s, [x, y, 1.0]).clamp(self.range[0], self.range[1]))
+    }
+
+    fn sheet(&self) -> usize {
+        self.sheet
+    }
 }
 
 fn dot(a: Point, b: Point) -> f64 {
@@ -83,6 +123,8 @@ impl Scene {
             scale: 1.0,
             centre: (0.0, 0.0),
             faces: Vec::new(),
+            pale: 0.0,
+            patches: 0,
         };
         let corners: Vec<(f64, f64)> = (0..8).map(|c| scene.project(scene.corner(c))).collect();
         let span = |f: fn(&(f64, f64)) -> f64| {
@@ -123,11 +165,19 @@ impl Scene {
         std::array::from_fn(|i| self.aspect[i] * if c >> i & 1 == 1 { 0.5 } else { -0.5 })
     }
 
-    /// Adds a patch; its faces are cut at the box, its edges drawn dark, its rulings thin.
+    /// Makes patches added from now on paler, so that lines on them stand out.
+    pub(crate) fn pale(&mut self, t: f64) {
+        self.pale = t;
+    }
+
+    /// Adds a patch; its faces are cut at the box, its edges drawn dark, its rulings thin. Where two
+    /// patches all but coincide, the one added first is seen.
     pub(crate) fn add(&mut self, patch: &Patch) {
+        self.patches += 1;
         if !patch.is_sound() {
             return;
         }
+        let base = category(patch.colour).tint(self.pale);
         let points: Vec<Point> = patch.points.iter().map(|&p| self.boxed(p)).collect();
         let at = |i: usize, j: usize| points[i * patch.columns + j];
         let steps = [patch.rows - 1, patch.columns - 1];
@@ -138,45 +188,69 @@ impl Scene {
                 if !corners.iter().flatten().all(|c| c.is_finite()) {
                     continue;
                 }
-                let colour = self.shaded(corners, category(patch.colour));
-                // Sides in the order of the corners: along i at j, along j at i + 1, and back.
-                let lines = [(j, 1), (i + 1, 0), (j + 1, 1), (i, 0)];
-                let edges = (0..4).filter_map(|side| {
-                    let (index, way) = lines[side];
-                    let pen = if index == 0 || index == steps[way] {
-                        (colour.shade(0.55), 0.8)
-                    } else if index % stride[way] == 0 {
-                        (colour.shade(0.22), 0.35)
+                let colour = self.shaded(corners, base);
+                // Sides in the order of the corners, each with the grid line it belongs to.
+                let sides = [(i, j, 1), (i + 1, j, 0), (i, j + 1, 1), (i, j, 0)];
+                let mut edges = Vec::new();
+                for (side, &(row, column, way)) in sides.iter().enumerate() {
+                    let line = if way == 0 { row } else { column };
+                    let pen = if line == 0 || line == steps[way] {
+                        Pen::new(base.shade(0.6), 0.8)
+                    } else if line % stride[way] == 0 {
+                        Pen::new(colour.shade(0.24), 0.4)
                     } else {
-                        return None;
+                        continue;
                     };
-                    let (a, b) = self.cut_segment(corners[side], corners[(side + 1) % 4])?;
-                    Some((a, b, pen.0, pen.1))
-                });
-                let edges = edges.collect();
+                    if let Some((a, b)) = self.cut_segment(corners[side], corners[(side + 1) % 4]) {
+                        edges.push(Edge {
+                            name: [self.patches, row, column, way],
+                            ends: [self.project(a), self.project(b)],
+                            pen,
+                        });
+                    }
+                }
                 self.push(self.cut(&corners), edges, colour);
             }
         }
     }
 
-    fn push(
-        &mut self,
-        corners: Vec<Point>,
-        edges: Vec<(Point, Point, Colour, f64)>,
-        colour: Colour,
-    ) {
+    fn push(&mut self, corners: Vec<Point>, edges: Vec<Edge>, colour: Colour) {
         if corners.len() < 3 {
             return;
         }
-        let depth = corners.iter().map(|&p| dot(p, self.eye)).sum::<f64>() / corners.len() as f64;
-        let shown = corners.iter().map(|&p| self.project(p)).collect();
+        let depths: Vec<f64> = corners.iter().map(|&p| dot(p, self.eye)).collect();
         self.faces.push(Face {
-            corners,
             edges,
             colour,
-            depth,
-            shown,
+            sheet: self.patches,
+            depth: depths.iter().sum::<f64>() / depths.len() as f64,
+            shown: corners.iter().map(|&p| self.project(p)).collect(),
+            slope: self.slope(&corners),
+            range: [
+                depths.iter().copied().fold(f64::MAX, f64::min),
+                depths.iter().copied().fold(f64::MIN, f64::max),
+            ],
         });
+    }
+
+    /// The depth of a face's mean plane as a function of the pixel; `None` for a face seen edge-on.
+    fn slope(&self, c: &[Point]) -> Option<Point> {
+        let n = c.len();
+        let normal = cross(minus(c[n / 2], c[0]), minus(c[n - 1], c[1]));
+        let facing = dot(normal, self.eye);
+        let length = dot(normal, normal).sqrt();
+        if length.is_nan() || facing.abs() <= 0.02 * length {
+            return None;
+        }
+        let middle: Point = std::array::from_fn(|i| c.iter().map(|p| p[i]).sum::<f64>() / n as f64);
+        // normal . (u right + v up + d eye) = normal . middle, with u, v from the pixel.
+        let (u, v) = (
+            dot(normal, self.right) / facing,
+            dot(normal, self.up) / facing,
+        );
+        let (u, v) = (-u / self.scale, v / self.scale);
+        let base = dot(normal, middle) / facing;
+        Some([u, v, base - u * self.centre.0 - v * self.centre.1])
     }
 
     /// The colour of a face in the light, paler at its back.
@@ -249,14 +323,20 @@ impl Scene {
         (t0 <= t1).then(|| (between(a, b, t0), between(a, b, t1)))
     }
 
-    /// Draws the faces from the farthest to the nearest.
-    pub(crate) fn paint(&mut self, canvas: &mut Canvas) {
-        self.faces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-        for face in &self.faces {
+    /// Draws the faces from back to front; an edge with the later of the two faces that share it.
+    pub(crate) fn paint(&self, canvas: &mut Canvas) {
+        let order = order(&self.faces, TIE);
+        let mut last: HashMap<[usize; 4], usize> = HashMap::new();
+        for &face in &order {
+            for edge in &self.faces[face].edges {
+                last.insert(edge.name, face);
+            }
+        }
+        for &i in &order {
+            let face = &self.faces[i];
             canvas.polygon(&grown(&face.shown), face.colour, 1.0);
-            for &(a, b, colour, width) in &face.edges {
-                let ends = [self.project(a), self.project(b)];
-                canvas.line(&ends, Pen::new(colour, width));
+            for edge in face.edges.iter().filter(|edge| last[&edge.name] == i) {
+                canvas.line(&edge.ends, edge.pen);
             }
         }
     }
@@ -264,11 +344,9 @@ impl Scene {
     /// Draws a curve: with `seen` where nothing stands before it, with `hidden` elsewhere.
     pub(crate) fn curve(&self, canvas: &mut Canvas, points: &[Point], seen: Pen, hidden: Pen) {
         // Pieces short enough that each is hidden as a whole or not at all.
-        let mut pieces: Vec<(bool, Vec<(f64, f64)>)> = Vec::new();
-        let mut joined = false;
+        let mut pieces: Vec<(bool, bool, [(f64, f64); 2])> = Vec::new();
         for pair in points.windows(2) {
             let Some((a, b)) = self.cut_segment(self.boxed(pair[0]), self.boxed(pair[1])) else {
-                joined = false;
                 continue;
             };
             let length = dot(minus(b, a), minus(b, a)).sqrt();
@@ -277,19 +355,37 @@ impl Scene {
                 let from = between(a, b, k as f64 / parts as f64);
                 let to = between(a, b, (k + 1) as f64 / parts as f64);
                 let visible = self.sees(between(from, to, 0.5));
-                let (from, to) = (self.project(from), self.project(to));
-                match pieces.last_mut() {
-                    Some((same, run)) if joined && *same == visible => run.push(to),
-                    _ => pieces.push((visible, vec![from, to])),
-                }
-                joined = true;
+                let ends = [self.project(from), self.project(to)];
+                let joined = pieces.last().is_some_and(|p| p.2[1] == ends[0]);
+                pieces.push((visible, joined, ends));
+            }
+        }
+        let mut runs: Vec<(bool, bool, Vec<(f64, f64)>)> = Vec::new();
+        for (visible, joined, [from, to]) in pieces {
+            match runs.last_mut() {
+                Some(run) if joined && run.0 == visible => run.2.push(to),
+                _ => runs.push((visible, joined, vec![from, to])),
+            }
+        }
+        // A line on a sheet dives into its flat faces here and there; it is not hidden for that.
+        for i in 1..runs.len().saturating_sub(1) {
+            let between_seen = runs[i - 1].0 && runs[i + 1].0 && runs[i].1 && runs[i + 1].1;
+            let short = path_length(&runs[i].2) < SHORT_DIVE;
+            if !runs[i].0 && between_seen && short {
+                runs[i].0 = true;
             }
         }
         for visible in [false, true] {
             let pen = if visible { seen } else { hidden };
-            for (_, run) in pieces.iter().filter(|piece| piece.0 == visible) {
-                canvas.line(&super::axes::thin(run, 0.06), pen);
+            let mut line: Vec<(f64, f64)> = Vec::new();
+            for run in runs.iter().filter(|run| run.0 == visible) {
+                if line.last() != run.2.first() {
+                    canvas.line(&thin(&line, 0.06), pen);
+                    line.clear();
+                }
+                line.extend_from_slice(&run.2);
             }
+            canvas.line(&thin(&line, 0.06), pen);
         }
     }
 
@@ -304,27 +400,10 @@ impl Scene {
         let at = self.project(p);
         let depth = dot(p, self.eye);
         !self.faces.iter().any(|face| {
-            contains(&face.shown, at)
-                && self.depth_of(face, at).is_some_and(|d| d > depth + ON_FACE)
+            face.range[1] > depth + ON_FACE
+                && contains(&face.shown, at)
+                && face.depth_at(at).is_some_and(|d| d > depth + ON_FACE)
         })
-    }
-
-    /// The depth of a face's plane under a pixel; `None` for a face seen edge-on.
-    fn depth_of(&self, face: &Face, at: (f64, f64)) -> Option<f64> {
-        let c = &face.corners;
-        let n = c.len();
-        let normal = cross(minus(c[n / 2], c[0]), minus(c[n - 1], c[1]));
-        let facing = dot(normal, self.eye);
-        let length = dot(normal, normal).sqrt();
-        if facing.abs() < 0.02 * length || length == 0.0 {
-            return None;
-        }
-        // From a point of the screen plane towards the eye onto the plane through the face's middle.
-        let x = (at.0 - self.centre.0) / self.scale;
-        let y = (self.centre.1 - at.1) / self.scale;
-        let middle: Point = std::array::from_fn(|i| c.iter().map(|p| p[i]).sum::<f64>() / n as f64);
-        let screen: Point = std::array::from_fn(|i| x * self.right[i] + y * self.up[i]);
-        Some(dot(normal, minus(middle, screen)) / facing)
     }
 
     /// The three far walls with a faint grid: under everything.
@@ -357,7 +436,7 @@ impl Scene {
 
     fn ticks(&self, axis: usize) -> Vec<ticks::Tick> {
         let [lo, hi] = self.bounds[axis];
-        ticks::linear(lo, hi, 5)
+        ticks::linear(lo, hi, if hi - lo < 2.5 { 4 } else { 5 })
     }
 
     fn boxed_along(&self, axis: usize, value: f64) -> f64 {
@@ -437,6 +516,13 @@ impl Scene {
             .max_by(|a, b| score(a).total_cmp(&score(b)))
             .unwrap_or_default()
     }
+}
+
+fn path_length(points: &[(f64, f64)]) -> f64 {
+    points
+        .windows(2)
+        .map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1))
+        .sum()
 }
 
 /// The polygon with its corners moved a little outwards.

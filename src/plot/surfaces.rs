@@ -197,6 +197,7 @@ impl Frame {
                 let pen = Pen::new(GREY, 0.9);
                 scene.curve(canvas, &rim, pen, pen);
             }
+            scene.pale(if motion.is_some() { 0.35 } else { 0.0 });
             for patch in patches {
                 scene.add(patch);
             }
@@ -242,7 +243,8 @@ fn entries(patches: &[Patch], curves: &[SpaceCurve], motion: Option<&PathOnSurfa
     for patch in patches {
         if !patch.name.is_empty() && !names.contains(&patch.name.as_str()) {
             names.push(&patch.name);
-            let fill = category(patch.colour).tint(0.12);
+            let pale = if motion.is_some() { 0.35 } else { 0.12 };
+            let fill = category(patch.colour).tint(pale);
             entries.push(Entry::new(Key::Fill(fill), patch.name.as_str()));
         }
     }

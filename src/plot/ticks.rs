@@ -48,7 +48,7 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
 }
 
 /// Powers of ten in [lo, hi], at most `wanted` of them labelled, with minor marks at 2..9 where
-/// there is room; under two decades 2 and 5 are labelled too.
+/// every power is labelled; under two decades 2 and 5 are labelled too.
 pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     if !(lo > 0.0 && hi > lo && hi.is_finite()) {
         return Vec::new();
@@ -65,7 +65,7 @@ pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
         } else {
             push(&mut ticks, power, None, lo, hi);
         }
-        if decades > 8 {
+        if stride > 1 {
             continue;
         }
         for digit in 2..10 {

@@ -41,34 +41,51 @@ fn tangent(p: f64, w: f64) -> ([[f64; 2]; 2], f64) {
 }
 
 fn w_of(p: f64, lam: f64) -> f64 {
-    let (mut lo, mut hi) = (1e-9, 60.0);
-    for _ in 0..80 {
+    let (mut lo, mut hi) = (1e-9, 20.0);
+    for _ in 0..60 {
         let mid = 0.5 * (lo + hi);
-        if at(p, mid).lam < lam { lo = mid } else { hi = mid }
+        if at(p, mid).lam < lam {
+            lo = mid
+        } else {
+            hi = mid
+        }
     }
     lo
 }
 
-/// The first `n` zeros in w of the determinant at p.
+/// The first `n` zeros in w of the determinant at p. Steps are equal in lam: dw = D dlam.
 fn folds_at(p: f64, n: usize) -> Vec<f64> {
+    let sign = |w: f64| tangent_in_lam(p, w);
     let mut found = Vec::new();
-    let step = 0.02;
-    let mut w = 0.5;
-    let mut before = tangent(p, w).1;
+    let mut w = w_of(p, 2.0);
+    let mut before = sign(w);
     while found.len() < n && w < 20.0 {
-        let now = tangent(p, w + step).1;
+        let next = w + 0.02 * Integrals::new(p, w).d;
+        let now = sign(next);
         if before * now < 0.0 {
-            let (mut lo, mut hi) = (w, w + step);
+            let (mut lo, mut hi) = (w, next);
             for _ in 0..40 {
                 let mid = 0.5 * (lo + hi);
-                if tangent(p, mid).1 * before > 0.0 { lo = mid } else { hi = mid }
+                if sign(mid) * before > 0.0 {
+                    lo = mid
+                } else {
+                    hi = mid
+                }
             }
             found.push(0.5 * (lo + hi));
         }
         before = now;
-        w += step;
+        w = next;
     }
     found
+}
+
+/// The determinant with a step in w that suits the scale D.
+fn tangent_in_lam(p: f64, w: f64) -> f64 {
+    let (h, g) = (1e-5, 1e-5 * Integrals::new(p, w).d);
+    let (a, b) = (at(p + h, w).r, at(p - h, w).r);
+    let (c, d) = (at(p, w + g).r, at(p, w - g).r);
+    (a[0] - b[0]) * (c[1] - d[1]) - (c[0] - d[0]) * (a[1] - b[1])
 }
 
 /// Values of p from -top to top, graded as sinh.
@@ -79,10 +96,42 @@ fn graded(n: usize, top: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Fold curves 1..=n in the chart: for each p the w of each.
+/// Fold curves 1..=n in the chart: for each p the w of each, p refined where a curve runs fast.
 fn fold_chart(n: usize, samples: usize) -> Vec<(f64, Vec<f64>)> {
     let ps = graded(2 * samples, 7.0);
-    ps.into_iter().map(|p| (p, folds_at(p, n))).collect()
+    let mut rows: Vec<(f64, Vec<f64>)> = ps.into_iter().map(|p| (p, folds_at(p, n))).collect();
+    for _ in 0..8 {
+        let mut finer = Vec::new();
+        for pair in rows.windows(2) {
+            finer.push(pair[0].clone());
+            let far = pair[0].1.iter().zip(&pair[1].1).any(|(&a, &b)| {
+                let (a, b) = (at(pair[0].0, a).r, at(pair[1].0, b).r);
+                (a[0] - b[0]).hypot(a[1] - b[1]) > 0.03
+            });
+            if far && pair[0].0 * pair[1].0 > 0.0 {
+                let p = 0.5 * (pair[0].0 + pair[1].0);
+                finer.push((p, folds_at(p, n)));
+            }
+        }
+        finer.extend(rows.pop());
+        rows = finer;
+    }
+    rows
+}
+
+/// The w at which the mean of w / w_end and lam / lam_end is u: fair to taut rods and to loops.
+fn w_between(p: f64, end: f64, u: f64) -> f64 {
+    let full = at(p, end).lam;
+    let (mut lo, mut hi) = (0.0, end);
+    for _ in 0..45 {
+        let mid = 0.5 * (lo + hi);
+        if 0.5 * (mid / end + at(p, mid).lam / full) < u {
+            lo = mid
+        } else {
+            hi = mid
+        }
+    }
+    hi
 }
 
 pub fn fold_curves(n: usize, samples: usize) -> Vec<Vec<Curve>> {
@@ -104,7 +153,12 @@ pub fn fold_curves(n: usize, samples: usize) -> Vec<Vec<Curve>> {
 const NAMES: [[&str; 2]; 2] = [["S₀⁺", "S₀⁻"], ["S₁⁺", "S₁⁻"]];
 
 /// S_j^+-: mode j in w, the sign from theta'(0) ~ kap sd(lam), so kap (-1)^j > 0 for plus.
-fn sheets(rows: usize, columns: usize, top: f64, show: impl Fn(f64, f64) -> [f64; 3]) -> Vec<Patch> {
+fn sheets(
+    rows: usize,
+    columns: usize,
+    top: f64,
+    show: impl Fn(f64, f64) -> [f64; 3],
+) -> Vec<Patch> {
     let mut patches = Vec::new();
     for (j, names) in NAMES.iter().enumerate() {
         for (sign, name) in names.iter().enumerate() {
@@ -179,7 +233,7 @@ fn stable_patches(rows: usize, columns: usize) -> Vec<Patch> {
             let ends: Vec<f64> = ps.iter().map(|&p| folds_at(p, 1)[0]).collect();
             Patch::sample(name, colour, rows, columns, |a, b| {
                 let u = b as f64 / (columns - 1) as f64;
-                over_disc(ps[a], ends[a] * (1e-3 + (1.0 - 1e-3) * u))
+                over_disc(ps[a], w_between(ps[a], ends[a], 1e-3 + (1.0 - 1e-3) * u))
             })
         })
         .into()
@@ -298,7 +352,10 @@ fn shape(p: f64, w: f64) -> Curve {
 pub fn snapshots_data(m: &Motion) -> Snapshots {
     let end = *m.t.last().unwrap();
     let mut picks: Vec<usize> = (0..9)
-        .map(|i| m.t.partition_point(|&t| t < end * i as f64 / 8.0).min(m.t.len() - 1))
+        .map(|i| {
+            m.t.partition_point(|&t| t < end * i as f64 / 8.0)
+                .min(m.t.len() - 1)
+        })
         .collect();
     picks.extend([m.snap - 1, m.snap]);
     picks.sort_unstable();
@@ -320,12 +377,17 @@ pub fn snapshots_data(m: &Motion) -> Snapshots {
 
 pub fn energies_data(m: &Motion) -> Energies {
     let n = m.t.len();
-    let kinetic: Vec<f64> = m.v.iter().map(|v| 0.5 * (v[0] * v[0] + v[1] * v[1])).collect();
+    let kinetic: Vec<f64> =
+        m.v.iter()
+            .map(|v| 0.5 * (v[0] * v[0] + v[1] * v[1]))
+            .collect();
     let elastic: Vec<f64> = m.q.iter().map(|q| at(q[0], q[1]).energy).collect();
     let potential: Vec<f64> = (0..n)
         .map(|i| -LOAD[0] * m.r(i)[0] - LOAD[1] * m.r(i)[1])
         .collect();
-    let total: Vec<f64> = (0..n).map(|i| kinetic[i] + elastic[i] + potential[i]).collect();
+    let total: Vec<f64> = (0..n)
+        .map(|i| kinetic[i] + elastic[i] + potential[i])
+        .collect();
     Energies {
         time: m.t.clone(),
         error: (0..n).map(|i| total[i] + m.lost[i] - total[0]).collect(),
@@ -367,7 +429,12 @@ pub fn portrait_data() -> Portrait {
     let start: f64 = -0.7;
     let a = ((0.5 * start).sin() / k).asin();
     let (b, c, d) = (0.5 * PI, PI - a, 1.5 * PI);
-    let names = [("AB: S₀⁺", a, b), ("CD: S₀⁻", c, d), ("ABCD: S₁⁺", a, d), ("CDAB: S₁⁻", c, b + 2.0 * PI)];
+    let names = [
+        ("AB: S₀⁺", a, b),
+        ("CD: S₀⁻", c, d),
+        ("ABCD: S₁⁺", a, d),
+        ("CDAB: S₁⁻", c, b + 2.0 * PI),
+    ];
     let point = |name: &str, f: f64| {
         let psi = 2.0 * (k * f.sin()).asin();
         Named {
@@ -375,12 +442,17 @@ pub fn portrait_data() -> Portrait {
             at: [psi, v(k, psi).copysign(f.cos())],
         }
     };
-    let separatrix = |s: f64| Curve::new((0..=200).map(|i| {
-        let psi = -PI + 2.0 * PI * i as f64 / 200.0;
-        [psi, s * v(1.0, psi)]
-    }));
+    let separatrix = |s: f64| {
+        Curve::new((0..=200).map(|i| {
+            let psi = -PI + 2.0 * PI * i as f64 / 200.0;
+            [psi, s * v(1.0, psi)]
+        }))
+    };
     Portrait {
-        orbits: [0.25, 0.5, 0.75, 0.93].iter().map(|&k| orbit(k, 0.0, 2.0 * PI)).collect(),
+        orbits: [0.25, 0.5, 0.75, 0.93]
+            .iter()
+            .map(|&k| orbit(k, 0.0, 2.0 * PI))
+            .collect(),
         separatrix: vec![separatrix(1.0), separatrix(-1.0)],
         verticals: vec![start],
         arcs: names
@@ -389,23 +461,33 @@ pub fn portrait_data() -> Portrait {
                 curve: orbit(k, from, to),
             })
             .into(),
-        points: vec![point("A", a), point("B", b), point("C", c), Named { name: "D".into(), at: [-2.0 * k.asin(), 0.0] }],
+        points: vec![
+            point("A", a),
+            point("B", b),
+            point("C", c),
+            Named {
+                name: "D".into(),
+                at: [-2.0 * k.asin(), 0.0],
+            },
+        ],
     }
 }
 
 /// Energies of all stable equilibria over an n x n grid, sorted.
 pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
     let mut found = vec![Vec::new(); n * n];
-    let (rows, columns) = (600, 160);
-    let ps = graded(rows, 400.0);
+    let mut ps = graded(500, 400.0);
+    ps.extend(fold_chart(1, 60).into_iter().map(|(p, _)| p));
+    ps.sort_by(f64::total_cmp);
+    let (rows, columns) = (ps.len(), 140);
     let grid: Vec<Vec<([f64; 2], f64)>> = ps
         .iter()
         .map(|&p| {
-            let end = folds_at(p.clamp(-9.0, 9.0), 1)[0];
+            let end = folds_at(p.clamp(-12.0, 12.0), 1)[0];
             (0..columns)
                 .map(|b| {
                     let u = b as f64 / (columns - 1) as f64;
-                    let q = at(p, end * (1e-4 + (1.0 - 1e-4) * u * (2.0 - u)));
+                    let q = at(p, w_between(p, end, 1e-5 + (1.0 - 1e-5) * u));
                     (q.r, q.energy)
                 })
                 .collect()
@@ -413,19 +495,31 @@ pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
         .collect();
     let mut cover = |a: ([f64; 2], f64), b: ([f64; 2], f64), c: ([f64; 2], f64)| {
         let scale = 0.5 * (n - 1) as f64;
-        let px = |r: [f64; 2]| [(r[0] + 1.0) * scale + 1.234e-5, (r[1] + 1.0) * scale + 2.345e-5];
+        let px = |r: [f64; 2]| {
+            [
+                (r[0] + 1.0) * scale + 1.234e-5,
+                (r[1] + 1.0) * scale + 2.345e-5,
+            ]
+        };
         let (pa, pb, pc) = (px(a.0), px(b.0), px(c.0));
         let area = (pb[0] - pa[0]) * (pc[1] - pa[1]) - (pb[1] - pa[1]) * (pc[0] - pa[0]);
         if area == 0.0 || !area.is_finite() {
             return;
         }
         let lo = |i: usize| pa[i].min(pb[i]).min(pc[i]).ceil().max(0.0) as usize;
-        let hi = |i: usize| (pa[i].max(pb[i]).max(pc[i]).floor().max(-1.0) as i64).min(n as i64 - 1);
+        let hi =
+            |i: usize| (pa[i].max(pb[i]).max(pc[i]).floor().max(-1.0) as i64).min(n as i64 - 1);
         for j in lo(1) as i64..=hi(1) {
             for i in lo(0) as i64..=hi(0) {
                 let (x, y) = (i as f64, j as f64);
-                let side = |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]);
-                let (u, v, w) = (side(pb, pc) / area, side(pc, pa) / area, side(pa, pb) / area);
+                let side = |p: [f64; 2], q: [f64; 2]| {
+                    (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])
+                };
+                let (u, v, w) = (
+                    side(pb, pc) / area,
+                    side(pc, pa) / area,
+                    side(pa, pb) / area,
+                );
                 if u >= 0.0 && v >= 0.0 && w >= 0.0 {
                     found[j as usize * n + i as usize].push(u * a.1 + v * b.1 + w * c.1);
                 }
@@ -434,13 +528,20 @@ pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
     };
     for i in 0..rows - 1 {
         for j in 0..columns - 1 {
-            let (a, b, c, d) = (grid[i][j], grid[i + 1][j], grid[i + 1][j + 1], grid[i][j + 1]);
+            let (a, b, c, d) = (
+                grid[i][j],
+                grid[i + 1][j],
+                grid[i + 1][j + 1],
+                grid[i][j + 1],
+            );
             cover(a, b, c);
             cover(a, c, d);
         }
     }
     for list in &mut found {
         list.sort_by(f64::total_cmp);
+        // Slivers of neighbouring cells may cover a point twice.
+        list.dedup_by(|b, a| *b - *a < 0.01 * *b + 0.02);
     }
     found
 }
@@ -451,12 +552,21 @@ pub fn fold_map_data(n: usize, samples: usize) -> FoldMap {
     let counts = Field::over_disc(n, 1.0, |x, y| {
         m += 1;
         // The samples miss a sliver at the edge of the disc.
-        if x.hypot(y) > 0.995 { f64::NAN } else { found[m - 1].len() as f64 }
+        if x.hypot(y) > 0.98 {
+            f64::NAN
+        } else {
+            found[m - 1].len() as f64
+        }
     });
     FoldMap {
         counts,
         folds: fold_curves(3, samples),
-        cusps: vec![[-0.1366, -0.157], [-0.1366, 0.157], [0.188, -0.088], [0.188, 0.088]],
+        cusps: vec![
+            [-0.1366, -0.157],
+            [-0.1366, 0.157],
+            [0.188, -0.088],
+            [0.188, 0.088],
+        ],
         units: Units::default(),
     }
 }
@@ -465,9 +575,10 @@ pub fn landscape_data(n: usize, samples: usize) -> EnergyLandscape {
     let found = stable_energies(n);
     let field = |k: usize| {
         let mut m = 0;
-        Field::over_disc(n, 1.0, |_, _| {
+        Field::over_disc(n, 1.0, |x, y| {
             m += 1;
-            found[m - 1].get(k).copied().unwrap_or(f64::NAN)
+            let value = found[m - 1].get(k).filter(|_| x.hypot(y) < 0.985);
+            value.copied().unwrap_or(f64::NAN)
         })
     };
     EnergyLandscape {
@@ -485,8 +596,15 @@ pub fn lines_data() -> Lines {
     let tolerances: Vec<f64> = (4..14).map(|n| 10f64.powi(-n)).collect();
     let series = |name: &str, order: f64, cost: f64, trace| Series {
         name: name.into(),
-        x: tolerances.iter().map(|t| cost * t.powf(-1.0 / order)).collect(),
-        y: tolerances.iter().enumerate().map(|(i, t)| t * (2.0 + (i as f64).sin())).collect(),
+        x: tolerances
+            .iter()
+            .map(|t| cost * t.powf(-1.0 / order))
+            .collect(),
+        y: tolerances
+            .iter()
+            .enumerate()
+            .map(|(i, t)| t * (2.0 + (i as f64).sin()))
+            .collect(),
         trace,
         colour: None,
     };
