@@ -7,6 +7,8 @@ pub mod elastica;
 pub mod error;
 pub mod manifold;
 pub mod math;
+#[cfg(feature = "plot")]
+pub mod plot;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod solve;

@@ -1,0 +1,301 @@
+//! A sheet of paper in pixels, on plotters' SVG backend.
+//!
+//! The backend knows whole pixels only, so everything is drawn ten times too large and the first
+//! tag then shows it at its true size: a resolution of a tenth of a pixel.
+
+use super::palette::{Colour, INK, WHITE};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+const OVERSAMPLING: f64 = 10.0;
+const FAMILY: &str = "DejaVu Sans, sans-serif";
+/// plotters divides font sizes by this on their way into SVG.
+const FONT_FACTOR: f64 = 1.24;
+
+/// How a line is drawn; widths and dashes in pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pen {
+    pub colour: Colour,
+    pub width: f64,
+    pub alpha: f64,
+    /// (drawn, left out).
+    pub dash: Option<(f64, f64)>,
+}
+
+impl Pen {
+    pub(crate) fn new(colour: Colour, width: f64) -> Self {
+        Self {
+            colour,
+            width,
+            alpha: 1.0,
+            dash: None,
+        }
+    }
+
+    pub(crate) fn dashed(self, on: f64, off: f64) -> Self {
+        Self {
+            dash: Some((on, off)),
+            ..self
+        }
+    }
+
+    pub(crate) fn alpha(self, alpha: f64) -> Self {
+        Self { alpha, ..self }
+    }
+}
+
+/// Where a text lies about its point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// The text begins (or hangs below) there.
+    Start,
+    /// The text is centred there.
+    Middle,
+    /// The text ends (or stands above) there.
+    End,
+}
+
+/// How a text is drawn; size in pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Type {
+    pub size: f64,
+    pub colour: Colour,
+    pub across: Side,
+    pub down: Side,
+    /// Reading upwards.
+    pub upright: bool,
+}
+
+impl Type {
+    pub(crate) fn new(size: f64, across: Side, down: Side) -> Self {
+        Self {
+            size,
+            colour: INK,
+            across,
+            down,
+            upright: false,
+        }
+    }
+
+    pub(crate) fn upwards(self) -> Self {
+        Self {
+            upright: true,
+            ..self
+        }
+    }
+
+    pub(crate) fn colour(self, colour: Colour) -> Self {
+        Self { colour, ..self }
+    }
+}
+
+/// What is drawn on; coordinates in pixels, y downwards.
+pub(crate) struct Canvas<'a> {
+    backend: SVGBackend<'a>,
+}
+
+/// A figure of `width` by `height` pixels as SVG, painted by `paint` on white.
+pub(crate) fn draw(width: f64, height: f64, paint: impl FnOnce(&mut Canvas)) -> String {
+    let (width, height) = (width.round(), height.round());
+    let size = (whole(width) as u32, whole(height) as u32);
+    let mut svg = String::new();
+    let mut canvas = Canvas {
+        backend: SVGBackend::with_string(&mut svg, size),
+    };
+    let corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)];
+    canvas.polygon(&corners, WHITE, 1.0);
+    paint(&mut canvas);
+    canvas.backend.present().ok();
+    drop(canvas);
+    tidy(&svg, size, (width, height))
+}
+
+/// Shows the tenfold drawing at its true size and drops what every SVG reader assumes anyway.
+fn tidy(svg: &str, size: (u32, u32), shown: (f64, f64)) -> String {
+    let drawn = format!("<svg width=\"{}\" height=\"{}\"", size.0, size.1);
+    let meant = format!(
+        "<svg width=\"{}\" height=\"{}\" fill=\"none\" stroke-linejoin=\"round\" \
+         stroke-linecap=\"round\"",
+        shown.0, shown.1
+    );
+    svg.replace(" fill=\"none\"", "")
+        .replacen(&drawn, &meant, 1)
+        .replace(" opacity=\"1\"", "")
+        .replace(" \"/>", "\"/>")
+}
+
+fn whole(pixels: f64) -> i32 {
+    (pixels * OVERSAMPLING).round().clamp(-1e7, 1e7) as i32
+}
+
+fn finite(p: &(f64, f64)) -> bool {
+    p.0.is_finite() && p.1.is_finite()
+}
+
+fn style(colour: Colour, alpha: f64, width: f64) -> ShapeStyle {
+    ShapeStyle {
+        color: RGBColor(colour.0, colour.1, colour.2).mix((100.0 * alpha).round() / 100.0),
+        filled: true,
+        stroke_width: whole(width).max(1) as u32,
+    }
+}
+
+impl Canvas<'_> {
+    /// A line through the points; those that are not finite break it.
+    pub(crate) fn line(&mut self, points: &[(f64, f64)], pen: Pen) {
+        for run in points.split(|p| !finite(p)).filter(|run| run.len() > 1) {
+            match pen.dash {
+                None => self.stroke(run, pen),
+                Some(dash) => {
+                    for piece in dashes(run, dash, pen.width) {
+                        self.stroke(&piece, pen);
+                    }
+                }
+            }
+        }
+    }
+
+    fn stroke(&mut self, run: &[(f64, f64)], pen: Pen) {
+        let mut path: Vec<(i32, i32)> = run.iter().map(|p| (whole(p.0), whole(p.1))).collect();
+        path.dedup();
+        if path.len() == 1 {
+            path.push(path[0]);
+        }
+        let style = style(pen.colour, pen.alpha, pen.width);
+        self.backend.draw_path(path, &style).ok();
+    }
+
+    /// A filled polygon; nothing if a corner is not finite.
+    pub(crate) fn polygon(&mut self, corners: &[(f64, f64)], fill: Colour, alpha: f64) {
+        if corners.len() > 2 && corners.iter().all(finite) {
+            let path: Vec<_> = corners.iter().map(|p| (whole(p.0), whole(p.1))).collect();
+            self.backend
+                .fill_polygon(path, &style(fill, alpha, 0.0))
+                .ok();
+        }
+    }
+
+    /// One area bounded by several rings, holes running the other way round. The rings are strung on
+    /// there-and-back bridges to the first point, which enclose nothing.
+    pub(crate) fn region(&mut self, rings: &[Vec<(f64, f64)>], fill: Colour, alpha: f64) {
+        let Some(&home) = rings.iter().find_map(|ring| ring.first()) else {
+            return;
+        };
+        let mut path = Vec::new();
+        for ring in rings.iter().filter(|ring| ring.len() > 2) {
+            path.extend_from_slice(ring);
+            path.push(ring[0]);
+            path.push(home);
+        }
+        self.polygon(&path, fill, alpha);
+    }
+
+    /// A filled circle.
+    pub(crate) fn disc(&mut self, centre: (f64, f64), radius: f64, fill: Colour, alpha: f64) {
+        if finite(&centre) {
+            let at = (whole(centre.0), whole(centre.1));
+            let style = style(fill, alpha, 0.1);
+            self.backend
+                .draw_circle(at, whole(radius).max(0) as u32, &style, true)
+                .ok();
+        }
+    }
+
+    /// A circle's line.
+    pub(crate) fn circle(&mut self, centre: (f64, f64), radius: f64, pen: Pen) {
+        if finite(&centre) {
+            let at = (whole(centre.0), whole(centre.1));
+            let style = style(pen.colour, pen.alpha, pen.width);
+            self.backend
+                .draw_circle(at, whole(radius).max(0) as u32, &style, false)
+                .ok();
+        }
+    }
+
+    /// A line of text.
+    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, font: Type) {
+        if text.is_empty() || !finite(&at) {
+            return;
+        }
+        let across = match font.across {
+            Side::Start => HPos::Left,
+            Side::Middle => HPos::Center,
+            Side::End => HPos::Right,
+        };
+        let down = match font.down {
+            Side::Start => VPos::Top,
+            Side::Middle => VPos::Center,
+            Side::End => VPos::Bottom,
+        };
+        // The backend centres the small letters; centre the figures and capitals instead.
+        let drop = if font.down == Side::Middle && !font.upright {
+            0.09 * font.size
+        } else {
+            0.0
+        };
+        let turn = if font.upright {
+            FontTransform::Rotate270
+        } else {
+            FontTransform::None
+        };
+        let ink = RGBColor(font.colour.0, font.colour.1, font.colour.2);
+        let style = TextStyle::from((FAMILY, font_size(font.size)).into_font().transform(turn))
+            .color(&ink)
+            .pos(Pos::new(across, down));
+        let place = (whole(at.0), whole(at.1 + drop));
+        self.backend.draw_text(text, &style, place).ok();
+    }
+
+    /// Text on a white halo, for labels that lie on a drawing.
+    pub(crate) fn halo_text(&mut self, at: (f64, f64), text: &str, font: Type) {
+        for (dx, dy) in [(-1.2, 0.0), (1.2, 0.0), (0.0, -1.2), (0.0, 1.2)] {
+            self.text((at.0 + dx, at.1 + dy), text, font.colour(WHITE));
+        }
+        self.text(at, text, font);
+    }
+}
+
+/// The number that plotters' division turns into the whole tenfold size.
+fn font_size(size: f64) -> f64 {
+    let wanted = (size * OVERSAMPLING).round();
+    let guess = wanted * FONT_FACTOR;
+    [guess, guess.next_up(), guess.next_down()]
+        .into_iter()
+        .find(|s| s / FONT_FACTOR == wanted)
+        .unwrap_or(guess)
+}
+
+/// Cuts a line into dashes; the round caps are taken off their length.
+fn dashes(run: &[(f64, f64)], (on, off): (f64, f64), width: f64) -> Vec<Vec<(f64, f64)>> {
+    let on = (on - width).max(0.1);
+    let off = (off + width).max(0.5);
+    let mut pieces = Vec::new();
+    let mut piece = vec![run[0]];
+    let (mut drawing, mut left) = (true, on);
+    for pair in run.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        let length = (to.0 - from.0).hypot(to.1 - from.1);
+        let mut done = 0.0;
+        while length - done > left {
+            done += left;
+            let t = done / length;
+            let at = (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
+            if drawing {
+                piece.push(at);
+                pieces.push(std::mem::take(&mut piece));
+            } else {
+                piece = vec![at];
+            }
+            drawing = !drawing;
+            left = if drawing { on } else { off };
+        }
+        left -= length - done;
+        if drawing {
+            piece.push(to);
+        }
+    }
+    if drawing && piece.len() > 1 {
+        pieces.push(piece);
+    }
+    pieces
+}

@@ -1,0 +1,277 @@
+//! Areas where a gridded function is at least some level, as rings.
+
+use super::data::Field;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A point of the level line or the grid: three to each grid point, itself and the crossings on the grid
+/// edges to its right and above.
+type Key = usize;
+
+/// The rings around {values >= level}, in data coordinates, the area on their left. Cells with a value that
+/// is not a number belong to no area. Values are interpolated along grid edges.
+pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<(f64, f64)>> {
+    let (nx, ny) = (field.columns, field.rows);
+    let cell = |i: usize, j: usize| {
+        let a = j * nx + i;
+        [a, a + 1, a + nx + 1, a + nx]
+    };
+    let full = |i: isize, j: isize| {
+        i >= 0
+            && j >= 0
+            && (i as usize) < nx - 1
+            && (j as usize) < ny - 1
+            && cell(i as usize, j as usize)
+                .iter()
+                .all(|&m| values[m] >= level)
+    };
+    let mut edges: BTreeSet<(Key, Key)> = BTreeSet::new();
+    let mut add = |from: Key, to: Key| {
+        if !edges.remove(&(to, from)) {
+            edges.insert((from, to));
+        }
+    };
+    for j in 0..ny - 1 {
+        for i in 0..nx - 1 {
+            let nodes = cell(i, j);
+            if nodes.iter().any(|&m| values[m].is_nan()) {
+                continue;
+            }
+            let (i, j) = (i as isize, j as isize);
+            if full(i, j) {
+                // An edge between two full cells bounds nothing.
+                let neighbours = [(i, j - 1), (i + 1, j), (i, j + 1), (i - 1, j)];
+                for (side, (ni, nj)) in neighbours.into_iter().enumerate() {
+                    if !full(ni, nj) {
+                        add(3 * nodes[side], 3 * nodes[(side + 1) % 4]);
+                    }
+                }
+                continue;
+            }
+            let mut ring: Vec<Key> = Vec::with_capacity(6);
+            for side in 0..4 {
+                let (a, b) = (nodes[side], nodes[(side + 1) % 4]);
+                let (ina, inb) = (values[a] >= level, values[b] >= level);
+                if ina {
+                    ring.push(3 * a);
+                }
+                if ina != inb {
+                    let upright = a.abs_diff(b) != 1;
+                    ring.push(3 * a.min(b) + 1 + usize::from(upright));
+                }
+            }
+            for k in 0..ring.len() {
+                add(ring[k], ring[(k + 1) % ring.len()]);
+            }
+        }
+    }
+    chain(edges)
+        .into_iter()
+        .map(|ring| {
+            ring.into_iter()
+                .map(|key| place(field, values, level, key))
+                .collect()
+        })
+        .collect()
+}
+
+/// Joins directed edges to rings.
+fn chain(edges: BTreeSet<(Key, Key)>) -> Vec<Vec<Key>> {
+    let mut next: BTreeMap<Key, Vec<Key>> = BTreeMap::new();
+    for (from, to) in edges {
+        next.entry(from).or_default().push(to);
+    }
+    let mut rings = Vec::new();
+    while let Some((&start, _)) = next.iter().next() {
+        let mut ring = Vec::new();
+        let mut at = start;
+        while let Some(ways) = next.get_mut(&at) {
+            let Some(to) = ways.pop() else { break };
+            if ways.is_empty() {
+                next.remove(&at);
+            }
+            ring.push(at);
+            at = to;
+        }
+        if ring.len() > 2 {
+            rings.push(ring);
+        }
+    }
+    rings
+}
+
+/// The data point of a key.
+fn place(field: &Field, values: &[f64], level: f64, key: Key) -> (f64, f64) {
+    let node = key / 3;
+    let (i, j) = ((node % field.columns) as f64, (node / field.columns) as f64);
+    let crossing = |other: usize| {
+        let (a, b) = (values[node], values[other]);
+        let t = (level - a) / (b - a);
+        if t.is_finite() {
+            t.clamp(0.0, 1.0)
+        } else {
+            0.5
+        }
+    };
+    match key % 3 {
+        0 => field.point(i, j),
+        1 => field.point(i + crossing(node + 1), j),
+        _ => field.point(i, j + crossing(node + field.columns)),
+    }
+}
+
+/// Gives the grid points beyond the disc (and within three steps of its edge, where rods are too taut for most
+/// samplings) the mean of their neighbours, `layers` deep, so that areas reach the edge and can be cut there.
+pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usize) {
+    let (nx, ny) = (field.columns as isize, field.rows as isize);
+    let step = (field.x[1] - field.x[0]) / (field.columns - 1) as f64;
+    let rim = radius - 3.0 * step;
+    for _ in 0..layers {
+        let before = values.to_vec();
+        for j in 0..ny {
+            for i in 0..nx {
+                let m = (j * nx + i) as usize;
+                let (x, y) = field.point(i as f64, j as f64);
+                if !before[m].is_nan() || x.hypot(y) < rim {
+                    continue;
+                }
+                let (mut sum, mut count) = (0.0, 0);
+                for (di, dj) in [
+                    (-1, 0),
+                    (1, 0),
+                    (0, -1),
+                    (0, 1),
+                    (-1, -1),
+                    (1, 1),
+                    (-1, 1),
+                    (1, -1),
+                ] {
+                    let (a, b) = (i + di, j + dj);
+                    if (0..nx).contains(&a) && (0..ny).contains(&b) {
+                        let value = before[(b * nx + a) as usize];
+                        if !value.is_nan() {
+                            sum += value;
+                            count += 1;
+                        }
+                    }
+                }
+                if count > 0 {
+                    values[m] = sum / f64::from(count);
+                }
+            }
+        }
+    }
+}
+
+/// For each connected area of one value, its value and its point farthest from other values and from the
+/// grid's edge, with that distance in grid steps.
+pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, (f64, f64), usize)> {
+    let (nx, ny) = (field.columns, field.rows);
+    let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
+    let around = |m: usize| {
+        let (i, j) = (m % nx, m / nx);
+        [
+            (i > 0).then(|| m - 1),
+            (i + 1 < nx).then_some(m + 1),
+            (j > 0).then(|| m - nx),
+            (j + 1 < ny).then_some(m + nx),
+        ]
+    };
+    // Distance from each point to the edge of its area, by breadth.
+    let mut depth = vec![usize::MAX; values.len()];
+    let mut front: Vec<usize> = (0..values.len())
+        .filter(|&m| {
+            around(m)
+                .iter()
+                .any(|n| n.is_none_or(|n| !same(values[n], values[m])))
+        })
+        .collect();
+    let mut level = 1;
+    while !front.is_empty() {
+        for &m in &front {
+            depth[m] = level;
+        }
+        let mut next: Vec<usize> = front
+            .iter()
+            .flat_map(|&m| around(m))
+            .flatten()
+            .filter(|&n| depth[n] == usize::MAX)
+            .collect();
+        next.sort_unstable();
+        next.dedup();
+        front = next;
+        level += 1;
+    }
+    let mut seen = vec![false; values.len()];
+    let mut found = Vec::new();
+    for start in 0..values.len() {
+        if seen[start] || values[start].is_nan() {
+            continue;
+        }
+        let mut stack = vec![start];
+        let mut deepest = start;
+        seen[start] = true;
+        while let Some(m) = stack.pop() {
+            if depth[m] > depth[deepest] {
+                deepest = m;
+            }
+            for n in around(m).into_iter().flatten() {
+                if !seen[n] && same(values[n], values[start]) {
+                    seen[n] = true;
+                    stack.push(n);
+                }
+            }
+        }
+        let at = field.point((deepest % nx) as f64, (deepest / nx) as f64);
+        found.push((values[start], at, depth[deepest]));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twice the signed area.
+    fn area(ring: &[(f64, f64)]) -> f64 {
+        (0..ring.len())
+            .map(|i| {
+                let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
+                a.0 * b.1 - a.1 * b.0
+            })
+            .sum::<f64>()
+            * 0.5
+    }
+
+    #[test]
+    fn rings_of_an_annulus_enclose_its_area() {
+        let field = Field::over_disc(201, 1.0, |x, y| {
+            let r = x.hypot(y);
+            0.25 - (r - 0.5) * (r - 0.5)
+        });
+        // Radii 0.3 and 0.7.
+        let rings = at_least(&field, &field.values, 0.21);
+        assert_eq!(rings.len(), 2);
+        let total: f64 = rings.iter().map(|ring| area(ring)).sum();
+        let exact = std::f64::consts::PI * (0.49 - 0.09);
+        assert!((total / exact - 1.0).abs() < 1e-3, "{total} {exact}");
+    }
+
+    #[test]
+    fn areas_are_labelled_inside() {
+        let field = Field::over_disc(101, 1.0, |x, y| {
+            if x.hypot(y) > 1.0 {
+                f64::NAN
+            } else if x > 0.2 {
+                2.0
+            } else {
+                1.0
+            }
+        });
+        let found = areas(&field, &field.values);
+        assert_eq!(found.len(), 2);
+        for (value, at, depth) in found {
+            assert_eq!(value, if at.0 > 0.2 { 2.0 } else { 1.0 });
+            assert!(depth > 10);
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! What figures are made from: plain numbers, whoever computed them.
+
+/// The units written on the axes, and the rod's length in them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Units {
+    /// The unit of length.
+    pub length: String,
+    /// The unit of time.
+    pub time: String,
+    /// The unit of energy.
+    pub energy: String,
+    /// The rod's length in that unit: the radius of the disc that bounds its free end.
+    pub rod: f64,
+}
+
+impl Default for Units {
+    /// Length ℓ, time √(μℓ³/EI), energy EI/ℓ.
+    fn default() -> Self {
+        Self {
+            length: "ℓ".into(),
+            time: "√(μℓ³/EI)".into(),
+            energy: "EI/ℓ".into(),
+            rod: 1.0,
+        }
+    }
+}
+
+impl Units {
+    /// Metres, seconds, joules, for a rod of the given length in metres.
+    pub fn si(rod: f64) -> Self {
+        Self {
+            length: "m".into(),
+            time: "s".into(),
+            energy: "J".into(),
+            rod,
+        }
+    }
+
+    /// "name (unit of length)".
+    pub(crate) fn length_of(&self, name: &str) -> String {
+        format!("{name} ({})", self.length)
+    }
+
+    pub(crate) fn time_of(&self, name: &str) -> String {
+        format!("{name} ({})", self.time)
+    }
+
+    pub(crate) fn energy_of(&self, name: &str) -> String {
+        format!("{name} ({})", self.energy)
+    }
+
+    /// The rod's length, or 1 if it is not a length.
+    pub(crate) fn radius(&self) -> f64 {
+        if self.rod > 0.0 && self.rod < 1e100 {
+            self.rod
+        } else {
+            1.0
+        }
+    }
+}
+
+/// A curve in the plane; a point that is not finite breaks it. About 500 points make it smooth; more
+/// are thinned to what a tenth of a pixel shows.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curve {
+    /// Abscissae.
+    pub x: Vec<f64>,
+    /// Ordinates, as many.
+    pub y: Vec<f64>,
+}
+
+impl Curve {
+    /// From points.
+    pub fn new(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        let (x, y) = points.into_iter().map(|[x, y]| (x, y)).unzip();
+        Self { x, y }
+    }
+
+    pub(crate) fn has_points(&self) -> bool {
+        self.x
+            .iter()
+            .zip(&self.y)
+            .any(|(x, y)| x.is_finite() && y.is_finite())
+    }
+}
+
+/// A function sampled on a rectangular grid of equal steps; NaN where it has no value.
+///
+/// 241 x 241 points over the disc are enough: level lines are interpolated, but edges of the set where
+/// the function has a value follow the grid, so they show its steps on coarser ones.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Field {
+    /// The x range, first and last grid point.
+    pub x: [f64; 2],
+    /// The y range, first and last grid point.
+    pub y: [f64; 2],
+    /// Number of points along x.
+    pub columns: usize,
+    /// Number of points along y.
+    pub rows: usize,
+    /// Row by row from the lowest y: the value at column i of row j is `values[j * columns + i]`.
+    pub values: Vec<f64>,
+}
+
+impl Field {
+    /// Samples `f(x, y)` on n x n points of the square [-radius, radius]^2.
+    pub fn over_disc(n: usize, radius: f64, mut f: impl FnMut(f64, f64) -> f64) -> Self {
+        let n = n.max(2);
+        let at = |i: usize| radius * (2.0 * i as f64 / (n - 1) as f64 - 1.0);
+        let values = (0..n * n).map(|m| f(at(m % n), at(m / n))).collect();
+        Self {
+            x: [-radius, radius],
+            y: [-radius, radius],
+            columns: n,
+            rows: n,
+            values,
+        }
+    }
+
+    /// True if the numbers make a grid.
+    pub(crate) fn is_sound(&self) -> bool {
+        let rises = |r: [f64; 2]| r[1] > r[0] && (r[1] - r[0]).is_finite();
+        self.columns > 1
+            && self.rows > 1
+            && self.columns.checked_mul(self.rows) == Some(self.values.len())
+            && rises(self.x)
+            && rises(self.y)
+    }
+
+    pub(crate) fn point(&self, i: f64, j: f64) -> (f64, f64) {
+        let along = |r: [f64; 2], t: f64| r[0] + (r[1] - r[0]) * t;
+        (
+            along(self.x, i / (self.columns - 1) as f64),
+            along(self.y, j / (self.rows - 1) as f64),
+        )
+    }
+}
+
+/// A piece of a surface: a grid of points in space.
+///
+/// Use about 60 x 40 points for each sheet (a figure of four such sheets is 0.7 MB); more make the file
+/// large and nothing clearer. Sample it so that the quadrilaterals are of about equal size in the
+/// figure: where a sheet stretches, as towards kap = +-1 or lam = 0, grade the parameters. A point
+/// that is not finite is a hole. All patches should be oriented alike (the same parameters in the
+/// same order), for the back of a patch is drawn paler.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Patch {
+    /// Its name in the legend; patches of the same name share one entry.
+    pub name: String,
+    /// Which colour of the palette.
+    pub colour: usize,
+    /// Number of points along the first parameter.
+    pub rows: usize,
+    /// Number of points along the second parameter.
+    pub columns: usize,
+    /// The points, row by row: point (i, j) is `points[i * columns + j]`.
+    pub points: Vec<[f64; 3]>,
+}
+
+impl Patch {
+    /// Samples `f(i, j)` for i < rows, j < columns.
+    pub fn sample(
+        name: &str,
+        colour: usize,
+        rows: usize,
+        columns: usize,
+        mut f: impl FnMut(usize, usize) -> [f64; 3],
+    ) -> Self {
+        let points = (0..rows * columns)
+            .map(|m| f(m / columns, m % columns))
+            .collect();
+        Self {
+            name: name.into(),
+            colour,
+            rows,
+            columns,
+            points,
+        }
+    }
+
+    pub(crate) fn is_sound(&self) -> bool {
+        self.rows > 1
+            && self.columns > 1
+            && self.rows.checked_mul(self.columns) == Some(self.points.len())
+    }
+}
+
+/// Where a surface is seen from, in degrees; parallel projection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Direction of the eye in the horizontal plane, from the first axis towards the second.
+    pub azimuth: f64,
+    /// Height of the eye above the horizontal plane.
+    pub elevation: f64,
+}
+
+/// A box [[x0, x1], [y0, y1], [z0, z1]].
+pub type Bounds = [[f64; 2]; 3];

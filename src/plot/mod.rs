@@ -1,0 +1,48 @@
+//! Figures from data: each function takes plain numbers and returns an SVG document.
+//!
+//! Nothing is computed here but where ink goes. The same data give the same bytes. SVG text asks for
+//! DejaVu Sans; with the feature `png`, [`png`] rasterises a figure with that font bundled.
+//!
+//! | figure | shows |
+//! | --- | --- |
+//! | [`snapshots`] | the rod at several times, the path of its mass, folds and snaps |
+//! | [`energies`] | the ledger against time, and its error |
+//! | [`path_on_surface`] | a motion on the sheets over the disc, with its jumps |
+//! | [`phase_portrait`] | orbits of the elastica's equation and the arcs that are solutions (AMV Fig. 3.12) |
+//! | [`sheets_lambda_alpha`] | sheets in (lam, alpha, theta(1)) (AMV Fig. 3.22) |
+//! | [`sheets_over_disc`] | sheets over the positions of the free end (AMV Fig. 3.24) |
+//! | [`fold_map`] | fold curves, cusps, numbers of stable equilibria |
+//! | [`energy_landscape`] | the elastic energy over the disc |
+//! | [`lines`] | any curves, linear or logarithmic |
+//!
+//! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
+//! error ([`crate::Error::is_domain`]).
+
+mod axes;
+mod canvas;
+mod contour;
+mod data;
+mod depth;
+mod legend;
+mod lines;
+mod maps;
+mod motion;
+mod palette;
+#[cfg(feature = "png")]
+mod png;
+mod portrait;
+mod scene;
+mod surfaces;
+mod text;
+mod ticks;
+
+pub use data::{Bounds, Curve, Field, Patch, Units, View};
+pub use lines::{Lines, Series, Trace, lines};
+pub use maps::{EnergyLandscape, FoldMap, Scale, energy_landscape, fold_map};
+pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
+#[cfg(feature = "png")]
+pub use png::png;
+pub use portrait::{Arc, Named, Portrait, phase_portrait};
+pub use surfaces::{
+    PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,
+};

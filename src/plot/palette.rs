@@ -1,0 +1,86 @@
+//! Colours: readable with colour-blind eyes and in grey print.
+
+/// A colour, 8 bits each of red, green and blue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Colour(pub u8, pub u8, pub u8);
+
+pub(crate) const BLACK: Colour = Colour(0, 0, 0);
+pub(crate) const WHITE: Colour = Colour(255, 255, 255);
+/// Text and frames.
+pub(crate) const INK: Colour = Colour(38, 38, 38);
+/// Lines that only help the eye.
+pub(crate) const GREY: Colour = Colour(150, 150, 150);
+/// Grid lines.
+pub(crate) const FAINT: Colour = Colour(225, 225, 225);
+/// What must be seen first: snaps, the motion's path on a surface.
+pub(crate) const ALARM: Colour = Colour(200, 30, 60);
+
+/// Okabe and Ito's palette without its yellow, which is lost on white paper.
+const CATEGORIES: [Colour; 7] = [
+    Colour(0, 114, 178),
+    Colour(213, 94, 0),
+    Colour(0, 158, 115),
+    Colour(204, 121, 167),
+    Colour(230, 159, 0),
+    Colour(86, 180, 233),
+    Colour(90, 90, 90),
+];
+
+/// The i-th colour for things without an order; repeats after seven.
+pub(crate) fn category(i: usize) -> Colour {
+    CATEGORIES[i % CATEGORIES.len()]
+}
+
+/// Viridis at nine equal steps.
+const VIRIDIS: [Colour; 9] = [
+    Colour(68, 1, 84),
+    Colour(71, 44, 122),
+    Colour(59, 81, 139),
+    Colour(44, 113, 142),
+    Colour(33, 144, 141),
+    Colour(39, 173, 129),
+    Colour(92, 200, 99),
+    Colour(170, 220, 50),
+    Colour(253, 231, 37),
+];
+
+/// An ordered colour at t in [0, 1], dark to light, for areas.
+pub(crate) fn sequential(t: f64) -> Colour {
+    let steps = (VIRIDIS.len() - 1) as f64;
+    let at = t.clamp(0.0, 1.0) * steps;
+    let i = (at.floor() as usize).min(VIRIDIS.len() - 2);
+    VIRIDIS[i].mix(VIRIDIS[i + 1], at - i as f64)
+}
+
+/// The same for thin lines on white: stops before the yellow.
+pub(crate) fn sequential_line(t: f64) -> Colour {
+    sequential(0.86 * t.clamp(0.0, 1.0))
+}
+
+impl Colour {
+    /// This colour and `t` in [0, 1] of the other.
+    pub(crate) fn mix(self, other: Colour, t: f64) -> Colour {
+        let part = |a: u8, b: u8| (f64::from(a) + t * (f64::from(b) - f64::from(a))).round() as u8;
+        Colour(
+            part(self.0, other.0),
+            part(self.1, other.1),
+            part(self.2, other.2),
+        )
+    }
+
+    /// A paler version; 0 leaves it, 1 is white.
+    pub(crate) fn tint(self, t: f64) -> Colour {
+        self.mix(WHITE, t)
+    }
+
+    /// A darker version; 0 leaves it, 1 is black.
+    pub(crate) fn shade(self, t: f64) -> Colour {
+        self.mix(BLACK, t)
+    }
+
+    /// Perceived lightness in [0, 1] (Rec. 709 weights, no gamma).
+    pub(crate) fn lightness(self) -> f64 {
+        (0.2126 * f64::from(self.0) + 0.7152 * f64::from(self.1) + 0.0722 * f64::from(self.2))
+            / 255.0
+    }
+}

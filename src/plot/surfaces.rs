@@ -1,0 +1,294 @@
+//! Solution sheets in space, and motions on them.
+
+use super::axes::{Mark, draw_mark, extent};
+use super::canvas::{Canvas, Pen, draw};
+use super::data::{Bounds, Patch, Units, View};
+use super::legend::{Entry, Key, Legend};
+use super::motion::circle;
+use super::palette::{ALARM, BLACK, Colour, GREY, INK, category};
+use super::scene::{Point, Scene};
+use crate::error::{Error, Result};
+
+const WIDTH: f64 = 640.0;
+const HEIGHT: f64 = 520.0;
+
+/// A named curve in space; a point that is not finite breaks it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SpaceCurve {
+    /// Its name in the legend; may be empty.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// Sheets of solutions as surfaces.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sheets {
+    /// The sheets; see [`Patch`] for the resolution to use.
+    pub patches: Vec<Patch>,
+    /// Curves drawn dark on them: folds.
+    pub curves: Vec<SpaceCurve>,
+    /// Where from; by default a side that shows the folds.
+    pub view: Option<View>,
+    /// The box shown, at which everything is cut; by default what holds all points (over the disc, the
+    /// disc's square).
+    pub bounds: Option<Bounds>,
+    /// Units; only figures over the disc use them.
+    pub units: Units,
+}
+
+/// Draws sheets in (lam, alpha, theta(1)): points of the patches are such triples. AMV's Fig. 3.22.
+///
+/// Errs if there is no patch with finite points.
+pub fn sheets_lambda_alpha(data: &Sheets) -> Result<String> {
+    let frame = Frame {
+        labels: ["λ", "α (rad)", "θ(1) (rad)"].map(String::from),
+        aspect: [1.0, 1.0, 0.85],
+        view: data.view.unwrap_or(View {
+            azimuth: -58.0,
+            elevation: 24.0,
+        }),
+        bounds: bounds_or(data.bounds, &data.patches)?,
+        disc: None,
+    };
+    Ok(frame.draw(&data.patches, &data.curves, None))
+}
+
+/// Draws sheets over the disc of the free end: points of the patches are (x, y, theta(1)). AMV's Fig. 3.24.
+///
+/// Errs if there is no patch with finite points.
+pub fn sheets_over_disc(data: &Sheets) -> Result<String> {
+    let frame = Frame::over_disc(data.bounds, &data.patches, data.view, &data.units)?;
+    Ok(frame.draw(&data.patches, &data.curves, None))
+}
+
+/// A motion on the sheets over the disc.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PathOnSurface {
+    /// The sheets, points (x, y, theta(1)).
+    pub patches: Vec<Patch>,
+    /// Folds of the sheets.
+    pub folds: Vec<SpaceCurve>,
+    /// The motion; a point that is not finite (as between the two ends of a jump) breaks it.
+    pub path: Vec<[f64; 3]>,
+    /// Jumps, each from the fold to the landing.
+    pub jumps: Vec<[[f64; 3]; 2]>,
+    /// Where from; by default a side that shows the folds.
+    pub view: Option<View>,
+    /// The box shown, at which everything is cut; by default the disc's square and all heights.
+    pub bounds: Option<Bounds>,
+    /// Units.
+    pub units: Units,
+}
+
+/// Draws a motion on the sheets over the disc: parts of the path that lie behind a sheet are thin and
+/// dotted, jumps are dashed, the start is a ring and the end a disc.
+///
+/// Errs if there is no patch or no path with finite points.
+pub fn path_on_surface(data: &PathOnSurface) -> Result<String> {
+    if !data.path.iter().any(|p| p.iter().all(|c| c.is_finite())) {
+        return Err(Error::domain("figure of a path on sheets: no path to show"));
+    }
+    let frame = Frame::over_disc(data.bounds, &data.patches, data.view, &data.units)?;
+    Ok(frame.draw(&data.patches, &data.folds, Some(data)))
+}
+
+const FOLD: Pen = Pen {
+    colour: INK,
+    width: 1.5,
+    alpha: 1.0,
+    dash: None,
+};
+const PATH: Pen = Pen {
+    colour: BLACK,
+    width: 1.6,
+    alpha: 1.0,
+    dash: None,
+};
+const JUMP: Pen = Pen {
+    colour: ALARM,
+    width: 1.5,
+    alpha: 1.0,
+    dash: Some((5.0, 3.5)),
+};
+
+/// The same line where it is hidden.
+fn behind(pen: Pen) -> Pen {
+    Pen {
+        width: 0.6 * pen.width,
+        alpha: 0.55,
+        dash: Some((1.6, 2.6)),
+        ..pen
+    }
+}
+
+/// What the figures of sheets have in common.
+struct Frame {
+    labels: [String; 3],
+    aspect: Point,
+    view: View,
+    bounds: Bounds,
+    /// Draw the disc of this radius on the floor.
+    disc: Option<f64>,
+}
+
+impl Frame {
+    fn over_disc(
+        bounds: Option<Bounds>,
+        patches: &[Patch],
+        view: Option<View>,
+        units: &Units,
+    ) -> Result<Self> {
+        let radius = units.radius();
+        let heights = bounds_or(bounds, patches)?;
+        let flat = [-1.05 * radius, 1.05 * radius];
+        Ok(Self {
+            labels: [
+                units.length_of("x"),
+                units.length_of("y"),
+                "θ(1) (rad)".into(),
+            ],
+            aspect: [1.0, 1.0, 0.85],
+            view: view.unwrap_or(View {
+                azimuth: -125.0,
+                elevation: 26.0,
+            }),
+            bounds: bounds.unwrap_or([flat, flat, heights[2]]),
+            disc: Some(radius),
+        })
+    }
+
+    fn draw(
+        self,
+        patches: &[Patch],
+        curves: &[SpaceCurve],
+        motion: Option<&PathOnSurface>,
+    ) -> String {
+        let legend = Legend::new(entries(patches, curves, motion), WIDTH - 60.0);
+        let top = 6.0 + legend.height();
+        let floor = self.bounds[2][0];
+        let [x, y, _] = self.bounds;
+        // Equal scales for two positions, whatever box was asked for.
+        let aspect = match self.disc {
+            Some(_) => {
+                let (w, h) = (x[1] - x[0], y[1] - y[0]);
+                [w / w.max(h), h / w.max(h), self.aspect[2]]
+            }
+            None => self.aspect,
+        };
+        draw(WIDTH, top + HEIGHT, |canvas| {
+            let mut scene = Scene::new(
+                self.bounds,
+                self.labels,
+                aspect,
+                self.view,
+                (top, WIDTH, HEIGHT),
+            );
+            legend.draw(canvas, 30.0, 6.0);
+            scene.walls(canvas);
+            if let Some(radius) = self.disc {
+                let rim = circle(radius);
+                let rim: Vec<Point> = rim
+                    .x
+                    .iter()
+                    .zip(&rim.y)
+                    .map(|(x, y)| [*x, *y, floor])
+                    .collect();
+                let pen = Pen::new(GREY, 0.9);
+                scene.curve(canvas, &rim, pen, pen);
+            }
+            scene.pale(if motion.is_some() { 0.35 } else { 0.0 });
+            for patch in patches {
+                scene.add(patch);
+            }
+            scene.paint(canvas);
+            for curve in curves {
+                scene.curve(canvas, &curve.points, FOLD, behind(FOLD));
+            }
+            if let Some(motion) = motion {
+                draw_motion(canvas, &scene, motion);
+            }
+            scene.axes(canvas);
+        })
+    }
+}
+
+fn draw_motion(canvas: &mut Canvas, scene: &Scene, motion: &PathOnSurface) {
+    let halo = Pen::new(Colour(255, 255, 255), 3.2).alpha(0.8);
+    let none = Pen::new(Colour(255, 255, 255), 0.1).alpha(0.0);
+    scene.curve(canvas, &motion.path, halo, none);
+    scene.curve(canvas, &motion.path, PATH, behind(PATH));
+    for jump in &motion.jumps {
+        scene.curve(canvas, jump, JUMP, behind(JUMP));
+        for (end, mark) in jump.iter().zip([Mark::Cross, Mark::Disc]) {
+            let (at, seen) = scene.spot(*end);
+            if at.0.is_finite() && at.1.is_finite() {
+                let colour = if seen { ALARM } else { ALARM.tint(0.45) };
+                draw_mark(canvas, at, mark, if seen { 3.6 } else { 2.6 }, colour);
+            }
+        }
+    }
+    let finite = |p: &&Point| p.iter().all(|c| c.is_finite());
+    if let Some(start) = motion.path.iter().find(finite) {
+        draw_mark(canvas, scene.spot(*start).0, Mark::Ring, 4.0, BLACK);
+    }
+    if let Some(end) = motion.path.iter().rev().find(finite) {
+        draw_mark(canvas, scene.spot(*end).0, Mark::Disc, 4.0, BLACK);
+    }
+}
+
+fn entries(patches: &[Patch], curves: &[SpaceCurve], motion: Option<&PathOnSurface>) -> Vec<Entry> {
+    let mut names: Vec<&str> = Vec::new();
+    let mut entries = Vec::new();
+    for patch in patches {
+        if !patch.name.is_empty() && !names.contains(&patch.name.as_str()) {
+            names.push(&patch.name);
+            let pale = if motion.is_some() { 0.35 } else { 0.12 };
+            let fill = category(patch.colour).tint(pale);
+            entries.push(Entry::new(Key::Fill(fill), patch.name.as_str()));
+        }
+    }
+    for curve in curves {
+        if !curve.name.is_empty() && !names.contains(&curve.name.as_str()) {
+            names.push(&curve.name);
+            entries.push(Entry::new(Key::Line(FOLD), curve.name.as_str()));
+        }
+    }
+    if let Some(motion) = motion {
+        entries.push(Entry::new(Key::Line(PATH), "motion"));
+        entries.push(Entry::new(Key::Mark(Mark::Ring, BLACK), "start"));
+        entries.push(Entry::new(Key::Mark(Mark::Disc, BLACK), "end"));
+        if !motion.jumps.is_empty() {
+            entries.push(Entry::new(Key::Line(JUMP), "snap"));
+        }
+    }
+    entries
+}
+
+/// The box asked for, or the one that holds all finite points.
+fn bounds_or(asked: Option<Bounds>, patches: &[Patch]) -> Result<Bounds> {
+    let nothing = || Error::domain("figure of sheets: no surface to show");
+    let mut bounds = [[0.0; 2]; 3];
+    let sound: Vec<&Patch> = patches.iter().filter(|patch| patch.is_sound()).collect();
+    for (axis, range) in bounds.iter_mut().enumerate() {
+        let values = sound
+            .iter()
+            .flat_map(|p| p.points.iter())
+            .filter(|p| p.iter().all(|c| c.is_finite()))
+            .map(|p| &p[axis]);
+        let (lo, hi) = extent(values).ok_or_else(nothing)?;
+        let margin = if hi > lo { 0.0 } else { lo.abs().max(1.0) };
+        *range = [lo - margin, hi + margin];
+    }
+    let Some(asked) = asked else {
+        return Ok(bounds);
+    };
+    if asked
+        .iter()
+        .all(|r| r[1] > r[0] && (r[1] - r[0]).is_finite())
+    {
+        Ok(asked)
+    } else {
+        Err(Error::domain("figure of sheets: the box to show is empty"))
+    }
+}
