@@ -33,6 +33,23 @@ pub(crate) fn rf_rd(x: f64, y: f64, z: f64) -> (f64, f64) {
     (rf_series(x, y, z), power * rd_series(x, y, z) + 3.0 * sum)
 }
 
+/// RF alone, under the same conditions, of which `z` > 0 may be weakened to: at most one of the
+/// three is zero.
+#[inline]
+pub(crate) fn rf(x: f64, y: f64, z: f64) -> f64 {
+    let (mut x, mut y, mut z) = (x, y, z);
+    let mut spread = x.max(y).max(z) - x.min(y).min(z);
+    while spread > SPREAD * (x + y + z) / 3.0 {
+        let (rx, ry, rz) = (x.sqrt(), y.sqrt(), z.sqrt());
+        let lambda = rx * (ry + rz) + ry * rz;
+        spread *= 0.25;
+        x = 0.25 * (x + lambda);
+        y = 0.25 * (y + lambda);
+        z = 0.25 * (z + lambda);
+    }
+    rf_series(x, y, z)
+}
+
 #[inline]
 fn rf_series(x: f64, y: f64, z: f64) -> f64 {
     let a = (x + y + z) / 3.0;
@@ -73,7 +90,8 @@ pub(crate) fn complete_kb(kc: f64) -> (f64, f64) {
     let mut m = 1.0;
     let mut doubled = 1.0;
     let (mut a, mut b, mut c) = (1.0, 0.0, 1.0);
-    loop {
+    // Subnormal kc take 15 steps; 0 and NaN, which have no value, must not run for ever.
+    for _ in 0..20 {
         b = 2.0 * (c * g + b);
         c = a;
         let m0 = m;
