@@ -115,7 +115,8 @@ fn ground(count: f64) -> Colour {
         1 => Colour(226, 236, 245),
         2 => Colour(178, 207, 229),
         3 => Colour(122, 172, 209),
-        _ => Colour(78, 134, 184),
+        4 => Colour(78, 134, 184),
+        _ => Colour(44, 95, 145),
     }
 }
 
@@ -172,7 +173,9 @@ impl Scale {
     fn apply(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
-            Self::Sqrt => value.max(0.0).sqrt(),
+            // Not `max`, which would turn NaN into 0.
+            Self::Sqrt if value < 0.0 => 0.0,
+            Self::Sqrt => value.sqrt(),
             Self::Log => value.ln(),
         }
     }

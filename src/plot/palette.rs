@@ -77,10 +77,4 @@ impl Colour {
     pub(crate) fn shade(self, t: f64) -> Colour {
         self.mix(BLACK, t)
     }
-
-    /// Perceived lightness in [0, 1] (Rec. 709 weights, no gamma).
-    pub(crate) fn lightness(self) -> f64 {
-        (0.2126 * f64::from(self.0) + 0.7152 * f64::from(self.1) + 0.0722 * f64::from(self.2))
-            / 255.0
-    }
 }

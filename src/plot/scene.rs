@@ -62,6 +62,14 @@ struct Edge {
     pen: Pen,
 }
 
+/// A stretch of a curve that is seen, or hidden, as a whole.
+struct Run {
+    seen: bool,
+    /// Begins where the one before ends.
+    joined: bool,
+    line: Vec<(f64, f64)>,
+}
+
 impl Layer for Face {
     fn outline(&self) -> &[(f64, f64)] {
         &self.shown
@@ -343,8 +351,9 @@ impl Scene {
 
     /// Draws a curve: with `seen` where nothing stands before it, with `hidden` elsewhere.
     pub(crate) fn curve(&self, canvas: &mut Canvas, points: &[Point], seen: Pen, hidden: Pen) {
-        // Pieces short enough that each is hidden as a whole or not at all.
-        let mut pieces: Vec<(bool, bool, [(f64, f64); 2])> = Vec::new();
+        // In parts short enough that each is hidden as a whole or not at all.
+        let mut runs: Vec<Run> = Vec::new();
+        let mut end = None;
         for pair in points.windows(2) {
             let Some((a, b)) = self.cut_segment(self.boxed(pair[0]), self.boxed(pair[1])) else {
                 continue;
@@ -355,35 +364,36 @@ impl Scene {
                 let from = between(a, b, k as f64 / parts as f64);
                 let to = between(a, b, (k + 1) as f64 / parts as f64);
                 let visible = self.sees(between(from, to, 0.5));
-                let ends = [self.project(from), self.project(to)];
-                let joined = pieces.last().is_some_and(|p| p.2[1] == ends[0]);
-                pieces.push((visible, joined, ends));
-            }
-        }
-        let mut runs: Vec<(bool, bool, Vec<(f64, f64)>)> = Vec::new();
-        for (visible, joined, [from, to]) in pieces {
-            match runs.last_mut() {
-                Some(run) if joined && run.0 == visible => run.2.push(to),
-                _ => runs.push((visible, joined, vec![from, to])),
+                let (from, to) = (self.project(from), self.project(to));
+                let joined = end == Some(from);
+                end = Some(to);
+                match runs.last_mut() {
+                    Some(run) if joined && run.seen == visible => run.line.push(to),
+                    _ => runs.push(Run {
+                        seen: visible,
+                        joined,
+                        line: vec![from, to],
+                    }),
+                }
             }
         }
         // A line on a sheet dives into its flat faces here and there; it is not hidden for that.
         for i in 1..runs.len().saturating_sub(1) {
-            let between_seen = runs[i - 1].0 && runs[i + 1].0 && runs[i].1 && runs[i + 1].1;
-            let short = path_length(&runs[i].2) < SHORT_DIVE;
-            if !runs[i].0 && between_seen && short {
-                runs[i].0 = true;
+            let between_seen = runs[i - 1].seen && runs[i + 1].seen;
+            let whole = runs[i].joined && runs[i + 1].joined;
+            if between_seen && whole && path_length(&runs[i].line) < SHORT_DIVE {
+                runs[i].seen = true;
             }
         }
         for visible in [false, true] {
             let pen = if visible { seen } else { hidden };
             let mut line: Vec<(f64, f64)> = Vec::new();
-            for run in runs.iter().filter(|run| run.0 == visible) {
-                if line.last() != run.2.first() {
+            for run in runs.iter().filter(|run| run.seen == visible) {
+                if line.last() != run.line.first() {
                     canvas.line(&thin(&line, 0.06), pen);
                     line.clear();
                 }
-                line.extend_from_slice(&run.2);
+                line.extend_from_slice(&run.line);
             }
             canvas.line(&thin(&line, 0.06), pen);
         }

@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen, draw};
 use super::data::{Bounds, Patch, Units, View};
 use super::legend::{Entry, Key, Legend};
 use super::motion::circle;
-use super::palette::{ALARM, BLACK, Colour, GREY, INK, category};
+use super::palette::{ALARM, BLACK, Colour, GREY, category};
 use super::scene::{Point, Scene};
 use crate::error::{Error, Result};
 
@@ -26,7 +26,7 @@ pub struct SpaceCurve {
 pub struct Sheets {
     /// The sheets; see [`Patch`] for the resolution to use.
     pub patches: Vec<Patch>,
-    /// Curves drawn dark on them: folds.
+    /// Curves drawn in dark red on them: folds.
     pub curves: Vec<SpaceCurve>,
     /// Where from; by default a side that shows the folds.
     pub view: Option<View>,
@@ -45,8 +45,8 @@ pub fn sheets_lambda_alpha(data: &Sheets) -> Result<String> {
         labels: ["λ", "α (rad)", "θ(1) (rad)"].map(String::from),
         aspect: [1.0, 1.0, 0.85],
         view: data.view.unwrap_or(View {
-            azimuth: -58.0,
-            elevation: 24.0,
+            azimuth: -26.0,
+            elevation: 19.0,
         }),
         bounds: bounds_or(data.bounds, &data.patches)?,
         disc: None,
@@ -93,15 +93,16 @@ pub fn path_on_surface(data: &PathOnSurface) -> Result<String> {
     Ok(frame.draw(&data.patches, &data.folds, Some(data)))
 }
 
+/// Red for folds and snaps as in the plane figures; darker, to be seen on every sheet.
 const FOLD: Pen = Pen {
-    colour: INK,
-    width: 1.5,
+    colour: Colour(150, 10, 40),
+    width: 1.4,
     alpha: 1.0,
     dash: None,
 };
 const PATH: Pen = Pen {
     colour: BLACK,
-    width: 1.6,
+    width: 1.8,
     alpha: 1.0,
     dash: None,
 };
@@ -150,8 +151,8 @@ impl Frame {
             ],
             aspect: [1.0, 1.0, 0.85],
             view: view.unwrap_or(View {
-                azimuth: -125.0,
-                elevation: 26.0,
+                azimuth: -62.0,
+                elevation: 21.0,
             }),
             bounds: bounds.unwrap_or([flat, flat, heights[2]]),
             disc: Some(radius),

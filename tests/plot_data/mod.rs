@@ -475,7 +475,7 @@ pub fn portrait_data() -> Portrait {
 
 /// Energies of all stable equilibria over an n x n grid, sorted.
 pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
-    let mut found = vec![Vec::new(); n * n];
+    let mut found = vec![[Vec::new(), Vec::new()]; n * n];
     let mut ps = graded(500, 400.0);
     ps.extend(fold_chart(1, 60).into_iter().map(|(p, _)| p));
     ps.sort_by(f64::total_cmp);
@@ -493,7 +493,7 @@ pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
                 .collect()
         })
         .collect();
-    let mut cover = |a: ([f64; 2], f64), b: ([f64; 2], f64), c: ([f64; 2], f64)| {
+    let mut cover = |half: usize, a: ([f64; 2], f64), b: ([f64; 2], f64), c: ([f64; 2], f64)| {
         let scale = 0.5 * (n - 1) as f64;
         let px = |r: [f64; 2]| {
             [
@@ -521,7 +521,7 @@ pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
                     side(pa, pb) / area,
                 );
                 if u >= 0.0 && v >= 0.0 && w >= 0.0 {
-                    found[j as usize * n + i as usize].push(u * a.1 + v * b.1 + w * c.1);
+                    found[j as usize * n + i as usize][half].push(u * a.1 + v * b.1 + w * c.1);
                 }
             }
         }
@@ -534,16 +534,23 @@ pub fn stable_energies(n: usize) -> Vec<Vec<f64>> {
                 grid[i + 1][j + 1],
                 grid[i][j + 1],
             );
-            cover(a, b, c);
-            cover(a, c, d);
+            let half = usize::from(ps[i] + ps[i + 1] > 0.0);
+            cover(half, a, b, c);
+            cover(half, a, c, d);
         }
     }
-    for list in &mut found {
-        list.sort_by(f64::total_cmp);
-        // Slivers of neighbouring cells may cover a point twice.
-        list.dedup_by(|b, a| *b - *a < 0.01 * *b + 0.02);
-    }
-    found
+    let merge = |halves: [Vec<f64>; 2]| {
+        let mut all = Vec::new();
+        for mut list in halves {
+            list.sort_by(f64::total_cmp);
+            // Slivers of neighbouring cells may cover a point twice.
+            list.dedup_by(|b, a| *b - *a < 0.003 * *b);
+            all.extend(list);
+        }
+        all.sort_by(f64::total_cmp);
+        all
+    };
+    found.into_iter().map(merge).collect()
 }
 
 pub fn fold_map_data(n: usize, samples: usize) -> FoldMap {
@@ -552,7 +559,7 @@ pub fn fold_map_data(n: usize, samples: usize) -> FoldMap {
     let counts = Field::over_disc(n, 1.0, |x, y| {
         m += 1;
         // The samples miss a sliver at the edge of the disc.
-        if x.hypot(y) > 0.98 {
+        if x.hypot(y) > 0.975 {
             f64::NAN
         } else {
             found[m - 1].len() as f64
@@ -577,7 +584,7 @@ pub fn landscape_data(n: usize, samples: usize) -> EnergyLandscape {
         let mut m = 0;
         Field::over_disc(n, 1.0, |x, y| {
             m += 1;
-            let value = found[m - 1].get(k).filter(|_| x.hypot(y) < 0.985);
+            let value = found[m - 1].get(k).filter(|_| x.hypot(y) < 0.98);
             value.copied().unwrap_or(f64::NAN)
         })
     };
