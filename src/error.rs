@@ -49,8 +49,7 @@ impl Error {
     }
 
     /// A file that could not be read or written.
-    #[cfg_attr(not(feature = "cli"), allow(dead_code))]
-    pub(crate) fn io(message: impl Into<String>) -> Self {
+    pub fn io(message: impl Into<String>) -> Self {
         Self::new(Kind::Io, message)
     }
 

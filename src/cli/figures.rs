@@ -1,1 +1,153 @@
-//! Figures of a run, from what was recorded.
+//! Figures of a run, from what was recorded: snapshots, energies, the path on the solution surface.
+
+use super::Refusal;
+use super::files::write_figure;
+use super::recorder::Branch;
+use snaprod::dynamics::Sample;
+use snaprod::elastica::{Equilibrium, fold_curve};
+use snaprod::plot::{self, Curve, Energies, Shape, Snapshots};
+use snaprod::scene::{Scene, Setup, Units};
+use std::path::Path;
+
+/// Shapes drawn at even times, beside those of the first snaps.
+const SHAPES: usize = 9;
+/// Snaps whose two shapes are drawn.
+const SNAPS: usize = 2;
+
+/// Writes the figures of the first branch that has a motion to show.
+pub fn write(
+    out: &Path,
+    scene: &Scene,
+    setup: &Setup,
+    branches: &[Branch],
+    png: bool,
+) -> Result<(), Refusal> {
+    let Some(line) = line_of(branches) else {
+        return Ok(());
+    };
+    let units = match scene.units {
+        Units::Si => plot::Units::si(scene.rod.length),
+        Units::Dimensionless => plot::Units {
+            rod: scene.rod.length,
+            ..labels(scene)
+        },
+    };
+    let figure = Figure {
+        setup,
+        units,
+        track: line.0,
+        snaps: line.1,
+    };
+    write_figure(out, "snapshots", &plot::snapshots(&figure.snapshots()?)?, png)?;
+    write_figure(out, "energies", &plot::energies(&figure.energies())?, png)
+}
+
+/// Labels of a dimensionless scene: only a rod of unit length, stiffness and mass has the natural ones.
+fn labels(scene: &Scene) -> plot::Units {
+    let unit = scene.rod.length == 1.0 && scene.rod.bending_stiffness == 1.0 && scene.body.mass == 1.0;
+    if unit {
+        plot::Units::default()
+    } else {
+        plot::Units {
+            length: "unit of length".into(),
+            time: "unit of time".into(),
+            energy: "unit of energy".into(),
+            rod: scene.rod.length,
+        }
+    }
+}
+
+/// The line of branches from the trunk to the last one that was run, with its snaps.
+fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)> {
+    let mut ids = vec![branches.last()?.id];
+    while let Some(parent) = branches[*ids.last()?].parent {
+        ids.push(parent);
+    }
+    ids.reverse();
+    let mut track = Vec::new();
+    let mut snaps = Vec::new();
+    for id in ids {
+        let branch = &branches[id];
+        for snap in branch.entered.iter().chain(&branch.snaps) {
+            snaps.push((snap.t, [snap.pose[0], snap.pose[1]]));
+        }
+        if branch.parent.is_some() {
+            track.push(branch.first);
+        }
+        track.extend_from_slice(&branch.track);
+        if track.last().is_none_or(|s: &Sample<2>| s.phase.t < branch.last.phase.t) {
+            track.push(branch.last);
+        }
+    }
+    (track.len() > 1).then_some((track, snaps))
+}
+
+struct Figure<'a> {
+    setup: &'a Setup,
+    units: plot::Units,
+    track: Vec<Sample<2>>,
+    snaps: Vec<(f64, [f64; 2])>,
+}
+
+impl Figure<'_> {
+    fn snapshots(&self) -> Result<Snapshots, Refusal> {
+        let k = &self.setup.scales;
+        let scaled = |[x, y]: [f64; 2]| [x * k.length, y * k.length];
+        let mut chosen: Vec<&Sample<2>> = Vec::new();
+        let (start, end) = (self.track[0].phase.t, self.track[self.track.len() - 1].phase.t);
+        for i in 0..SHAPES {
+            let t = start + (end - start) * i as f64 / (SHAPES - 1) as f64;
+            let at = self.track.partition_point(|s| s.phase.t < t);
+            chosen.push(&self.track[at.min(self.track.len() - 1)]);
+        }
+        for (t, _) in self.snaps.iter().take(SNAPS) {
+            chosen.extend(self.track.iter().filter(|s| s.phase.t == *t));
+        }
+        chosen.sort_by(|a, b| a.phase.t.total_cmp(&b.phase.t));
+        let mut shapes = Vec::new();
+        for sample in chosen {
+            let rod = Equilibrium::new(sample.phase.q[0], sample.phase.q[1])?;
+            shapes.push(Shape {
+                time: sample.phase.t * k.time,
+                axis: Curve::new(rod.curve(120).iter().map(|s| scaled([s.x, s.y]))),
+            });
+        }
+        // The rod can only run out of its sheet at the first fold; both halves, for it may swing over.
+        let half = fold_curve(1, 0.02, 6.0, 0.05)?;
+        let fold = |side: f64| {
+            Curve::new(half.iter().map(|f| scaled([f.equilibrium.x, side * f.equilibrium.y])))
+        };
+        Ok(Snapshots {
+            shapes,
+            path: Curve::new(self.track.iter().map(|s| scaled([s.pose[0], s.pose[1]]))),
+            folds: vec![fold(1.0), fold(-1.0)],
+            snaps: self.snaps.iter().map(|(_, at)| scaled(*at)).collect(),
+            units: self.units.clone(),
+        })
+    }
+
+    fn energies(&self) -> Energies {
+        let k = &self.setup.scales;
+        let first = self.track[0].ledger.total();
+        let column = |f: &dyn Fn(&Sample<2>) -> f64| self.track.iter().map(|s| f(s) * k.energy).collect();
+        let body = &self.setup.body;
+        // A term that is zero throughout is left out.
+        let or_none = |used: bool, f: &dyn Fn(&Sample<2>) -> f64| {
+            if used { column(f) } else { Vec::new() }
+        };
+        let lossy = self.track.iter().any(|s| s.ledger.dissipated != 0.0);
+        let held = self.track.iter().any(|s| s.ledger.potential != 0.0);
+        Energies {
+            time: self.track.iter().map(|s| s.phase.t * k.time).collect(),
+            kinetic: column(&|s| s.ledger.kinetic),
+            elastic: column(&|s| s.ledger.elastic),
+            potential: or_none(held, &|s| s.ledger.potential),
+            dissipated: or_none(lossy, &|s| s.ledger.dissipated),
+            work: or_none(body.is_driven(), &|s| s.ledger.work),
+            total: column(&|s| s.ledger.kinetic + s.ledger.elastic + s.ledger.potential),
+            error: column(&|s| s.ledger.total() - first),
+            snaps: self.snaps.iter().map(|(t, _)| t * k.time).collect(),
+            units: self.units.clone(),
+        }
+    }
+}

@@ -7,6 +7,7 @@ mod figures;
 mod files;
 mod folds;
 mod query;
+mod recorder;
 mod run;
 mod table;
 

@@ -1,3 +1,359 @@
-//! `snaprod run SCENE`.
-use super::{Ending, Refusal, RunArgs};
-pub fn run(_: &RunArgs) -> Result<Ending, Refusal> { Ok(Ending::Done) }
+//! `snaprod run SCENE`: drives the run, writes trajectory.csv, events.json, summary.json and figures.
+
+use super::files::{check_png, make_directory, print, print_json, write_whole};
+use super::recorder::{Branch, Recorder, watch_interrupts};
+use super::{Ending, Refusal, RunArgs, check, figures};
+use serde_json::{Value, json};
+use snaprod::dynamics::{Ledger, Outcome, Run, Sample, Snap, SnapEnd, drive};
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::scene::{Scales, Scene, Setup};
+use snaprod::solve::dop853::Work;
+use std::path::{Path, PathBuf};
+
+/// Runs the scene.
+pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
+    check_png(args.png)?;
+    let scene = check::read(&args.scene)?;
+    let setup = Setup::new(&scene)?;
+    let root = setup.run()?;
+    let out = directory(args);
+    if let Some(out) = &out {
+        make_directory(out)?;
+    }
+    watch_interrupts();
+    let tree = Tree::grow(args, &scene, &setup, root, out.as_deref())?;
+    let summary = tree.summary(&scene, &setup);
+    if let Some(out) = &out {
+        let events = Value::Array(tree.events(&setup.scales));
+        write_whole(&out.join("events.json"), format!("{events:#}\n").as_bytes())?;
+        write_whole(&out.join("summary.json"), format!("{summary:#}\n").as_bytes())?;
+        figures::write(out, &scene, &setup, &tree.branches, args.png)?;
+    }
+    if args.json {
+        let mut object = summary;
+        super::query::merge(
+            &mut object,
+            json!({ "events": tree.events(&setup.scales), "out": out }),
+        );
+        print_json(&object);
+    } else if !args.quiet {
+        print(&tree.text(&scene, &setup, out.as_deref()));
+    }
+    let short = tree.outcome();
+    if short.is_none() {
+        return Ok(Ending::Done);
+    }
+    if let Some(why) = short
+        && !args.json
+    {
+        eprintln!("the run ended short: {why}");
+    }
+    Ok(Ending::Short)
+}
+
+/// Where to write: --out, else out/<scene>, else (with --json) nowhere.
+fn directory(args: &RunArgs) -> Option<PathBuf> {
+    match &args.out {
+        Some(out) => Some(out.clone()),
+        None if args.json => None,
+        None => Some(Path::new("out").join(args.scene.file_stem().unwrap_or_default())),
+    }
+}
+
+/// A run, or under landing = "all" the runs into which it branches, each after its parent.
+struct Tree {
+    branches: Vec<Branch>,
+    /// Snaps whose branches were not followed because the bound was reached.
+    cut: usize,
+}
+
+impl Tree {
+    fn grow(
+        args: &RunArgs,
+        scene: &Scene,
+        setup: &Setup,
+        root: Run<'_, Elastica, 2>,
+        out: Option<&Path>,
+    ) -> Result<Self, Refusal> {
+        let mut waiting = std::collections::VecDeque::from([(None, None, root)]);
+        let mut tree = Self {
+            branches: Vec::new(),
+            cut: 0,
+        };
+        while let Some((parent, entered, mut run)) = waiting.pop_front() {
+            let id = tree.branches.len();
+            let first = run.now();
+            let mut recorder = Recorder::new(args, scene, setup.scales, out, id)?;
+            let outcome = drive(&mut run, scene.run.samples, &mut recorder)?;
+            if let Outcome::Branched(snaps) = &outcome {
+                for snap in snaps {
+                    // The bound counts whole runs: a fork replaces one by several.
+                    if tree.branches.len() + waiting.len() + 1 < scene.run.branches {
+                        waiting.push_back((Some(id), Some(*snap), run.branch(snap)?));
+                    } else {
+                        tree.cut += 1;
+                    }
+                }
+            }
+            tree.branches.push(recorder.finish(Branch {
+                id,
+                parent,
+                entered,
+                first,
+                last: run.now(),
+                outcome,
+                work: run.work(),
+                ..Branch::default_for(&first)
+            })?);
+        }
+        Ok(tree)
+    }
+
+    /// Why it fell short, if it did.
+    fn outcome(&self) -> Option<String> {
+        if self.cut > 0 {
+            return Some(format!(
+                "{} branches were not followed: the bound branches was reached; raise it in [run]",
+                self.cut
+            ));
+        }
+        self.branches
+            .iter()
+            .find(|b| !matches!(b.outcome, Outcome::EndOfTime | Outcome::Branched(_)))
+            .map(|b| format!("at t = {}: {}", b.last.phase.t, b.outcome))
+    }
+
+    fn events(&self, scales: &Scales) -> Vec<Value> {
+        let several = self.branches.len() > 1;
+        let mut events = Vec::new();
+        for branch in &self.branches {
+            for snap in branch.entered.iter().chain(&branch.snaps) {
+                let mut event = snap_json(snap, scales);
+                if several {
+                    super::query::merge(
+                        &mut event,
+                        json!({ "branch": branch.id, "parent": branch.parent }),
+                    );
+                }
+                events.push(event);
+            }
+        }
+        events
+    }
+
+    fn summary(&self, scene: &Scene, setup: &Setup) -> Value {
+        let k = &setup.scales;
+        let root = &self.branches[0];
+        let last = self.branches.last().unwrap_or(root);
+        let worst = self
+            .branches
+            .iter()
+            .map(|b| energy_error(b, &root.first.ledger))
+            .fold((0.0f64, 0.0f64), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        let short = self.outcome();
+        let mut summary = json!({
+            "outcome": if short.is_none() { "end_of_time" } else { self.short_key() },
+            "complete": short.is_none(),
+            "reason": short,
+            "units": scene.units,
+            "start": state_json(&root.first, k),
+            "start_index": root.first.index,
+            "end": state_json(&last.last, k),
+            "snaps": self.branches.iter().map(|b| b.snaps.len() + usize::from(b.entered.is_some())).sum::<usize>(),
+            "energy_error": { "absolute": worst.0 * k.energy, "relative": worst.1 },
+            "work": work_json(&self.branches),
+            "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
+            "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
+            "scene": scene,
+        });
+        if root.first.index > 0 {
+            super::query::merge(
+                &mut summary,
+                json!({ "warning": unstable_start(root.first.index) }),
+            );
+        }
+        if self.branches.len() > 1 {
+            let list: Vec<Value> = self
+                .branches
+                .iter()
+                .map(|b| {
+                    json!({
+                        "branch": b.id,
+                        "parent": b.parent,
+                        "outcome": b.outcome.key(),
+                        "from": b.first.phase.t * k.time,
+                        "end": state_json(&b.last, k),
+                        "trajectory": trajectory_name(b.id),
+                    })
+                })
+                .collect();
+            super::query::merge(&mut summary, json!({ "branches": list }));
+        }
+        summary
+    }
+
+    fn short_key(&self) -> &'static str {
+        if self.cut > 0 {
+            return "branch_limit";
+        }
+        self.branches
+            .iter()
+            .map(|b| b.outcome.key())
+            .find(|key| !matches!(*key, "end_of_time" | "branched"))
+            .unwrap_or("end_of_time")
+    }
+
+    fn text(&self, scene: &Scene, setup: &Setup, out: Option<&Path>) -> String {
+        let k = &setup.scales;
+        let mut lines = Vec::new();
+        let root = &self.branches[0];
+        if root.first.index > 0 {
+            lines.push(format!("note: {}", unstable_start(root.first.index)));
+        }
+        let unit = |name: &str| {
+            if name.is_empty() { String::new() } else { format!(" {name}") }
+        };
+        let u = scene.units;
+        for branch in &self.branches {
+            if self.branches.len() > 1 {
+                lines.push(match branch.parent {
+                    None => "branch 0".to_owned(),
+                    Some(parent) => format!("branch {} (from branch {parent})", branch.id),
+                });
+            }
+            const SHOWN: usize = 20;
+            for snap in branch.entered.iter().chain(&branch.snaps).take(SHOWN) {
+                lines.push(format!(
+                    "snap at t = {:.12}{}: {} -> {}, released {:.9}{}",
+                    snap.t * k.time,
+                    unit(u.time()),
+                    snap.from.sheet,
+                    snap.to.sheet,
+                    snap.released * k.energy,
+                    unit(u.energy())
+                ));
+            }
+            if branch.snaps.len() > SHOWN {
+                lines.push(format!("... and {} more snaps", branch.snaps.len() - SHOWN));
+            }
+            let end = &branch.last;
+            lines.push(format!(
+                "t = {}{}: {}; r = ({:.12}, {:.12}){}, v = ({:.12}, {:.12}){}, {}",
+                end.phase.t * k.time,
+                unit(u.time()),
+                branch.outcome,
+                end.pose[0] * k.length,
+                end.pose[1] * k.length,
+                unit(u.length()),
+                end.phase.v[0] * k.velocity,
+                end.phase.v[1] * k.velocity,
+                unit(u.velocity()),
+                end.sheet
+            ));
+            let (absolute, relative) = energy_error(branch, &root.first.ledger);
+            lines.push(format!(
+                "energy ledger closes to {:.1e}{} ({relative:.1e} of its largest term); {} steps, {} right-hand sides",
+                absolute * k.energy,
+                unit(u.energy()),
+                branch.work.steps,
+                branch.work.evaluations
+            ));
+        }
+        if let Some(out) = out {
+            lines.push(format!("written to {}", out.display()));
+        }
+        lines.join("\n") + "\n"
+    }
+}
+
+fn unstable_start(index: usize) -> String {
+    format!(
+        "the start has Morse index {index}: it is not stable, a real rod would leave it at once; the run follows the sheet as asked"
+    )
+}
+
+/// Largest deviation of the ledger's total seen at samples and snaps: absolute, and relative to the
+/// ledger's largest term.
+fn energy_error(branch: &Branch, first: &Ledger) -> (f64, f64) {
+    let total = first.total();
+    branch.ledgers().fold((0.0, 0.0), |(absolute, relative), ledger| {
+        let error = (ledger.total() - total).abs();
+        let size = branch.largest.max(ledger.largest()).max(f64::MIN_POSITIVE);
+        (f64::max(absolute, error), f64::max(relative, error / size))
+    })
+}
+
+/// The file of a branch's trajectory.
+pub fn trajectory_name(id: usize) -> String {
+    if id == 0 {
+        "trajectory.csv".to_owned()
+    } else {
+        format!("trajectory-{id}.csv")
+    }
+}
+
+fn work_json(branches: &[Branch]) -> Value {
+    let sum = |f: fn(&Work) -> u64| branches.iter().map(|b| f(&b.work)).sum::<u64>();
+    json!({
+        "evaluations": sum(|w| w.evaluations),
+        "steps": sum(|w| w.steps),
+        "rejected": sum(|w| w.rejected),
+        "dense": sum(|w| w.dense),
+    })
+}
+
+fn state_json(sample: &Sample<2>, k: &Scales) -> Value {
+    let (p, w) = (sample.phase.q[0], sample.phase.q[1]);
+    let ledger = &sample.ledger;
+    json!({
+        "t": sample.phase.t * k.time,
+        "x": sample.pose[0] * k.length,
+        "y": sample.pose[1] * k.length,
+        "vx": sample.phase.v[0] * k.velocity,
+        "vy": sample.phase.v[1] * k.velocity,
+        "lam": lambda(p, w),
+        "p": p,
+        "w": w,
+        "mode": sample.sheet.mode,
+        "sign": sample.sheet.sign.as_str(),
+        "index": sample.index,
+        "fx": sample.force[0] * k.force,
+        "fy": sample.force[1] * k.force,
+        "kinetic": ledger.kinetic * k.energy,
+        "elastic": ledger.elastic * k.energy,
+        "potential": ledger.potential * k.energy,
+        "dissipated": ledger.dissipated * k.energy,
+        "work": ledger.work * k.energy,
+        "total": ledger.total() * k.energy,
+    })
+}
+
+fn snap_json(snap: &Snap<2>, k: &Scales) -> Value {
+    let end = |e: &SnapEnd<2>| {
+        json!({
+            "lam": lambda(e.q[0], e.q[1]),
+            "p": e.q[0],
+            "w": e.q[1],
+            "mode": e.sheet.mode,
+            "sign": e.sheet.sign.as_str(),
+            "index": e.index,
+            "elastic": e.elastic * k.energy,
+        })
+    };
+    json!({
+        "kind": "snap",
+        "t": snap.t * k.time,
+        "x": snap.pose[0] * k.length,
+        "y": snap.pose[1] * k.length,
+        "vx": snap.velocity[0] * k.velocity,
+        "vy": snap.velocity[1] * k.velocity,
+        "from": end(&snap.from),
+        "to": end(&snap.to),
+        "released": snap.released * k.energy,
+        "time_error": snap.time_error * k.time,
+    })
+}
+
+fn lambda(p: f64, w: f64) -> Option<f64> {
+    Equilibrium::new(p, w).ok().map(|e| e.lambda)
+}
