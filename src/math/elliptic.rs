@@ -62,9 +62,9 @@ pub fn carlson_rf(x: f64, y: f64, z: f64) -> Result<f64, DomainError> {
     if TAME.contains(&high) && TAME.contains(&mid) && (low == 0.0 || TAME.contains(&low)) {
         return Ok(rf(low, mid, high));
     }
-    // One duplication by hand on the roots, brought to at most 2^500: their products then neither
+    // One duplication by hand on the roots, brought to about 2^480: their products then neither
     // overflow nor vanish, and after it all three are at least lambda/4.
-    let scale = power_of_two(500 - exponent(high.sqrt()));
+    let scale = power_of_two(480 - exponent(high.sqrt()));
     let [rx, ry, rz] = [low, mid, high].map(|v| v.sqrt() * scale);
     let lambda = rx * (ry + rz) + ry * rz;
     let [x, y, z] = [rx, ry, rz].map(|r| 0.25 * (r * r + lambda));

@@ -87,7 +87,14 @@ impl Jacobi {
 /// ```
 pub fn jacobi(u: f64, kc: f64) -> Result<Jacobi, DomainError> {
     check("jacobi", u, kc)?;
-    let Some(Climbed { phase, sn, cn, dn }) = ladder(u, kc) else {
+    let Some(Climbed {
+        phase,
+        cs,
+        sn,
+        cn,
+        dn,
+    }) = ladder(u, kc)
+    else {
         let (sn, cn, dn) = (u, 1.0, 1.0);
         return Ok(Jacobi { sn, cn, dn, am: u });
     };
@@ -101,13 +108,13 @@ pub fn jacobi(u: f64, kc: f64) -> Result<Jacobi, DomainError> {
     }
     // am and the phase pass each multiple of pi/2 together. The multiple of pi nearest to the
     // phase may be off by one next to its middle; the half plane of (sn, cn) decides.
-    let mut periods = (phase / PI).round();
-    let mut sign = if periods as i64 & 1 == 0 { 1.0 } else { -1.0 };
+    let mut periods = (phase / PI + 0.5f64.copysign(phase)) as i64;
+    let mut sign = if periods & 1 == 0 { 1.0 } else { -1.0 };
     if sign * cn < 0.0 {
-        periods += (sign * sn).signum();
         sign = -sign;
+        periods -= (sign * sn).signum() as i64;
     }
-    let am = periods * PI + (sign * sn).atan2(sign * cn);
+    let am = periods as f64 * PI + (1.0 / cs).atan();
     Ok(Jacobi { sn, cn, dn, am })
 }
 
@@ -147,6 +154,8 @@ fn check(function: &'static str, u: f64, kc: f64) -> Result<(), DomainError> {
 /// The functions, and the phase pi u/(2K).
 struct Climbed {
     phase: f64,
+    /// cn/sn.
+    cs: f64,
     sn: f64,
     cn: f64,
     dn: f64,
@@ -183,10 +192,12 @@ fn ladder(u: f64, kc: f64) -> Option<Climbed> {
     let mut cs = ratio * (1.0 + 4.0 * q * q * cos2) * (cos / sin);
     let mut dn = ratio * (1.0 + 2.0 * q * cos2) / (1.0 - 2.0 * q * cos2);
     let mut below = next;
+    let mut shift = below * (cs * cs);
     let mut climb = |a: f64, g: f64| {
-        let shift = below * cs * cs;
-        cs *= below / a * dn;
+        let (ratio, old) = (below / a, dn);
         dn = (g + shift) / (a + shift);
+        cs *= ratio * old;
+        shift *= ratio * (old * old);
         below = a;
     };
     climb(a, g);
@@ -196,6 +207,7 @@ fn ladder(u: f64, kc: f64) -> Option<Climbed> {
     let sn = (1.0 / (1.0 + cs * cs).sqrt()).copysign(sin);
     Some(Climbed {
         phase,
+        cs,
         sn,
         cn: cs * sn,
         dn,
