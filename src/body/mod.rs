@@ -136,7 +136,8 @@ impl<const N: usize> Body<N> {
 
     /// Potential of the constant loads at a pose.
     pub fn potential(&self, pose: &SVector<f64, N>) -> f64 {
-        -self.constant.dot(pose)
+        // Subtracted from zero, so that no load gives 0 and not -0.
+        0.0 - self.constant.dot(pose)
     }
 
     /// Kinetic energy.

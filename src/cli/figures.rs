@@ -38,13 +38,19 @@ pub fn write(
         track: line.0,
         snaps: line.1,
     };
-    write_figure(out, "snapshots", &plot::snapshots(&figure.snapshots()?)?, png)?;
+    write_figure(
+        out,
+        "snapshots",
+        &plot::snapshots(&figure.snapshots()?)?,
+        png,
+    )?;
     write_figure(out, "energies", &plot::energies(&figure.energies())?, png)
 }
 
 /// Labels of a dimensionless scene: only a rod of unit length, stiffness and mass has the natural ones.
 fn labels(scene: &Scene) -> plot::Units {
-    let unit = scene.rod.length == 1.0 && scene.rod.bending_stiffness == 1.0 && scene.body.mass == 1.0;
+    let unit =
+        scene.rod.length == 1.0 && scene.rod.bending_stiffness == 1.0 && scene.body.mass == 1.0;
     if unit {
         plot::Units::default()
     } else {
@@ -75,7 +81,10 @@ fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)
             track.push(branch.first);
         }
         track.extend_from_slice(&branch.track);
-        if track.last().is_none_or(|s: &Sample<2>| s.phase.t < branch.last.phase.t) {
+        if track
+            .last()
+            .is_none_or(|s: &Sample<2>| s.phase.t < branch.last.phase.t)
+        {
             track.push(branch.last);
         }
     }
@@ -94,7 +103,10 @@ impl Figure<'_> {
         let k = &self.setup.scales;
         let scaled = |[x, y]: [f64; 2]| [x * k.length, y * k.length];
         let mut chosen: Vec<&Sample<2>> = Vec::new();
-        let (start, end) = (self.track[0].phase.t, self.track[self.track.len() - 1].phase.t);
+        let (start, end) = (
+            self.track[0].phase.t,
+            self.track[self.track.len() - 1].phase.t,
+        );
         for i in 0..SHAPES {
             let t = start + (end - start) * i as f64 / (SHAPES - 1) as f64;
             let at = self.track.partition_point(|s| s.phase.t < t);
@@ -115,7 +127,10 @@ impl Figure<'_> {
         // The rod can only run out of its sheet at the first fold; both halves, for it may swing over.
         let half = fold_curve(1, 0.02, 6.0, 0.05)?;
         let fold = |side: f64| {
-            Curve::new(half.iter().map(|f| scaled([f.equilibrium.x, side * f.equilibrium.y])))
+            Curve::new(
+                half.iter()
+                    .map(|f| scaled([f.equilibrium.x, side * f.equilibrium.y])),
+            )
         };
         Ok(Snapshots {
             shapes,
@@ -129,7 +144,8 @@ impl Figure<'_> {
     fn energies(&self) -> Energies {
         let k = &self.setup.scales;
         let first = self.track[0].ledger.total();
-        let column = |f: &dyn Fn(&Sample<2>) -> f64| self.track.iter().map(|s| f(s) * k.energy).collect();
+        let column =
+            |f: &dyn Fn(&Sample<2>) -> f64| self.track.iter().map(|s| f(s) * k.energy).collect();
         let body = &self.setup.body;
         // A term that is zero throughout is left out.
         let or_none = |used: bool, f: &dyn Fn(&Sample<2>) -> f64| {

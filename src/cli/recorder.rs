@@ -164,7 +164,12 @@ impl Observer<2> for Recorder {
         Ok(())
     }
 
-    fn snap(&mut self, snap: &Snap<2>, before: &Sample<2>, after: &Sample<2>) -> snaprod::Result<()> {
+    fn snap(
+        &mut self,
+        snap: &Snap<2>,
+        before: &Sample<2>,
+        after: &Sample<2>,
+    ) -> snaprod::Result<()> {
         self.snaps.push(*snap);
         self.keep(before);
         self.keep(after);

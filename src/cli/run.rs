@@ -26,7 +26,10 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     if let Some(out) = &out {
         let events = Value::Array(tree.events(&setup.scales));
         write_whole(&out.join("events.json"), format!("{events:#}\n").as_bytes())?;
-        write_whole(&out.join("summary.json"), format!("{summary:#}\n").as_bytes())?;
+        write_whole(
+            &out.join("summary.json"),
+            format!("{summary:#}\n").as_bytes(),
+        )?;
         figures::write(out, &scene, &setup, &tree.branches, args.png)?;
     }
     if args.json {
@@ -211,7 +214,11 @@ impl Tree {
             lines.push(format!("note: {}", unstable_start(root.first.index)));
         }
         let unit = |name: &str| {
-            if name.is_empty() { String::new() } else { format!(" {name}") }
+            if name.is_empty() {
+                String::new()
+            } else {
+                format!(" {name}")
+            }
         };
         let u = scene.units;
         for branch in &self.branches {
@@ -276,11 +283,13 @@ fn unstable_start(index: usize) -> String {
 /// ledger's largest term.
 fn energy_error(branch: &Branch, first: &Ledger) -> (f64, f64) {
     let total = first.total();
-    branch.ledgers().fold((0.0, 0.0), |(absolute, relative), ledger| {
-        let error = (ledger.total() - total).abs();
-        let size = branch.largest.max(ledger.largest()).max(f64::MIN_POSITIVE);
-        (f64::max(absolute, error), f64::max(relative, error / size))
-    })
+    branch
+        .ledgers()
+        .fold((0.0, 0.0), |(absolute, relative), ledger| {
+            let error = (ledger.total() - total).abs();
+            let size = branch.largest.max(ledger.largest()).max(f64::MIN_POSITIVE);
+            (f64::max(absolute, error), f64::max(relative, error / size))
+        })
 }
 
 /// The file of a branch's trajectory.

@@ -52,12 +52,19 @@ impl Modulus {
 /// lam = int_0^w dt/D, b = int_0^w sin^2 t/D dt, d = D(w), s = sin w, c = cos w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Integrals {
+    /// kap = tanh p.
     pub kap: f64,
+    /// kap' = sech p.
     pub kap_c: f64,
+    /// sin w.
     pub s: f64,
+    /// cos w.
     pub c: f64,
+    /// D(w).
     pub d: f64,
+    /// int_0^w dt/D: the square root of the pull.
     pub lam: f64,
+    /// int_0^w sin^2 t/D dt.
     pub b: f64,
 }
 

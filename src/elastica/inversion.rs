@@ -486,7 +486,8 @@ impl Search {
 /// True if no point of the box can reach the target: along some direction the gap exceeds what the
 /// linear part and the remainder can make.
 fn out_of_reach(local: &Local, gap: [f64; 2], bending: &Bending, (a, b): (f64, f64)) -> bool {
-    let rounding = 4e-16 * (gap[0].abs() + gap[1].abs()).min(1e-3);
+    // The tip, like the target, is known to a few ulp: a target on a fold must not slip through.
+    let rounding = 1e-15 * (local.tip[0].abs() + local.tip[1].abs());
     let beyond = |e: [f64; 2]| {
         let reach = dot(e, local.along_first).abs() * a + dot(e, local.along_lam).abs() * b;
         let excess = dot(e, gap).abs() - reach;

@@ -13,10 +13,9 @@ use nalgebra::{Matrix2, Vector2};
 pub struct Elastica;
 
 /// Largest |p| served: far beyond the tautest rod whose end double precision can tell from |r| = 1.
+pub const P_MAX: f64 = 1e6;
 /// Load below which all stable equilibria are searched.
 const STABLE_LAMBDA: f64 = 14.0;
-
-pub const P_MAX: f64 = 1e6;
 
 impl EquilibriumManifold<2> for Elastica {
     #[inline]
