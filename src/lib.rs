@@ -10,5 +10,6 @@ pub mod math;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod solve;
+pub mod truss;
 
 pub use error::{Error, Result};
