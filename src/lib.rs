@@ -12,5 +12,6 @@ pub mod plot;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod solve;
+pub mod truss;
 
 pub use error::{Error, Result};

@@ -78,8 +78,10 @@ pub struct Motion<'a, M, const N: usize> {
     dense: Option<Dense<Phase<N>>>,
 }
 
-/// Corrections of an event by redoing the step; three reach rounding from the interpolant.
-const CORRECTIONS: usize = 8;
+/// Most corrections of an event by redoing the step; three reach rounding from the interpolant.
+const CORRECTIONS: usize = 40;
+/// A correction below this part of the step that brings nothing is rounding.
+const ROUNDING: f64 = 1e-8;
 /// Look inside a step when t' at a stage falls below this fraction of its values at the ends.
 const SUSPICIOUS: f64 = 0.1;
 /// Samples of a suspicious step.
@@ -174,6 +176,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
         let guess = Guess {
             h: step.h * (end - step.from.t) / (step.to.t - step.from.t),
             rate: (step.to.t - step.from.t) / step.h,
+            t: end,
         };
         if let Some(mut ended) = locate(&step, f, guess, |state, _| state.t - end, work) {
             ended.step.to.t = end;
@@ -253,6 +256,8 @@ fn slope<M: EquilibriumManifold<N>, const N: usize>(
 struct Guess {
     h: f64,
     rate: f64,
+    /// The time there.
+    t: f64,
 }
 
 /// An event found: the step that ends there.
@@ -287,7 +292,11 @@ fn first_fold<const N: usize>(
         if before.1 > 0.0 && after.1 <= 0.0 {
             let rate = (after.1 - before.1) / ((after.0 - before.0) * h);
             let x = chandrupatla(rate_at, before, after, 1e-9)?;
-            return Some(Guess { h: x * h, rate });
+            return Some(Guess {
+                h: x * h,
+                rate,
+                t: dense.at(x).t,
+            });
         }
         before = after;
     }
@@ -295,7 +304,8 @@ fn first_fold<const N: usize>(
 }
 
 /// Redoes the step with other lengths until the event function vanishes at its end: the event then has
-/// the accuracy of the integration, not of an interpolant.
+/// the accuracy of the integration, not of an interpolant. Secants, and halving where they fail: t
+/// may grow like h^2 from a fold.
 fn locate<const N: usize>(
     step: &Step<Phase<N>>,
     f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
@@ -303,13 +313,18 @@ fn locate<const N: usize>(
     event: impl Fn(&Phase<N>, &Phase<N>) -> f64,
     work: &mut Work,
 ) -> Option<Located<N>> {
-    let Guess { mut h, mut rate } = guess;
+    let Guess {
+        mut h,
+        mut rate,
+        t: mut time,
+    } = guess;
+    let (mut low, mut high) = (0.0, step.h);
     let mut previous: Option<(f64, f64)> = None;
-    let mut time: Option<f64> = None;
     let mut best: Option<(f64, Located<N>)> = None;
     for _ in 0..CORRECTIONS {
         let redone = step.redo(f, h, work)?;
         let g = event(&redone.to, redone.end_slope());
+        let moved = previous.map_or(f64::INFINITY, |(h0, _)| (h - h0).abs());
         if let Some((h0, g0)) = previous
             && h != h0
             && g != g0
@@ -317,8 +332,8 @@ fn locate<const N: usize>(
             rate = (g - g0) / (h - h0);
         }
         let t = redone.to.t;
-        let time_error = time.map_or(f64::INFINITY, |last| (t - last).abs()) + f64::EPSILON * t;
-        time = Some(t);
+        let time_error = (t - time).abs() + f64::EPSILON * t.abs();
+        time = t;
         let better = best.as_ref().is_none_or(|(size, _)| g.abs() <= *size);
         if better {
             best = Some((
@@ -330,11 +345,21 @@ fn locate<const N: usize>(
             ));
         }
         let correction = -g / rate;
-        if !better || !correction.is_finite() || correction.abs() <= 4.0 * f64::EPSILON * h {
+        if correction.abs() <= 4.0 * f64::EPSILON * h || !better && moved <= ROUNDING * h {
             break;
         }
+        if g * guess.rate < 0.0 {
+            low = h;
+        } else {
+            high = h;
+        }
         previous = Some((h, g));
-        h += correction;
+        let secant = h + correction;
+        h = if better && low < secant && secant < high {
+            secant
+        } else {
+            0.5 * (low + high)
+        };
     }
     best.map(|(_, located)| located)
 }
