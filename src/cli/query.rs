@@ -38,17 +38,37 @@ pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<15}{value}");
     };
-    line("sheet", format!("{} (mode {}, sign {})", e.sheet, e.sheet.mode, e.sheet.sign.as_str()));
+    line(
+        "sheet",
+        format!(
+            "{} (mode {}, sign {})",
+            e.sheet,
+            e.sheet.mode,
+            e.sheet.sign.as_str()
+        ),
+    );
     line("lambda", e.lambda.to_string());
-    line("kappa", format!("{}   (p = {}, kappa' = {:e})", e.kappa, e.p, e.kappa_c));
+    line(
+        "kappa",
+        format!("{}   (p = {}, kappa' = {:e})", e.kappa, e.p, e.kappa_c),
+    );
     line("w", e.w.to_string());
     line("k, beta", format!("{}, {}", e.k, e.beta));
     line("alpha", e.alpha.to_string());
     line("theta(1)", e.theta1.to_string());
-    line("x, y", format!("{}, {}   (1 - x = {:e})", e.x, e.y, e.one_minus_x));
+    line(
+        "x, y",
+        format!("{}, {}   (1 - x = {:e})", e.x, e.y, e.one_minus_x),
+    );
     line("energy", e.energy.to_string());
     line("force on mass", format!("{}, {}", e.force[0], e.force[1]));
-    line("index", format!("{index} ({})", if index == 0 { "stable" } else { "unstable" }));
+    line(
+        "index",
+        format!(
+            "{index} ({})",
+            if index == 0 { "stable" } else { "unstable" }
+        ),
+    );
     line(
         "fold distance",
         format!("{distance} in lambda, to the first fold at this kappa"),
@@ -77,14 +97,16 @@ fn asked(args: &ElasticaArgs) -> Result<Equilibrium, Refusal> {
             }
             _ => {
                 return Err(Refusal(
-                    "give --lambda with --kappa or --p, or --mode, --sign, --k and --beta".to_owned(),
+                    "give --lambda with --kappa or --p, or --mode, --sign, --k and --beta"
+                        .to_owned(),
                 ));
             }
         },
     };
     if e.kappa == 0.0 {
         return Err(Refusal(
-            "kappa = 0 is the straight rod, whatever lambda: its end is at (1, 0), its energy 0".to_owned(),
+            "kappa = 0 is the straight rod, whatever lambda: its end is at (1, 0), its energy 0"
+                .to_owned(),
         ));
     }
     Ok(e)
@@ -123,7 +145,9 @@ pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
     if args.at == [1.0, 0.0] {
         let note = "the rod is straight, under any load along itself: the force is not determined by the position";
         if args.json {
-            print_json(&json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": [], "note": note }));
+            print_json(
+                &json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": [], "note": note }),
+            );
         } else {
             print(&format!("at (1, 0) {note}\n"));
         }

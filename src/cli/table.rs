@@ -9,8 +9,25 @@ use std::path::Path;
 
 /// The columns, in the scene's units (lam, p, w, mode, sign and index are numbers).
 const COLUMNS: [&str; 19] = [
-    "t", "x", "y", "vx", "vy", "lam", "p", "w", "mode", "sign", "index", "fx", "fy", "kinetic",
-    "elastic", "potential", "dissipated", "work", "total",
+    "t",
+    "x",
+    "y",
+    "vx",
+    "vy",
+    "lam",
+    "p",
+    "w",
+    "mode",
+    "sign",
+    "index",
+    "fx",
+    "fy",
+    "kinetic",
+    "elastic",
+    "potential",
+    "dissipated",
+    "work",
+    "total",
 ];
 
 /// A trajectory being written, row by row.
