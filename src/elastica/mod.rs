@@ -1,5 +1,6 @@
 //! The planar elastica with a point mass at its free end, in closed form (theory Sec. 2).
 
+pub mod atlas;
 pub mod chart;
 pub mod curvature;
 pub mod equilibrium;
@@ -8,6 +9,7 @@ pub mod inversion;
 pub mod layer;
 pub mod model;
 
+pub use atlas::{GridPoint, SheetGrid, sheet_grid};
 pub use equilibrium::{Equilibrium, Section};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use inversion::{Found, equilibria_at};

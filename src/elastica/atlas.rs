@@ -1,0 +1,235 @@
+//! Samples of whole sheets, for figures: grids of points of about equal distance.
+//!
+//! On a line p = const a sheet S_j^+- runs from lam = 2 j K to lam = 2 (j + 1) K, that is from
+//! w = j pi to (j + 1) pi. The load is the parameter here: near a seam of a looped rod w moves by less
+//! than a double can hold (by 1e-100 at p = 230) while the end passes through the disc.
+
+use super::equilibrium::Equilibrium;
+use crate::error::Result;
+use crate::manifold::{Sheet, Sign};
+use crate::math::carlson::complete_kb;
+use std::f64::consts::LN_2;
+
+/// The largest |p| sampled: 1 - |r| is of order 2/p for most rods, so the rim is reached to 0.7 %.
+const P_TOP: f64 = 300.0;
+/// Distance of neighbours on a line that is measured; grids are interpolated in it.
+const FINE: f64 = 0.02;
+
+/// An equilibrium as figures want it. Units: length 1, bending stiffness 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridPoint {
+    /// Chart: kap = tanh p.
+    pub p: f64,
+    /// Chart: amplitude at the clamp.
+    pub w: f64,
+    /// lam = sqrt(|force|).
+    pub lambda: f64,
+    /// Direction of the force on the mass.
+    pub alpha: f64,
+    /// Tip angle theta(1).
+    pub theta1: f64,
+    /// End position.
+    pub x: f64,
+    /// End position.
+    pub y: f64,
+    /// Elastic energy.
+    pub energy: f64,
+}
+
+/// A sheet sampled on a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SheetGrid {
+    /// Which sheet.
+    pub sheet: Sheet,
+    /// Number of lines p = const; p grows from row to row.
+    pub rows: usize,
+    /// Number of points on each; lam grows from the seam w = j pi to the seam w = (j + 1) pi.
+    pub columns: usize,
+    /// Row by row: point (i, j) is `points[i * columns + j]`.
+    pub points: Vec<GridPoint>,
+}
+
+impl GridPoint {
+    /// The equilibrium (p, lam), or the unloaded rod, lam = 0, that borders S_0.
+    fn new(p: f64, lambda: f64) -> Result<Self> {
+        if lambda == 0.0 {
+            return Ok(Self {
+                p,
+                w: 0.0,
+                lambda,
+                alpha: -2.0 * p.tanh().asin(),
+                theta1: 0.0,
+                x: 1.0,
+                y: 0.0,
+                energy: 0.0,
+            });
+        }
+        let e = Equilibrium::from_lambda_p(lambda, p)?;
+        Ok(Self {
+            p,
+            w: e.w,
+            lambda,
+            alpha: e.alpha,
+            theta1: e.theta1,
+            x: e.x,
+            y: e.y,
+            energy: e.energy,
+        })
+    }
+}
+
+/// Samples a sheet on rows x columns points, at least 2 x 2, of about equal distance over the disc,
+/// from kap = 0 to 1 - |kap| = 1e-260 and from seam to seam. (p, lam) grow along rows and columns on
+/// every sheet, so that all are oriented alike.
+pub fn sheet_grid(sheet: Sheet, rows: usize, columns: usize) -> Result<SheetGrid> {
+    sheet_grid_in(sheet, rows, columns, |q| [q.x, q.y, 0.2 * q.theta1])
+}
+
+/// The same with distances measured in the space of a figure: `place` gives a point's position there.
+pub fn sheet_grid_in(
+    sheet: Sheet,
+    rows: usize,
+    columns: usize,
+    place: impl Fn(&GridPoint) -> [f64; 3],
+) -> Result<SheetGrid> {
+    let (rows, columns) = (rows.max(2), columns.max(2));
+    let mode = f64::from(sheet.mode);
+    // theta'(0) has the sign of kap (-1)^j.
+    let positive = (sheet.sign == Sign::Plus) == (sheet.mode & 1 == 0);
+    let (from, to) = if positive {
+        (0.0, P_TOP)
+    } else {
+        (-P_TOP, 0.0)
+    };
+    let at = |p: f64, turns: f64| {
+        let lambda = 2.0 * turns * quarter_period(p);
+        GridPoint::new(p, lambda)
+    };
+    // The rows keep their distance in the mean over both seams and three lines between them.
+    let lines = [0.0, 0.25, 0.5, 0.75, 1.0];
+    let ps = spread(rows, from, to, |p| {
+        lines.iter().map(|t| Ok(place(&at(p, mode + t)?))).collect()
+    })?;
+    let mut points = Vec::with_capacity(rows * columns);
+    for p in ps {
+        for turns in spread(columns, mode, mode + 1.0, |t| Ok(vec![place(&at(p, t)?)]))? {
+            points.push(at(p, turns)?);
+        }
+    }
+    Ok(SheetGrid {
+        sheet,
+        rows,
+        columns,
+        points,
+    })
+}
+
+/// K, the quarter period of the pendulum.
+fn quarter_period(p: f64) -> f64 {
+    if p.abs() > 22.0 {
+        p.abs() + LN_2
+    } else {
+        complete_kb(1.0 / p.cosh()).0
+    }
+}
+
+/// `n` parameters from `from` to `to`, the distance of neighbours being equal; the distance of two
+/// parameters is the mean over the points that they give.
+fn spread(
+    n: usize,
+    from: f64,
+    to: f64,
+    at: impl Fn(f64) -> Result<Vec<[f64; 3]>>,
+) -> Result<Vec<f64>> {
+    let distance = |a: &[[f64; 3]], b: &[[f64; 3]]| {
+        let sum: f64 = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]).hypot(a[2] - b[2]))
+            .sum();
+        sum / a.len() as f64
+    };
+    let line = refined(from, to, at, |a, b, step| {
+        distance(a, b) > FINE && step > 1e-9
+    })?;
+    let mut length = vec![0.0];
+    let mut total = 0.0;
+    for pair in line.windows(2) {
+        // A stretch that stands still is still a stretch of the parameter.
+        total += distance(&pair[0].1, &pair[1].1) + 1e-9 * (pair[1].0 - pair[0].0);
+        length.push(total);
+    }
+    let last = n - 1;
+    let mut k = 0;
+    let mut out = vec![from];
+    for i in 1..last {
+        let wanted = total * i as f64 / last as f64;
+        while length[k + 1] < wanted {
+            k += 1;
+        }
+        let t = (wanted - length[k]) / (length[k + 1] - length[k]);
+        out.push(line[k].0 + t * (line[k + 1].0 - line[k].0));
+    }
+    out.push(to);
+    Ok(out)
+}
+
+/// A function sampled from `from` to `to`, halving every interval that is `coarse(a, b, length)`.
+fn refined<T: Clone>(
+    from: f64,
+    to: f64,
+    at: impl Fn(f64) -> Result<T>,
+    coarse: impl Fn(&T, &T, f64) -> bool,
+) -> Result<Vec<(f64, T)>> {
+    const FIRST: usize = 24;
+    let mut out = vec![(from, at(from)?)];
+    // Right ends still to be reached, the nearest last.
+    let mut ahead = Vec::new();
+    for i in (1..=FIRST).rev() {
+        let t = from + (to - from) * i as f64 / FIRST as f64;
+        ahead.push((t, at(t)?));
+    }
+    while let Some(next) = ahead.pop() {
+        let here = &out[out.len() - 1];
+        let middle = 0.5 * (here.0 + next.0);
+        if coarse(&here.1, &next.1, next.0 - here.0) {
+            let value = at(middle)?;
+            ahead.push(next);
+            ahead.push((middle, value));
+        } else {
+            out.push(next);
+        }
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sheets_are_evenly_sampled_from_seam_to_seam() {
+        for mode in 0..=3 {
+            for sign in [Sign::Plus, Sign::Minus] {
+                let grid = sheet_grid(Sheet { mode, sign }, 40, 30).unwrap();
+                assert_eq!(grid.points.len(), 40 * 30);
+                let mut longest = 0f64;
+                for (k, q) in grid.points.iter().enumerate() {
+                    assert!(q.x.hypot(q.y) <= 1.0 + 1e-12 && q.energy.is_finite());
+                    let (i, j) = (k / 30, k % 30);
+                    let inside = 0 < i && i < 39 && 0 < j && j < 29 && q.p.abs() < 10.0;
+                    if inside {
+                        let sheet = super::super::equilibrium::sheet(q.p, q.w);
+                        assert_eq!(sheet, grid.sheet);
+                    }
+                    if j > 0 {
+                        let r = grid.points[k - 1];
+                        assert!(q.lambda > r.lambda);
+                        longest = longest.max((q.x - r.x).hypot(q.y - r.y));
+                    }
+                }
+                assert!(longest < 0.35, "{mode} {sign:?}: {longest}");
+            }
+        }
+    }
+}
