@@ -7,7 +7,7 @@ cell over whose corners both residuals change sign, after widening their range b
 a damped Newton iteration (about ten starts per root); the limits are deduplicated and polished to 256 bits (refcore.py).
 Completeness: (1) the search is repeated on a grid 1.5 times finer in both directions and shifted;
 (2) the signed count sum sign det d(x,y)/d(lam,p) must equal the winding number of the curve p -> r(lam = 14, p),
--30 <= p <= 30 (44000 points), about the target (the other sides of the rectangle map to (1,0)). Both must hold.
+-30 <= p <= 30 (252000 points), about the target (the other sides of the rectangle map to (1,0)). Both must hold.
 Second route of each root: AMV (3.17) with mpmath's elliptic integrals. A target on a fold holds a double root, taken from the fold
 solver and marked; it counts 0 in the signed sum.
 """
@@ -87,7 +87,7 @@ def main():
     P = lambda k: np.unique(np.concatenate((np.geomspace(1e-5, 0.02, 60 * k // 2), np.linspace(0.02, 3, 745 * k // 2), np.linspace(3, 24, 1050 * k // 2))))
     g1 = Grid(P(2), LMAX, 0.025, 12)
     g2 = Grid(P(3) * 1.0007, LMAX, 1 / 60, 11)
-    pc = np.concatenate((np.geomspace(1e-8, 0.05, 6000), np.linspace(0.0501, 30, 16000)))
+    pc = np.concatenate((np.geomspace(1e-8, 0.05, 6000), np.linspace(0.0501, 30, 120000)))
     curve = at(np.full(len(pc), LMAX), pc)[:2]
     res, worst = [], mpf(0)
     for T in TARGETS:
