@@ -3,10 +3,10 @@
 //! Two bars, springs of stiffness k, run from (-1, 0) and (1, 0) to an apex at height a, the chart;
 //! unloaded it stands at height h. A spring of stiffness c joins the apex to the body at height z,
 //! the pose. With the lengths l = sqrt(1 + a^2), L = sqrt(1 + h^2) and sigma = c / 2k,
-//!
-//!     E = k (l - L)^2,   F = dE/da = 2k a (1 - L/l),   z = a + F/c,   U = E + F^2/2c,   w = -F,
-//!     dz/da = 1 + (1 - L/l^3) / sigma,   dU = F dz = -w dz.
-//!
+//! ```text
+//! E = k (l - L)^2,   F = dE/da = 2k a (1 - L/l),   z = a + F/c,   U = E + F^2/2c,   w = -F,
+//! dz/da = 1 + (1 - L/l^3) / sigma,   dU = F dz = -w dz.
+//! ```
 //! With z held the energy E + c (z - a)^2/2 has the slope c (z(a) - z) and the curvature c dz/da:
 //! the sign of dz/da is the Morse index, and the viscous layer is a flow on the line, from one root
 //! of z(a) = z to the next. For sigma < L - 1 there are two folds, where l^3 = L / (1 + sigma), at

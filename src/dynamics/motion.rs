@@ -2,9 +2,9 @@
 //!
 //! dq/dt = (Dg)^-1 v is singular at a fold and stiff at the taut wall. With the signed time
 //! dt = s det / sqrt(det^2 + pace^2) dtau (theory 2.5), s the sign of det on the sheet,
-//!
-//!     q' = s adj(Dg) v / sqrt(..),   v' = t' (F(q)/mu + loads),   t' = s det / sqrt(..)
-//!
+//! ```text
+//! q' = s adj(Dg) v / sqrt(..),   v' = t' (F(q)/mu + loads),   t' = s det / sqrt(..)
+//! ```
 //! is smooth through det = 0: the fold is where t stops growing, an ordinary root. Away from folds
 //! and walls tau runs like t.
 
