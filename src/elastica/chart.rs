@@ -304,8 +304,13 @@ fn circle_at_load(p: f64, lam: f64) -> Result<(f64, f64, f64)> {
         )));
     }
     let j = jacobi(lam, kap_c)?;
-    // am and w pass the odd multiples of pi/2 together.
-    let half_turns = (j.am / PI).round();
+    // am and w pass the odd multiples of pi/2 together; near them am has rounded, but cn, whose sign is
+    // (-1)^n there, has not.
+    let turns = j.am / PI;
+    let mut half_turns = turns.round();
+    if (half_turns as i64 & 1 == 0) != (j.cn >= 0.0) {
+        half_turns = turns.floor() + turns.ceil() - half_turns;
+    }
     let d = kap_c / j.dn;
     Ok((j.sn * d, j.cn / j.dn, half_turns))
 }

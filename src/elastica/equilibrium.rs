@@ -14,8 +14,9 @@ const SLIGHT: f64 = 1.2;
 /// The sheet of the chart point: theta' has ceil(w/pi) - 1 zeros inside the rod and starts with the
 /// sign of kap sin w.
 pub fn sheet(p: f64, w: f64) -> Sheet {
-    let mode = ((w / PI).ceil() - 1.0).max(0.0);
-    // Inside (j pi, (j + 1) pi] the sine has the sign (-1)^j; the seam belongs to the lower mode.
+    // The seam w = j pi belongs to the lower mode, also when rounding has put w just beyond it.
+    let mode = ((w / PI * (1.0 - 4.0 * f64::EPSILON)).ceil() - 1.0).max(0.0);
+    // Inside (j pi, (j + 1) pi) the sine has the sign (-1)^j.
     let sign = if mode as u64 & 1 == 0 { p } else { -p };
     Sheet {
         mode: mode as u32,
@@ -238,9 +239,11 @@ pub(super) fn tip(p: f64, at: &ChartPoint) -> (f64, f64) {
     if i.lam < SLIGHT {
         return slight_tip(p, i);
     }
-    let (kap2, inv) = (i.kap * i.kap, 1.0 / i.lam);
-    let one_minus_x =
-        2.0 * kap2 * ((i.lam - i.b) * inv + i.c * i.c * at.turned[0] - 2.0 * i.c * i.s * i.d * inv);
+    // 1 - (cos alpha X - sin alpha Y) with s^2 + c^2 = 1 and D^2 + kap^2 c^2 = 1 used up: what is left is
+    // of the order of the result, for small kap and for small w alike.
+    let (kap2, kc2, c2) = (i.kap * i.kap, i.kap_c * i.kap_c, i.c * i.c);
+    let bent = ((2.0 * c2 * kap2 - 1.0) * i.b - 2.0 * i.c * i.s * i.d) / i.lam;
+    let one_minus_x = 2.0 * kap2 * (i.s * i.s + 2.0 * c2 * kc2 + bent);
     (one_minus_x, at.to_fixed(at.turned)[1])
 }
 
