@@ -4,21 +4,22 @@
 Recipe: r'' = lam^2 (cos alpha, sin alpha) in the coordinates (lam, p = atanh kap); r and its Jacobian J from the
 Taylor series of the pendulum (refcore.py, 128 bits).  Up to the fold: desingularised time, q' = sgn(det) adj(J) v, v' = |det| f, t' = |det|;
 the fold is det = 0, found by the secant method on the length of the last step.  Landing: viscous layer (ref_layer.py), Newton.
-Afterwards plain time, q' = J^-1 v.  Integrator: Gragg's modified midpoint rule, extrapolated with n = 2, 4, ..., 16 (order 16),
-step from the difference of the last two columns. The whole run is done with tol 1e-18 and 1e-15 per step; energy is the other check.
+Integrator: Gragg's modified midpoint rule, extrapolated with n = 2, 4, ..., 16 (order 16), step from the difference of the last two columns.
+Afterwards plain time, q' = J^-1 v, the same integrator in quadruple precision (ref_snap_run.c, gcc with libquadmath, compiled here into a
+temporary directory; its pendulum is measured from the top, so that taut rods keep relative accuracy).
+Checks: the whole run with per-step tolerances 1e-15/1e-21 (before the fold 1e-15/1e-20); energy; the Python integrator with 128-bit Taylor
+pendulum from the landing to t = 0.3.
 """
 import os
 os.environ.setdefault('REF_BITS', '128')
 import json
-import sys
-import time
+import subprocess
+import tempfile
 from refcore import *
-from refgrid import morse
-import refcore
 
 OUT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', 'tests', 'data', 'snap_run.json')
 NS = [2 * i for i in range(1, 9)]
-TIMES = ['0.1', '0.2', '0.3', '0.5', '0.75', '1', '1.5', '2', '2.5', '3']
+TIMES = ['0.1', '0.2', '0.3', '0.5', '0.75', '1', '1.25', '1.5', '1.75', '2', '2.25', '2.5', '2.75', '3']
 
 
 def pend(lam, p):
@@ -131,43 +132,55 @@ def free(z, tol, times, log=None):
     return out
 
 
-def run(tol, land_guess=None):
+def free_c(z, t0, tol, exe):
+    a = [exe, '%g' % tol, mp.nstr(t0, 36)] + [mp.nstr(u, 36) for u in z] + TIMES
+    r = subprocess.run(a, capture_output=True, text=True)
+    rows = [l.split() for l in r.stdout.splitlines()]
+    for w in rows:
+        print('  t', float(w[0]), 'r', w[5][:20], w[6][:20], 'v', w[3][:18], w[4][:18], 'lam', w[1][:12], 'steps, largest lam, bounces, evaluations', w[9:])
+    print(r.stderr, 'exit', r.returncode, flush=True)
+    return [[mpf(u) for u in w[:9]] for w in rows], r.stderr.strip()
+
+
+def run(tol, ctol, exe):
     z, E0 = to_fold(tol)
     q = point(z[0], z[1])
-    print('fold t', mp.nstr(z[4], 22), 'lam', mp.nstr(z[0], 18), 'p', mp.nstr(z[1], 18), 'r', mp.nstr(q['x'], 15), mp.nstr(q['y'], 15), 'dE', mp.nstr(energy(z) - E0, 3), flush=True)
-    if land_guess is None:
-        import ref_layer
-        o, _, _ = ref_layer.run(q, 80, 1e-3)
-        land, _ = ref_layer.landing(q, o)
-    else:
-        land = newton_xy(*land_guess, q['x'], q['y'])
-    print('landing lam', mp.nstr(land['lam'], 18), 'p', mp.nstr(land['p'], 18), 'released', mp.nstr(q['U'] - land['U'], 18), flush=True)
+    print('fold t', mp.nstr(z[4], 24), 'lam', mp.nstr(z[0], 20), 'p', mp.nstr(z[1], 20), 'r', mp.nstr(q['x'], 15), mp.nstr(q['y'], 15), 'dE', mp.nstr(energy(z) - E0, 3), flush=True)
+    import ref_layer
+    o, _, _ = ref_layer.run(q, 64, 1e-3)
+    land, _ = ref_layer.landing(q, o)
+    print('landing lam', mp.nstr(land['lam'], 20), 'p', mp.nstr(land['p'], 20), 'released', mp.nstr(q['U'] - land['U'], 20), flush=True)
     zz = [land['lam'], land['p'], z[2], z[3]]
-    out = free(zz, tol, [z[4]] + TIMES)
-    return z, q, E0, land, out
+    out, err = free_c(zz, z[4], ctol, exe)
+    return z, q, E0, land, out, zz
 
 
 def main():
-    t0 = time.time()
-    A = run(mpf(10) ** -15)
-    print('time', time.time() - t0)
-    B = run(mpf(10) ** -18, (A[3]['lam'], A[3]['psi1']))
-    print('time', time.time() - t0)
-    z, q, E0, land, out = B
-    dt = abs(A[0][4] - z[4])
+    tmp = tempfile.mkdtemp()
+    exe = os.path.join(tmp, 'snap')
+    src = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'ref_snap_run.c')
+    subprocess.run(['gcc', '-O3', '-o', exe, src, '-lquadmath', '-lm'], check=True)
+    A = run(mpf(10) ** -15, 1e-15, exe)
+    z, q, E0, land, out, zz = run(mpf(10) ** -20, 1e-21, exe)
+    E1 = energy(zz)
+    print('Python integrator, 128-bit Taylor pendulum:')
+    py = free(zz, mpf(10) ** -16, [z[4], '0.1', '0.2', '0.3'])
+    dpy = max(max(abs(w['x'] - c[5]), abs(w['y'] - c[6]), abs(s[2] - c[3]), abs(s[3] - c[4])) for (_, s, w, _), c in zip(py, out))
+    print('difference to t = 0.3', mp.nstr(dpy, 3))
     rows = []
-    for (t, s, w, dE), (_, s2, w2, _) in zip(out, A[4]):
-        err = max(abs(w['x'] - w2['x']), abs(w['y'] - w2['y']), abs(s[2] - s2[2]), abs(s[3] - s2[3]))
-        rows.append(dict(t=mp.nstr(t, 4), x=dec(w['x'], 20), y=dec(w['y'], 20), vx=dec(s[2], 20), vy=dec(s[3], 20), lam=dec(s[0], 20), kap=dec(w['kap'], 20), p=dec(s[1], 20), U=dec(w['U'], 20),
-                         energy_drift=mp.nstr(dE, 2), difference_of_the_two_runs=mp.nstr(err, 2)))
-        print(rows[-1]['t'], rows[-1]['difference_of_the_two_runs'], rows[-1]['energy_drift'])
-    lab = lambda w: dict(lam=dec(w['lam'], 20), kap=dec(w['kap'], 20), p=dec(w['p'], 20), alpha=dec(w['alpha'], 20), U=dec(w['U'], 20), mode=w['mode'], sign=w['sign'])
-    head = dict(about='mu = 1, start lam = 6.3, kap = 0.6, v = (0, -0.5) (exact); no gravity; snap at the first fold, viscous landing, no further fold to t = 3',
-                accuracy='20 digits printed; difference_of_the_two_runs (tol 1e-15 against 1e-18) bounds the error of each row generously; fold time: %s' % mp.nstr(dt, 2),
-                method='tools/ref_snap_run.py')
+    for c, d in zip(out, A[4]):
+        err = max(abs(u - v) for u, v in zip(c[3:7], d[3:7]))
+        k = 1 if c[2] > 0 else -1
+        rows.append(dict(t=mp.nstr(c[0], 4), x=dec(c[5], 22), y=dec(c[6], 22), vx=dec(c[3], 22), vy=dec(c[4], 22), lam=dec(c[1], 22), p=dec(c[2], 22), alpha=dec(c[8], 22), U=dec(c[7], 22),
+                         energy_drift=mp.nstr(c[7] + (c[3] ** 2 + c[4] ** 2) / 2 - E1, 2), difference_of_two_runs=mp.nstr(err, 2)))
+        print(rows[-1]['t'], rows[-1]['difference_of_two_runs'], rows[-1]['energy_drift'])
+    lab = lambda w: dict(lam=dec(w['lam'], 22), kap=dec(w['kap'], 22), p=dec(w['p'], 22), alpha=dec(w['alpha'], 22), U=dec(w['U'], 22), mode=w['mode'], sign=w['sign'])
+    head = dict(about='mu = 1, start lam = 6.3, kap = 0.6, v = (0, -0.5) (exact); no gravity; snap at the first fold, viscous landing, no further fold in the rows',
+                accuracy='22 digits printed. difference_of_two_runs (tolerance 1e-15 against 1e-21) bounds the error of a row generously. Fold time of the two runs differs by %s' % mp.nstr(abs(A[0][4] - z[4]), 2),
+                method='tools/ref_snap_run.py, tools/ref_snap_run.c')
     fo = lab(q)
-    fo.update(t=dec(z[4], 20), x=dec(q['x'], 20), y=dec(q['y'], 20), vx=dec(z[2], 20), vy=dec(z[3], 20))
-    json.dump(dict(header=head, start_energy=dec(E0, 20), fold=fo, landing=lab(land), released=dec(q['U'] - land['U'], 20), rows=rows), open(OUT, 'w'), indent=0)
+    fo.update(t=dec(z[4], 22), x=dec(q['x'], 22), y=dec(q['y'], 22), vx=dec(z[2], 22), vy=dec(z[3], 22))
+    json.dump(dict(header=head, start_energy=dec(E0, 22), fold=fo, landing=lab(land), released=dec(q['U'] - land['U'], 22), rows=rows), open(OUT, 'w'), indent=0)
 
 
 if __name__ == '__main__':
