@@ -50,8 +50,31 @@ pub struct Snap<const N: usize> {
     pub released: f64,
 }
 
-/// Offset in the chart at which the two sides of a fold are told apart.
+/// Change of the force, relative to it, at which the two sides of a fold are told apart.
 const ASIDE: f64 = 1e-4;
+
+/// A vector along `kernel` that leads far enough from the fold `q` to tell its sides apart, and no
+/// farther than the force follows: chart lengths mean nothing where the chart is stretched, but at a
+/// fold the force must change along the kernel, for (pose, force) is an immersion.
+pub fn aside<const N: usize>(
+    manifold: &impl EquilibriumManifold<N>,
+    q: &SVector<f64, N>,
+    force: &SVector<f64, N>,
+    kernel: &SVector<f64, N>,
+) -> SVector<f64, N> {
+    let mut step = kernel * ASIDE;
+    let near = |step: &SVector<f64, N>| {
+        [q + step, q - step].iter().all(|beside| {
+            manifold
+                .point(beside)
+                .is_some_and(|p| (p.force - force).norm() <= 4.0 * ASIDE * (force.norm() + 1e-300))
+        })
+    };
+    while !near(&step) && step.norm() > 4.0 * f64::EPSILON * (1.0 + q.norm()) {
+        step *= 0.5;
+    }
+    step
+}
 
 /// The two sides of a fold: its kernel, directed to the side of higher index, and the index of the
 /// lower side.
@@ -66,8 +89,9 @@ pub fn fold_sides<const N: usize>(
         .point(q)
         .ok_or_else(|| crate::Error::domain("the fold lies outside the chart"))?;
     let kernel = fold_kernel(&at.jacobian)?;
-    let ahead = manifold.index(&(q + kernel * ASIDE))?;
-    let behind = manifold.index(&(q - kernel * ASIDE))?;
+    let step = aside(manifold, q, &at.force, &kernel);
+    let ahead = manifold.index(&(q + step))?;
+    let behind = manifold.index(&(q - step))?;
     Ok(if ahead >= behind {
         (kernel, behind)
     } else {

@@ -80,11 +80,11 @@ impl Equilibrium {
     /// The equilibrium at the chart point (p, w).
     ///
     /// # Errors
-    /// p not finite or beyond 1e6, w not in (0, 1e6), or a rod too slight for double precision.
+    /// p not finite or beyond 1e100, w not in (0, 1e6), or a rod too slight for double precision.
     pub fn new(p: f64, w: f64) -> Result<Self> {
         if !(p.abs() < P_MAX) {
             return Err(Error::domain(format!(
-                "p = {p} must be finite and below {P_MAX} in size"
+                "p = {p} must be finite and below {P_MAX:e} in size"
             )));
         }
         if !(0.0 < w && w < 1e6) {

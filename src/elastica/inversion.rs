@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 pub struct Found {
     /// The equilibrium.
     pub equilibrium: Equilibrium,
-    /// Morse index with the end position held.
+    /// Morse index with the end position held; of a degenerate one, that of its lower side.
     pub index: usize,
     /// True if the target lies on a fold (to rounding) and this is two equilibria in one.
     pub degenerate: bool,
@@ -443,7 +443,12 @@ impl Search {
         let residual = (equilibrium.one_minus_x - target[0]).hypot(equilibrium.y - target[1]);
         self.found.push(Found {
             equilibrium,
-            index: folds::index(signed, equilibrium.w)?,
+            index: if degenerate {
+                // On the fold itself rounding decides: take the lower side.
+                folds::index(signed, equilibrium.w - aside(&equilibrium))?
+            } else {
+                folds::index(signed, equilibrium.w)?
+            },
             degenerate,
             residual,
         });
@@ -481,6 +486,11 @@ impl Search {
         }
         self.accept(p, lam, side, true)
     }
+}
+
+/// Amplitude by which to step below a fold: 1e-6 of the load (dw = D dlam). The index grows along w.
+fn aside(e: &Equilibrium) -> f64 {
+    1e-6 * e.lambda * ChartPoint::new(e.p, e.w).integrals.d
 }
 
 /// True if no point of the box can reach the target: along some direction the gap exceeds what the
@@ -529,7 +539,9 @@ fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
         .map(|f| if f.index.is_multiple_of(2) { 1 } else { -1 })
         .sum();
     let winding = winding(x, y, lambda_max)?;
-    if signed == winding {
+    // A double root counts nothing, but the triple root at a cusp counts one, of either sign.
+    let degenerate = found.iter().filter(|f| f.degenerate).count();
+    if signed.abs_diff(winding) <= degenerate as u64 {
         Ok(())
     } else {
         Err(Error::no_convergence(format!(

@@ -2,64 +2,95 @@
 //!
 //! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1)
 //! (theory 2.6): u = theta', u_T = q . n - u, q(s) = J (r(1) - r(s)), J(a, b) = (-b, a), with n such
-//! that r(1) stays. The spectrum of the flow lies in [-1, small]: explicit steps serve.
+//! that r(1) stays. Its spectrum lies in [-1, small], but a rod with a loop slides along itself at a
+//! rate of order exp(-lam): up to 1e9 time units. Hence a linearly implicit method, whose steps grow
+//! as the flow slows down and end as Newton's.
 
 use super::equilibrium::Equilibrium;
 use super::model::Elastica;
 use crate::error::{Error, Result};
 use crate::manifold::{EquilibriumManifold, invert_near};
-use crate::solve::dop853::Dop853;
 use gauss_quad::GaussLegendre;
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-/// Gauss nodes for u. 48 resolve every stable rod with lam < 20 to 1e-9; the landing is polished in
-/// the chart afterwards.
-const NODES: usize = 48;
-type Field = SVector<f64, NODES>;
+type Field = DVector<f64>;
 
-/// Departure from the fold along its kernel, in chart units: far enough to leave the slow centre
-/// manifold's bottom soon, near enough that the quadratic error does not matter.
+/// Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
+/// exp(-pi n/lam); it must stay below the force of order exp(-lam) that moves a loop.
+fn nodes(lam: f64) -> usize {
+    ((24.0 + 2.0 * lam + lam * lam / 3.0) as usize).min(120)
+}
+
+/// Departure along the kernel, as a change of u relative to u: far enough to leave the fold soon,
+/// near enough that the quadratic error does not matter.
 const DEPARTURE: f64 = 5e-3;
-/// Local error per step; the landing itself is polished.
-const TOLERANCE: f64 = 1e-7;
-/// The flow has arrived when |u_T| is below this and the chart confirms.
-const ARRIVED: f64 = 1e-5;
-/// Longest layer served, in units of its own time.
-const LONGEST: f64 = 1e5;
+/// The departure is drawn out, to 1/3 at most, until |u_T|/|u| there exceeds this: the energy of a rod
+/// with a loop is so flat that rounding would steer the flow.
+const STEERED: f64 = 1e-10;
+/// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
+/// double root only to about the square root of rounding.
+const SAME: f64 = 1e-4;
+/// Error per step, relative to u; it chooses the basin, no more: the landing itself is polished.
+const TOLERANCE: f64 = 5e-4;
+/// A landing is tried when |u_T| is below this multiple of |u|.
+const SLOW: f64 = 1e-5;
+/// Below this the flow rests, also if that is next to where it began (a fold on the verge of a cusp).
+const AT_REST: f64 = 1e-13;
+/// Most steps of a layer, and its longest duration; a usual one takes a hundred steps.
+const MOST_STEPS: usize = 1000;
+const LONGEST: f64 = 1e15;
 
 /// Settles from the equilibrium `q` = (p, w), leaving it in the chart direction `leaving`.
 ///
+/// Above lam of about 20 the energy of a rod with a loop changes along its slide by less than
+/// rounding, and no computation in doubles can say where it goes: where the flow stalls, the rod is
+/// given the stable equilibrium of lowest energy.
+///
 /// # Errors
-/// A flow that has not come to rest after 1e5 of its time units, or that rests outside the chart.
+/// A flow that does not come to rest with nothing stable to fall back on.
 pub fn settle(q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
-    let beyond = q + leaving * (DEPARTURE / leaving.norm());
-    let departed = Equilibrium::new(beyond[0], beyond[1])?;
-    let held = Vector2::new(start.x, start.y);
-    let rod = Rod::new(held);
-    let mut u = Field::zeros();
-    for (value, &s) in u.iter_mut().zip(rod.s.iter()) {
-        *value = departed.section(s)?.curvature;
-    }
-    let mut flow = Dop853::new(u, rod.rate(&u).0, 0.1, TOLERANCE);
-    let mut time = 0.0;
-    while time < LONGEST {
-        let step = flow
-            .step(|u| Some(rod.rate(u).0), 50.0)
-            .map_err(|_| Error::no_convergence("the viscous layer stalled"))?;
-        time += step.h;
-        if flow.slope().amax() < ARRIVED
-            && let Some(landed) = rod.arrive(flow.state())
+    let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
+    let origin = rod.curvature(&start)?;
+    let mut u = rod.departed(q, leaving, &origin)?;
+    let mut h = 0.1;
+    for _ in 0..MOST_STEPS {
+        let (rate, n) = rod.rate(&u);
+        let (size, speed) = (u.norm(), rate.norm());
+        if !(speed.is_finite() && (1e-12..LONGEST).contains(&h)) {
+            break;
+        }
+        if speed < SLOW * size
+            && let Some((landed, shape)) = rod.arrive(&u, n)
+            && ((shape - &origin).norm() > SAME * size || speed < AT_REST * size)
             && Elastica.index(&landed)? == 0
         {
             return Ok(landed);
         }
+        let Some((next, error)) = rod.step(&u, &rate, n, h) else {
+            h *= 0.1;
+            continue;
+        };
+        let ratio = error / (TOLERANCE * size);
+        if ratio <= 1.0 {
+            u = next;
+        }
+        let factor = 0.9 / ratio.max(1e-8).sqrt();
+        h *= if factor > 0.2 { factor.min(5.0) } else { 0.2 };
     }
-    Err(Error::no_convergence(format!(
-        "the viscous layer from (p, w) = ({}, {}) has not settled after {time:.0} of its time units; \
-         the rod may rest on an unstable equilibrium: start from a slightly different pose, or choose another landing rule",
-        q[0], q[1]
-    )))
+    let lower = |l: &Vector2<f64>| {
+        Elastica
+            .point(l)
+            .is_some_and(|p| p.energy < start.energy * (1.0 - 1e-9))
+    };
+    let stable = Elastica.stable_at(&rod.held)?;
+    stable.into_iter().find(lower).ok_or_else(|| {
+        Error::no_convergence(format!(
+            "the viscous layer from (p, w) = ({}, {}) does not settle; \
+             the rod may rest on an unstable equilibrium: start from a slightly different pose, or choose another landing rule",
+            q[0], q[1]
+        ))
+    })
 }
 
 /// The discretised rod, end held.
@@ -68,34 +99,37 @@ struct Rod {
     s: Field,
     weights: Field,
     /// (integrate f)_i = int_0^{s_i} f.
-    integrate: SMatrix<f64, NODES, NODES>,
+    integrate: DMatrix<f64>,
+    /// (outer f)_i = int_0^{s_i} f - int_0^1 f.
+    outer: DMatrix<f64>,
 }
 
 impl Rod {
-    fn new(held: Vector2<f64>) -> Self {
-        let rule = GaussLegendre::new(NODES.try_into().expect("NODES is not zero"));
+    fn new(held: Vector2<f64>, nodes: usize) -> Self {
+        let rule = GaussLegendre::new(nodes.try_into().expect("nodes is not zero"));
         let mut pairs: Vec<_> = rule.as_node_weight_pairs().to_vec();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let s = Field::from_fn(|i, _| 0.5 * (1.0 + pairs[i].0));
-        let weights = Field::from_fn(|i, _| 0.5 * pairs[i].1);
+        let s = Field::from_fn(nodes, |i, _| 0.5 * (1.0 + pairs[i].0));
+        let weights = Field::from_fn(nodes, |i, _| 0.5 * pairs[i].1);
         // f = sum_k (2k+1)/2 <f, P_k> P_k and int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
         let legendre = |x: f64| {
-            let mut values = [0.0; NODES + 1];
+            let mut values = vec![0.0; nodes + 1];
             (values[0], values[1]) = (1.0, x);
-            for k in 1..NODES {
+            for k in 1..nodes {
                 let n = k as f64;
                 values[k + 1] = ((2.0 * n + 1.0) * x * values[k] - n * values[k - 1]) / (n + 1.0);
             }
             values
         };
         let table: Vec<_> = pairs.iter().map(|&(x, _)| legendre(x)).collect();
-        let integrate = SMatrix::from_fn(|i, j| {
-            let sum: f64 = (1..NODES)
+        let integrate = DMatrix::from_fn(nodes, nodes, |i, j| {
+            let sum: f64 = (1..nodes)
                 .map(|k| (table[i][k + 1] - table[i][k - 1]) * table[j][k])
                 .sum();
             0.5 * weights[j] * (1.0 + pairs[i].0 + sum)
         });
         Self {
+            outer: DMatrix::from_fn(nodes, nodes, |i, j| integrate[(i, j)] - weights[j]),
             held,
             s,
             weights,
@@ -103,30 +137,113 @@ impl Rod {
         }
     }
 
-    /// (u_T, n): the flow and the resultant that holds the end.
-    fn rate(&self, u: &Field) -> (Field, Vector2<f64>) {
-        let theta = self.integrate * u;
+    /// u at the nodes of an equilibrium.
+    fn curvature(&self, of: &Equilibrium) -> Result<Field> {
+        let mut u = Field::zeros(self.s.len());
+        for (value, &s) in u.iter_mut().zip(self.s.iter()) {
+            *value = of.section(s)?.curvature;
+        }
+        Ok(u)
+    }
+
+    /// The shape a little way from `q` along `leaving`: the way is measured on the shape, since the
+    /// chart is stretched without bound where a rod has a loop (dw = D dlam).
+    fn departed(&self, q: &Vector2<f64>, leaving: &Vector2<f64>, origin: &Field) -> Result<Field> {
+        let mut offset = DEPARTURE / leaving.norm();
+        let mut wanted = DEPARTURE;
+        for _ in 0..80 {
+            let beyond = q + leaving * offset;
+            let Ok(shape) = Equilibrium::new(beyond[0], beyond[1]).and_then(|e| self.curvature(&e))
+            else {
+                offset *= 0.1;
+                continue;
+            };
+            let change = (&shape - origin).norm() / (wanted * origin.norm());
+            if (0.5..2.0).contains(&change) {
+                if wanted > 0.15 || self.rate(&shape).0.norm() > STEERED * shape.norm() {
+                    return Ok(shape);
+                }
+                wanted *= 2.0;
+                offset *= 2.0;
+            } else {
+                offset /= change.clamp(0.1, 10.0);
+            }
+        }
+        Err(Error::no_convergence(format!(
+            "no shape next to the fold (p, w) = ({}, {}) could be resolved",
+            q[0], q[1]
+        )))
+    }
+
+    /// q(s) = J (r(1) - r(s)) by components, the tip, and theta.
+    fn lever(&self, u: &Field) -> (Field, Field, Vector2<f64>, Field) {
+        let theta = &self.integrate * u;
         let (cos, sin) = (theta.map(f64::cos), theta.map(f64::sin));
         let tip = Vector2::new(self.weights.dot(&cos), self.weights.dot(&sin));
-        // q = J (r(1) - r(s)).
-        let q_x = (self.integrate * sin).map(|y| y - tip[1]);
-        let q_y = (self.integrate * cos).map(|x| tip[0] - x);
-        let mean = |a: &Field, b: &Field| (0..NODES).map(|i| self.weights[i] * a[i] * b[i]).sum();
-        let xx: f64 = mean(&q_x, &q_x);
-        let xy: f64 = mean(&q_x, &q_y);
-        let yy: f64 = mean(&q_y, &q_y);
+        (&self.outer * sin, -(&self.outer * cos), tip, theta)
+    }
+
+    /// int a b.
+    fn mean(&self, a: &Field, b: &Field) -> f64 {
+        (0..a.len()).map(|i| self.weights[i] * a[i] * b[i]).sum()
+    }
+
+    /// One step of the Rosenbrock method ROS2 (order 2, L-stable), with the change against its
+    /// embedded first-order result. Linearised at constant q . u_T, the flow is
+    /// k -> dq(k) . n - k + q . nu with int q k contracting at rate 1: a bordered system.
+    fn step(&self, u: &Field, rate: &Field, n: Vector2<f64>, h: f64) -> Option<(Field, f64)> {
+        let (q_x, q_y, _, theta) = self.lever(u);
+        let gamma = h * (1.0 - std::f64::consts::FRAC_1_SQRT_2);
+        let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
+        // dq = outer (n . (cos, sin) theta'), theta' = integrate k.
+        let nodes = u.len();
+        let mut turned = self.integrate.clone();
+        for (i, mut row) in turned.row_iter_mut().enumerate() {
+            row *= -share * (n[0] * theta[i].cos() + n[1] * theta[i].sin());
+        }
+        let mut matrix = DMatrix::zeros(nodes + 2, nodes + 2);
+        matrix
+            .view_mut((0, 0), (nodes, nodes))
+            .copy_from(&(&self.outer * turned));
+        for i in 0..nodes {
+            matrix[(i, i)] += 1.0;
+            for (j, lever) in [q_x[i], q_y[i]].into_iter().enumerate() {
+                matrix[(i, nodes + j)] = -lever;
+                matrix[(nodes + j, i)] = self.weights[i] * lever;
+            }
+        }
+        let lu = matrix.lu();
+        let solve = |b: Field| {
+            let ends = [self.mean(&q_x, &b), self.mean(&q_y, &b)];
+            let mut right = b.push(ends[0]).push(ends[1]) * damped;
+            lu.solve_mut(&mut right)
+                .then(|| right.rows(0, nodes).into_owned())
+        };
+        let k1 = solve(rate.clone())?;
+        let k2 = solve(self.rate(&(u + &k1 * h)).0 - &k1 * 2.0)?;
+        let error = 0.5 * h * (&k1 + &k2).norm();
+        error
+            .is_finite()
+            .then(|| (u + k1 * (1.5 * h) + k2 * (0.5 * h), error))
+    }
+
+    /// (u_T, n): the flow and the resultant that holds the end.
+    fn rate(&self, u: &Field) -> (Field, Vector2<f64>) {
+        let (q_x, q_y, tip, _) = self.lever(u);
+        let xx = self.mean(&q_x, &q_x);
+        let xy = self.mean(&q_x, &q_y);
+        let yy = self.mean(&q_y, &q_y);
         // r_T(1) = int q u_T = held - tip: the end is drawn back to where it is held.
-        let demand = Vector2::new(mean(&q_x, u), mean(&q_y, u)) + (self.held - tip);
+        let demand = Vector2::new(self.mean(&q_x, u), self.mean(&q_y, u)) + (self.held - tip);
         let n = Matrix2::new(xx, xy, xy, yy)
             .try_inverse()
             .map_or_else(Vector2::zeros, |inverse| inverse * demand);
         (q_x * n[0] + q_y * n[1] - u, n)
     }
 
-    /// The chart point of a shape at rest, polished so that its end is where it is held; None if the
-    /// shape is not yet near an equilibrium.
-    fn arrive(&self, u: &Field) -> Option<Vector2<f64>> {
-        let (_, n) = self.rate(u);
+    /// The equilibrium next to a slow shape, polished so that its end is where it is held, and its
+    /// own shape; None if the shape is not yet near an equilibrium.
+    fn arrive(&self, u: &Field, n: Vector2<f64>) -> Option<(Vector2<f64>, Field)> {
         let lam = n.norm().sqrt();
         let alpha = (-n[1]).atan2(-n[0]);
         let theta1 = self.weights.dot(u);
@@ -135,12 +252,8 @@ impl Rod {
         let guess = super::chart::amplitude(p, lam).ok()?;
         let landed = invert_near(&Elastica, &self.held, &Vector2::new(p, guess), 1e-15).ok()?;
         let there = Equilibrium::new(landed.q[0], landed.q[1]).ok()?;
+        let shape = self.curvature(&there).ok()?;
         // The polish must not have wandered off to another equilibrium.
-        let mut distance = 0.0;
-        for i in 0..NODES {
-            let gap = there.section(self.s[i]).ok()?.curvature - u[i];
-            distance += self.weights[i] * gap * gap;
-        }
-        (distance.sqrt() < 1e-2 * (1.0 + u.norm())).then_some(landed.q)
+        ((&shape - u).norm() < 1e-2 * u.norm()).then_some((landed.q, shape))
     }
 }

@@ -1,10 +1,11 @@
 //! The elastica as an equilibrium manifold: chart (p, w), pose (x, y).
 
 use super::chart::ChartPoint;
+use super::chart::amplitude;
 use super::equilibrium::sheet;
 use super::{folds, inversion, layer};
 use crate::error::Result;
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, Sheet};
+use crate::manifold::{EquilibriumManifold, ManifoldPoint, Sheet, invert_near};
 use nalgebra::{Matrix2, Vector2};
 
 /// A uniform inextensible planar rod of length 1 and bending stiffness 1, clamped at the origin
@@ -12,10 +13,13 @@ use nalgebra::{Matrix2, Vector2};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Elastica;
 
-/// Largest |p| served: far beyond the tautest rod whose end double precision can tell from |r| = 1.
-pub const P_MAX: f64 = 1e6;
-/// Load below which all stable equilibria are searched.
+/// Load below which the search for stable equilibria is exhaustive.
 const STABLE_LAMBDA: f64 = 14.0;
+
+/// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
+/// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
+/// it wherever the force lam^2 can be represented.
+pub const P_MAX: f64 = 1e100;
 
 impl EquilibriumManifold<2> for Elastica {
     #[inline]
@@ -52,20 +56,81 @@ impl EquilibriumManifold<2> for Elastica {
         sheet(q[0], q[1])
     }
 
+    /// Exhaustive for loads lam < 14. Above, the stable rods are straight up to bends of width 1/lam:
+    /// taut ones, which are found at any load from their closed form, and rods with a loop, which
+    /// are sought near their asymptotic place up to lam = 30 (beyond, the chart does not resolve them).
     fn stable_at(&self, pose: &Vector2<f64>) -> Result<Vec<Vector2<f64>>> {
-        // No stable rod carries more: the first fold of a stable rod away from the loops lies below.
         let mut found: Vec<_> = inversion::equilibria_at(pose[0], pose[1], STABLE_LAMBDA)?
             .into_iter()
             .filter(|e| e.index == 0)
-            .collect();
-        found.sort_by(|a, b| a.equilibrium.energy.total_cmp(&b.equilibrium.energy));
-        Ok(found
-            .into_iter()
             .map(|e| Vector2::new(e.equilibrium.p, e.equilibrium.w))
-            .collect())
+            .collect();
+        for guess in heavily_loaded(pose) {
+            let Ok(landed) = invert_near(self, pose, &guess, 1e-15) else {
+                continue;
+            };
+            let q = landed.q;
+            let new = |other: &Vector2<f64>| {
+                (q[0] - other[0]).abs() > 1e-6 * q[0].abs() || (q[1] - other[1]).abs() > 1e-6 * q[1]
+            };
+            let heavy = ChartPoint::new(q[0], q[1]).integrals.lam >= STABLE_LAMBDA;
+            if heavy && found.iter().all(new) && self.index(&q)? == 0 {
+                found.push(q);
+            }
+        }
+        found.sort_by(|a, b| {
+            let energy = |q: &Vector2<f64>| ChartPoint::new(q[0], q[1]).energy();
+            energy(a).total_cmp(&energy(b))
+        });
+        Ok(found)
     }
 
     fn settle(&self, q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
         layer::settle(q, leaving)
     }
+}
+
+/// Guesses of all stable equilibria with lam > 14 at a pose.
+///
+/// Taut: r = Rot(gam) (1 - (4/lam) S^2, -(2/lam) sin(gam/2)), S = sin(gam/4) (theory 2.3), w = |gam|/2,
+/// lam = |p| + ln(2 tan(w/2)), for |gam| < 2 pi: the rod turns into the pull either way round.
+/// Hence 1 - |r|^2 = 8 S^2/lam - 16 S^2/lam^2, and gam is the angle of r up to O(1/lam).
+/// Looped: gam is a whole turn, lam = 4/(1 - |r|), and p says where along the rod the loop is.
+fn heavily_loaded(pose: &Vector2<f64>) -> Vec<Vector2<f64>> {
+    let (radius, angle) = (pose.norm(), pose[1].atan2(pose[0]));
+    let gap = (1.0 - radius) * (1.0 + radius);
+    let mut guesses = Vec::new();
+    // No rod with lam > 14 turns more than once: 1 - |r| < 4/lam.
+    if !(gap > 0.0 && gap < 8.0 / STABLE_LAMBDA) {
+        return guesses;
+    }
+    let full = std::f64::consts::TAU;
+    for target in [angle, angle - full, angle + full] {
+        let mut gam = target;
+        let mut lam = 0.0;
+        for _ in 0..60 {
+            let s2 = (0.25 * gam).sin().powi(2);
+            lam = 4.0 * (s2 + (s2 * (s2 - gap)).max(0.0).sqrt()) / gap;
+            let behind = (2.0 / lam * (0.5 * gam).sin()).atan2(1.0 - 4.0 / lam * s2);
+            gam = target + behind;
+        }
+        let w = 0.5 * gam.abs();
+        if lam > 0.9 * STABLE_LAMBDA && w < 3.1 {
+            guesses.push(Vector2::new(
+                (lam - (2.0 * (0.5 * w).tan()).ln()).copysign(gam),
+                w,
+            ));
+        }
+    }
+    let lam = 4.0 / (1.0 - radius);
+    if angle.abs() < 1.0 && lam < 32.0 {
+        for lam in [lam, lam - 2.0] {
+            for part in [0.45, 0.5, 0.55, 0.6, 0.7, 0.8, 0.9, 1.0] {
+                for p in [part * lam, -part * lam] {
+                    guesses.extend(amplitude(p, lam).map(|w| Vector2::new(p, w)));
+                }
+            }
+        }
+    }
+    guesses
 }
