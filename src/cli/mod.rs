@@ -9,6 +9,7 @@ mod folds;
 mod query;
 mod recorder;
 mod run;
+mod sheets;
 mod table;
 
 use clap::{Args, Parser, Subcommand};
@@ -34,6 +35,8 @@ enum Command {
     Equilibria(EquilibriaArgs),
     /// Prints the fold curves as CSV, cusps marked.
     Folds(FoldsArgs),
+    /// Draws the solution sheets, the fold curves and the energies of stable equilibria.
+    Sheets(SheetsArgs),
     /// Checks a scene and reports every fault at once.
     Check(CheckArgs),
 }
@@ -112,6 +115,27 @@ struct FoldsArgs {
 }
 
 #[derive(Args)]
+struct SheetsArgs {
+    /// Modes j, 0 to 3, of the sheets S_j^+- to draw.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0,1",
+        allow_hyphen_values = true
+    )]
+    modes: Vec<String>,
+    /// Where to write.
+    #[arg(long, default_value = "figures")]
+    out: PathBuf,
+    /// Write a PNG beside every figure (needs the feature `png`).
+    #[arg(long)]
+    png: bool,
+    /// Print the list of files as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
 struct CheckArgs {
     /// The scene, a TOML file.
     scene: PathBuf,
@@ -161,6 +185,7 @@ pub fn main() -> ExitCode {
         Command::Elastica(args) => query::elastica(args),
         Command::Equilibria(args) => query::equilibria(args),
         Command::Folds(args) => folds::folds(args),
+        Command::Sheets(args) => sheets::sheets(args),
         Command::Check(args) => check::check(args),
     };
     match ending {

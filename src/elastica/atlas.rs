@@ -11,9 +11,11 @@ use crate::math::carlson::complete_kb;
 use std::f64::consts::LN_2;
 
 /// The largest |p| sampled: 1 - |r| is of order 2/p for most rods, so the rim is reached to 0.7 %.
-const P_TOP: f64 = 300.0;
+pub(super) const P_TOP: f64 = 300.0;
 /// Distance of neighbours on a line that is measured; grids are interpolated in it.
 const FINE: f64 = 0.02;
+/// Distance over the disc of neighbours on a fold line.
+pub(super) const SPACING: f64 = 0.005;
 
 /// An equilibrium as figures want it. Units: length 1, bending stiffness 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +53,7 @@ pub struct SheetGrid {
 
 impl GridPoint {
     /// The equilibrium (p, lam), or the unloaded rod, lam = 0, that borders S_0.
-    fn new(p: f64, lambda: f64) -> Result<Self> {
+    pub(super) fn new(p: f64, lambda: f64) -> Result<Self> {
         if lambda == 0.0 {
             return Ok(Self {
                 p,
@@ -125,7 +127,7 @@ pub fn sheet_grid_in(
 }
 
 /// K, the quarter period of the pendulum.
-fn quarter_period(p: f64) -> f64 {
+pub(super) fn quarter_period(p: f64) -> f64 {
     if p.abs() > 22.0 {
         p.abs() + LN_2
     } else {
@@ -135,7 +137,7 @@ fn quarter_period(p: f64) -> f64 {
 
 /// `n` parameters from `from` to `to`, the distance of neighbours being equal; the distance of two
 /// parameters is the mean over the points that they give.
-fn spread(
+pub(super) fn spread(
     n: usize,
     from: f64,
     to: f64,
@@ -175,7 +177,7 @@ fn spread(
 }
 
 /// A function sampled from `from` to `to`, halving every interval that is `coarse(a, b, length)`.
-fn refined<T: Clone>(
+pub(super) fn refined<T: Clone>(
     from: f64,
     to: f64,
     at: impl Fn(f64) -> Result<T>,

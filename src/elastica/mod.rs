@@ -8,9 +8,11 @@ pub mod folds;
 pub mod inversion;
 pub mod layer;
 pub mod model;
+pub mod stable;
 
-pub use atlas::{GridPoint, SheetGrid, sheet_grid};
+pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in};
 pub use equilibrium::{Equilibrium, Section};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use inversion::{Found, equilibria_at};
 pub use model::Elastica;
+pub use stable::{FoldLine, StableRegion};
