@@ -1,0 +1,169 @@
+//! Error against time: `cargo bench --bench work_precision`.
+//!
+//! For motions W, B, H (references of 30 digits) and the snap run (reference: itself at 1e-14): error at
+//! the end, work and time for each tolerance, and what 1e-7 costs, by interpolation. The peer, a
+//! compiled closed form (C++, Boost, RKF78, chart coordinates as state) takes about 8 ms, 150 ms and
+//! 67 ms for 1e-7 on W, B, H at 0.65-0.8 us a right-hand side; our bar is half of that.
+
+use nalgebra::Vector2;
+use snaprod::body::Body;
+use snaprod::dynamics::{Run, RunEvent, RunOptions};
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::manifold::EquilibriumManifold;
+use std::time::Instant;
+
+/// A problem: body, start, velocity, duration, state (r, v) at the end, the peer's milliseconds.
+struct Problem {
+    name: &'static str,
+    body: Body<2>,
+    q: Vector2<f64>,
+    v: Vector2<f64>,
+    duration: f64,
+    end: Option<[f64; 4]>,
+    peer_ms: Option<f64>,
+}
+
+/// Right-hand sides per millisecond of the peer, at 0.725 us each (given: 0.65 to 0.8).
+const PEER_PER_MS: f64 = 1e3 / 0.725;
+
+impl Problem {
+    fn motion(name: &'static str, load: [f64; 2], peer_ms: f64) -> Self {
+        let path = format!(
+            "{}/tests/data/motion_{name}.json",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let text = std::fs::read_to_string(path).expect("reference motion");
+        let data: serde_json::Value = serde_json::from_str(&text).expect("valid JSON");
+        let rows = data["rows"].as_array().expect("rows");
+        let row = |i: usize| -> Vec<f64> {
+            rows[i]
+                .as_array()
+                .expect("a row")
+                .iter()
+                .map(|v| v.as_f64().expect("a number"))
+                .collect()
+        };
+        let (first, last) = (row(0), row(rows.len() - 1));
+        Self {
+            name,
+            body: Body::new(1.0)
+                .unwrap()
+                .with_dead_force(load.into())
+                .unwrap(),
+            q: Elastica
+                .stable_at(&Vector2::new(first[1], first[2]))
+                .unwrap()[0],
+            v: Vector2::zeros(),
+            duration: last[0],
+            end: Some([last[1], last[2], last[3], last[4]]),
+            peer_ms: Some(peer_ms),
+        }
+    }
+
+    fn snap() -> Self {
+        let start = Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
+        Self {
+            name: "snap",
+            body: Body::new(1.0).unwrap(),
+            q: Vector2::new(start.p, start.w),
+            v: Vector2::new(0.0, -0.5),
+            duration: 3.0,
+            end: None,
+            peer_ms: None,
+        }
+    }
+
+    fn run(&self, tolerance: f64) -> ([f64; 4], u64, u64) {
+        let options = RunOptions::new(self.duration)
+            .unwrap()
+            .with_tolerance(tolerance)
+            .unwrap();
+        let mut run = Run::new(&Elastica, &self.body, self.q, self.v, options).unwrap();
+        while !matches!(run.next(), Some(RunEvent::Stop(_))) {}
+        let end = run.now();
+        let state = [end.pose[0], end.pose[1], end.phase.v[0], end.phase.v[1]];
+        (state, run.work().evaluations, run.work().steps)
+    }
+}
+
+fn main() {
+    let problems = [
+        Problem::motion("W", [-8.0, -2.0], 8.0),
+        Problem::motion("B", [0.0, 0.0], 150.0),
+        Problem::motion("H", [0.0, 0.0], 67.0),
+        Problem::snap(),
+    ];
+    println!(
+        "| motion | tolerance | error at the end | right-hand sides | steps | ms | us per right-hand side |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    let mut notes = Vec::new();
+    for problem in &problems {
+        let end = problem.end.unwrap_or_else(|| problem.run(1e-14).0);
+        let mut curve: Vec<(f64, f64, f64)> = Vec::new();
+        for k in 4..=13 {
+            let tolerance = 10f64.powi(-k);
+            let (state, evaluations, steps) = problem.run(tolerance);
+            // The best of several: the machine's noise only adds.
+            let ms = (0..7)
+                .map(|_| {
+                    let clock = Instant::now();
+                    std::hint::black_box(problem.run(tolerance));
+                    clock.elapsed().as_secs_f64() * 1e3
+                })
+                .fold(f64::INFINITY, f64::min);
+            let distance = |i: usize| (state[i] - end[i]).hypot(state[i + 1] - end[i + 1]);
+            let error = distance(0).max(distance(2));
+            curve.push((error, evaluations as f64, ms));
+            println!(
+                "| {} | 1e-{k} | {error:.1e} | {evaluations} | {steps} | {ms:.3} | {:.3} |",
+                problem.name,
+                1e3 * ms / evaluations as f64
+            );
+        }
+        if let (Some(peer), Some((evaluations, ms))) = (problem.peer_ms, cost_of(1e-7, &curve)) {
+            notes.push(format!(
+                "{}: 1e-7 costs {evaluations:.0} right-hand sides (peer about {:.0}: ratio {:.2}) and {ms:.2} ms (peer about {peer}: ratio {:.2}); bar 0.5",
+                problem.name,
+                peer * PEER_PER_MS,
+                evaluations / (peer * PEER_PER_MS),
+                ms / peer
+            ));
+        }
+    }
+    println!();
+    for note in notes {
+        println!("{note}");
+    }
+    if let Some(peak) = peak_memory() {
+        println!("peak memory of this process: {peak:.1} MB");
+    }
+}
+
+/// Cost of an error by a straight line through log cost against log error.
+fn cost_of(error: f64, curve: &[(f64, f64, f64)]) -> Option<(f64, f64)> {
+    let fit = |cost: fn(&(f64, f64, f64)) -> f64| {
+        let points: Vec<(f64, f64)> = curve
+            .iter()
+            .filter(|c| (1e-10..1e-4).contains(&c.0))
+            .map(|c| (c.0.ln(), cost(c).ln()))
+            .collect();
+        let n = points.len() as f64;
+        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
+        let (mx, my) = (mean(&|p| p.0), mean(&|p| p.1));
+        let slope = mean(&|p| (p.0 - mx) * (p.1 - my)) / mean(&|p| (p.0 - mx).powi(2));
+        (n >= 2.0).then(|| (my + slope * (error.ln() - mx)).exp())
+    };
+    Some((fit(|c| c.1)?, fit(|c| c.2)?))
+}
+
+/// Largest resident set so far, in MB, where the system tells.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM"))?;
+    line.split_whitespace()
+        .nth(1)?
+        .parse::<f64>()
+        .ok()
+        .map(|kb| kb / 1024.0)
+}
