@@ -1,7 +1,7 @@
 //! Starts, and the special care of those that lie on a fold.
 
 use super::motion::Phase;
-use super::snap::fold_sides;
+use super::snap::{aside, fold_sides};
 use crate::body::Body;
 use crate::error::{Error, Result};
 use crate::manifold::{EquilibriumManifold, adjugate_times, invert_near};
@@ -32,8 +32,6 @@ pub enum Departure<const N: usize> {
 
 /// |det| below this multiple of the product of the columns' lengths is a fold to rounding.
 const ON_FOLD: f64 = 1e-11;
-/// Offset at which the sides of a fold are told apart.
-const ASIDE: f64 = 1e-4;
 /// Velocity across the fold, relative to all of it, below which the acceleration decides.
 const GRAZING: f64 = 1e-9;
 /// Time of the first, explicit step of a body that leaves a fold from rest: short enough that its
@@ -64,12 +62,13 @@ pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
         });
     }
     let (upward, index) = fold_sides(manifold, &q)?;
-    let det_aside = |offset: f64| {
+    let step = aside(manifold, &q, &at.force, &upward);
+    let det_aside = |sign: f64| {
         manifold
-            .point(&(q + upward * offset))
+            .point(&(q + step * sign))
             .map(|p| adjugate_times(&p.jacobian, &phase.v).0)
     };
-    let orientation = match det_aside(-ASIDE) {
+    let orientation = match det_aside(-1.0) {
         Some(det) => det.signum(),
         None => return Ok(Departure::Snap { index }),
     };
@@ -86,13 +85,22 @@ pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
     let grazing = drift.abs() <= GRAZING * unit * phase.v.norm() || phase.v.norm() == 0.0;
     let leads_down = if grazing { push < 0.0 } else { drift < 0.0 };
     // At a cusp both sides have the same index and det keeps its sign: a stable one can be left.
-    let cusp = det_aside(ASIDE).is_some_and(|det| det.signum() == orientation);
+    let cusp = det_aside(1.0).is_some_and(|det| det.signum() == orientation);
     if !(leads_down || cusp && index == 0) {
         return Ok(Departure::Snap { index });
     }
     if !grazing {
         return Ok(Departure::FromFold {
             phase: *phase,
+            orientation,
+            index,
+        });
+    }
+    if cusp && index == 0 {
+        // The pose changes with the third power of the distance: by less than 1e-11 here.
+        let q = q - step;
+        return Ok(Departure::FromFold {
+            phase: Phase { q, ..*phase },
             orientation,
             index,
         });
@@ -105,13 +113,11 @@ pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
         .ok_or_else(|| Error::domain("the fold lies at the border of the chart"))?;
     let bend = (beside.pose - at.pose) * (2.0 / 1e-6);
     let offset = (2.0 * (shift.dot(&bend) / bend.norm_squared()).max(0.0)).sqrt();
-    let landed = invert_near(
-        manifold,
-        &(at.pose + shift),
-        &(q - upward * offset.max(1e-8)),
-        1e-16,
-    )
-    .map_err(|e| e.context("leaving the fold from rest"))?;
+    let near = q - upward * offset.max(1e-8);
+    let Ok(landed) = invert_near(manifold, &(at.pose + shift), &near, 1e-16) else {
+        // The motion grazes the fold from outside, or meets an unstable cusp: no sheet to follow.
+        return Ok(Departure::Snap { index });
+    };
     let v = phase.v + action.acceleration * dt;
     let mid = phase.v + action.acceleration * (0.5 * dt);
     let average = body.action(phase.t + 0.5 * dt, &mid, &at.force);
