@@ -87,6 +87,12 @@ const SUSPICIOUS: f64 = 0.1;
 /// Samples of a suspicious step.
 const SAMPLES: usize = 12;
 
+/// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up, and the run's
+/// error is to be of the order of the tolerance, not a multiple of it.
+const LOCAL: f64 = 0.1;
+/// Local errors below this drown in rounding.
+const FINEST: f64 = 1e-14;
+
 impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
     /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1.
     ///
@@ -111,7 +117,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
             manifold,
             body,
             orientation,
-            solver: Dop853::new(start, slope, h, tolerance),
+            solver: Dop853::new(start, slope, h, (LOCAL * tolerance).max(FINEST)),
             last: None,
             dense: None,
         })
@@ -140,11 +146,19 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
         self.dense = None;
         // No use in running far past the end: t' only changes smoothly.
         let remaining = end - self.phase().t;
-        let h_max = 4.0 * remaining / self.solver.slope().t.max(1e-3);
-        let mut step = self.solver.step(f, h_max).ok()?;
+        let mut h_max = 4.0 * remaining / self.solver.slope().t.max(1e-3);
         let mut work = Work::default();
-        let fold = first_fold(&mut step, f, &mut work)
-            .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut work));
+        let (step, fold) = loop {
+            let mut step = self.solver.step(f, h_max).ok()?;
+            let fold = first_fold(&mut step, f, &mut work)
+                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut work));
+            if fold.is_some() || step.end_slope().t > 0.0 {
+                break (step, fold);
+            }
+            // Time turned back and the fold was not found: it must be in a shorter step.
+            self.solver.rewind(step.from, step.stage_slopes()[0]);
+            h_max = 0.5 * step.h;
+        };
         let progress = match fold {
             Some(fold) if fold.step.to.t < end => {
                 self.rewind(fold.step);

@@ -15,7 +15,8 @@ use nalgebra::SVector;
 pub struct RunOptions {
     /// End of time.
     pub duration: f64,
-    /// Bound of the local error of each step, relative to 1 + size, in chart, velocity and time.
+    /// Ten times the bound of the local error of each step, relative to 1 + size, in chart, velocity and
+    /// time: the error of a smooth run of a few periods is of this order.
     pub tolerance: f64,
     /// Where snaps land.
     pub landing: LandingRule,

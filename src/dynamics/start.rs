@@ -1,10 +1,11 @@
 //! Starts, and the special care of those that lie on a fold.
 
 use super::motion::Phase;
-use super::snap::fold_sides;
+use super::snap::{aside, fold_sides};
 use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, adjugate_times, invert_near};
+use crate::manifold::{EquilibriumManifold, ManifoldPoint, adjugate_times, invert_near};
+use nalgebra::SVector;
 
 /// How a motion gets under way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,16 +31,16 @@ pub enum Departure<const N: usize> {
     },
 }
 
-/// |det| below this multiple of the product of the columns' lengths, or of the pace, is a fold to
-/// rounding.
-const ON_FOLD: f64 = 1e-11;
-/// Offset at which the sides of a fold are told apart.
-const ASIDE: f64 = 1e-4;
+/// |det| below this multiple of the product of the columns' lengths may be a fold: a first sieve.
+const NEAR_FOLD: f64 = 1e-9;
+/// |det| below this multiple of what it is a little aside is a fold to rounding. A chart that is merely
+/// stretched (the elastica near the straight rod) has as small a det on both sides.
+const ON_FOLD: f64 = 1e-6;
 /// Velocity across the fold, relative to all of it, below which the acceleration decides.
 const GRAZING: f64 = 1e-9;
-/// Time of the first, explicit step of a body that leaves a fold from rest: short enough that its
-/// error, of third order in the velocity, is near rounding.
-const FIRST_TIME: f64 = 1e-5;
+/// First step of a body that leaves a fold from rest, as a fraction of the step [`aside`]: short enough
+/// that its error, of third order in time, is near rounding.
+const FIRST_STEP: f64 = 0.1;
 
 /// Decides how `phase` departs.
 ///
@@ -58,25 +59,34 @@ pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
         ))
     })?;
     let (det, across) = adjugate_times(&at.jacobian, &phase.v);
+    let regular = Departure::Regular {
+        orientation: det.signum(),
+    };
     let mut columns: [f64; N] = std::array::from_fn(|j| at.jacobian.column(j).norm());
     columns.sort_by(|a, b| b.total_cmp(a));
-    // The columns' lengths alone cannot tell: for N = 1 their product is |det|.
-    let scale = columns.iter().product::<f64>().max(at.pace);
-    if !(det.abs() <= ON_FOLD * scale) {
-        return Ok(Departure::Regular {
-            orientation: det.signum(),
-        });
+    // For N = 1 the product of the columns is |det| itself and tells nothing.
+    let scale = if N == 1 {
+        at.pace
+    } else {
+        columns.iter().product()
+    };
+    if det.abs() > NEAR_FOLD * scale {
+        return Ok(regular);
     }
     let (upward, index) = fold_sides(manifold, &q)?;
-    let det_aside = |offset: f64| {
+    let step = aside(manifold, &q, &at.force, &upward);
+    let det_aside = |sign: f64| {
         manifold
-            .point(&(q + upward * offset))
+            .point(&(q + step * sign))
             .map(|p| adjugate_times(&p.jacobian, &phase.v).0)
     };
-    let orientation = match det_aside(-ASIDE) {
-        Some(det) => det.signum(),
-        None => return Ok(Departure::Snap { index }),
+    let (Some(below), Some(above)) = (det_aside(-1.0), det_aside(1.0)) else {
+        return Ok(Departure::Snap { index });
     };
+    if det.abs() > ON_FOLD * below.abs().max(above.abs()) {
+        return Ok(regular);
+    }
+    let orientation = below.signum();
     let action = body.action(phase.t, &phase.v, &at.force);
     let (_, pushed) = adjugate_times(&at.jacobian, &action.acceleration);
     // On the fold adj(Dg) v = c kernel; s c < 0 leads to the lower side, where t can grow.
@@ -86,51 +96,70 @@ pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
     let grazing = drift.abs() <= GRAZING * unit * phase.v.norm() || phase.v.norm() == 0.0;
     let leads_down = if grazing { push < 0.0 } else { drift < 0.0 };
     // At a cusp both sides have the same index and det keeps its sign: a stable one can be left.
-    let cusp = det_aside(ASIDE).is_some_and(|det| det.signum() == orientation);
-    if !(leads_down || cusp && index == 0) {
+    let stable_cusp = above.signum() == orientation && index == 0;
+    if !(leads_down || stable_cusp) {
         return Ok(Departure::Snap { index });
     }
-    if !grazing {
-        return Ok(Departure::FromFold {
-            phase: *phase,
-            orientation,
-            index,
-        });
-    }
-    // From rest t' = 0 for ever: make the first step by hand. Off the fold q moves in proportion to
-    // t, and the force with it: the acceleration is linear in t, from the fold to where q arrives.
-    let dt = FIRST_TIME;
-    let beside = manifold
-        .point(&(q - upward * 1e-3))
-        .ok_or_else(|| Error::domain("the fold lies at the border of the chart"))?;
-    let bend = (beside.pose - at.pose) * (2.0 / 1e-6);
-    let mut arrived = q;
-    let mut v = phase.v + action.acceleration * dt;
-    let mut later = action.acceleration;
-    for _ in 0..2 {
-        let shift = phase.v * dt + (action.acceleration * 2.0 + later) * (dt * dt / 6.0);
-        let offset = (2.0 * (shift.dot(&bend) / bend.norm_squared()).max(0.0)).sqrt();
-        let guess = q - upward * offset.max(1e-8);
-        arrived = invert_near(manifold, &(at.pose + shift), &guess, 1e-16)
-            .map_err(|e| e.context("leaving the fold from rest"))?
-            .q;
-        let there = manifold
-            .point(&arrived)
-            .ok_or_else(|| Error::domain("the fold lies at the border of the chart"))?;
-        later = body.action(phase.t + dt, &v, &there.force).acceleration;
-        v = phase.v + (action.acceleration + later) * (0.5 * dt);
-    }
-    let mid = (phase.v + v) * 0.5;
-    let average = body.action(phase.t + 0.5 * dt, &mid, &at.force);
-    Ok(Departure::FromFold {
-        phase: Phase {
-            q: arrived,
-            v,
-            t: phase.t + dt,
-            work: phase.work + average.power * dt,
-            drag_loss: phase.drag_loss + average.loss * dt,
-        },
+    let departure = |phase| Departure::FromFold {
+        phase,
         orientation,
         index,
+    };
+    if !grazing {
+        return Ok(departure(*phase));
+    }
+    if stable_cusp {
+        // The pose changes with the third power of the distance: by less than 1e-11 here.
+        let q = q - step;
+        return Ok(departure(Phase { q, ..*phase }));
+    }
+    Ok(from_rest(manifold, body, phase, &at, &step)
+        // The motion grazes the fold from outside, or meets an unstable cusp: no sheet to follow.
+        .map_or(Departure::Snap { index }, departure))
+}
+
+/// The first step from rest on a fold, by hand: t' = 0 there, for ever. `step` leads to the upper side.
+///
+/// Off the fold q moves in proportion to t, and the force with it: the acceleration is taken as linear in
+/// t, from the fold to where q arrives.
+fn from_rest<M: EquilibriumManifold<N>, const N: usize>(
+    manifold: &M,
+    body: &Body<N>,
+    phase: &Phase<N>,
+    at: &ManifoldPoint<N>,
+    step: &SVector<f64, N>,
+) -> Option<Phase<N>> {
+    let q = phase.q;
+    let start = body.action(phase.t, &phase.v, &at.force).acceleration;
+    // Along q - sigma step the pose moves by bend sigma^2 / 2: sigma = FIRST_STEP is reached at dt.
+    let bend = (manifold.point(&(q - step))?.pose - at.pose) * 2.0;
+    let pull = start.dot(&bend) / bend.norm_squared();
+    let dt = FIRST_STEP / pull.sqrt();
+    if !(dt.is_finite() && dt > 0.0) {
+        return None;
+    }
+    let mut arrived = q;
+    let mut v = phase.v + start * dt;
+    let mut later = start;
+    for _ in 0..2 {
+        let shift = phase.v * dt + (start * 2.0 + later) * (dt * dt / 6.0);
+        let sigma = (2.0 * shift.dot(&bend) / bend.norm_squared())
+            .max(0.0)
+            .sqrt();
+        let guess = q - step * sigma.max(1e-3 * FIRST_STEP);
+        arrived = invert_near(manifold, &(at.pose + shift), &guess, 1e-16)
+            .ok()?
+            .q;
+        let there = manifold.point(&arrived)?;
+        later = body.action(phase.t + dt, &v, &there.force).acceleration;
+        v = phase.v + (start + later) * (0.5 * dt);
+    }
+    let average = body.action(phase.t + 0.5 * dt, &((phase.v + v) * 0.5), &at.force);
+    Some(Phase {
+        q: arrived,
+        v,
+        t: phase.t + dt,
+        work: phase.work + average.power * dt,
+        drag_loss: phase.drag_loss + average.loss * dt,
     })
 }

@@ -4,6 +4,7 @@
 //! sin(psi/2) = kap cos(phi), kap = tanh p; the amplitude phi runs from 0 at the tip to w at the
 //! clamp. Units: length 1, bending stiffness 1.
 
+use super::slight::{SLIGHT, SlightTip};
 use crate::error::{Error, Result};
 use crate::math::carlson::{complete_kb, rf_rd};
 use crate::math::jacobi::jacobi;
@@ -176,17 +177,17 @@ pub struct ChartPoint {
     pub sin_alpha: f64,
     /// Tip in the turned axes.
     pub turned: [f64; 2],
-    /// d(tip)/dp and d(tip)/dw in the turned axes.
-    pub turned_p: [f64; 2],
-    /// See `turned_p`.
-    pub turned_w: [f64; 2],
+    /// d(x, y)/dp at fixed w, in the fixed axes.
+    pub column_p: [f64; 2],
+    /// d(x, y)/dw at fixed p, in the fixed axes.
+    pub column_w: [f64; 2],
 }
 
 impl ChartPoint {
     /// Evaluates the chart at (p, w), w > 0.
     #[inline]
     pub fn new(p: f64, w: f64) -> Self {
-        Self::from_integrals(Integrals::new(p, w))
+        Self::from_integrals(p, Integrals::new(p, w))
     }
 
     /// The point with load lam on the line p.
@@ -194,11 +195,11 @@ impl ChartPoint {
     /// # Errors
     /// As [`Integrals::at_load`].
     pub fn at_load(p: f64, lam: f64) -> Result<Self> {
-        Ok(Self::from_integrals(Integrals::at_load(p, lam)?))
+        Ok(Self::from_integrals(p, Integrals::at_load(p, lam)?))
     }
 
     #[inline]
-    fn from_integrals(i: Integrals) -> Self {
+    fn from_integrals(p: f64, i: Integrals) -> Self {
         let Integrals {
             kap,
             kap_c,
@@ -221,15 +222,32 @@ impl ChartPoint {
         let y_w = 2.0 * kap * (c - s * inv * inv_d) * inv;
         let alpha_p = -2.0 * kap_c2 * c * inv_d;
         let alpha_w = 2.0 * kap * s * inv_d;
-        Self {
+        let mut point = Self {
             integrals: i,
             // D^2 + kap^2 c^2 = 1, so these are exact: alpha = -2 atan2(kap c, D).
             cos_alpha: (d - kap * c) * (d + kap * c),
             sin_alpha: -2.0 * kap * c * d,
             turned: [x, y],
-            turned_p: [x_p - y * alpha_p, y_p + x * alpha_p],
-            turned_w: [x_w - y * alpha_w, y_w + x * alpha_w],
+            column_p: [0.0; 2],
+            column_w: [0.0; 2],
+        };
+        if lam < SLIGHT {
+            point.slight(p);
+        } else {
+            point.column_p = point.to_fixed([x_p - y * alpha_p, y_p + x * alpha_p]);
+            point.column_w = point.to_fixed([x_w - y * alpha_w, y_w + x * alpha_w]);
         }
+        point
+    }
+
+    /// Derivatives that hold their relative accuracy as lam -> 0.
+    #[cold]
+    fn slight(&mut self, p: f64) {
+        let i = &self.integrals;
+        let tip = SlightTip::new(p, i);
+        let lam_p = i.lam_p();
+        self.column_p = std::array::from_fn(|k| tip.along_p[k] + tip.along_lam[k] * lam_p);
+        self.column_w = tip.along_lam.map(|v| v / i.d);
     }
 
     /// Turns a vector of the turned axes into the fixed ones.
@@ -244,7 +262,7 @@ impl ChartPoint {
     /// det d(x, y)/d(p, w).
     #[inline]
     pub fn det(&self) -> f64 {
-        self.turned_p[0] * self.turned_w[1] - self.turned_w[0] * self.turned_p[1]
+        self.column_p[0] * self.column_w[1] - self.column_w[0] * self.column_p[1]
     }
 
     /// det d(x, y)/d(p, lam) / kap^2: vanishes at the folds and nowhere else, also not on the line

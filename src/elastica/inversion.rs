@@ -233,8 +233,9 @@ impl Local {
         let stretch = if kind == Column::Log { p } else { 1.0 };
         let i = &at.integrals;
         let lam_p = i.lam_p();
-        let along_lam = mirrored(at, at.turned_w.map(|v| v * i.d));
-        let along_p = mirrored(at, at.turned_p);
+        let mirror = |[x, y]: [f64; 2]| [-x, y];
+        let along_lam = mirror(at.column_w.map(|v| v * i.d));
+        let along_p = mirror(at.column_p);
         Self {
             tip: [one_minus_x, y],
             along_first: std::array::from_fn(|k| (along_p[k] - along_lam[k] * lam_p) * stretch),

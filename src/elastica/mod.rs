@@ -8,6 +8,7 @@ pub mod folds;
 pub mod inversion;
 pub mod layer;
 pub mod model;
+mod slight;
 pub mod stable;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in};

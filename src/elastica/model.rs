@@ -31,8 +31,8 @@ impl EquilibriumManifold<2> for Elastica {
         let at = ChartPoint::new(p, w);
         let lam = at.integrals.lam;
         let [x, y] = at.to_fixed(at.turned);
-        let [xp, yp] = at.to_fixed(at.turned_p);
-        let [xw, yw] = at.to_fixed(at.turned_w);
+        let [xp, yp] = at.column_p;
+        let [xw, yw] = at.column_w;
         let pull = lam * lam;
         if !(pull > 0.0 && (xp + yp + xw + yw).is_finite()) {
             return None;

@@ -165,6 +165,39 @@ fn derivatives_match_differences() {
     }
 }
 
+/// Catches the cancellation of det as lam -> 0 (theory 2.3): det d(x, y)/d(p, lam) of a slight rod scales
+/// with a power of lam, so its logarithmic slope must settle; and derivatives match across the switch.
+#[test]
+fn slight_rods_keep_their_derivatives() {
+    let det = |p: f64, lam: f64| {
+        let at = ChartPoint::at_load(p, lam).unwrap();
+        at.det() * at.integrals.d
+    };
+    for p in [0.3, 1.0, -2.0, 5.0, 8.0] {
+        for lam in [1e-4, 1e-3, 1e-2, 0.1] {
+            let order = (det(p, 2.0 * lam) / det(p, lam)).log2();
+            assert!(
+                (order - 7.0).abs() < 0.1 + 3.0 * lam,
+                "p {p} lam {lam}: order {order}"
+            );
+        }
+        // The closed form still has twelve digits on the other side of the switch.
+        let [below, above] = [0.3 * (1.0 - 1e-9), 0.3 * (1.0 + 1e-9)].map(|lam| det(p, lam));
+        assert_close(above, below, 2e-8, 0.0, "det across the switch");
+    }
+    // From shooting at lam = 0.3, 0.05, 0.01: the derivative of 1 - x along lam by differences of tips.
+    let h = 1e-3;
+    for lam in [0.05, 0.1, 0.2] {
+        let tip = |l: f64| Equilibrium::from_lambda_p(l, 0.7).unwrap().one_minus_x;
+        let slope = (8.0 * (tip(lam * (1.0 + h)) - tip(lam * (1.0 - h)))
+            - (tip(lam * (1.0 + 2.0 * h)) - tip(lam * (1.0 - 2.0 * h))))
+            / (12.0 * h * lam);
+        let at = ChartPoint::at_load(0.7, lam).unwrap();
+        let along_lam = at.column_w.map(|v| v * at.integrals.d);
+        assert_close(-along_lam[0], slope, 1e-9, 0.0, "d(1 - x)/d lam");
+    }
+}
+
 /// Catches a fold in the wrong place: the curves 1 to 3, their limits as kap -> 0 and their cusps
 /// against 256-bit arithmetic, and the first against the project's first table.
 #[test]
