@@ -10,7 +10,7 @@ use crate::manifold::{EquilibriumManifold, Sheet};
 use crate::solve::dop853::Work;
 use nalgebra::SVector;
 
-/// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e8 steps, 1e5 snaps.
+/// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunOptions {
     /// End of time.
@@ -41,7 +41,7 @@ impl RunOptions {
             duration,
             tolerance: 1e-10,
             landing: LandingRule::Viscous,
-            max_steps: 100_000_000,
+            max_steps: 10_000_000,
             max_snaps: 100_000,
         })
     }
@@ -151,6 +151,9 @@ pub struct Sample<const N: usize> {
     pub ledger: Ledger,
 }
 
+/// Steps between two looks at the pace of a run.
+const STRETCH: u64 = 50_000;
+
 /// A run in progress.
 pub struct Run<'a, M, const N: usize> {
     manifold: &'a M,
@@ -164,6 +167,8 @@ pub struct Run<'a, M, const N: usize> {
     pending: Option<f64>,
     stopped: bool,
     interrupted: bool,
+    /// Steps and time when the pace was last judged.
+    milestone: (u64, f64),
 }
 
 impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
@@ -229,6 +234,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
             pending,
             stopped: false,
             interrupted: false,
+            milestone: (0, phase.t),
         })
     }
 
@@ -311,6 +317,29 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
             index: self.index,
             ledger: Ledger::new(self.body, &at, &phase, self.snapped),
         }
+    }
+
+    /// Looks back over the last stretch of steps: at that rate, would the run end within max_steps? A
+    /// mass that settles on the straight rod oscillates ever faster, without bound.
+    fn hopeless(&mut self, steps: u64) -> Option<String> {
+        let (before, since) = self.milestone;
+        let time = self.time();
+        self.milestone = (steps, time);
+        let per_time = (steps - before) as f64 / (time - since);
+        let needed = per_time * (self.options.duration - time);
+        if needed <= 2.0 * self.options.max_steps as f64 {
+            return None;
+        }
+        let here = self.now();
+        Some(format!(
+            "at t = {time}, pose {:?}, the last {} steps advanced time by {:.2e}: the end would take {needed:.1e} more steps, beyond max_steps = {}; \
+             the mass is settling where the model's frequencies grow without bound (for the elastica: on the straight rod at (1, 0)); \
+             add a load that keeps the rod bent, end earlier, or raise max_steps",
+            here.pose.as_slice(),
+            steps - before,
+            time - since,
+            self.options.max_steps
+        ))
     }
 
     fn stop(&mut self, outcome: Outcome<N>) -> RunEvent<N> {
@@ -399,8 +428,14 @@ impl<M: EquilibriumManifold<N>, const N: usize> Iterator for Run<'_, M, N> {
         if from >= self.options.duration {
             return Some(self.stop(Outcome::EndOfTime));
         }
-        if self.work().steps >= self.options.max_steps {
+        let steps = self.work().steps;
+        if steps >= self.options.max_steps {
             return Some(self.stop(Outcome::StepLimit));
+        }
+        if steps >= self.milestone.0 + STRETCH
+            && let Some(why) = self.hopeless(steps)
+        {
+            return Some(self.stop(Outcome::Stuck(why)));
         }
         let Some(progress) = self.motion.step(self.options.duration) else {
             let here = self.now();

@@ -353,7 +353,7 @@ impl Run {
     /// Default number of samples.
     pub const SAMPLES: usize = 400;
     /// Default bound on steps.
-    pub const MAX_STEPS: usize = 100_000_000;
+    pub const MAX_STEPS: usize = 10_000_000;
     /// Default bound on snaps.
     pub const MAX_SNAPS: usize = 100_000;
 }
