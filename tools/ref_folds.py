@@ -7,6 +7,7 @@ Limits kap -> 0: y ~ e f(lam), 1-x ~ e^2 g(lam)/4 for psi1 = e,
     f = sin(lam)/lam - cos(lam),   g = 2 + cos(2 lam) - 3 sin(2 lam)/(2 lam)   [1-x = (e^2/4) (g)],
 and det = 0 becomes f g' = 2 f' g; roots to 30 digits.
 Cusps: det = 0 and (grad det . null vector) = 0, gradients by central differences (1e-25) in 256 bits, Newton.
+Vertical points: det = det_lam = 0 (then det_lam,lam = 0 too: eigenvalues fall with lam at fixed kap, at rate h'(0)^2).
 Second route: the same determinant from AMV (3.14)-(3.18) by differences in (k, beta); and the second variation
 (refgrid.morse) whose smallest eigenvalue must vanish.
 """
@@ -73,6 +74,29 @@ def cusp(lam, p):
     raise ArithmeticError('cusp')
 
 
+def inflection(lam, p):
+    """Where the fold curve is vertical in the (kap, lam) plane: det = det_lam = 0; there also det_lam,lam = 0, so
+    Newton is applied to (det, det_lam,lam), which is regular."""
+    lam, psi, h = mpf(lam), 2 * mp.asin(mp.tanh(mpf(p))), mpf(10) ** -14
+    D = lambda l, s: point(l, psi1=s)['det']
+
+    def F(l, s):
+        a, b, c = D(l - h, s), D(l, s), D(l + h, s)
+        return b, (a - 2 * b + c) / h ** 2, (c - a) / (2 * h)
+    k = mpf(10) ** -10
+    for _ in range(25):
+        f = F(lam, psi)
+        A, B = F(lam + k, psi), F(lam, psi + k)
+        J = mp.matrix([[(A[0] - f[0]) / k, (B[0] - f[0]) / k], [(A[1] - f[1]) / k, (B[1] - f[1]) / k]])
+        d = mp.lu_solve(J, mp.matrix([f[0], f[1]]))
+        t = min(mpf(1), mpf('0.1') / (abs(d[0]) + mpf(10) ** -60))
+        lam -= t * d[0]
+        psi -= t * d[1]
+        if abs(d[0]) + abs(d[1]) < mpf(10) ** -23:
+            return point(lam, psi1=psi), F(lam, psi)
+    raise ArithmeticError('inflection')
+
+
 def paper_det(q):
     k, b = paper_beta(q)
     h = mpf(10) ** -20
@@ -129,6 +153,11 @@ def main():
             last = nv
             pts.append((z[n - 1], p))
         cand = [i for i in range(len(sig) - 1) if sig[i] != sig[i + 1]]
+        i = max(range(len(pts) - 1), key=lambda i: abs(pts[i + 1][0] - pts[i][0]))
+        q, f = inflection((pts[i][0] + pts[i + 1][0]) / 2, (pts[i][1] + pts[i + 1][1]) / 2)
+        print('vertical', n, 'lam', mp.nstr(q['lam'], 20), 'kap', mp.nstr(q['kap'], 20), 'p', mp.nstr(q['p'], 20), 'r', mp.nstr(q['x'], 14), mp.nstr(q['y'], 14), 'det', mp.nstr(f[0], 3), 'det_ll', mp.nstr(f[1], 3),
+              'det_l', mp.nstr(f[2], 3), flush=True)
+        out.append(row('vertical', n, q))
         seen = []
         for i in cand:
             try:
@@ -146,7 +175,7 @@ def main():
     print('worst relative determinant, second route', mp.nstr(worst, 3))
     with open(OUT, 'w') as f:
         f.write('# Folds of (lam, kap) -> r(1) of the clamped elastica with a moment-free end; kap > 0 half (kap < 0 is the mirror image y -> -y).\n'
-                '# kind: limit = the kap -> 0 end of the curve (27 digits; x=1, rest 0), fold = point at the given exact kap, cusp = cusp of the image curve.\n'
+                '# kind: limit = the kap -> 0 end of the curve (27 digits; x=1, rest 0), fold = point at the given exact kap, cusp = cusp of the image curve,\n# vertical = the point where lam as a function of kap on the fold curve has infinite slope (kap - kap0 ~ -(lam - lam0)^3).\n'
                 '# limits solve f g\' = 2 f\' g, f = sin(lam)/lam - cos(lam), g = 2 + cos(2 lam) - 3 sin(2 lam)/(2 lam).\n'
                 '# 25 digits printed; fold and cusp lam good to more than 20 (second route: determinant of AMV (3.17) by differences).\n'
                 '# method: tools/ref_folds.py, 256-bit Taylor series of the pendulum and its variation.\n'

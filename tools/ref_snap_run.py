@@ -170,7 +170,6 @@ def main():
     rows = []
     for c, d in zip(out, A[4]):
         err = max(abs(u - v) for u, v in zip(c[3:7], d[3:7]))
-        k = 1 if c[2] > 0 else -1
         rows.append(dict(t=mp.nstr(c[0], 4), x=dec(c[5], 22), y=dec(c[6], 22), vx=dec(c[3], 22), vy=dec(c[4], 22), lam=dec(c[1], 22), p=dec(c[2], 22), alpha=dec(c[8], 22), U=dec(c[7], 22),
                          energy_drift=mp.nstr(c[7] + (c[3] ** 2 + c[4] ** 2) / 2 - E1, 2), difference_of_two_runs=mp.nstr(err, 2)))
         print(rows[-1]['t'], rows[-1]['difference_of_two_runs'], rows[-1]['energy_drift'])
