@@ -19,9 +19,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("phase_portrait", phase_portrait(&portrait_data())?),
         (
             "sheets_lambda_alpha",
-            sheets_lambda_alpha(&sheets_lam(48, 32))?,
+            sheets_lambda_alpha(&[sheets_lam(48, 32)])?,
         ),
-        ("sheets_over_disc", sheets_over_disc(&sheets_disc(48, 32))?),
+        (
+            "sheets_over_disc",
+            sheets_over_disc(&[sheets_disc(48, 32)])?,
+        ),
         ("fold_map", fold_map(&fold_map_data(241, 200))?),
         (
             "energy_landscape",

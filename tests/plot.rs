@@ -61,13 +61,13 @@ fn cases() -> Vec<Case> {
         ),
         (
             "sheets_lambda_alpha",
-            Box::new(|| sheets_lambda_alpha(&sheets_lam(48, 32))),
+            Box::new(|| sheets_lambda_alpha(&[sheets_lam(48, 32)])),
             &["λ", "α (rad)", "θ(1) (rad)", "S₀⁺", "S₁⁻"],
             1000,
         ),
         (
             "sheets_over_disc",
-            Box::new(|| sheets_over_disc(&sheets_disc(48, 32))),
+            Box::new(|| sheets_over_disc(&[sheets_disc(48, 32)])),
             &["x (ℓ)", "y (ℓ)", "θ(1) (rad)", "S₀⁻", "S₁⁺", "fold"],
             1000,
         ),
@@ -145,8 +145,8 @@ fn nothing_to_show_is_an_error() {
     refused(energies(&Energies::default()));
     refused(path_on_surface(&PathOnSurface::default()));
     refused(phase_portrait(&Portrait::default()));
-    refused(sheets_lambda_alpha(&Sheets::default()));
-    refused(sheets_over_disc(&Sheets::default()));
+    refused(sheets_lambda_alpha(&[Sheets::default()]));
+    refused(sheets_over_disc(&[]));
     refused(fold_map(&FoldMap::default()));
     refused(energy_landscape(&EnergyLandscape::default()));
     refused(lines(&Lines::default()));
@@ -227,15 +227,15 @@ fn bad_numbers_never_panic() {
                 units: units.clone(),
                 ..PathOnSurface::default()
             }),
-            sheets_lambda_alpha(&Sheets {
+            sheets_lambda_alpha(&[Sheets {
                 patches: vec![patch(2), patch(0)],
                 bounds: Some([[0.0, bad], [0.0, 1.0], [0.0, 1.0]]),
                 ..Sheets::default()
-            }),
-            sheets_lambda_alpha(&Sheets {
+            }]),
+            sheets_lambda_alpha(&[Sheets {
                 patches: vec![patch(2)],
                 ..Sheets::default()
-            }),
+            }]),
             phase_portrait(&Portrait {
                 orbits: vec![curve.clone()],
                 verticals: vec![bad],

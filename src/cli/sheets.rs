@@ -7,7 +7,7 @@ use snaprod::elastica::{FoldLine, GridPoint, StableRegion, sheet_grid, sheet_gri
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::plot::{
     Arc, Curve, EnergyLandscape, Field, FoldMap, Named, Patch, Portrait, Sheets, SpaceCurve, Units,
-    energy_landscape, fold_map, phase_portrait, sheets_lambda_alpha, sheets_over_disc,
+    View, energy_landscape, fold_map, phase_portrait, sheets_lambda_alpha, sheets_over_disc,
 };
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -108,9 +108,9 @@ fn patch(sheet: Sheet, points: &[GridPoint], place: impl Fn(&GridPoint) -> [f64;
     }
 }
 
-/// The fold curves on the sheets of these modes, both halves of each; broken where they leave them.
+/// The fold curves on the sheets of a mode, both halves of each; broken where they leave them.
 fn folds_on(
-    modes: &[u32],
+    mode: u32,
     folds: &[FoldLine],
     place: impl Fn(&GridPoint) -> [f64; 3],
 ) -> Vec<SpaceCurve> {
@@ -122,8 +122,7 @@ fn folds_on(
         ..*q
     };
     let shown = |q: &GridPoint| {
-        let mode = ((q.w / PI).ceil() - 1.0) as u32;
-        if modes.contains(&mode) {
+        if (q.w / PI).ceil() - 1.0 == f64::from(mode) {
             place(q)
         } else {
             [f64::NAN; 3]
@@ -145,45 +144,63 @@ fn folds_on(
         .collect()
 }
 
-/// AMV Fig. 3.22, the sheets in (lam, alpha, theta(1)).
-fn lambda_alpha(modes: &[u32], folds: &[FoldLine]) -> Result<Sheets, Refusal> {
+/// AMV Fig. 3.22, the sheets in (lam, alpha, theta(1)): a panel for each mode.
+fn lambda_alpha(modes: &[u32], folds: &[FoldLine]) -> Result<Vec<Sheets>, Refusal> {
     // S_j begins at lam = j pi.
     let top = 10.0 + PI * f64::from(modes.last().copied().unwrap_or(1).saturating_sub(1));
     let place = |q: &GridPoint| [q.lambda, q.alpha, q.theta1];
     // Distances as in the figure; beyond its box there is nothing to sample.
     let shown = |q: &GridPoint| {
-        [
-            q.lambda.min(1.05 * top) / top,
-            q.alpha / (2.0 * PI),
-            q.theta1 / (4.0 * PI),
-        ]
+        let lam = q.lambda.min(1.05 * top) / top;
+        [lam, q.alpha / (2.0 * PI), q.theta1 / (4.0 * PI)]
     };
-    let mut patches = Vec::new();
-    for sheet in pairs(modes) {
-        let grid = sheet_grid_in(sheet, ROWS, COLUMNS, shown)?;
-        patches.push(patch(sheet, &grid.points, place));
-    }
-    Ok(Sheets {
-        patches,
-        curves: folds_on(modes, folds, place),
-        bounds: Some([[0.0, top], [-PI, PI], [-2.0 * PI, 2.0 * PI]]),
-        ..Sheets::default()
-    })
+    let panel = |&mode: &u32| {
+        let mut patches = Vec::new();
+        for sheet in pairs(&[mode]) {
+            let grid = sheet_grid_in(sheet, ROWS, COLUMNS, shown)?;
+            patches.push(patch(sheet, &grid.points, place));
+        }
+        Ok(Sheets {
+            title: title(mode),
+            patches,
+            curves: folds_on(mode, folds, place),
+            view: Some(View {
+                azimuth: -40.0,
+                elevation: 24.0,
+            }),
+            bounds: Some([[0.0, top], [-PI, PI], [-2.0 * PI, 2.0 * PI]]),
+            ..Sheets::default()
+        })
+    };
+    modes.iter().map(panel).collect()
 }
 
-/// AMV Fig. 3.24, the sheets over the positions of the free end.
-fn over_disc(modes: &[u32], folds: &[FoldLine]) -> Result<Sheets, Refusal> {
+/// AMV Fig. 3.24, the sheets over the positions of the free end: a panel for each mode.
+fn over_disc(modes: &[u32], folds: &[FoldLine]) -> Result<Vec<Sheets>, Refusal> {
     let place = |q: &GridPoint| [q.x, q.y, q.theta1];
-    let mut patches = Vec::new();
-    for sheet in pairs(modes) {
-        let grid = sheet_grid(sheet, ROWS, COLUMNS)?;
-        patches.push(patch(sheet, &grid.points, place));
+    let panel = |&mode: &u32| {
+        let mut patches = Vec::new();
+        for sheet in pairs(&[mode]) {
+            let grid = sheet_grid(sheet, ROWS, COLUMNS)?;
+            patches.push(patch(sheet, &grid.points, place));
+        }
+        Ok(Sheets {
+            title: title(mode),
+            patches,
+            curves: folds_on(mode, folds, place),
+            bounds: Some([[-1.05, 1.05], [-1.05, 1.05], [-2.0 * PI, 2.0 * PI]]),
+            ..Sheets::default()
+        })
+    };
+    modes.iter().map(panel).collect()
+}
+
+fn title(mode: u32) -> String {
+    match mode {
+        0 => "j = 0: θ′ has no zero inside the rod".into(),
+        1 => "j = 1: one zero of θ′".into(),
+        _ => format!("j = {mode}: {mode} zeros of θ′"),
     }
-    Ok(Sheets {
-        patches,
-        curves: folds_on(modes, folds, place),
-        ..Sheets::default()
-    })
 }
 
 /// Fold curve and mirror image over the disc.

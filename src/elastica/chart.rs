@@ -322,13 +322,28 @@ fn circle_at_load(p: f64, lam: f64) -> Result<(f64, f64, f64)> {
         )));
     }
     let j = jacobi(lam, kap_c)?;
-    // am and w pass the odd multiples of pi/2 together; near them am has rounded, but cn, whose sign is
-    // (-1)^n there, has not.
+    // am and w pass the odd multiples of pi/2 together; a taut rod's am is one of them to rounding
+    // though its w is not, and there the sign of the cosine tells on which side it lies.
     let turns = j.am / PI;
-    let mut half_turns = turns.round();
-    if (half_turns as i64 & 1 == 0) != (j.cn >= 0.0) {
-        half_turns = turns.floor() + turns.ceil() - half_turns;
-    }
+    let nearest = turns.round();
+    let half_turns = if (nearest as i64 & 1 == 0) == (j.cn >= 0.0) {
+        nearest
+    } else {
+        nearest + 1f64.copysign(turns - nearest)
+    };
     let d = kap_c / j.dn;
     Ok((j.sn * d, j.cn / j.dn, half_turns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn taut_rods_keep_their_half_turn() {
+        // w = 1.3788, well below pi/2, where am(38.5) is pi/2 to rounding; B = 1 - cos w.
+        let i = Integrals::at_load(38.0, 38.5).unwrap();
+        assert!((i.b - (1.0 - i.c)).abs() < 1e-14, "{i:?}");
+        assert!((amplitude(38.0, 38.5).unwrap() - i.s.atan2(i.c)).abs() < 1e-15);
+    }
 }

@@ -558,12 +558,13 @@ fn winding(x: f64, y: f64, lam: f64) -> Result<i64> {
         Ok([(1.0 - x) - one_minus_x, tip_y - y])
     };
     let p_end = lam + (10.0 / (1.0 - x).hypot(y)).ln().max(2.0);
-    // The tip's speed along p is at most of order lam: steps follow the distance from the target.
+    // The tip's speed along p is at most of order lam: steps follow the distance from the target, and are
+    // short enough for no loop of the curve to be passed over.
     let mut p = p_end;
     let mut here = [1.0 - x, -y];
     let mut angle = 0.0;
     while p > -p_end {
-        let mut step = 0.25f64;
+        let mut step = 0.25f64.min(1.0 / lam);
         let next = loop {
             let next = gap((p - step).max(-p_end))?;
             let moved = (next[0] - here[0]).hypot(next[1] - here[1]);
@@ -579,4 +580,17 @@ fn winding(x: f64, y: f64, lam: f64) -> Result<i64> {
     let close = [1.0 - x, -y];
     angle += cross(here, close).atan2(dot(here, close));
     Ok((angle / std::f64::consts::TAU).round() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_loads_pass_the_count() {
+        for [x, y] in [[0.275, -0.525], [0.45, -0.625]] {
+            let found = equilibria_at(x, y, 60.0).unwrap();
+            assert_eq!(found.iter().filter(|f| f.stable()).count(), 3, "({x}, {y})");
+        }
+    }
 }

@@ -16,7 +16,7 @@ use crate::error::Result;
 /// Largest load of rods asked for one by one where the raster leaves a doubt.
 const LAMBDA_MAX: f64 = 20.0;
 /// The rim, left out: energies grow without bound there.
-const RIM: f64 = 0.94;
+const RIM: f64 = 0.985;
 /// The range of p that holds the cusps of a fold curve.
 const CUSPS: (f64, f64) = (0.05, 8.0);
 
@@ -108,7 +108,7 @@ impl StableRegion {
     }
 
     /// The energies of the two lowest stable equilibria on n x n points of the square [-1, 1]^2, row by
-    /// row from y = -1; NaN where there is none, and beyond |r| = 0.94.
+    /// row from y = -1; NaN where there is none, and beyond |r| = 0.985.
     ///
     /// # Errors
     /// Those of [`equilibria_at`], which decides where the raster is in doubt, close to folds.

@@ -163,7 +163,8 @@ pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usi
 }
 
 /// For each connected area of one value, its value and its point farthest from other values and from the
-/// grid's edge, with that distance in grid steps.
+/// grid's edge, with that distance in grid steps. Of several such points, the one nearest to their mean: mirror
+/// images have theirs at mirror images.
 pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, (f64, f64), usize)> {
     let (nx, ny) = (field.columns, field.rows);
     let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
@@ -207,22 +208,35 @@ pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, (f64, f64), usiz
         if seen[start] || values[start].is_nan() {
             continue;
         }
-        let mut stack = vec![start];
-        let mut deepest = start;
+        let mut area = vec![start];
         seen[start] = true;
-        while let Some(m) = stack.pop() {
-            if depth[m] > depth[deepest] {
-                deepest = m;
-            }
-            for n in around(m).into_iter().flatten() {
+        let mut next = 0;
+        while next < area.len() {
+            for n in around(area[next]).into_iter().flatten() {
                 if !seen[n] && same(values[n], values[start]) {
                     seen[n] = true;
-                    stack.push(n);
+                    area.push(n);
                 }
             }
+            next += 1;
         }
-        let at = field.point((deepest % nx) as f64, (deepest / nx) as f64);
-        found.push((values[start], at, depth[deepest]));
+        let deepest = area.iter().map(|&m| depth[m]).max().unwrap_or(0);
+        area.retain(|&m| depth[m] == deepest);
+        let points: Vec<(f64, f64)> = area
+            .iter()
+            .map(|&m| field.point((m % nx) as f64, (m / nx) as f64))
+            .collect();
+        let n = points.len() as f64;
+        let (sx, sy) = points
+            .iter()
+            .fold((0.0, 0.0), |(x, y), p| (x + p.0, y + p.1));
+        let off = |p: &(f64, f64)| (p.0 - sx / n).hypot(p.1 - sy / n);
+        let at = points
+            .iter()
+            .copied()
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+            .unwrap_or_default();
+        found.push((values[start], at, deepest));
     }
     found
 }

@@ -244,7 +244,7 @@ pub fn energy_landscape(data: &EnergyLandscape) -> Result<String> {
     let legend = Legend::new(entries, side);
     let titled = fields.iter().any(|p| !p.0.is_empty());
     let top = 10.0 + legend.height() + if titled { 20.0 } else { 0.0 };
-    let step = side + first.left * 0.85;
+    let step = side + first.left + 14.0;
     let panels: Vec<Panel> = (0..fields.len())
         .map(|i| Panel {
             left: first.left + i as f64 * step,

@@ -110,14 +110,14 @@ fn cross(a: Point, b: Point) -> Point {
 }
 
 impl Scene {
-    /// A box with named axes seen from `view`, fitted into `width` x `height` pixels from (0, top);
+    /// A box with named axes seen from `view`, fitted into the pixels [left, top, width, height];
     /// `aspect` gives the lengths of its edges as drawn.
     pub(crate) fn new(
         bounds: Bounds,
         labels: [String; 3],
         aspect: Point,
         view: View,
-        (top, width, height): (f64, f64, f64),
+        [left, top, width, height]: [f64; 4],
     ) -> Self {
         let (se, ce) = view.elevation.to_radians().sin_cos();
         let (sa, ca) = view.azimuth.to_radians().sin_cos();
@@ -147,7 +147,7 @@ impl Scene {
         let (side, over, under) = (74.0, 12.0, 50.0);
         scene.scale = ((width - 2.0 * side) / w).min((height - over - under) / h);
         scene.centre = (
-            0.5 * width - scene.scale * x,
+            left + 0.5 * width - scene.scale * x,
             top + 0.5 * (height + over - under) - scene.scale * y,
         );
         scene
@@ -446,6 +446,9 @@ impl Scene {
 
     fn ticks(&self, axis: usize) -> Vec<ticks::Tick> {
         let [lo, hi] = self.bounds[axis];
+        if self.labels[axis].ends_with("(rad)") {
+            return ticks::angles(lo, hi);
+        }
         ticks::linear(lo, hi, if hi - lo < 2.5 { 4 } else { 5 })
     }
 

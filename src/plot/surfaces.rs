@@ -1,7 +1,7 @@
 //! Solution sheets in space, and motions on them.
 
-use super::axes::{Mark, draw_mark, extent};
-use super::canvas::{Canvas, Pen, draw};
+use super::axes::{Mark, TITLE, draw_mark, extent};
+use super::canvas::{Canvas, Pen, Side, Type, draw};
 use super::data::{Bounds, Patch, Units, View};
 use super::legend::{Entry, Key, Legend};
 use super::motion::circle;
@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 520.0;
+/// Width of a panel beside another.
+const BESIDE: f64 = 480.0;
 
 /// A named curve in space; a point that is not finite breaks it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,9 +23,11 @@ pub struct SpaceCurve {
     pub points: Vec<[f64; 3]>,
 }
 
-/// Sheets of solutions as surfaces.
+/// Sheets of solutions as surfaces: one panel of a figure.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sheets {
+    /// What stands above the panel; may be empty.
+    pub title: String,
     /// The sheets; see [`Patch`] for the resolution to use.
     pub patches: Vec<Patch>,
     /// Curves drawn in dark red on them: folds.
@@ -37,29 +41,64 @@ pub struct Sheets {
     pub units: Units,
 }
 
-/// Draws sheets in (lam, alpha, theta(1)): points of the patches are such triples. AMV's Fig. 3.22.
+/// Draws sheets in (lam, alpha, theta(1)), panel beside panel with a common legend: points of the patches are
+/// such triples. AMV's Fig. 3.22.
 ///
-/// Errs if there is no patch with finite points.
-pub fn sheets_lambda_alpha(data: &Sheets) -> Result<String> {
-    let frame = Frame {
-        labels: ["λ", "α (rad)", "θ(1) (rad)"].map(String::from),
-        aspect: [1.0, 1.0, 0.85],
-        view: data.view.unwrap_or(View {
-            azimuth: -26.0,
-            elevation: 19.0,
-        }),
-        bounds: bounds_or(data.bounds, &data.patches)?,
-        disc: None,
+/// Errs if there is no panel, or one without a patch with finite points.
+pub fn sheets_lambda_alpha(panels: &[Sheets]) -> Result<String> {
+    let frame = |data: &Sheets| {
+        Ok(Frame {
+            labels: ["λ", "α (rad)", "θ(1) (rad)"].map(String::from),
+            aspect: [1.0, 1.0, 0.85],
+            view: data.view.unwrap_or(View {
+                azimuth: -26.0,
+                elevation: 19.0,
+            }),
+            bounds: bounds_or(data.bounds, &data.patches)?,
+            disc: None,
+        })
     };
-    Ok(frame.draw(&data.patches, &data.curves, None))
+    draw_panels(panels, frame)
 }
 
-/// Draws sheets over the disc of the free end: points of the patches are (x, y, theta(1)). AMV's Fig. 3.24.
+/// Draws sheets over the disc of the free end, panel beside panel with a common legend: points of the patches
+/// are (x, y, theta(1)). AMV's Fig. 3.24.
 ///
-/// Errs if there is no patch with finite points.
-pub fn sheets_over_disc(data: &Sheets) -> Result<String> {
-    let frame = Frame::over_disc(data.bounds, &data.patches, data.view, &data.units)?;
-    Ok(frame.draw(&data.patches, &data.curves, None))
+/// Errs if there is no panel, or one without a patch with finite points.
+pub fn sheets_over_disc(panels: &[Sheets]) -> Result<String> {
+    draw_panels(panels, |data| {
+        Frame::over_disc(data.bounds, &data.patches, data.view, &data.units)
+    })
+}
+
+/// Panels in rows of two.
+fn draw_panels(panels: &[Sheets], frame: impl Fn(&Sheets) -> Result<Frame>) -> Result<String> {
+    let frames: Vec<Frame> = panels.iter().map(frame).collect::<Result<_>>()?;
+    if frames.is_empty() {
+        return Err(Error::domain("figure of sheets: no surface to show"));
+    }
+    let in_row = frames.len().min(2);
+    let width = if in_row > 1 { BESIDE } else { WIDTH };
+    let height = width * HEIGHT / WIDTH;
+    let patches: Vec<&Patch> = panels.iter().flat_map(|p| &p.patches).collect();
+    let curves: Vec<&SpaceCurve> = panels.iter().flat_map(|p| &p.curves).collect();
+    let total = in_row as f64 * width;
+    let legend = Legend::new(entries(&patches, &curves, None), total - 60.0);
+    let titled = panels.iter().any(|p| !p.title.is_empty());
+    let step = height + if titled { 22.0 } else { 0.0 };
+    let top = 6.0 + legend.height();
+    let rows = frames.len().div_ceil(in_row);
+    Ok(draw(total, top + rows as f64 * step, |canvas| {
+        legend.draw(canvas, 30.0, 6.0);
+        for (i, (frame, data)) in frames.iter().zip(panels).enumerate() {
+            let left = (i % in_row) as f64 * width;
+            let bottom = top + (i / in_row + 1) as f64 * step;
+            let font = Type::new(TITLE, Side::Start, Side::Middle);
+            canvas.text((left + 30.0, bottom - step + 14.0), &data.title, font);
+            let place = [left, bottom - height, width, height];
+            frame.draw(canvas, place, &data.patches, &data.curves, None);
+        }
+    }))
 }
 
 /// A motion on the sheets over the disc.
@@ -90,7 +129,15 @@ pub fn path_on_surface(data: &PathOnSurface) -> Result<String> {
         return Err(Error::domain("figure of a path on sheets: no path to show"));
     }
     let frame = Frame::over_disc(data.bounds, &data.patches, data.view, &data.units)?;
-    Ok(frame.draw(&data.patches, &data.folds, Some(data)))
+    let patches: Vec<&Patch> = data.patches.iter().collect();
+    let folds: Vec<&SpaceCurve> = data.folds.iter().collect();
+    let legend = Legend::new(entries(&patches, &folds, Some(data)), WIDTH - 60.0);
+    let top = 6.0 + legend.height();
+    Ok(draw(WIDTH, top + HEIGHT, |canvas| {
+        legend.draw(canvas, 30.0, 6.0);
+        let place = [0.0, top, WIDTH, HEIGHT];
+        frame.draw(canvas, place, &data.patches, &data.folds, Some(data));
+    }))
 }
 
 /// Red for folds and snaps as in the plane figures; darker, to be seen on every sheet.
@@ -159,14 +206,15 @@ impl Frame {
         })
     }
 
+    /// Draws into the rectangle [left, top, width, height].
     fn draw(
-        self,
+        &self,
+        canvas: &mut Canvas,
+        place: [f64; 4],
         patches: &[Patch],
         curves: &[SpaceCurve],
         motion: Option<&PathOnSurface>,
-    ) -> String {
-        let legend = Legend::new(entries(patches, curves, motion), WIDTH - 60.0);
-        let top = 6.0 + legend.height();
+    ) {
         let floor = self.bounds[2][0];
         let [x, y, _] = self.bounds;
         // Equal scales for two positions, whatever box was asked for.
@@ -177,40 +225,31 @@ impl Frame {
             }
             None => self.aspect,
         };
-        draw(WIDTH, top + HEIGHT, |canvas| {
-            let mut scene = Scene::new(
-                self.bounds,
-                self.labels,
-                aspect,
-                self.view,
-                (top, WIDTH, HEIGHT),
-            );
-            legend.draw(canvas, 30.0, 6.0);
-            scene.walls(canvas);
-            if let Some(radius) = self.disc {
-                let rim = circle(radius);
-                let rim: Vec<Point> = rim
-                    .x
-                    .iter()
-                    .zip(&rim.y)
-                    .map(|(x, y)| [*x, *y, floor])
-                    .collect();
-                let pen = Pen::new(GREY, 0.9);
-                scene.curve(canvas, &rim, pen, pen);
-            }
-            scene.pale(if motion.is_some() { 0.35 } else { 0.0 });
-            for patch in patches {
-                scene.add(patch);
-            }
-            scene.paint(canvas);
-            for curve in curves {
-                scene.curve(canvas, &curve.points, FOLD, behind(FOLD));
-            }
-            if let Some(motion) = motion {
-                draw_motion(canvas, &scene, motion);
-            }
-            scene.axes(canvas);
-        })
+        let mut scene = Scene::new(self.bounds, self.labels.clone(), aspect, self.view, place);
+        scene.walls(canvas);
+        if let Some(radius) = self.disc {
+            let rim = circle(radius);
+            let rim: Vec<Point> = rim
+                .x
+                .iter()
+                .zip(&rim.y)
+                .map(|(x, y)| [*x, *y, floor])
+                .collect();
+            let pen = Pen::new(GREY, 0.9);
+            scene.curve(canvas, &rim, pen, pen);
+        }
+        scene.pale(if motion.is_some() { 0.35 } else { 0.0 });
+        for patch in patches {
+            scene.add(patch);
+        }
+        scene.paint(canvas);
+        for curve in curves {
+            scene.curve(canvas, &curve.points, FOLD, behind(FOLD));
+        }
+        if let Some(motion) = motion {
+            draw_motion(canvas, &scene, motion);
+        }
+        scene.axes(canvas);
     }
 }
 
@@ -238,7 +277,11 @@ fn draw_motion(canvas: &mut Canvas, scene: &Scene, motion: &PathOnSurface) {
     }
 }
 
-fn entries(patches: &[Patch], curves: &[SpaceCurve], motion: Option<&PathOnSurface>) -> Vec<Entry> {
+fn entries(
+    patches: &[&Patch],
+    curves: &[&SpaceCurve],
+    motion: Option<&PathOnSurface>,
+) -> Vec<Entry> {
     let mut names: Vec<&str> = Vec::new();
     let mut entries = Vec::new();
     for patch in patches {

@@ -1,6 +1,7 @@
 //! Where an axis carries marks, and what is written at them.
 
 use super::text;
+use std::f64::consts::PI;
 
 /// A mark on an axis; minor marks carry no label.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,6 +87,30 @@ fn push(ticks: &mut Vec<Tick>, value: f64, label: Option<String>, lo: f64, hi: f
     if value >= lo * (1.0 - 1e-9) && value <= hi * (1.0 + 1e-9) {
         ticks.push(Tick { value, label });
     }
+}
+
+/// Ticks at the multiples of pi, or at every second, third, ... to have at most seven.
+pub(crate) fn angles(lo: f64, hi: f64) -> Vec<Tick> {
+    let (first, last) = (
+        (lo / PI - 1e-9).ceil() as i64,
+        (hi / PI + 1e-9).floor() as i64,
+    );
+    if first >= last {
+        return linear(lo, hi, 5);
+    }
+    let step = (last - first) / 7 + 1;
+    (first..=last)
+        .filter(|n| n % step == 0)
+        .map(|n| Tick {
+            value: PI * n as f64,
+            label: Some(match n {
+                0 => "0".into(),
+                1 => "π".into(),
+                -1 => "−π".into(),
+                _ => format!("{n}π").replace('-', "−"),
+            }),
+        })
+        .collect()
 }
 
 #[cfg(test)]
