@@ -126,6 +126,9 @@ def main():
             m, ev, _ = morse(float(q['lam']), float(q['p']), N=100)
             o = dict(lam=dec(q['lam']), kap=dec(q['kap']), p=dec(q['p']), alpha=dec(q['alpha']), theta1=dec(q['theta1']), U=dec(q['U']), mode=q['mode'], sign=q['sign'],
                      index=m, min_abs_eigenvalue='%.6g' % ev)
+            if abs(q['da'][0]) < mpf(10) ** -20:        # theta'(0) = 0: between two sheets
+                o['on_seam'] = True
+                o['mode'] = o['sign'] = None
             if dbl:
                 o['double_root'] = True
                 o['index'] = 'fold 0|1'
@@ -140,7 +143,7 @@ def main():
                 accuracy='25 significant digits; second route AMV (3.17): %s' % mp.nstr(worst, 2),
                 completeness='two shifted grids (about 1.9e3 x 560 and 2.8e3 x 840 cells in p > 0, and the mirror image) give the same roots, and the sum of the signs of '
                 'det d(x,y)/d(lam,p) over the roots equals the winding number of p -> r(lam=14, p) about the target',
-                index='Morse index, tools/ref_index.py; a root on a fold is marked double_root',
+                index='Morse index, tools/ref_index.py; a root on a fold is marked double_root; on_seam: theta\'(0) = 0, so mode and sign are undefined',
                 method='tools/ref_inversion.py')
     json.dump(dict(header=head, targets=res), open(OUT, 'w'), indent=0)
 
