@@ -4,13 +4,17 @@ use super::Refusal;
 use super::files::write_figure;
 use super::recorder::Branch;
 use snaprod::dynamics::Sample;
-use snaprod::elastica::{Equilibrium, fold_curve};
-use snaprod::plot::{self, Curve, Energies, Shape, Snapshots};
+use snaprod::elastica::{Equilibrium, fold_curve, stable_grid};
+use snaprod::manifold::Sign;
+use snaprod::plot::{self, Curve, Energies, Patch, PathOnSurface, Shape, Snapshots};
 use snaprod::scene::{Scene, Setup, Units};
 use std::path::Path;
 
 /// Shapes drawn at even times, beside those of the first snaps.
 const SHAPES: usize = 9;
+/// Points of the solution surface along p and along lam.
+const ROWS: usize = 56;
+const COLUMNS: usize = 40;
 /// Snaps whose two shapes are drawn.
 const SNAPS: usize = 2;
 
@@ -44,7 +48,13 @@ pub fn write(
         &plot::snapshots(&figure.snapshots()?)?,
         png,
     )?;
-    write_figure(out, "energies", &plot::energies(&figure.energies())?, png)
+    write_figure(out, "energies", &plot::energies(&figure.energies())?, png)?;
+    write_figure(
+        out,
+        "surface",
+        &plot::path_on_surface(&figure.surface()?)?,
+        png,
+    )
 }
 
 /// Labels of a dimensionless scene: only a rod of unit length, stiffness and mass has the natural ones.
@@ -138,6 +148,48 @@ impl Figure<'_> {
             folds: vec![fold(1.0), fold(-1.0)],
             snaps: self.snaps.iter().map(|(_, at)| scaled(*at)).collect(),
             units: self.units.clone(),
+        })
+    }
+
+    /// The path over the disc on the stable part of the solution surface, height theta(1): the two halves
+    /// up to the first fold, which are their rims.
+    fn surface(&self) -> Result<PathOnSurface, Refusal> {
+        let k = &self.setup.scales;
+        let place = |x: f64, y: f64, theta1: f64| [x * k.length, y * k.length, theta1];
+        let mut patches = Vec::new();
+        for (colour, side, name) in [
+            (0, Sign::Plus, "stable, κ > 0"),
+            (1, Sign::Minus, "stable, κ < 0"),
+        ] {
+            let points = stable_grid(side, ROWS, COLUMNS)?;
+            patches.push(Patch {
+                name: name.into(),
+                colour,
+                rows: ROWS,
+                columns: COLUMNS,
+                points: points.iter().map(|g| place(g.x, g.y, g.theta1)).collect(),
+            });
+        }
+        let mut path = Vec::new();
+        let mut jumps = Vec::new();
+        let mut last: Option<&Sample<2>> = None;
+        for sample in &self.track {
+            let rod = Equilibrium::new(sample.phase.q[0], sample.phase.q[1])?;
+            let here = place(rod.x, rod.y, rod.theta1);
+            // The two sides of a snap share their time.
+            if last.is_some_and(|l| l.phase.t == sample.phase.t && l.phase.q != sample.phase.q) {
+                jumps.push([path[path.len() - 1], here]);
+                path.push([f64::NAN; 3]);
+            }
+            path.push(here);
+            last = Some(sample);
+        }
+        Ok(PathOnSurface {
+            patches,
+            path,
+            jumps,
+            units: self.units.clone(),
+            ..PathOnSurface::default()
         })
     }
 

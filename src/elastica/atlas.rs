@@ -103,27 +103,58 @@ pub fn sheet_grid_in(
     } else {
         (-P_TOP, 0.0)
     };
-    let at = |p: f64, turns: f64| {
-        let lambda = 2.0 * turns * quarter_period(p);
-        GridPoint::new(p, lambda)
-    };
-    // The rows keep their distance in the mean over both seams and three lines between them.
-    let lines = [0.0, 0.25, 0.5, 0.75, 1.0];
-    let ps = spread(rows, from, to, |p| {
-        lines.iter().map(|t| Ok(place(&at(p, mode + t)?))).collect()
+    let points = grid((from, to), rows, columns, place, |p| {
+        let turn = 2.0 * quarter_period(p);
+        Ok((mode * turn, (mode + 1.0) * turn))
     })?;
-    let mut points = Vec::with_capacity(rows * columns);
-    for p in ps {
-        for turns in spread(columns, mode, mode + 1.0, |t| Ok(vec![place(&at(p, t)?)]))? {
-            points.push(at(p, turns)?);
-        }
-    }
     Ok(SheetGrid {
         sheet,
         rows,
         columns,
         points,
     })
+}
+
+/// Samples the stable equilibria with kap of the given sign, up to the first fold, as [`sheet_grid`] does
+/// a sheet: its last column is the fold.
+pub fn stable_grid(side: Sign, rows: usize, columns: usize) -> Result<Vec<GridPoint>> {
+    let range = match side {
+        Sign::Plus => (1e-3, P_TOP),
+        Sign::Minus => (-P_TOP, -1e-3),
+    };
+    let place = |q: &GridPoint| [q.x, q.y, 0.2 * q.theta1];
+    grid(range, rows.max(2), columns.max(2), place, |p| {
+        Ok((0.0, super::folds::fold_at(1, p)?.equilibrium.lambda))
+    })
+}
+
+/// Points between the bounds of lam on lines p = const, of about equal distance after `place`.
+fn grid(
+    (from, to): (f64, f64),
+    rows: usize,
+    columns: usize,
+    place: impl Fn(&GridPoint) -> [f64; 3],
+    bounds: impl Fn(f64) -> Result<(f64, f64)>,
+) -> Result<Vec<GridPoint>> {
+    let between = |(low, high): (f64, f64), t: f64| low + t * (high - low);
+    // The rows keep their distance in the mean over both borders and three lines between them.
+    let lines = [0.0, 0.25, 0.5, 0.75, 1.0];
+    let ps = spread(rows, from, to, |p| {
+        let range = bounds(p)?;
+        lines
+            .iter()
+            .map(|&t| Ok(place(&GridPoint::new(p, between(range, t))?)))
+            .collect()
+    })?;
+    let mut points = Vec::with_capacity(rows * columns);
+    for p in ps {
+        let range = bounds(p)?;
+        let at = |t: f64| GridPoint::new(p, between(range, t));
+        for t in spread(columns, 0.0, 1.0, |t| Ok(vec![place(&at(t)?)]))? {
+            points.push(at(t)?);
+        }
+    }
+    Ok(points)
 }
 
 /// K, the quarter period of the pendulum.

@@ -11,7 +11,7 @@ pub mod model;
 mod slight;
 pub mod stable;
 
-pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in};
+pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
 pub use equilibrium::{Equilibrium, Section};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use inversion::{Found, equilibria_at};
