@@ -113,7 +113,7 @@ impl<const N: usize> Body<N> {
     /// # Errors
     /// A drag that is negative or not finite.
     pub fn with_drag(mut self, drag: f64) -> Result<Self> {
-        if !(0.0 <= drag && drag < f64::INFINITY) {
+        if !(0.0..f64::INFINITY).contains(&drag) {
             return Err(Error::domain(format!(
                 "drag = {drag} must be finite and >= 0"
             )));

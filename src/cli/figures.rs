@@ -36,12 +36,7 @@ pub fn write(
             ..labels(scene)
         },
     };
-    let figure = Figure {
-        setup,
-        units,
-        track: line.0,
-        snaps: line.1,
-    };
+    let figure = Figure { setup, units, line };
     write_figure(
         out,
         "snapshots",
@@ -73,8 +68,14 @@ fn labels(scene: &Scene) -> plot::Units {
     }
 }
 
-/// The line of branches from the trunk to the last one that was run, with its snaps.
-fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)> {
+/// What the figures show: a motion, and its snaps by time and place.
+struct Line {
+    track: Vec<Sample<2>>,
+    snaps: Vec<(f64, [f64; 2])>,
+}
+
+/// The line of branches from the trunk to the last one that was run.
+fn line_of(branches: &[Branch]) -> Option<Line> {
     let mut ids = vec![branches.last()?.id];
     while let Some(parent) = branches[*ids.last()?].parent {
         ids.push(parent);
@@ -98,14 +99,13 @@ fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)
             track.push(branch.last);
         }
     }
-    (track.len() > 1).then_some((track, snaps))
+    (track.len() > 1).then_some(Line { track, snaps })
 }
 
 struct Figure<'a> {
     setup: &'a Setup,
     units: plot::Units,
-    track: Vec<Sample<2>>,
-    snaps: Vec<(f64, [f64; 2])>,
+    line: Line,
 }
 
 impl Figure<'_> {
@@ -114,16 +114,16 @@ impl Figure<'_> {
         let scaled = |[x, y]: [f64; 2]| [x * k.length, y * k.length];
         let mut chosen: Vec<&Sample<2>> = Vec::new();
         let (start, end) = (
-            self.track[0].phase.t,
-            self.track[self.track.len() - 1].phase.t,
+            self.line.track[0].phase.t,
+            self.line.track[self.line.track.len() - 1].phase.t,
         );
         for i in 0..SHAPES {
             let t = start + (end - start) * i as f64 / (SHAPES - 1) as f64;
-            let at = self.track.partition_point(|s| s.phase.t < t);
-            chosen.push(&self.track[at.min(self.track.len() - 1)]);
+            let at = self.line.track.partition_point(|s| s.phase.t < t);
+            chosen.push(&self.line.track[at.min(self.line.track.len() - 1)]);
         }
-        for (t, _) in self.snaps.iter().take(SNAPS) {
-            chosen.extend(self.track.iter().filter(|s| s.phase.t == *t));
+        for (t, _) in self.line.snaps.iter().take(SNAPS) {
+            chosen.extend(self.line.track.iter().filter(|s| s.phase.t == *t));
         }
         chosen.sort_by(|a, b| a.phase.t.total_cmp(&b.phase.t));
         let mut shapes = Vec::new();
@@ -144,9 +144,14 @@ impl Figure<'_> {
         };
         Ok(Snapshots {
             shapes,
-            path: Curve::new(self.track.iter().map(|s| scaled([s.pose[0], s.pose[1]]))),
+            path: Curve::new(
+                self.line
+                    .track
+                    .iter()
+                    .map(|s| scaled([s.pose[0], s.pose[1]])),
+            ),
             folds: vec![fold(1.0), fold(-1.0)],
-            snaps: self.snaps.iter().map(|(_, at)| scaled(*at)).collect(),
+            snaps: self.line.snaps.iter().map(|(_, at)| scaled(*at)).collect(),
             units: self.units.clone(),
         })
     }
@@ -173,7 +178,7 @@ impl Figure<'_> {
         let mut path = Vec::new();
         let mut jumps = Vec::new();
         let mut last: Option<&Sample<2>> = None;
-        for sample in &self.track {
+        for sample in &self.line.track {
             let rod = Equilibrium::new(sample.phase.q[0], sample.phase.q[1])?;
             let here = place(rod.x, rod.y, rod.theta1);
             // The two sides of a snap share their time.
@@ -195,18 +200,19 @@ impl Figure<'_> {
 
     fn energies(&self) -> Energies {
         let k = &self.setup.scales;
-        let first = self.track[0].ledger.total();
-        let column =
-            |f: &dyn Fn(&Sample<2>) -> f64| self.track.iter().map(|s| f(s) * k.energy).collect();
+        let first = self.line.track[0].ledger.total();
+        let column = |f: &dyn Fn(&Sample<2>) -> f64| {
+            self.line.track.iter().map(|s| f(s) * k.energy).collect()
+        };
         let body = &self.setup.body;
         // A term that is zero throughout is left out.
         let or_none = |used: bool, f: &dyn Fn(&Sample<2>) -> f64| {
             if used { column(f) } else { Vec::new() }
         };
-        let lossy = self.track.iter().any(|s| s.ledger.dissipated != 0.0);
-        let held = self.track.iter().any(|s| s.ledger.potential != 0.0);
+        let lossy = self.line.track.iter().any(|s| s.ledger.dissipated != 0.0);
+        let held = self.line.track.iter().any(|s| s.ledger.potential != 0.0);
         Energies {
-            time: self.track.iter().map(|s| s.phase.t * k.time).collect(),
+            time: self.line.track.iter().map(|s| s.phase.t * k.time).collect(),
             kinetic: column(&|s| s.ledger.kinetic),
             elastic: column(&|s| s.ledger.elastic),
             potential: or_none(held, &|s| s.ledger.potential),
@@ -214,7 +220,7 @@ impl Figure<'_> {
             work: or_none(body.is_driven(), &|s| s.ledger.work),
             total: column(&|s| s.ledger.kinetic + s.ledger.elastic + s.ledger.potential),
             error: column(&|s| s.ledger.total() - first),
-            snaps: self.snaps.iter().map(|(t, _)| t * k.time).collect(),
+            snaps: self.line.snaps.iter().map(|(t, _)| t * k.time).collect(),
             units: self.units.clone(),
         }
     }

@@ -1,0 +1,87 @@
+//! The architecture: a module uses only what stands to its left.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Left to right; those in one group do not use each other.
+const ORDER: [&[&str]; 9] = [
+    &["error"],
+    &["math"],
+    &["solve"],
+    &["manifold"],
+    &["elastica", "truss"],
+    &["body"],
+    &["dynamics"],
+    &["scene"],
+    &["plot"],
+];
+
+fn rank(module: &str) -> Option<usize> {
+    ORDER.iter().position(|group| group.contains(&module))
+}
+
+fn sources(directory: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(directory).expect("src") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, files);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+/// Catches `use crate::` (or a path) from a module to one on its right, such as a figure that computes.
+#[test]
+fn no_arrow_points_back() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&root, &mut files);
+    assert!(files.len() > 30, "only {} files", files.len());
+    let mut faults = Vec::new();
+    for file in files {
+        let inside = file.strip_prefix(&root).expect("below src");
+        let first = inside
+            .iter()
+            .next()
+            .and_then(|c| c.to_str())
+            .expect("a name");
+        // lib.rs re-exports; main.rs and cli stand to the right of everything.
+        let Some(here) = rank(first.trim_end_matches(".rs")) else {
+            continue;
+        };
+        let text = fs::read_to_string(&file).expect("readable");
+        for part in text.split("crate::").skip(1) {
+            let module: String = part
+                .chars()
+                .take_while(|c| c.is_alphanumeric() || *c == '_')
+                .collect();
+            let neighbour = module != first.trim_end_matches(".rs");
+            if rank(&module).is_some_and(|there| there > here || there == here && neighbour) {
+                faults.push(format!("{} uses crate::{module}", inside.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// The core builds figures from nothing and scenes from nothing: plot knows only errors.
+#[test]
+fn figures_compute_nothing() {
+    let mut files = Vec::new();
+    sources(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src/plot"),
+        &mut files,
+    );
+    for file in files {
+        let text = fs::read_to_string(&file).expect("readable");
+        for part in text.split("crate::").skip(1) {
+            assert!(
+                part.starts_with("error") || part.starts_with("Error"),
+                "{} uses crate::{}",
+                file.display(),
+                &part[..part.len().min(30)]
+            );
+        }
+    }
+}
