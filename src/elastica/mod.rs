@@ -1,6 +1,7 @@
 //! The planar elastica with a point mass at its free end, in closed form (theory Sec. 2).
 
 pub mod atlas;
+mod boxes;
 pub mod chart;
 pub mod curvature;
 pub mod equilibrium;

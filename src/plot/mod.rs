@@ -1,7 +1,7 @@
 //! Figures from data: each function takes plain numbers and returns an SVG document.
 //!
 //! Nothing is computed here but where ink goes. The same data give the same bytes. SVG text asks for
-//! DejaVu Sans; with the feature `png`, [`png`] rasterises a figure with that font bundled.
+//! DejaVu Sans; with the feature `png`, `plot::png` rasterises a figure with that font bundled.
 //!
 //! | figure | shows |
 //! | --- | --- |
