@@ -3,7 +3,7 @@
 use super::files::{check_png, make_directory, print, print_json, write_figure};
 use super::{Ending, Refusal, SheetsArgs};
 use serde_json::json;
-use snaprod::elastica::{FoldLine, GridPoint, StableRegion, sheet_grid, sheet_grid_in};
+use snaprod::elastica::{FoldLine, GridPoint, SheetGrid, StableRegion, sheet_grid, sheet_grid_in};
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::plot::{
     Arc, Curve, EnergyLandscape, Field, FoldMap, Named, Patch, Portrait, Sheets, SpaceCurve, Units,
@@ -13,9 +13,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Modes that can be drawn.
 const MODES: std::ops::RangeInclusive<u32> = 0..=3;
-/// Points of the sheets along p and along lam.
-const ROWS: usize = 44;
-const COLUMNS: usize = 36;
+/// Points of a sheet along p and along lam, for two modes or fewer.
+const ROWS: f64 = 36.0;
+const COLUMNS: f64 = 48.0;
 /// Points of the maps along either axis.
 const MAP: usize = 241;
 /// Fold curves of the map.
@@ -68,10 +68,7 @@ fn asked_modes(texts: &[String]) -> Result<Vec<u32>, Refusal> {
             Ok(mode) if MODES.contains(&mode) => modes.push(mode),
             _ => {
                 return Err(Refusal(format!(
-                    "--modes: {text:?} is no mode that is drawn; give some of {}, {}, ... {}, separated by commas",
-                    MODES.start(),
-                    MODES.start() + 1,
-                    MODES.end()
+                    "--modes: {text:?} is no mode that can be drawn; give some of 0, 1, 2, 3, separated by commas"
                 )));
             }
         }
@@ -92,19 +89,26 @@ fn name(sheet: Sheet) -> String {
     format!("S{}{sign}", digits[sheet.mode as usize])
 }
 
+/// Points of a sheet along p and along lam: fewer for many sheets, for the sake of the file's size.
+fn size(modes: &[u32]) -> (usize, usize) {
+    let share = (2.0 / modes.len().max(2) as f64).sqrt();
+    ((ROWS * share) as usize, (COLUMNS * share) as usize)
+}
+
 /// The two sheets of each mode.
 fn pairs(modes: &[u32]) -> Vec<Sheet> {
     let both = |&mode| [Sign::Plus, Sign::Minus].map(|sign| Sheet { mode, sign });
     modes.iter().flat_map(both).collect()
 }
 
-fn patch(sheet: Sheet, points: &[GridPoint], place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
+fn patch(grid: &SheetGrid, place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
+    let sheet = grid.sheet;
     Patch {
         name: name(sheet),
         colour: 2 * sheet.mode as usize + usize::from(sheet.sign == Sign::Minus),
-        rows: ROWS,
-        columns: COLUMNS,
-        points: points.iter().map(place).collect(),
+        rows: grid.rows,
+        columns: grid.columns,
+        points: grid.points.iter().map(place).collect(),
     }
 }
 
@@ -146,8 +150,9 @@ fn folds_on(
 
 /// AMV Fig. 3.22, the sheets in (lam, alpha, theta(1)): a panel for each mode.
 fn lambda_alpha(modes: &[u32], folds: &[FoldLine]) -> Result<Vec<Sheets>, Refusal> {
+    let (rows, columns) = size(modes);
     // S_j begins at lam = j pi.
-    let top = 10.0 + PI * f64::from(modes.last().copied().unwrap_or(1).saturating_sub(1));
+    let top = 9.6 + PI * f64::from(modes.last().copied().unwrap_or(1).saturating_sub(1));
     let place = |q: &GridPoint| [q.lambda, q.alpha, q.theta1];
     // Distances as in the figure; beyond its box there is nothing to sample.
     let shown = |q: &GridPoint| {
@@ -157,8 +162,8 @@ fn lambda_alpha(modes: &[u32], folds: &[FoldLine]) -> Result<Vec<Sheets>, Refusa
     let panel = |&mode: &u32| {
         let mut patches = Vec::new();
         for sheet in pairs(&[mode]) {
-            let grid = sheet_grid_in(sheet, ROWS, COLUMNS, shown)?;
-            patches.push(patch(sheet, &grid.points, place));
+            let grid = sheet_grid_in(sheet, rows, columns, shown)?;
+            patches.push(patch(&grid, place));
         }
         Ok(Sheets {
             title: title(mode),
@@ -177,12 +182,13 @@ fn lambda_alpha(modes: &[u32], folds: &[FoldLine]) -> Result<Vec<Sheets>, Refusa
 
 /// AMV Fig. 3.24, the sheets over the positions of the free end: a panel for each mode.
 fn over_disc(modes: &[u32], folds: &[FoldLine]) -> Result<Vec<Sheets>, Refusal> {
+    let (rows, columns) = size(modes);
     let place = |q: &GridPoint| [q.x, q.y, q.theta1];
     let panel = |&mode: &u32| {
         let mut patches = Vec::new();
         for sheet in pairs(&[mode]) {
-            let grid = sheet_grid(sheet, ROWS, COLUMNS)?;
-            patches.push(patch(sheet, &grid.points, place));
+            let grid = sheet_grid(sheet, rows, columns)?;
+            patches.push(patch(&grid, place));
         }
         Ok(Sheets {
             title: title(mode),

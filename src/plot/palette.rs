@@ -16,7 +16,7 @@ pub(crate) const FAINT: Colour = Colour(225, 225, 225);
 pub(crate) const ALARM: Colour = Colour(200, 30, 60);
 
 /// Okabe and Ito's palette without its yellow, which is lost on white paper.
-const CATEGORIES: [Colour; 7] = [
+const CATEGORIES: [Colour; 8] = [
     Colour(0, 114, 178),
     Colour(213, 94, 0),
     Colour(0, 158, 115),
@@ -24,9 +24,10 @@ const CATEGORIES: [Colour; 7] = [
     Colour(230, 159, 0),
     Colour(86, 180, 233),
     Colour(90, 90, 90),
+    Colour(120, 70, 40),
 ];
 
-/// The i-th colour for things without an order; repeats after seven.
+/// The i-th colour for things without an order; repeats after eight.
 pub(crate) fn category(i: usize) -> Colour {
     CATEGORIES[i % CATEGORIES.len()]
 }

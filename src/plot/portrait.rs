@@ -85,6 +85,8 @@ pub fn phase_portrait(data: &Portrait) -> Result<String> {
         y,
     };
     let total = (panel.right() + 18.0, panel.bottom() + ROOM_BELOW);
+    // Many arcs are drawn closer, to stay within the separatrix.
+    let spacing = (22.0 / data.arcs.len().max(1) as f64).min(5.5);
     Ok(draw(total.0, total.1, |canvas| {
         legend.draw(canvas, left, 6.0);
         let thin_line = Pen::new(GREY, 0.8);
@@ -106,7 +108,7 @@ pub fn phase_portrait(data: &Portrait) -> Result<String> {
             panel.line(canvas, &[x, x], &[panel.y.lo, panel.y.hi], pen);
         }
         for (i, arc) in data.arcs.iter().enumerate() {
-            draw_arc(canvas, &panel, arc, 5.0 + 5.5 * i as f64, pen(i));
+            draw_arc(canvas, &panel, arc, 5.0 + spacing * i as f64, pen(i));
         }
         for point in &data.points {
             let at = panel.at(point.at[0], point.at[1]);
@@ -141,17 +143,23 @@ fn draw_arc(canvas: &mut Canvas, panel: &Panel, arc: &Arc, off: f64, pen: Pen) {
         return;
     }
     let middle = panel.at(0.0, 0.0);
+    // Pixels from the start.
+    let mut length = vec![0.0; n];
+    for i in 1..n {
+        let (a, b) = (points[i - 1], points[i]);
+        length[i] = length[i - 1] + (b.0 - a.0).hypot(b.1 - a.1);
+    }
     let shifted: Vec<(f64, f64)> = (0..n)
         .map(|i| {
             let (a, b) = (points[i.saturating_sub(1)], points[(i + 1).min(n - 1)]);
             let (tx, ty) = (b.0 - a.0, b.1 - a.1);
-            let length = tx.hypot(ty).max(1e-9);
-            let (mut nx, mut ny) = (-ty / length, tx / length);
+            let speed = tx.hypot(ty).max(1e-9);
+            let (mut nx, mut ny) = (-ty / speed, tx / speed);
             if nx * (points[i].0 - middle.0) + ny * (points[i].1 - middle.1) < 0.0 {
                 (nx, ny) = (-nx, -ny);
             }
             // Straight up or down at the start, so that it stays on the vertical line of the clamp.
-            let turn = (i as f64 / (0.15 * n as f64)).min(1.0);
+            let turn = (length[i] / 60.0).min(1.0);
             let steep = off / ny.abs().max(0.35);
             (
                 points[i].0 + turn * off * nx,
