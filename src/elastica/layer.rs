@@ -42,9 +42,13 @@ const LONGEST: f64 = 1e15;
 
 /// Settles from the equilibrium `q` = (p, w), leaving it in the chart direction `leaving`.
 ///
-/// Above lam of about 20 the energy of a rod with a loop changes along its slide by less than
-/// rounding, and no computation in doubles can say where it goes: where the flow stalls, the rod is
-/// given the stable equilibrium of lowest energy.
+/// Which equilibrium is reached is settled on the first fold curve up to lam of about 14 (the same for
+/// step tolerances a hundred times apart). Rods with a loop beyond it lie within exp(-lam) of their mirror
+/// image's basin: the landing may be on either side. Above lam of about 20 the energy changes along the
+/// slide of the loop by less than rounding, and no computation in doubles can say where it goes: where the
+/// flow stalls, the rod is given the stable equilibrium of lowest energy. On a fold between two
+/// unstable sheets (the second curve and beyond) the rod has more than one way to leave, and the landing is
+/// one of several.
 ///
 /// # Errors
 /// A flow that does not come to rest with nothing stable to fall back on.
