@@ -5,7 +5,7 @@
 //! ```
 //! The error columns are the same on every run of one machine type; the times are its own.
 
-#[path = "../tests/support/elliptic.rs"]
+#[path = "../tests/suite/elliptic_data.rs"]
 mod support;
 
 use snaprod::math::jacobi::sn_cn_dn;

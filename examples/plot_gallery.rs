@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release --no-default-features --features png --example plot_gallery -- out
 
-#[path = "../tests/plot_data/mod.rs"]
+#[path = "../tests/suite/plot_data.rs"]
 mod plot_data;
 
 use plot_data::*;

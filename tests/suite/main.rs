@@ -1,5 +1,20 @@
 //! The integration tests, one binary.
+
 mod arrows;
+mod dynamics;
 mod elastica;
+mod elliptic;
+mod elliptic_data;
+#[cfg(feature = "cli")]
+mod figures;
 mod inversion;
+#[cfg(feature = "plot")]
+mod plot;
+#[cfg(feature = "plot")]
+mod plot_data;
+#[cfg(feature = "scene")]
+mod scene;
+#[cfg(feature = "scene")]
+mod scene_scales;
 mod support;
+mod truss;

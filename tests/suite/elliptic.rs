@@ -1,7 +1,5 @@
 //! The elliptic kernel against mpmath, against identities, and against every bit pattern.
 
-#[path = "support/elliptic.rs"]
-mod support;
 
 use proptest::prelude::*;
 use snaprod::math::DomainError;
@@ -29,9 +27,9 @@ fn bound(function: &str, region: &str) -> f64 {
 
 #[test]
 fn errors_against_mpmath_are_bounded_in_every_region() {
-    for ((function, region), rows) in &support::load() {
+    for ((function, region), rows) in &crate::elliptic_data::load() {
         for row in rows {
-            let got = support::ours(row)
+            let got = crate::elliptic_data::ours(row)
                 .unwrap_or_else(|fault| panic!("{function}, {region}, {:?}: {fault}", row.input));
             let error = row.error(got);
             assert!(
@@ -46,7 +44,7 @@ fn errors_against_mpmath_are_bounded_in_every_region() {
 
 #[test]
 fn an_error_of_sign_or_nan_is_infinite() {
-    let (_, rows) = &support::load()[0];
+    let (_, rows) = &crate::elliptic_data::load()[0];
     assert!(rows[0].error(f64::NAN).is_infinite());
     assert!(rows[0].error(-rows[0].value).is_infinite());
     assert!(rows[0].error(rows[0].value) < 0.51);

@@ -1,5 +1,4 @@
 //! Scenes: what is accepted, and what is refused and where.
-#![cfg(feature = "scene")]
 
 use proptest::prelude::*;
 use snaprod::scene::{Fault, FaultKind, Landing, Place, ReadError, Scene, Sheet, SheetName, Units};

@@ -1,9 +1,7 @@
 //! Figures: deterministic, well-formed, labelled; broken data give an error, never a panic.
-#![cfg(feature = "plot")]
 
-mod plot_data;
 
-use plot_data::*;
+use crate::plot_data::*;
 use snaprod::plot::*;
 use snaprod::{Error, Result};
 

@@ -1,5 +1,4 @@
 //! Scenes: the scaling between the user's units and the library's.
-#![cfg(feature = "scene")]
 
 use proptest::prelude::*;
 use snaprod::scene::{Place, Scales, Scene, Units};

@@ -1,5 +1,4 @@
 //! The committed figures are those that the program draws.
-#![cfg(feature = "cli")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
