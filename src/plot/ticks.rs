@@ -95,7 +95,8 @@ pub(crate) fn angles(lo: f64, hi: f64) -> Vec<Tick> {
         (lo / PI - 1e-9).ceil() as i64,
         (hi / PI + 1e-9).floor() as i64,
     );
-    if first >= last {
+    // Not for a small part of a turn, nor for very many (or a range without bounds).
+    if first >= last || hi - lo > 100.0 * PI || !(hi - lo).is_finite() {
         return linear(lo, hi, 5);
     }
     let step = (last - first) / 7 + 1;
