@@ -98,7 +98,9 @@ fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)
             track.push(branch.last);
         }
     }
-    (track.len() > 1).then_some((track, snaps))
+    // A run that got nowhere has nothing to draw.
+    let goes_on = track.first()?.phase.t < track.last()?.phase.t;
+    goes_on.then_some((track, snaps))
 }
 
 struct Figure<'a> {
