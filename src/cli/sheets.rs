@@ -52,7 +52,7 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
         }
     }
     if args.json {
-        print_json(&json!({ "out": args.out, "files": files }));
+        print_json(json!({ "out": args.out, "files": files }));
     } else {
         for file in files {
             print(&format!("{}\n", args.out.join(file).display()));
@@ -68,9 +68,8 @@ fn asked_modes(texts: &[String]) -> Result<Vec<u32>, Refusal> {
             Ok(mode) if MODES.contains(&mode) => modes.push(mode),
             _ => {
                 return Err(Refusal(format!(
-                    "--modes: {text:?} is no mode that is drawn; give some of {}, {}, ... {}, separated by commas",
+                    "--modes: {text:?} is no mode that is drawn; give whole numbers from {} to {}, separated by commas",
                     MODES.start(),
-                    MODES.start() + 1,
                     MODES.end()
                 )));
             }
