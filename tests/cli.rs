@@ -922,6 +922,25 @@ fn extremes_end_well() {
     assert_eq!(place.scene(&light).json(0)["snaps"], 1);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
+    let place = Place::new("full");
+    let full = fs::OpenOptions::new().write(true).open("/dev/full");
+    let mut command = place.command(&["folds"]);
+    let output = command.stdout(full.unwrap()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+
+    let mut command = place.command(&["folds"]);
+    let mut child = command
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_what_was_computed() {
