@@ -39,8 +39,8 @@ pub fn write(
     let figure = Figure {
         setup,
         units,
-        track: line.0,
-        snaps: line.1,
+        track: line.track,
+        snaps: line.snaps,
     };
     write_figure(
         out,
@@ -73,8 +73,14 @@ fn labels(scene: &Scene) -> plot::Units {
     }
 }
 
+/// A motion, branch after branch, and where and when it snaps.
+struct Line {
+    track: Vec<Sample<2>>,
+    snaps: Vec<(f64, [f64; 2])>,
+}
+
 /// The line of branches from the trunk to the last one that was run, with its snaps.
-fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)> {
+fn line_of(branches: &[Branch]) -> Option<Line> {
     let mut ids = vec![branches.last()?.id];
     while let Some(parent) = branches[*ids.last()?].parent {
         ids.push(parent);
@@ -100,7 +106,7 @@ fn line_of(branches: &[Branch]) -> Option<(Vec<Sample<2>>, Vec<(f64, [f64; 2])>)
     }
     // A run that got nowhere has nothing to draw.
     let goes_on = track.first()?.phase.t < track.last()?.phase.t;
-    goes_on.then_some((track, snaps))
+    goes_on.then_some(Line { track, snaps })
 }
 
 struct Figure<'a> {

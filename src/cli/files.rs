@@ -6,10 +6,15 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-/// Prints text; a reader that has gone away is no error.
+/// Prints text; a reader that has gone away is no error, a full disk ends the program.
 pub fn print(text: &str) {
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        && e.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        print_error(&format!("error: cannot write to standard output: {e}"));
+        std::process::exit(2);
+    }
 }
 
 /// A number in full precision, for tables: with an exponent where its digits would be many zeros, and
