@@ -3,49 +3,59 @@
 use super::files::{print, print_json};
 use super::{CheckArgs, Ending, Refusal};
 use serde_json::json;
-use snaprod::scene::{ReadError, Scene, Setup};
+use snaprod::scene::{Faults, ReadError, Scene, Setup};
 use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
 pub fn read(path: &Path) -> Result<Scene, Refusal> {
-    Scene::read(path).map_err(|e| Refusal(e.to_string()))
+    Scene::read(path).map_err(|e| match e {
+        ReadError::Scene { file, faults } => report(&file, &faults),
+        ReadError::File(e) => Refusal(e.to_string()),
+    })
+}
+
+fn report(file: &str, faults: &Faults) -> Refusal {
+    let count = match faults.as_slice().len() {
+        1 => "one fault".to_owned(),
+        n => format!("{n} faults"),
+    };
+    Refusal(format!("{count} in the scene\n{}", faults.in_file(file)))
+}
+
+/// A scene that cannot start.
+pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
+    Refusal(format!("{}: {e}", path.display()))
 }
 
 /// Reports every fault of the scene; a scene without faults is also set up, so that a start with no
 /// equilibrium is found here and not in the run.
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.display().to_string();
-    let faults = match Scene::read(&args.scene) {
-        Ok(scene) => match Setup::new(&scene) {
-            Ok(_) => {
+    match Scene::read(&args.scene) {
+        Ok(scene) => match Setup::new(&scene).and_then(|setup| setup.run().map(drop)) {
+            Ok(()) => {
                 if args.json {
-                    print_json(&json!({ "scene": file, "valid": true, "faults": [] }));
+                    print_json(json!({ "scene": file, "valid": true, "faults": [] }));
                 } else {
                     print(&format!("{file}: no faults\n"));
                 }
-                return Ok(Ending::Done);
+                Ok(Ending::Done)
             }
             Err(e) => {
                 if args.json {
                     print_json(
-                        &json!({ "scene": file, "valid": false, "faults": [], "start": e.to_string() }),
+                        json!({ "scene": file, "valid": false, "faults": [], "start": e.to_string() }),
                     );
                 }
-                return Err(Refusal(format!("{file}: {e}")));
+                Err(no_start(&args.scene, &e))
             }
         },
-        Err(ReadError::Scene { faults, .. }) => faults,
-        Err(e @ ReadError::File(_)) => return Err(Refusal(e.to_string())),
-    };
-    if args.json {
-        print_json(&json!({ "scene": file, "valid": false, "faults": faults }));
+        Err(ReadError::Scene { faults, .. }) => {
+            if args.json {
+                print_json(json!({ "scene": file, "valid": false, "faults": faults }));
+            }
+            Err(report(&file, &faults))
+        }
+        Err(ReadError::File(e)) => Err(Refusal(e.to_string())),
     }
-    Err(Refusal(format!(
-        "{} in the scene\n{}",
-        match faults.as_slice().len() {
-            1 => "one fault".to_owned(),
-            n => format!("{n} faults"),
-        },
-        faults.in_file(&file)
-    )))
 }

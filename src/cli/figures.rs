@@ -99,7 +99,9 @@ fn line_of(branches: &[Branch]) -> Option<Line> {
             track.push(branch.last);
         }
     }
-    (track.len() > 1).then_some(Line { track, snaps })
+    // A run that got nowhere has nothing to draw.
+    let goes_on = track.first()?.phase.t < track.last()?.phase.t;
+    goes_on.then_some(Line { track, snaps })
 }
 
 struct Figure<'a> {

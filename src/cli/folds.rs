@@ -1,6 +1,6 @@
 //! `snaprod folds`.
 
-use super::files::{print, print_json};
+use super::files::{exact, print, print_json};
 use super::{Ending, FoldsArgs, Refusal};
 use serde_json::{Value, json};
 use snaprod::elastica::{FoldPoint, fold_curve};
@@ -20,7 +20,7 @@ pub fn folds(args: &FoldsArgs) -> Result<Ending, Refusal> {
             .iter()
             .map(|half| json!({ "number": half[0].number, "points": rows(half).map(|r| r.json()).collect::<Vec<_>>() }))
             .collect();
-        print_json(&json!({ "folds": list }));
+        print_json(json!({ "folds": list }));
         return Ok(Ending::Done);
     }
     let mut text = "number,p,kappa,lam,x,y,alpha,elastic,cusp\n".to_owned();
@@ -49,15 +49,15 @@ impl Row<'_> {
     fn csv(&self) -> String {
         let (e, side) = (&self.point.equilibrium, self.side);
         format!(
-            "{},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{}\n",
+            "{},{},{},{},{},{},{},{},{}\n",
             self.point.number,
-            side * e.p,
-            side * e.kappa,
-            e.lambda,
-            e.x,
-            side * e.y,
-            side * e.alpha,
-            e.energy,
+            exact(side * e.p),
+            exact(side * e.kappa),
+            exact(e.lambda),
+            exact(e.x),
+            exact(side * e.y),
+            exact(side * e.alpha),
+            exact(e.energy),
             if self.point.cusp { "cusp" } else { "" }
         )
     }

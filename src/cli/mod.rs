@@ -32,8 +32,10 @@ enum Command {
     #[command(allow_negative_numbers = true)]
     Elastica(ElasticaArgs),
     /// Finds all equilibria with the end at a point.
+    #[command(allow_negative_numbers = true)]
     Equilibria(EquilibriaArgs),
     /// Prints the fold curves as CSV, cusps marked.
+    #[command(allow_negative_numbers = true)]
     Folds(FoldsArgs),
     /// Draws the solution sheets, the fold curves and the energies of stable equilibria.
     Sheets(SheetsArgs),
@@ -72,7 +74,7 @@ struct ElasticaArgs {
     #[arg(long, group = "modulus", requires = "lambda")]
     p: Option<f64>,
     /// Mode j of the sheet S_j^+-.
-    #[arg(long, requires_all = ["sign", "k", "beta"], required_unless_present = "lambda")]
+    #[arg(long, requires_all = ["sign", "k", "beta"])]
     mode: Option<u32>,
     /// Sign of the sheet, + or -.
     #[arg(long, requires = "mode", value_parser = ["+", "-"], allow_hyphen_values = true)]
@@ -96,7 +98,7 @@ struct EquilibriaArgs {
     /// End position x,y (length 1).
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_point)]
     at: [f64; 2],
-    /// Only equilibria with lambda below this.
+    /// Only equilibria with lambda below this, at most 60.
     #[arg(long, default_value_t = 14.0)]
     lambda_max: f64,
     /// Print one JSON object.
@@ -192,7 +194,7 @@ pub fn main() -> ExitCode {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::Short) => ExitCode::from(1),
         Err(Refusal(why)) => {
-            eprintln!("error: {why}");
+            files::print_error(&format!("error: {why}"));
             ExitCode::from(2)
         }
     }

@@ -1,6 +1,6 @@
 //! `snaprod elastica` and `snaprod equilibria`.
 
-use super::files::{print, print_json};
+use super::files::{number, print, print_json};
 use super::{ElasticaArgs, Ending, EquilibriaArgs, Refusal};
 use serde_json::{Value, json};
 use snaprod::elastica::{Elastica, Equilibrium, Found, Section, equilibria_at, fold_distance};
@@ -31,7 +31,7 @@ pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
             "sections": sections.iter().map(section_json).collect::<Vec<_>>(),
         });
         merge(&mut object, more);
-        print_json(&object);
+        print_json(object);
         return Ok(Ending::Done);
     }
     let mut text = String::new();
@@ -47,21 +47,26 @@ pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
             e.sheet.sign.as_str()
         ),
     );
-    line("lambda", e.lambda.to_string());
+    line("lambda", number(e.lambda));
     line(
         "kappa",
-        format!("{}   (p = {}, kappa' = {:e})", e.kappa, e.p, e.kappa_c),
+        format!(
+            "{}   (p = {}, kappa' = {})",
+            number(e.kappa),
+            number(e.p),
+            number(e.kappa_c)
+        ),
     );
-    line("w", e.w.to_string());
-    line("k, beta", format!("{}, {}", e.k, e.beta));
-    line("alpha", e.alpha.to_string());
-    line("theta(1)", e.theta1.to_string());
+    line("w", number(e.w));
+    line("k, beta", pair(e.k, e.beta));
+    line("alpha", number(e.alpha));
+    line("theta(1)", number(e.theta1));
     line(
         "x, y",
-        format!("{}, {}   (1 - x = {:e})", e.x, e.y, e.one_minus_x),
+        format!("{}   (1 - x = {})", pair(e.x, e.y), number(e.one_minus_x)),
     );
-    line("energy", e.energy.to_string());
-    line("force on mass", format!("{}, {}", e.force[0], e.force[1]));
+    line("energy", number(e.energy));
+    line("force on mass", pair(e.force[0], e.force[1]));
     line(
         "index",
         format!(
@@ -71,19 +76,26 @@ pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
     );
     line(
         "fold distance",
-        format!("{distance} in lambda, to the first fold at this kappa"),
+        format!(
+            "{} in lambda, to the first fold at this kappa",
+            number(distance)
+        ),
     );
     if !sections.is_empty() {
         line("s", "theta, theta', x, y".to_owned());
         for s in &sections {
             line(
-                &s.s.to_string(),
-                format!("{}, {}, {}, {}", s.theta, s.curvature, s.x, s.y),
+                &number(s.s),
+                format!("{}, {}", pair(s.theta, s.curvature), pair(s.x, s.y)),
             );
         }
     }
     print(&text);
     Ok(Ending::Done)
+}
+
+fn pair(a: f64, b: f64) -> String {
+    format!("{}, {}", number(a), number(b))
 }
 
 fn asked(args: &ElasticaArgs) -> Result<Equilibrium, Refusal> {
@@ -146,7 +158,7 @@ pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
         let note = "the rod is straight, under any load along itself: the force is not determined by the position";
         if args.json {
             print_json(
-                &json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": [], "note": note }),
+                json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": [], "note": note }),
             );
         } else {
             print(&format!("at (1, 0) {note}\n"));
@@ -156,19 +168,22 @@ pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
     let found = equilibria_at(x, y, args.lambda_max)?;
     if args.json {
         let list: Vec<Value> = found.iter().map(found_json).collect();
-        print_json(&json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": list }));
+        print_json(json!({ "at": args.at, "lambda_max": args.lambda_max, "equilibria": list }));
         return Ok(Ending::Done);
     }
     let mut text = format!(
-        "{} with the end at ({x}, {y}) and lambda < {}\n",
+        "{} with the end at ({}) and lambda < {}\n",
         match found.len() {
             0 => "no equilibrium".to_owned(),
             1 => "one equilibrium".to_owned(),
             n => format!("{n} equilibria"),
         },
-        args.lambda_max
+        pair(x, y),
+        number(args.lambda_max)
     );
-    if !found.is_empty() {
+    if found.is_empty() {
+        text.push_str("a rod that is nearly taut needs more: try --lambda-max 60, or elastica with --lambda and --p\n");
+    } else {
         let _ = writeln!(
             text,
             "{:>6} {:>14} {:>14} {:>12} {:>12} {:>14} {:>5}",

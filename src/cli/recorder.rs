@@ -1,5 +1,6 @@
 //! Watches a run: writes the table, keeps what the figures need, shows progress, heeds Ctrl-C.
 
+use super::files::number;
 use super::run::trajectory_name;
 use super::table::Trajectory;
 use super::{Refusal, RunArgs};
@@ -19,7 +20,12 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Makes Ctrl-C end the run with what it has.
 pub fn watch_interrupts() {
     // Without a handler Ctrl-C ends the program as usual: no reason to refuse the run.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(|| {
+        // The second one does not wait for the step, or the figures, to be done.
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(1);
+        }
+    });
 }
 
 /// What is kept of one branch.
@@ -37,7 +43,7 @@ pub struct Branch {
     pub last: Sample<2>,
     /// How it ended.
     pub outcome: Outcome<2>,
-    /// Its cost, with that of its ancestors.
+    /// Its cost.
     pub work: Work,
     /// Its own snaps.
     pub snaps: Vec<Snap<2>>,
@@ -45,6 +51,8 @@ pub struct Branch {
     pub track: Vec<Sample<2>>,
     /// Largest term of the ledger.
     pub largest: f64,
+    /// Largest change of the ledger's total since the start of the trunk, over all samples and snaps.
+    pub error: f64,
 }
 
 impl Branch {
@@ -60,14 +68,9 @@ impl Branch {
             work: Work::default(),
             snaps: Vec::new(),
             track: Vec::new(),
-            largest: first.ledger.largest(),
+            largest: 0.0,
+            error: 0.0,
         }
-    }
-
-    /// The ledgers that were seen.
-    pub fn ledgers(&self) -> impl Iterator<Item = Ledger> + '_ {
-        let track = self.track.iter().map(|s| s.ledger);
-        track.chain([self.first.ledger, self.last.ledger])
     }
 }
 
@@ -79,22 +82,26 @@ pub struct Recorder {
     table: Option<Trajectory>,
     bar: Option<ProgressBar>,
     shown: Instant,
+    duration: f64,
     time_scale: f64,
+    total: f64,
     snaps: Vec<Snap<2>>,
     track: Vec<Sample<2>>,
     stride: usize,
     seen: usize,
     largest: f64,
+    error: f64,
 }
 
 impl Recorder {
-    /// A recorder that writes to `out`, if anywhere.
+    /// A recorder that writes to `out`, if anywhere; `total` is what the ledger should keep.
     pub fn new(
         args: &RunArgs,
         scene: &Scene,
         scales: Scales,
         out: Option<&Path>,
         id: usize,
+        total: f64,
     ) -> Result<Self, Refusal> {
         let table = match out {
             Some(out) => Some(Trajectory::create(&out.join(trajectory_name(id)), scales)?),
@@ -105,23 +112,28 @@ impl Recorder {
                 .unwrap_or_else(|_| ProgressStyle::default_bar());
             ProgressBar::new(10_000)
                 .with_style(style)
-                .with_prefix(scene.run.duration.to_string())
+                .with_prefix(number(scene.run.duration))
         });
         Ok(Self {
             table,
             bar,
             shown: Instant::now(),
+            duration: scene.run.duration,
             time_scale: scales.time,
+            total,
             snaps: Vec::new(),
             track: Vec::new(),
             stride: 1,
             seen: 0,
             largest: 0.0,
+            error: 0.0,
         })
     }
 
     /// Closes the table and hands over what was kept.
-    pub fn finish(self, branch: Branch) -> Result<Branch, Refusal> {
+    pub fn finish(mut self, branch: Branch) -> Result<Branch, Refusal> {
+        self.audit(&branch.first.ledger);
+        self.audit(&branch.last.ledger);
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
@@ -131,13 +143,19 @@ impl Recorder {
         Ok(Branch {
             snaps: self.snaps,
             track: self.track,
-            largest: self.largest.max(branch.largest),
+            largest: self.largest,
+            error: self.error,
             ..branch
         })
     }
 
+    /// Every state that is seen is audited, though not every one is kept.
+    fn audit(&mut self, ledger: &Ledger) {
+        self.largest = self.largest.max(ledger.largest());
+        self.error = self.error.max((ledger.total() - self.total).abs());
+    }
+
     fn keep(&mut self, sample: &Sample<2>) {
-        self.largest = self.largest.max(sample.ledger.largest());
         self.track.push(*sample);
         if self.track.len() > KEPT {
             let mut odd = false;
@@ -157,6 +175,7 @@ impl Observer<2> for Recorder {
                 .row(sample)
                 .map_err(|e| snaprod::Error::io(format!("cannot write trajectory.csv: {e}")))?;
         }
+        self.audit(&sample.ledger);
         if self.seen.is_multiple_of(self.stride) {
             self.keep(sample);
         }
@@ -171,6 +190,8 @@ impl Observer<2> for Recorder {
         after: &Sample<2>,
     ) -> snaprod::Result<()> {
         self.snaps.push(*snap);
+        self.audit(&before.ledger);
+        self.audit(&after.ledger);
         self.keep(before);
         self.keep(after);
         Ok(())
@@ -181,9 +202,8 @@ impl Observer<2> for Recorder {
             && self.shown.elapsed() > Duration::from_millis(100)
         {
             self.shown = Instant::now();
-            let total: f64 = bar.prefix().parse().unwrap_or(f64::INFINITY);
             let now = time * self.time_scale;
-            bar.set_position((1e4 * now / total) as u64);
+            bar.set_position((1e4 * (now / self.duration)) as u64);
             bar.set_message(format!("{now:.4}"));
         }
         !INTERRUPTED.load(Ordering::Relaxed)

@@ -1,10 +1,13 @@
 //! `snaprod run SCENE`: drives the run, writes trajectory.csv, events.json, summary.json and figures.
 
-use super::files::{check_png, make_directory, print, print_json, write_whole};
+use super::files::{
+    check_png, json_text, make_directory, number, print, print_error, print_json, rounded,
+    write_whole,
+};
 use super::recorder::{Branch, Recorder, watch_interrupts};
 use super::{Ending, Refusal, RunArgs, check, figures};
 use serde_json::{Value, json};
-use snaprod::dynamics::{Ledger, Outcome, Run, Sample, Snap, SnapEnd, drive};
+use snaprod::dynamics::{Outcome, Run, Sample, Snap, SnapEnd, drive};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::scene::{Scales, Scene, Setup};
 use snaprod::solve::dop853::Work;
@@ -14,8 +17,9 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     check_png(args.png)?;
     let scene = check::read(&args.scene)?;
-    let setup = Setup::new(&scene)?;
-    let root = setup.run()?;
+    let no_start = |e| check::no_start(&args.scene, &e);
+    let setup = Setup::new(&scene).map_err(no_start)?;
+    let root = setup.run().map_err(no_start)?;
     let out = directory(args);
     if let Some(out) = &out {
         make_directory(out)?;
@@ -25,10 +29,10 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let summary = tree.summary(&scene, &setup);
     if let Some(out) = &out {
         let events = Value::Array(tree.events(&setup.scales));
-        write_whole(&out.join("events.json"), format!("{events:#}\n").as_bytes())?;
+        write_whole(&out.join("events.json"), json_text(events).as_bytes())?;
         write_whole(
             &out.join("summary.json"),
-            format!("{summary:#}\n").as_bytes(),
+            json_text(summary.clone()).as_bytes(),
         )?;
         figures::write(out, &scene, &setup, &tree.branches, args.png)?;
     }
@@ -38,18 +42,18 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
             &mut object,
             json!({ "events": tree.events(&setup.scales), "out": out }),
         );
-        print_json(&object);
+        print_json(object);
     } else if !args.quiet {
         print(&tree.text(&scene, &setup, out.as_deref()));
     }
-    let short = tree.outcome();
+    let short = tree.reason(&scene, &setup);
     if short.is_none() {
         return Ok(Ending::Done);
     }
     if let Some(why) = short
         && !args.json
     {
-        eprintln!("the run ended short: {why}");
+        print_error(&format!("the run ended short: {why}"));
     }
     Ok(Ending::Short)
 }
@@ -78,6 +82,7 @@ impl Tree {
         root: Run<'_, Elastica, 2>,
         out: Option<&Path>,
     ) -> Result<Self, Refusal> {
+        let total = root.now().ledger.total();
         let mut waiting = std::collections::VecDeque::from([(None, None, root)]);
         let mut tree = Self {
             branches: Vec::new(),
@@ -86,7 +91,7 @@ impl Tree {
         while let Some((parent, entered, mut run)) = waiting.pop_front() {
             let id = tree.branches.len();
             let first = run.now();
-            let mut recorder = Recorder::new(args, scene, setup.scales, out, id)?;
+            let mut recorder = Recorder::new(args, scene, setup.scales, out, id, total)?;
             let outcome = drive(&mut run, scene.run.samples, &mut recorder)?;
             if let Outcome::Branched(snaps) = &outcome {
                 for snap in snaps {
@@ -113,17 +118,17 @@ impl Tree {
     }
 
     /// Why it fell short, if it did.
-    fn outcome(&self) -> Option<String> {
+    fn reason(&self, scene: &Scene, setup: &Setup) -> Option<String> {
         if self.cut > 0 {
             return Some(format!(
-                "{} branches were not followed: the bound branches was reached; raise it in [run]",
-                self.cut
+                "{} branches were not followed: the bound branches = {} was reached; raise it in [run]",
+                self.cut, scene.run.branches
             ));
         }
         self.branches
             .iter()
-            .find(|b| !matches!(b.outcome, Outcome::EndOfTime | Outcome::Branched(_)))
-            .map(|b| format!("at t = {}: {}", b.last.phase.t, b.outcome))
+            .find(|b| !is_complete(&b.outcome))
+            .map(|b| why_short(b, scene, setup))
     }
 
     fn events(&self, scales: &Scales) -> Vec<Value> {
@@ -151,9 +156,9 @@ impl Tree {
         let worst = self
             .branches
             .iter()
-            .map(|b| energy_error(b, &root.first.ledger))
+            .map(energy_error)
             .fold((0.0f64, 0.0f64), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-        let short = self.outcome();
+        let short = self.reason(scene, setup);
         let mut summary = json!({
             "outcome": if short.is_none() { "end_of_time" } else { self.short_key() },
             "complete": short.is_none(),
@@ -201,9 +206,8 @@ impl Tree {
         }
         self.branches
             .iter()
-            .map(|b| b.outcome.key())
-            .find(|key| !matches!(*key, "end_of_time" | "branched"))
-            .unwrap_or("end_of_time")
+            .find(|b| !is_complete(&b.outcome))
+            .map_or("end_of_time", |b| b.outcome.key())
     }
 
     fn text(&self, scene: &Scene, setup: &Setup, out: Option<&Path>) -> String {
@@ -213,13 +217,6 @@ impl Tree {
         if root.first.index > 0 {
             lines.push(format!("note: {}", unstable_start(root.first.index)));
         }
-        let unit = |name: &str| {
-            if name.is_empty() {
-                String::new()
-            } else {
-                format!(" {name}")
-            }
-        };
         let u = scene.units;
         for branch in &self.branches {
             if self.branches.len() > 1 {
@@ -229,35 +226,47 @@ impl Tree {
                 });
             }
             const SHOWN: usize = 20;
-            for snap in branch.entered.iter().chain(&branch.snaps).take(SHOWN) {
+            let snaps: Vec<&Snap<2>> = branch.entered.iter().chain(&branch.snaps).collect();
+            for snap in snaps.iter().take(SHOWN) {
                 lines.push(format!(
-                    "snap at t = {:.12}{}: {} -> {}, released {:.9}{}",
-                    snap.t * k.time,
+                    "snap at t = {}{}: {} -> {}, released {}{}{}",
+                    rounded(snap.t * k.time, 12),
                     unit(u.time()),
                     snap.from.sheet,
                     snap.to.sheet,
-                    snap.released * k.energy,
-                    unit(u.energy())
+                    rounded(snap.released * k.energy, 9),
+                    unit(u.energy()),
+                    // Rules other than "viscous" choose from all that is stable, whatever its energy.
+                    if snap.released < 0.0 {
+                        " (the landing lies higher: a rod left to itself does not get there)"
+                    } else {
+                        ""
+                    }
                 ));
             }
-            if branch.snaps.len() > SHOWN {
-                lines.push(format!("... and {} more snaps", branch.snaps.len() - SHOWN));
+            if snaps.len() > SHOWN {
+                lines.push(format!("... and {} more snaps", snaps.len() - SHOWN));
             }
             let end = &branch.last;
             lines.push(format!(
-                "t = {}{}: {}; r = ({:.12}, {:.12}){}, v = ({:.12}, {:.12}){}, {}",
-                end.phase.t * k.time,
+                "t = {}{}: {}; r = ({}, {}){}, v = ({}, {}){}, {}",
+                number(end.phase.t * k.time),
                 unit(u.time()),
-                branch.outcome,
-                end.pose[0] * k.length,
-                end.pose[1] * k.length,
+                if is_complete(&branch.outcome) {
+                    branch.outcome.to_string()
+                } else {
+                    // The reason follows on the error stream.
+                    format!("ended short ({})", branch.outcome.key())
+                },
+                rounded(end.pose[0] * k.length, 12),
+                rounded(end.pose[1] * k.length, 12),
                 unit(u.length()),
-                end.phase.v[0] * k.velocity,
-                end.phase.v[1] * k.velocity,
+                rounded(end.phase.v[0] * k.velocity, 12),
+                rounded(end.phase.v[1] * k.velocity, 12),
                 unit(u.velocity()),
                 end.sheet
             ));
-            let (absolute, relative) = energy_error(branch, &root.first.ledger);
+            let (absolute, relative) = energy_error(branch);
             lines.push(format!(
                 "energy ledger closes to {:.1e}{} ({relative:.1e} of its largest term); {} steps, {} right-hand sides",
                 absolute * k.energy,
@@ -279,17 +288,48 @@ fn unstable_start(index: usize) -> String {
     )
 }
 
-/// Largest deviation of the ledger's total seen at samples and snaps: absolute, and relative to the
-/// ledger's largest term.
-fn energy_error(branch: &Branch, first: &Ledger) -> (f64, f64) {
-    let total = first.total();
-    branch
-        .ledgers()
-        .fold((0.0, 0.0), |(absolute, relative), ledger| {
-            let error = (ledger.total() - total).abs();
-            let size = branch.largest.max(ledger.largest()).max(f64::MIN_POSITIVE);
-            (f64::max(absolute, error), f64::max(relative, error / size))
-        })
+/// The symbol of a unit, behind a number.
+fn unit(symbol: &str) -> String {
+    if symbol.is_empty() {
+        String::new()
+    } else {
+        format!(" {symbol}")
+    }
+}
+
+fn is_complete(outcome: &Outcome<2>) -> bool {
+    matches!(outcome, Outcome::EndOfTime | Outcome::Branched(_))
+}
+
+/// Why a branch ended before its time, in the scene's units.
+fn why_short(branch: &Branch, scene: &Scene, setup: &Setup) -> String {
+    let k = &setup.scales;
+    let why = match &branch.outcome {
+        Outcome::StepLimit => format!(
+            "the bound max_steps = {} was reached; raise it in [run]",
+            scene.run.max_steps
+        ),
+        Outcome::SnapLimit => format!(
+            "the bound max_snaps = {} was reached; raise it in [run]",
+            scene.run.max_snaps
+        ),
+        // The library's text has its own units, and says when and where by itself.
+        Outcome::Stuck(why) if k.length == 1.0 && k.time == 1.0 => return why.clone(),
+        Outcome::Stuck(why) => {
+            format!("in units of the rod, in which L = EI = m = 1: {why}")
+        }
+        outcome => outcome.to_string(),
+    };
+    let t = branch.last.phase.t * k.time;
+    format!("at t = {}{}: {why}", number(t), unit(scene.units.time()))
+}
+
+/// Largest change of the ledger's total: absolute, and relative to the ledger's largest term.
+fn energy_error(branch: &Branch) -> (f64, f64) {
+    (
+        branch.error,
+        branch.error / branch.largest.max(f64::MIN_POSITIVE),
+    )
 }
 
 /// The file of a branch's trajectory.

@@ -52,7 +52,7 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
         }
     }
     if args.json {
-        print_json(&json!({ "out": args.out, "files": files }));
+        print_json(json!({ "out": args.out, "files": files }));
     } else {
         for file in files {
             print(&format!("{}\n", args.out.join(file).display()));

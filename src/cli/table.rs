@@ -1,6 +1,7 @@
 //! trajectory.csv.
 
 use super::Refusal;
+use super::files::exact;
 use snaprod::dynamics::Sample;
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::scene::Scales;
@@ -51,27 +52,26 @@ impl Trajectory {
         let phase = &sample.phase;
         let ledger = &sample.ledger;
         let (p, w) = (phase.q[0], phase.q[1]);
-        let number = |x: f64| format!("{x:?}");
         self.writer.write_record([
-            number(phase.t * k.time),
-            number(sample.pose[0] * k.length),
-            number(sample.pose[1] * k.length),
-            number(phase.v[0] * k.velocity),
-            number(phase.v[1] * k.velocity),
-            number(ChartPoint::new(p, w).integrals.lam),
-            number(p),
-            number(w),
+            exact(phase.t * k.time),
+            exact(sample.pose[0] * k.length),
+            exact(sample.pose[1] * k.length),
+            exact(phase.v[0] * k.velocity),
+            exact(phase.v[1] * k.velocity),
+            exact(ChartPoint::new(p, w).integrals.lam),
+            exact(p),
+            exact(w),
             sample.sheet.mode.to_string(),
             sample.sheet.sign.as_str().to_owned(),
             sample.index.to_string(),
-            number(sample.force[0] * k.force),
-            number(sample.force[1] * k.force),
-            number(ledger.kinetic * k.energy),
-            number(ledger.elastic * k.energy),
-            number(ledger.potential * k.energy),
-            number(ledger.dissipated * k.energy),
-            number(ledger.work * k.energy),
-            number(ledger.total() * k.energy),
+            exact(sample.force[0] * k.force),
+            exact(sample.force[1] * k.force),
+            exact(ledger.kinetic * k.energy),
+            exact(ledger.elastic * k.energy),
+            exact(ledger.potential * k.energy),
+            exact(ledger.dissipated * k.energy),
+            exact(ledger.work * k.energy),
+            exact(ledger.total() * k.energy),
         ])
     }
 

@@ -43,14 +43,15 @@ pub fn drive<M: EquilibriumManifold<N>, const N: usize>(
         }
     };
     // A branch starts in the middle: the samples before it belong to its parent.
+    let given = run.given();
     let mut next = (0..=last)
-        .find(|&k| time_of(k) >= run.time())
+        .find(|&k| time_of(k) >= given.phase.t)
         .unwrap_or(last);
-    let mut before = run.now();
-    if time_of(next) == run.time() {
-        observer.sample(&before)?;
+    if time_of(next) == given.phase.t {
+        observer.sample(&given)?;
         next += 1;
     }
+    let mut before = run.now();
     // `before` is kept only where a snap follows.
     while let Some(event) = run.next() {
         match event {

@@ -146,7 +146,8 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
         self.dense = None;
         // No use in running far past the end: t' only changes smoothly.
         let remaining = end - self.phase().t;
-        let mut h_max = 4.0 * remaining / self.solver.slope().t.max(1e-3);
+        // The floor is for starts on a fold, where t' = 0; taut rods have t' near 1e-6.
+        let mut h_max = 4.0 * remaining / self.solver.slope().t.max(1e-12);
         let mut work = Work::default();
         let (step, fold) = loop {
             let mut step = self.solver.step(f, h_max).ok()?;

@@ -167,6 +167,8 @@ pub struct Run<'a, M, const N: usize> {
     pending: Option<f64>,
     stopped: bool,
     interrupted: bool,
+    /// The state it was asked to start from.
+    given: Phase<N>,
     /// Steps and time when the pace was last judged.
     milestone: (u64, f64),
 }
@@ -208,6 +210,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
                 phase.v.as_slice()
             )));
         }
+        let given = phase;
         let departure = depart(manifold, body, &phase)?;
         let (phase, orientation, index, pending) = match departure {
             Departure::Regular { orientation } => {
@@ -234,6 +237,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
             pending,
             stopped: false,
             interrupted: false,
+            given,
             milestone: (0, phase.t),
         })
     }
@@ -266,6 +270,12 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
     pub fn sample(&mut self, t: f64) -> Option<Sample<N>> {
         let phase = self.motion.at(t)?;
         Some(self.describe(phase))
+    }
+
+    /// The state that the run was given, which may lie a first small step before its motion: see
+    /// [`Run::new`] on starts at folds.
+    pub fn given(&self) -> Sample<N> {
+        self.describe(self.given)
     }
 
     /// Time now.
@@ -332,9 +342,9 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
         }
         let here = self.now();
         Some(format!(
-            "at t = {time}, pose {:?}, the last {} steps advanced time by {:.2e}: the end would take {needed:.1e} more steps, beyond max_steps = {}; \
-             the mass is settling where the model's frequencies grow without bound (for the elastica: on the straight rod at (1, 0)); \
-             add a load that keeps the rod bent, end earlier, or raise max_steps",
+            "at t = {time:?}, pose {:?}, the last {} steps advanced time by {:.2e}: the end would take {needed:.1e} more steps, beyond max_steps = {}; \
+             the motion's own time has become too short for the time asked, as under enormous loads or for a mass that settles on the straight rod at (1, 0); \
+             change the loads, end earlier, or raise max_steps",
             here.pose.as_slice(),
             steps - before,
             time - since,
@@ -432,7 +442,8 @@ impl<M: EquilibriumManifold<N>, const N: usize> Iterator for Run<'_, M, N> {
         if steps >= self.options.max_steps {
             return Some(self.stop(Outcome::StepLimit));
         }
-        if steps >= self.milestone.0 + STRETCH
+        if self.options.max_steps > 20 * STRETCH
+            && steps >= self.milestone.0 + STRETCH
             && let Some(why) = self.hopeless(steps)
         {
             return Some(self.stop(Outcome::Stuck(why)));

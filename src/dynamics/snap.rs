@@ -14,7 +14,8 @@ pub enum LandingRule {
     Lowest,
     /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
     Named(Sheet),
-    /// On every stable equilibrium: the run branches.
+    /// On every stable equilibrium: the run branches. Like `Named` it asks nothing of energies: a landing
+    /// above the fold has a negative `released`, which no layer could bring about.
     All,
 }
 

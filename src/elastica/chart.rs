@@ -299,7 +299,7 @@ pub fn amplitude(p: f64, lam: f64) -> Result<f64> {
 fn circle_at_load(p: f64, lam: f64) -> Result<(f64, f64, f64)> {
     if !(0.0 < lam && lam < 1e9) {
         return Err(Error::domain(format!(
-            "lambda = {lam} must lie in (0, 1e9): lambda^2 is the pull on the mass in units of EI/L^2"
+            "lambda = {lam:?} must lie in (0, 1e9): lambda^2 is the pull on the mass in units of EI/L^2"
         )));
     }
     if !p.is_finite() {

@@ -138,7 +138,12 @@ impl Equilibrium {
                 "kappa = {kappa} must lie in (-1, 1); closer to 1 than doubles go, give p (kappa = tanh p) instead"
             )));
         }
-        Self::from_lambda_p(lambda, kappa.atanh())
+        // kappa as it was given, not as it comes back from p.
+        Ok(Self {
+            kappa,
+            k: kappa.abs(),
+            ..Self::from_lambda_p(lambda, kappa.atanh())?
+        })
     }
 
     /// The same with p, kappa = tanh p: for taut and looped rods, where 1 - |kappa| is tiny.

@@ -3,8 +3,9 @@
 use super::{Landing, Place, Scales, Scene, Sheet, SheetName};
 use crate::body::{Body, TimeForce};
 use crate::dynamics::{LandingRule, Run, RunOptions};
-use crate::elastica::{Elastica, Equilibrium, Found, equilibria_at};
+use crate::elastica::{Elastica, Equilibrium, equilibria_at};
 use crate::error::{Error, Result};
+use crate::manifold::EquilibriumManifold;
 use nalgebra::Vector2;
 
 /// A scene made ready to run: length, stiffness and mass are 1.
@@ -22,8 +23,12 @@ pub struct Setup {
     pub scales: Scales,
 }
 
-/// Loads up to which the equilibria of a start position are searched.
-const START_LAMBDA: f64 = 20.0;
+/// Loads up to which every equilibrium of a start position is found: those of a sheet that is named,
+/// and the stable ones. Beyond, only the stable ones are few, and found whatever their load.
+const NAMED_LAMBDA: f64 = 60.0;
+const STABLE_LAMBDA: f64 = 14.0;
+/// Equilibria listed in a message.
+const LISTED: usize = 8;
 
 impl Setup {
     /// Finds the start and scales everything.
@@ -55,7 +60,7 @@ impl Setup {
         options.max_snaps = scene.run.max_snaps as u64;
         Ok(Self {
             body,
-            start: start(&plain.place)?,
+            start: start(scene, &plain.place)?,
             velocity: plain.velocity.into(),
             options,
             scales: Scales::of(scene),
@@ -72,79 +77,137 @@ impl Setup {
     }
 }
 
-fn start(place: &Place) -> Result<Equilibrium> {
+fn start(scene: &Scene, place: &Place) -> Result<Equilibrium> {
     match place {
         Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa),
         Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p),
-        Place::Position { position, sheet } => at_position(*position, sheet),
+        Place::Position { position, sheet } => at_position(scene, *position, sheet),
     }
     .map_err(|e| e.context("[start]"))
 }
 
-fn at_position([x, y]: [f64; 2], sheet: &Sheet) -> Result<Equilibrium> {
-    let wanted: Vec<Found> = match sheet {
-        Sheet::Named(name) => equilibria_at(x, y, START_LAMBDA)?
-            .into_iter()
-            .filter(|f| f.equilibrium.sheet == name.sheet)
-            .collect(),
-        Sheet::Stable | Sheet::Lowest => equilibria_at(x, y, START_LAMBDA)?
-            .into_iter()
-            .filter(Found::stable)
-            .collect(),
+/// An equilibrium at the start position.
+struct Candidate {
+    equilibrium: Equilibrium,
+    index: usize,
+    /// Stable, and not two in one on a fold.
+    stable: bool,
+}
+
+/// All equilibria with lambda below `bound`, and the stable ones above it, by rising lambda.
+fn candidates([x, y]: [f64; 2], bound: f64) -> Result<Vec<Candidate>> {
+    let mut found: Vec<Candidate> = equilibria_at(x, y, bound)?
+        .iter()
+        .map(|f| Candidate {
+            equilibrium: f.equilibrium,
+            index: f.index,
+            stable: f.stable(),
+        })
+        .collect();
+    for q in Elastica.stable_at(&Vector2::new(x, y))? {
+        let equilibrium = Equilibrium::new(q[0], q[1])?;
+        if equilibrium.lambda >= bound {
+            found.push(Candidate {
+                equilibrium,
+                index: 0,
+                stable: true,
+            });
+        }
+    }
+    found.sort_by(|a, b| a.equilibrium.lambda.total_cmp(&b.equilibrium.lambda));
+    Ok(found)
+}
+
+fn at_position(scene: &Scene, position: [f64; 2], sheet: &Sheet) -> Result<Equilibrium> {
+    let wanted = match sheet {
+        Sheet::Named(name) => {
+            let mut found = candidates(position, NAMED_LAMBDA)?;
+            found.retain(|c| c.equilibrium.sheet == name.sheet);
+            found
+        }
+        Sheet::Stable | Sheet::Lowest => {
+            let mut found = candidates(position, STABLE_LAMBDA)?;
+            found.retain(|c| c.stable);
+            found
+        }
     };
-    let lowest = |a: &&Found, b: &&Found| a.equilibrium.energy.total_cmp(&b.equilibrium.energy);
+    let by = |measure: &dyn Fn(&Equilibrium) -> f64| {
+        let order = |a: &&Candidate, b: &&Candidate| {
+            measure(&a.equilibrium).total_cmp(&measure(&b.equilibrium))
+        };
+        wanted.iter().min_by(order)
+    };
+    let asked = asked(scene);
     let chosen = match (sheet, wanted.as_slice()) {
         (_, []) => None,
         (_, [one]) => Some(one),
-        (Sheet::Lowest, many) => many.iter().min_by(lowest),
+        (Sheet::Lowest, _) => by(&|e| e.energy),
         (
             Sheet::Named(SheetName {
                 near: Some(near), ..
             }),
-            many,
-        ) => many.iter().min_by(|a, b| {
-            let distance = |f: &Found| (f.equilibrium.lambda - near).abs();
-            distance(a).total_cmp(&distance(b))
-        }),
+            _,
+        ) => by(&|e| (e.lambda - near).abs()),
         (Sheet::Stable, many) => {
             return Err(Error::ambiguous(format!(
-                "position = [{x}, {y}] (in units of the length) is shared by {} stable equilibria: {}; \
+                "{asked} is shared by {} stable equilibria: {}; \
                  write sheet = \"lowest\", or name one: sheet = {{ mode = .., sign = \"..\" }}",
                 many.len(),
-                list(many)
+                list(scene, many)
             )));
         }
         (Sheet::Named(_), many) => {
             return Err(Error::ambiguous(format!(
-                "position = [{x}, {y}] (in units of the length) is shared by {} equilibria of that name: {}; \
-                 add near = LAMBDA to choose one",
+                "{asked} is shared by {} equilibria of that name: {}; add near = LAMBDA to choose one",
                 many.len(),
-                list(many)
+                list(scene, many)
             )));
         }
     };
-    chosen.map(|f| f.equilibrium).ok_or_else(|| {
-        let all = equilibria_at(x, y, START_LAMBDA).unwrap_or_default();
-        Error::unreachable(format!(
-            "no equilibrium at position = [{x}, {y}] (in units of the length) is as [start] sheet asks; there are, with lambda < {START_LAMBDA}: {}",
-            if all.is_empty() { "none (a taut rod: give lambda and p instead)".to_owned() } else { list(&all) }
-        ))
-    })
+    match chosen {
+        Some(chosen) => Ok(chosen.equilibrium),
+        None => {
+            let all = candidates(position, NAMED_LAMBDA)?;
+            Err(Error::unreachable(format!(
+                "no equilibrium at {asked} is as [start] sheet asks; there are, with lambda < {NAMED_LAMBDA}: {}",
+                list(scene, &all)
+            )))
+        }
+    }
 }
 
-/// One line that names equilibria.
-fn list(found: &[Found]) -> String {
-    let one = |f: &Found| {
-        let e = &f.equilibrium;
+/// The position as the scene has it.
+fn asked(scene: &Scene) -> String {
+    let Place::Position { position, .. } = &scene.start.place else {
+        return String::new();
+    };
+    let unit = scene.units.length();
+    let space = if unit.is_empty() { "" } else { " " };
+    format!("position = {position:?}{space}{unit}")
+}
+
+/// One line that names equilibria, their energies in the scene's units.
+fn list(scene: &Scene, found: &[Candidate]) -> String {
+    let scale = Scales::of(scene).energy;
+    let unit = scene.units.energy();
+    let space = if unit.is_empty() { "" } else { " " };
+    let one = |c: &Candidate| {
+        let e = &c.equilibrium;
         format!(
-            "mode {} sign {} (lambda {:.6}, kappa {:.6}, energy {:.6}, index {})",
+            "mode {} sign {} (lambda {:.6}, kappa {:.6}, energy {:.6}{space}{unit}, index {})",
             e.sheet.mode,
             e.sheet.sign.as_str(),
             e.lambda,
             e.kappa,
-            e.energy,
-            f.index
+            e.energy * scale,
+            c.index
         )
     };
-    found.iter().map(one).collect::<Vec<_>>().join("; ")
+    let mut texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
+    match found.len().saturating_sub(LISTED) {
+        0 if found.is_empty() => texts.push("none".to_owned()),
+        0 => {}
+        more => texts.push(format!("and {more} more of higher lambda")),
+    }
+    texts.join("; ")
 }

@@ -98,15 +98,16 @@ impl Harmonic {
 }
 
 impl Dimensionless {
-    /// True if every number is finite and the duration is not 0.
+    /// True if every number is finite, with its square, as energies and powers have it, and the duration
+    /// is not 0.
     pub(super) fn is_finite(&self) -> bool {
         let vectors = [self.velocity, self.gravity, self.dead];
         let harmonics = self.forces.iter();
-        vectors.iter().flatten().all(|x| x.is_finite())
+        vectors.iter().flatten().all(|x| (x * x).is_finite())
             && harmonics
                 .flat_map(|f| [f.amplitude, f.angular_frequency])
-                .all(f64::is_finite)
-            && self.drag.is_finite()
+                .all(|x| (x * x).is_finite())
+            && (self.drag * self.drag).is_finite()
             && self.duration > 0.0
             && self.duration.is_finite()
     }

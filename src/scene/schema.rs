@@ -161,8 +161,8 @@ fn resolve(top: &Table) -> Option<Scene> {
             rod_table.map_or(0, |table| table.at),
             "rod",
             None,
-            "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the loads and \
-             the duration measured by them, are numbers",
+            "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the velocity, the \
+             loads (with their squares) and the duration measured by them, are numbers",
             Some("they over- or underflow: choose units nearer to the rod's size".to_owned()),
         );
         return None;

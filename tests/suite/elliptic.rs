@@ -1,6 +1,5 @@
 //! The elliptic kernel against mpmath, against identities, and against every bit pattern.
 
-
 use proptest::prelude::*;
 use snaprod::math::DomainError;
 use snaprod::math::elliptic::*;

@@ -1,6 +1,8 @@
 //! The integration tests, one binary.
 
 mod arrows;
+#[cfg(feature = "cli")]
+mod cli;
 mod dynamics;
 mod elastica;
 mod elliptic;

@@ -1,6 +1,5 @@
 //! Figures: deterministic, well-formed, labelled; broken data give an error, never a panic.
 
-
 use crate::plot_data::*;
 use snaprod::plot::*;
 use snaprod::{Error, Result};
