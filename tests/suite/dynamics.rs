@@ -417,3 +417,64 @@ fn a_target_on_a_fold_has_the_index_of_the_lower_side() {
         assert_eq!(here[0].index, number - 1);
     }
 }
+
+/// Catches any error of sheet, fold, landing or bounces beyond 1e-11: the snap run in quadruple precision
+/// (tools/ref_snap_run.py), fold and landing included.
+#[test]
+fn snap_run_in_quadruple_precision() {
+    use crate::support::{json, number, rows};
+    let data = json("snap_run.json");
+    let start = snaprod::elastica::Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
+    let body = Body::new(1.0).unwrap();
+    let options = RunOptions::new(3.0).unwrap().with_tolerance(1e-13).unwrap();
+    let q = Vector2::new(start.p, start.w);
+    let mut run = Run::new(&Elastica, &body, q, Vector2::new(0.0, -0.5), options).unwrap();
+    let rows = rows(&data, "rows", 10);
+    let mut next = 0;
+    let mut snapped = false;
+    while let Some(event) = run.next() {
+        match event {
+            RunEvent::Snap(snap) => {
+                snapped = true;
+                let (fold, landing) = (&data["fold"], &data["landing"]);
+                for (got, want) in [
+                    (snap.t, number(fold, "t")),
+                    (snap.pose[0], number(fold, "x")),
+                    (snap.pose[1], number(fold, "y")),
+                    (snap.velocity[0], number(fold, "vx")),
+                    (snap.velocity[1], number(fold, "vy")),
+                    (snap.from.q[0], number(fold, "p")),
+                    (snap.to.q[0], number(landing, "p")),
+                    (snap.released, number(&data, "released")),
+                ] {
+                    assert!(
+                        (got - want).abs() <= 1e-11 * want.abs().max(1.0),
+                        "{got} {want}"
+                    );
+                }
+            }
+            RunEvent::Step { to, .. } => {
+                while next < rows.len() && number(&rows[next], "t") <= to {
+                    let row = &rows[next];
+                    let sample = run.sample(number(row, "t")).unwrap();
+                    for (got, key) in [
+                        (sample.pose[0], "x"),
+                        (sample.pose[1], "y"),
+                        (sample.phase.v[0], "vx"),
+                        (sample.phase.v[1], "vy"),
+                    ] {
+                        let want = number(row, key);
+                        assert!(
+                            (got - want).abs() <= 2e-11,
+                            "{key} at {}: {got} {want}",
+                            row["t"]
+                        );
+                    }
+                    next += 1;
+                }
+            }
+            RunEvent::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
+        }
+    }
+    assert!(snapped && next == rows.len());
+}
