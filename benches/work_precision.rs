@@ -6,7 +6,7 @@
 //! 67 ms for 1e-7 on W, B, H at 0.65-0.8 us a right-hand side; our bar is half of that.
 
 use nalgebra::Vector2;
-use snaprod::body::Body;
+use snaprod::body::{Body, TimeForce};
 use snaprod::dynamics::{Run, RunEvent, RunOptions};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
@@ -144,9 +144,58 @@ fn main() {
     for note in notes {
         println!("{note}");
     }
+    println!();
+    for (name, body) in ledger_scenes() {
+        println!("{}", ledger(name, &body));
+    }
     if let Some(peak) = peak_memory() {
         println!("peak memory of this process: {peak:.1} MB");
     }
+}
+
+/// Loads under which the ledger is watched for 1000 time units.
+fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
+    let free = || Body::new(1.0).unwrap();
+    let shaken = TimeForce::Harmonic {
+        amplitude: Vector2::new(0.0, 8.0),
+        angular_frequency: 2.0,
+        phase: 0.0,
+    };
+    [
+        ("free", free()),
+        (
+            "gravity",
+            free().with_gravity(Vector2::new(0.0, -3.0)).unwrap(),
+        ),
+        (
+            "drag and forcing",
+            free().with_drag(0.1).unwrap().with_force(shaken),
+        ),
+    ]
+}
+
+/// One line on how the ledger closes from the start of the snap run, at tolerance 1e-12.
+fn ledger(name: &str, body: &Body<2>) -> String {
+    let start = Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
+    let options = RunOptions::new(1000.0)
+        .unwrap()
+        .with_tolerance(1e-12)
+        .unwrap();
+    let q = Vector2::new(start.p, start.w);
+    let mut run = Run::new(&Elastica, body, q, Vector2::new(0.0, -0.5), options).unwrap();
+    let total = run.now().ledger.total();
+    let clock = Instant::now();
+    while !matches!(run.next(), Some(RunEvent::Stop(_))) {}
+    let end = run.now();
+    let error = (end.ledger.total() - total).abs();
+    format!(
+        "ledger, {name}: t = {}, {} snaps, {} steps in {:.1} s: off by {error:.1e}, {:.1e} of its largest term",
+        end.phase.t,
+        run.snaps(),
+        run.work().steps,
+        clock.elapsed().as_secs_f64(),
+        error / end.ledger.largest()
+    )
 }
 
 /// Cost of an error by a straight line through log cost against log error.
