@@ -90,6 +90,8 @@ const SAMPLES: usize = 12;
 /// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up, and the run's
 /// error is to be of the order of the tolerance, not a multiple of it.
 const LOCAL: f64 = 0.1;
+/// A state this near to the end of time, relative to 1 + its size, is at it.
+const ON_TIME: f64 = 1e-12;
 /// Local errors below this drown in rounding.
 const FINEST: f64 = 1e-14;
 
@@ -128,11 +130,6 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
         self.solver.state()
     }
 
-    /// The sign of det on this sheet.
-    pub fn orientation(&self) -> f64 {
-        self.orientation
-    }
-
     /// What it cost.
     pub fn work(&self) -> Work {
         self.solver.work()
@@ -167,8 +164,8 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
                     time_error: fold.time_error,
                 }
             }
-            Some(fold) => self.finish(fold.step, end, f, &mut work),
-            None if step.to.t >= end => self.finish(step, end, f, &mut work),
+            Some(fold) => self.finish(fold.step, end, f, &mut work)?,
+            None if step.to.t >= end => self.finish(step, end, f, &mut work)?,
             None => {
                 self.last = Some(step);
                 Progress::Moved
@@ -180,36 +177,37 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
         Some(progress)
     }
 
-    /// Ends `step`, which reaches or passes `end`, exactly there.
+    /// Ends `step`, which reaches or passes `end`, exactly there; None, with the state back at its start, if
+    /// that moment cannot be hit.
     fn finish(
         &mut self,
         step: Step<Phase<N>>,
         end: f64,
         f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
         work: &mut Work,
-    ) -> Progress {
+    ) -> Option<Progress> {
         let guess = Guess {
             h: step.h * (end - step.from.t) / (step.to.t - step.from.t),
             rate: (step.to.t - step.from.t) / step.h,
             t: end,
         };
-        if let Some(mut ended) = locate(&step, f, guess, |state, _| state.t - end, work) {
-            ended.step.to.t = end;
-            self.rewind(ended.step);
-        } else {
-            self.last = Some(step);
+        let hit = |ended: &Located<N>| (ended.step.to.t - end).abs() <= ON_TIME * (1.0 + end);
+        match locate(&step, f, guess, |state, _| state.t - end, work).filter(hit) {
+            Some(mut ended) => {
+                ended.step.to.t = end;
+                self.rewind(ended.step);
+                Some(Progress::Arrived)
+            }
+            None => {
+                self.solver.rewind(step.from, step.stage_slopes()[0]);
+                None
+            }
         }
-        Progress::Arrived
     }
 
     fn rewind(&mut self, step: Step<Phase<N>>) {
         self.solver.rewind(step.to, *step.end_slope());
         self.last = Some(step);
-    }
-
-    /// The time interval of the last step.
-    pub fn span(&self) -> Option<(f64, f64)> {
-        self.last.as_ref().map(|step| (step.from.t, step.to.t))
     }
 
     /// The state at a time within the last step, from its interpolant (order 7; built on first use).

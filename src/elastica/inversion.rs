@@ -12,7 +12,7 @@
 //! target, since the rest of the strip's border maps to (1, 0).
 
 use super::boxes::{Bending, Column, Local, chart_point, injective, mirrored, out_of_reach};
-use super::chart::{ChartPoint, amplitude};
+use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross, dot};
 use super::equilibrium::{Equilibrium, tip};
 use super::folds;
@@ -278,7 +278,7 @@ impl Search {
         if known {
             return Ok(());
         }
-        let equilibrium = Equilibrium::new(signed, amplitude(signed, lam)?)?;
+        let equilibrium = Equilibrium::from_lambda_p(lam, signed)?;
         let target = self.targets[0];
         let residual = (equilibrium.one_minus_x - target[0]).hypot(equilibrium.y - target[1]);
         self.found.push(Found {

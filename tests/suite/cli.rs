@@ -988,3 +988,19 @@ fn ctrl_c_keeps_what_was_computed() {
             .all(|name| !name.ends_with(".part"))
     );
 }
+
+/// Catches a query that refuses a legal rod because one of its answers is out of range: a very taut one.
+#[test]
+fn very_taut_rods_are_described() {
+    let out = std::process::Command::new(env!("CARGO_BIN_EXE_snaprod"))
+        .args(["elastica", "--lambda", "399", "--p", "400", "--json"])
+        .output()
+        .unwrap();
+    assert!(out.status.success(), "{out:?}");
+    let answer: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    // Taut: lam = p + ln(2 tan(w/2)), gam = 2 w, U = 4 lam sin^2(gam/4).
+    let gam = 4.0 * (0.5 * f64::exp(-1.0)).atan();
+    let energy = 4.0 * 399.0 * (0.25 * gam).sin().powi(2);
+    assert!((answer["energy"].as_f64().unwrap() / energy - 1.0).abs() < 1e-12);
+    assert!(answer["stable"] == true && answer["fold_distance"].is_null());
+}
