@@ -7,6 +7,7 @@
 //! * [`manifold`]: the trait, and what needs nothing else: inversion near a guess, kernels of folds.
 //! * [`elastica`]: the planar elastica in closed form: equilibria with their labels, folds and cusps, Morse
 //!   index, all equilibria at a point, viscous landings.
+//! * [`rod`]: Cosserat rods in space: section laws, equilibria, branches, stability.
 //! * [`truss`]: the von Mises truss, the smallest manifold with folds.
 //! * [`body`]: the mass and its loads. [`dynamics`]: motion on a sheet, snaps, ledger, runs.
 //! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, bracketed roots.
@@ -24,6 +25,7 @@ pub mod manifold;
 pub mod math;
 #[cfg(feature = "plot")]
 pub mod plot;
+pub mod rod;
 #[cfg(feature = "scene")]
 pub mod scene;
 pub mod solve;

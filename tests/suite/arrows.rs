@@ -4,12 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Left to right; those in one group do not use each other.
-const ORDER: [&[&str]; 9] = [
+const ORDER: [&[&str]; 10] = [
     &["error"],
     &["math"],
     &["solve"],
     &["manifold"],
     &["elastica", "truss"],
+    &["rod"],
     &["body"],
     &["dynamics"],
     &["scene"],

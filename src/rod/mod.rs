@@ -1,0 +1,3 @@
+//! Cosserat rods in space (AMV Secs. 2, 4).
+
+pub mod section;

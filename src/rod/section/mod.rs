@@ -1,0 +1,106 @@
+//! Section laws: how strains and resultants of a cross-section belong together.
+//!
+//! Strains e = (u1, u2, u3, v1, v2, v3): flexure, flexure, twist, shear, shear, stretch, all components
+//! along the directors. Resultants w = (m1, m2, m3, n1, n2, n3): couple and force. A law is hyperelastic,
+//! w = dW/de with W(e, s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
+
+use crate::error::Result;
+use nalgebra::{Matrix6, Vector6};
+use std::fmt::Debug;
+
+/// (u1, u2, u3, v1, v2, v3): flexure, flexure, twist (per length); shear, shear, stretch (1 when unstretched).
+pub type Strain = Vector6<f64>;
+
+/// (m1, m2, m3, n1, n2, n3): couple and force along the directors.
+pub type Resultant = Vector6<f64>;
+
+/// de/dw, symmetric, positive definite; only semidefinite where a strain is held rigid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Compliance {
+    /// Only diagonal entries.
+    Diagonal(Vector6<f64>),
+    /// Any.
+    Full(Matrix6<f64>),
+}
+
+impl Compliance {
+    /// As a matrix.
+    pub fn matrix(&self) -> Matrix6<f64> {
+        match self {
+            Self::Diagonal(entries) => Matrix6::from_diagonal(entries),
+            Self::Full(matrix) => *matrix,
+        }
+    }
+}
+
+impl std::ops::Mul<&Resultant> for &Compliance {
+    type Output = Strain;
+
+    fn mul(self, w: &Resultant) -> Strain {
+        match self {
+            Compliance::Diagonal(entries) => entries.component_mul(w),
+            Compliance::Full(matrix) => matrix * w,
+        }
+    }
+}
+
+/// What the inverse law gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverse {
+    /// The strains e(w).
+    pub strain: Strain,
+    /// W(e(w)), stored energy per length.
+    pub energy: f64,
+    /// de/dw.
+    pub compliance: Compliance,
+}
+
+/// A linear law that is the same all along the rod: e = rest + C w.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UniformLinear {
+    /// Strains without load.
+    pub rest: Strain,
+    /// C.
+    pub compliance: Compliance,
+}
+
+/// A hyperelastic section law. `s` is the arclength from the clamp in the unloaded state, 0 <= s <= L.
+pub trait SectionLaw: Debug + Send + Sync {
+    /// W(e, s): stored energy per length.
+    ///
+    /// # Errors
+    /// Strains outside the law's domain (total compression), or that break a constraint.
+    fn energy(&self, s: f64, e: &Strain) -> Result<f64>;
+
+    /// w = dW/de.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::energy`]; a constrained law, whose resultants are reactions.
+    fn resultants(&self, s: f64, e: &Strain) -> Result<Resultant>;
+
+    /// d^2 W/de^2.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::resultants`]; a tangent that is not positive definite.
+    fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>>;
+
+    /// The inverse law (AMV (2.28)): strains, energy and compliance under given resultants, to roundoff.
+    ///
+    /// # Errors
+    /// A law that is not convex on the way, or no convergence; the message says where.
+    fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse>;
+
+    /// The law in its simplest form, if it is linear and uniform: its inverse is then formed once.
+    fn uniform_linear(&self) -> Option<UniformLinear> {
+        None
+    }
+
+    /// True if the law does not depend on s.
+    fn is_uniform(&self) -> bool;
+
+    /// Interior points in s where the law is not smooth in s, in growing order: an integration along the rod stops
+    /// and starts again there.
+    fn breaks(&self) -> Vec<f64> {
+        Vec::new()
+    }
+}
