@@ -1,3 +1,180 @@
-//! Cosserat rods in space (AMV Secs. 2, 4).
+//! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
+mod line;
 pub mod section;
+
+pub use line::Wrench;
+
+use crate::error::{Error, Result};
+use line::ScaledLaw;
+use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use section::{SectionLaw, Strain};
+use std::sync::Arc;
+
+/// A rod: a section law along a length, clamped at s = 0.
+///
+/// Every quantity is in one consistent system of units of the user's choice.
+#[derive(Debug, Clone)]
+pub struct Rod {
+    length: f64,
+    stiffness: f64,
+    law: ScaledLaw,
+    clamp: Isometry3<f64>,
+}
+
+/// One section of a rod in equilibrium, in the world frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RodSection {
+    /// Arclength from the clamp, in the unloaded state.
+    pub s: f64,
+    /// Centreline.
+    pub position: Vector3<f64>,
+    /// Directors d1, d2, d3 as columns, orthonormal to rounding.
+    pub directors: Matrix3<f64>,
+    /// Couple m(s) of the part beyond on the part before.
+    pub couple: Vector3<f64>,
+    /// Force n, the same all along the rod.
+    pub force: Vector3<f64>,
+    /// Strains along the directors.
+    pub strain: Strain,
+    /// Energy stored between the clamp and here.
+    pub energy: f64,
+}
+
+/// The end of a rod with its tangent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RodEnd {
+    /// The section at s = L.
+    pub section: RodSection,
+    /// d(phi, r)(L)/d(m(0), n), phi the rotation vector of the directors, world frame.
+    pub tangent: Matrix6<f64>,
+    /// Steps along the rod.
+    pub steps: u64,
+}
+
+impl Rod {
+    /// A rod along +z from the origin, directors along the world's axes.
+    ///
+    /// # Errors
+    /// A length that is not positive and finite; a law that cannot be inverted without load.
+    pub fn new(length: f64, law: impl SectionLaw + 'static) -> Result<Self> {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Error::domain(format!(
+                "the length is {length}; it must be positive and finite"
+            )));
+        }
+        let law: Arc<dyn SectionLaw> = Arc::new(law);
+        let unloaded = law.inverse(0.0, &Vector6::zeros())?;
+        let c = unloaded.compliance.matrix();
+        let stiffness = 2.0 / (c[(0, 0)] + c[(1, 1)]);
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            return Err(Error::domain(
+                "the section is rigid or limp in bending; its flexural compliance must be positive and finite",
+            ));
+        }
+        Ok(Self {
+            length,
+            stiffness,
+            law: ScaledLaw::new(law, length, stiffness)?,
+            clamp: Isometry3::identity(),
+        })
+    }
+
+    /// The same rod with its clamp elsewhere.
+    #[must_use]
+    pub fn with_clamp(mut self, position: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
+        self.clamp = Isometry3::from_parts(position.into(), rotation);
+        self
+    }
+
+    /// Length.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The bending stiffness B that the numerics scale with: 2/(C11 + C22) at the unloaded clamp.
+    pub fn reference_stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    /// True if the inverse of the section law is formed once, not at every section.
+    pub fn hoists_inverse(&self) -> bool {
+        self.law.is_hoisted()
+    }
+
+    /// (B/L, B/L^2): units of couple and of force.
+    fn units(&self) -> (f64, f64) {
+        let couple = self.stiffness / self.length;
+        (couple, couple / self.length)
+    }
+
+    /// A base wrench of the world frame in the numerics' frame and units.
+    fn inward(&self, base: &Wrench) -> Wrench {
+        let (couple, force) = self.units();
+        let turn = self.clamp.rotation.inverse();
+        let m = turn * base.fixed_rows::<3>(0).into_owned() / couple;
+        let n = turn * base.fixed_rows::<3>(3).into_owned() / force;
+        Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
+    }
+
+    fn outward<const K: usize>(&self, at: &line::Section<K>, b: &Wrench) -> Result<RodSection> {
+        let (couple, force) = self.units();
+        let turn = self.clamp.rotation;
+        let m0 = b.fixed_rows::<3>(0).into_owned();
+        let n = b.fixed_rows::<3>(3).into_owned();
+        let r = at.position();
+        let m = m0 - r.cross(&n);
+        let directors = at.rotation();
+        let (local_m, local_n) = (directors.transpose() * m, directors.transpose() * n);
+        let local = Vector6::new(
+            local_m.x, local_m.y, local_m.z, local_n.x, local_n.y, local_n.z,
+        );
+        let e = self.law.inverse(at.s(), &local)?.strain;
+        let l = self.length;
+        Ok(RodSection {
+            s: at.s() * l,
+            position: self.clamp.translation.vector + turn * r * l,
+            directors: turn.to_rotation_matrix().matrix() * directors,
+            couple: turn * m * couple,
+            force: turn * n * force,
+            strain: Vector6::new(e[0] / l, e[1] / l, e[2] / l, e[3], e[4], e[5]),
+            energy: at.energy() * couple,
+        })
+    }
+
+    /// The end of the rod under the base wrench (m(0), n) in the world frame, with its exact tangent.
+    ///
+    /// # Errors
+    /// A section law that refuses a resultant on the way; a wrench too large to be followed.
+    pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
+        let b = self.inward(base);
+        let (at, work) = line::end::<6>(&self.law, &b, tolerance)?;
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let mut turned = Matrix6::zeros();
+        turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
+        turned.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+        let unit = |i: usize| if i < 3 { couple } else { force };
+        let local = Matrix6::from_fn(|i, j| {
+            at.tangent[i][j] * if i < 3 { 1.0 } else { self.length } / unit(j)
+        });
+        Ok(RodEnd {
+            section: self.outward(&at, &b)?,
+            tangent: turned * local * turned.transpose(),
+            steps: work.steps,
+        })
+    }
+
+    /// The sections at the arclengths `at`, in growing order in [0, L].
+    ///
+    /// # Errors
+    /// As [`Rod::end`].
+    pub fn shape(&self, base: &Wrench, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
+        let b = self.inward(base);
+        let scaled: Vec<f64> = at.iter().map(|s| s / self.length).collect();
+        line::sections::<0>(&self.law, &b, tolerance, &scaled)?
+            .iter()
+            .map(|section| self.outward(section, &b))
+            .collect()
+    }
+}

@@ -4,6 +4,10 @@
 //! along the directors. Resultants w = (m1, m2, m3, n1, n2, n3): couple and force. A law is hyperelastic,
 //! w = dW/de with W(e, s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
 
+mod linear;
+
+pub use linear::Linear;
+
 use crate::error::Result;
 use nalgebra::{Matrix6, Vector6};
 use std::fmt::Debug;

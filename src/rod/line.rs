@@ -1,0 +1,545 @@
+//! The equilibrium of a rod from its base wrench: an initial-value problem from the clamp (theory Sec. 3).
+//!
+//! Dimension-free, in the frame of the clamp: arclength sigma = s/L in [0, 1], couples in B/L, forces in B/L^2,
+//! energies in B/L. The balance laws are solved: n is constant and m(s) = m(0) - r x n, so that |n| and n.m hold
+//! exactly. Left to integrate are frame and centreline,
+//!
+//!     R' = R [u]x,   r' = R v,   (u, v) = e(R^T m, R^T n, s),
+//!
+//! the rotation as a quaternion q' = q (0, u)/2 whose length does not matter: R(q) divides by |q|^2, so the directors
+//! are orthonormal to rounding whatever the step. The tangent is carried along: with dR = [phi]x R, dr = rho
+//!
+//!     phi' = R (C_uu R^T tau + C_uv R^T nu),   rho' = phi x R v + R (C_vu R^T tau + C_vv R^T nu),
+//!     tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
+
+use super::section::{Compliance, Inverse, SectionLaw, UniformLinear};
+use crate::error::{Error, Result};
+use crate::solve::dop853::{Dop853, State, Step, Work};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+/// A base wrench (m(0), n): couple and force in the frame of the clamp.
+pub type Wrench = Vector6<f64>;
+
+/// Frame, centreline, energy and `K` columns of the tangent at one section.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Section<const K: usize> {
+    s: f64,
+    q: [f64; 4],
+    r: [f64; 3],
+    energy: f64,
+    /// phi (three rows), then rho (three rows).
+    pub(super) tangent: [[f64; K]; 6],
+}
+
+impl<const K: usize> Section<K> {
+    /// The clamp: no displacement, no rotation.
+    pub(super) fn clamp() -> Self {
+        Self {
+            s: 0.0,
+            q: [1.0, 0.0, 0.0, 0.0],
+            r: [0.0; 3],
+            energy: 0.0,
+            tangent: [[0.0; K]; 6],
+        }
+    }
+
+    /// Arclength.
+    pub(super) fn s(&self) -> f64 {
+        self.s
+    }
+
+    /// Position.
+    pub(super) fn position(&self) -> Vector3<f64> {
+        Vector3::from(self.r)
+    }
+
+    /// Directors d1, d2, d3 as columns.
+    pub(super) fn rotation(&self) -> Matrix3<f64> {
+        Matrix3::from_columns(&directors(&self.q).map(Vector3::from))
+    }
+
+    /// Stored energy from the clamp to here.
+    pub(super) fn energy(&self) -> f64 {
+        self.energy
+    }
+}
+
+impl<const K: usize> State for Section<K> {
+    #[inline]
+    fn axpy(&mut self, a: f64, x: &Self) {
+        self.s += a * x.s;
+        self.energy += a * x.energy;
+        for i in 0..4 {
+            self.q[i] += a * x.q[i];
+        }
+        for i in 0..3 {
+            self.r[i] += a * x.r[i];
+        }
+        for i in 0..6 {
+            for j in 0..K {
+                self.tangent[i][j] += a * x.tangent[i][j];
+            }
+        }
+    }
+
+    /// Frame and centreline count by their own size; the tangent by the largest entry of each column's half, since it
+    /// multiplies wrenches that are known to the tolerance.
+    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
+        let mut sum = (self.energy / (1.0 + to.energy.abs())).powi(2);
+        sum += self.q.iter().map(|e| e * e).sum::<f64>();
+        sum += self.r.iter().map(|e| e * e).sum::<f64>();
+        let mut tangent = 0.0;
+        for i in 0..6 {
+            for j in 0..K {
+                let scale = 1.0 + from.tangent[i][j].abs().max(to.tangent[i][j].abs());
+                tangent += (self.tangent[i][j] / scale).powi(2);
+            }
+        }
+        // The worse of the two, so that many small columns do not hide a poor shape.
+        let shape = sum / 4.0;
+        if K == 0 {
+            shape
+        } else {
+            shape.max(tangent / (3.0 * K as f64))
+        }
+    }
+}
+
+/// Directors of a quaternion of any length > 0.
+#[inline]
+fn directors(q: &[f64; 4]) -> [[f64; 3]; 3] {
+    let [w, x, y, z] = *q;
+    let scale = 2.0 / (w * w + x * x + y * y + z * z);
+    let (wx, wy, wz) = (scale * w * x, scale * w * y, scale * w * z);
+    let (xx, xy, xz) = (scale * x * x, scale * x * y, scale * x * z);
+    let (yy, yz, zz) = (scale * y * y, scale * y * z, scale * z * z);
+    [
+        [1.0 - (yy + zz), xy + wz, xz - wy],
+        [xy - wz, 1.0 - (xx + zz), yz + wx],
+        [xz + wy, yz - wx, 1.0 - (xx + yy)],
+    ]
+}
+
+#[inline]
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// sum_k x_k d_k.
+#[inline]
+fn along(d: &[[f64; 3]; 3], x: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| x[0] * d[0][i] + x[1] * d[1][i] + x[2] * d[2][i])
+}
+
+/// a x B column by column, B of three rows.
+#[inline]
+fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]]) -> [[f64; K]; 3] {
+    let mut c = [[0.0; K]; 3];
+    for j in 0..K {
+        c[0][j] = a[1] * b[2][j] - a[2] * b[1][j];
+        c[1][j] = a[2] * b[0][j] - a[0] * b[2][j];
+        c[2][j] = a[0] * b[1][j] - a[1] * b[0][j];
+    }
+    c
+}
+
+/// c += A b column by column.
+#[inline]
+fn add_product<const K: usize>(c: &mut [[f64; K]], a: &[[f64; 3]; 3], b: &[[f64; K]; 3]) {
+    for i in 0..3 {
+        for j in 0..K {
+            c[i][j] += a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+        }
+    }
+}
+
+/// R diag(c) R^T.
+#[inline]
+fn turned_diagonal(d: &[[f64; 3]; 3], c: &[f64; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            c[0] * d[0][i] * d[0][j] + c[1] * d[1][i] * d[1][j] + c[2] * d[2][i] * d[2][j]
+        })
+    })
+}
+
+/// R C R^T for the 3 x 3 block of C at (row, column).
+fn turned_block(d: &[[f64; 3]; 3], c: &Matrix6<f64>, row: usize, column: usize) -> [[f64; 3]; 3] {
+    // Half first: C R^T.
+    let half: [[f64; 3]; 3] = std::array::from_fn(|k| {
+        std::array::from_fn(|j| (0..3).map(|l| c[(row + k, column + l)] * d[l][j]).sum())
+    });
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| d[k][i] * half[k][j]).sum()))
+}
+
+/// A section law in dimension-free form, its inverse hoisted if it is linear and uniform.
+#[derive(Debug, Clone)]
+pub(super) struct ScaledLaw {
+    law: std::sync::Arc<dyn SectionLaw>,
+    hoisted: Option<UniformLinear>,
+    length: f64,
+    stiffness: f64,
+    /// Where the integration stops and starts again, in (0, 1), and 1.
+    pieces: Vec<f64>,
+}
+
+impl ScaledLaw {
+    pub(super) fn new(
+        law: std::sync::Arc<dyn SectionLaw>,
+        length: f64,
+        stiffness: f64,
+    ) -> Result<Self> {
+        let mut pieces: Vec<f64> = law.breaks().iter().map(|s| s / length).collect();
+        if pieces.windows(2).any(|pair| !(pair[0] < pair[1])) || pieces.iter().any(|s| s.is_nan()) {
+            return Err(Error::domain(format!(
+                "the section law's breaks {pieces:?} (in s/length) are not in growing order"
+            )));
+        }
+        pieces.retain(|s| *s > 0.0 && *s < 1.0);
+        pieces.push(1.0);
+        let mut scaled = Self {
+            hoisted: None,
+            law,
+            length,
+            stiffness,
+            pieces,
+        };
+        scaled.hoisted = scaled.law.uniform_linear().map(|linear| UniformLinear {
+            rest: scaled.strain_in(&linear.rest),
+            compliance: scaled.compliance_in(&linear.compliance),
+        });
+        Ok(scaled)
+    }
+
+    pub(super) fn is_hoisted(&self) -> bool {
+        self.hoisted.is_some()
+    }
+
+    fn strain_in(&self, e: &Vector6<f64>) -> Vector6<f64> {
+        let l = self.length;
+        Vector6::new(l * e[0], l * e[1], l * e[2], e[3], e[4], e[5])
+    }
+
+    fn compliance_in(&self, c: &Compliance) -> Compliance {
+        let (b, l) = (self.stiffness, self.length);
+        // u L = C_uu (B/L) L m; v = C_vv (B/L^2) n.
+        let weight = |i: usize| if i < 3 { 1.0 } else { 1.0 / l };
+        match c {
+            Compliance::Diagonal(c) => {
+                Compliance::Diagonal(Vector6::from_fn(|i, _| b * weight(i).powi(2) * c[i]))
+            }
+            Compliance::Full(c) => Compliance::Full(Matrix6::from_fn(|i, j| {
+                b * weight(i) * weight(j) * c[(i, j)]
+            })),
+        }
+    }
+
+    /// Strains, energy and compliance under the local resultants `w`.
+    #[inline]
+    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Inverse> {
+        if let Some(linear) = &self.hoisted {
+            let change = &linear.compliance * w;
+            return Ok(Inverse {
+                strain: linear.rest + change,
+                energy: 0.5 * w.dot(&change),
+                compliance: linear.compliance,
+            });
+        }
+        let (b, l) = (self.stiffness, self.length);
+        let (couple, force) = (b / l, b / (l * l));
+        let user = Vector6::new(
+            couple * w[0],
+            couple * w[1],
+            couple * w[2],
+            force * w[3],
+            force * w[4],
+            force * w[5],
+        );
+        let inverse = self.law.inverse(s * l, &user)?;
+        Ok(Inverse {
+            strain: self.strain_in(&inverse.strain),
+            energy: inverse.energy / force,
+            compliance: self.compliance_in(&inverse.compliance),
+        })
+    }
+}
+
+/// The right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
+struct Flow<'a, const K: usize> {
+    law: &'a ScaledLaw,
+    m: [f64; 3],
+    n: [f64; 3],
+    dm: [[f64; K]; 3],
+    dn: [[f64; K]; 3],
+    refusal: Option<Error>,
+}
+
+impl<const K: usize> Flow<'_, K> {
+    fn slope(&mut self, at: &Section<K>) -> Option<Section<K>> {
+        let d = directors(&at.q);
+        let n = &self.n;
+        let rxn = cross(&at.r, n);
+        let m: [f64; 3] = std::array::from_fn(|i| self.m[i] - rxn[i]);
+        let local = Vector6::new(
+            dot(&d[0], &m),
+            dot(&d[1], &m),
+            dot(&d[2], &m),
+            dot(&d[0], n),
+            dot(&d[1], n),
+            dot(&d[2], n),
+        );
+        let inverse = match self.law.inverse(at.s, &local) {
+            Ok(inverse) => inverse,
+            Err(why) => {
+                self.refusal = Some(why);
+                return None;
+            }
+        };
+        let e = &inverse.strain;
+        let [w, x, y, z] = at.q;
+        let (u1, u2, u3) = (0.5 * e[0], 0.5 * e[1], 0.5 * e[2]);
+        let r = along(&d, &[e[3], e[4], e[5]]);
+        let mut slope = Section {
+            s: 1.0,
+            q: [
+                -(x * u1 + y * u2 + z * u3),
+                w * u1 + y * u3 - z * u2,
+                w * u2 + z * u1 - x * u3,
+                w * u3 + x * u2 - y * u1,
+            ],
+            r,
+            energy: inverse.energy,
+            tangent: [[0.0; K]; 6],
+        };
+        if K > 0 {
+            let (phi, rho) = at.tangent.split_at(3);
+            let mut tau = cross_columns(&m, phi);
+            let lever = cross_columns(&at.r, &self.dn);
+            let pull = cross_columns(n, rho);
+            let mut nu = cross_columns(n, phi);
+            for i in 0..3 {
+                for j in 0..K {
+                    tau[i][j] += self.dm[i][j] - lever[i][j] + pull[i][j];
+                    nu[i][j] += self.dn[i][j];
+                }
+            }
+            let carried = cross_columns(&r, phi);
+            let (dphi, drho) = slope.tangent.split_at_mut(3);
+            for i in 0..3 {
+                for j in 0..K {
+                    drho[i][j] = -carried[i][j];
+                }
+            }
+            match &inverse.compliance {
+                Compliance::Diagonal(c) => {
+                    add_product(dphi, &turned_diagonal(&d, &[c[0], c[1], c[2]]), &tau);
+                    if c[3] != 0.0 || c[4] != 0.0 || c[5] != 0.0 {
+                        add_product(drho, &turned_diagonal(&d, &[c[3], c[4], c[5]]), &nu);
+                    }
+                }
+                Compliance::Full(c) => {
+                    add_product(dphi, &turned_block(&d, c, 0, 0), &tau);
+                    add_product(dphi, &turned_block(&d, c, 0, 3), &nu);
+                    add_product(drho, &turned_block(&d, c, 3, 0), &tau);
+                    add_product(drho, &turned_block(&d, c, 3, 3), &nu);
+                }
+            }
+        }
+        slope.q.iter().all(|x| x.is_finite()).then_some(slope)
+    }
+}
+
+/// Steps beyond which an integration is given up: a rod wound up thousands of times.
+const STEP_LIMIT: u64 = 20_000;
+
+/// A rate of change of the rod's variables along s that sets the first step and bounds the steps of the index.
+fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {
+    let inverse = law.inverse(0.0, b)?;
+    let c = inverse.compliance.matrix().fixed_view::<3, 3>(0, 0).norm();
+    let couple = b.fixed_rows::<3>(0).norm();
+    let force = b.fixed_rows::<3>(3).norm();
+    Ok(1.0 + inverse.strain.fixed_rows::<3>(0).norm() + c * couple + (c * force).sqrt())
+}
+
+/// Integrates from the clamp to s = 1 and shows every accepted step.
+fn integrate<const K: usize>(
+    law: &ScaledLaw,
+    b: &Wrench,
+    columns: [[[f64; K]; 3]; 2],
+    tolerance: f64,
+    mut each: impl FnMut(&mut Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
+) -> Result<(Section<K>, Work)> {
+    let start = Section::<K>::clamp();
+    let [dm, dn] = columns;
+    let mut flow = Flow {
+        law,
+        m: [b[0], b[1], b[2]],
+        n: [b[3], b[4], b[5]],
+        dm,
+        dn,
+        refusal: None,
+    };
+    let stuck = |refusal: Option<Error>, s: f64| {
+        let why = refusal.unwrap_or_else(|| {
+            Error::no_convergence(format!(
+                "the integration along the rod cannot go on; the base wrench {:?} (units B/L, B/L^2) is too large",
+                b.as_slice()
+            ))
+        });
+        why.context(format!("at s = {s:.6} of the length"))
+    };
+    let h = 2.0 * tolerance.powf(0.125) / rate(law, b)? * 3.0;
+    let slope = flow
+        .slope(&start)
+        .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
+    let mut solver = Dop853::new(start, slope, h.min(1.0), tolerance);
+    for &end in &law.pieces {
+        loop {
+            let s = solver.state().s;
+            let left = end - s;
+            if left <= 1e-14 {
+                break;
+            }
+            match solver.step(|x| flow.slope(x), left) {
+                Ok(mut step) => each(&mut step, &mut |x| flow.slope(x)),
+                Err(_) => return Err(stuck(flow.refusal.take(), s)),
+            }
+            if solver.work().steps > STEP_LIMIT {
+                return Err(stuck(None, s));
+            }
+        }
+    }
+    Ok((*solver.state(), solver.work()))
+}
+
+/// Unit columns: d/dm(0) for 0..3 and d/dn for 3..6.
+fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
+    let mut columns = [[[0.0; K]; 3]; 2];
+    for j in 0..K {
+        columns[j / 3][j % 3][j] = 1.0;
+    }
+    columns
+}
+
+/// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent.
+pub(super) fn end<const K: usize>(
+    law: &ScaledLaw,
+    b: &Wrench,
+    tolerance: f64,
+) -> Result<(Section<K>, Work)> {
+    integrate(law, b, unit_columns(), tolerance, |_, _| ())
+}
+
+/// The sections at the given arclengths in [0, 1], in growing order.
+pub(super) fn sections<const K: usize>(
+    law: &ScaledLaw,
+    b: &Wrench,
+    tolerance: f64,
+    at: &[f64],
+) -> Result<Vec<Section<K>>> {
+    let mut found = Vec::with_capacity(at.len());
+    let mut next = at.iter().peekable();
+    while next.next_if(|s| **s <= 0.0).is_some() {
+        found.push(Section::clamp());
+    }
+    let mut work = Work::default();
+    let (last, _) = integrate(law, b, unit_columns(), tolerance, |step, f| {
+        // Redone at full order, not interpolated: a reader may differentiate what is printed.
+        while let Some(s) = next.next_if(|s| **s <= step.to.s) {
+            let part = s - step.from.s;
+            let there = step.redo(&mut *f, part, &mut work);
+            found.push(there.map_or(step.to, |there| there.to));
+        }
+    })?;
+    for _ in next {
+        found.push(last);
+    }
+    Ok(found)
+}
+
+/// Variations of the frame over one step at constant n, from (phi, dm) at its start to its end.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Transition {
+    /// d phi / d phi.
+    pub a: Matrix3<f64>,
+    /// d phi / d m.
+    pub b: Matrix3<f64>,
+    /// d m / d phi.
+    pub c: Matrix3<f64>,
+    /// d m / d m.
+    pub d: Matrix3<f64>,
+}
+
+/// The transitions of the rod over steps so short that none holds a conjugate point within itself.
+pub(super) fn transitions(
+    law: &ScaledLaw,
+    wrench: &Wrench,
+    tolerance: f64,
+) -> Result<Vec<Transition>> {
+    let mut found = Vec::new();
+    let n = Vector3::new(wrench[3], wrench[4], wrench[5]);
+    let m0 = Vector3::new(wrench[0], wrench[1], wrench[2]);
+    let mut dm = [[0.0; 6]; 3];
+    let mut fresh = [[0.0; 6]; 6];
+    for i in 0..3 {
+        dm[i][3 + i] = 1.0;
+        fresh[i][i] = 1.0;
+    }
+    let mut flow = Flow::<6> {
+        law,
+        m: m0.into(),
+        n: n.into(),
+        dm,
+        dn: [[0.0; 6]; 3],
+        refusal: None,
+    };
+    let lost = || Error::no_convergence("the variations along the rod could not be followed");
+    let longest = 1.2 / rate(law, wrench)?;
+    let mut state = Section::<6>::clamp();
+    state.tangent = fresh;
+    let slope = flow.slope(&state).ok_or_else(lost)?;
+    let mut solver = Dop853::new(state, slope, longest, tolerance);
+    let mut piece = 0;
+    while piece < law.pieces.len() {
+        let s = solver.state().s;
+        let left = law.pieces[piece] - s;
+        if left <= 1e-14 {
+            piece += 1;
+            continue;
+        }
+        // Even steps, so that none is a sliver.
+        let step = solver
+            .step(
+                |x| flow.slope(x),
+                longest.min(left / (left / longest).ceil()),
+            )
+            .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
+        let t = &step.to.tangent;
+        let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
+        let cross = n.cross_matrix();
+        found.push(Transition {
+            a: block(0, 0),
+            b: block(0, 3),
+            c: cross * block(3, 0),
+            d: Matrix3::identity() + cross * block(3, 3),
+        });
+        // Variations start afresh; only n x rho enters, so rho may start from zero with dm at this section.
+        let mut state = step.to;
+        state.tangent = fresh;
+        let slope = flow.slope(&state).ok_or_else(lost)?;
+        solver.rewind(state, slope);
+        if found.len() as u64 > STEP_LIMIT {
+            return Err(lost());
+        }
+    }
+    Ok(found)
+}
