@@ -1,9 +1,12 @@
 //! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
+mod index;
 mod line;
+mod problem;
 pub mod section;
 
 pub use line::Wrench;
+pub use problem::{End, Problem};
 
 use crate::error::{Error, Result};
 use line::ScaledLaw;
@@ -100,6 +103,16 @@ impl Rod {
     /// True if the inverse of the section law is formed once, not at every section.
     pub fn hoists_inverse(&self) -> bool {
         self.law.is_hoisted()
+    }
+
+    /// True if the unloaded section cannot be stretched or sheared at the clamp.
+    fn is_inextensible(&self) -> Result<bool> {
+        let c = self
+            .law
+            .inverse(0.0, &Vector6::zeros())?
+            .compliance
+            .matrix();
+        Ok((3..6).all(|i| c[(i, i)] == 0.0))
     }
 
     /// (B/L, B/L^2): units of couple and of force.

@@ -2,4 +2,5 @@
 
 pub mod dop853;
 mod dop853_tableau;
+pub mod newton;
 pub mod roots;

@@ -15,6 +15,7 @@ mod plot;
 #[cfg(feature = "plot")]
 mod plot_data;
 #[cfg(feature = "scene")]
+mod rods;
 mod scene;
 #[cfg(feature = "scene")]
 mod scene_scales;
