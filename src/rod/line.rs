@@ -190,6 +190,8 @@ pub(super) struct ScaledLaw {
     stiffness: f64,
     /// Where the integration stops and starts again, in (0, 1), and 1.
     pieces: Vec<f64>,
+    /// Flexures and twist added to the law's: the imperfection of a continuation.
+    bend: Vector3<f64>,
 }
 
 impl ScaledLaw {
@@ -212,12 +214,25 @@ impl ScaledLaw {
             length,
             stiffness,
             pieces,
+            bend: Vector3::zeros(),
         };
         scaled.hoisted = scaled.law.uniform_linear().map(|linear| UniformLinear {
             rest: scaled.strain_in(&linear.rest),
             compliance: scaled.compliance_in(&linear.compliance),
         });
         Ok(scaled)
+    }
+
+    /// The law with flexures and twist added.
+    pub(super) fn bent(&self, bend: Vector3<f64>) -> Self {
+        let mut bent = self.clone();
+        if let Some(linear) = &mut bent.hoisted {
+            for i in 0..3 {
+                linear.rest[i] += bend[i] - self.bend[i];
+            }
+        }
+        bent.bend = bend;
+        bent
     }
 
     pub(super) fn is_hoisted(&self) -> bool {
@@ -265,8 +280,12 @@ impl ScaledLaw {
             force * w[5],
         );
         let inverse = self.law.inverse(s * l, &user)?;
+        let mut strain = self.strain_in(&inverse.strain);
+        for i in 0..3 {
+            strain[i] += self.bend[i];
+        }
         Ok(Inverse {
-            strain: self.strain_in(&inverse.strain),
+            strain,
             energy: inverse.energy / force,
             compliance: self.compliance_in(&inverse.compliance),
         })
@@ -359,7 +378,7 @@ impl<const K: usize> Flow<'_, K> {
 }
 
 /// Steps beyond which an integration is given up: a rod wound up thousands of times.
-const STEP_LIMIT: u64 = 20_000;
+const STEP_LIMIT: u64 = 2_000;
 
 /// A rate of change of the rod's variables along s that sets the first step and bounds the steps of the index.
 fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {

@@ -1,10 +1,12 @@
 //! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
+mod equilibrium;
 mod index;
 mod line;
 mod problem;
 pub mod section;
 
+pub use equilibrium::{Equilibrium, Route};
 pub use line::Wrench;
 pub use problem::{End, Problem};
 
@@ -127,6 +129,15 @@ impl Rod {
         let turn = self.clamp.rotation.inverse();
         let m = turn * base.fixed_rows::<3>(0).into_owned() / couple;
         let n = turn * base.fixed_rows::<3>(3).into_owned() / force;
+        Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
+    }
+
+    /// A base wrench of the numerics in the world frame and the user's units.
+    fn outward_wrench(&self, b: &Wrench) -> Wrench {
+        let (couple, force) = self.units();
+        let turn = self.clamp.rotation;
+        let m = turn * b.fixed_rows::<3>(0).into_owned() * couple;
+        let n = turn * b.fixed_rows::<3>(3).into_owned() * force;
         Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
     }
 

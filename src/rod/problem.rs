@@ -69,12 +69,12 @@ pub struct Problem {
     pub(super) rod: Rod,
     pub(super) end: End,
     /// The world's axes seen from the clamp.
-    axes: [Vector3<f64>; 3],
+    pub(super) axes: [Vector3<f64>; 3],
     /// Targets, by world component: position where held, force where not.
-    targets: [f64; 3],
-    orientation: Option<Matrix3<f64>>,
-    couple: Vector3<f64>,
-    tolerance: f64,
+    pub(super) targets: [f64; 3],
+    pub(super) orientation: Option<Matrix3<f64>>,
+    pub(super) couple: Vector3<f64>,
+    pub(super) tolerance: f64,
 }
 
 /// The rod's end at a trial wrench: pose, and its derivatives by the six components of the wrench.
@@ -306,11 +306,16 @@ fn inverse_left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 impl Problem {
-    /// The Morse index at the unknowns: 0 is stable.
+    /// The Morse index of the equilibrium with the base wrench `base` (world frame): 0 is stable.
     ///
     /// # Errors
     /// A wrench that the rod cannot follow.
-    pub fn index(&self, x: &DVector<f64>) -> Result<usize> {
+    pub fn index_at(&self, base: &Wrench) -> Result<usize> {
+        self.index(&self.unknowns_of(&self.rod.inward(base)))
+    }
+
+    /// The Morse index at the unknowns.
+    pub(super) fn index(&self, x: &DVector<f64>) -> Result<usize> {
         let b = self.wrench(x);
         let (end, _) = line::end::<6>(&self.rod.law, &b, self.tolerance)?;
         let trial = Trial {

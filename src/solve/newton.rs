@@ -20,11 +20,12 @@ pub struct Solved {
     pub damping: f64,
 }
 
-/// Steps after which an iteration is given up, and the smallest damping factor.
-const LIMIT: usize = 60;
+/// Newton steps after which an iteration is given up, where nothing else is asked for.
+pub const LIMIT: usize = 60;
+/// The smallest damping factor.
 const SMALLEST: f64 = 1e-5;
 
-/// Solves F(x) = 0 for `f` = (F, dF/dx), to a correction of at most `tolerance` (1 + |x|).
+/// Solves F(x) = 0 for `f` = (F, dF/dx), to a correction of at most `tolerance` (1 + |x|), in at most `limit` steps.
 ///
 /// # Errors
 /// `f` refuses the start; a singular Jacobian; no progress. The message says where the iteration stood.
@@ -32,8 +33,9 @@ pub fn newton(
     f: impl FnMut(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
     start: &DVector<f64>,
     tolerance: f64,
+    limit: usize,
 ) -> Result<Solved> {
-    deflated(f, start, &[], tolerance)
+    deflated(f, start, &[], tolerance, limit)
 }
 
 /// As [`newton`], for a solution that is none of `known`: F is multiplied by prod (1 + 1/|x - x_i|^2), which keeps
@@ -46,11 +48,12 @@ pub fn deflated(
     start: &DVector<f64>,
     known: &[DVector<f64>],
     tolerance: f64,
+    limit: usize,
 ) -> Result<Solved> {
     let mut x = start.clone();
     let (mut value, mut jacobian) = f(&x)?;
     let (mut evaluations, mut damping, mut fraction) = (1, 1.0_f64, 1.0_f64);
-    for iterations in 0..LIMIT {
+    for iterations in 0..limit {
         let factor = jacobian.clone().lu();
         let singular = || {
             Error::no_convergence(format!(
@@ -115,7 +118,7 @@ pub fn deflated(
         }
     }
     Err(Error::no_convergence(format!(
-        "no convergence within {LIMIT} Newton steps (residual {:.2e}); start nearer, or by continuation",
+        "no convergence within {limit} Newton steps (residual {:.2e}); start nearer, or by continuation",
         value.norm()
     )))
 }
