@@ -3,6 +3,12 @@
 //! Strains e = (u1, u2, u3, v1, v2, v3): flexure, flexure, twist, shear, shear, stretch, all components
 //! along the directors. Resultants w = (m1, m2, m3, n1, n2, n3): couple and force. A law is hyperelastic,
 //! w = dW/de with W(e, s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
+//!
+//! * [`Linear`]: diagonal or full stiffness, intrinsic curvature and twist, unshearable and inextensible rods.
+
+mod linear;
+
+pub use linear::Linear;
 
 use crate::error::Result;
 use nalgebra::{Matrix6, Vector6};
@@ -15,6 +21,8 @@ pub type Strain = Vector6<f64>;
 pub type Resultant = Vector6<f64>;
 
 /// de/dw, symmetric, positive definite; only semidefinite where a strain is held rigid.
+// Lives on the stack, by value, one at a time.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Compliance {
     /// Only diagonal entries.
@@ -98,9 +106,31 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// True if the law does not depend on s.
     fn is_uniform(&self) -> bool;
 
+    /// The strains without load.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::inverse`].
+    fn unloaded(&self, s: f64) -> Result<Strain> {
+        Ok(self.inverse(s, &Resultant::zeros())?.strain)
+    }
+
+    /// Whether planar data stay planar: entry 0 for bending about d1, in the plane of d2 and d3 (u1, v2, v3 alone),
+    /// entry 1 for bending about d2, in the plane of d3 and d1 (u2, v1, v3 alone).
+    ///
+    /// True means: without the resultants that belong to the other strains these are (0, 0, 0) there, everywhere
+    /// along the rod; false may also mean "not known".
+    fn planar_about(&self) -> [bool; 2] {
+        [false; 2]
+    }
+
     /// Interior points in s where the law is not smooth in s, in growing order: an integration along the rod stops
     /// and starts again there.
     fn breaks(&self) -> Vec<f64> {
         Vec::new()
     }
+}
+
+/// The places of the strains in and out of the plane of bending about d1 (axis 0) or d2 (axis 1).
+fn planar_strains(axis: usize) -> [[usize; 3]; 2] {
+    [[axis, 4 - axis, 5], [1 - axis, 2, 3 + axis]]
 }
