@@ -5,10 +5,15 @@
 //! w = dW/de with W(e, s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
 //!
 //! * [`Linear`]: diagonal or full stiffness, intrinsic curvature and twist, unshearable and inextensible rods.
+//! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
 
 mod linear;
+mod profile;
+mod varying;
 
 pub use linear::Linear;
+pub use profile::{Material, Profile, Shape};
+pub use varying::{Along, Varying};
 
 use crate::error::Result;
 use nalgebra::{Matrix6, Vector6};
