@@ -50,13 +50,21 @@
 
 mod build;
 mod fault;
+mod parameter;
 mod reader;
 mod scales;
 mod schema;
+mod statics;
 
 pub use build::Setup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
+pub use parameter::Parameter;
 pub use scales::{Dimensionless, Harmonic, Scales};
+pub use statics::{
+    Along, Barrier, BarrierTerm, Clamp, Component, Continue, CosseratRod, Diagonal, End, Full,
+    Guess, LawName, Orientation, Rest, Rigid, Rotation, Route, Second, Section, Shape, Shaped,
+    Solve, Statics, Stiffness, StrainName, Transverse,
+};
 
 use crate::Error;
 use serde::Serialize;
@@ -195,6 +203,8 @@ pub struct Rod {
 pub enum Model {
     /// The planar elastica, in closed form.
     Elastica,
+    /// The Cosserat rod in space; its statics ([`Statics`]).
+    Cosserat,
 }
 
 /// The body: a point mass at the free end; the end is free to turn.
