@@ -16,7 +16,7 @@ pub enum Parameter {
     EndForce(usize),
     /// `end.couple[i]`, i in 0..3.
     EndCouple(usize),
-    /// `end.load`: the common factor of force and couple.
+    /// `end.load` (or `load`): the common factor of force and couple.
     EndLoad,
     /// `end.position[i]`, i in 0..3.
     EndPosition(usize),
@@ -107,6 +107,9 @@ impl FromStr for Parameter {
     /// # Errors
     /// A path that no scene has.
     fn from_str(path: &str) -> Result<Self, Error> {
+        if path == "load" {
+            return Ok(EndLoad);
+        }
         let same = |parameter: &&Self| {
             let name = parameter.to_string();
             let letter = || {

@@ -211,6 +211,11 @@ pub enum StrainName {
 impl StrainName {
     /// All six, in order: `name as usize` is the place in (u1, u2, u3, v1, v2, v3).
     pub const ALL: [Self; 6] = [Self::U1, Self::U2, Self::U3, Self::V1, Self::V2, Self::V3];
+
+    /// As it is written in a scene.
+    pub fn as_str(self) -> &'static str {
+        ["u1", "u2", "u3", "v1", "v2", "v3"][self as usize]
+    }
 }
 
 /// A cross-section of a homogeneous isotropic material.
