@@ -48,15 +48,27 @@
 //! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
 //! library's units, in which length, bending stiffness and mass are 1.
 
+mod along_schema;
 mod build;
+mod continue_schema;
 mod fault;
+mod parameter;
 mod reader;
 mod scales;
 mod schema;
+mod section_schema;
+mod statics;
+mod statics_schema;
 
 pub use build::Setup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
+pub use parameter::Parameter;
 pub use scales::{Dimensionless, Harmonic, Scales};
+pub use statics::{
+    Along, Barrier, BarrierTerm, Clamp, Component, Continue, CosseratRod, Diagonal, End, Full,
+    Guess, LawName, Orientation, Rest, Rigid, Rotation, Route, Second, Section, Shape, Shaped,
+    Solve, Statics, Stiffness, StrainName, Transverse,
+};
 
 use crate::Error;
 use serde::Serialize;
@@ -96,14 +108,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`], or one syntax fault at the first byte that is not UTF-8.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Faults> {
-        let end = match std::str::from_utf8(bytes) {
-            Ok(text) => return Self::parse(text),
-            Err(error) => error.valid_up_to(),
-        };
-        let text = String::from_utf8_lossy(bytes);
-        let reader = reader::Reader::new(&text);
-        reader.syntax(end, "the text is not UTF-8 from here on");
-        Err(Faults::new(reader.into_faults()))
+        Self::parse(utf8(bytes)?)
     }
 
     /// Reads a scene from a file.
@@ -111,12 +116,86 @@ impl Scene {
     /// # Errors
     /// The file cannot be read, or the scene has faults.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let file = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|error| {
-            ReadError::File(Error::io(error.to_string()).context(format!("reading {file}")))
-        })?;
-        Self::from_bytes(&bytes).map_err(|faults| ReadError::Scene { file, faults })
+        read_file(path, Self::from_bytes)
     }
+}
+
+impl Statics {
+    /// Reads a scene of statics from TOML text.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn parse(text: &str) -> Result<Self, Faults> {
+        statics_schema::statics(text)
+    }
+
+    /// Reads a scene of statics from bytes, which must be UTF-8.
+    ///
+    /// # Errors
+    /// As [`Scene::from_bytes`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Faults> {
+        Self::parse(utf8(bytes)?)
+    }
+
+    /// Reads a scene of statics from a file.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        read_file(path, Self::from_bytes)
+    }
+}
+
+/// A scene of either kind. It serialises to that scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum AnyScene {
+    /// A body on a rod, in motion.
+    Dynamics(Box<Scene>),
+    /// A rod in space, at rest.
+    Statics(Box<Statics>),
+}
+
+/// Reads a scene of the kind that its `rod.model` says: `"elastica"` is one of dynamics, `"cosserat"` one of
+/// statics.
+///
+/// # Errors
+/// As [`Scene::parse`]. Where `rod.model` is missing or misspelt, the faults are those of the kind that the rest
+/// of the scene looks like.
+pub fn parse_any(text: &str) -> Result<AnyScene, Faults> {
+    match schema::guess_model(text) {
+        Model::Elastica => Scene::parse(text).map(|scene| AnyScene::Dynamics(Box::new(scene))),
+        Model::Cosserat => Statics::parse(text).map(|scene| AnyScene::Statics(Box::new(scene))),
+    }
+}
+
+/// Reads a scene of either kind from a file, as [`parse_any`].
+///
+/// # Errors
+/// The file cannot be read, or the scene has faults.
+pub fn read_any(path: &Path) -> Result<AnyScene, ReadError> {
+    read_file(path, |bytes| parse_any(utf8(bytes)?))
+}
+
+/// The text, or one syntax fault at the first byte that is not UTF-8.
+fn utf8(bytes: &[u8]) -> Result<&str, Faults> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let text = String::from_utf8_lossy(bytes);
+        let reader = reader::Reader::new(&text);
+        reader.syntax(error.valid_up_to(), "the text is not UTF-8 from here on");
+        Faults::new(reader.into_faults())
+    })
+}
+
+fn read_file<T>(
+    path: &Path,
+    parse: impl FnOnce(&[u8]) -> Result<T, Faults>,
+) -> Result<T, ReadError> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| {
+        ReadError::File(Error::io(error.to_string()).context(format!("reading {file}")))
+    })?;
+    parse(&bytes).map_err(|faults| ReadError::Scene { file, faults })
 }
 
 /// The system of units, for labels: it changes no number. Top-level `units = "si"`.
@@ -195,6 +274,8 @@ pub struct Rod {
 pub enum Model {
     /// The planar elastica, in closed form.
     Elastica,
+    /// The Cosserat rod in space; its statics ([`Statics`]).
+    Cosserat,
 }
 
 /// The body: a point mass at the free end; the end is free to turn.

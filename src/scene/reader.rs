@@ -126,7 +126,13 @@ impl<'a> Reader<'a> {
     }
 
     /// Records a wrong type, saying what was found.
-    fn wrong_type(&self, field: &str, value: &Spanned<DeValue>, allowed: &str, hint: Option<&str>) {
+    pub fn wrong_type(
+        &self,
+        field: &str,
+        value: &Spanned<DeValue>,
+        allowed: &str,
+        hint: Option<&str>,
+    ) {
         let found = kind_of(value.get_ref());
         let hint = match hint {
             Some(hint) => format!("it is {found}: {hint}"),
@@ -187,21 +193,61 @@ impl<'a> Reader<'a> {
         count
     }
 
-    /// Two finite numbers.
-    pub fn vector(&self, field: &str, value: &Spanned<DeValue>, rule: Rule) -> Option<[f64; 2]> {
-        let allowed = "an array of two finite numbers, [x, y]";
+    /// So many finite numbers.
+    pub fn vector<const N: usize>(
+        &self,
+        field: &str,
+        value: &Spanned<DeValue>,
+        rule: Rule,
+    ) -> Option<[f64; N]> {
+        let parse = |field: &str, value: &_| self.number(field, value, rule);
+        self.array(field, value, vector_words(N), parse)
+    }
+
+    /// So many elements, each read by `parse`.
+    pub fn array<'v, T, const N: usize>(
+        &self,
+        field: &str,
+        value: &'v Spanned<DeValue<'v>>,
+        allowed: &str,
+        parse: impl Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
+    ) -> Option<[T; N]> {
+        let elements = self.list(field, value, allowed, parse)?;
+        let count = elements.len();
+        let Ok(elements) = <[Option<T>; N]>::try_from(elements) else {
+            let hint = Some(format!("it has {count} elements"));
+            self.fault(FaultKind::Value, field, value.span(), allowed, hint);
+            return None;
+        };
+        let elements: Option<Vec<T>> = elements.into_iter().collect();
+        elements?.try_into().ok()
+    }
+
+    /// Any number of elements, each read by `parse`; `None` for those with faults.
+    pub fn list<'v, T>(
+        &self,
+        field: &str,
+        value: &'v Spanned<DeValue<'v>>,
+        allowed: &str,
+        parse: impl Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
+    ) -> Option<Vec<Option<T>>> {
         let Some(array) = value.get_ref().as_array() else {
             self.wrong_type(field, value, allowed, None);
             return None;
         };
-        let [x, y] = &array[..] else {
-            let hint = Some(format!("it has {} elements", array.len()));
-            self.fault(FaultKind::Value, field, value.span(), allowed, hint);
-            return None;
-        };
-        let x = self.number(&format!("{field}[0]"), x, rule);
-        let y = self.number(&format!("{field}[1]"), y, rule);
-        Some([x?, y?])
+        let read = |(i, value)| parse(&format!("{field}[{i}]"), value);
+        Some(array.iter().enumerate().map(read).collect())
+    }
+
+    /// true or false.
+    pub fn flag(&self, field: &str, value: &Spanned<DeValue>) -> Option<bool> {
+        let flag = value.get_ref().as_bool();
+        if flag.is_none() {
+            let quoted = value.get_ref().as_str();
+            let hint = matches!(quoted, Some("true" | "false")).then_some("leave out the quotes");
+            self.wrong_type(field, value, "true or false", hint);
+        }
+        flag
     }
 
     /// One of the words in `choices`.
@@ -280,14 +326,11 @@ impl<'a> Table<'a> {
                 continue;
             }
             let field = table.field(name);
+            // The text of a table would only repeat its name.
+            let shown = (!value.get_ref().is_table()).then(|| value.span());
             if let Some((_, plan)) = spec.planned.iter().find(|(planned, _)| *planned == name) {
-                reader.fault(
-                    FaultKind::Planned,
-                    &field,
-                    value.span(),
-                    "left out",
-                    Some((*plan).to_owned()),
-                );
+                let (at, plan) = (value.span().start, Some((*plan).to_owned()));
+                reader.record(FaultKind::Planned, at, &field, shown, "left out", plan);
                 continue;
             }
             let home = siblings.iter().find(|other| other.fields.contains(&name));
@@ -305,8 +348,6 @@ impl<'a> Table<'a> {
                 }),
             };
             let allowed = format!("one of {}", spec.fields.join(", "));
-            // The text of a table would only repeat its name.
-            let shown = (!value.get_ref().is_table()).then(|| value.span());
             let at = key.span().start;
             reader.record(FaultKind::Unknown, at, &field, shown, allowed, hint);
         }
@@ -356,6 +397,25 @@ impl<'a> Table<'a> {
         reader.record(FaultKind::Missing, self.at, &field, None, allowed, hint);
     }
 
+    /// Reports that `name` stands where `others` exclude it.
+    pub fn conflict(&self, name: &str, others: &[&str], hint: &str) {
+        let Some(value) = self.get(name) else { return };
+        let named = |other: &&str| {
+            let line = self.line_of(other)?;
+            Some(format!("{} (line {line})", self.field(other)))
+        };
+        let others: Vec<String> = others.iter().filter_map(named).collect();
+        let verb = if others.len() == 1 { "is" } else { "are" };
+        let line = self.reader.line(value.span().start);
+        let allowed = format!(
+            "left out (line {line}) where {} {verb} given",
+            others.join(" and ")
+        );
+        let (field, hint) = (self.field(name), Some(hint.to_owned()));
+        let kind = FaultKind::Conflict;
+        self.reader.fault(kind, &field, value.span(), allowed, hint);
+    }
+
     /// Reads a field with `parse`, or takes what stands in for it.
     pub fn read<T>(
         &self,
@@ -395,12 +455,26 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Two finite numbers.
-    pub fn vector(&self, name: &str, rule: Rule, need: Need<[f64; 2]>) -> Option<[f64; 2]> {
-        let allowed = "an array of two finite numbers, [x, y]";
-        self.read(name, allowed, need, |field, value| {
+    /// So many finite numbers.
+    pub fn vector<const N: usize>(
+        &self,
+        name: &str,
+        rule: Rule,
+        need: Need<[f64; N]>,
+    ) -> Option<[f64; N]> {
+        self.read(name, vector_words(N), need, |field, value| {
             self.reader.vector(field, value, rule)
         })
+    }
+}
+
+/// What an array of so many numbers must be.
+fn vector_words(count: usize) -> &'static str {
+    match count {
+        2 => "an array of two finite numbers, [x, y]",
+        3 => "an array of three finite numbers, [x, y, z]",
+        4 => "an array of four finite numbers",
+        _ => "an array of six finite numbers",
     }
 }
 
@@ -425,7 +499,7 @@ fn position(text: &str, at: usize) -> (usize, usize) {
 
 /// The nearest of `names` to `word`, if near enough for a typing slip: one edit, and one more for
 /// every four letters; or one name that contains the other.
-fn nearest(word: &str, names: impl Iterator<Item = &'static str>) -> Option<&'static str> {
+pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     if word.len() > LONGEST_NAME {
         return None;
     }

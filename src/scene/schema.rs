@@ -1,13 +1,13 @@
 //! What a scene may hold: fields, sets, defaults, and what they require of each other.
 
 use super::fault::{FaultKind, Faults};
-use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::reader::{Need, Reader, Rule, Spec, Table, nearest};
 use super::{
     Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Start,
     Units,
 };
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 use Need::{Or, Required};
 
@@ -67,18 +67,18 @@ const LANDING: Spec = Spec {
 /// Where a field that stands in the wrong table may belong.
 const HOMES: [&Spec; 6] = [&TOP, &ROD, &BODY, &START, &LOADS, &RUN];
 
-const SILENT: fn(f64) -> Option<&'static str> = |_| None;
-const FINITE: Rule = Rule {
+pub(super) const SILENT: fn(f64) -> Option<&'static str> = |_| None;
+pub(super) const FINITE: Rule = Rule {
     allowed: "a finite number",
     holds: f64::is_finite,
     hint: SILENT,
 };
-const POSITIVE: Rule = Rule {
+pub(super) const POSITIVE: Rule = Rule {
     allowed: "a finite number > 0",
     holds: |x| 0.0 < x && x < f64::INFINITY,
     hint: SILENT,
 };
-const NON_NEGATIVE: Rule = Rule {
+pub(super) const NON_NEGATIVE: Rule = Rule {
     allowed: "a finite number >= 0",
     holds: |x| (0.0..f64::INFINITY).contains(&x),
     hint: SILENT,
@@ -113,30 +113,69 @@ const TOLERANCE: Rule = Rule {
 const MODES: (usize, usize) = (0, 3000);
 /// Relative width around |r| = L within which a position counts as on the circle: the rounding of
 /// the norm.
-const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
+pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
 
 /// Reads a scene, or every fault of it.
 pub(super) fn scene(text: &str) -> Result<Scene, Faults> {
-    let reader = Reader::new(text);
-    let scene = reader.document().and_then(|document| {
+    read(text, |reader, document| {
+        if let Some(value) = model_of(document)
+            && value.get_ref().as_str() == Some("cosserat")
+        {
+            let hint = "this is a scene of statics: use `snaprod equilibrium` or `snaprod branch`; the dynamics \
+                        of Cosserat rods are planned";
+            let (kind, hint) = (FaultKind::Planned, Some(hint.to_owned()));
+            reader.fault(kind, "rod.model", value.span(), r#""elastica""#, hint);
+            return None;
+        }
         // Missing tables are reported at the end of the text, where they can be added.
-        let top = Table::open(&reader, "", &document, text.len(), &TOP, &HOMES);
+        let top = Table::open(reader, "", document, text.len(), &TOP, &HOMES);
         resolve(&top)
-    });
-    match scene {
+    })
+}
+
+/// Resolves a document, or gives every fault of it.
+pub(super) fn read<T>(
+    text: &str,
+    resolve: impl FnOnce(&Reader, &DeTable) -> Option<T>,
+) -> Result<T, Faults> {
+    let reader = Reader::new(text);
+    let document = reader.document();
+    match document.and_then(|document| resolve(&reader, &document)) {
         Some(scene) if reader.is_clean() => Ok(scene),
         _ => Err(Faults::new(reader.into_faults())),
+    }
+}
+
+/// `rod.model`, whatever it is.
+pub(super) fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
+    document.get("rod")?.get_ref().as_table()?.get("model")
+}
+
+/// The model of a scene; where `rod.model` does not say it, what else is there decides.
+pub(super) fn guess_model(text: &str) -> Model {
+    let Ok(document) = DeTable::parse(text) else {
+        return Model::Elastica;
+    };
+    let document = document.get_ref();
+    let word = model_of(document).and_then(|value| value.get_ref().as_str());
+    match word.and_then(|word| nearest(word, ["elastica", "cosserat"].into_iter())) {
+        Some("cosserat") => return Model::Cosserat,
+        Some(_) => return Model::Elastica,
+        None => {}
+    }
+    let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
+    let section = rod.is_some_and(|rod| rod.contains_key("section"));
+    let statics = ["clamp", "end", "solve", "continue"];
+    match section || statics.iter().any(|name| document.contains_key(*name)) {
+        true => Model::Cosserat,
+        false => Model::Elastica,
     }
 }
 
 /// Reads everything before it gives up anything: `?` only after the last field, as in every
 /// function below.
 fn resolve(top: &Table) -> Option<Scene> {
-    let units = top.read("units", "", Or(Units::default()), |field, value| {
-        let words = [("si", Units::Si), ("dimensionless", Units::Dimensionless)];
-        let allowed = r#""si" or "dimensionless""#;
-        top.reader.choice(field, value, &words, allowed)
-    });
+    let units = units(top);
     let rod_table = required(top, &ROD, "length = 1.0");
     let rod = rod_table.as_ref().and_then(rod);
     let body = required(top, &BODY, "mass = 1.0").and_then(|table| body(&table));
@@ -170,6 +209,14 @@ fn resolve(top: &Table) -> Option<Scene> {
     Some(scene)
 }
 
+pub(super) fn units(top: &Table) -> Option<Units> {
+    top.read("units", "", Or(Units::default()), |field, value| {
+        let words = [("si", Units::Si), ("dimensionless", Units::Dimensionless)];
+        let allowed = r#""si" or "dimensionless""#;
+        top.reader.choice(field, value, &words, allowed)
+    })
+}
+
 fn required<'a>(top: &Table<'a>, spec: &Spec, example: &str) -> Option<Table<'a>> {
     let Some(value) = top.get(spec.name) else {
         let hint = format!("add `[{}]` with a line such as `{example}`", spec.name);
@@ -191,13 +238,6 @@ fn rod(table: &Table) -> Option<Rod> {
     let words = r#""elastica""#;
     let example = Required(r#"model = "elastica""#);
     let model = table.read("model", words, example, |field, value| {
-        if value.get_ref().as_str() == Some("cosserat") {
-            let hint = Some("Cosserat rods in space are planned".to_owned());
-            table
-                .reader
-                .fault(FaultKind::Planned, field, value.span(), words, hint);
-            return None;
-        }
         let models = [("elastica", Model::Elastica)];
         table.reader.choice(field, value, &models, words)
     });
@@ -257,35 +297,16 @@ fn start(table: &Table, length: Option<f64>) -> Option<Start> {
 fn one_place(table: &Table) -> bool {
     let given = |name: &&str| table.get(name).is_some();
     let chart: Vec<&str> = ["lambda", "kappa", "p"].into_iter().filter(given).collect();
-    let conflict = |name: &str, others: &[&str], hint: &str| {
-        let Some(value) = table.get(name) else { return };
-        let named = |other: &&str| {
-            let line = table.line_of(other)?;
-            Some(format!("start.{other} (line {line})"))
-        };
-        let others: Vec<String> = others.iter().filter_map(named).collect();
-        let verb = if others.len() == 1 { "is" } else { "are" };
-        let line = table.reader.line(value.span().start);
-        let allowed = format!(
-            "left out (line {line}) where {} {verb} given",
-            others.join(" and ")
-        );
-        let field = table.field(name);
-        let hint = Some(hint.to_owned());
-        table
-            .reader
-            .fault(FaultKind::Conflict, &field, value.span(), allowed, hint);
-    };
     let has = |name: &str| given(&name);
     let mut consistent = true;
     if has("kappa") && has("p") {
-        conflict("p", &["kappa"], "kappa = tanh p: keep one of them");
+        table.conflict("p", &["kappa"], "kappa = tanh p: keep one of them");
         consistent = false;
     }
     if has("position") {
         if !chart.is_empty() {
             let hint = "start from lambda and kappa, or from a position and a sheet";
-            conflict("position", &chart, hint);
+            table.conflict("position", &chart, hint);
             consistent = false;
         }
         return consistent;
@@ -300,7 +321,7 @@ fn one_place(table: &Table) -> bool {
         return false;
     }
     if has("sheet") {
-        conflict(
+        table.conflict(
             "sheet",
             &chart,
             "they name one equilibrium, and so its sheet",

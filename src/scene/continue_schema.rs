@@ -1,0 +1,243 @@
+//! What `[continue]` may hold.
+
+use super::along_schema::{SIZE, VALUE};
+use super::fault::FaultKind;
+use super::reader::{Need, Rule, Spec, Table, nearest};
+use super::schema::SILENT;
+use super::statics_schema::{REACH, out_of_reach};
+use super::{Continue, Parameter, Second, Statics};
+
+use Need::{Or, Required};
+
+pub(super) const CONTINUE: Spec = Spec {
+    name: "continue",
+    fields: &[
+        "parameter",
+        "from",
+        "to",
+        "step",
+        "min_step",
+        "max_step",
+        "points",
+        "switch",
+        "both",
+        "deflate",
+        "at",
+        "second",
+    ],
+    planned: &[],
+};
+const SECOND: Spec = Spec {
+    name: "continue.second",
+    fields: &["parameter", "from", "to"],
+    planned: &[],
+};
+
+const STEP: Rule = Rule {
+    allowed: "a number in (0, 1], a fraction of the way from `from` to `to`",
+    holds: |x| 0.0 < x && x <= 1.0,
+    hint: SILENT,
+};
+
+/// Reads `[continue]`. `scene` is the rest of the scene; `None` if that has faults, and then only the table itself is read.
+pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Continue> {
+    let reader = table.reader;
+    let parameter = parameter(table, scene);
+    let ends = ends(table, scene, parameter);
+    let (least, step, most) = steps(table);
+    let points = table.count("points", (2, 1_000_000), Continue::POINTS);
+    let flag = |name: &str| {
+        table.read(name, "", Or(false), |field, value| {
+            reader.flag(field, value)
+        })
+    };
+    let (switch, both, deflate) = (flag("switch"), flag("both"), flag("deflate"));
+    let words = "an array of finite numbers, values of the parameter";
+    let at = table.read("at", words, Or(Vec::new()), |field, value| {
+        let number = |field: &str, value: &_| reader.number(field, value, VALUE);
+        let list = reader.list(field, value, words, number)?;
+        list.into_iter().collect::<Option<Vec<f64>>>()
+    });
+    let allowed = "a table such as { parameter = \"end.force[0]\", to = 1.0 }";
+    let second = table.read("second", "", Or(None), |field, value| {
+        let inner = reader.table(field, value, &SECOND, &[], allowed)?;
+        second(&inner, scene, parameter).map(Some)
+    });
+    let (from, to) = ends?;
+    let continuation = Continue {
+        parameter: parameter?,
+        from,
+        to,
+        step: step?,
+        min_step: least?,
+        max_step: most?,
+        points: points?,
+        switch: switch?,
+        both: both?,
+        deflate: deflate?,
+        at: at?,
+        second: second?,
+    };
+    let (least, most) = continuation.range();
+    let outside = continuation
+        .at
+        .iter()
+        .position(|x| !(least <= *x && *x <= most));
+    let element = |i: usize| table.get("at")?.get_ref().as_array()?.get(i);
+    if let Some((i, value)) = outside.and_then(|i| Some((i, element(i)?))) {
+        let allowed = format!("between {least} and {most}, where the branch goes");
+        let field = format!("continue.at[{i}]");
+        reader.fault(FaultKind::Value, &field, value.span(), allowed, None);
+        return None;
+    }
+    Some(continuation)
+}
+
+/// A path to a number of the scene.
+fn parameter(table: &Table, scene: Option<&Statics>) -> Option<Parameter> {
+    let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Statics::parameters);
+    let paths: Vec<String> = all.iter().map(Parameter::to_string).collect();
+    let allowed = format!("one of {}", paths.join(", "));
+    let example = Required("parameter = \"end.force[0]\"");
+    table.read("parameter", &allowed, example, |field, value| {
+        let Some(path) = value.get_ref().as_str() else {
+            table.reader.wrong_type(field, value, &allowed, None);
+            return None;
+        };
+        let hint = match path.parse::<Parameter>() {
+            Ok(parameter) if all.contains(&parameter) => return Some(parameter),
+            Ok(parameter) => Some(absence(parameter).to_owned()),
+            Err(_) => nearest(path, paths.iter().map(String::as_str))
+                .map(|meant| format!("did you mean {meant:?}?")),
+        };
+        let kind = FaultKind::Value;
+        table
+            .reader
+            .fault(kind, field, value.span(), allowed.as_str(), hint);
+        None
+    })
+}
+
+/// Why a scene may lack a parameter, and what to do.
+fn absence(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::EndForce(_) => {
+            "this component of the end is held, and its force part of the solution"
+        }
+        Parameter::EndCouple(_) => {
+            "the orientation of the end is held, and its couple part of the solution"
+        }
+        Parameter::EndLoad => {
+            "it is the common factor of end.force and end.couple, which are 0 in this scene"
+        }
+        Parameter::EndPosition(_) => {
+            "this component of the end is not held: write end.position with a number for it"
+        }
+        Parameter::EndAngle | Parameter::ClampAngle => {
+            "write the orientation as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }"
+        }
+        Parameter::Length => {
+            "a table in s ends at the length; write { polynomial = [..] }, in s / length"
+        }
+        Parameter::Curvature(_) | Parameter::Twist => "it varies along the rod in this scene",
+        _ => "in this scene it is rigid, varies along the rod, or is no number of the section law",
+    }
+}
+
+/// `from` and `to` of a branch, where the scene can be.
+fn ends(
+    table: &Table,
+    scene: Option<&Statics>,
+    parameter: Option<Parameter>,
+) -> Option<(f64, f64)> {
+    let rule = match parameter {
+        Some(parameter) if parameter.is_positive() => SIZE,
+        _ => VALUE,
+    };
+    let from = table.optional("from", rule);
+    let to = table.number("to", rule, Required("to = 1.0"));
+    let (scene, parameter) = (scene?, parameter?);
+    let from = from?.unwrap_or_else(|| scene.value(&parameter));
+    let mut reachable = true;
+    for (name, x) in [("from", Some(from)), ("to", to)] {
+        let (Some(value), Some(x)) = (table.get(name), x) else {
+            continue;
+        };
+        if let Some(hint) = out_of_reach(&scene.with(&parameter, x)) {
+            let (kind, field) = (FaultKind::Value, table.field(name));
+            let allowed = format!("such that the end of the rod is {REACH}");
+            table
+                .reader
+                .fault(kind, &field, value.span(), allowed, Some(hint));
+            reachable = false;
+        }
+    }
+    let to = to?;
+    if from == to {
+        let value = table.get("to")?;
+        let hint = match table.get("from") {
+            Some(_) => "a branch goes from one value to another".to_owned(),
+            None => format!("{parameter} = {from} in the scene, where the branch begins"),
+        };
+        let allowed = format!("another number than `from`, {from}");
+        let (kind, field) = (FaultKind::Value, table.field("to"));
+        table
+            .reader
+            .fault(kind, &field, value.span(), allowed, Some(hint));
+        return None;
+    }
+    reachable.then_some((from, to))
+}
+
+/// Least, first and greatest step, each from its default, which gives way to what is written.
+fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
+    let given = ["min_step", "step", "max_step"].map(|name| table.optional(name, STEP));
+    let [Some(least), Some(step), Some(most)] = given else {
+        return (None, None, None);
+    };
+    let written = [least, step, most];
+    let smallest = written.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    let largest = written.into_iter().flatten().fold(0.0, f64::max);
+    let least = least.unwrap_or(Continue::MIN_STEP.min(smallest));
+    let most = most.unwrap_or(Continue::MAX_STEP.max(largest));
+    let first = step.unwrap_or(Continue::STEP.min(most).max(least));
+    if least <= first && first <= most {
+        return (Some(least), Some(first), Some(most));
+    }
+    // Two of the three are written, and the later one is at fault.
+    let (name, allowed) = if least > most {
+        ("max_step", format!("at least min_step = {least}"))
+    } else {
+        (
+            "step",
+            format!("from min_step = {least} to max_step = {most}"),
+        )
+    };
+    if let Some(value) = table.get(name) {
+        let (kind, field) = (FaultKind::Conflict, table.field(name));
+        table
+            .reader
+            .fault(kind, &field, value.span(), allowed, None);
+    }
+    (None, None, None)
+}
+
+fn second(table: &Table, scene: Option<&Statics>, first: Option<Parameter>) -> Option<Second> {
+    let parameter = parameter(table, scene);
+    let ends = ends(table, scene, parameter);
+    if let (Some(parameter), true) = (parameter, parameter == first) {
+        let value = table.get("parameter")?;
+        let allowed = format!("another parameter than {parameter}");
+        let (kind, field) = (FaultKind::Conflict, table.field("parameter"));
+        table
+            .reader
+            .fault(kind, &field, value.span(), allowed, None);
+        return None;
+    }
+    let (from, to) = ends?;
+    Some(Second {
+        parameter: parameter?,
+        from,
+        to,
+    })
+}

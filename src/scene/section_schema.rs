@@ -1,0 +1,552 @@
+//! What `[rod.section]` and `[rod.rest]` may hold.
+
+use super::along_schema::{ALONG_WORDS, ROUNDING, SIZE, SIZES, STIFFNESS, VALUE, along};
+use super::fault::FaultKind;
+use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::schema::SILENT;
+use super::{
+    Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Rest, Rigid, Section, Shape, Shaped,
+    Stiffness, StrainName, Transverse,
+};
+use nalgebra::{DMatrix, SymmetricEigen};
+use toml::Spanned;
+use toml::de::DeValue;
+
+use Need::{Or, Required};
+
+pub(super) const SECTION: Spec = Spec {
+    name: "rod.section",
+    fields: &[
+        "bending",
+        "torsion",
+        "shear",
+        "axial",
+        "stiffness",
+        "rigid",
+        "shape",
+        "radius",
+        "diameter",
+        "width",
+        "height",
+        "outer_radius",
+        "outer_diameter",
+        "thickness",
+        "young",
+        "shear_modulus",
+        "poisson",
+        "shear_factor",
+        "torsion_constant",
+        "law",
+        "barrier",
+    ],
+    planned: &[],
+};
+pub(super) const REST: Spec = Spec {
+    name: "rod.rest",
+    fields: &["curvature", "twist"],
+    planned: &[],
+};
+const BARRIER: Spec = Spec {
+    name: "barrier",
+    fields: &["strength", "half_widths"],
+    planned: &[],
+};
+
+const POISSON: Rule = Rule {
+    allowed: "a number in (-1, 0.5]",
+    // So far above -1 that E / (2 (1 + nu)) stays a number.
+    holds: |x| (-1.0 + 1e-9..=0.5).contains(&x),
+    hint: SILENT,
+};
+const SHEAR_FACTOR: Rule = Rule {
+    allowed: "a number in (0, 1]",
+    holds: |x| SIZES.0 <= x && x <= 1.0,
+    hint: SILENT,
+};
+const HALF_WIDTH: Rule = Rule {
+    allowed: "a finite number >= 0",
+    holds: |x| (0.0..=SIZES.1).contains(&x),
+    hint: SILENT,
+};
+
+/// Sections by the field that names their kind, each with the fields it has.
+const KINDS: [(&str, &[&str]); 4] = [
+    ("stiffness", &["stiffness", "rigid"]),
+    (
+        "shape",
+        &[
+            "shape",
+            "radius",
+            "diameter",
+            "width",
+            "height",
+            "outer_radius",
+            "outer_diameter",
+            "thickness",
+            "young",
+            "shear_modulus",
+            "poisson",
+            "shear_factor",
+            "torsion_constant",
+            "shear",
+            "axial",
+        ],
+    ),
+    (
+        "law",
+        &["law", "bending", "torsion", "shear", "axial", "barrier"],
+    ),
+    ("bending", &["bending", "torsion", "shear", "axial"]),
+];
+
+/// Reads `[rod.section]`.
+pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
+    let given = |name: &str| table.get(name).is_some();
+    // Without the field that names it, the kind of which most is given; its name is then missing.
+    let count = |fields: &[&str]| fields.iter().filter(|field| given(field)).count();
+    let named = KINDS.iter().find(|(name, _)| given(name));
+    let meant = || KINDS.iter().max_by_key(|(_, fields)| count(fields));
+    let kind = named.or_else(meant).filter(|(_, fields)| count(fields) > 0);
+    let Some((kind, fields)) = kind else {
+        let hint = "write `bending = [1.0, 1.0]` and `torsion = 0.7` in [rod.section]".to_owned();
+        table.reader.record(
+            FaultKind::Missing,
+            table.at,
+            "rod.section",
+            None,
+            "a section law: bending and torsion; or stiffness, 6 x 6; or shape, with its sizes and young",
+            Some(hint),
+        );
+        return None;
+    };
+    let strangers = SECTION
+        .fields
+        .iter()
+        .filter(|field| !fields.contains(field));
+    let strangers: Vec<_> = strangers.filter(|field| given(field)).collect();
+    for stranger in &strangers {
+        let hint = match *kind {
+            "bending" if **stranger == "barrier" => "write law = \"barrier\" beside it",
+            "bending" => "it belongs to a section by stiffness or by shape: keep one of them",
+            "stiffness" => "the matrix is the whole law; strains that cannot occur go into `rigid`",
+            "shape" => "the stiffnesses follow from the shape: keep one of them",
+            _ => "this law has bending, torsion, shear, axial and barrier",
+        };
+        let own = fields.iter().find(|field| given(field)).unwrap_or(kind);
+        table.conflict(stranger, &[own], hint);
+    }
+    let section = match *kind {
+        "stiffness" => full(table).map(Section::Full),
+        "shape" => shaped(table).map(Section::Shaped),
+        "law" => law(table, length),
+        _ => diagonal(table, length).map(Section::Diagonal),
+    };
+    section.filter(|_| strangers.is_empty())
+}
+
+fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
+    let reader = table.reader;
+    let number = |field: &str, value| along(reader, field, value, STIFFNESS, length);
+    let pair = |field: &str, value| reader.array(field, value, PAIR, number);
+    let bending = table.read("bending", PAIR, Required("bending = [1.0, 1.0]"), pair);
+    let torsion = table.read("torsion", ALONG_WORDS, Required("torsion = 0.7"), number);
+    let shear = table.read("shear", "", Or(Stiffness::Rigid), |field, value| {
+        let allowed = "\"rigid\" or an array of two stiffnesses > 0, along d1 and d2";
+        match rigid(reader, field, value, allowed)? {
+            Some(Rigid::Rigid) => Some(Stiffness::Rigid),
+            None => reader
+                .array(field, value, allowed, number)
+                .map(Stiffness::Elastic),
+        }
+    });
+    let axial = table.read(
+        "axial",
+        "",
+        Or(Stiffness::Rigid),
+        |field, value| match rigid(reader, field, value, "\"rigid\" or a stiffness > 0")? {
+            Some(Rigid::Rigid) => Some(Stiffness::Rigid),
+            None => number(field, value).map(Stiffness::Elastic),
+        },
+    );
+    Some(Diagonal {
+        bending: bending?,
+        torsion: torsion?,
+        shear: shear?,
+        axial: axial?,
+    })
+}
+
+const PAIR: &str = "an array of two stiffnesses > 0, about d1 and d2";
+
+/// `Some(None)` if the value is no word at all.
+fn rigid(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    allowed: &str,
+) -> Option<Option<Rigid>> {
+    match value.get_ref() {
+        DeValue::String(_) => {
+            let words = [("rigid", Rigid::Rigid)];
+            reader.choice(field, value, &words, allowed).map(Some)
+        }
+        _ => Some(None),
+    }
+}
+
+fn full(table: &Table) -> Option<Full> {
+    let reader = table.reader;
+    let words = StrainName::ALL.map(|name| (name.as_str(), name));
+    let allowed = "an array of some of \"u1\", \"u2\", \"u3\", \"v1\", \"v2\", \"v3\", not all";
+    let rigid = table.read("rigid", allowed, Or(Vec::new()), |field, value| {
+        let name = |field: &str, value: &_| {
+            reader.choice(field, value, &words, "one of u1, u2, u3, v1, v2, v3")
+        };
+        let list = reader.list(field, value, allowed, name)?;
+        let mut names: Vec<StrainName> = list.into_iter().collect::<Option<_>>()?;
+        names.sort();
+        names.dedup();
+        if names.len() == 6 {
+            let hint = Some("a rod that cannot deform has no equilibria to find".to_owned());
+            reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
+            return None;
+        }
+        Some(names)
+    });
+    let allowed = "six rows of six numbers, in the order u1 u2 u3 v1 v2 v3";
+    let example = Required("stiffness = [[1.0, 0.0, ...], ...]");
+    let stiffness = table.read("stiffness", allowed, example, |field, value| {
+        let row_words = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v3";
+        let number = |field: &str, value: &_| reader.number(field, value, VALUE);
+        let row = |field: &str, value| reader.array(field, value, row_words, number);
+        let rows: [[f64; 6]; 6] = reader.array(field, value, allowed, row)?;
+        convex(reader, field, value, rows, rigid.as_deref()?)
+    });
+    Some(Full {
+        stiffness: stiffness?,
+        rigid: rigid?,
+    })
+}
+
+/// The matrix without rounding in its symmetry, if the law is convex in the strains that are not rigid.
+fn convex(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    mut rows: [[f64; 6]; 6],
+    rigid: &[StrainName],
+) -> Option<[[f64; 6]; 6]> {
+    let refuse = |field: &str, allowed: &str, hint: String| {
+        reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
+        None
+    };
+    let free = StrainName::ALL.iter().filter(|name| !rigid.contains(name));
+    let free: Vec<usize> = free.map(|name| *name as usize).collect();
+    for &i in &free {
+        if !(STIFFNESS.holds)(rows[i][i]) {
+            let hint = (STIFFNESS.hint)(rows[i][i]).unwrap_or_default();
+            let hint = format!("it is {}: {hint}", rows[i][i]);
+            return refuse(&format!("{field}[{i}][{i}]"), STIFFNESS.allowed, hint);
+        }
+    }
+    for &i in &free {
+        for &j in free.iter().filter(|j| **j < i) {
+            let (a, b) = (rows[i][j], rows[j][i]);
+            if !((a - b).abs() <= ROUNDING * (rows[i][i] * rows[j][j]).sqrt()) {
+                let hint =
+                    format!("row {i}, column {j} is {a}, row {j}, column {i} is {b} (from 0)");
+                return refuse(field, "symmetric", hint);
+            }
+            let mean = 0.5 * (a + b);
+            (rows[i][j], rows[j][i]) = (mean, mean);
+        }
+    }
+    // Scaled to a unit diagonal, so that the units of couples and forces do not matter.
+    let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+        let (i, j) = (free[a], free[b]);
+        rows[i][j] / (rows[i][i].sqrt() * rows[j][j].sqrt())
+    });
+    let large = scaled.iter().any(|x| !(x.abs() <= 1.0));
+    let least = match large {
+        true => f64::NEG_INFINITY,
+        false => SymmetricEigen::new(scaled).eigenvalues.min(),
+    };
+    if !(least > ROUNDING) {
+        let hint = if large {
+            "an entry beside the diagonal is larger than the root of the product of its two diagonal entries: \
+             the law is not convex"
+                .to_owned()
+        } else {
+            format!(
+                "scaled to a unit diagonal its least eigenvalue is {least:.6e}: the law is not convex"
+            )
+        };
+        return refuse(field, "positive definite", hint);
+    }
+    Some(rows)
+}
+
+fn law(table: &Table, length: Option<f64>) -> Option<Section> {
+    let reader = table.reader;
+    #[derive(Clone, PartialEq)]
+    enum Word {
+        Linear,
+        Barrier,
+    }
+    let words = [("linear", Word::Linear), ("barrier", Word::Barrier)];
+    let allowed = r#""linear" or "barrier""#;
+    let word = table.read(
+        "law",
+        allowed,
+        Required("law = \"barrier\""),
+        |field, value| reader.choice(field, value, &words, allowed),
+    );
+    let linear = diagonal(table, length);
+    if word == Some(Word::Linear) {
+        let alone = table.get("barrier").is_none();
+        table.conflict(
+            "barrier",
+            &["law"],
+            "write law = \"barrier\", or leave it out",
+        );
+        return linear.filter(|_| alone).map(Section::Diagonal);
+    }
+    let mut elastic = true;
+    if word == Some(Word::Barrier)
+        && let Some(linear) = &linear
+        && linear.axial == Stiffness::Rigid
+    {
+        let allowed = "a stiffness > 0 where the law is \"barrier\"";
+        let hint = "a rod that cannot be compressed needs no barrier: write `axial = 300.0`, or leave out the law";
+        let kind = match table.get("axial") {
+            Some(_) => FaultKind::Conflict,
+            None => FaultKind::Missing,
+        };
+        let (at, span) = match table.get("axial") {
+            Some(value) => (value.span().start, Some(value.span())),
+            None => (table.at, None),
+        };
+        let hint = Some(hint.to_owned());
+        reader.record(kind, at, "rod.section.axial", span, allowed, hint);
+        elastic = false;
+    }
+    let allowed = "a table such as { strength = 1.0, half_widths = [0.05, 0.05] }";
+    let example = Required("barrier = { strength = 1.0, half_widths = [0.05, 0.05] }");
+    let barrier = table.read("barrier", allowed, example, |field, value| {
+        let table = reader.table(field, value, &BARRIER, &[], allowed)?;
+        let strength = table.number("strength", SIZE, Required("strength = 1.0"));
+        let example = Required("half_widths = [0.05, 0.05]");
+        let half_widths = table.vector("half_widths", HALF_WIDTH, example);
+        Some(BarrierTerm {
+            strength: strength?,
+            half_widths: half_widths?,
+        })
+    });
+    word?;
+    let (linear, barrier) = (linear?, barrier?);
+    elastic.then_some(Section::Barrier(Barrier {
+        law: LawName::Barrier,
+        linear,
+        barrier,
+    }))
+}
+
+fn shaped(table: &Table) -> Option<Shaped> {
+    let reader = table.reader;
+    let young = table.number("young", STIFFNESS, Required("young = 2.1e11"));
+    let transverse = transverse(table);
+    let shear_factor = table.optional("shear_factor", SHEAR_FACTOR);
+    let torsion_constant = table.optional("torsion_constant", STIFFNESS);
+    let word = |name: &str| {
+        table.read(name, "", Or(None), |field, value| {
+            let allowed = "\"rigid\", or left out: its stiffness follows from the shape";
+            reader
+                .choice(field, value, &[("rigid", Rigid::Rigid)], allowed)
+                .map(Some)
+        })
+    };
+    let (shear, axial) = (word("shear"), word("axial"));
+    let shape = shape(table);
+    Some(Shaped {
+        shape: shape?,
+        young: young?,
+        transverse: transverse?,
+        shear_factor: shear_factor?,
+        torsion_constant: torsion_constant?,
+        shear: shear?,
+        axial: axial?,
+    })
+}
+
+fn transverse(table: &Table) -> Option<Transverse> {
+    let modulus = table.optional("shear_modulus", STIFFNESS);
+    let poisson = table.optional("poisson", POISSON);
+    match (modulus?, poisson?) {
+        (Some(modulus), None) => Some(Transverse::ShearModulus(modulus)),
+        (None, Some(ratio)) => Some(Transverse::Poisson(ratio)),
+        (Some(_), Some(_)) => {
+            let hint = "E = 2 G (1 + nu): keep one of them";
+            table.conflict("poisson", &["shear_modulus"], hint);
+            None
+        }
+        (None, None) => {
+            table.missing(
+                "poisson",
+                "a number in (-1, 0.5]; or shear_modulus > 0",
+                "poisson = 0.3",
+            );
+            None
+        }
+    }
+}
+
+fn shape(table: &Table) -> Option<Shape> {
+    #[derive(Clone)]
+    enum Word {
+        Circle,
+        Rectangle,
+        Tube,
+    }
+    let words = [
+        ("circle", Word::Circle),
+        ("rectangle", Word::Rectangle),
+        ("tube", Word::Tube),
+    ];
+    let allowed = r#""circle", "rectangle" or "tube""#;
+    let example = Required(r#"shape = "circle""#);
+    let word = table.read("shape", allowed, example, |field, value| {
+        table.reader.choice(field, value, &words, allowed)
+    })?;
+    let own: &[&str] = match word {
+        Word::Circle => &["radius", "diameter"],
+        Word::Rectangle => &["width", "height"],
+        Word::Tube => &["outer_radius", "outer_diameter", "thickness"],
+    };
+    let sizes = [
+        "radius",
+        "diameter",
+        "width",
+        "height",
+        "outer_radius",
+        "outer_diameter",
+        "thickness",
+    ];
+    let others = sizes.iter().filter(|name| !own.contains(name));
+    let others: Vec<_> = others.filter(|name| table.get(name).is_some()).collect();
+    for other in &others {
+        let hint = format!("the sizes of this shape are {}", own.join(", "));
+        table.conflict(other, &["shape"], &hint);
+    }
+    let shape = match word {
+        Word::Circle => radius(table, "radius", "diameter").map(|radius| Shape::Circle { radius }),
+        Word::Rectangle => {
+            let width = table.number("width", SIZE, Required("width = 0.01"));
+            let height = table.number("height", SIZE, Required("height = 0.01"));
+            width
+                .zip(height)
+                .map(|(width, height)| Shape::Rectangle { width, height })
+        }
+        Word::Tube => tube(table),
+    };
+    shape.filter(|_| others.is_empty())
+}
+
+fn tube(table: &Table) -> Option<Shape> {
+    let outer_radius = radius(table, "outer_radius", "outer_diameter");
+    let thickness = table.number("thickness", SIZE, Required("thickness = 0.001"));
+    let (outer_radius, thickness) = (outer_radius?, thickness?);
+    if thickness < outer_radius {
+        return Some(Shape::Tube {
+            outer_radius,
+            thickness,
+        });
+    }
+    let value = table.get("thickness")?;
+    let allowed = format!("less than the outer radius, {outer_radius}");
+    let hint = Some("a tube without a hole is a circle".to_owned());
+    let field = table.field("thickness");
+    table
+        .reader
+        .fault(FaultKind::Value, &field, value.span(), allowed, hint);
+    None
+}
+
+/// A radius, or half a diameter.
+fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option<f64> {
+    let by_radius = table.optional(radius, SIZE);
+    let by_diameter = table.optional(diameter, SIZE);
+    match (by_radius?, by_diameter?) {
+        (Some(radius), None) => Some(radius),
+        (None, Some(diameter)) => Some(0.5 * diameter),
+        (Some(_), Some(_)) => {
+            table.conflict(diameter, &[radius], "keep one of them");
+            None
+        }
+        (None, None) => {
+            table.missing(radius, SIZE.allowed, &format!("{radius} = 0.01"));
+            None
+        }
+    }
+}
+
+/// Reads `[rod.rest]`.
+pub(super) fn rest(table: &Table, length: Option<f64>) -> Option<Rest> {
+    let reader = table.reader;
+    let default = Rest::default();
+    let number = |field: &str, value| along(reader, field, value, VALUE, length);
+    let curvature = table.read("curvature", "", Or(default.curvature), |field, value| {
+        reader.array(
+            field,
+            value,
+            "an array of two curvatures, about d1 and d2",
+            number,
+        )
+    });
+    let twist = table.read("twist", "", Or(default.twist), number);
+    Some(Rest {
+        curvature: curvature?,
+        twist: twist?,
+    })
+}
+
+/// Reports a rod that is totally compressed by its rest curvature.
+pub(super) fn rest_inside_barrier(
+    table: &Table,
+    section: &Section,
+    rest: &Rest,
+    length: f64,
+) -> bool {
+    let Section::Barrier(law) = section else {
+        return true;
+    };
+    // The border is a norm of the curvature: on a piecewise linear one it is greatest at the nodes.
+    let mut places: Vec<f64> = (0..=64).map(|i| length * f64::from(i) / 64.0).collect();
+    for along in &rest.curvature {
+        if let Along::Table { s, .. } = along {
+            places.extend(s);
+        }
+    }
+    let [h1, h2] = law.barrier.half_widths;
+    let shortest = |s: &f64| {
+        let [u1, u2] = [0, 1].map(|i| rest.curvature[i].at(*s, length));
+        (h2 * u1).hypot(h1 * u2)
+    };
+    let Some(s) = places.iter().find(|s| !(shortest(s) < 1.0)) else {
+        return true;
+    };
+    let hint = format!(
+        "at s = {s:.6} it is {:.6} already without load (AMV (2.7))",
+        shortest(s)
+    );
+    let allowed =
+        "so small that sqrt((h2 u1)^2 + (h1 u2)^2) < 1, h1 and h2 the half widths of the barrier";
+    let (at, span) = match table.get("curvature") {
+        Some(value) => (value.span().start, Some(value.span())),
+        None => (table.at, None),
+    };
+    let kind = FaultKind::Value;
+    table
+        .reader
+        .record(kind, at, "rod.rest.curvature", span, allowed, Some(hint));
+    false
+}
