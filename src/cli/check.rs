@@ -3,15 +3,24 @@
 use super::files::{print, print_json};
 use super::{CheckArgs, Ending, Refusal};
 use serde_json::json;
-use snaprod::scene::{Faults, ReadError, Scene, Setup};
+use snaprod::scene::{AnyScene, Faults, ReadError, Scene, Setup, Statics, read_any};
 use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
 pub fn read(path: &Path) -> Result<Scene, Refusal> {
-    Scene::read(path).map_err(|e| match e {
+    Scene::read(path).map_err(refuse)
+}
+
+/// Reads a scene of statics, or says everything that is wrong with it.
+pub fn read_statics(path: &Path) -> Result<Statics, Refusal> {
+    Statics::read(path).map_err(refuse)
+}
+
+fn refuse(e: ReadError) -> Refusal {
+    match e {
         ReadError::Scene { file, faults } => report(&file, &faults),
         ReadError::File(e) => Refusal(e.to_string()),
-    })
+    }
 }
 
 fn report(file: &str, faults: &Faults) -> Refusal {
@@ -31,8 +40,8 @@ pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
 /// equilibrium is found here and not in the run.
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.display().to_string();
-    match Scene::read(&args.scene) {
-        Ok(scene) => match Setup::new(&scene).and_then(|setup| setup.run().map(drop)) {
+    match read_any(&args.scene) {
+        Ok(scene) => match start(&scene) {
             Ok(()) => {
                 if args.json {
                     print_json(json!({ "scene": file, "valid": true, "faults": [] }));
@@ -57,5 +66,13 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
             Err(report(&file, &faults))
         }
         Err(ReadError::File(e)) => Err(Refusal(e.to_string())),
+    }
+}
+
+/// What only setting up can find.
+fn start(scene: &AnyScene) -> snaprod::Result<()> {
+    match scene {
+        AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
+        AnyScene::Statics(scene) => scene.problem().map(drop),
     }
 }

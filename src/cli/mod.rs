@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 the run ended short of what was asked (the reason is in the output), 2 bad input.
 
 mod check;
+mod equilibrium;
 mod figures;
 mod files;
 mod folds;
@@ -39,6 +40,8 @@ enum Command {
     Folds(FoldsArgs),
     /// Draws the solution sheets, the fold curves and the energies of stable equilibria.
     Sheets(SheetsArgs),
+    /// Solves the statics of a rod in space: shape, wrench, strains, energy, index.
+    Equilibrium(EquilibriumArgs),
     /// Checks a scene and reports every fault at once.
     Check(CheckArgs),
 }
@@ -138,6 +141,18 @@ struct SheetsArgs {
 }
 
 #[derive(Args)]
+struct EquilibriumArgs {
+    /// The scene, a TOML file with model = "cosserat".
+    scene: PathBuf,
+    /// Where to write shape.csv and equilibrium.json; nothing is written without it.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
 struct CheckArgs {
     /// The scene, a TOML file.
     scene: PathBuf,
@@ -188,6 +203,7 @@ pub fn main() -> ExitCode {
         Command::Equilibria(args) => query::equilibria(args),
         Command::Folds(args) => folds::folds(args),
         Command::Sheets(args) => sheets::sheets(args),
+        Command::Equilibrium(args) => equilibrium::equilibrium(args),
         Command::Check(args) => check::check(args),
     };
     match ending {

@@ -145,6 +145,28 @@ impl Problem {
         })
     }
 
+    /// The rod.
+    pub fn rod(&self) -> &Rod {
+        &self.rod
+    }
+
+    /// The rod at `count` (at least 2) evenly spaced sections under a base wrench in the world frame.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`].
+    pub fn shape(&self, base: &Wrench, count: usize) -> Result<Vec<RodSection>> {
+        let last = count.max(2) - 1;
+        let at: Vec<f64> = (0..=last)
+            .map(|i| self.rod.length * i as f64 / last as f64)
+            .collect();
+        self.rod.shape(base, &at, self.tolerance)
+    }
+
+    /// True if the loads have a potential: no follower load, no couple at an end that is free to turn.
+    pub fn is_conservative(&self) -> bool {
+        !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
+    }
+
     /// The number of unknowns: m(0), and the components of n that are not given.
     pub fn unknowns(&self) -> usize {
         if self.end.follower {

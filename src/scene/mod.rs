@@ -50,6 +50,7 @@
 
 mod along_schema;
 mod build;
+mod build_rod;
 mod continue_schema;
 mod fault;
 mod parameter;

@@ -14,8 +14,8 @@ mod inversion;
 mod plot;
 #[cfg(feature = "plot")]
 mod plot_data;
-#[cfg(feature = "scene")]
 mod rods;
+#[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
 mod scene_scales;

@@ -39,7 +39,12 @@ pub fn rod(row: &Value) -> Option<Rod> {
         rigid[i.as_u64().expect("an index") as usize] = true;
     }
     let rest = list(&section["rest"]);
-    let law = Linear::new(Matrix6::from_row_slice(&entries), rigid)
+    let mut stiffness = Matrix6::from_row_slice(&entries);
+    for i in (0..6).filter(|i| rigid[*i]) {
+        stiffness[(i, i)] = 1.0;
+    }
+    let law = Linear::full(stiffness)
+        .and_then(|law| law.rigid([rigid[3], rigid[4], rigid[5]]))
         .and_then(|law| law.with_rest([rest[0], rest[1]], rest[2]))
         .expect("a law");
     Some(Rod::new(number(row, "length"), law).expect("a rod"))

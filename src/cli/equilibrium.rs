@@ -1,0 +1,165 @@
+//! `snaprod equilibrium SCENE`.
+
+use super::check::{no_start, read_statics};
+use super::files::{exact, json_text, make_directory, number, print, print_json, write_whole};
+use super::{Ending, EquilibriumArgs, Refusal};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
+use serde_json::{Value, json};
+use snaprod::rod::{Equilibrium, Problem, RodSection};
+use std::fmt::Write;
+
+/// Sections in shape.csv.
+const SECTIONS: usize = 201;
+
+/// Solves the scene and describes its equilibrium.
+pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
+    let scene = read_statics(&args.scene)?;
+    let refuse = |e| no_start(&args.scene, &e);
+    let problem = scene.problem().map_err(refuse)?;
+    let found = problem.solve(scene.guess().as_ref()).map_err(refuse)?;
+    let object = describe(&problem, &found);
+    if let Some(directory) = &args.out {
+        let sections = problem.shape(&found.base, SECTIONS).map_err(refuse)?;
+        make_directory(directory)?;
+        write_whole(
+            &directory.join("equilibrium.json"),
+            json_text(object.clone()).as_bytes(),
+        )?;
+        write_whole(&directory.join("shape.csv"), table(&sections).as_bytes())?;
+    }
+    if args.json {
+        print_json(object);
+    } else {
+        print(&text(&problem, &found));
+    }
+    Ok(Ending::Done)
+}
+
+/// [w, x, y, z] of the directors, w >= 0.
+fn quaternion(section: &RodSection) -> [f64; 4] {
+    let q = UnitQuaternion::from_matrix(&section.directors);
+    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+    [q.w, q.i, q.j, q.k].map(|x| sign * x)
+}
+
+fn halves(wrench: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    (
+        wrench.fixed_rows::<3>(0).into_owned(),
+        wrench.fixed_rows::<3>(3).into_owned(),
+    )
+}
+
+fn list(x: &Vector3<f64>) -> [f64; 3] {
+    (*x).into()
+}
+
+fn describe(problem: &Problem, found: &Equilibrium) -> Value {
+    let (couple, force) = halves(&found.base);
+    let route = &found.route;
+    json!({
+        "position": list(&found.end.position),
+        "quaternion": quaternion(&found.end),
+        "base_force": list(&force),
+        "base_couple": list(&couple),
+        "tip_force": list(&found.end.force),
+        "tip_couple": list(&found.end.couple),
+        "energy": found.end.energy,
+        "index": found.index,
+        "stable": found.index == 0,
+        "conservative": problem.is_conservative(),
+        "residual": found.residual,
+        "path": {
+            "kind": "spatial",
+            "uniform": problem.rod().hoists_inverse(),
+            "unknowns": problem.unknowns(),
+            "from_guess": route.from_guess,
+            "continuation_steps": route.steps,
+            "bent_start": route.imperfect,
+            "newton_steps": route.iterations,
+            "evaluations": route.evaluations,
+            "smallest_damping": route.damping,
+        },
+    })
+}
+
+fn text(problem: &Problem, found: &Equilibrium) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<15}{value}");
+    };
+    let three = |x: &Vector3<f64>| format!("{}, {}, {}", number(x.x), number(x.y), number(x.z));
+    let (couple, force) = halves(&found.base);
+    line("position", three(&found.end.position));
+    line("quaternion", quaternion(&found.end).map(number).join(", "));
+    line("base force", three(&force));
+    line("base couple", three(&couple));
+    line("tip force", three(&found.end.force));
+    line("tip couple", three(&found.end.couple));
+    line("energy", number(found.end.energy));
+    let stable = if found.index == 0 {
+        "stable"
+    } else {
+        "unstable"
+    };
+    let caution = if problem.is_conservative() {
+        ""
+    } else {
+        "; the load is not conservative: index of its symmetric part"
+    };
+    line("index", format!("{} ({stable}{caution})", found.index));
+    line("residual", format!("{:.1e}", found.residual));
+    let route = &found.route;
+    let start = if route.from_guess {
+        "from the guess of [start]".to_owned()
+    } else {
+        let start = if route.imperfect {
+            "a bent"
+        } else {
+            "the unloaded"
+        };
+        format!("from {start} rod by continuation in {} steps", route.steps)
+    };
+    let damped = if route.damping < 1.0 {
+        format!(", damped down to {}", route.damping)
+    } else {
+        String::new()
+    };
+    line(
+        "path",
+        format!(
+            "in space, {} unknowns, {}; {start}; {} Newton steps{damped}",
+            problem.unknowns(),
+            if problem.rod().hoists_inverse() {
+                "inverse law formed once (uniform, linear)"
+            } else {
+                "inverse law at every section"
+            },
+            route.iterations
+        ),
+    );
+    text
+}
+
+fn table(sections: &[RodSection]) -> String {
+    let mut text = String::from(
+        "s,x,y,z,d1x,d1y,d1z,d2x,d2y,d2z,d3x,d3y,d3z,u1,u2,u3,v1,v2,v3,m1,m2,m3,n1,n2,n3,energy\n",
+    );
+    for section in sections {
+        let (m, n) = (
+            section.directors.transpose() * section.couple,
+            section.directors.transpose() * section.force,
+        );
+        let row: Vec<String> = std::iter::once(section.s)
+            .chain(section.position.iter().copied())
+            .chain(section.directors.iter().copied())
+            .chain(section.strain.iter().copied())
+            .chain(m.iter().copied())
+            .chain(n.iter().copied())
+            .chain([section.energy])
+            .map(exact)
+            .collect();
+        text.push_str(&row.join(","));
+        text.push('\n');
+    }
+    text
+}
