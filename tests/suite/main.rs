@@ -14,6 +14,10 @@ mod inversion;
 mod plot;
 #[cfg(feature = "plot")]
 mod plot_data;
+#[cfg(feature = "plot")]
+mod plot_rods;
+#[cfg(feature = "plot")]
+mod plot_rods_data;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
