@@ -1,11 +1,14 @@
-//! Draws every figure of `snaprod::plot` from closed-form data into the directory given (default: `.`).
+//! Draws every figure of `snaprod::plot` from closed-form or made-up data into the directory given (default: `.`).
 //!
 //!     cargo run --release --no-default-features --features png --example plot_gallery -- out
 
 #[path = "../tests/suite/plot_data.rs"]
 mod plot_data;
+#[path = "../tests/suite/plot_rods_data.rs"]
+mod plot_rods_data;
 
 use plot_data::*;
+use plot_rods_data::*;
 use snaprod::plot::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -31,6 +34,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             energy_landscape(&landscape_data(241, 200))?,
         ),
         ("lines", lines(&lines_data())?),
+        ("branches", branch_diagram(&pitchfork())?),
+        ("branches_energy", branch_diagram(&pitchfork_energy())?),
+        ("rods_helix", rod_shapes(&one(helix(2.5, 241), 0.05))?),
+        ("rods_knot", rod_shapes(&one(knot(), 0.0))?),
+        ("rods_plane", rod_shapes(&family())?),
+        ("rods_twisted", rod_shapes(&twisted_family())?),
+        ("rods_floor", rod_shapes(&one(bent(2.6, 0, 1), 0.0))?),
+        ("rods_ring", rod_shapes(&one(ring(), 0.06))?),
+        ("rods_straight", rod_shapes(&one(bent(0.0, 0, 1), 0.0))?),
+        ("rod_state", rod_state(&state())?),
+        ("rod_state_plane", rod_state(&plane_state())?),
     ];
     for (name, svg) in figures {
         println!("{name}: {} kB", svg.len() / 1000);

@@ -14,11 +14,15 @@
 //! | [`fold_map`] | fold curves, cusps, numbers of stable equilibria |
 //! | [`energy_landscape`] | the elastic energy over the disc |
 //! | [`lines`] | any curves, linear or logarithmic |
+//! | [`branch_diagram`] | branches of equilibria over a parameter, their stability, special points |
+//! | [`rod_shapes`] | rods in space, in perspective |
+//! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
 //! error ([`crate::Error::is_domain`]).
 
 mod axes;
+mod branch;
 mod canvas;
 mod contour;
 mod data;
@@ -31,11 +35,15 @@ mod palette;
 #[cfg(feature = "png")]
 mod png;
 mod portrait;
+mod rod3;
 mod scene;
+mod space;
+mod state;
 mod surfaces;
 mod text;
 mod ticks;
 
+pub use branch::{Branch, BranchDiagram, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use data::{Bounds, Curve, Field, Patch, Units, View};
 pub use lines::{Lines, Series, Trace, lines};
 pub use maps::{EnergyLandscape, FoldMap, Scale, energy_landscape, fold_map};
@@ -43,6 +51,8 @@ pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
+pub use rod3::{RodShapes, RodUnits, SpaceRod, rod_shapes};
+pub use state::{RodState, rod_state};
 pub use surfaces::{
     PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,
 };

@@ -15,6 +15,10 @@ mod plot;
 #[cfg(feature = "plot")]
 mod plot_data;
 mod rods;
+#[cfg(feature = "plot")]
+mod plot_rods;
+#[cfg(feature = "plot")]
+mod plot_rods_data;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
