@@ -6,13 +6,21 @@
 //!
 //! * [`Linear`]: diagonal or full stiffness, intrinsic curvature and twist, unshearable and inextensible rods.
 //! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
+//! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
 
+mod barrier;
 mod linear;
+mod newton;
 mod profile;
+mod stored_energy;
 mod varying;
 
+pub use barrier::Barrier;
 pub use linear::Linear;
+/// Numbers that carry their derivatives, for [`StoredEnergy`].
+pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Shape};
+pub use stored_energy::{Hyperelastic, StoredEnergy};
 pub use varying::{Along, Varying};
 
 use crate::error::Result;

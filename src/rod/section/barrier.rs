@@ -1,0 +1,221 @@
+//! A nonlinear law in which total compression costs infinite energy: AMV (2.7), (2.26).
+//!
+//! With half-widths h1, h2 of the section along d1 and d2 the fibres of an elliptic section keep their orientation
+//! where the strains lie in the cone
+//! ```text
+//! v3 > V,   V^2 = h2^2 u1^2 + h1^2 u2^2      (the fibre at (x1, x2) is stretched by v3 + u1 x2 - u2 x1),
+//! ```
+//! which is (2.7). To a linear law the stored energy adds the barrier of the cone, less its tangent at rest:
+//! ```text
+//! W = 1/2 (e - rest).K (e - rest) + beta [phi(e) - phi(rest) - phi'(rest).(e - rest)],   phi = -log(v3^2 - V^2).
+//! ```
+//! phi is convex, so W is strictly convex, zero with zero slope at rest, at least quadratic far out and infinite at
+//! the boundary of the cone: (2.21), (2.24), (2.26). For a straight rod the bracket is -log(v3^2 - V^2) + 2 (v3 - 1).
+//! Curvature at rest leaves the cone as it is (the strains are counted from the straight prism, whose fibres it bounds)
+//! but must lie inside it, V(rest) < 1. Linearised at a straight rest the stiffness is
+//! K + beta diag(2 h2^2, 2 h1^2, 0, 0, 0, 2).
+//!
+//! With q = v3^2 - V^2, J = diag(h2^2, h1^2, 0, 0, 0, -1): q = -e.J e, phi' = 2 J e/q, phi'' = 2 J/q + 4 (J e)(J e)^T/q^2.
+//! Under large couples q is a small difference of large squares; so the inverse law works with rho = sqrt(q) in place
+//! of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q.
+
+use super::newton::{Point, Potential, invert};
+use super::profile::positive;
+use super::{Inverse, Linear, Resultant, SectionLaw, Strain, linear};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix6, Vector6};
+
+/// A linear law and the barrier against total compression (see the module's head, in short):
+/// W = 1/2 (e - rest).K (e - rest) + beta times the logarithmic barrier of v3 > sqrt(h2^2 u1^2 + h1^2 u2^2).
+///
+/// Shear may be rigid; stretch may not, since an inextensible rod cannot be compressed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Barrier {
+    base: Linear,
+    half_widths: [f64; 2],
+    strength: f64,
+    /// J.
+    cone: Vector6<f64>,
+    /// q at rest.
+    q_rest: f64,
+}
+
+impl Barrier {
+    /// The law `base` with a barrier of `strength` beta (a force) for a section of `half_widths` h1, h2 along d1, d2.
+    ///
+    /// # Errors
+    /// Half-widths or a strength not finite and > 0; a base that is rigid in v3, or with a rest curvature outside the
+    /// cone.
+    pub fn new(base: Linear, half_widths: [f64; 2], strength: f64) -> Result<Self> {
+        positive("half_widths[0]", half_widths[0])?;
+        positive("half_widths[1]", half_widths[1])?;
+        positive("barrier strength", strength)?;
+        if base.is_rigid()[2] {
+            return Err(Error::domain(
+                "a law that is rigid in v3 cannot have a barrier against total compression: \
+                 give an axial stiffness, or use the linear law alone",
+            ));
+        }
+        let [h1, h2] = half_widths;
+        let mut law = Self {
+            base,
+            half_widths,
+            strength,
+            cone: Vector6::new(h2 * h2, h1 * h1, 0.0, 0.0, 0.0, -1.0),
+            q_rest: 1.0,
+        };
+        let rest = base.rest();
+        let compressed = law.compressed(rest);
+        if !(compressed < 1.0) {
+            return Err(Error::domain(format!(
+                "the rest curvature [{}, {}] is too large for the half-widths {half_widths:?}: \
+                 sqrt(h2^2 u1^2 + h1^2 u2^2) = {compressed} must be < 1",
+                rest[0], rest[1]
+            )));
+        }
+        law.q_rest = (1.0 - compressed) * (1.0 + compressed);
+        Ok(law)
+    }
+
+    /// The residual of every Newton iterate of the inverse law, relative to the terms it is made of: how it converged.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::inverse`].
+    pub fn convergence(&self, w: &Resultant) -> Result<Vec<f64>> {
+        let mut residuals = Vec::new();
+        self.invert(w, |residual| residuals.push(residual))?;
+        Ok(residuals)
+    }
+
+    /// V(u1, u2): the stretch v3 at which some fibre is totally compressed.
+    fn compressed(&self, e: &Strain) -> f64 {
+        let [h1, h2] = self.half_widths;
+        (h2 * e[0]).hypot(h1 * e[1])
+    }
+
+    /// rho = sqrt(v3^2 - V^2).
+    fn depth(&self, e: &Strain) -> Result<f64> {
+        linear::finite(e)?;
+        let compressed = self.compressed(e);
+        if !(compressed < e[5]) {
+            return Err(Error::domain(format!(
+                "total compression: v3 = {} must be > sqrt(h2^2 u1^2 + h1^2 u2^2) = {compressed}",
+                e[5]
+            )));
+        }
+        Ok((e[5] - compressed).sqrt() * (e[5] + compressed).sqrt())
+    }
+
+    /// 2 (J e/q - J rest/q_rest), the slope of the barrier per unit of strength.
+    fn push(&self, e: &Strain, rho: f64) -> Resultant {
+        let inner = e / rho / rho - self.base.rest() / self.q_rest;
+        2.0 * self.cone.component_mul(&inner)
+    }
+
+    fn energy_at(&self, e: &Strain, rho: f64) -> f64 {
+        let deviation = e - self.base.rest();
+        let pushed = self.cone.component_mul(&deviation);
+        let root = self.q_rest.sqrt();
+        let z = (rho / root - 1.0) * (rho / root + 1.0);
+        let bent = deviation.dot(&pushed) / self.q_rest;
+        // Two forms of one number: near rest the terms of first order are taken out.
+        let barrier = if z.abs() + bent.abs() < 0.1 {
+            (z - z.ln_1p()) + bent
+        } else {
+            -2.0 * (rho / root).ln() - 2.0 * self.base.rest().dot(&pushed) / self.q_rest
+        };
+        0.5 * deviation.dot(&(self.base.stiffness() * deviation)) + self.strength * barrier
+    }
+
+    fn resultants_at(&self, e: &Strain, rho: f64) -> Resultant {
+        self.base.stiffness() * (e - self.base.rest()) + self.strength * self.push(e, rho)
+    }
+
+    fn invert(&self, w: &Resultant, seen: impl FnMut(f64)) -> Result<Inverse> {
+        let mut start = *self.base.rest();
+        start[5] = self.q_rest.sqrt();
+        invert(self, start, w, seen)
+    }
+}
+
+impl Potential for Barrier {
+    fn rigid(&self) -> [bool; 3] {
+        self.base.is_rigid()
+    }
+
+    fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>> {
+        let rho = x[5];
+        if !(0.0 < rho) || !x.iter().all(|entry| entry.is_finite()) {
+            return Ok(None);
+        }
+        let mut e = *x;
+        e[5] = rho.hypot(self.compressed(x));
+        let mut frame = Matrix6::identity();
+        frame[(5, 0)] = self.cone[0] * e[0] / e[5];
+        frame[(5, 1)] = self.cone[1] * e[1] / e[5];
+        frame[(5, 5)] = rho / e[5];
+        let at_fixed_q = self.base.stiffness()
+            + Matrix6::from_diagonal(&(self.cone * (2.0 * self.strength / rho / rho)));
+        let mut slope = at_fixed_q * frame;
+        let by_rho = self.cone.component_mul(&e) * (4.0 * self.strength / rho / rho / rho);
+        slope.set_column(5, &(slope.column(5) - by_rho));
+        Ok(Some(Point {
+            strain: e,
+            energy: self.energy_at(&e, rho),
+            resultants: self.resultants_at(&e, rho),
+            frame,
+            slope,
+        }))
+    }
+
+    /// A tenth of the way to the boundary is left.
+    fn reach(&self, x: &Vector6<f64>, dx: &Vector6<f64>) -> f64 {
+        if dx[5] < 0.0 {
+            (-0.9 * x[5] / dx[5]).min(1.0)
+        } else {
+            1.0
+        }
+    }
+}
+
+impl SectionLaw for Barrier {
+    fn energy(&self, _s: f64, e: &Strain) -> Result<f64> {
+        let rho = self.depth(e)?;
+        linear::held(self.base.is_rigid(), self.base.rest(), e)?;
+        let mut e = *e;
+        for k in (3..5).filter(|k| self.base.is_rigid()[*k - 3]) {
+            e[k] = self.base.rest()[k];
+        }
+        Ok(self.energy_at(&e, rho))
+    }
+
+    fn resultants(&self, _s: f64, e: &Strain) -> Result<Resultant> {
+        linear::unconstrained(self.base.is_rigid())?;
+        Ok(self.resultants_at(e, self.depth(e)?))
+    }
+
+    fn tangent(&self, _s: f64, e: &Strain) -> Result<Matrix6<f64>> {
+        linear::unconstrained(self.base.is_rigid())?;
+        let rho = self.depth(e)?;
+        let slope = self.cone.component_mul(e) * (2.0 / rho / rho);
+        let flat = Matrix6::from_diagonal(&(self.cone * (2.0 / rho / rho)));
+        Ok(self.base.stiffness() + self.strength * (flat + slope * slope.transpose()))
+    }
+
+    fn inverse(&self, _s: f64, w: &Resultant) -> Result<Inverse> {
+        self.invert(w, |_| ())
+    }
+
+    fn is_uniform(&self) -> bool {
+        true
+    }
+
+    fn unloaded(&self, _s: f64) -> Result<Strain> {
+        Ok(*self.base.rest())
+    }
+
+    /// The barrier joins u1, u2, v3 in even powers only: as the linear law.
+    fn planar_about(&self) -> [bool; 2] {
+        self.base.planar_about()
+    }
+}

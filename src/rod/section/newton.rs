@@ -1,0 +1,217 @@
+//! The inverse law of a nonlinear section: damped Newton for the minimum of W(e) - w.e (AMV after (2.32)).
+
+use super::linear::{NAMES, unit_at_rigid};
+use super::{Compliance, Inverse, Resultant, Strain};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix6, Vector6};
+
+/// A law at one point, in coordinates x of its own in which it is well conditioned.
+pub(super) struct Point {
+    /// e(x).
+    pub strain: Strain,
+    /// W(e(x)).
+    pub energy: f64,
+    /// w(x) = dW/de.
+    pub resultants: Resultant,
+    /// de/dx.
+    pub frame: Matrix6<f64>,
+    /// dw/dx.
+    pub slope: Matrix6<f64>,
+}
+
+/// A strictly convex stored energy at a fixed s. The coordinates of rigid strains are the strains themselves.
+pub(super) trait Potential {
+    /// Which of v1, v2, v3 are held.
+    fn rigid(&self) -> [bool; 3];
+
+    /// The law at x; None outside its domain.
+    ///
+    /// # Errors
+    /// A law that is not convex there.
+    fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>>;
+
+    /// The part of the step dx from x, at most 1, that stays well inside the domain, as far as this is known.
+    fn reach(&self, _x: &Vector6<f64>, _dx: &Vector6<f64>) -> f64 {
+        1.0
+    }
+}
+
+/// Newton steps, and trials within one of them.
+const STEPS: usize = 200;
+const TRIALS: usize = 60;
+
+/// Residuals, relative to the terms they are made of: below `DONE` each on its own, or no longer falling and below
+/// `ROUNDOFF` all together.
+const DONE: f64 = 4.0 * f64::EPSILON;
+const ROUNDOFF: f64 = 1e-12;
+
+/// Below this residual full steps are taken: energies can no longer be compared.
+const CLOSE: f64 = 1e-7;
+
+/// Solves w(x) = w from the admissible coordinates `x`. `seen` is told the residual of every iterate.
+pub(super) fn invert(
+    law: &impl Potential,
+    mut x: Vector6<f64>,
+    w: &Resultant,
+    mut seen: impl FnMut(f64),
+) -> Result<Inverse> {
+    if !w.iter().all(|entry| entry.is_finite()) {
+        return Err(Error::domain(format!(
+            "the resultants {:?} must be finite",
+            w.as_slice()
+        )));
+    }
+    let outside = |x: &Vector6<f64>| {
+        Error::domain(format!(
+            "the inverse law has nowhere to start: the law is not defined at {:?}",
+            x.as_slice()
+        ))
+    };
+    let mut point = law.at(&x)?.ok_or_else(|| outside(&x))?;
+    let mut before = f64::INFINITY;
+    let mut residual = f64::INFINITY;
+    for _ in 0..STEPS {
+        let (off, inverse) = linearised(law, &point, w)?;
+        let compliance = point.frame * inverse;
+        let compliance = 0.5 * (compliance + compliance.transpose());
+        let single;
+        (single, residual) = sizes(&point, &x, w, &off, &compliance);
+        seen(residual);
+        if single <= DONE || residual <= ROUNDOFF && !(single < 0.5 * before) {
+            return Ok(Inverse {
+                strain: point.strain,
+                energy: point.energy,
+                compliance: Compliance::Full(compliance),
+            });
+        }
+        before = single;
+        let dx = inverse * off;
+        match search(law, &x, &point, w, &off, &dx, residual)? {
+            Some(next) => (x, point) = next,
+            None => break,
+        }
+    }
+    Err(Error::no_convergence(format!(
+        "the inverse law found no strains for the resultants {:?}: relative residual {residual:e} at the strains {:?}; \
+         the stored energy may grow too slowly or not be smooth",
+        w.as_slice(),
+        point.strain.as_slice()
+    )))
+}
+
+/// What is missing in w, and dx/dw; zero for rigid strains.
+fn linearised(
+    law: &impl Potential,
+    point: &Point,
+    w: &Resultant,
+) -> Result<(Resultant, Matrix6<f64>)> {
+    let rigid = law.rigid();
+    let mut off = w - point.resultants;
+    let mut inverse =
+        equilibrated_inverse(&unit_at_rigid(&point.slope, rigid)).ok_or_else(|| {
+            Error::no_convergence(format!(
+                "the inverse law met a singular tangent at the strains {:?}",
+                point.strain.as_slice()
+            ))
+        })?;
+    for k in (3..6).filter(|k| rigid[*k - 3]) {
+        off[k] = 0.0;
+        inverse[(k, k)] = 0.0;
+    }
+    Ok((off, inverse))
+}
+
+/// Rows, then columns, are scaled to largest entry 1, so that units play no part in the choice of pivots.
+fn equilibrated_inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
+    let rows = Vector6::from_fn(|i, _| matrix.row(i).amax().recip());
+    let scaled = matrix.map_with_location(|i, _, entry| entry * rows[i]);
+    let columns = Vector6::from_fn(|j, _| scaled.column(j).amax().recip());
+    let scaled = scaled.map_with_location(|_, j, entry| entry * columns[j]);
+    let inverse = scaled.try_inverse()?;
+    let inverse = inverse.map_with_location(|i, j, entry| entry * columns[i] * rows[j]);
+    inverse.iter().all(|x| x.is_finite()).then_some(inverse)
+}
+
+/// The largest residual relative to the terms it is made of, and the same in the energy norm for all together.
+fn sizes(
+    point: &Point,
+    x: &Vector6<f64>,
+    w: &Resultant,
+    off: &Resultant,
+    compliance: &Matrix6<f64>,
+) -> (f64, f64) {
+    let (mut single, mut numerator, mut denominator) = (0.0_f64, 0.0_f64, f64::MIN_POSITIVE);
+    for i in 0..6 {
+        let size = w[i].abs() + point.slope.row(i).transpose().abs().dot(&x.abs());
+        if off[i] != 0.0 {
+            single = single.max(off[i].abs() / size);
+        }
+        let softness = compliance[(i, i)].max(0.0).sqrt();
+        numerator = numerator.max(off[i].abs() * softness);
+        denominator = denominator.max(size * softness);
+    }
+    (single, numerator / denominator)
+}
+
+/// A step along dx to where W - w.e has fallen and its slope is at most half of what it was, with the sign either way.
+fn search(
+    law: &impl Potential,
+    x: &Vector6<f64>,
+    point: &Point,
+    w: &Resultant,
+    off: &Resultant,
+    dx: &Vector6<f64>,
+    residual: f64,
+) -> Result<Option<(Vector6<f64>, Point)>> {
+    let value = |point: &Point| point.energy - w.dot(&point.strain);
+    let noise = 64.0 * f64::EPSILON * (point.energy.abs() + w.abs().dot(&point.strain.abs()));
+    let slope = -off.dot(&(point.frame * dx));
+    let mut t = law.reach(x, dx);
+    for _ in 0..TRIALS {
+        let trial = x + t * dx;
+        let Some(next) = law.at(&trial)? else {
+            t *= 0.25;
+            continue;
+        };
+        let there = (next.resultants - w).dot(&(next.frame * dx));
+        let falls = there <= -0.5 * slope && value(&next) <= value(point) + noise;
+        if falls || residual < CLOSE {
+            return Ok(Some((trial, next)));
+        }
+        let secant = slope / (slope - there);
+        t *= if there > 0.0 {
+            secant.clamp(0.1, 0.5)
+        } else {
+            0.5
+        };
+    }
+    Ok(None)
+}
+
+/// The tangent must be positive definite on the free strains.
+pub(super) fn convex(tangent: &Matrix6<f64>, rigid: [bool; 3], s: f64, e: &Strain) -> Result<()> {
+    let free = unit_at_rigid(tangent, rigid);
+    let roots = free.diagonal().map(f64::sqrt);
+    let scaled = free.map_with_location(|i, j, entry| entry / roots[i] / roots[j]);
+    let factor = scaled.cholesky();
+    let definite = factor.is_some_and(|factor| {
+        // A pivot of rounding is a zero.
+        let pivots = factor.l_dirty().diagonal();
+        pivots
+            .iter()
+            .all(|pivot| pivot * pivot > 16.0 * f64::EPSILON)
+    });
+    if definite {
+        return Ok(());
+    }
+    let eigen = free.symmetric_eigen();
+    let smallest = eigen.eigenvalues.imin();
+    let direction = eigen.eigenvectors.column(smallest);
+    Err(Error::domain(format!(
+        "the stored energy is not convex at s = {s}, strains {:?}: the smallest eigenvalue of its second derivative \
+         is {:e}, mostly in {}",
+        e.as_slice(),
+        eigen.eigenvalues[smallest],
+        NAMES[direction.iamax()]
+    )))
+}
