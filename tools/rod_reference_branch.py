@@ -260,11 +260,17 @@ def clamped():
         res.update({'k': float(k), 'k_second_route': kB, 'end_shortening': float(shortening(k)), 'thrust': float(16 * mp.ellipk(mp.mpf(str(k)) ** 2) ** 2),
                     'lateral_mode': tag, 'other_parity_k': [float(v) for t, v in good.items() if t != tag],
                     'whole_det_over_scale': float(clamped_tangent(k, b2, c)[0])})
+        from rod_reference_index import second_variation
+        for name, x in (('index_below', .99 * k), ('index_above', 1.01 * k)):
+            K = mp.ellipk(mp.mpf(float(x)) ** 2)
+            ev = second_variation(kirchhoff(b2, 1, c), [0, float(8 * x * K), 0, 0, 0, float(-16 * K * K)], 1., 'pose', 24, 96)
+            res[name] = int((ev < -1e-4).sum())
+            res[name + '_eigenvalues'] = [float('%.3g' % v) for v in ev[:3]]
         rows.append(res)
         print('  ', tag, repr(res['k']), kB - res['k'], res['end_shortening'], res['thrust'], flush=True)
     return {'convention': 'theta = 2 asin(k sn(4 K s)), rod along z, buckled in z-x, bending = [out_of_plane, 1], unshearable inextensible, both poses held; base couple (0, 8 K k, 0), '
             'n = (0, 0, -16 K^2), end_shortening 2 - 2 E/K. lateral_mode: parity of the lateral displacement about the middle. With equal bending the even problem is singular for every k '
-            '(turning the plane of buckling about the line of the clamps is free); the row gives the odd one.', 'rows': rows}
+            '(turning the plane of buckling about the line of the clamps is free); the row gives the odd one, and the index does not count the zero eigenvalue of that turning.', 'rows': rows}
 
 
 if __name__ == '__main__':
