@@ -4,6 +4,7 @@
 Two routes, see rod_reference_core.py: Taylor series of the director matrix, and the local balance laws with a
 quaternion by extrapolation, both in 80-bit precision; every row keeps the largest relative difference ("gap").
 Loads are raised from zero in small steps; the last Newton iteration uses residuals in extended precision.
+Needs numpy (with an 80-bit long double), scipy, mpmath. Order: rod_reference.py, rod_reference_index.py, rod_reference_branch.py.
 """
 import json
 import os
@@ -132,8 +133,6 @@ def newton(fun, b, tol=1e-17, its=12):
 
 def solve_load(sec, L, load):
     t, dt, b, db = 0.0, .1, np.zeros(6, LD), None
-    if np.any(sec.rest[:3] != 0):
-        pass
     while t < 1:
         dt = min(dt, 1 - t)
         guess = b if db is None else b + db * dt

@@ -70,7 +70,7 @@ def greenhill(T, c=.7):
         k1, k2 = M / 2 + d, M / 2 - d
         e1, e2 = mp.expj(k1), mp.expj(k2)
         A = mp.matrix([[1, 0, 1, 1], [0, 1, 1j * k1, 1j * k2], [1, 1, e1, e2], [0, 1, 1j * k1 * e1, 1j * k2 * e2]])
-        return mp.re(mp.det(A) * mp.expj(-M / 2))
+        return mp.im(mp.det(A) * mp.expj(-M / 2) / d)
     if T == 0:
         M = 2 * mp.findroot(lambda x: mp.tan(x) - x, 4.4934)
     else:
@@ -163,9 +163,7 @@ def ball(kap):
     fold = secant(fin, *scan(fin, 4., 9., 50))
     # second route for the fold: finite determinants of the planar map in (lam, kap) by mpmath differentiation
     def planar(l, k):
-        al, k0 = -2 * mp.asin(k * mp.ellipfun('cd', l, m=k ** 2)), None
-        E = mp.quad(lambda s: mp.ellipfun('dn', l * (1 - s), m=k ** 2) ** 2, [0, 1]) if False else None
-        w = mp.asin(mp.ellipfun('cd', l, m=k * k) * 0 + 1) if False else None
+        al = -2 * mp.asin(k * mp.ellipfun('cd', l, m=k ** 2))
         # theta(s) = alpha + 2 asin(k cd(lam (1-s)))
         th = lambda s: al + 2 * mp.asin(k * mp.ellipfun('cd', l * (1 - s), m=k * k))
         return mp.quad(lambda s: mp.cos(th(s)), mp.linspace(0, 1, 5)), mp.quad(lambda s: mp.sin(th(s)), mp.linspace(0, 1, 5))
@@ -185,10 +183,6 @@ def ball(kap):
         fo = lambda l: ball_tangent(l, kap, b2, c)[0]
         lam = secant(fo, *scan(fo, .3, 14., 137))
 
-        def lin(l):
-            al, k0 = planar_ball(l, kap)
-            M, _ = out_of_plane(0, float(k0), l * l, float(al), b2, c)
-            return np.linalg.det(M[[0, 1, 4]] - 0)
         lB = brentq(lambda l: _lin_ball(l, kap, b2, c), float(lam) - 1e-3, float(lam) + 1e-3, xtol=1e-14, rtol=1e-14)
         S = ball_tangent(lam, kap, b2, c)[2]
         rows.append({'out_of_plane': b2, 'torsion': c, 'lam': float(lam), 'lam_second_route': lB, 'position': fl(S['r']), 'energy': float(S['U'])})
@@ -266,8 +260,36 @@ def clamped():
         res.update({'k': float(k), 'k_second_route': kB, 'end_shortening': float(shortening(k)), 'thrust': float(16 * mp.ellipk(mp.mpf(str(k)) ** 2) ** 2),
                     'lateral_mode': tag, 'other_parity_k': [float(v) for t, v in good.items() if t != tag],
                     'whole_det_over_scale': float(clamped_tangent(k, b2, c)[0])})
+        from rod_reference_index import second_variation
+        for name, x in (('index_below', .99 * k), ('index_above', 1.01 * k)):
+            K = mp.ellipk(mp.mpf(float(x)) ** 2)
+            ev = second_variation(kirchhoff(b2, 1, c), [0, float(8 * x * K), 0, 0, 0, float(-16 * K * K)], 1., 'pose', 24, 96)
+            res[name] = int((ev < -1e-4).sum())
+            res[name + '_eigenvalues'] = [float('%.3g' % v) for v in ev[:3]]
         rows.append(res)
         print('  ', tag, repr(res['k']), kB - res['k'], res['end_shortening'], res['thrust'], flush=True)
     return {'convention': 'theta = 2 asin(k sn(4 K s)), rod along z, buckled in z-x, bending = [out_of_plane, 1], unshearable inextensible, both poses held; base couple (0, 8 K k, 0), '
             'n = (0, 0, -16 K^2), end_shortening 2 - 2 E/K. lateral_mode: parity of the lateral displacement about the middle. With equal bending the even problem is singular for every k '
-            '(turning the plane of buckling about the line of the clamps is free); the row gives the odd one.', 'rows': rows}
+            '(turning the plane of buckling about the line of the clamps is free); the row gives the odd one, and the index does not count the zero eigenvalue of that turning.', 'rows': rows}
+
+
+if __name__ == '__main__':
+    import sys
+    import rod_reference_benchmarks as bench
+    only = sys.argv[1:]
+    parts = {'greenhill': lambda: {'inputs': {'bending': 1, 'torsion': .7, 'note': 'the critical couple does not depend on torsion'},
+                                   'rows': [dict(zip(('tension', 'critical_couple', 'gap'), (T, float(M), g))) for T in (-20, 0, 20) for M, g in [greenhill(T)]]},
+             'ball_elastica': lambda: ball(.5), 'clamped_elastica': clamped,
+             'B5': bench.b5, 'B6': bench.b6, 'B7': bench.b7, 'B9': bench.b9, 'B10': bench.b10, 'B11': bench.b11}
+    data = {'recipe': 'Bifurcation facts and benchmarks, each by two routes (see tools/rod_reference_branch.py, rod_reference_benchmarks.py): complex-step tangents of an 80-bit '
+            'Taylor solution of the 3-D rod, and closed forms or linearised equations; gap: their difference. Conventions as in rod_ivp.json.'}
+    if only and os.path.exists(OUT):
+        data = json.load(open(OUT))
+    for name, f in parts.items():
+        if only and name not in only:
+            continue
+        print('==', name, flush=True)
+        data[name] = f()
+        print(json.dumps(data[name]), flush=True)
+        with open(OUT, 'w') as o:
+            o.write('{\n' + ',\n'.join(json.dumps(a) + ': ' + json.dumps(b) for a, b in data.items()) + '\n}\n')
