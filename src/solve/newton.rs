@@ -1,142 +1,211 @@
-//! Damped Newton iteration with the natural monotonicity test (Deuflhard), which reports what it did; and deflation.
+//! Damped Newton for small square systems, globalised by the natural monotonicity test.
+//!
+//! Deuflhard, Newton Methods for Nonlinear Problems (2004), Sec. 3.3 (algorithm NLEQ-ERR): a step is
+//! judged by the next simplified correction, J_k^-1 F(x_k + damping dx), not by |F|, so that the
+//! iteration does not depend on how the equations are scaled; damping factors are predicted from
+//! the curvature met so far.
 
+use super::elimination::Elimination;
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{SMatrix, SVector};
+use std::cell::Cell;
 
-/// How an iteration ended, and how it got there.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Solved {
-    /// The solution.
-    pub x: DVector<f64>,
-    /// |F| there.
-    pub residual: f64,
-    /// Size of the last correction: an estimate of the error of x.
-    pub correction: f64,
-    /// Newton steps taken.
-    pub iterations: usize,
-    /// Evaluations of F and its Jacobian.
-    pub evaluations: usize,
-    /// The smallest damping factor used; 1 if the iteration was never damped.
-    pub damping: f64,
+/// How far to go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// A correction below tolerance (1 + |x|) counts as converged. In (0, 1).
+    pub tolerance: f64,
+    /// Newton steps at most, >= 1.
+    pub max_iterations: usize,
+    /// A damping factor below this gives up. In (0, 1).
+    pub min_damping: f64,
 }
 
-/// Newton steps after which an iteration is given up, where nothing else is asked for.
-pub const LIMIT: usize = 60;
-/// The smallest damping factor.
-const SMALLEST: f64 = 1e-5;
-
-/// Solves F(x) = 0 for `f` = (F, dF/dx), to a correction of at most `tolerance` (1 + |x|), in at most `limit` steps.
-///
-/// # Errors
-/// `f` refuses the start; a singular Jacobian; no progress. The message says where the iteration stood.
-pub fn newton(
-    f: impl FnMut(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
-    start: &DVector<f64>,
-    tolerance: f64,
-    limit: usize,
-) -> Result<Solved> {
-    deflated(f, start, &[], tolerance, limit)
+impl Default for Options {
+    /// 1e-10, 50 steps, 1e-5.
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-10,
+            max_iterations: 50,
+            min_damping: 1e-5,
+        }
+    }
 }
 
-/// As [`newton`], for a solution that is none of `known`: F is multiplied by prod (1 + 1/|x - x_i|^2), which keeps
-/// the iteration away from them (Farrell, Birkisson, Funke 2015). The factor only rescales the Newton step.
-///
-/// # Errors
-/// As [`newton`].
-pub fn deflated(
-    mut f: impl FnMut(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
-    start: &DVector<f64>,
-    known: &[DVector<f64>],
-    tolerance: f64,
-    limit: usize,
-) -> Result<Solved> {
-    let mut x = start.clone();
-    let (mut value, mut jacobian) = f(&x)?;
-    let (mut evaluations, mut damping, mut fraction) = (1, 1.0_f64, 1.0_f64);
-    for iterations in 0..limit {
-        let factor = jacobian.clone().lu();
-        let singular = || {
-            Error::no_convergence(format!(
-                "the Jacobian is singular at x = {:?} after {iterations} Newton steps: a fold or a branch point is near",
-                x.as_slice()
-            ))
-        };
-        let newton = -factor.solve(&value).ok_or_else(singular)?;
-        let step = &newton * deflation_scale(&x, &newton, known);
-        let size = step.norm();
-        if !size.is_finite() {
-            return Err(singular());
-        }
-        if newton.norm() <= tolerance * (1.0 + x.norm()) {
-            return Ok(Solved {
-                residual: value.norm(),
-                correction: newton.norm(),
-                x,
-                iterations,
-                evaluations,
-                damping,
-            });
-        }
-        fraction = if known.is_empty() { fraction } else { 1.0 };
-        loop {
-            let trial = &x + &step * fraction;
-            evaluations += 1;
-            let outcome = f(&trial)
-                .ok()
-                .filter(|(v, _)| v.iter().all(|c| c.is_finite()));
-            if let Some((there, matrix)) = outcome {
-                let simplified = factor.solve(&there).map_or(f64::INFINITY, |s| s.norm());
-                // A deflated residual may grow on its way around a known solution.
-                let bound = if known.is_empty() {
-                    1.0 - 0.25 * fraction
-                } else {
-                    1e6
-                };
-                if simplified <= bound * newton.norm()
-                    || simplified <= tolerance * (1.0 + trial.norm())
-                {
-                    let theta = simplified / newton.norm();
-                    (x, value, jacobian) = (trial, there, matrix);
-                    damping = damping.min(fraction);
-                    fraction = if theta < 0.5 {
-                        1.0
-                    } else {
-                        (2.0 * fraction).min(1.0)
-                    };
-                    break;
-                }
-            }
-            fraction *= 0.5;
-            if fraction < SMALLEST {
-                return Err(Error::no_convergence(format!(
-                    "Newton's iteration makes no progress at x = {:?} (residual {:.2e}, correction {size:.2e}) after {iterations} steps; \
-                     start nearer, or by continuation",
-                    x.as_slice(),
-                    value.norm()
+impl Options {
+    fn check(&self) -> Result<()> {
+        for (name, value) in [
+            ("tolerance", self.tolerance),
+            ("min_damping", self.min_damping),
+        ] {
+            if !(0.0 < value && value < 1.0) {
+                return Err(Error::domain(format!(
+                    "Newton's {name} = {value} must lie between 0 and 1"
                 )));
             }
         }
+        if self.max_iterations == 0 {
+            return Err(Error::domain(
+                "Newton's max_iterations = 0 must be at least 1",
+            ));
+        }
+        Ok(())
     }
-    Err(Error::no_convergence(format!(
-        "no convergence within {limit} Newton steps (residual {:.2e}); start nearer, or by continuation",
-        value.norm()
-    )))
 }
 
-/// The factor by which deflation stretches the Newton step d: 1/(1 - grad(ln M).d).
-fn deflation_scale(x: &DVector<f64>, d: &DVector<f64>, known: &[DVector<f64>]) -> f64 {
-    let slope: f64 = known
-        .iter()
-        .map(|other| {
-            let away = x - other;
-            let square = away.norm_squared().max(1e-300);
-            -2.0 * away.dot(d) / (square * (1.0 + square))
-        })
-        .sum();
-    let scale = 1.0 / (1.0 - slope);
-    if scale.is_finite() {
-        scale.clamp(-10.0, 10.0)
-    } else {
-        1.0
+/// Why a Newton iteration stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// The next correction would be below rounding.
+    Rounding,
+    /// Corrections below the tolerance no longer shrink: the noise of F is reached.
+    Noise,
+}
+
+/// A solution and how it was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution<const N: usize> {
+    /// x with F(x) = 0.
+    pub x: SVector<f64, N>,
+    /// Newton steps taken.
+    pub iterations: usize,
+    /// Evaluations of F with its Jacobian.
+    pub evaluations: usize,
+    /// The smallest damping factor of an accepted step; 1 if no step was damped.
+    pub damping: f64,
+    /// |F| at the last evaluation (one correction before `x`).
+    pub residual: f64,
+    /// Length of the last correction.
+    pub correction: f64,
+    /// Why it stopped.
+    pub reason: Reason,
+}
+
+/// Solves F(x) = 0 from `start`; `system` gives F and dF/dx.
+///
+/// Converges to rounding, or to the noise of F if that lies below the tolerance. The error of x is
+/// about the last `correction` or the noise, whichever is larger.
+///
+/// # Errors
+/// Options outside their sets; F undefined at `start`; no convergence: the message says where, why
+/// and what may help.
+pub fn solve<const N: usize>(
+    system: impl Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>,
+    start: &SVector<f64, N>,
+    options: &Options,
+) -> Result<Solution<N>> {
+    options.check()?;
+    let count = Cell::new(0);
+    let evaluate = |x: &SVector<f64, N>| {
+        count.set(count.get() + 1);
+        let (f, jacobian) = system(x)?;
+        if f.iter().chain(jacobian.iter()).all(|v| v.is_finite()) {
+            Ok((f, jacobian))
+        } else {
+            Err(Error::domain("F or its Jacobian is not finite"))
+        }
+    };
+    let factorise = |jacobian| Elimination::new(&jacobian, &SVector::zeros());
+    let mut x = *start;
+    let (mut f, jacobian) = evaluate(&x).map_err(|e| e.context("Newton's first guess"))?;
+    let mut factors = factorise(jacobian);
+    let mut smallest = 1.0_f64;
+    // (correction, simplified correction, damping) of the last step, for the prediction.
+    let mut last: Option<(f64, SVector<f64, N>, f64)> = None;
+    let mut scale = 1.0 + x.norm();
+    let mut why = "the iterations were used up".to_string();
+    for iteration in 1..=options.max_iterations {
+        if factors.regularity() < 1e-15 {
+            why = "the Jacobian is singular".into();
+            break;
+        }
+        let step = factors.solve(&-f).x;
+        let length = step.norm();
+        let mut damping = match &last {
+            Some((before, simplified, used)) => {
+                let bend = (simplified - step).norm() * length;
+                (before * simplified.norm() / bend * used).min(1.0)
+            }
+            None => 1.0,
+        };
+        if !(damping > options.min_damping) {
+            damping = options.min_damping;
+        }
+        // Below the tolerance nothing is damped, and noise may stop the shrinking.
+        let small = length <= options.tolerance * scale;
+        let done = |x, reason| Solution {
+            x,
+            iterations: iteration,
+            evaluations: count.get(),
+            damping: smallest,
+            residual: f.norm(),
+            correction: length,
+            reason,
+        };
+        if small {
+            damping = 1.0;
+            let before = last.as_ref().map_or(f64::INFINITY, |l| l.0);
+            let next = length * (length / before).powi(2);
+            if length <= 4.0 * f64::EPSILON * scale
+                || before.is_finite() && next <= f64::EPSILON * scale
+            {
+                return Ok(done(x + step, Reason::Rounding));
+            }
+            if length > 0.5 * before {
+                return Ok(done(x + step, Reason::Noise));
+            }
+        }
+        let mut raised = false;
+        let accepted = loop {
+            let trial = x + step * damping;
+            let outcome = evaluate(&trial);
+            let refused = match outcome {
+                Ok((value, jacobian)) => {
+                    let simplified = factors.solve(&-value).x;
+                    let size = simplified.norm();
+                    let bend = (simplified - step * (1.0 - damping)).norm();
+                    let better = if bend > 0.0 {
+                        0.5 * length * damping * damping / bend
+                    } else {
+                        1.0
+                    };
+                    if small || size < length {
+                        let next = better.min(1.0);
+                        if !raised && !small && damping < 1.0 && next >= 4.0 * damping {
+                            raised = true;
+                            damping = next;
+                            continue;
+                        }
+                        break Some((trial, value, jacobian, simplified));
+                    }
+                    better.min(0.5 * damping)
+                }
+                Err(e) if damping <= options.min_damping => {
+                    why = format!("F is undefined nearby ({e})");
+                    break None;
+                }
+                Err(_) => 0.25 * damping,
+            };
+            if damping <= options.min_damping {
+                why = format!("the damping factor fell below {:e}", options.min_damping);
+                break None;
+            }
+            damping = refused.max(options.min_damping);
+            raised = true;
+        };
+        let Some((trial, value, jacobian, simplified)) = accepted else {
+            break;
+        };
+        smallest = smallest.min(damping);
+        last = Some((length, simplified, damping));
+        (x, f, factors) = (trial, value, factorise(jacobian));
+        scale = 1.0 + x.norm();
     }
+    Err(Error::no_convergence(format!(
+        "Newton stopped at x = {:?} with |F| = {:e} after {} evaluations: {why}; start nearer to a solution, \
+         or follow a branch from a solved problem to this one",
+        x.as_slice(),
+        f.norm(),
+        count.get()
+    )))
 }

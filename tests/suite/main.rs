@@ -3,6 +3,7 @@
 mod arrows;
 #[cfg(feature = "cli")]
 mod cli;
+mod continuation;
 mod dynamics;
 mod elastica;
 mod elliptic;

@@ -1,0 +1,234 @@
+//! Newton's method back to the branch, in a hyperplane, and interpolation along the branch.
+
+use super::elimination::{Elimination, Place};
+use super::family::Family;
+use crate::error::Error;
+use nalgebra::SVector;
+use std::cell::Cell;
+
+/// A family seen in coordinates (x, weight p), in which lengths and angles are Euclidean.
+pub(crate) struct Space<'a, F, const N: usize> {
+    pub family: &'a F,
+    pub weight: f64,
+    pub tolerance: f64,
+    pub max_corrections: usize,
+    pub evaluations: Cell<usize>,
+    /// |next correction| / |correction|^2, the largest met lately.
+    bend: Cell<f64>,
+}
+
+/// When a correction counts as the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Finish {
+    /// As soon as the next one, as predicted, would be below the tolerance.
+    Predicted,
+    /// Only when it is itself far below: the tangent is then as accurate as the place.
+    Evaluated,
+}
+
+/// A place on the branch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Corrected<const N: usize> {
+    pub place: Place<N>,
+    /// Unit length, less than a right angle from the hyperplane's normal.
+    pub tangent: Place<N>,
+    /// det [F_x F_p; tangent^T]: changes sign at a simple branch point.
+    pub branching: f64,
+    /// Last pivot over first pivot of [F_x F_p].
+    pub regularity: f64,
+    /// First correction: the error of the prediction.
+    pub first: f64,
+    /// Second correction over first, measured or, if there was no second, predicted.
+    pub contraction: f64,
+    /// Estimated distance from the branch.
+    pub error: f64,
+}
+
+/// Why the corrector gave up.
+#[derive(Debug, Clone)]
+pub(crate) enum Failure {
+    Undefined(Error),
+    Diverging(f64),
+    Far,
+    Parallel,
+    Slow,
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Undefined(e) => write!(f, "F is undefined ({e})"),
+            Self::Diverging(by) => {
+                write!(f, "the corrections do not shrink (factor {by:.2})")
+            }
+            Self::Far => f.write_str("the first correction is as long as the step"),
+            Self::Parallel => f.write_str("the branch runs parallel to the corrector's plane"),
+            Self::Slow => f.write_str("too many corrections"),
+        }
+    }
+}
+
+impl<'a, F: Family<N>, const N: usize> Space<'a, F, N> {
+    pub fn new(family: &'a F, weight: f64, tolerance: f64, max_corrections: usize) -> Self {
+        Self {
+            family,
+            weight,
+            tolerance,
+            max_corrections,
+            evaluations: Cell::new(0),
+            bend: Cell::new(f64::INFINITY),
+        }
+    }
+
+    pub fn evaluate(&self, z: &Place<N>) -> Result<(SVector<f64, N>, Elimination<N>), Error> {
+        self.evaluations.set(self.evaluations.get() + 1);
+        let p = z.p / self.weight;
+        let at = self.family.linearised(&z.x, p)?.checked(&z.x, p)?;
+        let eliminated = Elimination::new(&at.jacobian, &(at.slope / self.weight));
+        Ok((at.residual, eliminated))
+    }
+
+    /// From `guess` to the branch in the hyperplane through it with this normal; the first
+    /// correction may not be longer than `reach`.
+    pub fn correct(
+        &self,
+        guess: &Place<N>,
+        normal: &Place<N>,
+        reach: f64,
+        finish: Finish,
+    ) -> Result<Corrected<N>, Failure> {
+        let normal = normal.unit();
+        let (mut z, mut before, mut first, mut contraction) =
+            (*guess, f64::INFINITY, 0.0, f64::INFINITY);
+        for k in 0..self.max_corrections {
+            let (residual, eliminated) = self.evaluate(&z).map_err(Failure::Undefined)?;
+            let (null, determinant) = eliminated.null();
+            let slant = normal.dot(&null);
+            if !(slant.abs() > 1e-8) {
+                return Err(Failure::Parallel);
+            }
+            let any = eliminated.solve(&-residual);
+            let step = any - null * (normal.dot(&any) / slant);
+            let length = step.norm();
+            if !step.is_finite() {
+                return Err(Failure::Diverging(f64::INFINITY));
+            }
+            z = z + step;
+            let scale = 1.0 + z.norm();
+            let fine = length <= self.tolerance * scale;
+            let shrinking = length / before;
+            if k == 0 {
+                first = length;
+                contraction = self.bend.get() * length;
+                if length > reach {
+                    return Err(Failure::Far);
+                }
+            } else {
+                if k == 1 {
+                    contraction = shrinking;
+                }
+                if before > 1e-6 * scale {
+                    let bend = length / (before * before);
+                    let kept = self.bend.get();
+                    let kept = if kept.is_finite() { 0.5 * kept } else { 0.0 };
+                    self.bend.set(bend.max(kept));
+                }
+                if shrinking > 0.5 && !fine {
+                    return Err(Failure::Diverging(shrinking));
+                }
+            }
+            // Quadratic convergence; after the first correction with the bend met before, with a margin.
+            let next = if k > 0 {
+                length * shrinking * shrinking
+            } else {
+                100.0 * self.bend.get() * length * length
+            };
+            let rounding = 4.0 * f64::EPSILON * scale;
+            let noise = k > 0 && shrinking > 0.5;
+            let last = match finish {
+                Finish::Predicted => next <= self.tolerance * scale || fine,
+                Finish::Evaluated => fine && (length <= 0.01 * self.tolerance * scale || noise),
+            };
+            if last || length <= rounding {
+                let sign = slant.signum();
+                let error = if noise { length } else { next.min(length) };
+                return Ok(Corrected {
+                    place: z,
+                    tangent: null * sign,
+                    branching: determinant * sign,
+                    regularity: eliminated.regularity(),
+                    first,
+                    contraction,
+                    error: error.max(rounding),
+                });
+            }
+            before = length;
+        }
+        Err(Failure::Slow)
+    }
+}
+
+/// The cubic through two places with their tangents, over their distance along the branch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cubic<const N: usize> {
+    pub a: Place<N>,
+    pub b: Place<N>,
+    pub da: Place<N>,
+    pub db: Place<N>,
+    pub length: f64,
+}
+
+impl<const N: usize> Cubic<N> {
+    /// Between (place, unit tangent) and (place, unit tangent).
+    pub fn new(a: (Place<N>, Place<N>), b: (Place<N>, Place<N>)) -> Self {
+        Self {
+            a: a.0,
+            b: b.0,
+            da: a.1,
+            db: b.1,
+            length: length(a, b),
+        }
+    }
+
+    /// At the fraction `t` of the length (beyond 1: extrapolated).
+    pub fn at(&self, t: f64) -> Place<N> {
+        let chord = self.b - self.a;
+        self.a
+            + chord * (t * t * (3.0 - 2.0 * t))
+            + self.da * (self.length * t * (1.0 - t) * (1.0 - t))
+            + self.db * (self.length * t * t * (t - 1.0))
+    }
+
+    /// Derivative by `t`.
+    pub fn slope(&self, t: f64) -> Place<N> {
+        let chord = self.b - self.a;
+        chord * (6.0 * t * (1.0 - t))
+            + self.da * (self.length * (1.0 - t) * (1.0 - 3.0 * t))
+            + self.db * (self.length * t * (3.0 * t - 2.0))
+    }
+
+    /// Where p turns twice inside although it runs the same way at both ends: the middle of the two.
+    pub fn turns_twice(&self) -> Option<f64> {
+        let (pa, pb) = (self.da.p * self.length, self.db.p * self.length);
+        let rise = self.b.p - self.a.p;
+        // p' = pa + t (6 rise - 4 pa - 2 pb) + 3 t^2 (pa + pb - 2 rise)
+        let (c1, c2) = (
+            6.0 * rise - 4.0 * pa - 2.0 * pb,
+            3.0 * (pa + pb - 2.0 * rise),
+        );
+        let t = -c1 / (2.0 * c2);
+        let value = pa + 0.5 * t * c1;
+        let turns = value * pa.signum() < -1e-6 * self.length;
+        (pa * pb > 0.0 && 0.0 < t && t < 1.0 && turns).then_some(t)
+    }
+}
+
+/// Length of the branch between two places with unit tangents; the error is of fifth order.
+pub(crate) fn length<const N: usize>(a: (Place<N>, Place<N>), b: (Place<N>, Place<N>)) -> f64 {
+    let chord = b.0 - a.0;
+    let size = chord.norm();
+    let along = chord.unit();
+    let across = |t: &Place<N>| *t - along * along.dot(t);
+    let (u, v) = (across(&a.1), across(&b.1));
+    size * (1.0 + (2.0 * u.dot(&u) + 2.0 * v.dot(&v) - u.dot(&v)) / 30.0)
+}

@@ -1,0 +1,553 @@
+//! Special points between two accepted points of a branch: found, located, labelled.
+//!
+//! Test functions with a sign: the tangent's part along p (fold), the determinant of
+//! [F_x F_p; tangent^T] (simple branch point), the family's own (event). The Morse index shows the
+//! rest: crossings of even multiplicity, and pairs that one step holds, which is then divided.
+
+use super::arclength::Point;
+use super::corrector::{Corrected, Cubic, Failure, Finish, Space, length};
+use super::elimination::Place;
+use super::family::Family;
+use super::roots::chandrupatla;
+use nalgebra::{DMatrix, DVector};
+
+/// What a special point is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// p turns back: F_x is singular, the branch is smooth.
+    Fold,
+    /// A second branch crosses: [F_x F_p] loses one rank.
+    BranchPoint,
+    /// The index changes though neither determinant shows it (a crossing of even multiplicity, or an
+    /// index that is not that of F_x).
+    StabilityChange,
+    /// The family's own test function changes sign.
+    Event,
+    /// Fold curves only: p and q turn together, two folds meet.
+    Cusp,
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Fold => "fold",
+            Self::BranchPoint => "branch point",
+            Self::StabilityChange => "stability change",
+            Self::Event => "event",
+            Self::Cusp => "cusp",
+        })
+    }
+}
+
+/// How far a location can be trusted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Status {
+    /// Located to the precision stated.
+    Converged,
+    /// It lies in the interval; the location did not converge, for this reason.
+    Guess(String),
+}
+
+/// A special point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Special<const N: usize> {
+    /// What it is.
+    pub kind: Kind,
+    /// Whether it was located.
+    pub status: Status,
+    /// The place, with its tangent along the branch followed. Index: the lower of the two sides.
+    pub point: Point<N>,
+    /// The arclengths between which it lies.
+    pub interval: (f64, f64),
+    /// Estimated error of the arclength.
+    pub error_s: f64,
+    /// Estimated error of p.
+    pub error_p: f64,
+    /// Index before and after, along the branch.
+    pub index: (Option<usize>, Option<usize>),
+    /// True of a branch point at which p turns as well (a pitchfork met on its bent branch).
+    pub turning: bool,
+}
+
+impl<const N: usize> Special<N> {
+    /// How far the index jumps: 2 at a double crossing. None without indices.
+    pub fn multiplicity(&self) -> Option<usize> {
+        Some(self.index.0?.abs_diff(self.index.1?))
+    }
+
+    /// In coordinates (x, weight p).
+    pub(crate) fn place_and_tangent(&self, weight: f64) -> (Place<N>, Place<N>) {
+        let at = &self.point;
+        (
+            Place::new(at.x, at.p * weight),
+            Place::new(at.tangent_x, at.tangent_p * weight),
+        )
+    }
+
+    /// True if the location converged.
+    pub fn is_converged(&self) -> bool {
+        self.status == Status::Converged
+    }
+}
+
+/// A place on the branch with all that is asked there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample<const N: usize> {
+    pub on: Corrected<N>,
+    pub arclength: f64,
+    pub index: Option<usize>,
+    pub event: Option<f64>,
+}
+
+impl<const N: usize> Sample<N> {
+    pub fn pair(&self) -> (Place<N>, Place<N>) {
+        (self.on.place, self.on.tangent)
+    }
+}
+
+/// Steps are divided at most this often in search of what the index shows.
+const MAX_DEPTH: usize = 6;
+
+fn flips(a: f64, b: f64) -> bool {
+    a * b < 0.0 || (b == 0.0 && a != 0.0)
+}
+
+fn lowest(a: Option<usize>, b: Option<usize>) -> Option<usize> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+/// What a bracketing search on real points of the branch ended with.
+struct Bracket<const N: usize> {
+    left: Sample<N>,
+    right: Sample<N>,
+    best: Sample<N>,
+    failure: Option<Failure>,
+    converged: bool,
+}
+
+impl<const N: usize> Bracket<N> {
+    fn interval(&self) -> (f64, f64) {
+        (self.left.arclength, self.right.arclength)
+    }
+
+    fn width(&self) -> f64 {
+        self.right.arclength - self.left.arclength
+    }
+}
+
+impl<F: Family<N>, const N: usize> Space<'_, F, N> {
+    /// Adds arclength, index and event to a corrected place after `before`.
+    pub fn dress(&self, on: Corrected<N>, before: &Sample<N>, index: bool) -> Sample<N> {
+        let arclength = before.arclength + length(before.pair(), (on.place, on.tangent));
+        self.dressed(on, arclength, index)
+    }
+
+    pub fn dressed(&self, on: Corrected<N>, arclength: f64, index: bool) -> Sample<N> {
+        let p = on.place.p / self.weight;
+        let direction = (&on.tangent.x, on.tangent.p / self.weight);
+        Sample {
+            on,
+            arclength,
+            index: index
+                .then(|| self.family.index(&on.place.x, p).ok().flatten())
+                .flatten(),
+            event: self.family.event(&on.place.x, p, direction).ok().flatten(),
+        }
+    }
+
+    /// A real point of the branch at the fraction `t` between two others.
+    pub fn between(
+        &self,
+        a: &Sample<N>,
+        b: &Sample<N>,
+        t: f64,
+        index: bool,
+    ) -> Result<Sample<N>, Failure> {
+        let cubic = Cubic::new(a.pair(), b.pair());
+        let reach = 0.5 * cubic.length;
+        let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
+        Ok(self.dress(on, a, index))
+    }
+
+    pub fn point(&self, sample: &Sample<N>) -> Point<N> {
+        let Corrected {
+            place,
+            tangent,
+            error,
+            ..
+        } = sample.on;
+        Point {
+            x: place.x,
+            p: place.p / self.weight,
+            tangent_x: tangent.x,
+            tangent_p: tangent.p / self.weight,
+            arclength: sample.arclength,
+            index: sample.index,
+            evaluations: 0,
+            error,
+            role: super::arclength::Role::Special,
+        }
+    }
+
+    /// The special points between two neighbours, in order.
+    pub fn search(&self, a: &Sample<N>, b: &Sample<N>, depth: usize) -> Vec<Special<N>> {
+        let fold = flips(a.on.tangent.p, b.on.tangent.p);
+        let branch = flips(a.on.branching, b.on.branching);
+        let event = matches!((a.event, b.event), (Some(a), Some(b)) if flips(a, b));
+        let simple = usize::from(fold) + usize::from(branch);
+        let jump = a.index.zip(b.index).map(|(a, b)| a.abs_diff(b));
+        let explained = match jump {
+            None => true,
+            Some(0) => simple != 1,
+            Some(jump) => simple == jump,
+        };
+        let cubic = Cubic::new(a.pair(), b.pair());
+        let twice = if fold { None } else { cubic.turns_twice() };
+        if depth < MAX_DEPTH && (!explained || twice.is_some()) {
+            if let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true) {
+                let mut found = self.search(a, &middle, depth + 1);
+                found.extend(self.search(&middle, b, depth + 1));
+                return found;
+            }
+        }
+        let mut found = Vec::new();
+        if branch {
+            found.push(self.branch_point(a, b));
+        }
+        if fold {
+            match found.first().map(|at| at.point.arclength) {
+                None => found.push(self.root(Kind::Fold, a, b, |s| Some(s.on.tangent.p))),
+                Some(s) => self.fold_beside_branch_point(a, b, s, &mut found),
+            }
+        }
+        if simple == 0 && jump.is_some_and(|jump| jump > 0) {
+            self.stability_change(a, b, &mut found);
+        }
+        if event {
+            found.push(self.root(Kind::Event, a, b, |s| s.event));
+        }
+        found.sort_by(|l, r| l.point.arclength.total_cmp(&r.point.arclength));
+        self.label_indices(a, b, &mut found);
+        found
+    }
+
+    /// Indices beside each special point: those of the neighbours, and real points in between.
+    fn label_indices(&self, a: &Sample<N>, b: &Sample<N>, found: &mut [Special<N>]) {
+        let mut before = a.index;
+        for k in 0..found.len() {
+            if found[k].kind == Kind::StabilityChange {
+                before = found[k].index.1;
+                continue;
+            }
+            let after = match found.get(k + 1) {
+                None => b.index,
+                Some(next) if next.kind == Kind::StabilityChange => next.index.0,
+                Some(next) => {
+                    let s = 0.5 * (found[k].point.arclength + next.point.arclength);
+                    let t = (s - a.arclength) / (b.arclength - a.arclength);
+                    a.index
+                        .and_then(|_| self.between(a, b, t, true).ok())
+                        .and_then(|middle| middle.index)
+                }
+            };
+            found[k].index = (before, after);
+            found[k].point.index = lowest(before, after);
+            before = after;
+        }
+    }
+
+    /// Brackets a sign change of `test` on real points, to `tolerance` of the interval.
+    fn bracket(
+        &self,
+        a: &Sample<N>,
+        b: &Sample<N>,
+        index: bool,
+        tolerance: f64,
+        test: impl Fn(&Sample<N>) -> Option<f64>,
+    ) -> Bracket<N> {
+        let mut this = Bracket {
+            left: *a,
+            right: *b,
+            best: *a,
+            failure: None,
+            converged: false,
+        };
+        let (Some(fa), Some(fb)) = (test(a), test(b)) else {
+            return this;
+        };
+        let mut smallest = f64::INFINITY;
+        let root = chandrupatla(
+            |t| {
+                // The prediction is best between the nearest points known.
+                let s = a.arclength + t * (b.arclength - a.arclength);
+                let inner = (s - this.left.arclength) / this.width();
+                let sample = self.between(&this.left, &this.right, inner, index);
+                match sample {
+                    Ok(sample) => {
+                        let value = test(&sample).unwrap_or(f64::NAN);
+                        if value.abs() < smallest {
+                            (smallest, this.best) = (value.abs(), sample);
+                        }
+                        if value != 0.0 {
+                            if (value > 0.0) == (fa > 0.0) {
+                                this.left = sample;
+                            } else {
+                                this.right = sample;
+                            }
+                        }
+                        value
+                    }
+                    Err(failure) => {
+                        this.failure = Some(failure);
+                        f64::NAN
+                    }
+                }
+            },
+            (0.0, fa),
+            (1.0, fb),
+            tolerance,
+        );
+        if fb == 0.0 {
+            this.best = *b;
+        }
+        this.converged = root.is_some();
+        this
+    }
+
+    /// A root of a smooth test function, located on real points.
+    fn root(
+        &self,
+        kind: Kind,
+        a: &Sample<N>,
+        b: &Sample<N>,
+        test: impl Fn(&Sample<N>) -> Option<f64>,
+    ) -> Special<N> {
+        let ends = test(a).zip(test(b));
+        let found = self.bracket(a, b, false, 1e-11, &test);
+        let best = found.best;
+        // The secant's estimate of the distance to the root; no less than the place's own error.
+        let steep = ends.map_or(0.0, |(fa, fb)| (fb - fa) / (b.arclength - a.arclength));
+        let missed = test(&best).map_or(f64::INFINITY, |f| (f / steep).abs());
+        let error_s = missed.min(found.width()).max(best.on.error);
+        self.special(kind, &best, &found, error_s)
+    }
+
+    fn special(&self, kind: Kind, at: &Sample<N>, found: &Bracket<N>, error_s: f64) -> Special<N> {
+        let status = match (&found.failure, found.converged) {
+            (None, true) => Status::Converged,
+            (Some(failure), _) => Status::Guess(format!("near it {failure}")),
+            _ => Status::Guess("its test function has no root that could be bracketed".into()),
+        };
+        let slope = at.on.tangent.p.abs();
+        // p is flat at a fold: the bend of the branch is at most about 1 / length in these units.
+        let second = match kind {
+            Kind::Fold | Kind::Cusp => error_s * error_s,
+            _ => 0.0,
+        };
+        Special {
+            kind,
+            status,
+            point: self.point(at),
+            interval: found.interval(),
+            error_s,
+            error_p: (slope * error_s + second + at.on.error) / self.weight,
+            index: (found.left.index, found.right.index),
+            turning: false,
+        }
+    }
+
+    /// A simple branch point: bracketed by the determinant, then polished with a system that is
+    /// regular there.
+    fn branch_point(&self, a: &Sample<N>, b: &Sample<N>) -> Special<N> {
+        let test = |s: &Sample<N>| Some(s.on.branching);
+        let rough = self.bracket(a, b, false, 0.05, test);
+        let (fa, fb) = (rough.left.on.branching, rough.right.on.branching);
+        let cubic = Cubic::new(rough.left.pair(), rough.right.pair());
+        let t = (fa / (fa - fb)).clamp(0.0, 1.0);
+        let t = if t.is_finite() { t } else { 0.5 };
+        if let Some((place, error)) = self.polish_branch_point(&cubic.at(t), cubic.length) {
+            let t = cubic_fraction(&cubic, &place, t);
+            let on = Corrected {
+                place,
+                tangent: cubic.slope(t).unit(),
+                branching: 0.0,
+                regularity: 0.0,
+                error,
+                ..rough.best.on
+            };
+            let at = Sample {
+                on,
+                arclength: rough.left.arclength + t * rough.width(),
+                index: None,
+                event: None,
+            };
+            let mut special = self.special(Kind::BranchPoint, &at, &rough, error);
+            special.status = Status::Converged;
+            special.error_p = error / self.weight;
+            return special;
+        }
+        let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);
+        let (best, width) = (found.best, found.width());
+        self.special(Kind::BranchPoint, &best, &found, width)
+    }
+
+    /// Newton on F + b left = 0, left^T [F_x F_p] = 0 for (z, b): regular at a simple branch point.
+    ///
+    /// The second condition is written with the bordered matrix M = [A l; V^T 0], A = [F_x F_p], l and V the
+    /// left and right near-kernels at the guess: gamma in M^T (left, gamma) = (0, 1) vanishes with it,
+    /// and its gradient along w is -left^T A'[w] W with M (W, *) = (0, I). Residuals are exact; A' comes from
+    /// central differences, kept over the iterations.
+    fn polish_branch_point(&self, guess: &Place<N>, length: f64) -> Option<(Place<N>, f64)> {
+        let mut z = *guess;
+        let mut gradient: Option<DMatrix<f64>> = None;
+        let (matrix, _) = self.matrix(&z)?;
+        let kernels = super::elimination::Svd::new(&matrix);
+        let left0 = kernels.left.column(N - 1).into_owned();
+        let right0 = kernels.right.columns(N - 1, 2).into_owned();
+        let size = kernels.values[0].max(f64::MIN_POSITIVE);
+        let mut b = 0.0;
+        let mut before = f64::INFINITY;
+        for iteration in 0..12 {
+            let (matrix, residual) = self.matrix(&z)?;
+            let mut m = DMatrix::zeros(N + 2, N + 2);
+            m.view_mut((0, 0), (N, N + 1)).copy_from(&matrix);
+            m.view_mut((0, N + 1), (N, 1)).copy_from(&left0);
+            m.view_mut((N, 0), (2, N + 1))
+                .copy_from(&right0.transpose());
+            let mut last = DVector::zeros(N + 2);
+            last[N + 1] = 1.0;
+            let left = m.transpose().full_piv_lu().solve(&last)?;
+            let mut right = DMatrix::zeros(N + 2, 2);
+            right[(N, 0)] = 1.0;
+            right[(N + 1, 1)] = 1.0;
+            let w = m.full_piv_lu().solve(&right)?;
+            let psi = left.rows(0, N).into_owned();
+            if gradient.is_none() || iteration == 1 {
+                let mut rows = DMatrix::zeros(2, N + 1);
+                for k in 0..2 {
+                    let direction = Place::from_slice(w.column(k).as_slice());
+                    let bend = self.bend_along(&z, &direction)?;
+                    rows.set_row(k, &(-(psi.transpose() * bend)).row(0));
+                }
+                gradient = Some(rows);
+            }
+            let mut system = DMatrix::zeros(N + 2, N + 2);
+            system.view_mut((0, 0), (N, N + 1)).copy_from(&matrix);
+            system.view_mut((0, N + 1), (N, 1)).copy_from(&left0);
+            system
+                .view_mut((N, 0), (2, N + 1))
+                .copy_from(gradient.as_ref()?);
+            let mut value = DVector::zeros(N + 2);
+            value.rows_mut(0, N).copy_from(&(residual + &left0 * b));
+            value.rows_mut(N, 2).copy_from(&left.rows(N, 2));
+            let step = system.full_piv_lu().solve(&-value)?;
+            let move_by = Place::from_slice(&step.as_slice()[..=N]);
+            let moved = move_by.norm();
+            z = z + move_by;
+            b += step[N + 1];
+            if !(moved.is_finite() && (z - *guess).norm() <= length) {
+                return None;
+            }
+            let scale = 1.0 + z.norm();
+            let stalled = iteration > 1 && moved > 0.3 * before;
+            if moved <= 1e-13 * scale || stalled {
+                // An imperfect crossing has b != 0: no branch point at all.
+                let perfect = b.abs() <= 1e-7 * size * scale;
+                let good = moved <= 1e-9 * scale && perfect;
+                return good.then_some((z, moved.max(4.0 * f64::EPSILON * scale)));
+            }
+            before = moved;
+        }
+        None
+    }
+
+    /// [F_x F_p], N x (N + 1), in scaled coordinates, and F.
+    pub fn matrix(&self, z: &Place<N>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        self.evaluations.set(self.evaluations.get() + 1);
+        let p = z.p / self.weight;
+        let at = self
+            .family
+            .linearised(&z.x, p)
+            .ok()?
+            .checked(&z.x, p)
+            .ok()?;
+        let mut matrix = DMatrix::zeros(N, N + 1);
+        matrix.view_mut((0, 0), (N, N)).copy_from(&at.jacobian);
+        matrix.set_column(N, &(at.slope / self.weight));
+        Some((matrix, DVector::from_column_slice(at.residual.as_slice())))
+    }
+
+    /// The derivative of [F_x F_p] along a direction, by central differences: error about 1e-9.
+    pub fn bend_along(&self, z: &Place<N>, direction: &Place<N>) -> Option<DMatrix<f64>> {
+        let h = 1e-5 * (1.0 + z.norm()) / direction.norm();
+        let (plus, _) = self.matrix(&(*z + *direction * h))?;
+        let (minus, _) = self.matrix(&(*z - *direction * h))?;
+        Some((plus - minus) / (2.0 * h))
+    }
+
+    /// Both p and the determinant change sign: either p turns at the branch point itself, or a fold
+    /// lies on one side of it.
+    fn fold_beside_branch_point(
+        &self,
+        a: &Sample<N>,
+        b: &Sample<N>,
+        s: f64,
+        found: &mut Vec<Special<N>>,
+    ) {
+        let fold = |l: &Sample<N>, r: &Sample<N>| {
+            flips(l.on.tangent.p, r.on.tangent.p)
+                .then(|| self.root(Kind::Fold, l, r, |s| Some(s.on.tangent.p)))
+        };
+        let t = (s - a.arclength) / (b.arclength - a.arclength);
+        let near = |t: f64| (0.0 < t && t < 1.0).then(|| self.between(a, b, t, false).ok());
+        let before = near(t - 0.02).flatten().unwrap_or(*a);
+        let after = near(t + 0.02).flatten().unwrap_or(*b);
+        if flips(before.on.tangent.p, after.on.tangent.p) {
+            found[0].turning = true;
+        }
+        found.extend(fold(a, &before));
+        found.extend(fold(&after, b));
+    }
+
+    /// The index changes and no determinant does: |det|^(1 / jump), signed by the index, is smooth at a
+    /// regular crossing; if it is not, the search falls back to bisection.
+    fn stability_change(&self, a: &Sample<N>, b: &Sample<N>, found: &mut Vec<Special<N>>) {
+        let Some((low, high)) = a.index.zip(b.index) else {
+            return;
+        };
+        let power = 1.0 / low.abs_diff(high) as f64;
+        let test = |s: &Sample<N>| {
+            let size = s.on.branching.abs().powf(power).max(f64::MIN_POSITIVE);
+            Some(if s.index? == low { size } else { -size })
+        };
+        let end = Bracket {
+            converged: true,
+            ..self.bracket(a, b, true, 1e-9, test)
+        };
+        let (best, width) = (end.best, end.width());
+        let mut special = self.special(Kind::StabilityChange, &best, &end, width);
+        // Beside a multiple crossing the corrector loses digits as the distance shrinks.
+        if width <= 1e-6 * (1.0 + best.on.place.norm()) {
+            special.status = Status::Converged;
+        }
+        special.point.index = lowest(special.index.0, special.index.1);
+        found.push(special);
+        if end.right.index != b.index {
+            let rest = self.search(&end.right, b, MAX_DEPTH);
+            found.extend(rest);
+        }
+    }
+}
+
+/// Where along the cubic a place near it lies.
+fn cubic_fraction<const N: usize>(cubic: &Cubic<N>, place: &Place<N>, guess: f64) -> f64 {
+    let mut t = guess;
+    for _ in 0..4 {
+        let slope = cubic.slope(t);
+        t += slope.dot(&(*place - cubic.at(t))) / slope.dot(&slope);
+    }
+    if t.is_finite() { t } else { guess }
+}
