@@ -71,7 +71,6 @@ fn describe(problem: &Problem, found: &Equilibrium) -> Value {
         "path": {
             "kind": "spatial",
             "uniform": problem.rod().hoists_inverse(),
-            "unknowns": problem.unknowns(),
             "from_guess": route.from_guess,
             "continuation_steps": route.steps,
             "bent_start": route.imperfect,
@@ -127,8 +126,7 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
     line(
         "path",
         format!(
-            "in space, {} unknowns, {}; {start}; {} Newton steps{damped}",
-            problem.unknowns(),
+            "in space, {}; {start}; {} Newton steps{damped}",
             if problem.rod().hoists_inverse() {
                 "inverse law formed once (uniform, linear)"
             } else {

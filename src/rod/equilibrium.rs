@@ -4,8 +4,8 @@ use super::line::Wrench;
 use super::problem::Problem;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
-use crate::solve::newton::{LIMIT, Solved, newton};
-use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
+use crate::solve::newton::{self, Solution};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// An equilibrium of a rod, and how it was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,8 +74,11 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
         if let Some(guess) = guess {
-            let x = self.unknowns_of(&self.rod.inward(guess));
-            let solved = newton(|x| self.evaluate(x), &x, self.correction(), LIMIT)?;
+            let solved = newton::solve(
+                |b| self.evaluate(b),
+                &self.rod.inward(guess),
+                &self.options(self.correction(), 60),
+            )?;
             let route = Route {
                 from_guess: true,
                 ..Route::start()
@@ -110,12 +113,20 @@ impl Problem {
         (10.0 * self.tolerance).max(1e-12)
     }
 
-    fn describe(&self, solved: &Solved, route: Route) -> Result<Equilibrium> {
+    fn options(&self, tolerance: f64, max_iterations: usize) -> newton::Options {
+        newton::Options {
+            tolerance,
+            max_iterations,
+            ..newton::Options::default()
+        }
+    }
+
+    fn describe(&self, solved: &Solution<6>, route: Route) -> Result<Equilibrium> {
         Ok(Equilibrium {
-            base: self.rod.outward_wrench(&self.wrench(&solved.x)),
+            base: self.rod.outward_wrench(&solved.x),
             end: self.end_section(&solved.x)?,
             index: self.index(&solved.x)?,
-            residual: solved.residual,
+            residual: self.residual(&self.bare_trial(&solved.x)?).norm(),
             route: route.and(solved),
         })
     }
@@ -185,8 +196,7 @@ impl Problem {
             ))
             .scaled_axis()
         });
-        let x = self.unknowns_of(&b);
-        let mut solved = self.follow(x, &mut route, "from the unloaded rod", |part| {
+        let mut solved = self.follow(b, &mut route, "from the unloaded rod", |part| {
             let mut way = first.clone();
             way.couple = couple + (self.couple - couple) * part;
             for i in 0..3 {
@@ -220,26 +230,30 @@ impl Problem {
         }
     }
 
-    /// Follows the solution of `at(part)` from part = 0, where `x` solves it, to 1.
+    /// Follows the solution of `at(part)` from part = 0, where `b` solves it, to 1.
     fn follow(
         &self,
-        x: DVector<f64>,
+        b: Wrench,
         route: &mut Route,
         whence: &str,
         at: impl Fn(f64) -> Problem,
-    ) -> Result<Solved> {
-        let mut done = (0.0, x.clone());
-        let mut before: Option<(f64, DVector<f64>)> = None;
+    ) -> Result<Solution<6>> {
+        let mut done = (0.0, b);
+        let mut before: Option<(f64, Wrench)> = None;
         let mut step = FIRST;
         loop {
             let part = (done.0 + step).min(1.0);
             let guess = match &before {
-                Some((p, x)) => &done.1 + (&done.1 - x) * ((part - done.0) / (done.0 - p)),
-                None => done.1.clone(),
+                Some((p, b)) => done.1 + (done.1 - b) * ((part - done.0) / (done.0 - p)),
+                None => done.1,
             };
             let problem = at(part);
             let loose = if part < 1.0 { 1e-6 } else { self.correction() };
-            let outcome = newton(|x| problem.evaluate(x), &guess, loose, PATIENCE);
+            let outcome = newton::solve(
+                |b| problem.evaluate(b),
+                &guess,
+                &self.options(loose, PATIENCE),
+            );
             match outcome {
                 // A jump to another solution is no step of the path.
                 Ok(solved) if solved.damping > 0.2 => {
@@ -275,7 +289,7 @@ impl Problem {
 }
 
 impl Route {
-    fn start() -> Self {
+    pub(super) fn start() -> Self {
         Self {
             from_guess: false,
             steps: 0,
@@ -286,7 +300,7 @@ impl Route {
         }
     }
 
-    fn and(self, solved: &Solved) -> Self {
+    fn and(self, solved: &Solution<6>) -> Self {
         Self {
             iterations: self.iterations + solved.iterations,
             evaluations: self.evaluations + solved.evaluations,

@@ -1,11 +1,13 @@
 //! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
+mod branch;
 mod equilibrium;
 mod index;
 mod line;
 mod problem;
 pub mod section;
 
+pub use branch::RodFamily;
 pub use equilibrium::{Equilibrium, Route};
 pub use line::Wrench;
 pub use problem::{End, Problem};

@@ -3,7 +3,7 @@
 use super::line::{self, Wrench};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 /// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
 /// (a clamp) or free under a couple (a ball joint, a free end).
@@ -83,7 +83,7 @@ pub(super) struct Trial {
     pub(super) b: Wrench,
     pub(super) r: Vector3<f64>,
     pub(super) rotation: Matrix3<f64>,
-    /// Rows phi, rho; columns m(0), n. The last three columns only if the problem needs them.
+    /// Rows phi, rho; columns m(0), n.
     pub(super) tangent: [[f64; 6]; 6],
 }
 
@@ -167,137 +167,109 @@ impl Problem {
         !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
     }
 
-    /// The number of unknowns: m(0), and the components of n that are not given.
-    pub fn unknowns(&self) -> usize {
-        if self.end.follower {
-            return 6;
-        }
-        3 + self.end.position.iter().flatten().count()
-    }
-
-    /// The base wrench of the unknowns.
-    pub(super) fn wrench(&self, x: &DVector<f64>) -> Wrench {
-        if self.end.follower {
-            return Vector6::from_column_slice(x.as_slice());
-        }
-        let mut unknown = x.iter().skip(3);
-        let mut n = Vector3::zeros();
-        for i in 0..3 {
-            let component = match self.end.position[i] {
-                Some(_) => *unknown.next().expect("one unknown for each held component"),
-                None => self.targets[i],
-            };
-            n += self.axes[i] * component;
-        }
-        Vector6::new(x[0], x[1], x[2], n.x, n.y, n.z)
-    }
-
-    /// The unknowns of a base wrench; components of n that are given are left out.
-    pub(super) fn unknowns_of(&self, b: &Wrench) -> DVector<f64> {
-        if self.end.follower {
-            return DVector::from_column_slice(b.as_slice());
-        }
-        let n = b.fixed_rows::<3>(3).into_owned();
-        let held = (0..3).filter(|i| self.end.position[*i].is_some());
-        let mut x = vec![b[0], b[1], b[2]];
-        x.extend(held.map(|i| n.dot(&self.axes[i])));
-        DVector::from_vec(x)
-    }
-
-    /// The end of the rod at the unknowns.
-    pub(super) fn trial(&self, x: &DVector<f64>) -> Result<Trial> {
-        let b = self.wrench(x);
-        let mut tangent = [[0.0; 6]; 6];
-        // With the force given, three columns do.
-        let (r, rotation) = if x.len() == 3 {
-            let (end, _) = line::end::<3>(&self.rod.law, &b, self.tolerance)?;
-            for (row, from) in tangent.iter_mut().zip(&end.tangent) {
-                row[..3].copy_from_slice(from);
-            }
-            (end.position(), end.rotation())
-        } else {
-            let (end, _) = line::end::<6>(&self.rod.law, &b, self.tolerance)?;
-            tangent = end.tangent;
-            (end.position(), end.rotation())
-        };
+    /// The end of the rod at the base wrench `b`, with its tangent.
+    pub(super) fn trial(&self, b: &Wrench) -> Result<Trial> {
+        let (end, _) = line::end::<6>(&self.rod.law, b, self.tolerance)?;
         Ok(Trial {
-            b,
-            r,
-            rotation,
-            tangent,
+            b: *b,
+            r: end.position(),
+            rotation: end.rotation(),
+            tangent: end.tangent,
         })
     }
 
-    /// The equations and their derivatives at a trial.
-    pub(super) fn equations(&self, trial: &Trial) -> (DVector<f64>, DMatrix<f64>) {
-        let size = self.unknowns();
-        let block =
-            |row: usize, column: usize| Matrix3::from_fn(|i, j| trial.tangent[row + i][column + j]);
+    /// The end without its tangent.
+    pub(super) fn bare_trial(&self, b: &Wrench) -> Result<Trial> {
+        let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
+        Ok(Trial {
+            b: *b,
+            r: end.position(),
+            rotation: end.rotation(),
+            tangent: [[0.0; 6]; 6],
+        })
+    }
+
+    /// The six equations at a trial: rotation or couple, then for each world component position or force.
+    pub(super) fn residual(&self, trial: &Trial) -> Vector6<f64> {
         let (m0, n) = halves(&trial.b);
-        let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
-        // Directions of n that the unknowns move.
-        let ways: Vec<Vector3<f64>> = if self.end.follower {
-            (0..3).map(|i| Vector3::ith(i, 1.0)).collect()
-        } else {
-            held.iter().map(|i| self.axes[*i]).collect()
-        };
-        let columns = |left: Matrix3<f64>, right: Matrix3<f64>| {
-            let mut d = DMatrix::zeros(3, size);
-            d.view_mut((0, 0), (3, 3)).copy_from(&left);
-            for (k, way) in ways.iter().enumerate() {
-                d.column_mut(3 + k).copy_from(&(right * way));
-            }
-            d
-        };
-        let d_phi = columns(block(0, 0), block(0, 3));
-        let d_r = columns(block(3, 0), block(3, 3));
         let m = m0 - trial.r.cross(&n);
-        let mut value = DVector::zeros(size);
-        let mut matrix = DMatrix::zeros(size, size);
-        // m(1) = m(0) - r x n.
-        let d_m = columns(Matrix3::identity(), -trial.r.cross_matrix()) + n.cross_matrix() * &d_r;
-        if let Some(target) = &self.orientation {
-            let phi = rotation_vector(&(trial.rotation * target.transpose()));
-            value.rows_mut(0, 3).copy_from(&phi);
-            matrix
-                .rows_mut(0, 3)
-                .copy_from(&(inverse_left_jacobian(&phi) * d_phi));
-        } else if self.end.follower {
+        let (first, second) = if self.end.follower {
             let back = trial.rotation.transpose();
-            let d_n = columns(Matrix3::zeros(), Matrix3::identity());
-            value.rows_mut(0, 3).copy_from(&(back * m - self.couple));
-            matrix
-                .rows_mut(0, 3)
-                .copy_from(&(back * (d_m + m.cross_matrix() * &d_phi)));
-            value
-                .rows_mut(3, 3)
-                .copy_from(&(back * n - Vector3::from(self.targets)));
-            matrix
-                .rows_mut(3, 3)
-                .copy_from(&(back * (d_n + n.cross_matrix() * &d_phi)));
+            (
+                back * m - self.couple,
+                back * n - Vector3::from(self.targets),
+            )
         } else {
-            value.rows_mut(0, 3).copy_from(&(m - self.couple));
-            matrix.rows_mut(0, 3).copy_from(&d_m);
+            let first = match &self.orientation {
+                Some(target) => rotation_vector(&(trial.rotation * target.transpose())),
+                None => m - self.couple,
+            };
+            let second = Vector3::from_fn(|i, _| {
+                let quantity = if self.end.position[i].is_some() {
+                    trial.r
+                } else {
+                    n
+                };
+                self.axes[i].dot(&quantity) - self.targets[i]
+            });
+            (first, second)
+        };
+        Vector6::new(first.x, first.y, first.z, second.x, second.y, second.z)
+    }
+
+    /// The equations and their derivatives by the base wrench at a trial.
+    pub(super) fn equations(&self, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
+        let half = |row: usize| Matrix3x6::from_fn(|i, j| trial.tangent[row + i][j]);
+        let (d_phi, d_r) = (half(0), half(3));
+        let (m0, n) = halves(&trial.b);
+        let m = m0 - trial.r.cross(&n);
+        let mut d_n = Matrix3x6::zeros();
+        d_n.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+        // m(1) = m(0) - r x n.
+        let mut d_m = n.cross_matrix() * d_r - trial.r.cross_matrix() * d_n;
+        for i in 0..3 {
+            d_m[(i, i)] += 1.0;
         }
-        for (k, &i) in held.iter().enumerate() {
-            value[3 + k] = self.axes[i].dot(&trial.r) - self.targets[i];
-            matrix
-                .row_mut(3 + k)
-                .copy_from(&(self.axes[i].transpose() * &d_r));
-        }
+        let value = self.residual(trial);
+        let (first, second) = if self.end.follower {
+            let back = trial.rotation.transpose();
+            (
+                back * (d_m + m.cross_matrix() * d_phi),
+                back * (d_n + n.cross_matrix() * d_phi),
+            )
+        } else {
+            let first = if self.orientation.is_some() {
+                let phi = value.fixed_rows::<3>(0).into_owned();
+                inverse_left_jacobian(&phi) * d_phi
+            } else {
+                d_m
+            };
+            let mut second = Matrix3x6::zeros();
+            for i in 0..3 {
+                let d = if self.end.position[i].is_some() {
+                    &d_r
+                } else {
+                    &d_n
+                };
+                second.row_mut(i).copy_from(&(self.axes[i].transpose() * d));
+            }
+            (first, second)
+        };
+        let mut matrix = Matrix6::zeros();
+        matrix.fixed_view_mut::<3, 6>(0, 0).copy_from(&first);
+        matrix.fixed_view_mut::<3, 6>(3, 0).copy_from(&second);
         (value, matrix)
     }
 
     /// Equations and derivatives at the unknowns.
-    pub(super) fn evaluate(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)> {
+    pub(super) fn evaluate(&self, x: &Wrench) -> Result<(Vector6<f64>, Matrix6<f64>)> {
         Ok(self.equations(&self.trial(x)?))
     }
 
     /// The section at the end of the rod.
-    pub(super) fn end_section(&self, x: &DVector<f64>) -> Result<RodSection> {
-        let b = self.wrench(x);
-        let (end, _) = line::end::<0>(&self.rod.law, &b, self.tolerance)?;
-        self.rod.outward(&end, &b)
+    pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
+        let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
+        self.rod.outward(&end, b)
     }
 }
 
@@ -333,19 +305,12 @@ impl Problem {
     /// # Errors
     /// A wrench that the rod cannot follow.
     pub fn index_at(&self, base: &Wrench) -> Result<usize> {
-        self.index(&self.unknowns_of(&self.rod.inward(base)))
+        self.index(&self.rod.inward(base))
     }
 
-    /// The Morse index at the unknowns.
-    pub(super) fn index(&self, x: &DVector<f64>) -> Result<usize> {
-        let b = self.wrench(x);
-        let (end, _) = line::end::<6>(&self.rod.law, &b, self.tolerance)?;
-        let trial = Trial {
-            b,
-            r: end.position(),
-            rotation: end.rotation(),
-            tangent: end.tangent,
-        };
+    /// The Morse index under a base wrench of the numerics.
+    pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
+        let trial = self.trial(b)?;
         super::index::index(&self.rod, &self.end, &self.axes, &trial, self.tolerance)
     }
 }

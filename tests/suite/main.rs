@@ -15,11 +15,11 @@ mod inversion;
 mod plot;
 #[cfg(feature = "plot")]
 mod plot_data;
-mod rods;
 #[cfg(feature = "plot")]
 mod plot_rods;
 #[cfg(feature = "plot")]
 mod plot_rods_data;
+mod rods;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
