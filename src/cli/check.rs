@@ -3,7 +3,7 @@
 use super::files::{print, print_json};
 use super::{CheckArgs, Ending, Refusal};
 use serde_json::json;
-use snaprod::scene::{Faults, ReadError, Scene, Setup};
+use snaprod::scene::{AnyScene, Faults, ReadError, Scene, Setup, read_any};
 use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
@@ -31,8 +31,12 @@ pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
 /// equilibrium is found here and not in the run.
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.display().to_string();
-    match Scene::read(&args.scene) {
-        Ok(scene) => match Setup::new(&scene).and_then(|setup| setup.run().map(drop)) {
+    let ready = |scene: &AnyScene| match scene {
+        AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
+        AnyScene::Statics(_) => Ok(()),
+    };
+    match read_any(&args.scene) {
+        Ok(scene) => match ready(&scene) {
             Ok(()) => {
                 if args.json {
                     print_json(json!({ "scene": file, "valid": true, "faults": [] }));

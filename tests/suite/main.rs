@@ -17,6 +17,8 @@ mod plot_data;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
+mod scene_rods;
+#[cfg(feature = "scene")]
 mod scene_scales;
 mod support;
 mod truss;
