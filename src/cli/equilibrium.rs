@@ -36,20 +36,20 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
 }
 
 /// [w, x, y, z] of the directors, w >= 0.
-fn quaternion(section: &RodSection) -> [f64; 4] {
+pub fn quaternion(section: &RodSection) -> [f64; 4] {
     let q = UnitQuaternion::from_matrix(&section.directors);
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     [q.w, q.i, q.j, q.k].map(|x| sign * x)
 }
 
-fn halves(wrench: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+pub fn halves(wrench: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (
         wrench.fixed_rows::<3>(0).into_owned(),
         wrench.fixed_rows::<3>(3).into_owned(),
     )
 }
 
-fn list(x: &Vector3<f64>) -> [f64; 3] {
+pub fn list(x: &Vector3<f64>) -> [f64; 3] {
     (*x).into()
 }
 

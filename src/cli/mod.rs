@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 the run ended short of what was asked (the reason is in the output), 2 bad input.
 
+mod branch;
 mod check;
 mod equilibrium;
 mod figures;
@@ -42,6 +43,8 @@ enum Command {
     Sheets(SheetsArgs),
     /// Solves the statics of a rod in space: shape, wrench, strains, energy, index.
     Equilibrium(EquilibriumArgs),
+    /// Follows a branch of equilibria in one parameter: special points, figures.
+    Branch(BranchArgs),
     /// Checks a scene and reports every fault at once.
     Check(CheckArgs),
 }
@@ -153,6 +156,21 @@ struct EquilibriumArgs {
 }
 
 #[derive(Args)]
+struct BranchArgs {
+    /// The scene, a TOML file with model = "cosserat" and [continue].
+    scene: PathBuf,
+    /// Where to write branch.csv, special_points.json and figures; default out/<name of the scene>.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print the special points as one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Write a PNG beside every figure (needs the feature `png`).
+    #[arg(long)]
+    png: bool,
+}
+
+#[derive(Args)]
 struct CheckArgs {
     /// The scene, a TOML file.
     scene: PathBuf,
@@ -204,6 +222,7 @@ pub fn main() -> ExitCode {
         Command::Folds(args) => folds::folds(args),
         Command::Sheets(args) => sheets::sheets(args),
         Command::Equilibrium(args) => equilibrium::equilibrium(args),
+        Command::Branch(args) => branch::branch(args),
         Command::Check(args) => check::check(args),
     };
     match ending {

@@ -47,6 +47,8 @@
 //!
 //! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
 //! library's units, in which length, bending stiffness and mass are 1.
+//!
+//! Rods in space have scenes of their own, of statics: [`Statics`]. [`read_any`] takes either kind.
 
 mod along_schema;
 mod build;

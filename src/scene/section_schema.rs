@@ -264,7 +264,10 @@ fn convex(
     // Scaled to a unit diagonal, so that the units of couples and forces do not matter.
     let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
         let (i, j) = (free[a], free[b]);
-        rows[i][j] / (rows[i][i].sqrt() * rows[j][j].sqrt())
+        match i == j {
+            true => 1.0,
+            false => rows[i][j] / (rows[i][i].sqrt() * rows[j][j].sqrt()),
+        }
     });
     let large = scaled.iter().any(|x| !(x.abs() <= 1.0));
     let least = match large {

@@ -123,7 +123,7 @@ impl Along {
                 }
                 let i = nodes.partition_point(|node| *node <= s).clamp(1, last);
                 let part = (s - nodes[i - 1]) / (nodes[i] - nodes[i - 1]);
-                values[i - 1] + part * (values[i] - values[i - 1])
+                (1.0 - part) * values[i - 1] + part * values[i]
             }
         }
     }

@@ -317,6 +317,10 @@ fn bundled_scenes_are_sound() {
                 .text()
                 .ends_with(": no faults\n")
         );
+        // A scene of statics has nothing to run.
+        if fs::read_to_string(path).unwrap().contains("\"cosserat\"") {
+            continue;
+        }
         let summary = place.run(&["run", path, "--json"]).json(0);
         assert_eq!(summary["outcome"], "end_of_time", "{path}");
         close(&summary["energy_error"]["relative"], 0.0, 1e-9);

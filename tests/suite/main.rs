@@ -23,6 +23,8 @@ mod rods;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
+mod scene_rods;
+#[cfg(feature = "scene")]
 mod scene_scales;
 mod support;
 mod truss;
