@@ -163,6 +163,11 @@ impl Options {
         Ok(())
     }
 
+    /// The weight in use: the nearest power of two.
+    pub(crate) fn rounded_weight(&self) -> f64 {
+        self.weight.log2().round().exp2()
+    }
+
     fn contains(&self, p: f64) -> bool {
         self.from.min(self.to) <= p && p <= self.from.max(self.to)
     }
@@ -355,7 +360,6 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
             tangent: null * sign,
             branching: determinant * sign,
             regularity: eliminated.regularity(),
-            first: 0.0,
             contraction: 0.0,
             error: solved.correction,
         };
@@ -389,7 +393,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
 
     fn space(family: &'a F, p: f64, options: &mut Options) -> Result<Space<'a, F, N>> {
         options.check()?;
-        options.weight = options.weight.log2().round().exp2();
+        options.weight = options.rounded_weight();
         if !(p.is_finite() && options.contains(p)) {
             return Err(Error::domain(format!(
                 "the branch's first point, p = {p}, must lie between {} and {}",

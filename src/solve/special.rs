@@ -65,7 +65,8 @@ pub struct Special<const N: usize> {
     pub error_p: f64,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
-    /// True of a branch point at which p turns as well (a pitchfork met on its bent branch).
+    /// True of a branch point or a cusp at which the parameter turns as well (as in a pitchfork met
+    /// on its bent branch).
     pub turning: bool,
 }
 
@@ -227,7 +228,17 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             self.stability_change(a, b, &mut found);
         }
         if event {
-            found.push(self.root(Kind::Event, a, b, |s| s.event));
+            let mut special = self.root(self.family.event_kind(), a, b, |s| s.event);
+            if special.kind == Kind::Cusp {
+                // q turns there as well: one point, one label.
+                let near = |s: &Special<N>| {
+                    let distance = (s.point.arclength - special.point.arclength).abs();
+                    s.kind == Kind::Fold && distance <= 1e-2 * cubic.length
+                };
+                special.turning = found.iter().any(near);
+                found.retain(|s| !near(s));
+            }
+            found.push(special);
         }
         found.sort_by(|l, r| l.point.arclength.total_cmp(&r.point.arclength));
         self.label_indices(a, b, &mut found);
@@ -407,7 +418,6 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         let kernels = super::elimination::Svd::new(&matrix);
         let left0 = kernels.left.column(N - 1).into_owned();
         let right0 = kernels.right.columns(N - 1, 2).into_owned();
-        let size = kernels.values[0].max(f64::MIN_POSITIVE);
         let mut b = 0.0;
         let mut before = f64::INFINITY;
         for iteration in 0..12 {
@@ -455,6 +465,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             let stalled = iteration > 1 && moved > 0.3 * before;
             if moved <= 1e-13 * scale || stalled {
                 // An imperfect crossing has b != 0: no branch point at all.
+                let size = kernels.values[0] + gradient.as_ref()?.norm() * length;
                 let perfect = b.abs() <= 1e-7 * size * scale;
                 let good = moved <= 1e-9 * scale && perfect;
                 return good.then_some((z, moved.max(4.0 * f64::EPSILON * scale)));
@@ -482,7 +493,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
 
     /// The derivative of [F_x F_p] along a direction, by central differences: error about 1e-9.
     pub fn bend_along(&self, z: &Place<N>, direction: &Place<N>) -> Option<DMatrix<f64>> {
-        let h = 1e-5 * (1.0 + z.norm()) / direction.norm();
+        let h = 3e-5 * (1.0 + z.norm()) / direction.norm();
         let (plus, _) = self.matrix(&(*z + *direction * h))?;
         let (minus, _) = self.matrix(&(*z - *direction * h))?;
         Some((plus - minus) / (2.0 * h))
