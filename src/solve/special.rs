@@ -207,12 +207,13 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         };
         let cubic = Cubic::new(a.pair(), b.pair());
         let twice = if fold { None } else { cubic.turns_twice() };
-        if depth < MAX_DEPTH && (!explained || twice.is_some()) {
-            if let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true) {
-                let mut found = self.search(a, &middle, depth + 1);
-                found.extend(self.search(&middle, b, depth + 1));
-                return found;
-            }
+        if depth < MAX_DEPTH
+            && (!explained || twice.is_some())
+            && let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true)
+        {
+            let mut found = self.search(a, &middle, depth + 1);
+            found.extend(self.search(&middle, b, depth + 1));
+            return found;
         }
         let mut found = Vec::new();
         if branch {

@@ -164,7 +164,7 @@ fn requested_values_are_hit_exactly() {
     assert!(order.is_sorted(), "{order:?}");
 }
 
-/// x' = p x - x^3 in the first unknown: pitchfork at 0, both ways round.
+/// p x - x^3: pitchfork at 0.
 fn pitchfork(x: &SVector<f64, 1>, p: f64) -> Option<Parts<1>> {
     let x = x[0];
     Some((
@@ -373,15 +373,14 @@ fn noise(x: &[f64], p: f64, i: usize) -> f64 {
     (h >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-/// In six mixed unknowns y: y0 (p - y0^2) pitchfork, y1 (p - 1/2) - ... : a snap-through y1^3 - y1 = p - y0,
-/// and y2..y5 with y_k = tanh-like responses. Noise of 1e-13 on everything.
+/// Six mixed unknowns x = mix^T y: y0 (p - 1/5 - y0^2), a pitchfork on y0 = 0; y1^3 - y1 = p, an S with two folds;
+/// the others follow y1 smoothly. Noise of 1e-13 on all that is returned.
 fn mixed(x: &SVector<f64, 6>, p: f64) -> Option<Parts<6>> {
     let mix = mixer::<6>();
     let y = mix * x;
     let mut f = SVector::<f64, 6>::zeros();
     let mut j = SMatrix::<f64, 6, 6>::zeros();
     let mut s = SVector::<f64, 6>::zeros();
-    // x0 = 0 is a branch until p = 0.2.
     f[0] = y[0] * (p - 0.2 - y[0] * y[0]);
     j[(0, 0)] = p - 0.2 - 3.0 * y[0] * y[0];
     s[0] = y[0];
@@ -458,7 +457,7 @@ fn mixed_unknowns_with_noise() {
 /// Catches a border that ends in an error, a swallowed point or an endless approach.
 #[test]
 fn a_family_may_end() {
-    // x = sqrt(1 - p): ends at p = 1 with a fold-like border; here F is undefined beyond p = 0.7.
+    // x = sqrt(1 - p), undefined from p = 0.7 on.
     let family = given(|x: &SVector<f64, 1>, p: f64| {
         (p < 0.7).then(|| {
             (
@@ -606,6 +605,32 @@ fn bad_requests_name_what_is_wrong() {
         .err()
         .unwrap();
     assert!(fold.is_ambiguous(), "{fold}");
+}
+
+/// Two pitchforks 0.005 apart, in one step: no determinant shows the pair, only the index does. Catches a
+/// double crossing reported where two simple ones lie.
+#[test]
+fn two_branch_points_in_one_step_are_told_apart() {
+    let at = [0.5, 0.505];
+    let family = Given {
+        f: |x: &SVector<f64, 2>, p: f64| {
+            let (a, b) = (p - at[0] - x[0] * x[0], p - at[1] - x[1] * x[1]);
+            Some((
+                vector![x[0] * a, x[1] * b],
+                matrix![a - 2.0 * x[0] * x[0], 0.0; 0.0, b - 2.0 * x[1] * x[1]],
+                *x,
+            ))
+        },
+        index: |_: &SVector<f64, 2>, p: f64| Some(at.iter().filter(|a| p > **a).count()),
+    };
+    let trace = Branch::new(&family, vector![0.0, 0.0], 0.0, Options::between(0.0, 1.0))
+        .unwrap()
+        .trace();
+    assert_eq!(trace.specials.len(), 2, "{:#?}", trace.specials);
+    for (k, special) in trace.specials.iter().enumerate() {
+        located(special, Kind::BranchPoint, at[k], 1e-10);
+        assert_eq!(special.index, (Some(k), Some(k + 1)));
+    }
 }
 
 /// F = x^2 + (p^2 - 1/4)^2 - 1/100: two isolas. Catches branches that leave a small loop, and loops not seen
