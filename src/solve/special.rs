@@ -141,9 +141,9 @@ impl<const N: usize> Bracket<N> {
 
 impl<F: Family<N>, const N: usize> Space<'_, F, N> {
     /// Adds arclength, index and event to a corrected place after `before`.
-    pub fn dress(&self, on: Corrected<N>, before: &Sample<N>, index: bool) -> Sample<N> {
+    pub fn dress(&self, on: Corrected<N>, before: &Sample<N>) -> Sample<N> {
         let arclength = before.arclength + length(before.pair(), (on.place, on.tangent));
-        self.dressed(on, arclength, index)
+        self.dressed(on, arclength, true)
     }
 
     pub fn dressed(&self, on: Corrected<N>, arclength: f64, index: bool) -> Sample<N> {
@@ -170,7 +170,9 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         let cubic = Cubic::new(a.pair(), b.pair());
         let reach = 0.5 * cubic.length;
         let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
-        Ok(self.dress(on, a, index))
+        // Not the length from `a`: points between two others keep their order whatever its error.
+        let arclength = a.arclength + t * (b.arclength - a.arclength);
+        Ok(self.dressed(on, arclength, index))
     }
 
     pub fn point(&self, sample: &Sample<N>) -> Point<N> {
@@ -291,12 +293,17 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             return this;
         };
         let mut smallest = f64::INFINITY;
+        let mut ends = (*a, *b);
         let root = chandrupatla(
             |t| {
-                // The prediction is best between the nearest points known.
+                // The prediction is best between the nearest points known, unless these are so near
+                // that only noise lies between them.
+                if this.width() > 1e-3 * (b.arclength - a.arclength) {
+                    ends = (this.left, this.right);
+                }
                 let s = a.arclength + t * (b.arclength - a.arclength);
-                let inner = (s - this.left.arclength) / this.width();
-                let sample = self.between(&this.left, &this.right, inner, index);
+                let inner = (s - ends.0.arclength) / (ends.1.arclength - ends.0.arclength);
+                let sample = self.between(&ends.0, &ends.1, inner, index);
                 match sample {
                     Ok(sample) => {
                         let value = test(&sample).unwrap_or(f64::NAN);
@@ -403,7 +410,12 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         }
         let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);
         let (best, width) = (found.best, found.width());
-        self.special(Kind::BranchPoint, &best, &found, width)
+        let mut special = self.special(Kind::BranchPoint, &best, &found, width);
+        if special.is_converged() && width > 1e-6 * (1.0 + best.on.place.norm()) {
+            let why = "noise hides the determinant's root, and the regular system did not converge";
+            special.status = Status::Guess(why.into());
+        }
+        special
     }
 
     /// Newton on F + b left = 0, left^T [F_x F_p] = 0 for (z, b): regular at a simple branch point.
@@ -436,7 +448,8 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             right[(N + 1, 1)] = 1.0;
             let w = m.full_piv_lu().solve(&right)?;
             let psi = left.rows(0, N).into_owned();
-            if gradient.is_none() || iteration == 1 {
+            let fresh = gradient.is_none() || iteration == 1;
+            if fresh {
                 let mut rows = DMatrix::zeros(2, N + 1);
                 for k in 0..2 {
                     let direction = Place::from_slice(w.column(k).as_slice());
@@ -463,13 +476,17 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
                 return None;
             }
             let scale = 1.0 + z.norm();
-            let stalled = iteration > 1 && moved > 0.3 * before;
+            let stalled =
+                iteration > 1 && moved > 0.3 * before && (fresh || moved <= 1e-11 * scale);
             if moved <= 1e-13 * scale || stalled {
                 // An imperfect crossing has b != 0: no branch point at all.
                 let size = kernels.values[0] + gradient.as_ref()?.norm() * length;
                 let perfect = b.abs() <= 1e-7 * size * scale;
                 let good = moved <= 1e-9 * scale && perfect;
                 return good.then_some((z, moved.max(4.0 * f64::EPSILON * scale)));
+            }
+            if moved > 0.1 * before && moved > 1e-11 * scale {
+                gradient = None;
             }
             before = moved;
         }

@@ -438,11 +438,6 @@ fn mixed_unknowns_with_noise() {
         ];
         assert_eq!(trace.specials.len(), want.len(), "{:#?}", kinds(&trace));
         for (special, (kind, p, accuracy)) in trace.specials.iter().zip(want) {
-            println!(
-                "{kind}: {:e}, estimated {:e}",
-                special.point.p - p,
-                special.error_p
-            );
             located(special, kind, p, accuracy);
             assert_eq!(special.multiplicity(), Some(1));
         }

@@ -305,7 +305,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
                         Failure::Diverging(angle)
                     } else {
                         self.adapt(h, &on, angle);
-                        return Ok(self.space.dress(on, &self.current, true));
+                        return Ok(self.space.dress(on, &self.current));
                     }
                 }
                 Err(failure) => failure,
@@ -389,7 +389,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
             return None;
         }
         on.place = home;
-        Some(self.space.dress(on, a, true))
+        Some(self.space.dress(on, a))
     }
 
     /// Values of p asked for, and ends of the range, between two neighbours: in order, with the end
@@ -406,13 +406,14 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
         let turns = specials
             .iter()
             .filter(|s| s.kind == Kind::Fold || s.turning)
-            .map(|s| s.place_and_tangent(weight));
-        let mut knots = vec![a.pair()];
+            .map(|s| (s.place_and_tangent(weight), s.point.arclength));
+        let mut knots = vec![(a.pair(), a.arclength)];
         knots.extend(turns);
-        knots.push(b.pair());
+        knots.push((b.pair(), b.arclength));
         let mut landed = Vec::new();
         for pair in knots.windows(2) {
-            let cubic = Cubic::new(pair[0], pair[1]);
+            let ((start, s0), (end, s1)) = (pair[0], pair[1]);
+            let cubic = Cubic::new(start, end);
             let (p0, p1) = (cubic.a.p / weight, cubic.b.p / weight);
             for &value in self.options.at.iter().chain(&ends) {
                 if !((p0 < value && value < p1) || (p1 < value && value < p0)) {
@@ -439,7 +440,8 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
                         on.branching = -on.branching;
                     }
                     let end = ends.contains(&value).then_some(value);
-                    landed.push((self.space.dress(on, a, true), end));
+                    let sample = self.space.dressed(on, s0 + low * (s1 - s0), true);
+                    landed.push((sample, end));
                 }
             }
         }
