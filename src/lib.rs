@@ -10,7 +10,7 @@
 //! * [`rod`]: Cosserat rods in space: section laws, equilibria, branches, stability.
 //! * [`truss`]: the von Mises truss, the smallest manifold with folds.
 //! * [`body`]: the mass and its loads. [`dynamics`]: motion on a sheet, snaps, ledger, runs.
-//! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, bracketed roots.
+//! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, bracketed roots, Newton, continuation.
 //! * `scene` (feature `scene`): TOML scenes. `plot` (feature `plot`): SVG figures from data.
 //!
 //! Units are those of the rod: length 1, bending stiffness 1; forces are in EI/L^2, energies in EI/L, times

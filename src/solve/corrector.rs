@@ -36,8 +36,6 @@ pub(crate) struct Corrected<const N: usize> {
     pub branching: f64,
     /// Last pivot over first pivot of [F_x F_p].
     pub regularity: f64,
-    /// First correction: the error of the prediction.
-    pub first: f64,
     /// Second correction over first, measured or, if there was no second, predicted.
     pub contraction: f64,
     /// Estimated distance from the branch.
@@ -98,8 +96,7 @@ impl<'a, F: Family<N>, const N: usize> Space<'a, F, N> {
         finish: Finish,
     ) -> Result<Corrected<N>, Failure> {
         let normal = normal.unit();
-        let (mut z, mut before, mut first, mut contraction) =
-            (*guess, f64::INFINITY, 0.0, f64::INFINITY);
+        let (mut z, mut before, mut contraction) = (*guess, f64::INFINITY, f64::INFINITY);
         for k in 0..self.max_corrections {
             let (residual, eliminated) = self.evaluate(&z).map_err(Failure::Undefined)?;
             let (null, determinant) = eliminated.null();
@@ -118,7 +115,6 @@ impl<'a, F: Family<N>, const N: usize> Space<'a, F, N> {
             let fine = length <= self.tolerance * scale;
             let shrinking = length / before;
             if k == 0 {
-                first = length;
                 contraction = self.bend.get() * length;
                 if length > reach {
                     return Err(Failure::Far);
@@ -151,13 +147,14 @@ impl<'a, F: Family<N>, const N: usize> Space<'a, F, N> {
             };
             if last || length <= rounding {
                 let sign = slant.signum();
-                let error = if noise { length } else { next.min(length) };
+                // The last correction is all that noise lets one know.
+                let measured = noise || finish == Finish::Evaluated;
+                let error = if measured { length } else { next.min(length) };
                 return Ok(Corrected {
                     place: z,
                     tangent: null * sign,
                     branching: determinant * sign,
                     regularity: eliminated.regularity(),
-                    first,
                     contraction,
                     error: error.max(rounding),
                 });

@@ -1,5 +1,6 @@
 //! What the continuation asks of a problem: F(x, p) = 0 with its derivatives.
 
+use super::special::Kind;
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};
 
@@ -62,6 +63,11 @@ pub trait Family<const N: usize> {
     ) -> Result<Option<f64>> {
         Ok(None)
     }
+
+    /// What a root of [`Family::event`] is called.
+    fn event_kind(&self) -> Kind {
+        Kind::Event
+    }
 }
 
 impl<F: Family<N> + ?Sized, const N: usize> Family<N> for &F {
@@ -80,5 +86,9 @@ impl<F: Family<N> + ?Sized, const N: usize> Family<N> for &F {
         direction: (&SVector<f64, N>, f64),
     ) -> Result<Option<f64>> {
         (**self).event(x, p, direction)
+    }
+
+    fn event_kind(&self) -> Kind {
+        (**self).event_kind()
     }
 }

@@ -2,10 +2,13 @@
 
 pub mod arclength;
 mod corrector;
+pub mod deflation;
 pub mod dop853;
 mod dop853_tableau;
 mod elimination;
 pub mod family;
+pub mod fold_curve;
 pub mod newton;
 pub mod roots;
 pub mod special;
+pub mod switching;

@@ -33,7 +33,7 @@ impl Default for Options {
 }
 
 impl Options {
-    fn check(&self) -> Result<()> {
+    pub(super) fn check(&self) -> Result<()> {
         for (name, value) in [
             ("tolerance", self.tolerance),
             ("min_damping", self.min_damping),
@@ -115,6 +115,17 @@ pub fn solve<const N: usize>(
     let mut scale = 1.0 + x.norm();
     let mut why = "the iterations were used up".to_string();
     for iteration in 1..=options.max_iterations {
+        if f.norm() == 0.0 {
+            return Ok(Solution {
+                x,
+                iterations: iteration - 1,
+                evaluations: count.get(),
+                damping: smallest,
+                residual: 0.0,
+                correction: 0.0,
+                reason: Reason::Rounding,
+            });
+        }
         if factors.regularity() < 1e-15 {
             why = "the Jacobian is singular".into();
             break;

@@ -65,7 +65,8 @@ pub struct Special<const N: usize> {
     pub error_p: f64,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
-    /// True of a branch point at which p turns as well (a pitchfork met on its bent branch).
+    /// True of a branch point or a cusp at which the parameter turns as well (as in a pitchfork met
+    /// on its bent branch).
     pub turning: bool,
 }
 
@@ -140,9 +141,9 @@ impl<const N: usize> Bracket<N> {
 
 impl<F: Family<N>, const N: usize> Space<'_, F, N> {
     /// Adds arclength, index and event to a corrected place after `before`.
-    pub fn dress(&self, on: Corrected<N>, before: &Sample<N>, index: bool) -> Sample<N> {
+    pub fn dress(&self, on: Corrected<N>, before: &Sample<N>) -> Sample<N> {
         let arclength = before.arclength + length(before.pair(), (on.place, on.tangent));
-        self.dressed(on, arclength, index)
+        self.dressed(on, arclength, true)
     }
 
     pub fn dressed(&self, on: Corrected<N>, arclength: f64, index: bool) -> Sample<N> {
@@ -169,7 +170,9 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         let cubic = Cubic::new(a.pair(), b.pair());
         let reach = 0.5 * cubic.length;
         let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
-        Ok(self.dress(on, a, index))
+        // Not the length from `a`: points between two others keep their order whatever its error.
+        let arclength = a.arclength + t * (b.arclength - a.arclength);
+        Ok(self.dressed(on, arclength, index))
     }
 
     pub fn point(&self, sample: &Sample<N>) -> Point<N> {
@@ -206,12 +209,13 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         };
         let cubic = Cubic::new(a.pair(), b.pair());
         let twice = if fold { None } else { cubic.turns_twice() };
-        if depth < MAX_DEPTH && (!explained || twice.is_some()) {
-            if let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true) {
-                let mut found = self.search(a, &middle, depth + 1);
-                found.extend(self.search(&middle, b, depth + 1));
-                return found;
-            }
+        if depth < MAX_DEPTH
+            && (!explained || twice.is_some())
+            && let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true)
+        {
+            let mut found = self.search(a, &middle, depth + 1);
+            found.extend(self.search(&middle, b, depth + 1));
+            return found;
         }
         let mut found = Vec::new();
         if branch {
@@ -227,7 +231,17 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             self.stability_change(a, b, &mut found);
         }
         if event {
-            found.push(self.root(Kind::Event, a, b, |s| s.event));
+            let mut special = self.root(self.family.event_kind(), a, b, |s| s.event);
+            if special.kind == Kind::Cusp {
+                // q turns there as well: one point, one label.
+                let near = |s: &Special<N>| {
+                    let distance = (s.point.arclength - special.point.arclength).abs();
+                    s.kind == Kind::Fold && distance <= 1e-2 * cubic.length
+                };
+                special.turning = found.iter().any(near);
+                found.retain(|s| !near(s));
+            }
+            found.push(special);
         }
         found.sort_by(|l, r| l.point.arclength.total_cmp(&r.point.arclength));
         self.label_indices(a, b, &mut found);
@@ -279,12 +293,17 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             return this;
         };
         let mut smallest = f64::INFINITY;
+        let mut ends = (*a, *b);
         let root = chandrupatla(
             |t| {
-                // The prediction is best between the nearest points known.
+                // The prediction is best between the nearest points known, unless these are so near
+                // that only noise lies between them.
+                if this.width() > 1e-3 * (b.arclength - a.arclength) {
+                    ends = (this.left, this.right);
+                }
                 let s = a.arclength + t * (b.arclength - a.arclength);
-                let inner = (s - this.left.arclength) / this.width();
-                let sample = self.between(&this.left, &this.right, inner, index);
+                let inner = (s - ends.0.arclength) / (ends.1.arclength - ends.0.arclength);
+                let sample = self.between(&ends.0, &ends.1, inner, index);
                 match sample {
                     Ok(sample) => {
                         let value = test(&sample).unwrap_or(f64::NAN);
@@ -391,7 +410,12 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         }
         let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);
         let (best, width) = (found.best, found.width());
-        self.special(Kind::BranchPoint, &best, &found, width)
+        let mut special = self.special(Kind::BranchPoint, &best, &found, width);
+        if special.is_converged() && width > 1e-6 * (1.0 + best.on.place.norm()) {
+            let why = "noise hides the determinant's root, and the regular system did not converge";
+            special.status = Status::Guess(why.into());
+        }
+        special
     }
 
     /// Newton on F + b left = 0, left^T [F_x F_p] = 0 for (z, b): regular at a simple branch point.
@@ -407,7 +431,6 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         let kernels = super::elimination::Svd::new(&matrix);
         let left0 = kernels.left.column(N - 1).into_owned();
         let right0 = kernels.right.columns(N - 1, 2).into_owned();
-        let size = kernels.values[0].max(f64::MIN_POSITIVE);
         let mut b = 0.0;
         let mut before = f64::INFINITY;
         for iteration in 0..12 {
@@ -425,7 +448,8 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             right[(N + 1, 1)] = 1.0;
             let w = m.full_piv_lu().solve(&right)?;
             let psi = left.rows(0, N).into_owned();
-            if gradient.is_none() || iteration == 1 {
+            let fresh = gradient.is_none() || iteration == 1;
+            if fresh {
                 let mut rows = DMatrix::zeros(2, N + 1);
                 for k in 0..2 {
                     let direction = Place::from_slice(w.column(k).as_slice());
@@ -452,12 +476,17 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
                 return None;
             }
             let scale = 1.0 + z.norm();
-            let stalled = iteration > 1 && moved > 0.3 * before;
+            let stalled =
+                iteration > 1 && moved > 0.3 * before && (fresh || moved <= 1e-11 * scale);
             if moved <= 1e-13 * scale || stalled {
                 // An imperfect crossing has b != 0: no branch point at all.
+                let size = kernels.values[0] + gradient.as_ref()?.norm() * length;
                 let perfect = b.abs() <= 1e-7 * size * scale;
                 let good = moved <= 1e-9 * scale && perfect;
                 return good.then_some((z, moved.max(4.0 * f64::EPSILON * scale)));
+            }
+            if moved > 0.1 * before && moved > 1e-11 * scale {
+                gradient = None;
             }
             before = moved;
         }
@@ -482,7 +511,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
 
     /// The derivative of [F_x F_p] along a direction, by central differences: error about 1e-9.
     pub fn bend_along(&self, z: &Place<N>, direction: &Place<N>) -> Option<DMatrix<f64>> {
-        let h = 1e-5 * (1.0 + z.norm()) / direction.norm();
+        let h = 3e-5 * (1.0 + z.norm()) / direction.norm();
         let (plus, _) = self.matrix(&(*z + *direction * h))?;
         let (minus, _) = self.matrix(&(*z - *direction * h))?;
         Some((plus - minus) / (2.0 * h))

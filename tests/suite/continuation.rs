@@ -3,8 +3,12 @@
 use crate::support::assert_close;
 use nalgebra::{SMatrix, SVector, matrix, vector};
 use snaprod::solve::arclength::{Branch, Direction, Options, Predictor, Role, Stop, Trace};
+use snaprod::solve::deflation::{self, further};
 use snaprod::solve::family::{Family, Linearised};
+use snaprod::solve::fold_curve::{Family2, FoldCurve, Linearised2};
+use snaprod::solve::newton;
 use snaprod::solve::special::{Kind, Special};
+use snaprod::solve::switching::{Method, switch};
 
 /// A family from closures: F with derivatives, and an index.
 struct Given<const N: usize, F, I> {
@@ -160,7 +164,7 @@ fn requested_values_are_hit_exactly() {
     assert!(order.is_sorted(), "{order:?}");
 }
 
-/// x' = p x - x^3 in the first unknown: pitchfork at 0, both ways round.
+/// p x - x^3: pitchfork at 0.
 fn pitchfork(x: &SVector<f64, 1>, p: f64) -> Option<Parts<1>> {
     let x = x[0];
     Some((
@@ -211,4 +215,642 @@ fn pitchfork_on_both_branches() {
         0.0,
         "x",
     );
+}
+
+/// A simple branch point from a transcritical and a pitchfork: catches the wrong tangent, a start on
+/// the known branch, a lost way.
+#[test]
+fn branches_are_switched_at_simple_branch_points() {
+    let options = Options::between(-1.0, 1.0);
+    let transcritical = given(|x: &SVector<f64, 1>, p: f64| {
+        Some((
+            vector![x[0] * (p - 2.0 * x[0])],
+            matrix![p - 4.0 * x[0]],
+            vector![x[0]],
+        ))
+    });
+    let trace = Branch::new(&transcritical, vector![0.0], -1.0, options.clone())
+        .unwrap()
+        .trace();
+    let found = switch(&transcritical, &trace.specials[0], 0.1, &options).unwrap();
+    assert_eq!(
+        (found.method, found.starts.len(), found.corank),
+        (Method::Quadratic, 2, 1)
+    );
+    for start in &found.starts {
+        let ahead = Branch::along(&transcritical, start, options.clone())
+            .unwrap()
+            .trace();
+        assert_eq!(ahead.specials, []);
+        let end = ahead.points.last().unwrap();
+        assert_close(end.p.abs(), 1.0, 1e-15, 0.0, "p");
+        assert_close(end.x[0], 0.5 * end.p, 1e-12, 0.0, "x = p / 2");
+    }
+    assert!(found.starts[0].p * found.starts[1].p < 0.0);
+
+    let family = given(pitchfork);
+    let trace = Branch::new(&family, vector![0.0], -1.0, options.clone())
+        .unwrap()
+        .trace();
+    let found = switch(&family, &trace.specials[0], 0.1, &options).unwrap();
+    assert_eq!((found.method, found.starts.len()), (Method::Quadratic, 2));
+    let ends: Vec<f64> = found
+        .starts
+        .iter()
+        .map(|s| Branch::along(&family, s, options.clone()).unwrap().trace())
+        .map(|t| t.points.last().unwrap().x[0])
+        .collect();
+    assert_close(ends[0] * ends[1], -1.0, 1e-11, 0.0, "x = 1 and x = -1");
+    assert!(found.evaluations < 20, "{}", found.evaluations);
+
+    // A fold is no branch point.
+    let folds = Branch::new(
+        &given(circle),
+        vector![1.0],
+        0.0,
+        Options::between(-2.0, 2.0),
+    )
+    .unwrap()
+    .trace();
+    let refused = switch(&given(circle), &folds.specials[0], 0.1, &options).unwrap_err();
+    assert!(refused.is_domain(), "{refused}");
+}
+
+/// x (p^2 - x^2) (p - 3 x): three further branches through 0 where the quadratic part vanishes. Catches a
+/// bifurcation equation trusted beyond its reach.
+#[test]
+fn degenerate_branch_point_is_sampled() {
+    let f = |x: &SVector<f64, 1>, p: f64| {
+        let x = x[0];
+        let (u, v) = (p * p - x * x, p - 3.0 * x);
+        Some((
+            vector![x * u * v],
+            matrix![u * v - 2.0 * x * x * v - 3.0 * x * u],
+            vector![x * (2.0 * p * v + u)],
+        ))
+    };
+    let family = Given {
+        f,
+        index: |x: &SVector<f64, 1>, p: f64| Some(usize::from(f(x, p).unwrap().1[0] > 0.0)),
+    };
+    let options = Options::between(-1.0, 1.0);
+    let trace = Branch::new(&family, vector![0.0], -0.97, options.clone())
+        .unwrap()
+        .trace();
+    assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
+    assert!(trace.specials[0].point.p.abs() < 1e-5);
+    let found = switch(&family, &trace.specials[0], 0.1, &options).unwrap();
+    assert_eq!(found.method, Method::Sampled);
+    let mut slopes: Vec<f64> = found.starts.iter().map(|s| s.x[0] / s.p).collect();
+    slopes.sort_by(f64::total_cmp);
+    let want = [-1.0, -1.0, 1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0];
+    assert_eq!(slopes.len(), want.len(), "{slopes:?}");
+    for (got, want) in slopes.iter().zip(want) {
+        assert_close(*got, want, 1e-9, 0.0, "slope");
+    }
+}
+
+/// x' = (p - |x|^2) x in the plane: two unknowns buckle at once, no determinant changes sign.
+fn symmetric(x: &SVector<f64, 2>, p: f64) -> Option<Parts<2>> {
+    let left = p - x.norm_squared();
+    Some((
+        x * left,
+        SMatrix::identity() * left - x * x.transpose() * 2.0,
+        *x,
+    ))
+}
+
+/// Catches a double crossing that determinants cannot show, and a continuum of branches passed off as
+/// a few.
+#[test]
+fn double_crossing_is_seen_by_the_index() {
+    let family = Given {
+        f: symmetric,
+        index: |x: &SVector<f64, 2>, p: f64| {
+            let square = x.norm_squared();
+            Some(usize::from(p - square > 0.0) + usize::from(p - 3.0 * square > 0.0))
+        },
+    };
+    let options = Options::between(-0.61, 1.0);
+    let trace = Branch::new(&family, vector![0.0, 0.0], -0.61, options.clone())
+        .unwrap()
+        .trace();
+    assert_eq!(trace.stop, Stop::Reached);
+    assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
+    let special = &trace.specials[0];
+    located(special, Kind::StabilityChange, 0.0, 1e-7);
+    assert_eq!(
+        (special.multiplicity(), special.index),
+        (Some(2), (Some(0), Some(2)))
+    );
+    assert!(per_point(&trace) < 6.0);
+    let found = switch(&family, special, 0.1, &options).unwrap();
+    assert_eq!((found.corank, found.method), (2, Method::Sampled));
+    assert!(found.starts.len() >= 8, "{found:?}");
+    assert!(found.remarks[0].contains("continuous family"), "{found:?}");
+    for start in &found.starts {
+        assert_close(start.x.norm_squared(), start.p, 1e-9, 0.0, "p = |x|^2");
+    }
+}
+
+/// A fixed orthogonal matrix: product of Householder reflections of fixed vectors.
+fn mixer<const N: usize>() -> SMatrix<f64, N, N> {
+    let mut mix = SMatrix::<f64, N, N>::identity();
+    for k in 0..3 {
+        let v = SVector::<f64, N>::from_fn(|i, _| ((3 * i + 7 * k + 2) as f64).sin());
+        mix -= mix * v * v.transpose() * (2.0 / v.norm_squared());
+    }
+    mix
+}
+
+/// A number in +-1 that depends on all digits of the arguments: noise without memory.
+fn noise(x: &[f64], p: f64, i: usize) -> f64 {
+    let mut h = p.to_bits() ^ (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    for v in x {
+        h = (h ^ v.to_bits()).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        h ^= h >> 29;
+    }
+    (h >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// Six mixed unknowns x = mix^T y: y0 (p - 1/5 - y0^2), a pitchfork on y0 = 0; y1^3 - y1 = p, an S with two folds;
+/// the others follow y1 smoothly. Noise of 1e-13 on all that is returned.
+fn mixed(x: &SVector<f64, 6>, p: f64) -> Option<Parts<6>> {
+    let mix = mixer::<6>();
+    let y = mix * x;
+    let mut f = SVector::<f64, 6>::zeros();
+    let mut j = SMatrix::<f64, 6, 6>::zeros();
+    let mut s = SVector::<f64, 6>::zeros();
+    f[0] = y[0] * (p - 0.2 - y[0] * y[0]);
+    j[(0, 0)] = p - 0.2 - 3.0 * y[0] * y[0];
+    s[0] = y[0];
+    f[1] = y[1].powi(3) - y[1] - p;
+    j[(1, 1)] = 3.0 * y[1] * y[1] - 1.0;
+    s[1] = -1.0;
+    for k in 2..6 {
+        let stiff = k as f64;
+        f[k] = stiff * y[k] + y[k].powi(3) - (p * stiff).sin() * y[1];
+        j[(k, k)] = stiff + 3.0 * y[k] * y[k];
+        j[(k, 1)] = -(p * stiff).sin();
+        s[k] = -(p * stiff).cos() * stiff * y[1];
+    }
+    // Both sides mixed, so that no entry is special.
+    let back = mixer::<6>().transpose() * SMatrix::from_fn(|i, k| if i == k { 1.0 } else { 0.1 });
+    let mut parts = (back * f, back * j * mix, back * s);
+    for i in 0..6 {
+        parts.0[i] += 1e-13 * noise(x.as_slice(), p, i);
+        parts.2[i] += 1e-13 * noise(x.as_slice(), p, 6 + i);
+        for k in 0..6 {
+            parts.1[(i, k)] += 1e-13 * noise(x.as_slice(), p, 12 + 6 * i + k);
+        }
+    }
+    Some(parts)
+}
+
+/// Folds at p = +-2/(3 sqrt 3) and the pitchfork, each crossed three times by the S-shaped branch, under noise
+/// and without alignment. Catches tolerances that noise defeats, and lost accuracy.
+#[test]
+fn mixed_unknowns_with_noise() {
+    let index = |x: &SVector<f64, 6>, p: f64| {
+        let y = mixer::<6>() * x;
+        Some(usize::from(p > 0.2) + usize::from(3.0 * y[1] * y[1] < 1.0))
+    };
+    let family = Given { f: mixed, index };
+    let mut y = SVector::<f64, 6>::zeros();
+    y[1] = -1.2;
+    let start = mixer::<6>().transpose() * y;
+    let fold = 2.0 / 27.0_f64.sqrt();
+    for (predictor, bound) in [(Predictor::Tangent, 6.0), (Predictor::Cubic, 4.5)] {
+        let options = Options {
+            predictor,
+            ..Options::between(-0.8, 0.8)
+        };
+        let trace = Branch::new(&family, start, -0.8, options).unwrap().trace();
+        assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
+        let spent = per_point(&trace);
+        assert!(spent < bound, "{spent} evaluations per point");
+        let want = [
+            (Kind::BranchPoint, 0.2, 1e-9),
+            (Kind::Fold, fold, 1e-12),
+            (Kind::BranchPoint, 0.2, 1e-9),
+            (Kind::Fold, -fold, 1e-12),
+            (Kind::BranchPoint, 0.2, 1e-9),
+        ];
+        assert_eq!(trace.specials.len(), want.len(), "{:#?}", kinds(&trace));
+        for (special, (kind, p, accuracy)) in trace.specials.iter().zip(want) {
+            located(special, kind, p, accuracy);
+            assert_eq!(special.multiplicity(), Some(1));
+        }
+        for point in &trace.points {
+            let y = mixer::<6>() * point.x;
+            let off = (y[1].powi(3) - y[1] - point.p).abs().max(y[0].abs());
+            assert!(off < 4e-10, "off the branch by {off:e} at p = {}", point.p);
+        }
+    }
+}
+
+/// Catches a border that ends in an error, a swallowed point or an endless approach.
+#[test]
+fn a_family_may_end() {
+    // x = sqrt(1 - p), undefined from p = 0.7 on.
+    let family = given(|x: &SVector<f64, 1>, p: f64| {
+        (p < 0.7).then(|| {
+            (
+                vector![x[0] - (1.0 - p).sqrt()],
+                matrix![1.0],
+                vector![0.5 / (1.0 - p).sqrt()],
+            )
+        })
+    });
+    let trace = Branch::new(&family, vector![1.0], 0.0, Options::between(0.0, 2.0))
+        .unwrap()
+        .trace();
+    let Stop::Undefined { p, ref reason, .. } = trace.stop else {
+        panic!("{}", trace.stop)
+    };
+    assert_eq!(reason.to_string(), "F ends here");
+    assert!(p < 0.7 && p > 0.7 - 1e-6, "stopped at {p}");
+    assert_eq!(trace.points.last().unwrap().p, p);
+    assert!(trace.evaluations < 150, "{}", trace.evaluations);
+    // The range may end on the border itself.
+    let family = given(|x: &SVector<f64, 1>, p: f64| {
+        (p <= 0.7).then(|| (vector![x[0] - p * p], matrix![1.0], vector![-2.0 * p]))
+    });
+    let trace = Branch::new(&family, vector![0.0], 0.0, Options::between(0.0, 0.7))
+        .unwrap()
+        .trace();
+    assert_eq!(trace.stop, Stop::Reached);
+    assert!(trace.evaluations < 40, "{}", trace.evaluations);
+    // A kink: stuck, with the points so far.
+    let family = given(|x: &SVector<f64, 1>, p: f64| {
+        let side = if x[0] > 0.0 { 30.0 } else { 1.0 };
+        Some((vector![side * x[0] - p], matrix![side], vector![-1.0]))
+    });
+    let trace = Branch::new(&family, vector![-1.0], -1.0, Options::between(-1.0, 1.0))
+        .unwrap()
+        .trace();
+    match trace.stop {
+        Stop::StepTooSmall { p, ref reason, .. } => {
+            assert!(p.abs() < 1e-3 && reason.contains("kink"), "{p}, {reason}");
+        }
+        ref stop => panic!("{stop}"),
+    }
+    let few = Options {
+        max_points: 3,
+        ..Options::between(-2.0, 2.0)
+    };
+    let trace = Branch::new(&given(circle), vector![1.0], 0.0, few)
+        .unwrap()
+        .trace();
+    assert_eq!((trace.stop, trace.points.len()), (Stop::MaxPoints, 3));
+}
+
+/// Catches options that slip through, and starts without a direction.
+#[test]
+fn bad_requests_name_what_is_wrong() {
+    let good = Options::between(-1.0, 1.0);
+    let nan = f64::NAN;
+    let bad = [
+        ("to", Options::between(0.5, 0.5)),
+        ("to", Options::between(nan, 0.5)),
+        (
+            "min_step",
+            Options {
+                min_step: 0.0,
+                ..good.clone()
+            },
+        ),
+        (
+            "max_step",
+            Options {
+                max_step: nan,
+                ..good.clone()
+            },
+        ),
+        (
+            "initial_step",
+            Options {
+                initial_step: 3.0,
+                ..good.clone()
+            },
+        ),
+        (
+            "tolerance",
+            Options {
+                tolerance: 0.5,
+                ..good.clone()
+            },
+        ),
+        (
+            "weight",
+            Options {
+                weight: -1.0,
+                ..good.clone()
+            },
+        ),
+        (
+            "max_angle",
+            Options {
+                max_angle: 4.0,
+                ..good.clone()
+            },
+        ),
+        (
+            "max_points",
+            Options {
+                max_points: 0,
+                ..good.clone()
+            },
+        ),
+        (
+            "max_corrections",
+            Options {
+                max_corrections: 1,
+                ..good.clone()
+            },
+        ),
+        (
+            "at",
+            Options {
+                at: vec![nan],
+                ..good.clone()
+            },
+        ),
+    ];
+    for (name, options) in bad {
+        let refused = Branch::new(&given(circle), vector![1.0], 0.0, options)
+            .err()
+            .unwrap();
+        assert!(refused.is_domain(), "{refused}");
+        assert!(
+            refused.to_string().contains(&format!("{name} =")),
+            "{refused}"
+        );
+    }
+    let outside = Branch::new(&given(circle), vector![1.0], 1.5, good.clone())
+        .err()
+        .unwrap();
+    assert!(outside.is_domain(), "{outside}");
+    let wide = Options::between(-3.0, 3.0);
+    let nowhere = Branch::new(&given(circle), vector![1.0], 1.5, wide.clone())
+        .err()
+        .unwrap();
+    assert!(nowhere.is_no_convergence(), "{nowhere}");
+    let fold = Branch::new(&given(pitchfork), vector![0.0], 0.0, wide)
+        .err()
+        .unwrap();
+    assert!(fold.is_ambiguous(), "{fold}");
+}
+
+/// Two pitchforks 0.005 apart, in one step: no determinant shows the pair, only the index does. Catches a
+/// double crossing reported where two simple ones lie.
+#[test]
+fn two_branch_points_in_one_step_are_told_apart() {
+    let at = [0.5, 0.505];
+    let family = Given {
+        f: |x: &SVector<f64, 2>, p: f64| {
+            let (a, b) = (p - at[0] - x[0] * x[0], p - at[1] - x[1] * x[1]);
+            Some((
+                vector![x[0] * a, x[1] * b],
+                matrix![a - 2.0 * x[0] * x[0], 0.0; 0.0, b - 2.0 * x[1] * x[1]],
+                *x,
+            ))
+        },
+        index: |_: &SVector<f64, 2>, p: f64| Some(at.iter().filter(|a| p > **a).count()),
+    };
+    let trace = Branch::new(&family, vector![0.0, 0.0], 0.0, Options::between(0.0, 1.0))
+        .unwrap()
+        .trace();
+    assert_eq!(trace.specials.len(), 2, "{:#?}", trace.specials);
+    for (k, special) in trace.specials.iter().enumerate() {
+        located(special, Kind::BranchPoint, at[k], 1e-10);
+        assert_eq!(special.index, (Some(k), Some(k + 1)));
+    }
+}
+
+/// F = x^2 + (p^2 - 1/4)^2 - 1/100: two isolas. Catches branches that leave a small loop, and loops not seen
+/// as such because the step is of their size.
+#[test]
+fn isolas_close() {
+    let family = given(|x: &SVector<f64, 1>, p: f64| {
+        let u = p * p - 0.25;
+        Some((
+            vector![x[0] * x[0] + u * u - 0.01],
+            matrix![2.0 * x[0]],
+            vector![4.0 * p * u],
+        ))
+    });
+    for at in [-0.5, 0.5] {
+        let trace = Branch::new(&family, vector![0.1], at, Options::between(-1.0, 1.0))
+            .unwrap()
+            .trace();
+        assert_eq!(trace.stop, Stop::Closed);
+        assert_eq!(kinds(&trace), [Kind::Fold, Kind::Fold]);
+        let (low, high) = (0.15_f64.sqrt(), 0.35_f64.sqrt());
+        let ends = if at > 0.0 { [high, low] } else { [-low, -high] };
+        for (special, p) in trace.specials.iter().zip(ends) {
+            located(special, Kind::Fold, p, 1e-13);
+        }
+    }
+}
+
+/// Two folds within one step, with no index to help and with one: catches pairs that end signs hide.
+#[test]
+fn two_folds_in_one_step_are_noticed() {
+    // p = x^3 - e x: folds at x = +-sqrt(e / 3), 0.08 apart, against steps of 0.2.
+    let e = 0.005;
+    let f = |x: &SVector<f64, 1>, p: f64| {
+        let x = x[0];
+        Some((
+            vector![x * x * x - e * x - p],
+            matrix![3.0 * x * x - e],
+            vector![-1.0],
+        ))
+    };
+    let options = Options {
+        initial_step: 0.2,
+        max_angle: 1.4,
+        ..Options::between(-1.0, 1.0)
+    };
+    let trace = Branch::new(&given(f), vector![-1.0], -1.0, options)
+        .unwrap()
+        .trace();
+    assert_eq!(kinds(&trace), [Kind::Fold, Kind::Fold]);
+    let p = 2.0 * (e / 3.0_f64).powf(1.5);
+    located(&trace.specials[0], Kind::Fold, p, 1e-14);
+    located(&trace.specials[1], Kind::Fold, -p, 1e-14);
+}
+
+/// p - q x + x^3 in two parameters.
+struct CuspForm;
+
+impl Family2<1> for CuspForm {
+    fn linearised(&self, x: &SVector<f64, 1>, p: f64, q: f64) -> snaprod::Result<Linearised2<1>> {
+        let x = x[0];
+        Ok(Linearised2 {
+            residual: vector![p - q * x + x * x * x],
+            jacobian: matrix![3.0 * x * x - q],
+            slope_p: vector![1.0],
+            slope_q: vector![-x],
+        })
+    }
+}
+
+/// The same in three mixed unknowns, the others slaved with bends of their own.
+struct MixedCusp;
+
+impl Family2<3> for MixedCusp {
+    fn linearised(&self, x: &SVector<f64, 3>, p: f64, q: f64) -> snaprod::Result<Linearised2<3>> {
+        let mix = mixer::<3>();
+        let y = mix * x;
+        let f = vector![
+            p - q * y[0] + y[0].powi(3),
+            2.0 * y[1] + y[1].powi(3) - q * y[0],
+            3.0 * y[2] - p * y[1] - y[0] * y[0]
+        ];
+        let j = matrix![
+            3.0 * y[0] * y[0] - q, 0.0, 0.0;
+            -q, 2.0 + 3.0 * y[1] * y[1], 0.0;
+            -2.0 * y[0], -p, 3.0
+        ];
+        let back = mix.transpose();
+        Ok(Linearised2 {
+            residual: back * f,
+            jacobian: back * j * mix,
+            slope_p: back * vector![1.0, 0.0, -y[1]],
+            slope_q: back * vector![-y[0], -y[0], 0.0],
+        })
+    }
+}
+
+fn cusp_curve<F: Family2<N>, const N: usize, const M: usize>(
+    family: &F,
+    x: SVector<f64, N>,
+    first: impl Fn(&SVector<f64, N>) -> f64,
+) {
+    let curve = FoldCurve::<F, N, M>::new(family);
+    // From the fold of q = 1 through the cusp at q = 0 and back to q = 1.
+    let options = Options {
+        direction: Direction::Backward,
+        ..Options::between(-1.0, 1.0)
+    };
+    let start = FoldCurve::<F, N, M>::unknowns(&x, 0.38);
+    let trace = Branch::new(&curve, start, 1.0, options).unwrap().trace();
+    assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
+    for point in &trace.points {
+        let (x, p) = FoldCurve::<F, N, M>::parts(&point.x);
+        let (y, q) = (first(&x), point.p);
+        let folded = (3.0 * y * y - q).abs().max((p - 2.0 * y.powi(3)).abs());
+        assert!(folded < 1e-10, "off the fold by {folded:e} at q = {q}");
+    }
+    let cusps: Vec<_> = trace.specials.iter().collect();
+    assert_eq!(cusps.len(), 1, "{cusps:#?}");
+    located(cusps[0], Kind::Cusp, 0.0, 1e-12);
+    assert!(cusps[0].turning);
+    let (x, p) = FoldCurve::<F, N, M>::parts(&cusps[0].point.x);
+    assert!(
+        p.abs() < 1e-12 && first(&x).abs() < 1e-6,
+        "{p:e}, {:e}",
+        first(&x)
+    );
+    assert!(per_point(&trace) < 4.0);
+}
+
+/// Catches fold curves off their folds, and cusps missed where q and p turn together.
+#[test]
+fn fold_curve_passes_its_cusp() {
+    let fold = (1.0_f64 / 3.0).sqrt();
+    cusp_curve::<_, 1, 2>(&CuspForm, vector![fold], |x| x[0]);
+    let y = vector![fold, 0.28, 0.15];
+    cusp_curve::<_, 3, 4>(&MixedCusp, mixer::<3>().transpose() * y, |x| {
+        (mixer::<3>() * x)[0]
+    });
+}
+
+/// The imperfect pitchfork x^3 - p x - 1/10 = 0: catches the branch that no path from the first one reaches.
+#[test]
+fn deflation_finds_the_disconnected_branch() {
+    let family = given(|x: &SVector<f64, 1>, p: f64| {
+        let x = x[0];
+        Some((
+            vector![x * x * x - p * x - 0.1],
+            matrix![3.0 * x * x - p],
+            vector![-x],
+        ))
+    });
+    let options = Options::between(-1.0, 1.0);
+    let trace = Branch::new(&family, vector![-0.1], -1.0, options.clone())
+        .unwrap()
+        .trace();
+    assert_eq!((trace.stop, trace.specials.len()), (Stop::Reached, 0));
+    let known = trace.points.last().unwrap().x;
+    let found = further(
+        &family,
+        1.0,
+        &[known],
+        &[known, vector![-1.0]],
+        &deflation::Options::default(),
+    )
+    .unwrap();
+    let mut x: Vec<f64> = found.solutions.iter().map(|s| s.x[0]).collect();
+    x.sort_by(f64::total_cmp);
+    // Viete: x = 2/sqrt 3 cos((acos(0.15 sqrt 3) - 2 pi k) / 3).
+    let root = |k: f64| {
+        let angle = ((0.15 * 3.0_f64.sqrt()).acos() - std::f64::consts::TAU * k) / 3.0;
+        2.0 / 3.0_f64.sqrt() * angle.cos()
+    };
+    assert_eq!(x.len(), 2, "{found:#?}");
+    assert_close(known[0], root(0.0), 1e-12, 0.0, "the known one");
+    assert_close(x[0], root(2.0), 1e-12, 0.0, "lower");
+    assert_close(x[1], root(1.0), 1e-12, 0.0, "middle");
+    assert_eq!(found.ends.len(), 2);
+    // The other branch has a fold where 27/100 = 4 p^3.
+    let other = Options {
+        direction: Direction::Backward,
+        ..options
+    };
+    let other = Branch::new(&family, vector![x[0]], 1.0, other)
+        .unwrap()
+        .trace();
+    assert_eq!(other.stop, Stop::Reached);
+    located(
+        &other.specials[0],
+        Kind::Fold,
+        (0.27_f64 / 4.0).cbrt(),
+        1e-13,
+    );
+}
+
+/// Newton: catches damping that is missing (atan runs away undamped), noise taken for failure, and a
+/// refusal without its reason.
+#[test]
+fn newton_is_damped_and_says_what_it_did() {
+    let options = newton::Options::default();
+    let atan = |x: &SVector<f64, 1>| Ok((vector![x[0].atan()], matrix![1.0 / (1.0 + x[0] * x[0])]));
+    let solved = newton::solve(atan, &vector![10.0], &options).unwrap();
+    assert!(
+        solved.x[0].abs() < 1e-15 && solved.damping < 0.5,
+        "{solved:?}"
+    );
+    assert!(solved.evaluations < 25, "{solved:?}");
+    // Rosenbrock's gradient system, badly scaled.
+    let valley = |x: &SVector<f64, 2>| {
+        Ok((
+            vector![1e6 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
+            matrix![-2e6 * x[0], 1e6; -1.0, 0.0],
+        ))
+    };
+    let solved = newton::solve(valley, &vector![-1.2, 1.0], &options).unwrap();
+    assert!((solved.x - vector![1.0, 1.0]).norm() < 1e-14, "{solved:?}");
+    let noisy = |x: &SVector<f64, 1>| {
+        let value = x[0].exp() - 2.0 + 1e-12 * noise(x.as_slice(), 0.0, 0);
+        Ok((vector![value], matrix![x[0].exp()]))
+    };
+    let solved = newton::solve(noisy, &vector![3.0], &options).unwrap();
+    assert_close(solved.x[0], 2.0_f64.ln(), 2e-12, 0.0, "ln 2");
+    let none = |x: &SVector<f64, 1>| Ok((vector![1.0 + x[0] * x[0]], matrix![2.0 * x[0]]));
+    let refused = newton::solve(none, &vector![3.0], &options).unwrap_err();
+    assert!(refused.is_no_convergence(), "{refused}");
+    let said = refused.to_string();
+    assert!(said.contains("x =") && said.contains("|F| ="), "{said}");
 }

@@ -26,6 +26,12 @@
 //! # Ok::<(), snaprod::Error>(())
 //! ```
 
+mod items;
+mod options;
+
+pub use items::{Item, Point, Role, Start, Stop, Trace};
+pub use options::{Direction, Options, Predictor};
+
 use super::corrector::{Corrected, Cubic, Failure, Finish, Space};
 use super::elimination::Place;
 use super::family::Family;
@@ -34,272 +40,6 @@ use super::special::{Kind, Sample, Special};
 use crate::error::{Error, Result};
 use nalgebra::SVector;
 use std::collections::VecDeque;
-
-/// Which way along the branch to go from the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// p moves from `from` towards `to` at first.
-    Forward,
-    /// The other way.
-    Backward,
-}
-
-/// How the next point is predicted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Predictor {
-    /// Along the tangent: error of second order in the step.
-    Tangent,
-    /// Along the cubic through the last two points and tangents: fourth order.
-    Cubic,
-}
-
-/// How a branch is followed. Lengths are arclengths: sqrt(|dx|^2 + weight^2 dp^2).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Options {
-    /// The branch ends where p leaves the range between `from` and `to` (either may be infinite); the
-    /// last point lies on its end exactly.
-    pub from: f64,
-    /// See `from`.
-    pub to: f64,
-    /// Values of p to be hit exactly on the way, each time the branch passes one.
-    pub at: Vec<f64>,
-    /// Forward goes towards `to`.
-    pub direction: Direction,
-    /// The first step, within [`min_step`, `max_step`].
-    pub initial_step: f64,
-    /// The branch stops where a smaller step would be needed; > 0.
-    pub min_step: f64,
-    /// Also the largest distance of points, for drawing.
-    pub max_step: f64,
-    /// Distance of points from the branch, relative to 1 + |(x, weight p)|; in (0, 1e-2).
-    pub tolerance: f64,
-    /// The weight of p against x in lengths and angles; > 0. Rounded to a power of two, so that no
-    /// digit of p is lost.
-    pub weight: f64,
-    /// The largest angle between neighbouring tangents, in radians; in (0, 1.5).
-    pub max_angle: f64,
-    /// Corrections per point, >= 2.
-    pub max_corrections: usize,
-    /// Points at most, >= 1.
-    pub max_points: usize,
-    /// See [`Predictor`].
-    pub predictor: Predictor,
-    /// Locate special points.
-    pub special: bool,
-}
-
-impl Options {
-    /// p between `from` and `to`, other options at their defaults: steps 0.02, 1e-7 to 0.2; tolerance
-    /// 1e-10; weight 1; angle 0.4; 7 corrections; 2000 points; cubic prediction.
-    pub fn between(from: f64, to: f64) -> Self {
-        Self {
-            from,
-            to,
-            at: Vec::new(),
-            direction: Direction::Forward,
-            initial_step: 0.02,
-            min_step: 1e-7,
-            max_step: 0.2,
-            tolerance: 1e-10,
-            weight: 1.0,
-            max_angle: 0.4,
-            max_corrections: 7,
-            max_points: 2000,
-            predictor: Predictor::Cubic,
-            special: true,
-        }
-    }
-
-    /// # Errors
-    /// A value outside its set: the message names it.
-    pub fn check(&self) -> Result<()> {
-        let refuse = |name: &str, value: f64, allowed: &str| {
-            Err(Error::domain(format!(
-                "continuation: {name} = {value} must be {allowed}"
-            )))
-        };
-        if self.from.is_nan() || self.to.is_nan() || self.from == self.to {
-            return refuse(
-                "to",
-                self.to,
-                "different from `from`, and neither of them NaN",
-            );
-        }
-        if let Some(&value) = self.at.iter().find(|v| !v.is_finite()) {
-            return refuse("at", value, "finite");
-        }
-        let positive = 0.0..f64::INFINITY;
-        for (name, value, range, allowed) in [
-            ("min_step", self.min_step, positive.clone(), "positive"),
-            (
-                "max_step",
-                self.max_step,
-                self.min_step..f64::INFINITY,
-                "larger than min_step",
-            ),
-            ("weight", self.weight, positive, "positive"),
-            ("tolerance", self.tolerance, 0.0..1e-2, "in (0, 0.01)"),
-            ("max_angle", self.max_angle, 0.0..1.5, "in (0, 1.5)"),
-        ] {
-            if !(range.start < value && value < range.end) {
-                return refuse(name, value, allowed);
-            }
-        }
-        if !(self.min_step <= self.initial_step && self.initial_step <= self.max_step) {
-            return refuse(
-                "initial_step",
-                self.initial_step,
-                "between min_step and max_step",
-            );
-        }
-        for (name, value, least) in [
-            ("max_corrections", self.max_corrections, 2),
-            ("max_points", self.max_points, 1),
-        ] {
-            if value < least {
-                return refuse(name, value as f64, &format!("at least {least}"));
-            }
-        }
-        Ok(())
-    }
-
-    fn contains(&self, p: f64) -> bool {
-        self.from.min(self.to) <= p && p <= self.from.max(self.to)
-    }
-}
-
-/// What a point is there for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// The first point.
-    Start,
-    /// A step of the continuation.
-    Step,
-    /// A value of p that was asked for, hit exactly.
-    Requested,
-    /// The last point: on an end of the range of p, or the start again.
-    End,
-    /// The place of a special point.
-    Special,
-}
-
-/// A point of the branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point<const N: usize> {
-    /// The unknowns.
-    pub x: SVector<f64, N>,
-    /// The parameter.
-    pub p: f64,
-    /// dx/ds, s being arclength: |dx/ds|^2 + weight^2 (dp/ds)^2 = 1. Accurate to about the square
-    /// root of the tolerance at steps, to the tolerance elsewhere.
-    pub tangent_x: SVector<f64, N>,
-    /// dp/ds.
-    pub tangent_p: f64,
-    /// Length of the branch from the start, by a rule of fourth order.
-    pub arclength: f64,
-    /// Morse index, if the family knows it.
-    pub index: Option<usize>,
-    /// Evaluations of F since the point before, failed steps and special points included.
-    pub evaluations: usize,
-    /// Estimated distance from the branch.
-    pub error: f64,
-    /// Why the point is there.
-    pub role: Role,
-}
-
-/// Why a branch ended. None of these is an error: the points up to here are good.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Stop {
-    /// p arrived at `to`.
-    Reached,
-    /// p left the range at `from`.
-    LeftAtStart,
-    /// The branch is closed: the last point is the first.
-    Closed,
-    /// As many points as were asked for.
-    MaxPoints,
-    /// The step would have to be smaller than allowed.
-    StepTooSmall {
-        /// The last point's p.
-        p: f64,
-        /// The last point's arclength.
-        arclength: f64,
-        /// What went wrong at the smallest step, and what may help.
-        reason: String,
-    },
-    /// The family is undefined beyond the last point.
-    Undefined {
-        /// The last point's p.
-        p: f64,
-        /// The last point's arclength.
-        arclength: f64,
-        /// What the family said.
-        reason: Error,
-    },
-}
-
-impl std::fmt::Display for Stop {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Reached => f.write_str("the parameter reached its end"),
-            Self::LeftAtStart => {
-                f.write_str("the branch turned back and left the range where it began")
-            }
-            Self::Closed => f.write_str("the branch is a closed loop"),
-            Self::MaxPoints => f.write_str("the number of points is used up"),
-            Self::StepTooSmall {
-                p,
-                arclength,
-                reason,
-            } => write!(f, "stuck at p = {p}, arclength {arclength}: {reason}"),
-            Self::Undefined {
-                p,
-                arclength,
-                reason,
-            } => write!(
-                f,
-                "the family is undefined beyond p = {p}, arclength {arclength}: {reason}"
-            ),
-        }
-    }
-}
-
-/// What the iterator gives, in order along the branch; a `Stop` comes last, once.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Item<const N: usize> {
-    /// An accepted point.
-    Point(Point<N>),
-    /// A special point between the point before and the point after.
-    Special(Special<N>),
-    /// The end, and why.
-    Stop(Stop),
-}
-
-/// A whole branch.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace<const N: usize> {
-    /// Accepted points, in order.
-    pub points: Vec<Point<N>>,
-    /// Special points, in order.
-    pub specials: Vec<Special<N>>,
-    /// Why it ended.
-    pub stop: Stop,
-    /// Evaluations of F in all.
-    pub evaluations: usize,
-}
-
-/// Where to start along a branch of which the direction is known, as after branch switching.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start<const N: usize> {
-    /// The unknowns.
-    pub x: SVector<f64, N>,
-    /// The parameter.
-    pub p: f64,
-    /// The direction to go; any length but zero.
-    pub direction_x: SVector<f64, N>,
-    /// Its part along p.
-    pub direction_p: f64,
-}
 
 /// A branch being followed: iterate over it.
 pub struct Branch<'a, F, const N: usize> {
@@ -355,7 +95,6 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
             tangent: null * sign,
             branching: determinant * sign,
             regularity: eliminated.regularity(),
-            first: 0.0,
             contraction: 0.0,
             error: solved.correction,
         };
@@ -389,7 +128,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
 
     fn space(family: &'a F, p: f64, options: &mut Options) -> Result<Space<'a, F, N>> {
         options.check()?;
-        options.weight = options.weight.log2().round().exp2();
+        options.weight = options.rounded_weight();
         if !(p.is_finite() && options.contains(p)) {
             return Err(Error::domain(format!(
                 "the branch's first point, p = {p}, must lie between {} and {}",
@@ -512,6 +251,17 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
         Ok(on)
     }
 
+    /// The step, shortened if the prediction itself turns by more than the largest angle.
+    fn foreseen(&self, h: f64) -> f64 {
+        let (_, normal) = self.predict(h);
+        let angle = angle(&normal.unit(), &self.current.on.tangent);
+        if angle > self.options.max_angle {
+            (h * (self.options.max_angle / angle).max(0.3)).max(self.options.min_step)
+        } else {
+            h
+        }
+    }
+
     /// One attempt at a step of length `h`.
     fn attempt(&self, h: f64) -> Result<Corrected<N>, Failure> {
         let (mut guess, mut normal) = self.predict(h);
@@ -532,15 +282,14 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
     /// The next accepted point, or why there is none; adapts the step.
     fn advance(&mut self) -> Result<Sample<N>, Stop> {
         let options = self.options.clone();
-        let mut h = self.step.min(self.ceiling);
+        let mut h = self.foreseen(self.step.min(self.ceiling));
         let mut degenerate = 0;
         loop {
             let failure = match self.attempt(h) {
                 Ok(on) => {
                     let before = self.current.on;
                     let moved = (on.place - before.place).norm();
-                    let turn = (on.tangent - before.tangent).norm();
-                    let angle = 2.0 * (0.5 * turn).min(1.0).asin();
+                    let angle = angle(&on.tangent, &before.tangent);
                     if on.regularity < 1e-9 && degenerate < 2 {
                         // On a branch point: the tangent is noise. Stop a little earlier.
                         degenerate += 1;
@@ -556,7 +305,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
                         Failure::Diverging(angle)
                     } else {
                         self.adapt(h, &on, angle);
-                        return Ok(self.space.dress(on, &self.current, true));
+                        return Ok(self.space.dress(on, &self.current));
                     }
                 }
                 Err(failure) => failure,
@@ -620,9 +369,8 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
     fn closing(&self, a: &Sample<N>, b: &Sample<N>) -> Option<Sample<N>> {
         let (home, normal) = self.start.pair();
         let side = |s: &Sample<N>| normal.dot(&(s.on.place - home));
-        if !(a.arclength > 0.0 && side(a) < 0.0 && side(b) >= 0.0)
-            || !(normal.dot(&b.on.tangent) > 0.0)
-        {
+        let passed = side(a) < 0.0 && side(b) >= 0.0 && normal.dot(&b.on.tangent) > 0.0;
+        if !(passed && a.arclength > 0.0) {
             return None;
         }
         let t = side(a) / (side(a) - side(b));
@@ -641,7 +389,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
             return None;
         }
         on.place = home;
-        Some(self.space.dress(on, a, true))
+        Some(self.space.dress(on, a))
     }
 
     /// Values of p asked for, and ends of the range, between two neighbours: in order, with the end
@@ -658,13 +406,14 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
         let turns = specials
             .iter()
             .filter(|s| s.kind == Kind::Fold || s.turning)
-            .map(|s| s.place_and_tangent(weight));
-        let mut knots = vec![a.pair()];
+            .map(|s| (s.place_and_tangent(weight), s.point.arclength));
+        let mut knots = vec![(a.pair(), a.arclength)];
         knots.extend(turns);
-        knots.push(b.pair());
+        knots.push((b.pair(), b.arclength));
         let mut landed = Vec::new();
         for pair in knots.windows(2) {
-            let cubic = Cubic::new(pair[0], pair[1]);
+            let ((start, s0), (end, s1)) = (pair[0], pair[1]);
+            let cubic = Cubic::new(start, end);
             let (p0, p1) = (cubic.a.p / weight, cubic.b.p / weight);
             for &value in self.options.at.iter().chain(&ends) {
                 if !((p0 < value && value < p1) || (p1 < value && value < p0)) {
@@ -677,14 +426,22 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
                     let before = (cubic.at(middle).p / weight < value) == (p0 < value);
                     *(if before { &mut low } else { &mut high }) = middle;
                 }
-                let along = cubic.slope(low);
-                if let Ok(mut on) = self.land(&cubic.at(low), value, 0.5 * cubic.length) {
+                let (guess, along) = (cubic.at(low), cubic.slope(low));
+                let reach = 0.5 * cubic.length;
+                // Beside a fold the guess may be too far off; a point of the branch is not.
+                let landing = self.land(&guess, value, reach).or_else(|_| {
+                    let finish = Finish::Evaluated;
+                    let near = self.space.correct(&guess, &along, reach, finish)?;
+                    self.land(&near.place, value, reach)
+                });
+                if let Ok(mut on) = landing {
                     if on.tangent.dot(&along) < 0.0 {
                         on.tangent = on.tangent * -1.0;
                         on.branching = -on.branching;
                     }
                     let end = ends.contains(&value).then_some(value);
-                    landed.push((self.space.dress(on, a, true), end));
+                    let sample = self.space.dressed(on, s0 + low * (s1 - s0), true);
+                    landed.push((sample, end));
                 }
             }
         }
@@ -750,6 +507,11 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
             self.stop(stop);
         }
     }
+}
+
+/// Between unit vectors, accurate when small.
+fn angle<const N: usize>(a: &Place<N>, b: &Place<N>) -> f64 {
+    2.0 * (0.5 * (*a - *b).norm()).min(1.0).asin()
 }
 
 impl<F: Family<N>, const N: usize> Iterator for Branch<'_, F, N> {

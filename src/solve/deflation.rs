@@ -1,0 +1,177 @@
+//! Further solutions at the same parameter, by deflation: known solutions are made repelling.
+//!
+//! Farrell, Birkisson and Funke, Deflation techniques for finding distinct solutions of nonlinear
+//! partial differential equations (SIAM J. Sci. Comput. 37, 2015): Newton on m(x) F(x) with
+//! m = product of (|x - x_i|^-2 + shift). What is found lies off the known solutions, so also on
+//! branches that no path connects to them. Nothing found is no proof that nothing is there.
+
+use super::elimination::Elimination;
+use super::family::Family;
+use super::newton;
+use crate::error::{Error, Result};
+use nalgebra::{SMatrix, SVector};
+
+/// How to search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// For each of the Newton iterations.
+    pub newton: newton::Options,
+    /// Keeps far solutions attractive; > 0.
+    pub shift: f64,
+    /// Solutions nearer than this, relative to 1 + |x|, are one; > 0.
+    pub separation: f64,
+}
+
+impl Default for Options {
+    /// Shift 1, separation 1e-6, Newton's defaults.
+    fn default() -> Self {
+        Self {
+            newton: newton::Options::default(),
+            shift: 1.0,
+            separation: 1e-6,
+        }
+    }
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Search<const N: usize> {
+    /// New solutions, distinct from each other and from the known ones, each with its Newton report
+    /// (the last, undeflated iteration).
+    pub solutions: Vec<newton::Solution<N>>,
+    /// For each guess, why nothing more was found from it.
+    pub ends: Vec<Error>,
+    /// Evaluations of F.
+    pub evaluations: usize,
+}
+
+/// Further solutions of F(x, p) = 0 at this `p`. From each guess Newton is repeated, each time with
+/// all solutions so far deflated, until it finds nothing new.
+///
+/// Solutions have the accuracy of [`newton::solve`], which finishes each of them undeflated.
+///
+/// # Errors
+/// Options outside their sets. A search that finds nothing is no error.
+pub fn further<F: Family<N>, const N: usize>(
+    family: &F,
+    p: f64,
+    known: &[SVector<f64, N>],
+    guesses: &[SVector<f64, N>],
+    options: &Options,
+) -> Result<Search<N>> {
+    for (name, value) in [("shift", options.shift), ("separation", options.separation)] {
+        if !(0.0 < value && value < f64::INFINITY) {
+            return Err(Error::domain(format!(
+                "deflation: {name} = {value} must be positive"
+            )));
+        }
+    }
+    options.newton.check()?;
+    let mut all = known.to_vec();
+    let mut search = Search {
+        solutions: Vec::new(),
+        ends: Vec::new(),
+        evaluations: 0,
+    };
+    let count = std::cell::Cell::new(0);
+    let plain = |x: &SVector<f64, N>| {
+        count.set(count.get() + 1);
+        let at = family.linearised(x, p)?.checked(x, p)?;
+        Ok((at.residual, at.jacobian))
+    };
+    for guess in guesses {
+        let end = loop {
+            let found = starts(guess, &all, options.separation)
+                .into_iter()
+                .map(|start| {
+                    let deflated = |x: &SVector<f64, N>| {
+                        let (f, jacobian) = plain(x)?;
+                        let (m, gradient) = deflation(x, &all, options.shift);
+                        Ok((f * m, (jacobian + f * gradient.transpose()) * m))
+                    };
+                    newton::solve(deflated, &start, &options.newton)
+                        .map(|rough| rough.x)
+                        .or_else(|_| leaping(deflated, start))
+                        .and_then(|rough| newton::solve(plain, &rough, &options.newton))
+                })
+                .reduce(Result::or)
+                .unwrap_or_else(|| Err(Error::no_convergence("no start")));
+            match found {
+                Ok(solution) if all.iter().any(|x| near(x, &solution.x, options.separation)) => {
+                    break Error::no_convergence(format!(
+                        "the search fell back to the known solution x = {:?}",
+                        solution.x.as_slice()
+                    ));
+                }
+                Ok(solution) => {
+                    all.push(solution.x);
+                    search.solutions.push(solution);
+                }
+                Err(e) => break e,
+            }
+        };
+        search.ends.push(end);
+    }
+    search.evaluations = count.get();
+    Ok(search)
+}
+
+/// The guess, or if it lies on a pole of m, points to both sides of it.
+fn starts<const N: usize>(
+    guess: &SVector<f64, N>,
+    known: &[SVector<f64, N>],
+    separation: f64,
+) -> Vec<SVector<f64, N>> {
+    if known.iter().any(|x| near(x, guess, separation)) {
+        let aside = 1e-2 * (1.0 + guess.norm());
+        vec![guess.add_scalar(aside), guess.add_scalar(-aside)]
+    } else {
+        vec![*guess]
+    }
+}
+
+/// Newton without damping: a damped iteration never leaps over a pole of m, and in few dimensions
+/// solutions lie behind poles.
+fn leaping<const N: usize>(
+    system: impl Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>,
+    start: SVector<f64, N>,
+) -> Result<SVector<f64, N>> {
+    let mut x = start;
+    let far = 10.0 * (1.0 + start.norm());
+    for _ in 0..40 {
+        let (f, jacobian) = system(&x)?;
+        let step = Elimination::new(&jacobian, &SVector::zeros()).solve(&-f).x;
+        let length = step.norm();
+        if !(length.is_finite() && x.norm() < far) {
+            break;
+        }
+        x += step * ((1.0 + x.norm()) / length).min(1.0);
+        if length <= 1e-6 * (1.0 + x.norm()) {
+            return Ok(x);
+        }
+    }
+    Err(Error::no_convergence(format!(
+        "neither damped nor undamped Newton found a further solution from x = {:?}; try other guesses",
+        start.as_slice()
+    )))
+}
+
+fn near<const N: usize>(a: &SVector<f64, N>, b: &SVector<f64, N>, separation: f64) -> bool {
+    (a - b).norm() <= separation * (1.0 + a.norm())
+}
+
+/// m and the gradient of ln m.
+fn deflation<const N: usize>(
+    x: &SVector<f64, N>,
+    known: &[SVector<f64, N>],
+    shift: f64,
+) -> (f64, SVector<f64, N>) {
+    let (mut m, mut gradient) = (1.0, SVector::zeros());
+    for solution in known {
+        let d = x - solution;
+        let square = d.norm_squared();
+        m *= 1.0 / square + shift;
+        gradient -= d * (2.0 / (square * (1.0 + shift * square)));
+    }
+    (m, gradient)
+}

@@ -1,0 +1,306 @@
+//! Other branches through a branch point.
+
+use super::arclength::{Options, Start};
+use super::corrector::{Finish, Space};
+use super::elimination::{Place, Svd};
+use super::family::Family;
+use super::special::Special;
+use crate::error::{Error, Result};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::{PI, TAU};
+
+/// How the directions were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// The algebraic bifurcation equation: both tangents of a simple branch point.
+    Quadratic,
+    /// Solutions on a small circle or sphere in the kernel, by Newton from many samples. Directions
+    /// may be missing.
+    Sampled,
+}
+
+/// The other branches through a branch point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Switch<const N: usize> {
+    /// Starts on them, pointing away from the branch point: each branch has two.
+    pub starts: Vec<Start<N>>,
+    /// How they were found.
+    pub method: Method,
+    /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
+    pub corank: usize,
+    /// What the caller should know: directions that led nowhere, continuous families, possible gaps.
+    pub remarks: Vec<String>,
+    /// Evaluations of F.
+    pub evaluations: usize,
+}
+
+/// Starts on the other branches through a located branch point (or a stability change of higher
+/// multiplicity), at about `distance` (> 0, in the units of arclength) from it.
+///
+/// At a simple branch point both tangents solve the algebraic bifurcation equation, its second
+/// derivatives taken by differences of the Jacobian. Where that is degenerate, and at a higher
+/// corank, solutions on a circle (sphere) of this radius in the kernel are sought from samples.
+///
+/// # Errors
+/// Options or `distance` outside their sets; no branch point here; F undefined nearby.
+pub fn switch<F: Family<N>, const N: usize>(
+    family: &F,
+    special: &Special<N>,
+    distance: f64,
+    options: &Options,
+) -> Result<Switch<N>> {
+    options.check()?;
+    if !(0.0 < distance && distance < f64::INFINITY) {
+        return Err(Error::domain(format!(
+            "branch switching: distance = {distance} must be positive"
+        )));
+    }
+    let weight = options.rounded_weight();
+    let space = Space::new(family, weight, options.tolerance, 10);
+    let (place, tangent) = special.place_and_tangent(weight);
+    let undefined = || {
+        Error::no_convergence(format!(
+            "branch switching at p = {}: F is undefined nearby",
+            special.point.p
+        ))
+    };
+    let (matrix, _) = space.matrix(&place).ok_or_else(undefined)?;
+    let svd = Svd::new(&matrix);
+    // All of [F_x F_p] may vanish here: its usual size is seen a little further on.
+    let usual = space
+        .matrix(&(place + tangent * distance))
+        .map_or(0.0, |(beside, _)| Svd::new(&beside).values[0]);
+    let small = usual.max(svd.values[0]) * (100.0 * special.error_s / distance).clamp(1e-6, 1e-2);
+    let corank = (0..N).filter(|&k| !(svd.values[k] > small)).count();
+    if corank == 0 {
+        return Err(Error::domain(format!(
+            "branch switching at p = {}: no branch point, the least singular value of [F_x F_p] is {:e} of the largest",
+            special.point.p,
+            svd.values[N - 1] / usual.max(svd.values[0])
+        )));
+    }
+    let kernel: Vec<Place<N>> = (N - corank..=N)
+        .map(|k| Place::from_slice(svd.right.column(k).as_slice()))
+        .collect();
+    let known = within(&kernel, &tangent);
+    let mut this = Switch {
+        starts: Vec::new(),
+        method: Method::Quadratic,
+        corank,
+        remarks: Vec::new(),
+        evaluations: 0,
+    };
+    let quadratic = if corank == 1 {
+        let left = svd.left.column(N - 1).into_owned();
+        other_tangent(&space, &place, &kernel, &left, &known).ok_or_else(undefined)?
+    } else {
+        None
+    };
+    if let Some(other) = quadratic {
+        this.follow(&space, &place, &other, distance);
+    } else {
+        this.method = Method::Sampled;
+        this.sample(&space, &place, &kernel, &known, distance);
+    }
+    this.evaluations = space.evaluations.get();
+    Ok(this)
+}
+
+/// The part of `v` within the span, of unit length.
+fn within<const N: usize>(kernel: &[Place<N>], v: &Place<N>) -> Place<N> {
+    kernel
+        .iter()
+        .map(|k| *k * k.dot(v))
+        .reduce(|a, b| a + b)
+        .unwrap_or(*v)
+        .unit()
+}
+
+/// The second root of a11 c^2 + 2 a12 c s + a22 s^2 = 0 for the direction c v1 + s v2, with a_ij = left . D^2 F
+/// [v_i, v_j]. None inside if the form has no two distinct real roots; None outside if F is
+/// undefined.
+fn other_tangent<F: Family<N>, const N: usize>(
+    space: &Space<'_, F, N>,
+    place: &Place<N>,
+    kernel: &[Place<N>],
+    left: &DVector<f64>,
+    known: &Place<N>,
+) -> Option<Option<Place<N>>> {
+    let column = |v: &Place<N>| {
+        DVector::from_iterator(N + 1, v.x.iter().copied().chain(std::iter::once(v.p)))
+    };
+    let mut a = DMatrix::zeros(2, 2);
+    for i in 0..2 {
+        let row = left.transpose() * space.bend_along(place, &kernel[i])?;
+        for j in 0..2 {
+            a[(i, j)] = (&row * column(&kernel[j]))[0];
+        }
+    }
+    let (a11, a12, a22) = (a[(0, 0)], 0.5 * (a[(0, 1)] + a[(1, 0)]), a[(1, 1)]);
+    let discriminant = a12 * a12 - a11 * a22;
+    let size = a11.abs().max(a12.abs()).max(a22.abs());
+    if !(size > 1e-5 && discriminant > 1e-5 * size * size) {
+        return Some(None);
+    }
+    let q = a12 + discriminant.sqrt().copysign(a12);
+    let roots = [(-q, a11), (-a22, q)].map(|(c, s)| (kernel[0] * c + kernel[1] * s).unit());
+    let aligned = roots.map(|r| r.dot(known).abs());
+    Some(Some(roots[usize::from(aligned[0] > aligned[1])]))
+}
+
+impl<const N: usize> Switch<N> {
+    fn add(&mut self, weight: f64, place: &Place<N>, direction: &Place<N>) {
+        self.starts.push(Start {
+            x: place.x,
+            p: place.p / weight,
+            direction_x: direction.x,
+            direction_p: direction.p / weight,
+        });
+    }
+
+    /// Starts both ways along a tangent, nearer if the branch bends too fast.
+    fn follow<F: Family<N>>(
+        &mut self,
+        space: &Space<'_, F, N>,
+        place: &Place<N>,
+        tangent: &Place<N>,
+        distance: f64,
+    ) {
+        for way in [1.0, -1.0] {
+            let direction = *tangent * way;
+            let found = (0..6).find_map(|k| {
+                let reach = distance * 0.4_f64.powi(k);
+                let guess = *place + direction * reach;
+                let finish = Finish::Evaluated;
+                space.correct(&guess, &direction, 0.5 * reach, finish).ok()
+            });
+            match found {
+                Some(on) => self.add(space.weight, &on.place, &on.tangent),
+                None => self.remarks.push(format!(
+                    "no solution found along (dx, dp) = ({:?}, {}) within {distance}; a smaller distance may help",
+                    direction.x.as_slice(),
+                    direction.p
+                )),
+            }
+        }
+    }
+
+    /// Solutions z with |K (z - place)| = radius, K projecting on the kernel.
+    fn sample<F: Family<N>>(
+        &mut self,
+        space: &Space<'_, F, N>,
+        place: &Place<N>,
+        kernel: &[Place<N>],
+        known: &Place<N>,
+        radius: f64,
+    ) {
+        let mut found: Vec<(Place<N>, Place<N>)> = Vec::new();
+        let mut singular = 0;
+        for sample in samples(kernel) {
+            let guess = *place + sample * radius;
+            let Some((z, tangent, isolated)) = on_sphere(space, place, kernel, guess, radius)
+            else {
+                continue;
+            };
+            let away = within(kernel, &(z - *place));
+            let old = away.dot(known).abs() > 1.0 - 1e-3;
+            let again = found.iter().any(|(f, _)| (*f - z).norm() < 1e-2 * radius);
+            if old || again {
+                continue;
+            }
+            singular += usize::from(!isolated);
+            found.push((
+                z,
+                if isolated {
+                    tangent.towards(&away)
+                } else {
+                    away
+                },
+            ));
+        }
+        const MOST: usize = 16;
+        if singular > 0 {
+            self.remarks.push(format!(
+                "{singular} of {} solutions are not isolated: the branches form a continuous family, as under a continuous symmetry; \
+                 at most {MOST} members are given",
+                found.len()
+            ));
+        }
+        self.remarks.push(format!(
+            "directions come from {} samples of the kernel's sphere of dimension {}: some may be missing",
+            samples(kernel).len(),
+            kernel.len() - 1
+        ));
+        for (z, direction) in found.iter().take(MOST) {
+            self.add(space.weight, z, direction);
+        }
+    }
+}
+
+/// Directions spread over the unit sphere of the kernel (a half turn of each is among them).
+fn samples<const N: usize>(kernel: &[Place<N>]) -> Vec<Place<N>> {
+    match kernel {
+        [u, v] => (0..32)
+            .map(|k| TAU * (f64::from(k) + 0.25) / 32.0)
+            .map(|a| *u * a.cos() + *v * a.sin())
+            .collect(),
+        [u, v, rest @ ..] => {
+            // A spiral over the sphere of the first three; the others are taken in turn as the pole.
+            let golden = PI * (3.0 - 5.0_f64.sqrt());
+            let count = 80;
+            rest.iter()
+                .flat_map(|w| {
+                    (0..count).map(move |k| {
+                        let height = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
+                        let ring = (1.0 - height * height).sqrt();
+                        let a = golden * f64::from(k);
+                        *u * (ring * a.cos()) + *v * (ring * a.sin()) + *w * height
+                    })
+                })
+                .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Newton on F = 0, |K (z - centre)| = radius: (z, tangent, whether it is isolated).
+fn on_sphere<F: Family<N>, const N: usize>(
+    space: &Space<'_, F, N>,
+    centre: &Place<N>,
+    kernel: &[Place<N>],
+    mut z: Place<N>,
+    radius: f64,
+) -> Option<(Place<N>, Place<N>, bool)> {
+    for _ in 0..25 {
+        let (residual, eliminated) = space.evaluate(&z).ok()?;
+        let (null, _) = eliminated.null();
+        let offset = z - *centre;
+        let inside = kernel
+            .iter()
+            .map(|k| *k * k.dot(&offset))
+            .reduce(|a, b| a + b)?;
+        let normal = inside.unit();
+        let excess = inside.norm() - radius;
+        let slant = normal.dot(&null);
+        let any = eliminated.solve(&-residual);
+        // Parallel to the sphere: the solution is one of a family; the least correction will do.
+        let isolated = slant.abs() > 1e-4 && eliminated.regularity() > 1e-6;
+        let step = if slant.abs() > 1e-8 {
+            any - null * ((excess + normal.dot(&any)) / slant)
+        } else {
+            any - null * null.dot(&any)
+        };
+        let length = step.norm();
+        if !length.is_finite() {
+            return None;
+        }
+        z = z + step * (0.4 * radius / length).min(1.0);
+        if (z - *centre).norm() > 4.0 * radius {
+            return None;
+        }
+        if length <= space.tolerance * (1.0 + z.norm()) {
+            return Some((z, null, isolated));
+        }
+    }
+    None
+}
