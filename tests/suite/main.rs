@@ -19,6 +19,7 @@ mod plot_data;
 mod plot_rods;
 #[cfg(feature = "plot")]
 mod plot_rods_data;
+mod rod_benchmarks;
 mod rods;
 #[cfg(feature = "scene")]
 mod scene;

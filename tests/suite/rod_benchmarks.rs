@@ -1,0 +1,368 @@
+//! Published and independently computed numbers of rods in space (tests/data/rod_branch.json).
+
+use crate::support::{assert_close, json, number, rows};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
+use serde_json::Value;
+use snaprod::elastica::Equilibrium as Elastica;
+use snaprod::rod::section::Linear;
+use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::solve::arclength::{Branch, Options, Trace};
+use snaprod::solve::special::Kind;
+
+/// Unshearable, inextensible, in-plane bending stiffness 1; bending about d2 moves the rod in the plane (z, x).
+fn kirchhoff(out_of_plane: f64, torsion: f64) -> Rod {
+    let law = Linear::diagonal([out_of_plane, 1.0], torsion).expect("a law");
+    Rod::new(1.0, law).expect("a rod")
+}
+
+fn planar(m: f64, n: [f64; 2]) -> Vector6<f64> {
+    // Planar x along z, planar y along x: the couple is about y.
+    Vector6::new(0.0, m, 0.0, n[1], 0.0, n[0])
+}
+
+fn list(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|x| x.as_f64().expect("a number"))
+        .collect()
+}
+
+/// Catches any disagreement of the spatial rod with the closed form of the planar elastica: end, energy, in-plane index.
+#[test]
+fn the_planar_elastica_is_reproduced() {
+    for (lambda, kappa) in [
+        (1.0, 0.3),
+        (3.0, -0.5),
+        (5.0, 0.7),
+        (6.2, 0.45),
+        (7.5, 0.6),
+        (2.5, 0.95),
+    ] {
+        let closed = Elastica::from_lambda_kappa(lambda, kappa).expect("an equilibrium");
+        let base = closed.section(0.0).expect("the clamp");
+        // Force of the rod on the mass is minus the force on the rod.
+        let n = [-closed.force[0], -closed.force[1]];
+        // Stiff out of the plane: the index is that of the plane.
+        let rod = kirchhoff(40.0, 40.0);
+        let wrench = planar(base.curvature, n);
+        let end = rod.end(&wrench, 1e-13).expect("an end").section;
+        assert_close(end.position.z, closed.x, 1e-10, 1.0, "x");
+        assert_close(end.position.x, closed.y, 1e-10, 1.0, "y");
+        assert_close(end.energy, closed.energy, 1e-10, 1.0, "energy");
+        assert!(
+            end.couple.norm() < 1e-10 * (1.0 + lambda * lambda),
+            "couple {}",
+            end.couple
+        );
+        let problem = Problem::new(rod, End::ball(end.position), 1e-12).expect("a problem");
+        let index = problem.index_at(&wrench).expect("an index");
+        let expected = snaprod::manifold::EquilibriumManifold::index(
+            &snaprod::elastica::Elastica,
+            &nalgebra::Vector2::new(closed.p, closed.w),
+        );
+        assert_eq!(
+            index,
+            expected.expect("an index"),
+            "index at lambda {lambda}, kappa {kappa}"
+        );
+    }
+}
+
+fn branch(
+    problem: impl Fn(f64) -> snaprod::Result<Problem>,
+    guess: Vector6<f64>,
+    from: f64,
+    to: f64,
+) -> Trace<6> {
+    let family = RodFamily::new(problem, false, to - from);
+    let start = family
+        .problem(from)
+        .and_then(|p| p.solve(Some(&guess)))
+        .expect("a start");
+    let x = family.unknowns(&start.base, from).expect("the unknowns");
+    let options = Options {
+        initial_step: 0.05,
+        max_step: 1.0,
+        weight: 10.0 / (to - from).abs(),
+        ..Options::between(from, to)
+    };
+    Branch::new(&family, x, from, options)
+        .expect("a branch")
+        .trace()
+}
+
+/// Catches a fold that is located by its neighbourhood only: three folds with the end at (0.6, y), to the digits that an
+/// independent continuation code gives (its own error is 9e-12).
+#[test]
+fn folds_with_the_end_held_agree_with_an_independent_code() {
+    let closed = Elastica::from_lambda_kappa(4.0, 0.5).expect("an equilibrium");
+    let wrench = planar(
+        closed.section(0.0).expect("the clamp").curvature,
+        [-closed.force[0], -closed.force[1]],
+    );
+    let ball = |x: f64, z: f64| {
+        Problem::new(
+            kirchhoff(2.0, 0.8),
+            End::ball(Vector3::new(x, 0.0, z)),
+            1e-12,
+        )
+    };
+    let moved = branch(
+        |part| ball(closed.y, closed.x + part * (0.6 - closed.x)),
+        wrench,
+        0.0,
+        1.0,
+    );
+    let last = moved.points.last().expect("points");
+    assert_eq!(last.p, 1.0, "{}", moved.stop);
+    let mut folds = Vec::new();
+    for to in [-0.75, 0.75] {
+        let trace = branch(|y| ball(y, 0.6), last.x, closed.y, to);
+        folds.extend(
+            trace
+                .specials
+                .iter()
+                .filter(|s| s.kind == Kind::Fold)
+                .map(|s| s.point.p),
+        );
+    }
+    for want in [-0.612021928121196, 0.606265086391384, -0.604399349559271] {
+        let near = folds
+            .iter()
+            .map(|y| (y.abs() - f64::abs(want)).abs())
+            .fold(1.0, f64::min);
+        assert!(near < 2e-11, "fold {want}: nearest {near:e} of {folds:?}");
+    }
+}
+
+/// Catches an out-of-plane instability that is missed or misplaced: the planar elastica with a ball joint turns out of its
+/// plane where the Lame-type equation of the reference says.
+#[test]
+fn the_elastica_leaves_its_plane_where_an_independent_equation_says() {
+    let data = json("rod_branch.json");
+    for row in rows(&data["ball_elastica"], "rows", 4) {
+        let lam = number(row, "lam");
+        let index = |lambda: f64| {
+            let closed = Elastica::from_lambda_kappa(lambda, 0.5).expect("an equilibrium");
+            let wrench = planar(
+                closed.section(0.0).expect("the clamp").curvature,
+                [-closed.force[0], -closed.force[1]],
+            );
+            let rod = kirchhoff(number(row, "out_of_plane"), number(row, "torsion"));
+            let end = rod.end(&wrench, 1e-12).expect("an end").section;
+            Problem::new(rod, End::ball(end.position), 1e-12)
+                .and_then(|p| p.index_at(&wrench))
+                .expect("an index")
+        };
+        assert_eq!(
+            [index(lam - 1e-7), index(lam + 1e-7)],
+            [0, 1],
+            "at lam = {lam}"
+        );
+    }
+}
+
+/// Catches a wrong count for clamped ends: the post-buckled planar rod leaves its plane, index 0 -> 1 (or 1 -> 2).
+#[test]
+fn the_clamped_elastica_leaves_its_plane() {
+    let data = json("rod_branch.json");
+    for row in rows(&data["clamped_elastica"], "rows", 5) {
+        // With equal bending, turning the plane of buckling is free: a zero eigenvalue whose sign is noise.
+        if number(row, "out_of_plane") == 1.0 {
+            continue;
+        }
+        let index = |k: f64| {
+            let kk = snaprod::math::elliptic::complete_k((1.0 - k * k).sqrt()).expect("K");
+            let wrench = planar(8.0 * kk * k, [-16.0 * kk * kk, 0.0]);
+            let rod = kirchhoff(number(row, "out_of_plane"), number(row, "torsion"));
+            let end = rod.end(&wrench, 1e-12).expect("an end").section;
+            assert!(end.position.x.abs() < 1e-9 && end.directors[(0, 2)].abs() < 1e-9);
+            let pose = End::pose(end.position, UnitQuaternion::from_matrix(&end.directors));
+            Problem::new(rod, pose, 1e-12)
+                .and_then(|p| p.index_at(&wrench))
+                .expect("an index")
+        };
+        let k = number(row, "k");
+        let want = [row["index_below"].as_u64(), row["index_above"].as_u64()]
+            .map(|i| i.expect("an index") as usize);
+        assert_eq!(
+            [index(k - 1e-6), index(k + 1e-6)],
+            want,
+            "at k = {k}: {row}"
+        );
+    }
+}
+
+/// Catches a slip in shear, stretch or an intrinsic curvature: B5, B6 and B7 to 1e-8.
+#[test]
+fn loaded_beams_agree_with_benchmarks() {
+    let data = json("rod_branch.json");
+    let b5 = &data["B5"];
+    let input = |key: &str| number(&b5["inputs"], key);
+    let law = Linear::diagonal([input("EI"), input("EI")], input("EI"))
+        .and_then(|law| law.with_shear([input("GA"); 2]))
+        .and_then(|law| law.with_axial(input("EA")))
+        .expect("a law");
+    let solve = |rod: Rod, force: Vector3<f64>| {
+        Problem::new(rod, End::load(force, Vector3::zeros()), 1e-12)
+            .and_then(|p| p.solve(None))
+            .expect("an equilibrium")
+    };
+    let found = solve(
+        Rod::new(2.0, law).expect("a rod"),
+        Vector3::new(input("F"), 0.0, 0.0),
+    );
+    assert_close(
+        2.0 - found.end.position.z,
+        number(&b5["outputs"], "ux"),
+        1e-8,
+        0.1,
+        "B5 ux",
+    );
+    assert_close(
+        found.end.position.x,
+        number(&b5["outputs"], "uy"),
+        1e-8,
+        0.1,
+        "B5 uy",
+    );
+    assert_eq!(found.index, 0);
+
+    let b6 = &data["B6"];
+    let input = |key: &str| number(&b6["inputs"], key);
+    for row in rows(b6, "outputs", 3) {
+        let law = Linear::diagonal([input("weak"), input("strong")], input("GJ"))
+            .and_then(|law| law.with_shear([input("GA"); 2]))
+            .and_then(|law| law.with_axial(input("EA")))
+            .expect("a law");
+        let angle = number(row, "beta_deg").to_radians();
+        let force = number(row, "P") * Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let found = solve(Rod::new(input("L"), law).expect("a rod"), force);
+        assert_close(
+            found.end.position.x,
+            number(row, "minus_uy"),
+            1e-8,
+            0.01,
+            "B6 -u_y",
+        );
+        assert_close(
+            found.end.position.y,
+            number(row, "uz"),
+            1e-8,
+            0.01,
+            "B6 u_z",
+        );
+    }
+
+    let b7 = &data["B7"];
+    let length = 100.0 * std::f64::consts::FRAC_PI_4;
+    for row in rows(b7, "outputs", 6) {
+        let ei = 1e7 / 12.0;
+        let (gj, rigid) = match row["law"].as_str().expect("a law") {
+            "GJ = 8.3333e5" => (8.3333e5, false),
+            "GJ = 1e7/12" => (ei, false),
+            other if other.contains("rigid") || other.contains("inext") => (
+                if other.contains("8.3333") {
+                    8.3333e5
+                } else {
+                    ei
+                },
+                true,
+            ),
+            other => panic!("{other}"),
+        };
+        let mut law =
+            Linear::diagonal([ei, ei], gj).and_then(|law| law.with_rest([0.0, 0.01], 0.0));
+        if !rigid {
+            law = law
+                .and_then(|law| law.with_shear([5e6; 2]))
+                .and_then(|law| law.with_axial(1e7));
+        }
+        // d3 along the world's x, d1 along y, d2 along z.
+        let directors = nalgebra::Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+        let rod = Rod::new(length, law.expect("a law"))
+            .expect("a rod")
+            .with_clamp(Vector3::zeros(), UnitQuaternion::from_matrix(&directors));
+        let found = solve(rod, Vector3::new(0.0, 0.0, number(row, "F")));
+        let tip = list(&row["tip"]);
+        for i in 0..3 {
+            assert_close(
+                found.end.position[i],
+                tip[i],
+                1e-8,
+                1.0,
+                &format!("B7 {row}"),
+            );
+        }
+    }
+}
+
+/// Catches a fold in the clamp's angle that is misplaced: B10, other end clamped flat or hinged.
+#[test]
+fn turned_clamps_fold_where_benchmarks_say() {
+    let data = json("rod_branch.json");
+    for row in rows(&data["B10"], "outputs", 6) {
+        let distance = 1.0 - number(row, "s");
+        let clamped = row["far_end"] == "clamped";
+        let end = Vector3::new(0.0, 0.0, distance);
+        let problem = move |a: f64| {
+            let rod = kirchhoff(20.0, 20.0).with_clamp(
+                Vector3::zeros(),
+                UnitQuaternion::from_scaled_axis(Vector3::y() * a),
+            );
+            let end = if clamped {
+                End::pose(end, UnitQuaternion::identity())
+            } else {
+                End::ball(end)
+            };
+            Problem::new(rod, end, 1e-12)
+        };
+        // Bent against the turn, so that the fold lies ahead.
+        let want = number(row, "a");
+        let mut hit = None;
+        for side in [1.0, -1.0] {
+            let load: f64 = if clamped { -39.0 } else { -20.0 };
+            let sag = side * 2.0 * (1.0 - distance).sqrt() * load.abs().sqrt();
+            let guess = planar(sag, [load, if clamped { 0.0 } else { -sag }]);
+            let Ok(start) = problem(0.0).and_then(|p| p.solve(Some(&guess))) else {
+                continue;
+            };
+            let trace = branch(problem, start.base, 0.0, 3.0);
+            let folds = trace.specials.iter().filter(|s| s.kind == Kind::Fold);
+            hit = hit.or(folds.map(|s| s.point.p).find(|a| (a - want).abs() < 1e-8));
+        }
+        assert!(hit.is_some(), "no fold at {want}: {row}");
+    }
+}
+
+/// Catches a conjugate point of a twisted rod that is misplaced: Greenhill's couple under tension and thrust.
+#[test]
+fn greenhills_couple_makes_a_twisted_rod_unstable() {
+    let data = json("rod_branch.json");
+    for row in rows(&data["greenhill"], "rows", 3) {
+        let critical = number(row, "critical_couple");
+        let index = |m: f64| {
+            let law = Linear::diagonal([1.0, 1.0], 0.7).expect("a law");
+            let rod = Rod::new(1.0, law).expect("a rod");
+            let wrench = Vector6::new(0.0, 0.0, m, 0.0, 0.0, number(row, "tension"));
+            let end = rod.end(&wrench, 1e-12).expect("an end").section;
+            // Free along the axis under the tension, clamped otherwise.
+            let mut clamped = End::pose(end.position, UnitQuaternion::from_matrix(&end.directors));
+            clamped.position[2] = None;
+            clamped.force.z = number(row, "tension");
+            Problem::new(rod, clamped, 1e-12)
+                .and_then(|p| p.index_at(&wrench))
+                .expect("an index")
+        };
+        assert_eq!(
+            [
+                index(critical * (1.0 - 1e-8)),
+                index(critical * (1.0 + 1e-8))
+            ],
+            [0, 2],
+            "at {critical}"
+        );
+    }
+}
