@@ -31,6 +31,7 @@ mod legend;
 mod lines;
 mod maps;
 mod motion;
+mod painter;
 mod palette;
 #[cfg(feature = "png")]
 mod png;

@@ -1,12 +1,13 @@
 //! Rods in space: centrelines, ribbons that show the twist, clamps, triads, loads.
 
-use super::axes::{Axis, Panel, SMALL, extent};
-use super::canvas::{Canvas, Pen, Side, Type, draw};
+use super::axes::{Axis, Panel, extent};
+use super::canvas::{Canvas, Pen, draw};
 use super::data::{Bounds, View};
 use super::legend::{ColourBar, Entry, Key, Legend};
-use super::palette::{Colour, GREY, INK, WHITE, category, sequential_line};
-use super::scene::{Point, between, cross, dot, minus};
-use super::space::{Pixel, Spread, Stage, along, box_of, drawable, size_of, unit};
+use super::painter::Painter;
+use super::palette::{Colour, INK, category, sequential_line};
+use super::scene::{Point, cross, minus};
+use super::space::{Spread, Stage, along, box_of, drawable, size_of, unit};
 use crate::error::{Error, Result};
 
 /// The units written in figures of rods in space.
@@ -229,16 +230,8 @@ fn entries(data: &RodShapes, colour: &impl Fn(usize) -> Colour) -> Vec<Entry> {
     entries
 }
 
-/// As the components along it.
-fn director(k: usize) -> Colour {
-    category(k)
-}
-
-/// What passes behind at less than this part of the box counts as touching: no rim is cut into it.
-const TOUCHING: f64 = 0.025;
-
 /// Drawn at the middle of the box.
-fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
+pub(crate) fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
     if rod.unstable {
         Pen::new(colour, 1.3).dashed(6.0, 3.6)
     } else {
@@ -249,14 +242,14 @@ fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
 /// What is drawn along with the lines.
 pub(crate) struct Scenery {
     /// The width of ribbons.
-    ribbon: f64,
-    clamp: bool,
-    triads: bool,
+    pub ribbon: f64,
+    pub clamp: bool,
+    pub triads: bool,
     /// All rods lie in one plane: what meets there does not pass behind.
     pub plane: bool,
     /// Length of directors.
-    arm: f64,
-    shadow: bool,
+    pub arm: f64,
+    pub shadow: bool,
     pub view: Option<View>,
     best: View,
     content: Bounds,
@@ -316,11 +309,6 @@ impl Scenery {
         }
     }
 
-    /// The length of a load's arrow.
-    pub(crate) fn arm(&self) -> f64 {
-        self.arm
-    }
-
     pub(crate) fn stage(&self, labels: &[String; 3], rectangle: [f64; 4]) -> Stage {
         Stage::new(
             self.content,
@@ -331,7 +319,7 @@ impl Scenery {
     }
 
     /// The corners of the plate that holds a rod's first point: four in front, four behind.
-    fn plate(&self, rod: &SpaceRod, first: usize) -> Option<[Point; 8]> {
+    pub(crate) fn plate(&self, rod: &SpaceRod, first: usize) -> Option<[Point; 8]> {
         let axis = rod.heading(first)?;
         let [a, b] = match rod.triad(first) {
             Some([d1, d2, _]) => [d1, d2],
@@ -357,338 +345,4 @@ impl Scenery {
         };
         Some(std::array::from_fn(at))
     }
-}
-
-/// Things to paint, with their distance from the eye.
-pub(crate) struct Painter<'a> {
-    stage: &'a Stage,
-    halo: bool,
-    things: Vec<(f64, Vec<Ink>)>,
-    plates: Vec<[Point; 8]>,
-    /// Words lie over everything.
-    words: Vec<(Pixel, &'static str, Colour)>,
-}
-
-enum Ink {
-    Area(Vec<Pixel>, Colour),
-    Line(Vec<Pixel>, Pen),
-    Disc(Pixel, f64, Colour),
-}
-
-/// A place on a rod.
-#[derive(Clone, Copy)]
-struct Station {
-    at: Point,
-    /// d1.
-    side: Option<Point>,
-    pixel: Pixel,
-}
-
-impl<'a> Painter<'a> {
-    pub(crate) fn new(stage: &'a Stage, halo: bool) -> Self {
-        Self {
-            stage,
-            halo,
-            things: Vec::new(),
-            plates: Vec::new(),
-            words: Vec::new(),
-        }
-    }
-
-    fn add(&mut self, at: Point, inks: Vec<Ink>) {
-        self.things.push((self.stage.depth(at), inks));
-    }
-
-    /// A white rim along a line, cut into what lies well behind it.
-    /// `thick` is how deep the thing itself may reach.
-    fn rim(&mut self, at: Point, line: &[Pixel], half: f64, thick: f64) {
-        if self.halo {
-            let behind = TOUCHING + thick / self.stage.size();
-            let rim = vec![Ink::Area(strip(line, half), WHITE)];
-            self.things.push((self.stage.depth(at) + behind, rim));
-        }
-    }
-
-    /// Paints from back to front.
-    pub(crate) fn paint(mut self, canvas: &mut Canvas) {
-        self.things.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for ink in self.things.into_iter().flat_map(|(_, inks)| inks) {
-            match ink {
-                Ink::Area(corners, colour) => canvas.polygon(&corners, colour, 1.0),
-                Ink::Line(points, pen) => canvas.line(&points, pen),
-                Ink::Disc(at, radius, colour) => {
-                    canvas.disc(at, radius + 0.8, WHITE, 1.0);
-                    canvas.disc(at, radius, colour, 1.0);
-                }
-            }
-        }
-        for (at, word, colour) in self.words {
-            let font = Type::new(SMALL, Side::Middle, Side::Middle);
-            canvas.halo_text(at, word, font.colour(colour.shade(0.25)));
-        }
-    }
-
-    /// A rod with its shadow, plate, ribbon and what stands at its end.
-    pub(crate) fn rod(&mut self, rod: &SpaceRod, colour: Colour, with: &Scenery) {
-        let Some((first, last)) = rod.ends() else {
-            return;
-        };
-        if with.shadow && self.stage.shows_floor() {
-            let points: Vec<Pixel> = rod
-                .points
-                .iter()
-                .map(|p| {
-                    if drawable(p) {
-                        self.stage.pixel(self.stage.on_floor(*p))
-                    } else {
-                        (f64::NAN, f64::NAN)
-                    }
-                })
-                .collect();
-            let pen = Pen::new(Colour(208, 208, 208), 2.2);
-            self.things
-                .push((f64::INFINITY, vec![Ink::Line(points, pen)]));
-        }
-        if let Some(plate) = with.plate(rod, first).filter(|_| with.clamp) {
-            self.plate(plate);
-        }
-        let pen = pen(rod, colour);
-        let ribbon = with.ribbon;
-        for piece in self.pieces(rod, pen) {
-            self.piece(&piece, pen, ribbon);
-        }
-        let end = rod.points[last];
-        match rod.triad(last).filter(|_| with.triads) {
-            Some(triad) => {
-                for (k, (d, word)) in triad.into_iter().zip(["d₁", "d₂", "d₃"]).enumerate() {
-                    let tip = along(end, with.arm, d);
-                    self.arrow(end, tip, Pen::new(director(k), 1.6), 1);
-                    self.word(end, tip, word, director(k));
-                }
-            }
-            None => {
-                let radius = 4.2 * self.stage.nearness(end);
-                let radius = if rod.unstable { 0.75 * radius } else { radius };
-                self.add(end, vec![Ink::Disc(self.stage.pixel(end), radius, colour)]);
-            }
-        }
-    }
-
-    /// The rod in pieces of some eight pixels, or its dashes.
-    fn pieces(&self, rod: &SpaceRod, pen: Pen) -> Vec<Vec<Station>> {
-        let step = if pen.dash.is_some() { 1.5 } else { 7.0 };
-        let station = |at: Point, side: Option<Point>| Station {
-            at,
-            side,
-            pixel: self.stage.pixel(at),
-        };
-        let mut pieces = Vec::new();
-        let mut piece: Vec<Station> = Vec::new();
-        let (mut drawing, mut length) = (true, 0.0);
-        let given = |i: usize| {
-            let p = rod.points.get(i).filter(|p| drawable(p))?;
-            Some(station(*p, rod.triad(i).map(|t| t[0])))
-        };
-        for i in 0..rod.points.len() {
-            let Some(from) = given(i) else {
-                pieces.extend(Some(std::mem::take(&mut piece)).filter(|p| p.len() > 1));
-                (drawing, length) = (true, 0.0);
-                continue;
-            };
-            if piece.is_empty() && drawing {
-                piece.push(from);
-            }
-            let Some(to) = given(i + 1) else {
-                continue;
-            };
-            let n = (apart(from.pixel, to.pixel) / step)
-                .ceil()
-                .clamp(1.0, 800.0) as usize;
-            for k in 1..=n {
-                let t = k as f64 / n as f64;
-                let side = match (from.side, to.side) {
-                    (Some(a), Some(b)) => unit(between(a, b, t)),
-                    _ => None,
-                };
-                let next = if k == n {
-                    to
-                } else {
-                    station(between(from.at, to.at, t), side)
-                };
-                length += apart(from.pixel, to.pixel) / n as f64;
-                if drawing {
-                    piece.push(next);
-                }
-                let wanted = match pen.dash {
-                    None => 7.0,
-                    Some((on, off)) => {
-                        if drawing {
-                            on - pen.width
-                        } else {
-                            off + pen.width
-                        }
-                    }
-                };
-                if length >= wanted - 0.5 {
-                    length = 0.0;
-                    pieces.extend(Some(std::mem::take(&mut piece)).filter(|p| p.len() > 1));
-                    drawing = pen.dash.is_none() || !drawing;
-                    if drawing {
-                        piece.push(next);
-                    }
-                }
-            }
-        }
-        pieces.extend(Some(piece).filter(|p| p.len() > 1));
-        pieces
-    }
-
-    fn piece(&mut self, piece: &[Station], pen: Pen, ribbon: f64) {
-        let middle = piece[piece.len() / 2].at;
-        let near = self.stage.nearness(middle);
-        let width = pen.width * near.powf(1.6).clamp(0.55, 1.9);
-        let pen = Pen {
-            width,
-            dash: None,
-            ..pen
-        };
-        let line: Vec<Pixel> = piece.iter().map(|s| s.pixel).collect();
-        let mut inks = Vec::new();
-        let sides: Option<Vec<Point>> = piece.iter().map(|s| s.side).collect();
-        if let Some(sides) = sides.filter(|_| ribbon > 0.0) {
-            let edge = |sign: f64| -> Vec<Pixel> {
-                let at = piece.iter().zip(&sides);
-                at.map(|(s, d)| self.stage.pixel(along(s.at, 0.5 * sign * ribbon, *d)))
-                    .collect()
-            };
-            let (left, right) = (edge(1.0), edge(-1.0));
-            let run = minus(piece[piece.len() - 1].at, piece[0].at);
-            let normal = unit(cross(run, sides[piece.len() / 2])).unwrap_or_default();
-            let eye = unit(self.stage.towards_eye(middle)).unwrap_or_default();
-            let facing = dot(normal, eye);
-            // Paler behind than in front, both darker where they are seen askew.
-            let tint = if facing > 0.0 { 0.45 } else { 0.75 };
-            let fill = pen.colour.tint(tint).shade(0.22 * (1.0 - facing.abs()));
-            self.rim(middle, &left, 2.0, ribbon);
-            self.rim(middle, &right, 2.0, ribbon);
-            let band: Vec<Pixel> = left.iter().chain(right.iter().rev()).copied().collect();
-            // A line in its own colour hides the seams between bands.
-            inks.push(Ink::Area(band.clone(), fill));
-            inks.push(Ink::Line(
-                vec![band[0], band[band.len() - 1]],
-                Pen::new(fill, 0.5),
-            ));
-            let rim = Pen::new(pen.colour.shade(0.15), 0.8);
-            inks.push(Ink::Line(left, rim));
-            inks.push(Ink::Line(right, rim));
-            let axis = Pen {
-                width: 0.6 * pen.width,
-                ..pen
-            };
-            inks.push(Ink::Line(line, axis));
-        } else {
-            self.rim(middle, &line, 0.5 * width + 1.7, 0.0);
-            inks.push(Ink::Line(line, pen));
-        }
-        self.add(middle, inks);
-    }
-
-    /// The plate of a clamp, once even if several rods share it.
-    fn plate(&mut self, corners: [Point; 8]) {
-        let close = |a: Point, b: Point| {
-            let d = minus(a, b);
-            dot(d, d).sqrt() < 1e-6 * self.stage.size()
-        };
-        let drawn = |other: &[Point; 8]| (0..8).all(|i| close(other[i], corners[i]));
-        if self.plates.iter().any(drawn) {
-            return;
-        }
-        self.plates.push(corners);
-        let middle = |of: &[usize]| -> Point {
-            let sum = of.iter().fold([0.0; 3], |s, &i| along(s, 1.0, corners[i]));
-            sum.map(|c| c / of.len() as f64)
-        };
-        let centre = middle(&[0, 1, 2, 3, 4, 5, 6, 7]);
-        let faces = [
-            ([0, 1, 2, 3], 0.72),
-            ([4, 5, 6, 7], 0.72),
-            ([0, 1, 5, 4], 0.45),
-            ([1, 2, 6, 5], 0.35),
-            ([2, 3, 7, 6], 0.45),
-            ([3, 0, 4, 7], 0.35),
-        ];
-        let mut inks = Vec::new();
-        for (face, tint) in faces {
-            let at = middle(&face);
-            // Convex: what faces the eye does not hide each other.
-            if dot(minus(at, centre), self.stage.towards_eye(at)) > 0.0 {
-                let ring: Vec<Pixel> = face.map(|i| self.stage.pixel(corners[i])).to_vec();
-                let mut outline = ring.clone();
-                outline.push(ring[0]);
-                inks.push(Ink::Area(ring, GREY.tint(tint)));
-                inks.push(Ink::Line(outline, Pen::new(INK, 0.9)));
-            }
-        }
-        self.add(centre, inks);
-    }
-
-    /// A word beyond the point of an arrow.
-    pub(crate) fn word(&mut self, from: Point, to: Point, word: &'static str, colour: Colour) {
-        let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
-        let way = unit([b.0 - a.0, b.1 - a.1, 0.0]).unwrap_or([0.7, -0.7, 0.0]);
-        let at = (b.0 + 10.0 * way[0], b.1 + 9.0 * way[1]);
-        self.words.push((at, word, colour));
-    }
-
-    /// An arrow with a number of heads, in pieces that hide and are hidden.
-    pub(crate) fn arrow(&mut self, from: Point, to: Point, pen: Pen, heads: usize) {
-        let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
-        let length = apart(a, b);
-        let way = unit([b.0 - a.0, b.1 - a.1, 0.0]).unwrap_or_default();
-        // Seen along itself an arrow is all head.
-        let head = (3.4 + 2.6 * pen.width).min(0.45 * length);
-        let neck = (heads as f64 * 0.8 * head).min(0.95 * length);
-        let stop = if length > 0.0 {
-            1.0 - neck / length
-        } else {
-            0.0
-        };
-        let n = (length / 8.0).ceil().clamp(1.0, 100.0) as usize;
-        for k in 0..n {
-            let part = |k: usize| between(from, to, stop * k as f64 / n as f64);
-            let (p, q) = (part(k), part(k + 1));
-            let line = vec![self.stage.pixel(p), self.stage.pixel(q)];
-            let middle = between(p, q, 0.5);
-            self.rim(middle, &line, 0.5 * pen.width + 1.2, 0.0);
-            self.add(middle, vec![Ink::Line(line, pen)]);
-        }
-        let mut inks = Vec::new();
-        for i in (0..heads).rev() {
-            let by =
-                |d: f64, w: f64| (b.0 - d * way[0] - w * way[1], b.1 - d * way[1] + w * way[0]);
-            let tip = 0.8 * head * i as f64;
-            let (base, half) = (tip + head, 0.4 * head);
-            let corners = vec![by(tip, 0.0), by(base, half), by(base, -half)];
-            inks.push(Ink::Area(corners, pen.colour));
-        }
-        self.add(to, inks);
-    }
-}
-
-fn apart(a: Pixel, b: Pixel) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
-}
-
-/// A band about a line, cut off square at its ends: a round end would bite into the next piece.
-fn strip(line: &[Pixel], half: f64) -> Vec<Pixel> {
-    let n = line.len();
-    let side = |sign: f64| {
-        (0..n).map(move |i| {
-            let (a, b) = (line[i.saturating_sub(1)], line[(i + 1).min(n - 1)]);
-            let way = unit([b.0 - a.0, b.1 - a.1, 0.0]).unwrap_or_default();
-            let by = sign * half;
-            (line[i].0 - by * way[1], line[i].1 + by * way[0])
-        })
-    };
-    side(1.0).chain(side(-1.0).rev()).collect()
 }

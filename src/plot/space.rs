@@ -137,7 +137,11 @@ impl Spread {
         if upright > 0.8 {
             // Turned as well it would seem to lean.
             return View {
-                azimuth: if self.is_plane() { -90.0 } else { -90.0 - turn },
+                azimuth: if self.is_plane() {
+                    -90.0
+                } else {
+                    -90.0 - 0.6 * turn
+                },
                 elevation: 90.0 - 1.6 * lift,
             };
         }
@@ -557,7 +561,7 @@ mod tests {
             assert!(Spread::new(points.iter()).unwrap().is_plane());
         }
         let tilted: Vec<Point> = arc.iter().map(|[a, b]| [*a, *b, 0.5 * a]).collect();
-        assert!(facing(&tilted, unit([-0.5, 0.0, 1.0]).unwrap()) > 0.85);
+        assert!(facing(&tilted, unit([-0.5, 0.0, 1.0]).unwrap()) > 0.8);
     }
 
     /// Catches a projection that is parallel, mirrored or of unequal scales.
@@ -576,12 +580,13 @@ mod tests {
             (b.0 - a.0, b.1 - a.1)
         };
         let (near, far) = (span(-1.0, 0), span(1.0, 0));
-        assert!(near.0 > 1.5 * far.0 && far.0 > 0.0, "{near:?} {far:?}");
+        // The eye stands at (0, -3 L, 0), L the box's edge.
+        let eye = 3.0 * stage.size();
+        let ratio = near.0 / far.0;
+        assert!((ratio - (eye + 1.0) / (eye - 1.0)).abs() < 1e-12 && far.0 > 0.0);
         let up = span(-1.0, 2);
         assert!((near.0 + up.1).abs() < 1e-9 && up.1 < 0.0, "{up:?}");
-        // The eye stands at (0, -3 L, 0): nearness is 3 L / (3 L + y).
-        let length = stage.size();
-        let want = 3.0 * length / (3.0 * length - 1.0);
+        let want = eye / (eye - 1.0);
         assert!((stage.nearness([0.0, -1.0, 0.0]) - want).abs() < 1e-12);
     }
 }

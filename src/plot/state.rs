@@ -5,8 +5,9 @@ use super::branch::axis;
 use super::canvas::{Pen, draw};
 use super::data::View;
 use super::legend::{Entry, Key, Legend};
+use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
-use super::rod3::{Painter, RodUnits, Scenery, SpaceRod, heading};
+use super::rod3::{RodUnits, Scenery, SpaceRod, heading};
 use super::scene::{Point, dot};
 use super::space::{along, unit};
 use super::text;
@@ -80,13 +81,13 @@ pub fn rod_state(data: &RodState) -> Result<String> {
         };
         entries.push(Entry::new(Key::Line(pen), text));
         if let (Some(way), Some((_, last))) = (way, data.rod.ends()) {
-            let length = if heads == 1 { 2.2 } else { 1.6 } * scenery.arm();
+            let length = if heads == 1 { 2.2 } else { 1.6 } * scenery.arm;
             let end = data.rod.points[last];
             let presses = data
                 .rod
                 .heading(last)
                 .is_some_and(|d| dot(d, way) < -0.25 && heads == 1);
-            let gap = 0.2 * scenery.arm();
+            let gap = 0.2 * scenery.arm;
             let ends = if presses {
                 [along(end, -gap - length, way), along(end, -gap, way)]
             } else {

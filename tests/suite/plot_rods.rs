@@ -172,8 +172,8 @@ fn figures_are_whole_labelled_and_the_same_each_time() {
         }
         for node in drawing.tagged("text") {
             let text = node.text().unwrap_or("").trim();
-            // 0.66 of the font size to a letter is more than this font takes on average.
-            let long = 0.66 * number(node, "font-size") * text.chars().count() as f64;
+            // What this font takes on average.
+            let long = 0.56 * number(node, "font-size") * text.chars().count() as f64;
             let turned = node.attribute("transform").is_some();
             let (at, across, page, cross) = if turned {
                 let y = drawing.size.1 - number(node, "y");
