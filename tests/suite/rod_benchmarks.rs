@@ -6,7 +6,7 @@ use serde_json::Value;
 use snaprod::elastica::Equilibrium as Elastica;
 use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, RodFamily};
-use snaprod::solve::arclength::{Branch, Options, Trace};
+use snaprod::solve::arclength::{Branch, Direction, Options, Trace};
 use snaprod::solve::special::Kind;
 
 /// Unshearable, inextensible, in-plane bending stiffness 1; bending about d2 moves the rod in the plane (z, x).
@@ -117,9 +117,19 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
     );
     let last = moved.points.last().expect("points");
     assert_eq!(last.p, 1.0, "{}", moved.stop);
+    let family = RodFamily::new(|y| ball(y, 0.6), false, 1.5);
     let mut folds = Vec::new();
-    for to in [-0.75, 0.75] {
-        let trace = branch(|y| ball(y, 0.6), last.x, closed.y, to);
+    for direction in [Direction::Forward, Direction::Backward] {
+        let options = Options {
+            direction,
+            initial_step: 0.05,
+            max_step: 1.0,
+            weight: 10.0,
+            ..Options::between(-0.75, 0.75)
+        };
+        let trace = Branch::new(&family, last.x, closed.y, options)
+            .expect("a branch")
+            .trace();
         folds.extend(
             trace
                 .specials
