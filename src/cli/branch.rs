@@ -1,20 +1,21 @@
 //! `snaprod branch SCENE`.
 
 use super::check::{no_start, read_statics};
-use super::equilibrium::{halves, list, quaternion};
+use super::equilibrium::{drawn, halves, list, quaternion, units};
 use super::files::{
     check_png, exact, json_text, make_directory, print, print_json, write_figure, write_whole,
 };
 use super::{BranchArgs, Ending, Refusal};
 use serde_json::{Value, json};
 use snaprod::plot::{
-    Branch as Curve, BranchDiagram, BranchPanel, RodShapes, RodUnits, SpaceRod, Special as Mark,
-    SpecialKind, branch_diagram, rod_shapes,
+    Branch as Curve, BranchDiagram, BranchPanel, RodShapes, Special as Mark, SpecialKind,
+    branch_diagram, rod_shapes,
 };
 use snaprod::rod::{Equilibrium, Problem, RodFamily};
 use snaprod::scene::{Continue, Parameter, Statics, Units};
 use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
 use snaprod::solve::special::{Kind, Special, Status};
+use snaprod::solve::switching::switch;
 use std::fmt::Write;
 
 /// The size of the wrench, in B/L and B/L^2, that counts as much as the whole range of the parameter.
@@ -22,8 +23,15 @@ const TYPICAL: f64 = 10.0;
 /// Shapes in the figure of shapes.
 const SHAPES: usize = 12;
 
+/// Branches followed in all, switching included.
+const BRANCHES: usize = 24;
+/// Distance from a branch point at which another branch is picked up, as a part of its whole range.
+const AWAY: f64 = 0.003;
+
 /// A point or special point with its equilibrium.
 struct Row {
+    /// 0 is the branch of the scene; others left it at branch points.
+    branch: usize,
     p: f64,
     arclength: f64,
     equilibrium: Equilibrium,
@@ -51,48 +59,112 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
         .map_err(refuse)?;
     let x = family.unknowns(&start.base, wanted.from).map_err(refuse)?;
 
-    let mut rows = Vec::new();
-    let mut specials: Vec<(Special<6>, String)> = Vec::new();
-    let mut stops = Vec::new();
+    let mut found = Found::default();
     let ways: &[Direction] = if wanted.both {
         &[Direction::Backward, Direction::Forward]
     } else {
         &[Direction::Forward]
     };
     for &way in ways {
+        let backward = way == Direction::Backward;
         let branch =
             Branch::new(&family, x, wanted.from, options(&scene, &wanted, way)).map_err(refuse)?;
-        let first = rows.len();
-        let sign = if way == Direction::Backward {
-            -1.0
-        } else {
-            1.0
-        };
-        for item in branch {
-            match item {
-                // The start is there already when the branch was followed the other way.
-                Item::Point(point)
-                    if point.role == Role::Start && way == Direction::Forward && wanted.both => {}
-                Item::Point(point) => {
-                    rows.push(row(&family, &point, sign, String::new()).map_err(refuse)?)
-                }
-                Item::Special(special) => {
-                    let label = label(&special.kind, &specials);
-                    rows.push(row(&family, &special.point, sign, label.clone()).map_err(refuse)?);
-                    specials.push((special, label));
-                }
-                Item::Stop(stop) => stops.push(stop),
-            }
-        }
-        if way == Direction::Backward {
-            rows[first..].reverse();
-        }
+        // The start is there already when the branch was followed the other way.
+        let skip = wanted.both && !backward;
+        found
+            .follow(&family, branch, 0, backward, skip)
+            .map_err(refuse)?;
     }
+    if wanted.switch {
+        let options = options(&scene, &wanted, Direction::Forward);
+        found.switch(&family, &options).map_err(refuse)?;
+    }
+    let Found {
+        rows,
+        specials,
+        stops,
+    } = found;
     write(args, &scene, &wanted, &family, &rows, &specials, &stops)?;
     let reached = stops
         .iter()
         .all(|stop| matches!(stop, Stop::Reached | Stop::Closed | Stop::LeftAtStart));
     Ok(if reached { Ending::Done } else { Ending::Short })
+}
+
+/// What following branches has brought together.
+#[derive(Default)]
+struct Found {
+    rows: Vec<Row>,
+    specials: Vec<(Special<6>, String)>,
+    stops: Vec<Stop>,
+}
+
+impl Found {
+    /// Follows a branch to its end.
+    fn follow<P: Fn(f64) -> snaprod::Result<Problem>>(
+        &mut self,
+        family: &RodFamily<P>,
+        branch: Branch<'_, RodFamily<P>, 6>,
+        number: usize,
+        backward: bool,
+        skip_start: bool,
+    ) -> snaprod::Result<()> {
+        let first = self.rows.len();
+        let sign = if backward { -1.0 } else { 1.0 };
+        for item in branch {
+            match item {
+                Item::Point(point) if skip_start && point.role == Role::Start => {}
+                Item::Point(point) => {
+                    self.rows
+                        .push(row(family, &point, number, sign, String::new())?);
+                }
+                Item::Special(special) => {
+                    let label = label(&special.kind, &self.specials);
+                    self.rows
+                        .push(row(family, &special.point, number, sign, label.clone())?);
+                    self.specials.push((special, label));
+                }
+                Item::Stop(stop) => self.stops.push(stop),
+            }
+        }
+        if backward {
+            self.rows[first..].reverse();
+        }
+        Ok(())
+    }
+
+    /// Follows the branches that leave the scene's at its branch points.
+    fn switch<P: Fn(f64) -> snaprod::Result<Problem>>(
+        &mut self,
+        family: &RodFamily<P>,
+        options: &Options,
+    ) -> snaprod::Result<()> {
+        let crossings: Vec<Special<6>> = self
+            .specials
+            .iter()
+            .filter(|(special, _)| {
+                matches!(special.kind, Kind::BranchPoint | Kind::StabilityChange)
+            })
+            .map(|(special, _)| special.clone())
+            .collect();
+        let mut number = 0;
+        for special in crossings {
+            let Ok(ways) = switch(family, &special, TYPICAL * AWAY, options) else {
+                continue;
+            };
+            for start in &ways.starts {
+                if number + 1 >= BRANCHES {
+                    return Ok(());
+                }
+                let Ok(branch) = Branch::along(family, start, options.clone()) else {
+                    continue;
+                };
+                number += 1;
+                self.follow(family, branch, number, false, false)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// True if the rod itself depends on the parameter, not only its ends.
@@ -143,10 +215,12 @@ fn label(kind: &Kind, specials: &[(Special<6>, String)]) -> String {
 fn row<P: Fn(f64) -> snaprod::Result<Problem>>(
     family: &RodFamily<P>,
     point: &Point<6>,
+    branch: usize,
     sign: f64,
     label: String,
 ) -> snaprod::Result<Row> {
     Ok(Row {
+        branch,
         p: point.p,
         arclength: sign * point.arclength / TYPICAL,
         equilibrium: family.equilibrium(&point.x, point.p, point.index.unwrap_or(0))?,
@@ -245,12 +319,12 @@ fn special_json(special: &Special<6>, label: &str) -> Value {
 
 fn table(rows: &[Row]) -> String {
     let mut text = String::from(
-        "parameter,arclength,x,y,z,qw,qx,qy,qz,base_fx,base_fy,base_fz,base_mx,base_my,base_mz,tip_fx,tip_fy,tip_fz,tip_mx,tip_my,tip_mz,energy,index,residual,label\n",
+        "branch,parameter,arclength,x,y,z,qw,qx,qy,qz,base_fx,base_fy,base_fz,base_mx,base_my,base_mz,tip_fx,tip_fy,tip_fz,tip_mx,tip_my,tip_mz,energy,index,residual,label\n",
     );
     for row in rows {
         let end = &row.equilibrium.end;
         let (couple, force) = halves(&row.equilibrium.base);
-        let mut cells: Vec<String> = [row.p, row.arclength]
+        let numbers = [row.p, row.arclength]
             .into_iter()
             .chain(list(&end.position))
             .chain(quaternion(end))
@@ -258,9 +332,9 @@ fn table(rows: &[Row]) -> String {
             .chain(list(&couple))
             .chain(list(&end.force))
             .chain(list(&end.couple))
-            .chain([end.energy])
-            .map(exact)
-            .collect();
+            .chain([end.energy]);
+        let mut cells = vec![row.branch.to_string()];
+        cells.extend(numbers.map(exact));
         cells.push(row.index.map_or_else(String::new, |i| i.to_string()));
         cells.push(exact(row.equilibrium.residual));
         cells.push(row.label.clone());
@@ -332,6 +406,7 @@ fn diagram(
 ) -> Result<String, Refusal> {
     let (name, values) = measure(rows, scene.units, scene.rod.length);
     let energies = rows.iter().map(|row| row.equilibrium.end.energy).collect();
+    let last = rows.iter().map(|row| row.branch).max().unwrap_or(0);
     let panel = |y_label: String, y: Vec<f64>| {
         let marks = specials
             .iter()
@@ -353,13 +428,22 @@ fn diagram(
         BranchPanel {
             y_label,
             y_range: None,
-            branches: vec![Curve {
-                name: String::new(),
-                x: rows.iter().map(|row| row.p).collect(),
-                y,
-                index: rows.iter().map(|row| row.index).collect(),
-                colour: None,
-            }],
+            branches: (0..=last)
+                .map(|number| {
+                    let own = || {
+                        rows.iter()
+                            .enumerate()
+                            .filter(move |(_, row)| row.branch == number)
+                    };
+                    Curve {
+                        name: String::new(),
+                        x: own().map(|(_, row)| row.p).collect(),
+                        y: own().map(|(i, _)| y[i]).collect(),
+                        index: own().map(|(_, row)| row.index).collect(),
+                        colour: None,
+                    }
+                })
+                .collect(),
             specials: marks,
         }
     };
@@ -390,27 +474,18 @@ fn shapes<P: Fn(f64) -> snaprod::Result<Problem>>(
         let row = &rows[k * last / (shown - 1).max(1)];
         let problem = family.problem(row.p)?;
         let sections = problem.shape(&row.equilibrium.base, 121)?;
-        rods.push(SpaceRod {
-            name: String::new(),
-            points: sections.iter().map(|s| s.position.into()).collect(),
-            directors: sections
-                .iter()
-                .map(|s| std::array::from_fn(|j| s.directors.column(j).into_owned().into()))
-                .collect(),
-            value: Some(row.p),
-            unstable: row.index.is_some_and(|i| i > 0),
-            colour: None,
-        });
+        rods.push(drawn(
+            &sections,
+            Some(row.p),
+            row.index.is_some_and(|i| i > 0),
+        ));
     }
     Ok(rod_shapes(&RodShapes {
         rods,
         value_label: wanted.parameter.to_string(),
         ribbon: 0.03 * scene.rod.length,
         triads: false,
-        units: match scene.units {
-            Units::Si => RodUnits::si(),
-            Units::Dimensionless => RodUnits::default(),
-        },
+        units: units(scene),
         ..RodShapes::default()
     })?)
 }

@@ -1,11 +1,16 @@
 //! `snaprod equilibrium SCENE`.
 
 use super::check::{no_start, read_statics};
-use super::files::{exact, json_text, make_directory, number, print, print_json, write_whole};
+use super::files::{
+    check_png, exact, json_text, make_directory, number, print, print_json, write_figure,
+    write_whole,
+};
 use super::{Ending, EquilibriumArgs, Refusal};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::{Value, json};
+use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
 use snaprod::rod::{Equilibrium, Problem, RodSection};
+use snaprod::scene::{Statics, Units};
 use std::fmt::Write;
 
 /// Sections in shape.csv.
@@ -13,6 +18,7 @@ const SECTIONS: usize = 201;
 
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
+    check_png(args.png)?;
     let scene = read_statics(&args.scene)?;
     let refuse = |e| no_start(&args.scene, &e);
     let problem = scene.problem().map_err(refuse)?;
@@ -26,6 +32,12 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
             json_text(object.clone()).as_bytes(),
         )?;
         write_whole(&directory.join("shape.csv"), table(&sections).as_bytes())?;
+        write_figure(
+            directory,
+            "equilibrium",
+            &figure(&scene, &found, &sections)?,
+            args.png,
+        )?;
     }
     if args.json {
         print_json(object);
@@ -160,4 +172,55 @@ fn table(sections: &[RodSection]) -> String {
         text.push('\n');
     }
     text
+}
+
+/// The rod as the figures want it.
+pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> SpaceRod {
+    SpaceRod {
+        name: String::new(),
+        points: sections.iter().map(|s| s.position.into()).collect(),
+        directors: sections
+            .iter()
+            .map(|s| std::array::from_fn(|j| s.directors.column(j).into_owned().into()))
+            .collect(),
+        value,
+        unstable,
+        colour: None,
+    }
+}
+
+/// The units of figures.
+pub fn units(scene: &Statics) -> RodUnits {
+    match scene.units {
+        Units::Si => RodUnits::si(),
+        // Any consistent system: no symbol is right but those of the scene's own numbers.
+        Units::Dimensionless => RodUnits {
+            length: String::new(),
+            force: String::new(),
+            couple: String::new(),
+        },
+    }
+}
+
+fn figure(
+    scene: &Statics,
+    found: &Equilibrium,
+    sections: &[RodSection],
+) -> Result<String, Refusal> {
+    let along = |pick: fn(&RodSection) -> Vector3<f64>| -> Vec<[f64; 3]> {
+        sections.iter().map(|s| list(&pick(s))).collect()
+    };
+    Ok(rod_state(&RodState {
+        rod: drawn(sections, None, found.index > 0),
+        ribbon: 0.03 * scene.rod.length,
+        end_force: Some(list(&found.end.force)),
+        end_couple: Some(list(&found.end.couple)),
+        s: sections.iter().map(|s| s.s).collect(),
+        couples: along(|s| s.directors.transpose() * s.couple),
+        forces: along(|s| s.directors.transpose() * s.force),
+        curvatures: along(|s| s.strain.fixed_rows::<3>(0).into_owned()),
+        stretches: along(|s| s.strain.fixed_rows::<3>(3).into_owned()),
+        units: units(scene),
+        ..RodState::default()
+    })?)
 }

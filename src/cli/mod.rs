@@ -147,9 +147,12 @@ struct SheetsArgs {
 struct EquilibriumArgs {
     /// The scene, a TOML file with model = "cosserat".
     scene: PathBuf,
-    /// Where to write shape.csv and equilibrium.json; nothing is written without it.
+    /// Where to write shape.csv, equilibrium.json and equilibrium.svg; nothing is written without it.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Write a PNG beside the figure (needs the feature `png`).
+    #[arg(long)]
+    png: bool,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,

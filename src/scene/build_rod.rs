@@ -1,8 +1,8 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use super::{
-    Along, Barrier, Component, Diagonal, Full, Orientation, Section, Shape, Shaped, Statics,
-    Stiffness, Transverse,
+    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Section, Shape, Shaped,
+    Statics, Stiffness, Transverse,
 };
 use crate::error::{Error, Result};
 use crate::rod::section::{self, Linear, Material, Profile, Varying};
@@ -148,10 +148,18 @@ impl Statics {
             .collect()
     }
 
-    fn barrier(&self, _: &Barrier) -> Result<Rod> {
-        Err(Error::domain(
-            "rod.section.law = \"barrier\": scenes cannot build this law yet; use a linear section, or the library's law",
-        ))
+    fn barrier(&self, law: &Barrier) -> Result<Rod> {
+        let Some(base) = self.uniform(&law.linear)? else {
+            return Err(Error::domain(
+                "rod.section: a law with a barrier must be the same all along the rod; give numbers, not tables or polynomials",
+            ));
+        };
+        let BarrierTerm {
+            strength,
+            half_widths,
+        } = law.barrier;
+        let law = section::Barrier::new(base, half_widths, strength)?;
+        Rod::new(self.rod.length, law)
     }
 }
 
