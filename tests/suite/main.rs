@@ -18,5 +18,6 @@ mod plot_data;
 mod scene;
 #[cfg(feature = "scene")]
 mod scene_scales;
+mod sections;
 mod support;
 mod truss;
