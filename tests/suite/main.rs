@@ -27,5 +27,6 @@ mod scene;
 mod scene_rods;
 #[cfg(feature = "scene")]
 mod scene_scales;
+mod sections;
 mod support;
 mod truss;

@@ -17,13 +17,15 @@
 //!
 //! With q = v3^2 - V^2, J = diag(h2^2, h1^2, 0, 0, 0, -1): q = -e.J e, phi' = 2 J e/q, phi'' = 2 J/q + 4 (J e)(J e)^T/q^2.
 //! Under large couples q is a small difference of large squares; so the inverse law works with rho = sqrt(q) in place
-//! of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q.
+//! of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q. Newton's iteration
+//! starts from the solution of an equivalent scalar equation and only removes its rounding.
 
 use super::newton::{Point, Potential, invert};
 use super::profile::positive;
 use super::{Inverse, Linear, Resultant, SectionLaw, Strain, linear};
 use crate::error::{Error, Result};
-use nalgebra::{Matrix6, Vector6};
+use crate::solve::roots::chandrupatla;
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 
 /// A linear law and the barrier against total compression (see the module's head, in short):
 /// W = 1/2 (e - rest).K (e - rest) + beta times the logarithmic barrier of v3 > sqrt(h2^2 u1^2 + h1^2 u2^2).
@@ -38,6 +40,7 @@ pub struct Barrier {
     cone: Vector6<f64>,
     /// q at rest.
     q_rest: f64,
+    start: Decoupled,
 }
 
 impl Barrier {
@@ -57,15 +60,9 @@ impl Barrier {
             ));
         }
         let [h1, h2] = half_widths;
-        let mut law = Self {
-            base,
-            half_widths,
-            strength,
-            cone: Vector6::new(h2 * h2, h1 * h1, 0.0, 0.0, 0.0, -1.0),
-            q_rest: 1.0,
-        };
+        let cone = Vector6::new(h2 * h2, h1 * h1, 0.0, 0.0, 0.0, -1.0);
         let rest = base.rest();
-        let compressed = law.compressed(rest);
+        let compressed = compressed(half_widths, rest);
         if !(compressed < 1.0) {
             return Err(Error::domain(format!(
                 "the rest curvature [{}, {}] is too large for the half-widths {half_widths:?}: \
@@ -73,8 +70,16 @@ impl Barrier {
                 rest[0], rest[1]
             )));
         }
-        law.q_rest = (1.0 - compressed) * (1.0 + compressed);
-        Ok(law)
+        let q_rest = (1.0 - compressed) * (1.0 + compressed);
+        let slope_at_rest = cone.component_mul(rest) * (2.0 * strength / q_rest);
+        Ok(Self {
+            base,
+            half_widths,
+            strength,
+            cone,
+            q_rest,
+            start: Decoupled::new(&base, &cone, &slope_at_rest, strength)?,
+        })
     }
 
     /// The residual of every Newton iterate of the inverse law, relative to the terms it is made of: how it converged.
@@ -87,10 +92,8 @@ impl Barrier {
         Ok(residuals)
     }
 
-    /// V(u1, u2): the stretch v3 at which some fibre is totally compressed.
     fn compressed(&self, e: &Strain) -> f64 {
-        let [h1, h2] = self.half_widths;
-        (h2 * e[0]).hypot(h1 * e[1])
+        compressed(self.half_widths, e)
     }
 
     /// rho = sqrt(v3^2 - V^2).
@@ -132,9 +135,141 @@ impl Barrier {
     }
 
     fn invert(&self, w: &Resultant, seen: impl FnMut(f64)) -> Result<Inverse> {
-        let mut start = *self.base.rest();
-        start[5] = self.q_rest.sqrt();
+        let linear = self.base.rest() + self.base.compliance() * w;
+        let start = self.start.coordinates(&linear).ok_or_else(|| {
+            Error::domain(format!(
+                "the resultants {:?} must be finite, and so must be their strains",
+                w.as_slice()
+            ))
+        })?;
         invert(self, start, w, seen)
+    }
+}
+
+/// V(u1, u2): the stretch v3 at which some fibre is totally compressed.
+fn compressed([h1, h2]: [f64; 2], e: &Strain) -> f64 {
+    (h2 * e[0]).hypot(h1 * e[1])
+}
+
+/// The inverse law as one scalar equation, from which Newton's iteration starts.
+///
+/// Given a = (u1, u2, v3) the other strains follow linearly, and what is left is 1/2 (a - m).C_a^-1 (a - m) with m the
+/// strains of the linear law and C_a its compliance. A congruence a = T y makes this 1/2 |y - T^-1 m|^2 and J into
+/// diag(l1, l2, -l3), l > 0. With p = 1/q and c = T^-1 m + beta T^T phi'(rest) the inverse law reads
+/// ```text
+/// y1 (1 + 2 beta p l1) = c1,   y2 (1 + 2 beta p l2) = c2,   y3 (1 - 2 beta p l3) = c3,   p q(y) = 1.
+/// ```
+/// The third gives p(y3), which is positive for y3 > max(c3, 0); then y1(y3), y2(y3); p q - 1 is negative at the lower
+/// end and positive far out, and by convexity has one zero where q > 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Decoupled {
+    /// T, from y to (u1, u2, v3).
+    to_strain: Matrix3<f64>,
+    from_strain: Matrix3<f64>,
+    /// (l1, l2, -l3).
+    cone: Vector3<f64>,
+    /// beta T^T phi'(rest).
+    at_rest: Vector3<f64>,
+    strength: f64,
+    /// d(other strains)/d(u1, u2, v3) at fixed resultants of the others.
+    others: Matrix6x3<f64>,
+}
+
+/// The places of u1, u2, v3.
+const CONE: [usize; 3] = [0, 1, 5];
+
+impl Decoupled {
+    fn new(
+        base: &Linear,
+        cone: &Vector6<f64>,
+        slope_at_rest: &Vector6<f64>,
+        strength: f64,
+    ) -> Result<Self> {
+        let compliance = base.compliance().matrix();
+        let block = Matrix3::from_fn(|i, j| compliance[(CONE[i], CONE[j])]);
+        let flat = Matrix3::from_diagonal(&Vector3::from_fn(|i, _| cone[CONE[i]]));
+        let build = || {
+            let root = block.cholesky()?;
+            let lower = root.l();
+            let eigen =
+                (lower.transpose() * flat * lower).try_symmetric_eigen(f64::EPSILON, 1000)?;
+            let k = eigen.eigenvalues.imin();
+            let (mut vectors, mut values) = (eigen.eigenvectors, eigen.eigenvalues);
+            vectors.swap_columns(k, 2);
+            values.swap_rows(k, 2);
+            let mut to_strain = lower * vectors;
+            if to_strain[(2, 2)] < 0.0 {
+                to_strain.column_mut(2).neg_mut();
+            }
+            let from_strain = to_strain.transpose() * root.inverse();
+            let across = Matrix6x3::from_fn(|i, j| {
+                if CONE.contains(&i) {
+                    0.0
+                } else {
+                    compliance[(i, CONE[j])]
+                }
+            });
+            let fine = values[0] > 0.0 && values[1] > 0.0 && values[2] < 0.0;
+            fine.then_some(Self {
+                to_strain,
+                from_strain,
+                cone: values,
+                at_rest: to_strain.transpose() * Vector3::from_fn(|i, _| slope_at_rest[CONE[i]]),
+                strength,
+                others: across * root.inverse(),
+            })
+        };
+        build().ok_or_else(|| {
+            Error::domain(
+                "half-widths and stiffnesses are too far apart in size: to rounding the cone is flat",
+            )
+        })
+    }
+
+    /// (u1, u2, u3, v1, v2, rho) for the strains `linear` that the law had without barrier; None if not finite.
+    fn coordinates(&self, linear: &Strain) -> Option<Vector6<f64>> {
+        let m = Vector3::from_fn(|i, _| linear[CONE[i]]);
+        let c = self.from_strain * m + self.at_rest;
+        if !c.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let low = c[2].max(0.0);
+        // y and 2 beta p at y3 = low + gap; y3 - c3 is gap + above.
+        let above = low - c[2];
+        let at = |gap: f64| {
+            let y3 = low + gap;
+            let push = (gap + above) / (y3 * -self.cone[2]);
+            let side = |k: usize| c[k] / (1.0 + push * self.cone[k]);
+            (Vector3::new(side(0), side(1), y3), push)
+        };
+        let off = |log: f64| {
+            let (y, push) = at(log.exp());
+            let scale = (0.5 * push / self.strength).sqrt();
+            // sqrt(p q) = 1, by factors that do not overflow.
+            let out = y[2] * (-self.cone[2]).sqrt();
+            let side = (y[0] * self.cone[0].sqrt()).hypot(y[1] * self.cone[1].sqrt());
+            if side < out {
+                let got = scale * (out - side).sqrt() * (out + side).sqrt();
+                (got - 1.0) / (got + 1.0)
+            } else {
+                -1.0
+            }
+        };
+        let (mut left, mut right) = (0.0, 0.0);
+        while off(left) > 0.0 && left > -700.0 {
+            left -= 4.0;
+        }
+        while off(right) < 0.0 && right < 700.0 {
+            right += 4.0;
+        }
+        let log = chandrupatla(off, (left, off(left)), (right, off(right)), 0.0)?;
+        let (y, push) = at(log.exp());
+        let cone = self.to_strain * y;
+        let mut x = linear + self.others * (cone - m);
+        x[0] = cone[0];
+        x[1] = cone[1];
+        x[5] = (2.0 * self.strength / push).sqrt();
+        x.iter().all(|entry| entry.is_finite()).then_some(x)
     }
 }
 
@@ -166,15 +301,6 @@ impl Potential for Barrier {
             frame,
             slope,
         }))
-    }
-
-    /// A tenth of the way to the boundary is left.
-    fn reach(&self, x: &Vector6<f64>, dx: &Vector6<f64>) -> f64 {
-        if dx[5] < 0.0 {
-            (-0.9 * x[5] / dx[5]).min(1.0)
-        } else {
-            1.0
-        }
     }
 }
 

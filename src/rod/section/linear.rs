@@ -307,7 +307,7 @@ fn inverse_of_full(stiffness: &Matrix6<f64>) -> Result<Matrix6<f64>> {
     let singular = || {
         Error::domain(format!(
             "the stiffness is not positive definite: scaled to a unit diagonal \
-             its smallest eigenvalue is {smallest:e}"
+             its smallest eigenvalue is {smallest:.3e}"
         ))
     };
     if !(smallest > 16.0 * f64::EPSILON) {

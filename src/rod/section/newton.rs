@@ -29,11 +29,6 @@ pub(super) trait Potential {
     /// # Errors
     /// A law that is not convex there.
     fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>>;
-
-    /// The part of the step dx from x, at most 1, that stays well inside the domain, as far as this is known.
-    fn reach(&self, _x: &Vector6<f64>, _dx: &Vector6<f64>) -> f64 {
-        1.0
-    }
 }
 
 /// Newton steps, and trials within one of them.
@@ -153,7 +148,7 @@ fn sizes(
     (single, numerator / denominator)
 }
 
-/// A step along dx to where W - w.e has fallen and its slope is at most half of what it was, with the sign either way.
+/// A step along dx to where W - w.e has fallen and its slope is not above half of what it was, with the sign turned.
 fn search(
     law: &impl Potential,
     x: &Vector6<f64>,
@@ -166,7 +161,7 @@ fn search(
     let value = |point: &Point| point.energy - w.dot(&point.strain);
     let noise = 64.0 * f64::EPSILON * (point.energy.abs() + w.abs().dot(&point.strain.abs()));
     let slope = -off.dot(&(point.frame * dx));
-    let mut t = law.reach(x, dx);
+    let mut t = 1.0;
     for _ in 0..TRIALS {
         let trial = x + t * dx;
         let Some(next) = law.at(&trial)? else {
@@ -188,30 +183,59 @@ fn search(
     Ok(None)
 }
 
-/// The tangent must be positive definite on the free strains.
-pub(super) fn convex(tangent: &Matrix6<f64>, rigid: [bool; 3], s: f64, e: &Strain) -> Result<()> {
-    let free = unit_at_rigid(tangent, rigid);
-    let roots = free.diagonal().map(f64::sqrt);
-    let scaled = free.map_with_location(|i, j, entry| entry / roots[i] / roots[j]);
-    let factor = scaled.cholesky();
-    let definite = factor.is_some_and(|factor| {
-        // A pivot of rounding is a zero.
-        let pivots = factor.l_dirty().diagonal();
-        pivots
-            .iter()
-            .all(|pivot| pivot * pivot > 16.0 * f64::EPSILON)
-    });
-    if definite {
-        return Ok(());
+/// What a second derivative of the energy, on the free strains, says about convexity.
+pub(super) enum Convexity {
+    /// Positive definite.
+    Strict,
+    /// Positive definite or not: rounding hides it. The smallest eigenvalue.
+    Hidden(f64),
+    /// Not positive semidefinite: the smallest eigenvalue and the strain that weighs most in its direction.
+    Lost(f64, &'static str),
+}
+
+/// Eigenvalues below this in size, after scaling to a unit diagonal, are rounding.
+const HIDDEN: f64 = 1e-13;
+
+impl Convexity {
+    /// Of a tangent whose entries are finite.
+    pub(super) fn of(tangent: &Matrix6<f64>, rigid: [bool; 3]) -> Self {
+        let free = unit_at_rigid(tangent, rigid);
+        let roots = free.diagonal().map(|entry| entry.abs().sqrt());
+        let scaled = free.map_with_location(|i, j, entry| match roots[i] * roots[j] {
+            0.0 => entry,
+            _ => entry / roots[i] / roots[j],
+        });
+        let pivots = scaled.cholesky().map(|factor| factor.l_dirty().diagonal());
+        if pivots.is_some_and(|pivots| pivots.iter().all(|pivot| pivot * pivot > HIDDEN)) {
+            return Self::Strict;
+        }
+        let eigen = free.symmetric_eigen();
+        let k = eigen.eigenvalues.imin();
+        let smallest = eigen.eigenvalues[k];
+        if scaled.symmetric_eigenvalues().min() > -HIDDEN {
+            return Self::Hidden(smallest);
+        }
+        Self::Lost(smallest, NAMES[eigen.eigenvectors.column(k).iamax()])
     }
-    let eigen = free.symmetric_eigen();
-    let smallest = eigen.eigenvalues.imin();
-    let direction = eigen.eigenvectors.column(smallest);
-    Err(Error::domain(format!(
-        "the stored energy is not convex at s = {s}, strains {:?}: the smallest eigenvalue of its second derivative \
-         is {:e}, mostly in {}",
-        e.as_slice(),
-        eigen.eigenvalues[smallest],
-        NAMES[direction.iamax()]
-    )))
+
+    /// The refusal, if there is one to be made.
+    ///
+    /// # Errors
+    /// Where convexity is lost, or hidden.
+    pub(super) fn strict(&self, s: f64, e: &Strain) -> Result<()> {
+        let (how, smallest, direction) = match self {
+            Self::Strict => return Ok(()),
+            Self::Hidden(smallest) => (
+                "strictly convex to rounding",
+                smallest,
+                "no direction alone",
+            ),
+            Self::Lost(smallest, direction) => ("convex", smallest, *direction),
+        };
+        Err(Error::domain(format!(
+            "the stored energy is not {how} at s = {s}, strains {:?}: the smallest eigenvalue of its second \
+             derivative is {smallest:.3e}, mostly in {direction}",
+            e.as_slice()
+        )))
+    }
 }

@@ -1,7 +1,7 @@
 //! A user's own stored energy, its derivatives by automatic differentiation.
 
 use super::linear::{STRAIGHT, finite, held, unconstrained};
-use super::newton::{Point, Potential, convex, invert};
+use super::newton::{Convexity, Point, Potential, invert};
 use super::{Inverse, Resultant, SectionLaw, Strain};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
@@ -78,6 +78,19 @@ impl<E: StoredEnergy> Hyperelastic<E> {
         Self(stored)
     }
 
+    /// The residual of every Newton iterate of the inverse law, relative to the terms it is made of: how it converged.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::inverse`].
+    pub fn convergence(&self, s: f64, w: &Resultant) -> Result<Vec<f64>> {
+        let mut residuals = Vec::new();
+        let here = Here { law: self, s };
+        invert(&here, self.0.start(s), w, |residual| {
+            residuals.push(residual)
+        })?;
+        Ok(residuals)
+    }
+
     /// Energy, resultants, tangent; None outside the domain.
     fn jet(&self, s: f64, e: &Strain) -> Option<(f64, Resultant, Matrix6<f64>)> {
         if !self.0.admissible(s, e) {
@@ -101,7 +114,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
                 e.as_slice()
             ))
         })?;
-        convex(&jet.2, self.0.rigid(), s, e)?;
+        Convexity::of(&jet.2, self.0.rigid()).strict(s, e)?;
         Ok(jet)
     }
 }
@@ -121,7 +134,12 @@ impl<E: StoredEnergy> Potential for Here<'_, E> {
         let Some((energy, resultants, slope)) = self.law.jet(self.s, x) else {
             return Ok(None);
         };
-        convex(&slope, self.rigid(), self.s, x)?;
+        let convexity = Convexity::of(&slope, self.rigid());
+        // A step that went too far into a law that stiffens fast: a shorter one will do.
+        if matches!(convexity, Convexity::Hidden(_)) {
+            return Ok(None);
+        }
+        convexity.strict(self.s, x)?;
         Ok(Some(Point {
             strain: *x,
             energy,
