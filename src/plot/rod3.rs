@@ -13,12 +13,21 @@ use crate::error::{Error, Result};
 /// The units written in figures of rods in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RodUnits {
-    /// The unit of length.
+    /// The unit of length; empty, like each of them, for labels without a unit.
     pub length: String,
     /// The unit of force.
     pub force: String,
     /// The unit of couple.
     pub couple: String,
+}
+
+/// A name with its unit; without one where the unit is empty.
+pub(super) fn labelled(name: &str, unit: &str) -> String {
+    if unit.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{name} ({unit})")
+    }
 }
 
 impl Default for RodUnits {
@@ -43,7 +52,7 @@ impl RodUnits {
     }
 
     pub(crate) fn axes(&self) -> [String; 3] {
-        ["x", "y", "z"].map(|name| format!("{name} ({})", self.length))
+        ["x", "y", "z"].map(|name| labelled(name, &self.length))
     }
 }
 

@@ -7,7 +7,7 @@ use super::data::View;
 use super::legend::{Entry, Key, Legend};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
-use super::rod3::{RodUnits, Scenery, SpaceRod, heading};
+use super::rod3::{RodUnits, Scenery, SpaceRod, heading, labelled};
 use super::scene::{Point, dot};
 use super::space::{along, unit};
 use super::text;
@@ -183,21 +183,25 @@ fn groups(data: &RodState) -> Result<Vec<Group>> {
         (
             "couples",
             &data.couples,
-            format!("couple ({})", units.couple),
+            labelled("couple", &units.couple),
             ["m₁", "m₂", "m₃"],
             ROUNDOFF * couple,
         ),
         (
             "forces",
             &data.forces,
-            format!("force ({})", units.force),
+            labelled("force", &units.force),
             ["n₁", "n₂", "n₃"],
             ROUNDOFF * force,
         ),
         (
             "curvatures",
             &data.curvatures,
-            format!("curvature (1/{})", units.length),
+            if units.length.is_empty() {
+                "curvature".to_owned()
+            } else {
+                format!("curvature (1/{})", units.length)
+            },
             ["u₁", "u₂", "u₃"],
             u_least,
         ),
@@ -278,7 +282,7 @@ fn panels(groups: &[Group], data: &RodState, left: f64, width: f64, top: f64) ->
             axis(&values, None, &group.label, 4)
         };
         let label = if i + 1 == groups.len() {
-            format!("s ({})", data.units.length)
+            labelled("s", &data.units.length)
         } else {
             String::new()
         };

@@ -297,10 +297,10 @@ fn loaded_beams_agree_with_benchmarks() {
             .with_clamp(Vector3::zeros(), UnitQuaternion::from_matrix(&directors));
         let found = solve(rod, Vector3::new(0.0, 0.0, number(row, "F")));
         let tip = list(&row["tip"]);
-        for i in 0..3 {
+        for (i, want) in tip.iter().enumerate() {
             assert_close(
                 found.end.position[i],
-                tip[i],
+                *want,
                 1e-8,
                 1.0,
                 &format!("B7 {row}"),

@@ -34,8 +34,6 @@ pub type Strain = Vector6<f64>;
 pub type Resultant = Vector6<f64>;
 
 /// de/dw, symmetric, positive definite; only semidefinite where a strain is held rigid.
-// Lives on the stack, by value, one at a time.
-#[allow(clippy::large_enum_variant)]
 // Boxing the matrix would cost an allocation at every section of every rod.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
