@@ -4,13 +4,17 @@
 //! energies in B/L. The balance laws are solved: n is constant and m(s) = m(0) - r x n, so that |n| and n.m hold
 //! exactly. Left to integrate are frame and centreline,
 //!
-//!     R' = R [u]x,   r' = R v,   (u, v) = e(R^T m, R^T n, s),
+//! ```text
+//! R' = R [u]x,   r' = R v,   (u, v) = e(R^T m, R^T n, s),
+//! ```
 //!
 //! the rotation as a quaternion q' = q (0, u)/2 whose length does not matter: R(q) divides by |q|^2, so the directors
 //! are orthonormal to rounding whatever the step. The tangent is carried along: with dR = [phi]x R, dr = rho
 //!
-//!     phi' = R (C_uu R^T tau + C_uv R^T nu),   rho' = phi x R v + R (C_vu R^T tau + C_vv R^T nu),
-//!     tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
+//! ```text
+//! phi' = R (C_uu R^T tau + C_uv R^T nu),   rho' = phi x R v + R (C_vu R^T tau + C_vv R^T nu),
+//! tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
+//! ```
 
 use super::section::{Compliance, Inverse, SectionLaw, UniformLinear};
 use crate::error::{Error, Result};
