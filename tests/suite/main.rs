@@ -19,5 +19,6 @@ mod scene;
 #[cfg(feature = "scene")]
 mod scene_scales;
 mod sections;
+mod sections_nonlinear;
 mod support;
 mod truss;
