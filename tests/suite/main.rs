@@ -28,5 +28,6 @@ mod scene_rods;
 #[cfg(feature = "scene")]
 mod scene_scales;
 mod sections;
+mod sections_nonlinear;
 mod support;
 mod truss;

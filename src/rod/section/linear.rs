@@ -157,7 +157,8 @@ impl Linear {
         &self.compliance
     }
 
-    fn of(stiffness: Matrix6<f64>, rigid: [bool; 3], rest: Strain) -> Result<Self> {
+    /// The checked law: what every way of building one ends in.
+    pub(super) fn of(stiffness: Matrix6<f64>, rigid: [bool; 3], rest: Strain) -> Result<Self> {
         Ok(Self {
             compliance: compliance(&stiffness, rigid)?,
             stiffness,
@@ -257,7 +258,11 @@ fn compliance(stiffness: &Matrix6<f64>, rigid: [bool; 3]) -> Result<Compliance> 
             Compliance::Full(matrix) => matrix[(k, k)] = 0.0,
         }
     }
-    if !inverse.matrix().iter().all(|x| x.is_finite()) {
+    let bounded = match &inverse {
+        Compliance::Diagonal(entries) => entries.iter().all(|x| x.is_finite()),
+        Compliance::Full(matrix) => matrix.iter().all(|x| x.is_finite()),
+    };
+    if !bounded {
         return Err(Error::domain(format!(
             "the stiffness is too small, its inverse overflows: its diagonal is {:?}",
             diagonal.as_slice()

@@ -223,18 +223,14 @@ impl Convexity {
     /// # Errors
     /// Where convexity is lost, or hidden.
     pub(super) fn strict(&self, s: f64, e: &Strain) -> Result<()> {
-        let (how, smallest, direction) = match self {
+        let (what, smallest) = match self {
             Self::Strict => return Ok(()),
-            Self::Hidden(smallest) => (
-                "strictly convex to rounding",
-                smallest,
-                "no direction alone",
-            ),
-            Self::Lost(smallest, direction) => ("convex", smallest, *direction),
+            Self::Hidden(smallest) => ("strictly convex beyond rounding".into(), smallest),
+            Self::Lost(smallest, strain) => (format!("convex, mostly in {strain},"), smallest),
         };
         Err(Error::domain(format!(
-            "the stored energy is not {how} at s = {s}, strains {:?}: the smallest eigenvalue of its second \
-             derivative is {smallest:.3e}, mostly in {direction}",
+            "the stored energy is not {what} at s = {s}, strains {:?}: \
+             the smallest eigenvalue of its second derivative is {smallest:.3e}",
             e.as_slice()
         )))
     }

@@ -1,5 +1,6 @@
 //! Linear laws whose stiffnesses and rest strains vary along the rod.
 
+use super::linear::STRAIGHT;
 use super::profile::positive;
 use super::{Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::{Error, Result};
@@ -203,15 +204,22 @@ impl Entries {
     }
 
     fn at(&self, s: f64) -> Result<Linear> {
-        let two = |pair: &[Along; 2]| Ok::<_, Error>([pair[0].at(s)?, pair[1].at(s)?]);
-        let mut law = Linear::diagonal(two(&self.bending)?, self.torsion.at(s)?)?;
-        if let Some(shear) = &self.shear {
-            law = law.with_shear(two(shear)?)?;
+        let mut stiffness = Matrix6::zeros();
+        stiffness[(0, 0)] = self.bending[0].at(s)?;
+        stiffness[(1, 1)] = self.bending[1].at(s)?;
+        stiffness[(2, 2)] = self.torsion.at(s)?;
+        if let Some([first, second]) = &self.shear {
+            stiffness[(3, 3)] = first.at(s)?;
+            stiffness[(4, 4)] = second.at(s)?;
         }
         if let Some(axial) = &self.axial {
-            law = law.with_axial(axial.at(s)?)?;
+            stiffness[(5, 5)] = axial.at(s)?;
         }
-        law.with_rest(two(&self.curvature)?, self.twist.at(s)?)
+        let unshearable = self.shear.is_none();
+        let rigid = [unshearable, unshearable, self.axial.is_none()];
+        let curvature = [self.curvature[0].at(s)?, self.curvature[1].at(s)?];
+        Linear::of(stiffness, rigid, Strain::from(STRAIGHT))?
+            .with_rest(curvature, self.twist.at(s)?)
     }
 }
 
