@@ -50,6 +50,25 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
             args.scene.display()
         )));
     };
+    for (asked, field, instead) in [
+        (
+            wanted.second.is_some(),
+            "second",
+            "use the library's solve::fold_curve",
+        ),
+        (
+            wanted.deflate,
+            "deflate = true",
+            "use the library's solve::deflation",
+        ),
+    ] {
+        if asked {
+            return Err(Refusal(format!(
+                "{}: [continue] {field}: this command does not do it yet; leave it out, or {instead}",
+                args.scene.display()
+            )));
+        }
+    }
     let parameter = wanted.parameter;
     let make = |p: f64| scene.with(&parameter, p).problem();
     let family = RodFamily::new(make, changes_rod(parameter), wanted.to - wanted.from);
