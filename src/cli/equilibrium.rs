@@ -6,7 +6,7 @@ use super::files::{
     write_whole,
 };
 use super::{Ending, EquilibriumArgs, Refusal};
-use nalgebra::{UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Value, json};
 use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
 use snaprod::rod::{Equilibrium, Problem, RodSection};
@@ -49,7 +49,8 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
 
 /// [w, x, y, z] of the directors, w >= 0.
 pub fn quaternion(section: &RodSection) -> [f64; 4] {
-    let q = UnitQuaternion::from_matrix(&section.directors);
+    let q =
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(section.directors));
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     [q.w, q.i, q.j, q.k].map(|x| sign * x)
 }

@@ -46,6 +46,9 @@ const IMPERFECTIONS: [[f64; 3]; 4] = [
     [-0.12, -0.22, 0.015],
     [0.7, 0.4, 0.05],
 ];
+/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
+const NEUTRAL: f64 = 1e-7;
+
 /// Where a path begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Start {
@@ -249,11 +252,14 @@ impl Problem {
             };
             let problem = at(part);
             let loose = if part < 1.0 { 1e-6 } else { self.correction() };
-            let outcome = newton::solve(
+            let mut outcome = newton::solve(
                 |b| problem.evaluate(b),
                 &guess,
                 &self.options(loose, PATIENCE),
             );
+            if part >= 1.0 && outcome.is_err() {
+                outcome = problem.settle(&guess);
+            }
             match outcome {
                 // A jump to another solution is no step of the path.
                 Ok(solved) if solved.damping > 0.2 => {
@@ -281,6 +287,41 @@ impl Problem {
                 }
             }
         }
+    }
+
+    /// Steps of least length where the equilibrium is one of a continuous family (a column of equal bending stiffnesses
+    /// buckles any way round): Newton's method finds no single solution there, these find the nearest.
+    fn settle(&self, guess: &Wrench) -> Result<Solution<6>> {
+        let mut x = *guess;
+        let mut last = f64::INFINITY;
+        for iterations in 0..PATIENCE {
+            let (value, jacobian) = self.evaluate(&x)?;
+            let step = jacobian
+                .svd(true, true)
+                .solve(&value, NEUTRAL * jacobian.norm())
+                .map_err(Error::no_convergence)?;
+            let correction = step.norm();
+            // Half the digits of a first step would be luck, not convergence.
+            if correction <= self.correction() * (1.0 + x.norm()) {
+                return Ok(Solution {
+                    x,
+                    iterations,
+                    evaluations: iterations + 1,
+                    damping: 1.0,
+                    residual: value.norm(),
+                    correction,
+                    reason: newton::Reason::Noise,
+                });
+            }
+            if !(correction < 0.9 * last) {
+                break;
+            }
+            last = correction;
+            x -= step;
+        }
+        Err(Error::no_convergence(
+            "neither Newton's method nor steps of least length converge at the end of the path",
+        ))
     }
 
     fn is_follower(&self) -> bool {

@@ -12,7 +12,7 @@
 use super::Rod;
 use super::line::{self, Transition};
 use super::problem::{End, Trial, halves};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// Relative size below which an eigenvalue counts as zero.
@@ -32,15 +32,20 @@ fn negative(matrix: &DMatrix<f64>) -> usize {
         .count()
 }
 
+fn inverted(matrix: &Matrix3<f64>) -> Result<Matrix3<f64>> {
+    matrix.try_inverse().ok_or_else(|| {
+        Error::no_convergence("the index is undefined exactly at a conjugate point of the end; move the equilibrium a little")
+    })
+}
+
 /// Conjugate points in (0, 1) of the rotation field at given n.
-fn conjugate_points(transitions: &[Transition]) -> usize {
+fn conjugate_points(transitions: &[Transition]) -> Result<usize> {
     let (mut j, mut p) = (Matrix3::zeros(), Matrix3::identity());
     let mut count = 0;
     for (i, step) in transitions.iter().enumerate() {
         let next = step.a * j + step.b * p;
-        if i > 0
-            && let Some(inverse) = step.b.try_inverse()
-        {
+        if i > 0 {
+            let inverse = inverted(&step.b)?;
             // Congruent to B^-1 J(s+) J(s)^-1 without dividing by J.
             let form = j.transpose() * inverse * next;
             count += negative(&DMatrix::from_column_slice(3, 3, form.as_slice()));
@@ -56,7 +61,7 @@ fn conjugate_points(transitions: &[Transition]) -> usize {
             p *= inverse;
         }
     }
-    count
+    Ok(count)
 }
 
 /// The index of the equilibrium at `trial`, whose tangent must be whole, under the end condition `end`.
@@ -73,7 +78,7 @@ pub(super) fn index(
         &rod.law,
         &trial.b,
         tolerance.max(1e-10),
-    )?);
+    )?)?;
     let block =
         |row: usize, column: usize| Matrix3::from_fn(|i, j| trial.tangent[row + i][column + j]);
     let (phi_m, phi_n, r_m, r_n) = (block(0, 0), block(0, 3), block(3, 0), block(3, 3));
@@ -85,19 +90,21 @@ pub(super) fn index(
     let (matrix, right) = if end.orientation.is_some() {
         (phi_m, phi_n)
     } else {
-        if let Some(inverse) = phi_m.try_inverse() {
-            let stiffness = m_m * inverse;
-            total += negative(&DMatrix::from_column_slice(3, 3, stiffness.as_slice()));
-        }
+        let stiffness = m_m * inverted(&phi_m)?;
+        total += negative(&DMatrix::from_column_slice(3, 3, stiffness.as_slice()));
         (m_m, pull * r_n - trial.r.cross_matrix())
     };
     let held: Vec<usize> = (0..3).filter(|i| end.position[*i].is_some()).collect();
-    if let Some(inverse) = matrix.try_inverse() {
-        let compliance = r_n - r_m * inverse * right;
+    if !held.is_empty() {
+        let compliance = r_n - r_m * inverted(&matrix)? * right;
         let restricted = DMatrix::from_fn(held.len(), held.len(), |a, b| {
             axes[held[a]].dot(&(compliance * axes[held[b]]))
         });
-        total = total.saturating_sub(negative(&restricted));
+        total = total.checked_sub(negative(&restricted)).ok_or_else(|| {
+            Error::no_convergence(
+                "the index comes out negative: the tolerance is too loose for this load",
+            )
+        })?;
     }
     Ok(total)
 }

@@ -420,7 +420,7 @@ fn integrate<const K: usize>(
         });
         why.context(format!("at s = {s:.6} of the length"))
     };
-    let h = 2.0 * tolerance.powf(0.125) / rate(law, b)? * 3.0;
+    let h = 6.0 * tolerance.powf(0.125) / rate(law, b)?;
     let slope = flow
         .slope(&start)
         .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
@@ -475,14 +475,22 @@ pub(super) fn sections<const K: usize>(
         found.push(Section::clamp());
     }
     let mut work = Work::default();
+    let mut lost = false;
     let (last, _) = integrate(law, b, unit_columns(), tolerance, |step, f| {
         // Redone at full order, not interpolated: a reader may differentiate what is printed.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;
-            let there = step.redo(&mut *f, part, &mut work);
-            found.push(there.map_or(step.to, |there| there.to));
+            match step.redo(&mut *f, part, &mut work) {
+                Some(there) => found.push(there.to),
+                None => lost = true,
+            }
         }
     })?;
+    if lost {
+        return Err(Error::no_convergence(
+            "a section inside a step along the rod could not be computed: the section law refuses its resultants",
+        ));
+    }
     for _ in next {
         found.push(last);
     }

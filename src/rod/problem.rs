@@ -3,7 +3,7 @@
 use super::line::{self, Wrench};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
 /// (a clamp) or free under a couple (a ball joint, a free end).
@@ -283,7 +283,8 @@ pub(super) fn halves(b: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
 
 /// The rotation vector of a rotation, of length at most pi.
 fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
-    UnitQuaternion::from_matrix_eps(rotation, 1e-15, 100, UnitQuaternion::identity()).scaled_axis()
+    // Closed form: an iteration from the identity would stall half a turn away.
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis()
 }
 
 /// d(rotation vector)/d(spin): I - [phi]x/2 + c [phi]x^2.
