@@ -30,58 +30,77 @@ impl Problem {
         self.index(&self.rod.inward(base))
     }
 
-    /// The Morse index under a base wrench of the numerics.
+    /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
+        let rough = self.count(b, self.tolerance.max(ROUGH))?;
+        if rough.margin > 100.0 * ROUGH || self.tolerance >= ROUGH {
+            return Ok(rough.index);
+        }
+        Ok(self.count(b, self.tolerance)?.index)
+    }
+
+    fn count(&self, b: &Wrench, tolerance: f64) -> Result<Count> {
         let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
         let clamped = self.end.orientation.is_some();
         // Below this an eigenvalue is zero as far as the integration can tell.
-        let zero = 10.0 * self.tolerance;
+        let zero = 10.0 * tolerance;
         if held.is_empty() {
-            let along = line::variations::<3>(&self.rod.law, b, self.tolerance)?;
-            return count(&along, b, clamped, zero);
+            let along = line::variations::<3>(&self.rod.law, b, tolerance)?;
+            return Count::at_given_force(&along, b, clamped, zero);
         }
-        let along = line::variations::<6>(&self.rod.law, b, self.tolerance)?;
-        let count = count(&along, b, clamped, 0.0)?;
+        let along = line::variations::<6>(&self.rod.law, b, tolerance)?;
+        let loaded = Count::at_given_force(&along, b, clamped, 0.0)?;
         let compliance = compliance(&along, b, clamped)?;
         let restricted = DMatrix::from_fn(held.len(), held.len(), |i, j| {
             self.axes[held[i]].dot(&(compliance * self.axes[held[j]]))
         });
-        count
-            .checked_sub(negative(&restricted, zero))
-            .ok_or_else(|| {
-                Error::no_convergence(
-                    "the index comes out negative: the tolerance is too loose for this load",
-                )
-            })
+        let (negative, margin) = negative(&restricted, zero);
+        let index = loaded.index.checked_sub(negative).ok_or_else(|| {
+            Error::no_convergence(
+                "the index comes out negative: the tolerance is too loose for this load",
+            )
+        })?;
+        Ok(Count { index, margin })
     }
 }
 
-/// The index at given n.
-fn count<const K: usize>(
-    along: &Variations<K>,
-    b: &Wrench,
-    clamped: bool,
-    zero: f64,
-) -> Result<usize> {
-    let (j, p) = along.conjugate(b);
-    let remainders: f64 = angles(&(along.weight * j), &p)?
-        .iter()
-        .map(|angle| {
-            if clamped {
-                angle.rem_euclid(PI)
-            } else {
-                // Neutral is not yet unstable.
-                (angle - zero + FRAC_PI_2).rem_euclid(PI) - FRAC_PI_2
-            }
+/// Tolerance of a first count.
+const ROUGH: f64 = 1e-6;
+
+/// An index, and how far the eigenvalue nearest to zero is from it, relative to the others.
+struct Count {
+    index: usize,
+    margin: f64,
+}
+
+impl Count {
+    /// The index at given n.
+    fn at_given_force<const K: usize>(
+        along: &Variations<K>,
+        b: &Wrench,
+        clamped: bool,
+        zero: f64,
+    ) -> Result<Self> {
+        let (j, p) = along.conjugate(b);
+        let (mut remainders, mut margin) = (0.0, f64::INFINITY);
+        for angle in angles(&(along.weight * j), &p)? {
+            // Where the count steps: at pi if clamped, at pi/2 if free. Neutral is not yet unstable.
+            let step = if clamped { 0.0 } else { FRAC_PI_2 };
+            let beyond = (angle - zero - step).rem_euclid(PI);
+            margin = margin.min(beyond).min(PI - beyond);
+            remainders += if clamped { beyond } else { beyond - FRAC_PI_2 };
+        }
+        let count = ((along.angle - remainders) / PI).round();
+        if count < 0.0 {
+            return Err(Error::no_convergence(
+                "the conjugate points of the rod could not be counted; tighten the tolerance",
+            ));
+        }
+        Ok(Self {
+            index: count as usize,
+            margin,
         })
-        .sum();
-    let count = ((along.angle - remainders) / PI).round();
-    if count < 0.0 {
-        return Err(Error::no_convergence(
-            "the conjugate points of the rod could not be counted; tighten the tolerance",
-        ));
     }
-    Ok(count as usize)
 }
 
 /// The angles of a Lagrangian plane (X, Y), modulo pi.
@@ -127,13 +146,15 @@ fn compliance(along: &Variations<6>, b: &Wrench, clamped: bool) -> Result<Matrix
     Ok(r_n - r_m * inverse * right)
 }
 
-/// Negative eigenvalues of the symmetric part; those below `zero` relative to the largest count as zero.
-fn negative(matrix: &DMatrix<f64>, zero: f64) -> usize {
+/// Negative eigenvalues of the symmetric part, and the size of the smallest eigenvalue; both relative to the largest, those
+/// below `zero` counting as zero.
+fn negative(matrix: &DMatrix<f64>, zero: f64) -> (usize, f64) {
     let symmetric = 0.5 * (matrix + matrix.transpose());
-    let floor = -zero * symmetric.norm();
-    symmetric
-        .symmetric_eigenvalues()
+    let size = symmetric.norm();
+    let eigenvalues = symmetric.symmetric_eigenvalues();
+    let count = eigenvalues.iter().filter(|x| **x < -zero * size).count();
+    let smallest = eigenvalues
         .iter()
-        .filter(|value| **value < floor)
-        .count()
+        .fold(f64::INFINITY, |m, x| m.min(x.abs()));
+    (count, smallest / size)
 }

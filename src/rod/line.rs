@@ -16,10 +16,11 @@
 //! tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
 //! ```
 
-use super::section::{Compliance, Inverse, SectionLaw, UniformLinear};
+use super::section::{Compliance, SectionLaw, UniformLinear};
 use crate::error::{Error, Result};
 use crate::solve::dop853::{Dop853, State, Step, Work};
 use nalgebra::{Complex, Matrix3, Matrix6, RowVector3, Vector3, Vector6};
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
@@ -145,9 +146,30 @@ fn along(d: &[[f64; 3]; 3], x: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| x[0] * d[0][i] + x[1] * d[1][i] + x[2] * d[2][i])
 }
 
+/// phi and rho of a tangent, as arrays: their lengths are known, so no bound is checked.
+#[inline]
+fn halves<const K: usize>(tangent: &[[f64; K]; 6]) -> (&[[f64; K]; 3], &[[f64; K]; 3]) {
+    let (phi, rho) = tangent.split_at(3);
+    (
+        phi.try_into().expect("three rows"),
+        rho.try_into().expect("three rows"),
+    )
+}
+
+#[inline]
+fn halves_mut<const K: usize>(
+    tangent: &mut [[f64; K]; 6],
+) -> (&mut [[f64; K]; 3], &mut [[f64; K]; 3]) {
+    let (phi, rho) = tangent.split_at_mut(3);
+    (
+        phi.try_into().expect("three rows"),
+        rho.try_into().expect("three rows"),
+    )
+}
+
 /// a x B column by column, B of three rows.
 #[inline]
-fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]]) -> [[f64; K]; 3] {
+fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]; 3]) -> [[f64; K]; 3] {
     let mut c = [[0.0; K]; 3];
     for j in 0..K {
         c[0][j] = a[1] * b[2][j] - a[2] * b[1][j];
@@ -159,7 +181,7 @@ fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]]) -> [[f64; K]; 3] 
 
 /// c += A b column by column.
 #[inline]
-fn add_product<const K: usize>(c: &mut [[f64; K]], a: &[[f64; 3]; 3], b: &[[f64; K]; 3]) {
+fn add_product<const K: usize>(c: &mut [[f64; K]; 3], a: &[[f64; 3]; 3], b: &[[f64; K]; 3]) {
     for i in 0..3 {
         for j in 0..K {
             c[i][j] += a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
@@ -263,15 +285,15 @@ impl ScaledLaw {
         }
     }
 
-    /// Strains, energy and compliance under the local resultants `w`.
+    /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
     #[inline]
-    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Inverse> {
+    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {
         if let Some(linear) = &self.hoisted {
             let change = &linear.compliance * w;
-            return Ok(Inverse {
+            return Ok(Response {
                 strain: linear.rest + change,
                 energy: 0.5 * w.dot(&change),
-                compliance: linear.compliance,
+                compliance: Cow::Borrowed(&linear.compliance),
             });
         }
         let (b, l) = (self.stiffness, self.length);
@@ -289,12 +311,19 @@ impl ScaledLaw {
         for i in 0..3 {
             strain[i] += self.bend[i];
         }
-        Ok(Inverse {
+        Ok(Response {
             strain,
             energy: inverse.energy / force,
-            compliance: self.compliance_in(&inverse.compliance),
+            compliance: Cow::Owned(self.compliance_in(&inverse.compliance)),
         })
     }
+}
+
+/// What a section does under its resultants.
+pub(super) struct Response<'a> {
+    pub(super) strain: Vector6<f64>,
+    pub(super) energy: f64,
+    pub(super) compliance: Cow<'a, Compliance>,
 }
 
 /// The right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
@@ -320,6 +349,12 @@ impl<'a, const K: usize> Flow<'a, K> {
     }
 
     fn slope(&mut self, at: &Section<K>) -> Option<Section<K>> {
+        let mut slope = Section::clamp();
+        self.write_slope(at, &mut slope)?;
+        Some(slope)
+    }
+
+    fn write_slope(&mut self, at: &Section<K>, slope: &mut Section<K>) -> Option<()> {
         let d = directors(&at.q);
         let n = &self.n;
         let rxn = cross(&at.r, n);
@@ -343,20 +378,17 @@ impl<'a, const K: usize> Flow<'a, K> {
         let [w, x, y, z] = at.q;
         let (u1, u2, u3) = (0.5 * e[0], 0.5 * e[1], 0.5 * e[2]);
         let r = along(&d, &[e[3], e[4], e[5]]);
-        let mut slope = Section {
-            s: 1.0,
-            q: [
-                -(x * u1 + y * u2 + z * u3),
-                w * u1 + y * u3 - z * u2,
-                w * u2 + z * u1 - x * u3,
-                w * u3 + x * u2 - y * u1,
-            ],
-            r,
-            energy: inverse.energy,
-            tangent: [[0.0; K]; 6],
-        };
+        slope.s = 1.0;
+        slope.q = [
+            -(x * u1 + y * u2 + z * u3),
+            w * u1 + y * u3 - z * u2,
+            w * u2 + z * u1 - x * u3,
+            w * u3 + x * u2 - y * u1,
+        ];
+        slope.r = r;
+        slope.energy = inverse.energy;
         if K > 0 {
-            let (phi, rho) = at.tangent.split_at(3);
+            let (phi, rho) = halves(&at.tangent);
             let mut tau = cross_columns(&m, phi);
             let lever = cross_columns(&at.r, &self.dn);
             let pull = cross_columns(n, rho);
@@ -368,13 +400,14 @@ impl<'a, const K: usize> Flow<'a, K> {
                 }
             }
             let carried = cross_columns(&r, phi);
-            let (dphi, drho) = slope.tangent.split_at_mut(3);
+            let (dphi, drho) = halves_mut(&mut slope.tangent);
             for i in 0..3 {
                 for j in 0..K {
+                    dphi[i][j] = 0.0;
                     drho[i][j] = -carried[i][j];
                 }
             }
-            match &inverse.compliance {
+            match &*inverse.compliance {
                 Compliance::Diagonal(c) => {
                     add_product(dphi, &turned_diagonal(&d, &[c[0], c[1], c[2]]), &tau);
                     if c[3] != 0.0 || c[4] != 0.0 || c[5] != 0.0 {
@@ -389,7 +422,7 @@ impl<'a, const K: usize> Flow<'a, K> {
                 }
             }
         }
-        slope.q.iter().all(|x| x.is_finite()).then_some(slope)
+        slope.q.iter().all(|x| x.is_finite()).then_some(())
     }
 }
 
@@ -411,7 +444,7 @@ fn integrate<const K: usize>(
     b: &Wrench,
     columns: [[[f64; K]; 3]; 2],
     tolerance: f64,
-    mut each: impl FnMut(&mut Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
+    mut each: impl FnMut(&Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
 ) -> Result<(Section<K>, Work)> {
     let start = Section::<K>::clamp();
     let [dm, dn] = columns;
@@ -430,6 +463,7 @@ fn integrate<const K: usize>(
         .slope(&start)
         .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
     let mut solver = Dop853::new(start, slope, h.min(1.0), tolerance);
+    let mut step = solver.blank();
     for &end in &law.pieces {
         loop {
             let s = solver.state().s;
@@ -437,10 +471,13 @@ fn integrate<const K: usize>(
             if left <= 1e-14 {
                 break;
             }
-            match solver.step(|x| flow.slope(x), left) {
-                Ok(mut step) => each(&mut step, &mut |x| flow.slope(x)),
-                Err(_) => return Err(stuck(flow.refusal.take(), s)),
+            if solver
+                .step_into(|x, slope| flow.write_slope(x, slope), left, &mut step)
+                .is_err()
+            {
+                return Err(stuck(flow.refusal.take(), s));
             }
+            each(&step, &mut |x| flow.slope(x));
             if solver.work().steps > STEP_LIMIT {
                 return Err(stuck(None, s));
             }
@@ -577,6 +614,7 @@ pub(super) fn variations<const K: usize>(
     let slope = flow.slope(&state).ok_or_else(lost)?;
     let mut turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
     let mut solver = Dop853::new(state, slope, longest, tolerance);
+    let mut step = solver.blank();
     let (mut angle, mut h_max) = (0.0, longest);
     let mut piece = 0;
     while piece < law.pieces.len() {
@@ -585,8 +623,12 @@ pub(super) fn variations<const K: usize>(
             piece += 1;
             continue;
         }
-        let step = solver
-            .step(|x| flow.slope(x), h_max.min(left))
+        solver
+            .step_into(
+                |x, slope| flow.write_slope(x, slope),
+                h_max.min(left),
+                &mut step,
+            )
             .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
         let next = turning(&step.to, step.end_slope(), b, &flow.dm, weight).ok_or_else(lost)?;
         // The turn is known up to whole turns; its rates at both ends say which, if they agree with it.
