@@ -86,6 +86,15 @@ pub trait EquilibriumManifold<const N: usize> {
     /// `q` outside the chart.
     fn index(&self, q: &SVector<f64, N>) -> Result<usize>;
 
+    /// What leads from the pose of `at` to `pose`, in the terms of the Jacobian's rows: their difference, unless poses
+    /// hold rotations.
+    fn gap(&self, at: &ManifoldPoint<N>, pose: &SVector<f64, N>) -> SVector<f64, N> {
+        pose - at.pose
+    }
+}
+
+/// A manifold on which a body can jump: what its motion asks beyond the chart.
+pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// The sheet on which `q` lies.
     fn sheet(&self, q: &SVector<f64, N>) -> Sheet;
 
@@ -239,9 +248,9 @@ pub fn invert_near<const N: usize>(
     let mut q = *guess;
     let mut at = manifold.point(&q).ok_or_else(outside)?;
     let mut evaluations = 1;
-    let mut residual = (pose - at.pose).norm();
+    let mut residual = manifold.gap(&at, pose).norm();
     while residual > tolerance && evaluations < LIMIT {
-        let (det, scaled) = adjugate_times(&at.jacobian, &(pose - at.pose));
+        let (det, scaled) = adjugate_times(&at.jacobian, &manifold.gap(&at, pose));
         let full = scaled / det;
         let mut fraction = 1.0;
         let mut moved = false;
@@ -249,7 +258,7 @@ pub fn invert_near<const N: usize>(
             let trial = q + full * fraction;
             evaluations += 1;
             if let Some(there) = manifold.point(&trial) {
-                let r = (pose - there.pose).norm();
+                let r = manifold.gap(&there, pose).norm();
                 if r < residual {
                     (q, at, residual, moved) = (trial, there, r, true);
                     break;

@@ -13,7 +13,7 @@
 //! heights of the body on an astroid: (sigma |z|)^(2/3) = L^(2/3) - (1 + sigma)^(2/3).
 
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, Sheet, Sign};
+use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Sheet, Sign};
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix1, Vector1};
 
@@ -126,7 +126,9 @@ impl EquilibriumManifold<1> for Truss {
         }
         Ok(usize::from(slope < 0.0))
     }
+}
 
+impl Multivalued<1> for Truss {
     fn sheet(&self, q: &Vector1<f64>) -> Sheet {
         let (mode, sign) = match self.fold {
             None => (0, Sign::Plus),

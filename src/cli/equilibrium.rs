@@ -9,7 +9,7 @@ use super::{Ending, EquilibriumArgs, Refusal};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Value, json};
 use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
-use snaprod::rod::{Equilibrium, Problem, RodSection};
+use snaprod::rod::{Equilibrium, Path, Problem, RodSection};
 use snaprod::scene::{Statics, Units};
 use std::fmt::Write;
 
@@ -82,7 +82,8 @@ fn describe(problem: &Problem, found: &Equilibrium) -> Value {
         "conservative": problem.is_conservative(),
         "residual": found.residual,
         "path": {
-            "kind": "spatial",
+            "kind": found.taken.path.as_str(),
+            "why": found.taken.why,
             "uniform": problem.rod().hoists_inverse(),
             "from_guess": route.from_guess,
             "continuation_steps": route.steps,
@@ -139,7 +140,12 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
     line(
         "path",
         format!(
-            "in space, {}; {start}; {} Newton steps{damped}",
+            "{}, {}; {start}; {} Newton steps{damped}",
+            match found.taken.path {
+                Path::Planar => "in a plane",
+                Path::ClosedForm => "in closed form",
+                Path::Auto | Path::Spatial => "in space",
+            },
             if problem.rod().hoists_inverse() {
                 "inverse law formed once (uniform, linear)"
             } else {
@@ -148,6 +154,7 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
             route.iterations
         ),
     );
+    line("", format!("because {}", found.taken.why));
     text
 }
 

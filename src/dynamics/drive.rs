@@ -3,7 +3,7 @@
 use super::run::{Outcome, Run, RunEvent, Sample};
 use super::snap::Snap;
 use crate::error::Result;
-use crate::manifold::EquilibriumManifold;
+use crate::manifold::Multivalued;
 
 /// Who watches a run.
 pub trait Observer<const N: usize> {
@@ -28,7 +28,7 @@ pub trait Observer<const N: usize> {
 ///
 /// # Errors
 /// Those of the observer.
-pub fn drive<M: EquilibriumManifold<N>, const N: usize>(
+pub fn drive<M: Multivalued<N>, const N: usize>(
     run: &mut Run<'_, M, N>,
     samples: usize,
     observer: &mut impl Observer<N>,

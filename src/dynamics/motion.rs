@@ -10,7 +10,7 @@
 
 use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, adjugate_times};
+use crate::manifold::{ManifoldPoint, Multivalued, adjugate_times};
 use crate::solve::dop853::{Dense, Dop853, State, Step, Work};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
@@ -95,7 +95,7 @@ const ON_TIME: f64 = 1e-12;
 /// Local errors below this drown in rounding.
 const FINEST: f64 = 1e-14;
 
-impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
+impl<'a, M: Multivalued<N>, const N: usize> Motion<'a, M, N> {
     /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1.
     ///
     /// # Errors
@@ -239,7 +239,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Motion<'a, M, N> {
 
 /// The right-hand side of the motion.
 #[inline]
-fn slope<M: EquilibriumManifold<N>, const N: usize>(
+fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     body: &Body<N>,
     orientation: f64,

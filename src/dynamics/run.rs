@@ -6,7 +6,7 @@ use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, Sheet};
+use crate::manifold::{Multivalued, Sheet};
 use crate::solve::dop853::Work;
 use nalgebra::SVector;
 
@@ -173,7 +173,7 @@ pub struct Run<'a, M, const N: usize> {
     milestone: (u64, f64),
 }
 
-impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
+impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// A run from the chart point `q` with velocity `v` at time 0. A start on a fold moves off it to
     /// the stable side if it can, and snaps at once if it cannot.
     ///
@@ -417,7 +417,7 @@ impl<'a, M: EquilibriumManifold<N>, const N: usize> Run<'a, M, N> {
     }
 }
 
-impl<M: EquilibriumManifold<N>, const N: usize> Iterator for Run<'_, M, N> {
+impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
     type Item = RunEvent<N>;
 
     fn next(&mut self) -> Option<RunEvent<N>> {

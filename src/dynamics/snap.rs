@@ -1,7 +1,7 @@
 //! The jump at a fold: r and v stay, the rod falls to another equilibrium (theory 2.6).
 
 use crate::error::Result;
-use crate::manifold::{EquilibriumManifold, Sheet, adjugate_times, fold_kernel};
+use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
 use nalgebra::SVector;
 
 /// Where a rod lands that has run out of its sheet.
@@ -58,7 +58,7 @@ const ASIDE: f64 = 1e-4;
 /// farther than the force follows: chart lengths mean nothing where the chart is stretched, but at a
 /// fold the force must change along the kernel, for (pose, force) is an immersion.
 pub fn aside<const N: usize>(
-    manifold: &impl EquilibriumManifold<N>,
+    manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
     force: &SVector<f64, N>,
     kernel: &SVector<f64, N>,
@@ -83,7 +83,7 @@ pub fn aside<const N: usize>(
 /// # Errors
 /// No simple fold at `q`.
 pub fn fold_sides<const N: usize>(
-    manifold: &impl EquilibriumManifold<N>,
+    manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
 ) -> Result<(SVector<f64, N>, usize)> {
     let at = manifold
@@ -106,7 +106,7 @@ pub fn fold_sides<const N: usize>(
 /// # Errors
 /// A layer that does not settle, or a search that fails.
 pub fn landings<const N: usize>(
-    manifold: &impl EquilibriumManifold<N>,
+    manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
     rule: LandingRule,
 ) -> Result<Vec<SVector<f64, N>>> {
@@ -135,7 +135,7 @@ pub fn landings<const N: usize>(
 /// # Errors
 /// `q` outside the chart.
 pub fn orientation<const N: usize>(
-    manifold: &impl EquilibriumManifold<N>,
+    manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
 ) -> Result<f64> {
     let at = manifold

@@ -4,7 +4,7 @@ use super::motion::Phase;
 use super::snap::{aside, fold_sides};
 use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, adjugate_times, invert_near};
+use crate::manifold::{ManifoldPoint, Multivalued, adjugate_times, invert_near};
 use nalgebra::SVector;
 
 /// How a motion gets under way.
@@ -46,7 +46,7 @@ const FIRST_STEP: f64 = 0.1;
 ///
 /// # Errors
 /// A state outside the chart, or a degenerate point from which no sheet can be followed.
-pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
+pub fn depart<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     body: &Body<N>,
     phase: &Phase<N>,
@@ -122,7 +122,7 @@ pub fn depart<M: EquilibriumManifold<N>, const N: usize>(
 ///
 /// Off the fold q moves in proportion to t, and the force with it: the acceleration is taken as linear in
 /// t, from the fold to where q arrives.
-fn from_rest<M: EquilibriumManifold<N>, const N: usize>(
+fn from_rest<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     body: &Body<N>,
     phase: &Phase<N>,

@@ -9,7 +9,7 @@
 use super::equilibrium::Equilibrium;
 use super::model::Elastica;
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, invert_near};
+use crate::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use gauss_quad::GaussLegendre;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 

@@ -5,7 +5,7 @@ use super::chart::amplitude;
 use super::equilibrium::sheet;
 use super::{folds, inversion, layer};
 use crate::error::Result;
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, Sheet, invert_near};
+use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Sheet, invert_near};
 use nalgebra::{Matrix2, Vector2};
 
 /// A uniform inextensible planar rod of length 1 and bending stiffness 1, clamped at the origin
@@ -51,7 +51,9 @@ impl EquilibriumManifold<2> for Elastica {
     fn index(&self, q: &Vector2<f64>) -> Result<usize> {
         folds::index(q[0], q[1])
     }
+}
 
+impl Multivalued<2> for Elastica {
     fn sheet(&self, q: &Vector2<f64>) -> Sheet {
         sheet(q[0], q[1])
     }

@@ -1,30 +1,60 @@
 //! Families of problems in one parameter, for the continuation of [`crate::solve::arclength`].
 
-use super::Equilibrium;
-use super::equilibrium::Route;
+use super::RodSection;
+use super::chart::{Chart, Spatial};
 use super::line::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::solve::family::{Family, Linearised};
-use nalgebra::Vector6;
+use nalgebra::SVector;
 
-/// Problems in one parameter; the unknowns are the base wrench in the clamp's frame, in units B/L and B/L^2.
+/// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for all of them.
 ///
-/// Equations and their derivatives by the wrench are exact; those by the parameter are central differences, of the
+/// Equations and their derivatives by the unknowns are exact; those by the parameter are central differences, of the
 /// end condition alone unless the parameter changes the rod. They only set directions: no point depends on them.
-pub struct RodFamily<P> {
+pub struct RodFamily<P, C = Spatial> {
     problem: P,
+    chart: C,
     changes_rod: bool,
     step: f64,
 }
 
+/// A point of a branch of equilibria.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Base wrench (m(0), n) in the world frame.
+    pub base: Wrench,
+    /// The section at the end.
+    pub end: RodSection,
+    /// Size of the equations left over, in the numerics' units (length, B/L, B/L^2).
+    pub residual: f64,
+}
+
+/// A family of equilibria of rods, whatever its chart.
+pub trait Statical<const N: usize>: Family<N> {
+    /// The equilibrium at a point of the branch.
+    ///
+    /// # Errors
+    /// Those of the problem and of the rod.
+    fn state(&self, x: &SVector<f64, N>, p: f64) -> Result<State>;
+}
+
 impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
-    /// `problem(p)` for every p of a range of length `span`; `changes_rod` if length, section or rest strains depend on p.
+    /// `problem(p)` in space for every p of a range of length `span`; `changes_rod` if length, section or rest strains
+    /// depend on p.
     pub fn new(problem: P, changes_rod: bool, span: f64) -> Self {
+        Self::in_chart(problem, changes_rod, span, Spatial)
+    }
+}
+
+impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
+    /// As [`RodFamily::new`], in another chart.
+    pub fn in_chart(problem: P, changes_rod: bool, span: f64, chart: C) -> Self {
         // The error of a central difference is of the order of its square, the noise 1e-12 over it.
         let step = if changes_rod { 1e-4 } else { 1e-5 };
         Self {
             problem,
+            chart,
             changes_rod,
             step: step * span.abs(),
         }
@@ -41,38 +71,23 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
     /// The unknowns of a base wrench in the world frame at p.
     ///
     /// # Errors
-    /// Those of the closure.
-    pub fn unknowns(&self, base: &Wrench, p: f64) -> Result<Vector6<f64>> {
-        Ok((self.problem)(p)?.rod.inward(base))
-    }
-
-    /// The equilibrium at a point of the branch; its index is not counted anew.
-    ///
-    /// # Errors
-    /// Those of the closure and of the rod.
-    pub fn equilibrium(&self, x: &Vector6<f64>, p: f64, index: usize) -> Result<Equilibrium> {
+    /// Those of the closure; a wrench outside the chart.
+    pub fn unknowns<const N: usize>(&self, base: &Wrench, p: f64) -> Result<SVector<f64, N>>
+    where
+        C: Chart<N>,
+    {
         let problem = (self.problem)(p)?;
-        let trial = problem.bare_trial(x)?;
-        Ok(Equilibrium {
-            base: problem.rod.outward_wrench(x),
-            end: problem.end_section(x)?,
-            index,
-            residual: problem.residual(&trial).norm(),
-            route: Route::start(),
-        })
+        self.chart.unknowns(&problem, &problem.rod.inward(base))
     }
 
-    fn slope(&self, x: &Vector6<f64>, p: f64) -> Result<Vector6<f64>> {
-        let at = |p: f64| -> Result<Vector6<f64>> {
-            let problem = (self.problem)(p)?;
-            Ok(problem.residual(&problem.bare_trial(x)?))
-        };
-        self.difference(p, at)
-    }
-
-    /// A central difference, one-sided where one side is out of reach.
-    fn difference(&self, p: f64, at: impl Fn(f64) -> Result<Vector6<f64>>) -> Result<Vector6<f64>> {
+    /// The derivative by p: a central difference, one-sided where one side is out of reach.
+    fn difference<const N: usize>(
+        &self,
+        p: f64,
+        at: impl Fn(&Problem) -> Result<SVector<f64, N>>,
+    ) -> Result<SVector<f64, N>> {
         let h = self.step;
+        let at = |p: f64| at(&(self.problem)(p)?);
         match (at(p + h), at(p - h)) {
             (Ok(after), Ok(before)) => Ok((after - before) / (2.0 * h)),
             (Ok(after), Err(_)) => Ok((after - at(p)?) / h),
@@ -82,16 +97,19 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
     }
 }
 
-impl<P: Fn(f64) -> Result<Problem>> Family<6> for RodFamily<P> {
-    fn linearised(&self, x: &Vector6<f64>, p: f64) -> Result<Linearised<6>> {
+impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Family<N> for RodFamily<P, C> {
+    fn linearised(&self, x: &SVector<f64, N>, p: f64) -> Result<Linearised<N>> {
         let problem = (self.problem)(p)?;
-        let trial = problem.trial(x)?;
-        let (residual, jacobian) = problem.equations(&trial);
+        let chart = &self.chart;
+        let trial = chart.trial(&problem, x)?;
+        let (residual, jacobian) = chart.equations(&problem, &trial);
         let slope = if self.changes_rod {
-            self.slope(x, p)?
+            self.difference(p, |problem| {
+                Ok(chart.residual(problem, &chart.bare_trial(problem, x)?))
+            })?
         } else {
             // The end of the rod stays; only what it is compared with moves.
-            self.difference(p, |p| Ok((self.problem)(p)?.residual(&trial)))?
+            self.difference(p, |problem| Ok(chart.residual(problem, &trial)))?
         };
         Ok(Linearised {
             residual,
@@ -100,7 +118,21 @@ impl<P: Fn(f64) -> Result<Problem>> Family<6> for RodFamily<P> {
         })
     }
 
-    fn index(&self, x: &Vector6<f64>, p: f64) -> Result<Option<usize>> {
-        (self.problem)(p)?.index(x).map(Some)
+    fn index(&self, x: &SVector<f64, N>, p: f64) -> Result<Option<usize>> {
+        let problem = (self.problem)(p)?;
+        problem.index(&self.chart.wrench(&problem, x)?).map(Some)
+    }
+}
+
+impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Statical<N> for RodFamily<P, C> {
+    fn state(&self, x: &SVector<f64, N>, p: f64) -> Result<State> {
+        let problem = (self.problem)(p)?;
+        let b = self.chart.wrench(&problem, x)?;
+        let trial = self.chart.bare_trial(&problem, x)?;
+        Ok(State {
+            base: problem.rod.outward_wrench(&b),
+            end: problem.end_section(&b)?,
+            residual: self.chart.residual(&problem, &trial).norm(),
+        })
     }
 }

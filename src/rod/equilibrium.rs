@@ -1,11 +1,18 @@
 //! Solving a problem: from a guess, or from the unloaded rod by continuation.
 
+use super::chart::{Chart, Spatial};
+use super::closed_form::ClosedForm;
+use super::follow::{follow, newton, options};
 use super::line::Wrench;
+use super::path::{Charted, Path, Taken};
+use super::planar::Plane;
 use super::problem::Problem;
 use super::{Rod, RodSection};
+use crate::elastica::Elastica;
 use crate::error::{Error, Result};
-use crate::solve::newton::{self, Solution};
-use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use crate::manifold::Multivalued;
+use crate::solve::newton::Solution;
+use nalgebra::{Rotation3, SVector, UnitQuaternion, Vector2, Vector3, Vector6};
 
 /// An equilibrium of a rod, and how it was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,12 +21,14 @@ pub struct Equilibrium {
     pub base: Wrench,
     /// The section at the end: pose, couple and force there, energy of the rod.
     pub end: RodSection,
-    /// Morse index under the end condition; 0 is stable.
+    /// Morse index in space under the end condition; 0 is stable.
     pub index: usize,
     /// Size of the equations left over, in the numerics' units (length, B/L, B/L^2).
     pub residual: f64,
     /// How it was found.
     pub route: Route,
+    /// In space, in a plane or in closed form, and why.
+    pub taken: Taken,
 }
 
 /// How an equilibrium was found.
@@ -46,8 +55,8 @@ const IMPERFECTIONS: [[f64; 3]; 4] = [
     [-0.12, -0.22, 0.015],
     [0.7, 0.4, 0.05],
 ];
-/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
-const NEUTRAL: f64 = 1e-7;
+/// Those that stay in a plane.
+const PLANAR_IMPERFECTIONS: [f64; 3] = [0.25, -0.25, 0.8];
 
 /// Where a path begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,77 +69,180 @@ enum Start {
     Loaded(Wrench),
 }
 
-/// First and smallest step of the continuation from the unloaded rod, as fractions of the way.
-const FIRST: f64 = 0.25;
-const SMALLEST: f64 = 2e-4;
-/// Newton steps allowed in one step of a path.
-const PATIENCE: usize = 8;
+impl Start {
+    /// Where the path comes from, for messages.
+    fn whence(self) -> &'static str {
+        match self {
+            Self::Unloaded => "from the unloaded rod",
+            Self::Bent(_) => "from a slightly bent rod",
+            Self::Loaded(_) => "from an arc with the same distance between its ends",
+        }
+    }
+}
 
 impl Problem {
     /// Solves the problem; without a guess by continuation from the unloaded rod.
     ///
     /// Loads and poses grow in proportion from the unloaded rod. If the path ends on an unstable equilibrium, or cannot be
     /// followed, it is walked again with small intrinsic curvatures that are taken back at the end: the first
-    /// stable equilibrium is the answer, or else the one of lowest index.
+    /// stable equilibrium is the answer, or else the one of lowest index. Planar data are solved in their plane first,
+    /// and in space only if nothing that is stable in space is found there ([`Problem::with_path`] decides otherwise).
     ///
     /// # Errors
-    /// No convergence from the guess, or on any path; the message says how far the best one came.
+    /// No convergence from the guess, or on any path; the message says how far the best one came. A path asked for
+    /// that does not hold.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
+        let (charted, taken) = self.charted()?;
+        let flat = match charted {
+            Charted::Spatial(chart) => return self.solve_in(&chart, self.starts(), guess, taken),
+            Charted::Planar(plane) => self.solve_planar(&plane, guess, taken),
+            Charted::ClosedForm(chart) => {
+                let closed = self.solve_in(&chart, self.closed_starts(&chart), guess, taken);
+                match closed {
+                    Err(why) if self.path == Path::Auto => {
+                        let why =
+                            format!("the data are planar; the closed form gave no answer: {why}");
+                        self.solve_planar(chart.plane(), guess, Taken::new(Path::Planar, why))
+                    }
+                    closed => closed,
+                }
+            }
+        };
+        if self.path != Path::Auto {
+            return flat;
+        }
+        let why = match &flat {
+            Ok(found) if found.index == 0 || self.end.follower || guess.is_some() => return flat,
+            Ok(found) => format!(
+                "the data are planar, but the equilibrium found in the plane has index {} in space",
+                found.index
+            ),
+            Err(why) => format!("the data are planar, but the plane gave no answer: {why}"),
+        };
+        let spatial = self.solve_in(
+            &Spatial,
+            self.starts(),
+            guess,
+            Taken::new(Path::Spatial, why),
+        );
+        match (flat, spatial) {
+            (Ok(flat), Ok(spatial)) if spatial.index < flat.index => Ok(spatial),
+            (Err(_), spatial) => spatial,
+            (flat, _) => flat,
+        }
+    }
+
+    fn solve_planar(
+        &self,
+        plane: &Plane,
+        guess: Option<&Wrench>,
+        taken: Taken,
+    ) -> Result<Equilibrium> {
+        let bends = PLANAR_IMPERFECTIONS.map(|size| Start::Bent(plane.normal() * size));
+        let starts =
+            std::iter::once(Start::Unloaded)
+                .chain(bends)
+                .chain(self.arcs().into_iter().filter(|start| match start {
+                    Start::Loaded(b) => plane.part(b).1,
+                    _ => true,
+                }));
+        self.solve_in(plane, starts, guess, taken)
+    }
+
+    fn starts(&self) -> impl Iterator<Item = Start> {
+        std::iter::once(Start::Unloaded)
+            .chain(IMPERFECTIONS.map(|bend| Start::Bent(bend.into())))
+            .chain(self.arcs().into_iter().map(|start| match start {
+                // A little force, so that no symmetry is kept.
+                Start::Loaded(b) => Start::Loaded(b + Vector6::new(0.0, 0.0, 0.0, 0.1, 0.07, 0.05)),
+                start => start,
+            }))
+    }
+
+    /// Points of the chart from which a path may lead to the target: a slight load, or bows to both sides; then, if
+    /// need be, every stable elastica with its end there.
+    fn closed_starts(&self, chart: &ClosedForm) -> impl Iterator<Item = Start> {
+        let target = chart.target(self);
+        let held = self.end.position[0].is_some();
+        let first: Vec<Vector2<f64>> = if held {
+            [1.0, -1.0]
+                .map(|side: f64| Vector2::new((0.6 * side).copysign(side * target.y), 1.2))
+                .to_vec()
+        } else {
+            chart
+                .slightly_loaded(&(target * 1e-3))
+                .into_iter()
+                .collect()
+        };
+        let all = move || {
+            let found = held.then(|| Elastica.stable_at(&target).ok()).flatten();
+            found.unwrap_or_default()
+        };
+        let rest = std::iter::once_with(all).flatten();
+        first
+            .into_iter()
+            .chain(rest)
+            .filter_map(|x| chart.wrench(self, &x).ok().map(Start::Loaded))
+    }
+
+    /// The stable equilibrium that the first of the starts leads to, or else the one of lowest index.
+    fn solve_in<C: Chart<N>, const N: usize>(
+        &self,
+        chart: &C,
+        starts: impl Iterator<Item = Start>,
+        guess: Option<&Wrench>,
+        taken: Taken,
+    ) -> Result<Equilibrium> {
         if let Some(guess) = guess {
-            let solved = newton::solve(
-                |b| self.evaluate(b),
-                &self.rod.inward(guess),
-                &self.options(self.correction(), 60),
-            )?;
-            let route = Route {
+            let x = chart.unknowns(self, &self.rod.inward(guess))?;
+            let solved = newton(chart, self, &x, &options(self.correction(), 60))?;
+            let mut route = Route {
                 from_guess: true,
                 ..Route::start()
             };
-            return self.describe(&solved, route);
+            route.add(&solved);
+            return self.describe(chart, &solved, route, taken);
         }
-        let straight = self.walk(Start::Unloaded);
-        if let Ok(found) = &straight
-            && (found.index == 0 || self.is_follower())
-        {
-            return straight;
-        }
-        let mut best = straight;
-        let bent = IMPERFECTIONS.map(|bend| Start::Bent(bend.into()));
-        for start in bent.into_iter().chain(self.arcs()) {
-            let Ok(found) = self.walk(start) else {
-                continue;
+        let mut best: Option<Result<Equilibrium>> = None;
+        for start in starts {
+            let found = self.walk(chart, start, &taken);
+            let better = match (&best, &found) {
+                (None, _) | (Some(Err(_)), Ok(_)) => true,
+                (Some(Ok(best)), Ok(found)) => found.index < best.index,
+                (Some(_), Err(_)) => false,
             };
-            if best.as_ref().map_or(true, |b| found.index < b.index) {
-                let stable = found.index == 0;
-                best = Ok(found);
-                if stable {
-                    break;
-                }
+            let enough = matches!(&found, Ok(found) if found.index == 0 || self.end.follower);
+            if better {
+                best = Some(found);
+            }
+            if enough {
+                break;
             }
         }
-        best
+        best.unwrap_or_else(|| Err(Error::no_convergence("there is no path to begin with")))
     }
 
     /// Newton's tolerance: a little above the noise of the integration.
-    fn correction(&self) -> f64 {
+    pub(super) fn correction(&self) -> f64 {
         (10.0 * self.tolerance).max(1e-12)
     }
 
-    fn options(&self, tolerance: f64, max_iterations: usize) -> newton::Options {
-        newton::Options {
-            tolerance,
-            max_iterations,
-            ..newton::Options::default()
-        }
-    }
-
-    fn describe(&self, solved: &Solution<6>, route: Route) -> Result<Equilibrium> {
+    fn describe<C: Chart<N>, const N: usize>(
+        &self,
+        chart: &C,
+        solved: &Solution<N>,
+        route: Route,
+        taken: Taken,
+    ) -> Result<Equilibrium> {
+        let b = chart.wrench(self, &solved.x)?;
+        let trial = chart.bare_trial(self, &solved.x)?;
         Ok(Equilibrium {
-            base: self.rod.outward_wrench(&solved.x),
-            end: self.end_section(&solved.x)?,
-            index: self.index(&solved.x)?,
-            residual: self.residual(&self.bare_trial(&solved.x)?).norm(),
-            route: route.and(solved),
+            base: self.rod.outward_wrench(&b),
+            end: self.end_section(&b)?,
+            index: self.index(&b)?,
+            residual: chart.residual(self, &trial).norm(),
+            route,
+            taken,
         })
     }
 
@@ -165,29 +277,34 @@ impl Problem {
         ]
         .map(|axis| {
             let m = axis * k;
-            // A little force, so that no symmetry is kept.
-            Start::Loaded(Vector6::new(m.x, m.y, m.z, 0.1, 0.07, 0.05))
+            Start::Loaded(Vector6::new(m.x, m.y, m.z, 0.0, 0.0, 0.0))
         })
         .to_vec()
     }
 
     /// The rod led from `start` to the end condition.
-    fn walk(&self, start: Start) -> Result<Equilibrium> {
+    fn walk<C: Chart<N>, const N: usize>(
+        &self,
+        chart: &C,
+        start: Start,
+        taken: &Taken,
+    ) -> Result<Equilibrium> {
         let bend = match start {
             Start::Bent(bend) => bend,
             _ => Vector3::zeros(),
         };
-        let b = match start {
-            Start::Loaded(b) => b,
-            _ => Wrench::zeros(),
-        };
-        let mut route = Route {
-            imperfect: start != Start::Unloaded,
-            ..Route::start()
-        };
         let first = Problem {
             rod: self.bent(bend),
             ..self.clone()
+        };
+        let x = match start {
+            Start::Loaded(b) => chart.unknowns(self, &b)?,
+            _ => SVector::zeros(),
+        };
+        let b = chart.wrench(&first, &x)?;
+        let mut route = Route {
+            imperfect: start != Start::Unloaded,
+            ..Route::start()
         };
         let (section, _) = super::line::end::<0>(&first.rod.law, &b, self.tolerance)?;
         let (r, rotation) = (section.position(), section.rotation());
@@ -199,7 +316,7 @@ impl Problem {
             ))
             .scaled_axis()
         });
-        let mut solved = self.follow(b, &mut route, "from the unloaded rod", |part| {
+        let mut solved = follow(chart, x, &mut route, start.whence(), |part| {
             let mut way = first.clone();
             way.couple = couple + (self.couple - couple) * part;
             for i in 0..3 {
@@ -218,12 +335,14 @@ impl Problem {
             way
         })?;
         if bend != Vector3::zeros() {
-            solved = self.follow(solved.x, &mut route, "from the bent rod", |part| Problem {
-                rod: self.bent(bend * (1.0 - part)),
-                ..self.clone()
+            solved = follow(chart, solved.x, &mut route, start.whence(), |part| {
+                Problem {
+                    rod: self.bent(bend * (1.0 - part)),
+                    ..self.clone()
+                }
             })?;
         }
-        self.describe(&solved, route)
+        self.describe(chart, &solved, route, taken.clone())
     }
 
     fn bent(&self, bend: Vector3<f64>) -> Rod {
@@ -232,105 +351,10 @@ impl Problem {
             ..self.rod.clone()
         }
     }
-
-    /// Follows the solution of `at(part)` from part = 0, where `b` solves it, to 1.
-    fn follow(
-        &self,
-        b: Wrench,
-        route: &mut Route,
-        whence: &str,
-        at: impl Fn(f64) -> Problem,
-    ) -> Result<Solution<6>> {
-        let mut done = (0.0, b);
-        let mut before: Option<(f64, Wrench)> = None;
-        let mut step = FIRST;
-        loop {
-            let part = (done.0 + step).min(1.0);
-            let guess = match &before {
-                Some((p, b)) => done.1 + (done.1 - b) * ((part - done.0) / (done.0 - p)),
-                None => done.1,
-            };
-            let problem = at(part);
-            let loose = if part < 1.0 { 1e-6 } else { self.correction() };
-            let mut outcome = newton::solve(
-                |b| problem.evaluate(b),
-                &guess,
-                &self.options(loose, PATIENCE),
-            );
-            if part >= 1.0 && outcome.is_err() {
-                outcome = problem.settle(&guess);
-            }
-            match outcome {
-                // A jump to another solution is no step of the path.
-                Ok(solved) if solved.damping > 0.2 => {
-                    *route = route.and(&solved);
-                    route.steps += 1;
-                    if part >= 1.0 {
-                        return Ok(solved);
-                    }
-                    if solved.iterations <= 4 {
-                        step *= 1.6;
-                    }
-                    before = Some(std::mem::replace(&mut done, (part, solved.x)));
-                }
-                other => {
-                    step *= 0.4;
-                    if step < SMALLEST {
-                        let why = other.err().unwrap_or_else(|| {
-                            Error::no_convergence("Newton's method leaves the path: a fold is near")
-                        });
-                        return Err(why.context(format!(
-                            "on the way {whence}, after {:.2} % of it; give a guess in [start], or reach the end with [continue]",
-                            100.0 * done.0
-                        )));
-                    }
-                }
-            }
-        }
-    }
-
-    /// Steps of least length where the equilibrium is one of a continuous family (a column of equal bending stiffnesses
-    /// buckles any way round): Newton's method finds no single solution there, these find the nearest.
-    fn settle(&self, guess: &Wrench) -> Result<Solution<6>> {
-        let mut x = *guess;
-        let mut last = f64::INFINITY;
-        for iterations in 0..PATIENCE {
-            let (value, jacobian) = self.evaluate(&x)?;
-            let step = jacobian
-                .svd(true, true)
-                .solve(&value, NEUTRAL * jacobian.norm())
-                .map_err(Error::no_convergence)?;
-            let correction = step.norm();
-            // Half the digits of a first step would be luck, not convergence.
-            if correction <= self.correction() * (1.0 + x.norm()) {
-                return Ok(Solution {
-                    x,
-                    iterations,
-                    evaluations: iterations + 1,
-                    damping: 1.0,
-                    residual: value.norm(),
-                    correction,
-                    reason: newton::Reason::Noise,
-                });
-            }
-            if !(correction < 0.9 * last) {
-                break;
-            }
-            last = correction;
-            x -= step;
-        }
-        Err(Error::no_convergence(
-            "neither Newton's method nor steps of least length converge at the end of the path",
-        ))
-    }
-
-    fn is_follower(&self) -> bool {
-        self.end.follower
-    }
 }
 
 impl Route {
-    pub(super) fn start() -> Self {
+    fn start() -> Self {
         Self {
             from_guess: false,
             steps: 0,
@@ -341,12 +365,9 @@ impl Route {
         }
     }
 
-    fn and(self, solved: &Solution<6>) -> Self {
-        Self {
-            iterations: self.iterations + solved.iterations,
-            evaluations: self.evaluations + solved.evaluations,
-            damping: self.damping.min(solved.damping),
-            ..self
-        }
+    pub(super) fn add<const N: usize>(&mut self, solved: &Solution<N>) {
+        self.iterations += solved.iterations;
+        self.evaluations += solved.evaluations;
+        self.damping = self.damping.min(solved.damping);
     }
 }

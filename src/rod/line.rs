@@ -262,8 +262,39 @@ impl ScaledLaw {
         bent
     }
 
-    pub(super) fn is_hoisted(&self) -> bool {
-        self.hoisted.is_some()
+    /// The law without dimensions, if it is linear and uniform.
+    pub(super) fn uniform(&self) -> Option<&UniformLinear> {
+        self.hoisted.as_ref()
+    }
+
+    /// Where an integration stops and starts again, in (0, 1), and 1.
+    pub(super) fn pieces(&self) -> &[f64] {
+        &self.pieces
+    }
+
+    /// As [`SectionLaw::planar_about`].
+    pub(super) fn planar_about(&self) -> [bool; 2] {
+        self.law.planar_about()
+    }
+
+    /// Flexural compliances about d1 and d2 of the unloaded clamp.
+    pub(super) fn flexures(&self) -> [f64; 2] {
+        self.inverse(0.0, &Vector6::zeros()).map_or([1.0; 2], |at| {
+            let c = at.compliance.matrix();
+            [c[(0, 0)], c[(1, 1)]]
+        })
+    }
+
+    /// The unloaded flexure, if the law is uniform, linear, untwisted and the same in all planes through d3 but for it.
+    pub(super) fn is_isotropic(&self) -> Option<Vector3<f64>> {
+        let linear = self.hoisted.as_ref()?;
+        let Compliance::Diagonal(c) = &linear.compliance else {
+            return None;
+        };
+        let rest = &linear.rest;
+        let same =
+            c[0] == c[1] && c[3] == c[4] && rest[2] == 0.0 && rest[3] == 0.0 && rest[4] == 0.0;
+        same.then(|| Vector3::new(rest[0], rest[1], 0.0))
     }
 
     fn strain_in(&self, e: &Vector6<f64>) -> Vector6<f64> {
@@ -427,15 +458,20 @@ impl<'a, const K: usize> Flow<'a, K> {
 }
 
 /// Steps beyond which an integration is given up: a rod wound up thousands of times.
-const STEP_LIMIT: u64 = 2_000;
+pub(super) const STEP_LIMIT: u64 = 2_000;
 
 /// A rate of change of the rod's variables along s that sets the first step and bounds the steps of the index.
-fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {
+pub(super) fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {
     let inverse = law.inverse(0.0, b)?;
     let c = inverse.compliance.matrix().fixed_view::<3, 3>(0, 0).norm();
     let couple = b.fixed_rows::<3>(0).norm();
     let force = b.fixed_rows::<3>(3).norm();
     Ok(1.0 + inverse.strain.fixed_rows::<3>(0).norm() + c * couple + (c * force).sqrt())
+}
+
+/// A first step for the integrator's error control to improve.
+pub(super) fn first_step(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<f64> {
+    Ok((6.0 * tolerance.powf(0.125) / rate(law, b)?).min(1.0))
 }
 
 /// Integrates from the clamp to s = 1 and shows every accepted step.
@@ -458,11 +494,11 @@ fn integrate<const K: usize>(
         });
         why.context(format!("at s = {s:.6} of the length"))
     };
-    let h = 6.0 * tolerance.powf(0.125) / rate(law, b)?;
+    let h = first_step(law, b, tolerance)?;
     let slope = flow
         .slope(&start)
         .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
-    let mut solver = Dop853::new(start, slope, h.min(1.0), tolerance);
+    let mut solver = Dop853::new(start, slope, h, tolerance);
     let mut step = solver.blank();
     for &end in &law.pieces {
         loop {

@@ -1,15 +1,24 @@
 //! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
 mod branch;
+mod chart;
+mod closed_form;
 mod equilibrium;
+mod follow;
 mod index;
 mod line;
+mod path;
+mod planar;
 mod problem;
 pub mod section;
 
-pub use branch::RodFamily;
+pub use branch::{RodFamily, State, Statical};
+pub use chart::{Chart, Spatial};
+pub use closed_form::ClosedForm;
 pub use equilibrium::{Equilibrium, Route};
 pub use line::Wrench;
+pub use path::{Charted, Path, Taken};
+pub use planar::Plane;
 pub use problem::{End, Problem};
 
 use crate::error::{Error, Result};
@@ -106,7 +115,7 @@ impl Rod {
 
     /// True if the inverse of the section law is formed once, not at every section.
     pub fn hoists_inverse(&self) -> bool {
-        self.law.is_hoisted()
+        self.law.uniform().is_some()
     }
 
     /// True if the unloaded section cannot be stretched or sheared at the clamp.

@@ -1,6 +1,7 @@
 //! Problems: what is held and what is loaded at the rod's end, and the equations this gives for the base wrench.
 
 use super::line::{self, Wrench};
+use super::path::Path;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -75,11 +76,12 @@ pub struct Problem {
     pub(super) orientation: Option<Matrix3<f64>>,
     pub(super) couple: Vector3<f64>,
     pub(super) tolerance: f64,
+    pub(super) path: Path,
 }
 
 /// The rod's end at a trial wrench: pose, and its derivatives by the six components of the wrench.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Trial {
+pub struct Trial {
     pub(super) b: Wrench,
     pub(super) r: Vector3<f64>,
     pub(super) rotation: Matrix3<f64>,
@@ -142,6 +144,7 @@ impl Problem {
             rod,
             end,
             tolerance,
+            path: Path::Auto,
         })
     }
 
@@ -261,11 +264,6 @@ impl Problem {
         (value, matrix)
     }
 
-    /// Equations and derivatives at the unknowns.
-    pub(super) fn evaluate(&self, x: &Wrench) -> Result<(Vector6<f64>, Matrix6<f64>)> {
-        Ok(self.equations(&self.trial(x)?))
-    }
-
     /// The section at the end of the rod.
     pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
         let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
@@ -282,7 +280,7 @@ pub(super) fn halves(b: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// The rotation vector of a rotation, of length at most pi.
-fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+pub(super) fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
     // Closed form: an iteration from the identity would stall half a turn away.
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis()
 }

@@ -5,7 +5,7 @@ use crate::body::{Body, TimeForce};
 use crate::dynamics::{LandingRule, Run, RunOptions};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at};
 use crate::error::{Error, Result};
-use crate::manifold::EquilibriumManifold;
+use crate::manifold::Multivalued;
 use nalgebra::Vector2;
 
 /// A scene made ready to run: length, stiffness and mass are 1.

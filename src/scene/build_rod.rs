@@ -1,7 +1,7 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use super::{
-    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Route, Section, Shape,
+    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Section, Shape,
     Shaped, Statics, Stiffness, Transverse,
 };
 use crate::error::{Error, Result};
@@ -15,11 +15,6 @@ impl Statics {
     /// # Errors
     /// A law that is not convex, an end out of reach; what [`Statics::parse`] cannot see from the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
-        if matches!(self.solve.path, Route::Planar | Route::ClosedForm) {
-            return Err(Error::domain(
-                "solve.path: only \"auto\" and \"spatial\" are there yet; a planar scene stays planar on them by itself",
-            ));
-        }
         let rod = self.cosserat_rod()?.with_clamp(
             self.clamp.position.into(),
             rotation(&self.clamp.orientation),
@@ -32,7 +27,7 @@ impl Statics {
             follower: self.end.follower,
         };
         // Equilibria are solved a digit better than asked for.
-        Problem::new(rod, end, 0.1 * self.solve.tolerance)
+        Ok(Problem::new(rod, end, 0.1 * self.solve.tolerance)?.with_path(self.solve.path))
     }
 
     /// The guess of `[start]`, if there is one.

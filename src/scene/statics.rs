@@ -495,8 +495,8 @@ pub struct Guess {
 pub struct Solve {
     /// Tolerance of the equilibria, relative, in [1e-13, 1e-4]; default [`Solve::TOLERANCE`].
     pub tolerance: f64,
-    /// The path of the computation; default [`Route::Auto`].
-    pub path: Route,
+    /// The path of the computation; default [`Path::Auto`].
+    pub path: Path,
 }
 
 impl Solve {
@@ -508,24 +508,9 @@ impl Default for Solve {
     fn default() -> Self {
         Self {
             tolerance: Self::TOLERANCE,
-            path: Route::Auto,
+            path: Path::Auto,
         }
     }
-}
-
-/// Paths of the computation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Route {
-    /// The shortest that serves the scene.
-    #[default]
-    Auto,
-    /// In a plane.
-    Planar,
-    /// In space.
-    Spatial,
-    /// The closed form of the planar elastica.
-    ClosedForm,
 }
 
 /// A branch of equilibria in one parameter of the scene.

@@ -4,7 +4,7 @@ use gauss_quad::GaussLegendre;
 use nalgebra::Vector1;
 use snaprod::body::{Body, TimeForce};
 use snaprod::dynamics::{LandingRule, Outcome, Run, RunEvent, RunOptions, Sample, Snap};
-use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
+use snaprod::manifold::{Multivalued, Sheet, Sign};
 use snaprod::truss::Truss;
 use std::f64::consts::FRAC_PI_3;
 
@@ -117,7 +117,7 @@ fn close(what: &str, got: f64, want: f64, relative: f64) {
     );
 }
 
-fn first_snap<M: EquilibriumManifold<1>>(run: &mut Run<M, 1>) -> Snap<1> {
+fn first_snap<M: Multivalued<1>>(run: &mut Run<M, 1>) -> Snap<1> {
     for event in run {
         match event {
             RunEvent::Snap(snap) => return snap,
@@ -129,7 +129,7 @@ fn first_snap<M: EquilibriumManifold<1>>(run: &mut Run<M, 1>) -> Snap<1> {
 }
 
 /// Runs to the stop; checks that time never runs back.
-fn finish<M: EquilibriumManifold<1>>(
+fn finish<M: Multivalued<1>>(
     run: &mut Run<M, 1>,
     mut each: impl FnMut(&Sample<1>),
 ) -> (Vec<Snap<1>>, Outcome<1>) {

@@ -1,0 +1,171 @@
+//! Rods that are the planar elastica: uniform, straight, unshearable, inextensible, in a plane, no couple at the end.
+//!
+//! Two unknowns, the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the plane scales
+//! its unit stiffness: lam^2 = c |n|.
+
+use super::chart::Chart;
+use super::line::Wrench;
+use super::planar::Plane;
+use super::problem::Problem;
+use crate::elastica::chart::{ChartPoint, amplitude};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix2, Vector2, Vector3};
+
+/// The plane of an elastica and its bending compliance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosedForm {
+    plane: Plane,
+    compliance: f64,
+}
+
+/// The rod's end in closed form: position and force with their derivatives by (p, w), base couple.
+#[derive(Debug, Clone, Copy)]
+pub struct ClosedTrial {
+    r: Vector2<f64>,
+    d_r: Matrix2<f64>,
+    n: Vector2<f64>,
+    d_n: Matrix2<f64>,
+}
+
+/// Largest |p| and w that are tried: beyond, the rod is straight to rounding or wound up.
+const P_LIMIT: f64 = 300.0;
+const W_LIMIT: f64 = 300.0;
+
+impl Problem {
+    /// The closed form that holds for this problem, or why none does.
+    pub(super) fn closed_form(
+        &self,
+        plane: &Plane,
+    ) -> std::result::Result<ClosedForm, &'static str> {
+        let Some(linear) = self.rod.law.uniform() else {
+            return Err("the section is not linear and uniform");
+        };
+        let c = linear.compliance.matrix();
+        if (0..6).any(|i| (3..6).any(|j| c[(i, j)] != 0.0)) {
+            return Err("the rod can be sheared or stretched");
+        }
+        if linear.rest.fixed_rows::<3>(0).norm() != 0.0 {
+            return Err("the unloaded rod is curved");
+        }
+        if self.orientation.is_some() || self.couple != Vector3::zeros() {
+            return Err("there is a couple at its end");
+        }
+        if self.end.follower {
+            return Err("the load follows the end");
+        }
+        match self.end.position.iter().flatten().count() {
+            0 | 3 => (),
+            _ => return Err("the end is half held, half loaded"),
+        }
+        let normal = plane.normal();
+        let flexures = c.fixed_view::<3, 3>(0, 0);
+        Ok(ClosedForm {
+            plane: *plane,
+            compliance: normal.dot(&(flexures * normal)),
+        })
+    }
+}
+
+impl ClosedForm {
+    pub(super) fn plane(&self) -> &Plane {
+        &self.plane
+    }
+
+    /// What is prescribed at the end, in the plane: its position or the force on it.
+    pub(super) fn target(&self, problem: &Problem) -> Vector2<f64> {
+        self.plane
+            .flat(&(0..3).map(|i| problem.axes[i] * problem.targets[i]).sum())
+    }
+
+    fn is_held(problem: &Problem) -> bool {
+        problem.end.position[0].is_some()
+    }
+
+    /// The slightly loaded rod under a small force along `n`; None if it only pulls.
+    pub(super) fn slightly_loaded(&self, n: &Vector2<f64>) -> Option<Vector2<f64>> {
+        // At lam -> 0: alpha = -2 asin kap, n = -lam^2 (cos, sin) alpha.
+        let alpha = (-n.y).atan2(-n.x);
+        let kap = -(0.5 * alpha).sin();
+        let p = kap.atanh();
+        (p.abs() < 15.0).then(|| {
+            let lam = (self.compliance * n.norm()).sqrt();
+            Vector2::new(p, lam * (0.5 * alpha).cos())
+        })
+    }
+}
+
+impl Chart<2> for ClosedForm {
+    type Trial = ClosedTrial;
+
+    fn trial(&self, _: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
+        let (p, w) = (x[0], x[1]);
+        if !(p.abs() < P_LIMIT && 0.0 < w && w < W_LIMIT) {
+            return Err(Error::domain(format!(
+                "(p, w) = ({p}, {w}) lies outside the chart of the elastica; a straight rod under tension does too: \
+                 use the path \"planar\""
+            )));
+        }
+        let at = ChartPoint::new(p, w);
+        let i = &at.integrals;
+        let direction = Vector2::new(at.cos_alpha, at.sin_alpha);
+        let across = Vector2::new(-at.sin_alpha, at.cos_alpha);
+        let (lam_p, lam_w) = (i.lam_p(), 1.0 / i.d);
+        let (alpha_p, alpha_w) = (
+            -2.0 * i.kap_c * i.kap_c * i.c / i.d,
+            2.0 * i.kap * i.s / i.d,
+        );
+        let d_force = |lam: f64, alpha: f64| {
+            -(direction * (2.0 * i.lam * lam) + across * (i.lam * i.lam * alpha)) / self.compliance
+        };
+        Ok(ClosedTrial {
+            r: at.to_fixed(at.turned).into(),
+            d_r: Matrix2::from_columns(&[at.column_p.into(), at.column_w.into()]),
+            n: -direction * (i.lam * i.lam / self.compliance),
+            d_n: Matrix2::from_columns(&[d_force(lam_p, alpha_p), d_force(lam_w, alpha_w)]),
+        })
+    }
+
+    fn bare_trial(&self, problem: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
+        self.trial(problem, x)
+    }
+
+    fn residual(&self, problem: &Problem, trial: &ClosedTrial) -> Vector2<f64> {
+        let there = if Self::is_held(problem) {
+            trial.r
+        } else {
+            trial.n
+        };
+        there - self.target(problem)
+    }
+
+    fn equations(&self, problem: &Problem, trial: &ClosedTrial) -> (Vector2<f64>, Matrix2<f64>) {
+        let d = if Self::is_held(problem) {
+            trial.d_r
+        } else {
+            trial.d_n
+        };
+        (self.residual(problem, trial), d)
+    }
+
+    fn wrench(&self, problem: &Problem, x: &Vector2<f64>) -> Result<Wrench> {
+        let ClosedTrial { r, n, .. } = self.trial(problem, x)?;
+        // m(1) = 0.
+        Ok(self.plane.wrench(&Vector3::new(r.perp(&n), n.x, n.y)))
+    }
+
+    /// The elastica with the force of the wrench and, as nearly as the chart has it, its couple.
+    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<Vector2<f64>> {
+        let (flat, _) = self.plane.part(b);
+        let n = Vector2::new(flat[1], flat[2]);
+        let lam = (self.compliance * n.norm()).sqrt();
+        let alpha = (-n.y).atan2(-n.x);
+        let bend = self.compliance * flat[0] / (2.0 * lam);
+        // theta'^2/2 - lam^2 cos(theta - alpha) is the same at the clamp and at the end, where theta' = 0.
+        let size = (0.5 * alpha).sin().hypot(bend).min(1.0 - 1e-13).atanh();
+        let w = amplitude(size, lam)?;
+        // sin(-alpha/2) = kap cos w, theta'(0) = 2 lam kap D sin w.
+        let (sin, cos) = w.sin_cos();
+        let sign = -(0.5 * alpha).sin() * cos + bend * sin;
+        Ok(Vector2::new(size.copysign(sign), w))
+    }
+}

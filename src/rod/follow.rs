@@ -1,0 +1,163 @@
+//! Following a solution from an easy problem to the one asked for, in any chart.
+
+use super::chart::Chart;
+use super::equilibrium::Route;
+use super::line;
+use super::problem::Problem;
+use crate::error::{Error, Result};
+use crate::solve::newton::{self, Solution};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+/// First and smallest step of the way, as fractions of it.
+const FIRST: f64 = 0.25;
+const SMALLEST: f64 = 2e-4;
+/// Newton steps allowed in one step of a path.
+const PATIENCE: usize = 8;
+/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
+const NEUTRAL: f64 = 1e-7;
+/// Trial wrenches that wind the rod up this much faster than it lies unloaded (per length) are refused: a Newton step
+/// from a nearly singular rod asks for them, and they are costly.
+const WILD: f64 = 200.0;
+
+/// Newton's options for a problem.
+pub(super) fn options(tolerance: f64, max_iterations: usize) -> newton::Options {
+    newton::Options {
+        tolerance,
+        max_iterations,
+        ..newton::Options::default()
+    }
+}
+
+/// Newton's method in a chart.
+pub(super) fn newton<C: Chart<N>, const N: usize>(
+    chart: &C,
+    problem: &Problem,
+    guess: &SVector<f64, N>,
+    options: &newton::Options,
+) -> Result<Solution<N>> {
+    newton::solve(|x| evaluate(chart, problem, x), guess, options)
+}
+
+type Evaluated<const N: usize> = (SVector<f64, N>, SMatrix<f64, N, N>);
+
+fn evaluate<C: Chart<N>, const N: usize>(
+    chart: &C,
+    problem: &Problem,
+    x: &SVector<f64, N>,
+) -> Result<Evaluated<N>> {
+    Ok(chart.equations(problem, &chart.trial(problem, x)?))
+}
+
+fn tamely<C: Chart<N>, const N: usize>(
+    chart: &C,
+    problem: &Problem,
+    x: &SVector<f64, N>,
+) -> Result<Evaluated<N>> {
+    let law = &problem.rod.law;
+    let wound = line::rate(law, &chart.wrench(problem, x)?)?;
+    if !(wound < WILD + 3.0 * line::rate(law, &line::Wrench::zeros())?) {
+        return Err(Error::no_convergence(
+            "the next trial wrench is out of all proportion",
+        ));
+    }
+    evaluate(chart, problem, x)
+}
+
+/// Follows the solution of `at(part)` from part = 0, where `x` solves it, to 1.
+pub(super) fn follow<C: Chart<N>, const N: usize>(
+    chart: &C,
+    x: SVector<f64, N>,
+    route: &mut Route,
+    whence: &str,
+    at: impl Fn(f64) -> Problem,
+) -> Result<Solution<N>> {
+    let mut done = (0.0, x);
+    let mut before: Option<(f64, SVector<f64, N>)> = None;
+    let mut step = FIRST;
+    loop {
+        let part = (done.0 + step).min(1.0);
+        let guess = match &before {
+            Some((p, x)) => done.1 + (done.1 - x) * ((part - done.0) / (done.0 - p)),
+            None => done.1,
+        };
+        let problem = at(part);
+        let fine = problem.correction();
+        let loose = if part < 1.0 { 1e-6 } else { fine };
+        let mut outcome = newton::solve(
+            |x| tamely(chart, &problem, x),
+            &guess,
+            &options(loose, PATIENCE),
+        );
+        if part >= 1.0 && outcome.is_err() {
+            outcome = settle(chart, &problem, &guess);
+        }
+        match outcome {
+            // A jump to another solution is no step of the path.
+            Ok(solved) if solved.damping > 0.2 => {
+                route.add(&solved);
+                route.steps += 1;
+                if part >= 1.0 {
+                    return Ok(solved);
+                }
+                if solved.iterations <= 4 {
+                    step *= 1.6;
+                }
+                before = Some(std::mem::replace(&mut done, (part, solved.x)));
+            }
+            other => {
+                step *= 0.4;
+                if step < SMALLEST {
+                    let why = other.err().unwrap_or_else(|| {
+                        Error::no_convergence("Newton's method leaves the path: a fold is near")
+                    });
+                    return Err(why.context(format!(
+                        "on the way {whence}, after {:.2} % of it; give a guess in [start], or reach the end with [continue]",
+                        100.0 * done.0
+                    )));
+                }
+            }
+        }
+    }
+}
+
+/// Steps of least length where the equilibrium is one of a continuous family (a column of equal bending stiffnesses
+/// buckles any way round): Newton's method finds no single solution there, these find the nearest.
+fn settle<C: Chart<N>, const N: usize>(
+    chart: &C,
+    problem: &Problem,
+    guess: &SVector<f64, N>,
+) -> Result<Solution<N>> {
+    let mut x = *guess;
+    let mut last = f64::INFINITY;
+    for iterations in 0..PATIENCE {
+        let (value, jacobian) = tamely(chart, problem, &x)?;
+        let jacobian = DMatrix::from_column_slice(N, N, jacobian.as_slice());
+        let right = DVector::from_column_slice(value.as_slice());
+        let size = jacobian.norm();
+        let step = jacobian
+            .svd(true, true)
+            .solve(&right, NEUTRAL * size)
+            .map_err(Error::no_convergence)?;
+        let correction = step.norm();
+        // Half the digits of a first step would be luck, not convergence.
+        if correction <= problem.correction() * (1.0 + x.norm()) {
+            return Ok(Solution {
+                x,
+                iterations,
+                evaluations: iterations + 1,
+                damping: 1.0,
+                residual: value.norm(),
+                correction,
+                reason: newton::Reason::Noise,
+            });
+        }
+        if !(correction < 0.9 * last) {
+            break;
+        }
+        last = correction;
+        x -= SVector::<f64, N>::from_column_slice(step.as_slice());
+    }
+    Err(Error::no_convergence(
+        "neither Newton's method nor steps of least length converge at the end of the path",
+    ))
+}

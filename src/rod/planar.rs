@@ -1,0 +1,390 @@
+//! Planar rods: section law, clamp and end condition keep the rod in one plane of the directors.
+//!
+//! The rod is then an angle and two coordinates, its wrench a couple about the plane's normal and two forces:
+//! three unknowns instead of six, and no rotation but by one angle. With n = (n_t, n_s) in the clamp's frame,
+//!
+//! ```text
+//! m = m(0) - (x n_s - y n_t),   theta' = u,   (x, y)' = Rot(theta) (v_t, v_s),   (u, v_t, v_s) = e(m, Rot(-theta) n).
+//! ```
+
+use super::chart::Chart;
+use super::line::{ScaledLaw, Wrench, first_step};
+use super::problem::Problem;
+use crate::error::{Error, Result};
+use crate::solve::dop853::Dop853;
+use nalgebra::{Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6};
+use std::f64::consts::TAU;
+
+/// Components out of the plane below this part of the whole are rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// A plane through the clamp that holds the unloaded rod and every equilibrium sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Its normal, in the clamp's frame and, since it never turns, in that of every section.
+    normal: Vector3<f64>,
+    /// In the plane, across d3: (d3, side, normal) is right-handed.
+    side: Vector3<f64>,
+}
+
+impl Plane {
+    fn with_normal(normal: Vector3<f64>) -> Self {
+        Self {
+            normal,
+            side: normal.cross(&Vector3::z()),
+        }
+    }
+
+    /// (along d3, across) of a vector.
+    pub(super) fn flat(&self, v: &Vector3<f64>) -> Vector2<f64> {
+        Vector2::new(v.z, self.side.dot(v))
+    }
+
+    /// The unit normal, in the clamp's frame.
+    pub(super) fn normal(&self) -> Vector3<f64> {
+        self.normal
+    }
+
+    /// Strains (u, v_t, v_s) among the six, and resultants likewise.
+    fn basis(&self) -> Matrix6x3<f64> {
+        let (a, s) = (self.normal, self.side);
+        Matrix6x3::from_columns(&[
+            Vector6::new(a.x, a.y, a.z, 0.0, 0.0, 0.0),
+            Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0),
+            Vector6::new(0.0, 0.0, 0.0, s.x, s.y, s.z),
+        ])
+    }
+
+    /// A force of the plane in the clamp's frame.
+    fn lift(&self, f: Vector2<f64>) -> Vector3<f64> {
+        Vector3::z() * f.x + self.side * f.y
+    }
+
+    /// A base wrench (couple, force along d3, force across) in space.
+    pub(super) fn wrench(&self, x: &Vector3<f64>) -> Wrench {
+        let m = self.normal * x[0];
+        let n = self.lift(Vector2::new(x[1], x[2]));
+        Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
+    }
+
+    /// The part of a base wrench that lies in the plane, and whether it is all.
+    pub(super) fn part(&self, b: &Wrench) -> (Vector3<f64>, bool) {
+        let (m, n) = super::problem::halves(b);
+        let f = self.flat(&n);
+        let x = Vector3::new(self.normal.dot(&m), f.x, f.y);
+        let whole = (self.wrench(&x) - b).norm() <= 1e-9 * (1.0 + b.norm());
+        (x, whole)
+    }
+}
+
+impl Problem {
+    /// The plane in which the rod stays, or why there is none.
+    pub(super) fn plane(&self) -> std::result::Result<Plane, String> {
+        let law = &self.rod.law;
+        let [about_first, about_second] = law.planar_about();
+        let (mut inside, mut along) = (Vec::new(), vec![self.couple]);
+        if self.end.follower {
+            inside.push(Vector3::from(self.targets));
+        } else {
+            for held in [true, false] {
+                let part = |i: usize| {
+                    let chosen = self.end.position[i].is_some() == held;
+                    self.axes[i] * if chosen { self.targets[i] } else { 0.0 }
+                };
+                inside.push((0..3).map(part).sum());
+            }
+        }
+        if let Some(rotation) = &self.orientation {
+            along.push(super::problem::rotation_vector(rotation));
+        }
+        let mut normals = Vec::new();
+        let compliance = law.flexures();
+        for (k, is_planar) in [about_first, about_second].into_iter().enumerate() {
+            if is_planar {
+                normals.push((compliance[k], Vector3::ith(k, 1.0)));
+            }
+        }
+        // Of two planes that would do, the one in which the rod is more flexible.
+        normals.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut normals: Vec<Vector3<f64>> = normals.into_iter().map(|(_, n)| n).collect();
+        if let Some(flexure) = law.is_isotropic() {
+            // Any plane through d3 will do: the one of the data.
+            let given = (inside.iter().map(|v| Vector3::z().cross(v)))
+                .chain(along.iter().copied())
+                .chain([flexure])
+                .find(|v| v.norm() > 0.0);
+            normals.extend(given.map(|v| v.normalize()));
+        }
+        if normals.is_empty() {
+            return Err(
+                "the section law couples bending in one plane with the rest (or is not known not to)"
+                    .to_owned(),
+            );
+        }
+        let fits = |a: &Vector3<f64>| {
+            let isotropic = law.is_isotropic();
+            let small = |out: f64, whole: f64| out.abs() <= ROUNDING * whole;
+            let across = |v: &Vector3<f64>| small((v - a * a.dot(v)).norm(), v.norm());
+            small(a.z, 1.0)
+                && inside.iter().all(|v| small(a.dot(v), v.norm()))
+                && along.iter().all(across)
+                && isotropic.is_none_or(|flexure| across(&flexure))
+                && self.world_fits(a)
+        };
+        normals
+            .into_iter()
+            .find(fits)
+            .map(Plane::with_normal)
+            .ok_or_else(|| {
+                "the loads or the held pose lead out of every plane of symmetry".to_owned()
+            })
+    }
+
+    /// True if the components that the end condition speaks of are those in the plane and one across it.
+    fn world_fits(&self, normal: &Vector3<f64>) -> bool {
+        let held = self.end.position.iter().flatten().count();
+        let mixed = !self.end.follower && held != 0 && held != 3;
+        !mixed || (self.axes.iter()).any(|axis| (axis.dot(normal).abs() - 1.0).abs() <= ROUNDING)
+    }
+}
+
+/// The rod's end in its plane at trial unknowns.
+#[derive(Debug, Clone, Copy)]
+pub struct FlatTrial {
+    x: Vector3<f64>,
+    theta: f64,
+    r: Vector2<f64>,
+    d_theta: SVector<f64, 3>,
+    d_r: Matrix2x3<f64>,
+}
+
+/// Arclength, angle, two coordinates, energy, and with D = 14 their derivatives by the three unknowns.
+type Flat<const D: usize> = SVector<f64, D>;
+
+/// A section law in a plane.
+struct FlatLaw<'a> {
+    law: &'a ScaledLaw,
+    basis: Matrix6x3<f64>,
+    hoisted: Option<(Vector3<f64>, Matrix3<f64>)>,
+}
+
+impl<'a> FlatLaw<'a> {
+    fn new(law: &'a ScaledLaw, plane: &Plane) -> Self {
+        let basis = plane.basis();
+        let hoisted = law.uniform().map(|linear| {
+            let compliance = linear.compliance.matrix();
+            (
+                basis.tr_mul(&linear.rest),
+                basis.tr_mul(&(compliance * basis)),
+            )
+        });
+        Self {
+            law,
+            basis,
+            hoisted,
+        }
+    }
+
+    /// Strains, energy and compliance.
+    fn inverse(&self, s: f64, w: &Vector3<f64>) -> Result<(Vector3<f64>, f64, Matrix3<f64>)> {
+        if let Some((rest, compliance)) = &self.hoisted {
+            let change = compliance * w;
+            return Ok((rest + change, 0.5 * w.dot(&change), *compliance));
+        }
+        let response = self.law.inverse(s, &(self.basis * w))?;
+        Ok((
+            self.basis.tr_mul(&response.strain),
+            response.energy,
+            (self
+                .basis
+                .tr_mul(&(response.compliance.matrix() * self.basis))),
+        ))
+    }
+
+    fn slope<const D: usize>(&self, x: &Vector3<f64>, at: &Flat<D>) -> Result<Flat<D>> {
+        let (sin, cos) = at[1].sin_cos();
+        let (nt, ns) = (x[1], x[2]);
+        let m = x[0] - (at[2] * ns - at[3] * nt);
+        let (ft, fs) = (cos * nt + sin * ns, cos * ns - sin * nt);
+        let (e, energy, c) = self.inverse(at[0], &Vector3::new(m, ft, fs))?;
+        let mut slope = Flat::<D>::zeros();
+        slope[0] = 1.0;
+        slope[1] = e[0];
+        slope[2] = cos * e[1] - sin * e[2];
+        slope[3] = sin * e[1] + cos * e[2];
+        slope[4] = energy;
+        if D == 14 {
+            for k in 0..3 {
+                let (turn, dx, dy) = (at[5 + k], at[8 + k], at[11 + k]);
+                let unit = |i: usize| if i == k { 1.0 } else { 0.0 };
+                let (dt, ds) = (unit(1), unit(2));
+                let dm = unit(0) - (dx * ns - dy * nt) - (at[2] * ds - at[3] * dt);
+                let force = Vector3::new(
+                    dm,
+                    cos * dt + sin * ds + turn * fs,
+                    cos * ds - sin * dt - turn * ft,
+                );
+                let de = c * force;
+                slope[5 + k] = de[0];
+                slope[8 + k] = cos * de[1] - sin * de[2] - turn * slope[3];
+                slope[11 + k] = sin * de[1] + cos * de[2] + turn * slope[2];
+            }
+        }
+        Ok(slope)
+    }
+
+    fn end<const D: usize>(&self, x: &Vector3<f64>, b: &Wrench, tolerance: f64) -> Result<Flat<D>> {
+        let mut refusal = None;
+        let mut slope = |at: &Flat<D>| match self.slope(x, at) {
+            Ok(slope) => slope.iter().all(|v| v.is_finite()).then_some(slope),
+            Err(why) => {
+                refusal = Some(why);
+                None
+            }
+        };
+        let start = Flat::<D>::zeros();
+        let first = first_step(self.law, b, tolerance)?;
+        let solver = slope(&start).map(|at| Dop853::new(start, at, first, tolerance));
+        let along = solver.and_then(|mut solver| {
+            for &end in self.law.pieces() {
+                while end - solver.state()[0] > 1e-14 {
+                    let left = end - solver.state()[0];
+                    solver.step(&mut slope, left).ok()?;
+                    if solver.work().steps > super::line::STEP_LIMIT {
+                        return None;
+                    }
+                }
+            }
+            Some(*solver.state())
+        });
+        along.ok_or_else(|| {
+            refusal.unwrap_or_else(|| {
+                Error::no_convergence(format!(
+                    "the integration along the rod cannot go on; the base wrench {:?} (couple, force along and across; units \
+                     B/L, B/L^2) is too large",
+                    x.as_slice()
+                ))
+            })
+        })
+    }
+}
+
+impl Plane {
+    fn at<const D: usize>(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FlatTrial> {
+        let law = FlatLaw::new(&problem.rod.law, self);
+        let end: Flat<D> = law.end(x, &self.wrench(x), problem.tolerance)?;
+        let row = |i: usize| {
+            if D == 14 {
+                [end[i], end[i + 1], end[i + 2]]
+            } else {
+                [0.0; 3]
+            }
+        };
+        Ok(FlatTrial {
+            x: *x,
+            theta: end[1],
+            r: Vector2::new(end[2], end[3]),
+            d_theta: row(5).into(),
+            d_r: Matrix2x3::from_row_slice(&[row(8), row(11)].concat()),
+        })
+    }
+
+    /// The two components that the end condition speaks of: direction, target, and whether it is a position.
+    fn conditions(&self, problem: &Problem) -> [(Vector2<f64>, f64, bool); 2] {
+        let held = problem.end.position.iter().flatten().count();
+        if held == 0 || held == 3 {
+            let whole: Vector3<f64> = (0..3).map(|i| problem.axes[i] * problem.targets[i]).sum();
+            let target = self.flat(&whole);
+            return [
+                (Vector2::x(), target.x, held == 3),
+                (Vector2::y(), target.y, held == 3),
+            ];
+        }
+        let across = (0..3)
+            .max_by(|i, j| {
+                let size = |i: &usize| problem.axes[*i].dot(&self.normal).abs();
+                size(i).total_cmp(&size(j))
+            })
+            .unwrap_or(0);
+        [(across + 1) % 3, (across + 2) % 3].map(|i| {
+            let held = problem.end.position[i].is_some();
+            (self.flat(&problem.axes[i]), problem.targets[i], held)
+        })
+    }
+}
+
+impl Chart<3> for Plane {
+    type Trial = FlatTrial;
+
+    fn trial(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FlatTrial> {
+        self.at::<14>(problem, x)
+    }
+
+    fn bare_trial(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FlatTrial> {
+        self.at::<5>(problem, x)
+    }
+
+    fn residual(&self, problem: &Problem, trial: &FlatTrial) -> Vector3<f64> {
+        let n = Vector2::new(trial.x[1], trial.x[2]);
+        let m = trial.x[0] - trial.r.perp(&n);
+        let couple = self.normal.dot(&problem.couple);
+        if problem.end.follower {
+            let (sin, cos) = trial.theta.sin_cos();
+            let target = self.flat(&Vector3::from(problem.targets));
+            return Vector3::new(
+                m - couple,
+                cos * n.x + sin * n.y - target.x,
+                cos * n.y - sin * n.x - target.y,
+            );
+        }
+        let first = match &problem.orientation {
+            Some(target) => {
+                let turn = self.flat(&(target * Vector3::z()));
+                let by = trial.theta - turn.y.atan2(turn.x);
+                by - TAU * (by / TAU).round()
+            }
+            None => m - couple,
+        };
+        let [a, b] = self.conditions(problem).map(|(direction, target, held)| {
+            direction.dot(if held { &trial.r } else { &n }) - target
+        });
+        Vector3::new(first, a, b)
+    }
+
+    fn equations(&self, problem: &Problem, trial: &FlatTrial) -> (Vector3<f64>, Matrix3<f64>) {
+        let n = Vector2::new(trial.x[1], trial.x[2]);
+        let d_n = Matrix2x3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        // m(1) = m(0) - (x n_s - y n_t).
+        let lever = n.y * trial.d_r.row(0) - n.x * trial.d_r.row(1) + trial.r.x * d_n.row(1)
+            - trial.r.y * d_n.row(0);
+        let d_m = Vector3::x().transpose() - lever;
+        let mut matrix = Matrix3::zeros();
+        if problem.end.follower {
+            let (sin, cos) = trial.theta.sin_cos();
+            let (along, across) = (cos * n.x + sin * n.y, cos * n.y - sin * n.x);
+            let turn = trial.d_theta.transpose();
+            matrix.set_row(0, &d_m);
+            matrix.set_row(1, &(cos * d_n.row(0) + sin * d_n.row(1) + across * turn));
+            matrix.set_row(2, &(cos * d_n.row(1) - sin * d_n.row(0) - along * turn));
+        } else {
+            let first = match problem.orientation {
+                Some(_) => trial.d_theta.transpose(),
+                None => d_m,
+            };
+            matrix.set_row(0, &first);
+            for (i, (direction, _, held)) in self.conditions(problem).into_iter().enumerate() {
+                let d = if held { &trial.d_r } else { &d_n };
+                matrix.set_row(1 + i, &(direction.transpose() * d));
+            }
+        }
+        (self.residual(problem, trial), matrix)
+    }
+
+    fn wrench(&self, _: &Problem, x: &Vector3<f64>) -> Result<Wrench> {
+        Ok(Plane::wrench(self, x))
+    }
+
+    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<Vector3<f64>> {
+        Ok(self.part(b).0)
+    }
+}
