@@ -1,12 +1,31 @@
 //! Families of problems in one parameter, for the continuation of [`crate::solve::arclength`].
 
-use super::Equilibrium;
-use super::equilibrium::Route;
+use super::RodSection;
 use super::line::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::solve::family::{Family, Linearised};
-use nalgebra::Vector6;
+use nalgebra::{SVector, Vector6};
+
+/// A solution of a family of statics, in the user's frame and units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Base wrench (m(0), n) in the world frame.
+    pub base: Wrench,
+    /// The section at the end: pose, couple and force there, energy of the rod.
+    pub end: RodSection,
+    /// Size of the equations left over, in the numerics' units (length, B/L, B/L^2).
+    pub residual: f64,
+}
+
+/// A family of equilibria of a rod, whatever its unknowns are.
+pub trait Statical<const N: usize>: Family<N> {
+    /// The rod at a solution.
+    ///
+    /// # Errors
+    /// No such rod at p; a wrench that the rod cannot follow.
+    fn state(&self, x: &SVector<f64, N>, p: f64) -> Result<State>;
+}
 
 /// Problems in one parameter; the unknowns are the base wrench in the clamp's frame, in units B/L and B/L^2.
 ///
@@ -44,22 +63,6 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
     /// Those of the closure.
     pub fn unknowns(&self, base: &Wrench, p: f64) -> Result<Vector6<f64>> {
         Ok((self.problem)(p)?.rod.inward(base))
-    }
-
-    /// The equilibrium at a point of the branch; its index is not counted anew.
-    ///
-    /// # Errors
-    /// Those of the closure and of the rod.
-    pub fn equilibrium(&self, x: &Vector6<f64>, p: f64, index: usize) -> Result<Equilibrium> {
-        let problem = (self.problem)(p)?;
-        let trial = problem.bare_trial(x)?;
-        Ok(Equilibrium {
-            base: problem.rod.outward_wrench(x),
-            end: problem.end_section(x)?,
-            index,
-            residual: problem.residual(&trial).norm(),
-            route: Route::start(),
-        })
     }
 
     fn slope(&self, x: &Vector6<f64>, p: f64) -> Result<Vector6<f64>> {
@@ -102,5 +105,16 @@ impl<P: Fn(f64) -> Result<Problem>> Family<6> for RodFamily<P> {
 
     fn index(&self, x: &Vector6<f64>, p: f64) -> Result<Option<usize>> {
         (self.problem)(p)?.index(x).map(Some)
+    }
+}
+
+impl<P: Fn(f64) -> Result<Problem>> Statical<6> for RodFamily<P> {
+    fn state(&self, x: &Vector6<f64>, p: f64) -> Result<State> {
+        let problem = (self.problem)(p)?;
+        Ok(State {
+            base: problem.rod.outward_wrench(x),
+            end: problem.end_section(x)?,
+            residual: problem.residual(&problem.bare_trial(x)?).norm(),
+        })
     }
 }

@@ -7,7 +7,7 @@ mod line;
 mod problem;
 pub mod section;
 
-pub use branch::RodFamily;
+pub use branch::{RodFamily, State, Statical};
 pub use equilibrium::{Equilibrium, Route};
 pub use line::Wrench;
 pub use problem::{End, Problem};

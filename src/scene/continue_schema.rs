@@ -29,7 +29,15 @@ pub(super) const CONTINUE: Spec = Spec {
 };
 const SECOND: Spec = Spec {
     name: "continue.second",
-    fields: &["parameter", "from", "to"],
+    fields: &[
+        "parameter",
+        "from",
+        "to",
+        "step",
+        "min_step",
+        "max_step",
+        "points",
+    ],
     planned: &[],
 };
 
@@ -45,7 +53,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Con
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
     let (least, step, most) = steps(table);
-    let points = table.count("points", (2, 1_000_000), Continue::POINTS);
+    let limit = points(table);
     let flag = |name: &str| {
         table.read(name, "", Or(false), |field, value| {
             reader.flag(field, value)
@@ -71,7 +79,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Con
         step: step?,
         min_step: least?,
         max_step: most?,
-        points: points?,
+        points: limit?,
         switch: switch?,
         both: both?,
         deflate: deflate?,
@@ -222,22 +230,42 @@ fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
     (None, None, None)
 }
 
+fn points(table: &Table) -> Option<usize> {
+    table.count("points", (2, 1_000_000), Continue::POINTS)
+}
+
 fn second(table: &Table, scene: Option<&Statics>, first: Option<Parameter>) -> Option<Second> {
+    let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
+    let (least, step, most) = steps(table);
+    let points = points(table);
     if let (Some(parameter), true) = (parameter, parameter == first) {
         let value = table.get("parameter")?;
         let allowed = format!("another parameter than {parameter}");
         let (kind, field) = (FaultKind::Conflict, table.field("parameter"));
-        table
-            .reader
-            .fault(kind, &field, value.span(), allowed, None);
+        reader.fault(kind, &field, value.span(), allowed, None);
         return None;
     }
     let (from, to) = ends?;
+    let here = scene?.value(&parameter?);
+    if !(from.min(to) <= here && here <= from.max(to)) {
+        // The default of `from` is the value of the scene: it is written.
+        let value = table.get("from")?;
+        let allowed =
+            format!("such that {here}, the value in the scene, lies between `from` and `to`");
+        let hint = "the curves begin at the folds of the branch, which has that value".to_owned();
+        let (kind, field) = (FaultKind::Value, table.field("from"));
+        reader.fault(kind, &field, value.span(), allowed, Some(hint));
+        return None;
+    }
     Some(Second {
         parameter: parameter?,
         from,
         to,
+        step: step?,
+        min_step: least?,
+        max_step: most?,
+        points: points?,
     })
 }

@@ -223,6 +223,21 @@ impl Units {
         self.si("N")
     }
 
+    /// Symbol of couple.
+    pub fn couple(self) -> &'static str {
+        self.si("N m")
+    }
+
+    /// Symbol of bending and torsional stiffness.
+    pub fn flexural(self) -> &'static str {
+        self.si("N m²")
+    }
+
+    /// Symbol of curvature and twist.
+    pub fn curvature(self) -> &'static str {
+        self.si("rad/m")
+    }
+
     /// Symbol of energy.
     pub fn energy(self) -> &'static str {
         self.si("J")
