@@ -603,8 +603,15 @@ pub struct Second {
     pub step: f64,
     /// Shortest step; default [`Continue::MIN_STEP`].
     pub min_step: f64,
-    /// Longest step; default [`Continue::MAX_STEP`].
+    /// Longest step; default [`Second::MAX_STEP`].
     pub max_step: f64,
-    /// A curve ends after so many points in each direction; default [`Continue::POINTS`].
+    /// A curve ends after so many points in each direction; default [`Second::POINTS`].
     pub points: usize,
+}
+
+impl Second {
+    /// Default longest step: smooth in a figure.
+    pub const MAX_STEP: f64 = 0.05;
+    /// Default number of points.
+    pub const POINTS: usize = 400;
 }

@@ -136,14 +136,15 @@ impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
         }
     }
 
-    /// Morse indices of the two solutions that meet at a fold, the lower one first; none if the family has none.
+    /// Morse indices of the two solutions that meet at a fold, the lower one first; none if the family has none. At a
+    /// cusp, where three meet, they mean nothing.
     ///
     /// # Errors
     /// As [`Family2::linearised`] and [`Family2::index`].
     pub fn indices(&self, y: &SVector<f64, M>, q: f64) -> Result<Option<(usize, usize)>> {
         let (x, p) = Self::parts(y);
         let right = Smallest::of(&self.at(&x, p, q)?.jacobian).right;
-        let h = 1e-3 * (1.0 + x.norm());
+        let h = 1e-4 * (1.0 + x.norm());
         let beside = |h: f64| self.family.index(&(x + right * h), p, q);
         Ok(beside(h)?
             .zip(beside(-h)?)

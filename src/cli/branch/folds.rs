@@ -158,6 +158,7 @@ where
             }
         }
         number_labels(&mut this.rows[row..], &mut this.located, located, stem);
+        indices_at_special_points(&mut this.rows[row..]);
         this.curves.push(curve);
     }
     if study.located.iter().all(|at| at.special.kind != Kind::Fold) {
@@ -176,6 +177,20 @@ fn lower_index<F: Family2<N>, const N: usize, const M: usize>(
 ) -> Option<usize> {
     let both = family.indices(&point.x, point.p).ok().flatten();
     both.map(|(lower, _)| lower)
+}
+
+/// The index computed at a cusp means nothing: it is that of its neighbours.
+fn indices_at_special_points(rows: &mut [Row]) {
+    for i in 0..rows.len() {
+        if !rows[i].label.is_empty() {
+            let before = i.checked_sub(1).and_then(|i| rows[i].index);
+            let after = rows.get(i + 1).and_then(|row| row.index);
+            rows[i].index = match (before, after) {
+                (Some(a), Some(b)) => Some(a.min(b)),
+                (a, b) => a.or(b),
+            };
+        }
+    }
 }
 
 /// The first parameter in the scene's units.

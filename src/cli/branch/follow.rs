@@ -8,8 +8,8 @@ use snaprod::solve::special::{Kind, Special};
 use snaprod::solve::switching::switch;
 
 pub const TYPICAL: f64 = Continue::TYPICAL;
-/// Branches followed in all.
-pub const MOST: usize = 24;
+/// Branches followed at branch points, the first included.
+const MOST: usize = 24;
 /// Distance from a branch point at which another branch is picked up, as a part of the whole range.
 const AWAY: f64 = 0.003;
 /// Unknowns nearer than this, relative to their size, are those of one equilibrium.
@@ -104,6 +104,14 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         }
     }
 
+    /// The largest size of the unknowns at stations and ends of branches.
+    pub fn size(&self) -> f64 {
+        self.landed
+            .iter()
+            .map(|(_, x)| x.norm())
+            .fold(0.0, f64::max)
+    }
+
     /// Unknowns of the equilibria found so far at a station.
     pub fn known(&self, p: f64) -> Vec<SVector<f64, N>> {
         let here = self.landed.iter().filter(|(at, _)| *at == p);
@@ -133,8 +141,16 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         };
         let mut branches = Vec::new();
         for &way in ways {
-            let branch = Branch::new(family, x, p, self.options(way))?;
-            branches.push((way == Direction::Backward, branch));
+            let options = self.options(way);
+            let ahead = match way {
+                Direction::Forward => options.to,
+                Direction::Backward => options.from,
+            };
+            // At an end of the range only the other way leads into it.
+            if p != ahead {
+                let branch = Branch::new(family, x, p, options)?;
+                branches.push((way == Direction::Backward, branch));
+            }
         }
         self.follow(origin, branches);
         Ok(())
@@ -237,18 +253,14 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         };
         let last = last.unwrap_or(*from);
         match stop {
-            Stop::Reached => (
-                true,
-                format!("branch {number} reached {parameter} = {last}"),
-            ),
-            Stop::LeftAtStart if number > 0 || backward => (
-                true,
-                format!("branch {number} reached {parameter} = {last}"),
-            ),
-            Stop::LeftAtStart => short(format!(
+            Stop::LeftAtStart if number == 0 && !backward => short(format!(
                 "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
                  end sooner, or look for other branches with switch = true or deflate = true, or from another [start]"
             )),
+            Stop::Reached | Stop::LeftAtStart => (
+                true,
+                format!("branch {number} reached {parameter} = {last}"),
+            ),
             Stop::Closed => (true, format!("branch {number} is a closed loop")),
             Stop::MaxPoints => short(format!(
                 "its {points} points were used up at {last}; raise points or max_step in [continue]"
@@ -290,7 +302,11 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
             if self.knows(start.p, &start.x) {
                 continue;
             }
-            if self.full(starts.len() - k, "starts at branch points") {
+            if self.curves.len() >= MOST {
+                self.remarks.push(format!(
+                    "{} starts at branch points are left: not more than {MOST} branches are followed",
+                    starts.len() - k
+                ));
                 return;
             }
             match Branch::along(family, start, self.options(Direction::Forward)) {
@@ -298,17 +314,6 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                 Err(e) => self.remarks.push(format!("switching at {label}: {e}")),
             }
         }
-    }
-
-    /// True, with a remark, if no more branches are to be followed.
-    pub fn full(&mut self, left: usize, of_what: &str) -> bool {
-        let full = self.curves.len() >= MOST;
-        if full {
-            self.remarks.push(format!(
-                "{left} {of_what} are left: not more than {MOST} branches are followed"
-            ));
-        }
-        full
     }
 }
 
@@ -318,23 +323,24 @@ pub fn signed(backward: bool, arclength: f64) -> f64 {
     sign * arclength / TYPICAL
 }
 
-/// Gives the special points from `first` on their labels, numbered in the order of the rows.
+/// Gives the special points from `first` on, in the order of the rows, their labels.
 pub fn number_labels<const N: usize>(
     rows: &mut [Row],
     located: &mut [Located<N>],
     first: usize,
     stem: impl Fn(&Special<N>) -> &'static str,
 ) {
+    let mut next = first;
     for row in rows {
-        let Some(k) = (first..located.len()).find(|&k| row.label == located[k].label) else {
+        let Some(k) = (next..located.len()).find(|&k| row.label == located[k].label) else {
             continue;
         };
-        let stem = stem(&located[k].special);
-        let count = located
-            .iter()
-            .filter(|at| at.label.starts_with(stem))
-            .count();
+        located.swap(next, k);
+        let stem = stem(&located[next].special);
+        let before = located[..next].iter();
+        let count = before.filter(|at| at.label.starts_with(stem)).count();
         row.label = format!("{stem}{}", count + 1);
-        located[k].label = row.label.clone();
+        located[next].label = row.label.clone();
+        next += 1;
     }
 }

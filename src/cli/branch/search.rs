@@ -9,6 +9,8 @@ use snaprod::solve::deflation::{self, further};
 
 /// Values of the parameter at which further equilibria are sought.
 const VALUES: usize = 5;
+/// Branches that are followed.
+const MOST: usize = 8;
 
 /// Evenly over the range.
 pub fn values(wanted: &Continue) -> Vec<f64> {
@@ -30,8 +32,9 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
 pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> Value {
     let values = values(study.wanted);
     let parameter = study.wanted.parameter;
-    let mut found = 0;
-    let mut evaluations = 0;
+    // Rods have equilibria of any order, at ever larger wrenches.
+    let bound = 2.0 * study.size().max(TYPICAL);
+    let (mut found, mut evaluations) = (0, 0);
     'values: for &p in &values {
         let mut guesses = study.known(p);
         // Along each unknown, both ways.
@@ -43,41 +46,45 @@ pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> Va
             }
         }
         for guess in guesses {
-            let known = study.known(p);
             let options = deflation::Options::default();
+            let known = study.known(p);
             let search = match further(study.family, p, &known, &[guess], &options) {
                 Ok(search) => search,
                 Err(e) => {
-                    study
-                        .remarks
-                        .push(format!("deflation at {parameter} = {p}: {e}"));
+                    let remark = format!("deflation at {parameter} = {p}: {e}");
+                    study.remarks.push(remark);
                     continue 'values;
                 }
             };
             evaluations += search.evaluations;
-            for (k, solution) in search.solutions.iter().enumerate() {
+            for solution in &search.solutions {
                 // One found with it may lie on its branch.
-                if study.knows(p, &solution.x) {
+                if !(solution.x.norm() <= bound) || study.knows(p, &solution.x) {
                     continue;
-                }
-                if study.full(search.solutions.len() - k, "equilibria found by deflation") {
-                    break 'values;
                 }
                 let origin = format!("deflation at {parameter} = {p}");
                 match study.through(origin, solution.x, p, true) {
                     Ok(()) => found += 1,
-                    Err(e) => study
-                        .remarks
-                        .push(format!("deflation at {parameter} = {p}: {e}")),
+                    Err(e) => {
+                        let remark = format!("deflation at {parameter} = {p}: {e}");
+                        study.remarks.push(remark);
+                    }
+                }
+                if found == MOST {
+                    break 'values;
                 }
             }
         }
     }
+    let limit = match found {
+        MOST => format!(", at most {MOST}"),
+        _ => String::new(),
+    };
+    let branches = if found == 1 { "branch" } else { "branches" };
     study.remarks.push(format!(
-        "deflation found {found} further {}: sought at {} values of {parameter} from the equilibria known there and from wrenches \
-         of {TYPICAL} B/L and B/L^2 along each unknown; what was not found may still be there",
-        if found == 1 { "branch" } else { "branches" },
+        "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among base wrenches (couple in B/L, \
+         force in B/L^2) up to {bound:.3}; there may be more",
         values.len(),
     ));
-    json!({ "found": found, "values": values, "evaluations": evaluations })
+    json!({ "found": found, "values": values, "largest_wrench": bound, "evaluations": evaluations })
 }
