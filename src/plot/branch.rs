@@ -507,7 +507,7 @@ fn labels(edges: [f64; 4], ink: &[Pixel], spots: &[Pixel], words: &[&str]) -> Ve
                 if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
                     let to = (spot.0 + (off - 2.0) * way.0, spot.1 + (off - 2.0) * way.1);
                     let from = (spot.0 + 5.0 * way.0, spot.1 + 5.0 * way.1);
-                    let leader = (off > 20.0).then_some([from, to]);
+                    let leader = (off > 20.0 && !word.is_empty()).then_some([from, to]);
                     best = Some((cost, Place { at, leader }, area));
                 }
             }

@@ -10,72 +10,79 @@ use snaprod::plot::{
 use snaprod::scene::{Continue, Second, Statics, Units};
 use snaprod::solve::special::Kind;
 
+/// More branches than this have no names in a figure.
+const MOST_NAMES: usize = 8;
+/// If there are more special points than this, only those of the first branch have labels.
+const MOST_LABELS: usize = 16;
 /// Shapes in the figure of shapes.
 const SHAPES: usize = 12;
 
-/// The component, of end position and base couple, that changes most along the branch beside the parameter itself.
+/// The component of the end's position that shows most beside the parameter itself, or else of the base couple: its name, and its
+/// value on all rows.
 fn measure(rows: &[Row], units: Units, length: f64) -> (String, Vec<f64>) {
-    let component = |k: usize| -> Vec<f64> {
-        let pick = |row: &Row| {
-            if k < 3 {
-                row.state.end.position[k] / length
-            } else {
-                row.state.base[k - 3]
-            }
-        };
-        rows.iter().map(pick).collect()
-    };
-    let span = |values: &[f64]| {
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        high - low
-    };
     let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
-    // A held component is the parameter, or constant.
-    let follows = |values: &[f64]| {
-        let offset = values[0] * length - ps[0];
-        values
-            .iter()
-            .zip(&ps)
-            .all(|(v, p)| (v * length - p - offset).abs() < 1e-9 * length)
+    let position = |k: usize| rows.iter().map(|row| row.state.end.position[k]).collect();
+    let couple = |k: usize| rows.iter().map(|row| row.state.base[k]).collect();
+    let own = rows.iter().take_while(|row| row.curve == 0).count();
+    let score = |values: &Vec<f64>| {
+        let bent = bend(&ps, values);
+        // The scene's own branch counts more than those found beside it; what follows the parameter shows little.
+        span(&bent[..own]) + 0.5 * span(&bent) + 1e-3 * span(values)
     };
-    let best = |range: std::ops::Range<usize>| {
-        range
-            .map(|k| (k, component(k)))
-            .filter(|(_, values)| !follows(values) && span(values) > 1e-6)
-            .max_by(|a, b| span(&a.1).total_cmp(&span(&b.1)))
+    let best = |lists: [Vec<f64>; 3]| {
+        let scored = lists.into_iter().enumerate();
+        scored
+            .map(|(k, values)| (score(&values), k, values))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let names = [
-        "x of the end",
-        "y of the end",
-        "z of the end",
-        "base couple mx",
-        "base couple my",
-        "base couple mz",
-    ];
-    let couple = units.couple();
-    match best(0..3).or_else(|| best(3..6)) {
-        Some((k, values)) if k < 3 => {
-            let values = values.iter().map(|v| v * length).collect();
-            (Units::label(names[k], units.length()), values)
-        }
-        Some((k, values)) => (Units::label(names[k], couple), values),
-        None => (Units::label(names[3], couple), component(3)),
+    let name = |what: &str, k: usize| format!("{what}{}", ["x", "y", "z"][k]);
+    let end = best([position(0), position(1), position(2)]);
+    // A held component is constant or the parameter.
+    if let Some((_, k, values)) = end.filter(|(score, ..)| *score > 2e-3 * length) {
+        let name = format!("{} of the end", name("", k));
+        return (Units::label(&name, units.length()), values);
+    }
+    match best([couple(0), couple(1), couple(2)]) {
+        Some((_, k, values)) => (
+            Units::label(&name("base couple m", k), units.couple()),
+            values,
+        ),
+        None => (String::new(), Vec::new()),
     }
 }
 
-/// A panel of lines and marks: `x` and `y` of each row.
+fn span(values: &[f64]) -> f64 {
+    let values = values.iter().copied();
+    values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+}
+
+/// The values less the straight line through them that fits best.
+fn bend(x: &[f64], y: &[f64]) -> Vec<f64> {
+    let n = x.len().max(1) as f64;
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let points = || x.iter().zip(y).map(|(x, y)| (x - mx, y - my));
+    let (up, over) = points().fold((0.0, 0.0), |(a, b), (x, y)| (a + x * y, b + x * x));
+    let slope = if over > 0.0 { up / over } else { 0.0 };
+    points().map(|(x, y)| y - slope * x).collect()
+}
+
+/// A panel of lines and marks: `x` and `y` of each row. `name` says what the lines are.
 fn panel<const N: usize>(
+    name: &str,
     rows: &[Row],
     located: &[Located<N>],
     y_label: String,
     (x, y): (&[f64], &[f64]),
 ) -> BranchPanel {
     let last = rows.iter().map(|row| row.curve).max().unwrap_or(0);
+    let named = (1..MOST_NAMES).contains(&last);
     let line = |number: usize| {
         let own = || (0..rows.len()).filter(move |&i| rows[i].curve == number);
         Line {
-            name: String::new(),
+            name: match named {
+                true => format!("{name} {number}"),
+                false => String::new(),
+            },
             x: own().map(|i| x[i]).collect(),
             y: own().map(|i| y[i]).collect(),
             index: own().map(|i| rows[i].index).collect(),
@@ -94,7 +101,10 @@ fn panel<const N: usize>(
             x: x[i],
             y: y[i],
             kind,
-            label: at.label.clone(),
+            label: match at.curve == 0 || located.len() <= MOST_LABELS {
+                true => at.label.clone(),
+                false => String::new(),
+            },
         })
     };
     BranchPanel {
@@ -113,7 +123,7 @@ pub fn diagram<const N: usize>(
     located: &[Located<N>],
 ) -> Result<String, Refusal> {
     let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
-    let (name, values) = measure(rows, scene.units, scene.rod.length);
+    let (measured, values) = measure(rows, scene.units, scene.rod.length);
     let energies: Vec<f64> = rows.iter().map(|row| row.state.end.energy).collect();
     let energy = Units::label("stored energy", scene.units.energy());
     Ok(branch_diagram(&BranchDiagram {
@@ -121,8 +131,8 @@ pub fn diagram<const N: usize>(
         x_label: wanted.parameter.label(scene.units),
         x_range: None,
         panels: vec![
-            panel(rows, located, name, (&ps, &values)),
-            panel(rows, located, energy, (&ps, &energies)),
+            panel("branch", rows, located, measured, (&ps, &values)),
+            panel("branch", rows, located, energy, (&ps, &energies)),
         ],
         folds: false,
     })?)
@@ -143,7 +153,7 @@ pub fn fold_curves<const M: usize>(
         title: String::new(),
         x_label: wanted.parameter.label(scene.units),
         x_range: None,
-        panels: vec![panel(rows, located, y_label, (&ps, &qs))],
+        panels: vec![panel("fold curve", rows, located, y_label, (&ps, &qs))],
         folds: true,
     })?)
 }

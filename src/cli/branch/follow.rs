@@ -286,6 +286,13 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                 Ok(ways) => {
                     let named = |remark: &String| format!("switching at {}: {remark}", at.label);
                     self.remarks.extend(ways.remarks.iter().map(named));
+                    if ways.starts.is_empty() {
+                        self.remarks.push(format!(
+                            "switching at {}: no other branch was found; if the rod has a symmetry, as with equal bending stiffnesses, \
+                             the branches form a continuous family: break it a little",
+                            at.label
+                        ));
+                    }
                     starts.extend(
                         ways.starts
                             .into_iter()
