@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use snaprod::body::Body;
 use snaprod::dynamics::{Run, RunEvent, RunOptions};
 use snaprod::elastica::{Elastica, equilibria_at};
-use snaprod::manifold::{Multivalued, invert_near};
+use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
 
 fn main() {

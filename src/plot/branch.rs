@@ -94,6 +94,8 @@ pub struct BranchDiagram {
     pub x_range: Option<[f64; 2]>,
     /// From top to bottom. The same branch has the same name, place and colour in each.
     pub panels: Vec<BranchPanel>,
+    /// The lines are curves of folds: each point stands for two equilibria that meet, of its index and the next.
+    pub folds: bool,
 }
 
 /// Draws branches over a parameter as SVG: stable ones (index 0) thick and solid, index 1 dashed, index 2 in
@@ -255,6 +257,17 @@ impl Style {
         (Self::Unknown, "index unknown"),
     ];
 
+    /// Its words where lines are curves of folds.
+    fn of_folds(self) -> &'static str {
+        match self {
+            Self::Stable => "stable meets index 1",
+            Self::One => "indices 1 and 2",
+            Self::Two => "indices 2 and 3",
+            Self::More => "indices ≥ 3",
+            Self::Unknown => "index unknown",
+        }
+    }
+
     fn new(index: Option<usize>) -> Self {
         match index {
             None => Self::Unknown,
@@ -308,14 +321,20 @@ fn legends(data: &BranchDiagram, width: f64) -> Vec<Legend> {
     let lines = Style::ALL
         .into_iter()
         .filter(|(style, _)| seen.contains(style))
-        .map(|(style, word)| Entry::new(Key::Line(style.pen(INK)), word));
+        .map(|(style, word)| match data.folds {
+            true => Entry::new(Key::Line(style.pen(INK)), style.of_folds()),
+            false => Entry::new(Key::Line(style.pen(INK)), word),
+        });
     let marks = SpecialKind::ALL
         .into_iter()
         .filter(|(kind, ..)| {
             let mut all = data.panels.iter().flat_map(|p| &p.specials);
             all.any(|s| s.kind == *kind && s.x.is_finite() && s.y.is_finite())
         })
-        .map(|(_, mark, word)| Entry::new(Key::Mark(mark, INK), word));
+        .map(|(kind, mark, word)| match kind {
+            SpecialKind::Fold if data.folds => Entry::new(Key::Mark(mark, INK), "turning point"),
+            _ => Entry::new(Key::Mark(mark, INK), word),
+        });
     [names.collect::<Vec<_>>(), lines.collect(), marks.collect()]
         .into_iter()
         .filter(|entries| !entries.is_empty())
@@ -488,7 +507,7 @@ fn labels(edges: [f64; 4], ink: &[Pixel], spots: &[Pixel], words: &[&str]) -> Ve
                 if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
                     let to = (spot.0 + (off - 2.0) * way.0, spot.1 + (off - 2.0) * way.1);
                     let from = (spot.0 + 5.0 * way.0, spot.1 + 5.0 * way.1);
-                    let leader = (off > 20.0).then_some([from, to]);
+                    let leader = (off > 20.0 && !word.is_empty()).then_some([from, to]);
                     best = Some((cost, Place { at, leader }, area));
                 }
             }

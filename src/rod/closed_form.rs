@@ -7,15 +7,15 @@ use super::chart::Chart;
 use super::line::Wrench;
 use super::planar::Plane;
 use super::problem::Problem;
+use super::section::Compliance;
 use crate::elastica::chart::{ChartPoint, amplitude};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-/// The plane of an elastica and its bending compliance.
+/// The plane of an elastica.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedForm {
     plane: Plane,
-    compliance: f64,
 }
 
 /// The rod's end in closed form: position and force with their derivatives by (p, w), base couple.
@@ -57,12 +57,7 @@ impl Problem {
             0 | 3 => (),
             _ => return Err("the end is half held, half loaded"),
         }
-        let normal = plane.normal();
-        let flexures = c.fixed_view::<3, 3>(0, 0);
-        Ok(ClosedForm {
-            plane: *plane,
-            compliance: normal.dot(&(flexures * normal)),
-        })
+        Ok(ClosedForm { plane: *plane })
     }
 }
 
@@ -77,18 +72,33 @@ impl ClosedForm {
             .flat(&(0..3).map(|i| problem.axes[i] * problem.targets[i]).sum())
     }
 
+    /// Bending compliance in the plane.
+    fn compliance(&self, problem: &Problem) -> f64 {
+        let a = self.plane.normal();
+        match problem.rod.law.uniform().map(|linear| &linear.compliance) {
+            Some(Compliance::Diagonal(c)) => c[0] * a.x * a.x + c[1] * a.y * a.y,
+            Some(Compliance::Full(c)) => a.dot(&(c.fixed_view::<3, 3>(0, 0) * a)),
+            // No closed form holds there.
+            None => f64::NAN,
+        }
+    }
+
     fn is_held(problem: &Problem) -> bool {
         problem.end.position[0].is_some()
     }
 
     /// The slightly loaded rod under a small force along `n`; None if it only pulls.
-    pub(super) fn slightly_loaded(&self, n: &Vector2<f64>) -> Option<Vector2<f64>> {
+    pub(super) fn slightly_loaded(
+        &self,
+        problem: &Problem,
+        n: &Vector2<f64>,
+    ) -> Option<Vector2<f64>> {
         // At lam -> 0: alpha = -2 asin kap, n = -lam^2 (cos, sin) alpha.
         let alpha = (-n.y).atan2(-n.x);
         let kap = -(0.5 * alpha).sin();
         let p = kap.atanh();
         (p.abs() < 15.0).then(|| {
-            let lam = (self.compliance * n.norm()).sqrt();
+            let lam = (self.compliance(problem) * n.norm()).sqrt();
             Vector2::new(p, lam * (0.5 * alpha).cos())
         })
     }
@@ -97,7 +107,8 @@ impl ClosedForm {
 impl Chart<2> for ClosedForm {
     type Trial = ClosedTrial;
 
-    fn trial(&self, _: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
+    fn trial(&self, problem: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
+        let c = self.compliance(problem);
         let (p, w) = (x[0], x[1]);
         if !(p.abs() < P_LIMIT && 0.0 < w && w < W_LIMIT) {
             return Err(Error::domain(format!(
@@ -115,12 +126,12 @@ impl Chart<2> for ClosedForm {
             2.0 * i.kap * i.s / i.d,
         );
         let d_force = |lam: f64, alpha: f64| {
-            -(direction * (2.0 * i.lam * lam) + across * (i.lam * i.lam * alpha)) / self.compliance
+            -(direction * (2.0 * i.lam * lam) + across * (i.lam * i.lam * alpha)) / c
         };
         Ok(ClosedTrial {
             r: at.to_fixed(at.turned).into(),
             d_r: Matrix2::from_columns(&[at.column_p.into(), at.column_w.into()]),
-            n: -direction * (i.lam * i.lam / self.compliance),
+            n: -direction * (i.lam * i.lam / c),
             d_n: Matrix2::from_columns(&[d_force(lam_p, alpha_p), d_force(lam_w, alpha_w)]),
         })
     }
@@ -154,12 +165,13 @@ impl Chart<2> for ClosedForm {
     }
 
     /// The elastica with the force of the wrench and, as nearly as the chart has it, its couple.
-    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<Vector2<f64>> {
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<Vector2<f64>> {
         let (flat, _) = self.plane.part(b);
         let n = Vector2::new(flat[1], flat[2]);
-        let lam = (self.compliance * n.norm()).sqrt();
+        let c = self.compliance(problem);
+        let lam = (c * n.norm()).sqrt();
         let alpha = (-n.y).atan2(-n.x);
-        let bend = self.compliance * flat[0] / (2.0 * lam);
+        let bend = c * flat[0] / (2.0 * lam);
         // theta'^2/2 - lam^2 cos(theta - alpha) is the same at the clamp and at the end, where theta' = 0.
         let size = (0.5 * alpha).sin().hypot(bend).min(1.0 - 1e-13).atanh();
         let w = amplitude(size, lam)?;

@@ -170,7 +170,7 @@ impl Problem {
                 .to_vec()
         } else {
             chart
-                .slightly_loaded(&(target * 1e-3))
+                .slightly_loaded(self, &(target * 1e-3))
                 .into_iter()
                 .collect()
         };

@@ -8,7 +8,11 @@ use crate::error::{Error, Result};
 
 /// How a problem is computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "scene", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Path {
     /// The simplest of the others that holds.
     #[default]
@@ -60,6 +64,18 @@ pub enum Charted {
     Planar(Plane),
     /// In closed form.
     ClosedForm(ClosedForm),
+}
+
+impl Charted {
+    /// True if the unknowns mean the same: the numbers of the law may differ, not the plane.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Spatial(_), Self::Spatial(_)) => true,
+            (Self::Planar(a), Self::Planar(b)) => a == b,
+            (Self::ClosedForm(a), Self::ClosedForm(b)) => a.plane() == b.plane(),
+            _ => false,
+        }
+    }
 }
 
 impl Problem {

@@ -1,8 +1,8 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use super::{
-    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Section, Shape,
-    Shaped, Statics, Stiffness, Transverse,
+    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Section, Shape, Shaped,
+    Statics, Stiffness, Transverse,
 };
 use crate::error::{Error, Result};
 use crate::rod::section::{self, Linear, Material, Profile, Varying};

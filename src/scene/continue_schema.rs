@@ -29,7 +29,15 @@ pub(super) const CONTINUE: Spec = Spec {
 };
 const SECOND: Spec = Spec {
     name: "continue.second",
-    fields: &["parameter", "from", "to"],
+    fields: &[
+        "parameter",
+        "from",
+        "to",
+        "step",
+        "min_step",
+        "max_step",
+        "points",
+    ],
     planned: &[],
 };
 
@@ -44,8 +52,8 @@ pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Con
     let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
-    let (least, step, most) = steps(table);
-    let points = table.count("points", (2, 1_000_000), Continue::POINTS);
+    let (least, step, most) = steps(table, Continue::MAX_STEP);
+    let limit = points(table, Continue::POINTS);
     let flag = |name: &str| {
         table.read(name, "", Or(false), |field, value| {
             reader.flag(field, value)
@@ -71,7 +79,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Con
         step: step?,
         min_step: least?,
         max_step: most?,
-        points: points?,
+        points: limit?,
         switch: switch?,
         both: both?,
         deflate: deflate?,
@@ -190,7 +198,7 @@ fn ends(
 }
 
 /// Least, first and greatest step, each from its default, which gives way to what is written.
-fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
+fn steps(table: &Table, longest: f64) -> (Option<f64>, Option<f64>, Option<f64>) {
     let given = ["min_step", "step", "max_step"].map(|name| table.optional(name, STEP));
     let [Some(least), Some(step), Some(most)] = given else {
         return (None, None, None);
@@ -199,7 +207,7 @@ fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
     let smallest = written.into_iter().flatten().fold(f64::INFINITY, f64::min);
     let largest = written.into_iter().flatten().fold(0.0, f64::max);
     let least = least.unwrap_or(Continue::MIN_STEP.min(smallest));
-    let most = most.unwrap_or(Continue::MAX_STEP.max(largest));
+    let most = most.unwrap_or(longest.max(largest));
     let first = step.unwrap_or(Continue::STEP.min(most).max(least));
     if least <= first && first <= most {
         return (Some(least), Some(first), Some(most));
@@ -222,22 +230,42 @@ fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
     (None, None, None)
 }
 
+fn points(table: &Table, default: usize) -> Option<usize> {
+    table.count("points", (2, 1_000_000), default)
+}
+
 fn second(table: &Table, scene: Option<&Statics>, first: Option<Parameter>) -> Option<Second> {
+    let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
+    let (least, step, most) = steps(table, Second::MAX_STEP);
+    let points = points(table, Second::POINTS);
     if let (Some(parameter), true) = (parameter, parameter == first) {
         let value = table.get("parameter")?;
         let allowed = format!("another parameter than {parameter}");
         let (kind, field) = (FaultKind::Conflict, table.field("parameter"));
-        table
-            .reader
-            .fault(kind, &field, value.span(), allowed, None);
+        reader.fault(kind, &field, value.span(), allowed, None);
         return None;
     }
     let (from, to) = ends?;
+    let here = scene?.value(&parameter?);
+    if !(from.min(to) <= here && here <= from.max(to)) {
+        // The default of `from` is the value of the scene: it is written.
+        let value = table.get("from")?;
+        let allowed =
+            format!("such that {here}, the value in the scene, lies between `from` and `to`");
+        let hint = "the curves begin at the folds of the branch, which has that value".to_owned();
+        let (kind, field) = (FaultKind::Value, table.field("from"));
+        reader.fault(kind, &field, value.span(), allowed, Some(hint));
+        return None;
+    }
     Some(Second {
         parameter: parameter?,
         from,
         to,
+        step: step?,
+        min_step: least?,
+        max_step: most?,
+        points: points?,
     })
 }

@@ -69,8 +69,8 @@ pub use parameter::Parameter;
 pub use scales::{Dimensionless, Harmonic, Scales};
 pub use statics::{
     Along, Barrier, BarrierTerm, Clamp, Component, Continue, CosseratRod, Diagonal, End, Full,
-    Guess, LawName, Orientation, Rest, Rigid, Rotation, Route, Second, Section, Shape, Shaped,
-    Solve, Statics, Stiffness, StrainName, Transverse,
+    Guess, LawName, Orientation, Rest, Rigid, Rotation, Second, Section, Shape, Shaped, Solve,
+    Statics, Stiffness, StrainName, Transverse,
 };
 
 use crate::Error;
@@ -221,6 +221,21 @@ impl Units {
     /// Symbol of force.
     pub fn force(self) -> &'static str {
         self.si("N")
+    }
+
+    /// Symbol of couple.
+    pub fn couple(self) -> &'static str {
+        self.si("N m")
+    }
+
+    /// Symbol of bending and torsional stiffness.
+    pub fn flexural(self) -> &'static str {
+        self.si("N m²")
+    }
+
+    /// Symbol of curvature and twist.
+    pub fn curvature(self) -> &'static str {
+        self.si("rad/m")
     }
 
     /// Symbol of energy.

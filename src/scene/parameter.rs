@@ -1,6 +1,6 @@
 //! Parameters of a scene of statics: dotted paths to its numbers.
 
-use super::{Along, Component, Orientation, Section, Statics, Stiffness};
+use super::{Along, Component, Orientation, Section, Statics, Stiffness, Units};
 use crate::error::Error;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -77,6 +77,26 @@ impl Parameter {
     /// True if its values must be > 0.
     pub fn is_positive(self) -> bool {
         matches!(self, Length | Bending(_) | Torsion | Shear(_) | Axial)
+    }
+
+    /// True if the rod itself depends on it, not only its ends.
+    pub fn changes_rod(self) -> bool {
+        self.is_positive() || matches!(self, Curvature(_) | Twist)
+    }
+
+    /// Its path with its unit, for the axes of figures.
+    pub fn label(self, units: Units) -> String {
+        let symbol = match self {
+            // An angle is in radians whatever the other units are.
+            EndAngle | ClampAngle => "rad",
+            EndLoad => "",
+            EndForce(_) | Shear(_) | Axial => units.force(),
+            EndCouple(_) => units.couple(),
+            EndPosition(_) | ClampPosition(_) | Length => units.length(),
+            Bending(_) | Torsion => units.flexural(),
+            Curvature(_) | Twist => units.curvature(),
+        };
+        Units::label(&self.to_string(), symbol)
     }
 }
 

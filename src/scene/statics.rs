@@ -1,6 +1,7 @@
 //! Scenes of statics: a rod in space, its clamp, its end, and a branch to follow.
 
 use super::{Model, Parameter, Units};
+use crate::rod::Path;
 use serde::Serialize;
 
 /// A scene of statics with its defaults filled in: `model = "cosserat"`.
@@ -516,8 +517,9 @@ impl Default for Solve {
 /// A branch of equilibria in one parameter of the scene.
 ///
 /// Steps are lengths along the branch, measured so that a change of the parameter alone by |to - from| has
-/// length 1; the wrench counts in the rod's own units (B/L, B/L^2 with B a bending stiffness), each divided by a
-/// size typical of the branch. Hence 0.01 is about 100 steps from `from` to `to`.
+/// length 1, and so does a change of the base wrench by [`Continue::TYPICAL`] of the rod's own units (B/L for the
+/// couple, B/L^2 for the force, B a bending stiffness). Hence 0.01 is at least 100 steps from `from` to `to`, and more
+/// where the wrench changes much.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Continue {
     /// What varies.
@@ -548,6 +550,8 @@ pub struct Continue {
 }
 
 impl Continue {
+    /// The change of the base wrench, in B/L and B/L^2, that counts as much as the whole way of the parameter.
+    pub const TYPICAL: f64 = 10.0;
     /// Default first step.
     pub const STEP: f64 = 0.01;
     /// Default shortest step.
@@ -569,12 +573,31 @@ impl Continue {
 }
 
 /// The second parameter of fold curves.
+///
+/// The curves go through the folds of the branch, where this parameter has its value in the scene, and are followed
+/// in both directions as long as both parameters stay in their ranges. Steps are measured as in [`Continue`], with
+/// |to - from| of this parameter as length 1, and the way of the first parameter counting as much.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Second {
     /// What varies, not the first parameter.
     pub parameter: Parameter,
-    /// Its first value; default the one in the scene.
+    /// One end of its range; default the value in the scene.
     pub from: f64,
-    /// Where the curves end, not `from`.
+    /// The other end, not `from`. The value in the scene lies between them, or is one of them.
     pub to: f64,
+    /// First step; default [`Continue::STEP`], or the nearest that the bounds allow.
+    pub step: f64,
+    /// Shortest step; default [`Continue::MIN_STEP`].
+    pub min_step: f64,
+    /// Longest step; default [`Second::MAX_STEP`].
+    pub max_step: f64,
+    /// A curve ends after so many points in each direction; default [`Second::POINTS`].
+    pub points: usize,
+}
+
+impl Second {
+    /// Default longest step: smooth in a figure.
+    pub const MAX_STEP: f64 = 0.05;
+    /// Default number of points.
+    pub const POINTS: usize = 400;
 }

@@ -7,9 +7,9 @@ use super::reader::{Need, Reader, Rule, Spec, Table};
 use super::schema::{self, ON_CIRCLE, SILENT, model_of, units};
 use super::section_schema::{REST, SECTION, rest, rest_inside_barrier, section};
 use super::{
-    Clamp, Component, CosseratRod, End, Guess, Model, Orientation, Rest, Rotation, Route, Solve,
-    Statics,
+    Clamp, Component, CosseratRod, End, Guess, Model, Orientation, Rest, Rotation, Solve, Statics,
 };
+use crate::rod::Path;
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -435,12 +435,12 @@ fn loads_are_free(table: &Table, end: &End) -> bool {
 
 fn solve(table: &Table) -> Option<Solve> {
     let tolerance = table.number("tolerance", TOLERANCE, Or(Solve::TOLERANCE));
-    let path = table.read("path", "", Or(Route::default()), |field, value| {
+    let path = table.read("path", "", Or(Path::default()), |field, value| {
         let words = [
-            ("auto", Route::Auto),
-            ("planar", Route::Planar),
-            ("spatial", Route::Spatial),
-            ("closed-form", Route::ClosedForm),
+            ("auto", Path::Auto),
+            ("planar", Path::Planar),
+            ("spatial", Path::Spatial),
+            ("closed-form", Path::ClosedForm),
         ];
         let allowed = r#""auto", "planar", "spatial" or "closed-form""#;
         table.reader.choice(field, value, &words, allowed)

@@ -27,6 +27,52 @@ pub trait Family2<const N: usize> {
     /// # Errors
     /// F is undefined here.
     fn linearised(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>>;
+
+    /// The Morse index of the solution (x, p, q), or None if the family has none.
+    ///
+    /// # Errors
+    /// The index cannot be found here.
+    fn index(&self, _x: &SVector<f64, N>, _p: f64, _q: f64) -> Result<Option<usize>> {
+        Ok(None)
+    }
+}
+
+/// A family in two parameters made of families in each of them, with the same unknowns: `in_p(q)` has the
+/// parameter p, `in_q(p)` the parameter q. Costs an evaluation of both.
+pub struct Crossed<A, B> {
+    in_p: A,
+    in_q: B,
+    unit: f64,
+}
+
+impl<A, B> Crossed<A, B> {
+    /// p is counted in `unit`s (not 0) of the families' own, so that it is of the size of the unknowns.
+    pub fn new(in_p: A, in_q: B, unit: f64) -> Self {
+        Self { in_p, in_q, unit }
+    }
+}
+
+impl<A, B, F, G, const N: usize> Family2<N> for Crossed<A, B>
+where
+    A: Fn(f64) -> F,
+    B: Fn(f64) -> G,
+    F: Family<N>,
+    G: Family<N>,
+{
+    fn linearised(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>> {
+        let p = p * self.unit;
+        let at = (self.in_p)(q).linearised(x, p)?;
+        Ok(Linearised2 {
+            residual: at.residual,
+            jacobian: at.jacobian,
+            slope_p: at.slope * self.unit,
+            slope_q: (self.in_q)(p).linearised(x, q)?.slope,
+        })
+    }
+
+    fn index(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Option<usize>> {
+        (self.in_p)(q).index(x, p * self.unit)
+    }
 }
 
 /// The folds of F(., ., q) as a family of its own, with unknowns (x, p) in R^M, M = N + 1, and
@@ -68,6 +114,18 @@ impl<const N: usize> Smallest<N> {
     }
 }
 
+impl<F, const N: usize, const M: usize> FoldCurve<'_, F, N, M> {
+    /// (x, p) as one vector.
+    pub fn unknowns(x: &SVector<f64, N>, p: f64) -> SVector<f64, M> {
+        SVector::from_fn(|i, _| if i < N { x[i] } else { p })
+    }
+
+    /// x and p of one vector.
+    pub fn parts(y: &SVector<f64, M>) -> (SVector<f64, N>, f64) {
+        (SVector::from_fn(|i, _| y[i]), y[N])
+    }
+}
+
 impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
     /// The fold curves of a family. M must be N + 1, or this does not compile.
     pub fn new(family: &'a F) -> Self {
@@ -78,14 +136,19 @@ impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
         }
     }
 
-    /// (x, p) as one vector.
-    pub fn unknowns(x: &SVector<f64, N>, p: f64) -> SVector<f64, M> {
-        SVector::from_fn(|i, _| if i < N { x[i] } else { p })
-    }
-
-    /// x and p of one vector.
-    pub fn parts(y: &SVector<f64, M>) -> (SVector<f64, N>, f64) {
-        (SVector::from_fn(|i, _| y[i]), y[N])
+    /// Morse indices of the two solutions that meet at a fold, the lower one first; none if the family has none. At a
+    /// cusp, where three meet, they mean nothing.
+    ///
+    /// # Errors
+    /// As [`Family2::linearised`] and [`Family2::index`].
+    pub fn indices(&self, y: &SVector<f64, M>, q: f64) -> Result<Option<(usize, usize)>> {
+        let (x, p) = Self::parts(y);
+        let right = Smallest::of(&self.at(&x, p, q)?.jacobian).right;
+        let h = 1e-4 * (1.0 + x.norm());
+        let beside = |h: f64| self.family.index(&(x + right * h), p, q);
+        Ok(beside(h)?
+            .zip(beside(-h)?)
+            .map(|(a, b)| (a.min(b), a.max(b))))
     }
 
     fn at(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>> {

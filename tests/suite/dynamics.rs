@@ -5,7 +5,7 @@ use snaprod::body::{Body, TimeForce};
 use snaprod::dynamics::{Outcome, Run, RunEvent, RunOptions, Sample, Snap};
 use snaprod::elastica::chart::amplitude;
 use snaprod::elastica::{Elastica, FoldPoint, equilibria_at, fold_at, fold_curve, folds};
-use snaprod::manifold::Multivalued;
+use snaprod::manifold::{EquilibriumManifold, Multivalued};
 
 type Pair = Vector2<f64>;
 

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::elastica::curvature::TipDerivatives;
 use snaprod::elastica::{Elastica, Equilibrium, fold_at, fold_curve, fold_distance};
-use snaprod::manifold::{Multivalued, Sign, adjugate_times};
+use snaprod::manifold::{EquilibriumManifold, Multivalued, Sign, adjugate_times};
 use std::f64::consts::PI;
 
 fn reference(row: &serde_json::Value) -> Equilibrium {

@@ -5,7 +5,7 @@ use crate::support::{assert_close, json, number, rows};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use snaprod::elastica::{Elastica, equilibria_at, fold_at};
-use snaprod::manifold::{Multivalued, invert_near};
+use snaprod::manifold::{EquilibriumManifold, invert_near};
 
 /// Catches a missed, doubled or invented equilibrium, and every label of those found.
 #[test]

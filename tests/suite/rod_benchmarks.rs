@@ -58,7 +58,7 @@ fn the_planar_elastica_is_reproduced() {
         );
         let problem = Problem::new(rod, End::ball(end.position), 1e-12).expect("a problem");
         let index = problem.index_at(&wrench).expect("an index");
-        let expected = snaprod::manifold::Multivalued::index(
+        let expected = snaprod::manifold::EquilibriumManifold::index(
             &snaprod::elastica::Elastica,
             &nalgebra::Vector2::new(closed.p, closed.w),
         );

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use snaprod::scene::{
     Along, AnyScene, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid,
-    Rotation, Route, Scene, Section, Shape, Statics, Stiffness, StrainName, Transverse, parse_any,
+    Rotation, Scene, Section, Shape, Statics, Stiffness, StrainName, Transverse, parse_any,
     read_any,
 };
 use std::path::Path;
@@ -128,7 +128,7 @@ fn sample_is_accepted() {
     assert!(scene.end.is_loaded() && !scene.end.follower && scene.end.load == 1.0);
     assert_eq!(
         (scene.solve.tolerance, scene.solve.path),
-        (1e-10, Route::Auto)
+        (1e-10, snaprod::rod::Path::Auto)
     );
     assert_eq!((scene.start.wrench, scene.continuation), (None, None));
 }
@@ -203,7 +203,7 @@ fn every_field_and_default() {
     assert_eq!(scene.start.wrench, Some([0.0, 0.0, 1.0, 0.0, 0.0, -1.0]));
     assert_eq!(
         (scene.solve.tolerance, scene.solve.path),
-        (1e-11, Route::Spatial)
+        (1e-11, snaprod::rod::Path::Spatial)
     );
     let Section::Diagonal(law) = &scene.rod.section else {
         panic!("{:?}", scene.rod.section)

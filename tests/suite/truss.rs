@@ -4,7 +4,7 @@ use gauss_quad::GaussLegendre;
 use nalgebra::Vector1;
 use snaprod::body::{Body, TimeForce};
 use snaprod::dynamics::{LandingRule, Outcome, Run, RunEvent, RunOptions, Sample, Snap};
-use snaprod::manifold::{Multivalued, Sheet, Sign};
+use snaprod::manifold::{EquilibriumManifold, Multivalued, Sheet, Sign};
 use snaprod::truss::Truss;
 use std::f64::consts::FRAC_PI_3;
 

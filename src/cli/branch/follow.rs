@@ -1,0 +1,353 @@
+//! Branches followed one after the other, and what they left behind.
+
+use nalgebra::SVector;
+use snaprod::rod::{State, Statical};
+use snaprod::scene::{Continue, Statics};
+use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
+use snaprod::solve::special::{Kind, Special};
+use snaprod::solve::switching::switch;
+
+pub const TYPICAL: f64 = Continue::TYPICAL;
+/// Branches followed at branch points, the first included.
+const MOST: usize = 24;
+/// Distance from a branch point at which another branch is picked up, as a part of the whole range.
+const AWAY: f64 = 0.003;
+/// Unknowns nearer than this, relative to their size, are those of one equilibrium.
+const SAME: f64 = 1e-6;
+
+/// A point or special point with its equilibrium.
+pub struct Row {
+    /// Which branch (or fold curve).
+    pub curve: usize,
+    pub p: f64,
+    /// The second parameter, on fold curves.
+    pub q: Option<f64>,
+    pub arclength: f64,
+    pub state: State,
+    pub index: Option<usize>,
+    pub label: String,
+}
+
+/// A special point.
+pub struct Located<const N: usize> {
+    pub label: String,
+    pub curve: usize,
+    pub special: Special<N>,
+    /// Followed against the direction of growing arclength.
+    pub backward: bool,
+}
+
+/// A branch (or fold curve) that was followed.
+pub struct Curve {
+    /// Where it began, in words.
+    pub origin: String,
+    /// How its ends were met, in words.
+    pub ends: Vec<String>,
+    /// True if it was followed as far as was asked.
+    pub complete: bool,
+}
+
+/// Branches of one scene.
+pub struct Study<'a, F, const N: usize> {
+    pub scene: &'a Statics,
+    pub wanted: &'a Continue,
+    pub family: &'a F,
+    pub rows: Vec<Row>,
+    pub located: Vec<Located<N>>,
+    pub curves: Vec<Curve>,
+    pub remarks: Vec<String>,
+    /// Values of the parameter at which branches are compared: every branch hits them.
+    stations: Vec<f64>,
+    /// (p, unknowns) there.
+    landed: Vec<(f64, SVector<f64, N>)>,
+}
+
+impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
+    pub fn new(
+        scene: &'a Statics,
+        wanted: &'a Continue,
+        family: &'a F,
+        stations: Vec<f64>,
+    ) -> Self {
+        Self {
+            scene,
+            wanted,
+            family,
+            rows: Vec::new(),
+            located: Vec::new(),
+            curves: Vec::new(),
+            remarks: Vec::new(),
+            stations,
+            landed: Vec::new(),
+        }
+    }
+
+    fn options(&self, direction: Direction) -> Options {
+        let wanted = self.wanted;
+        let (low, high) = wanted.range();
+        let (from, to) = match wanted.to > wanted.from {
+            true => (low, high),
+            false => (high, low),
+        };
+        let mut at = wanted.at.clone();
+        at.extend(self.stations.iter().filter(|p| !wanted.at.contains(p)));
+        Options {
+            at,
+            direction,
+            initial_step: TYPICAL * wanted.step,
+            min_step: TYPICAL * wanted.min_step,
+            max_step: TYPICAL * wanted.max_step,
+            tolerance: self.scene.solve.tolerance,
+            weight: TYPICAL / (wanted.to - wanted.from).abs(),
+            max_points: wanted.points,
+            ..Options::between(from, to)
+        }
+    }
+
+    /// The largest size of the unknowns at stations and ends of branches.
+    pub fn size(&self) -> f64 {
+        self.landed
+            .iter()
+            .map(|(_, x)| x.norm())
+            .fold(0.0, f64::max)
+    }
+
+    /// Unknowns of the equilibria found so far at a station.
+    pub fn known(&self, p: f64) -> Vec<SVector<f64, N>> {
+        let here = self.landed.iter().filter(|(at, _)| *at == p);
+        here.map(|(_, x)| *x).collect()
+    }
+
+    pub fn knows(&self, p: f64, x: &SVector<f64, N>) -> bool {
+        let known = self.known(p);
+        known
+            .iter()
+            .any(|y| (x - y).norm() <= SAME * (1.0 + x.norm()))
+    }
+
+    /// Follows the branch through an equilibrium, one way or both.
+    pub fn through(
+        &mut self,
+        origin: String,
+        x: SVector<f64, N>,
+        p: f64,
+        both: bool,
+    ) -> snaprod::Result<()> {
+        let family = self.family;
+        // Backward first, so that the rows are in order.
+        let ways: &[Direction] = match both {
+            true => &[Direction::Backward, Direction::Forward],
+            false => &[Direction::Forward],
+        };
+        let mut branches = Vec::new();
+        for &way in ways {
+            let options = self.options(way);
+            let ahead = match way {
+                Direction::Forward => options.to,
+                Direction::Backward => options.from,
+            };
+            // At an end of the range only the other way leads into it.
+            if p != ahead {
+                let branch = Branch::new(family, x, p, options)?;
+                branches.push((way == Direction::Backward, branch));
+            }
+        }
+        self.follow(origin, branches);
+        Ok(())
+    }
+
+    fn follow(&mut self, origin: String, branches: Vec<(bool, Branch<'_, F, N>)>) {
+        let number = self.curves.len();
+        self.curves.push(Curve {
+            origin,
+            ends: Vec::new(),
+            complete: true,
+        });
+        let (row, located) = (self.rows.len(), self.located.len());
+        for (i, (backward, branch)) in branches.into_iter().enumerate() {
+            let first = self.rows.len();
+            for item in branch {
+                match item {
+                    // The start is there already when the branch was followed the other way.
+                    Item::Point(point) if i > 0 && point.role == Role::Start => {}
+                    Item::Point(point) => {
+                        if point.role != Role::Step {
+                            self.landed.push((point.p, point.x));
+                        }
+                        self.add(number, &point, backward, String::new());
+                    }
+                    Item::Special(special) => {
+                        // A name for now: they are numbered along the branch.
+                        let name = format!("#{}", self.located.len());
+                        self.add(number, &special.point, backward, name.clone());
+                        self.located.push(Located {
+                            label: name,
+                            curve: number,
+                            special,
+                            backward,
+                        });
+                    }
+                    Item::Stop(stop) => {
+                        let last = self.rows[first..].last().map(|row| row.p);
+                        let (complete, words) = self.ended(number, &stop, backward, last);
+                        self.curves[number].ends.push(words);
+                        self.curves[number].complete &= complete;
+                    }
+                }
+            }
+            if backward {
+                self.rows[first..].reverse();
+            }
+        }
+        let stem = |special: &Special<N>| match special.kind {
+            Kind::Fold => "LP",
+            Kind::BranchPoint => "BP",
+            Kind::Cusp => "CP",
+            Kind::StabilityChange | Kind::Event => "SC",
+        };
+        number_labels(&mut self.rows[row..], &mut self.located, located, stem);
+    }
+
+    fn add(&mut self, curve: usize, point: &Point<N>, backward: bool, label: String) {
+        match self.family.state(&point.x, point.p) {
+            Ok(state) => self.rows.push(Row {
+                curve,
+                p: point.p,
+                q: None,
+                arclength: signed(backward, point.arclength),
+                state,
+                index: point.index,
+                label,
+            }),
+            Err(e) => self.remarks.push(format!(
+                "branch {curve}: the point at {} = {} is left out: {e}",
+                self.wanted.parameter, point.p
+            )),
+        }
+    }
+
+    /// How an end was met, and whether it is as far as was asked.
+    fn ended(
+        &self,
+        number: usize,
+        stop: &Stop,
+        backward: bool,
+        last: Option<f64>,
+    ) -> (bool, String) {
+        let Continue {
+            parameter,
+            from,
+            to,
+            points,
+            ..
+        } = self.wanted;
+        let short = |why: String| {
+            let aim = match (number, backward) {
+                (0, false) => format!("{parameter} = {to}"),
+                _ => format!("the ends of the range of {parameter}"),
+            };
+            (
+                false,
+                format!("branch {number} ended short of {aim}: {why}"),
+            )
+        };
+        let last = last.unwrap_or(*from);
+        match stop {
+            Stop::LeftAtStart if number == 0 && !backward => short(format!(
+                "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
+                 end sooner, or look for other branches with switch = true or deflate = true, or from another [start]"
+            )),
+            Stop::Reached | Stop::LeftAtStart => (
+                true,
+                format!("branch {number} reached {parameter} = {last}"),
+            ),
+            Stop::Closed => (true, format!("branch {number} is a closed loop")),
+            Stop::MaxPoints => short(format!(
+                "its {points} points were used up at {last}; raise points or max_step in [continue]"
+            )),
+            Stop::StepTooSmall { p, reason, .. } => short(format!("it is stuck at {p}: {reason}")),
+            Stop::Undefined { p, reason, .. } => short(format!(
+                "there is no equilibrium to follow beyond {p}: {reason}"
+            )),
+        }
+    }
+
+    /// Follows the branches that cross the first one at its branch points.
+    pub fn switch(&mut self) {
+        let family = self.family;
+        let options = self.options(Direction::Forward);
+        let mut starts = Vec::new();
+        for at in self.located.iter().filter(|at| at.curve == 0) {
+            let kind = at.special.kind;
+            if !matches!(kind, Kind::BranchPoint | Kind::StabilityChange) {
+                continue;
+            }
+            match switch(family, &at.special, TYPICAL * AWAY, &options) {
+                Ok(ways) => {
+                    let named = |remark: &String| format!("switching at {}: {remark}", at.label);
+                    self.remarks.extend(ways.remarks.iter().map(named));
+                    if ways.starts.is_empty() {
+                        self.remarks.push(format!(
+                            "switching at {}: no other branch was found; if the rod has a symmetry, as with equal bending stiffnesses, \
+                             the branches form a continuous family: break it a little",
+                            at.label
+                        ));
+                    }
+                    starts.extend(
+                        ways.starts
+                            .into_iter()
+                            .map(|start| (at.label.clone(), start)),
+                    );
+                }
+                Err(e) => self.remarks.push(format!("switching at {}: {e}", at.label)),
+            }
+        }
+        // A branch that joins two branch points is met again at the second: each start is looked for on the branches before.
+        self.stations
+            .extend(starts.iter().map(|(_, start)| start.p));
+        for (k, (label, start)) in starts.iter().enumerate() {
+            if self.knows(start.p, &start.x) {
+                continue;
+            }
+            if self.curves.len() >= MOST {
+                self.remarks.push(format!(
+                    "{} starts at branch points are left: not more than {MOST} branches are followed",
+                    starts.len() - k
+                ));
+                return;
+            }
+            match Branch::along(family, start, self.options(Direction::Forward)) {
+                Ok(branch) => self.follow(label.clone(), vec![(false, branch)]),
+                Err(e) => self.remarks.push(format!("switching at {label}: {e}")),
+            }
+        }
+    }
+}
+
+/// Arclength in the scene's measure.
+pub fn signed(backward: bool, arclength: f64) -> f64 {
+    let sign = if backward { -1.0 } else { 1.0 };
+    sign * arclength / TYPICAL
+}
+
+/// Gives the special points from `first` on, in the order of the rows, their labels.
+pub fn number_labels<const N: usize>(
+    rows: &mut [Row],
+    located: &mut [Located<N>],
+    first: usize,
+    stem: impl Fn(&Special<N>) -> &'static str,
+) {
+    let mut next = first;
+    for row in rows {
+        let Some(k) = (next..located.len()).find(|&k| row.label == located[k].label) else {
+            continue;
+        };
+        located.swap(next, k);
+        let stem = stem(&located[next].special);
+        let before = located[..next].iter();
+        let count = before.filter(|at| at.label.starts_with(stem)).count();
+        row.label = format!("{stem}{}", count + 1);
+        located[next].label = row.label.clone();
+        next += 1;
+    }
+}

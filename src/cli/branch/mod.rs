@@ -1,0 +1,240 @@
+//! `snaprod branch SCENE`.
+
+mod figures;
+mod files;
+mod folds;
+mod follow;
+mod search;
+
+use super::check::{no_start, read_statics};
+use super::files::{
+    check_png, json_text, make_directory, print, print_json, write_figure, write_whole,
+};
+use super::{BranchArgs, Ending, Refusal};
+use folds::fold_curves;
+use follow::Study;
+use nalgebra::SVector;
+use serde_json::{Value, json};
+use snaprod::rod::{Chart, Charted, Equilibrium, Path, RodFamily, Spatial, Statical, Taken};
+use snaprod::scene::{Continue, Parameter, Statics};
+use std::fmt::Write;
+
+/// Follows the branch of the scene, and what was asked beside it, and writes them.
+pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
+    check_png(args.png)?;
+    let scene = read_statics(&args.scene)?;
+    let refuse = |e| no_start(&args.scene, &e);
+    let Some(wanted) = scene.continuation.clone() else {
+        return Err(Refusal(format!(
+            "{}: no [continue]: add one that names the parameter, as in\n  [continue]\n  parameter = \"end.load\"\n  from = 0.0\n  to = 1.0",
+            args.scene.display()
+        )));
+    };
+    let at = |p: f64| scene.with(&wanted.parameter, p).problem();
+    let first = at(wanted.from).map_err(refuse)?;
+    let start = first.solve(scene.guess().as_ref()).map_err(refuse)?;
+    let (charted, taken) = charted(&scene, &wanted, &start).map_err(refuse)?;
+    match charted {
+        Charted::Spatial(chart) => along::<_, 6, 7>(args, &scene, &wanted, &start, chart, &taken),
+        Charted::Planar(chart) => along::<_, 3, 4>(args, &scene, &wanted, &start, chart, &taken),
+        Charted::ClosedForm(chart) => {
+            along::<_, 2, 3>(args, &scene, &wanted, &start, chart, &taken)
+        }
+    }
+}
+
+/// The chart that holds all along the branch: the one of the first problem, if the equilibrium found lies in it, if it is that
+/// of others in the range too, and if nothing is asked for that may lead out of it.
+fn charted(
+    scene: &Statics,
+    wanted: &Continue,
+    start: &Equilibrium,
+) -> snaprod::Result<(Charted, Taken)> {
+    let spatial = |why: &str| {
+        let chart = Charted::Spatial(Spatial);
+        Ok((
+            chart,
+            Taken {
+                path: Path::Spatial,
+                why: why.to_owned(),
+            },
+        ))
+    };
+    let (charted, taken) = scene
+        .with(&wanted.parameter, wanted.from)
+        .problem()?
+        .charted()?;
+    if taken.path == Path::Spatial || scene.solve.path != Path::Auto {
+        return Ok((charted, taken));
+    }
+    if start.taken.path != taken.path {
+        return Ok((Charted::Spatial(Spatial), start.taken.clone()));
+    }
+    if wanted.switch || wanted.deflate {
+        return spatial("the data are planar, but other branches may leave the plane");
+    }
+    let mut ends = vec![
+        (wanted.parameter, wanted.to),
+        (wanted.parameter, 0.37 * wanted.from + 0.63 * wanted.to),
+    ];
+    if let Some(second) = &wanted.second {
+        ends.extend([
+            (second.parameter, second.from),
+            (second.parameter, second.to),
+        ]);
+    }
+    for (parameter, p) in ends {
+        let there = scene
+            .with(&parameter, p)
+            .problem()
+            .and_then(|problem| problem.charted());
+        if there.is_ok_and(|(there, _)| !there.is_alike(&charted)) {
+            return spatial("the data are planar at the start of the branch, but not along it");
+        }
+    }
+    Ok((charted, taken))
+}
+
+/// Follows everything in one chart, N unknowns; M = N + 1.
+fn along<C: Chart<N> + Copy, const N: usize, const M: usize>(
+    args: &BranchArgs,
+    scene: &Statics,
+    wanted: &Continue,
+    start: &Equilibrium,
+    chart: C,
+    taken: &Taken,
+) -> Result<Ending, Refusal> {
+    let make = |scene: &Statics, parameter: Parameter, span: f64| {
+        let scene = scene.clone();
+        let problem = move |p: f64| scene.with(&parameter, p).problem();
+        RodFamily::in_chart(problem, parameter.changes_rod(), span, chart)
+    };
+    let family = make(scene, wanted.parameter, wanted.to - wanted.from);
+    let x = family
+        .unknowns(&start.base, wanted.from)
+        .map_err(|e| no_start(&args.scene, &e))?;
+    study::<_, N, M>(args, scene, wanted, x, make, taken)
+}
+
+/// Everything about the branch through `x`, with N unknowns; M = N + 1.
+fn study<F: Statical<N>, const N: usize, const M: usize>(
+    args: &BranchArgs,
+    scene: &Statics,
+    wanted: &Continue,
+    x: SVector<f64, N>,
+    make: impl Fn(&Statics, Parameter, f64) -> F,
+    taken: &Taken,
+) -> Result<Ending, Refusal> {
+    let family = make(scene, wanted.parameter, wanted.to - wanted.from);
+    let stations = match wanted.deflate {
+        true => search::values(wanted),
+        false => Vec::new(),
+    };
+    let mut study = Study::new(scene, wanted, &family, stations);
+    study
+        .through("the scene".to_owned(), x, wanted.from, wanted.both)
+        .map_err(|e| no_start(&args.scene, &e))?;
+    if wanted.switch {
+        study.switch();
+    }
+    let searched = wanted.deflate.then(|| search::search(&mut study));
+    let folds = wanted
+        .second
+        .as_ref()
+        .map(|second| (second, fold_curves::<F, N, M>(&mut study, second, &make)));
+
+    let Study {
+        rows,
+        located,
+        curves,
+        remarks,
+        ..
+    } = &study;
+    let mut summary = json!({
+        "parameter": wanted.parameter.to_string(),
+        "path": { "kind": taken.path.as_str(), "why": taken.why },
+        "points": rows.len(),
+        "branches": files::curves(curves, rows),
+        "special_points": located.iter().map(|at| at.json()).collect::<Vec<_>>(),
+        "complete": curves.iter().all(|curve| curve.complete),
+        "stop": curves.iter().flat_map(|curve| &curve.ends).collect::<Vec<_>>(),
+        "remarks": remarks,
+    });
+    if let Some(searched) = searched {
+        summary["deflation"] = searched;
+    }
+    if let Some((second, folds)) = &folds {
+        let points: Vec<Value> = folds.located.iter().map(|at| at.fold_json()).collect();
+        summary["fold_curves"] = json!({
+            "second": second.parameter.to_string(),
+            "points": folds.rows.len(),
+            "curves": files::curves(&folds.curves, &folds.rows),
+            "special_points": points,
+        });
+    }
+    let out = args.out.clone().unwrap_or_else(|| {
+        let stem = args.scene.file_stem().unwrap_or_default();
+        std::path::Path::new("out").join(stem)
+    });
+    let diagram = figures::diagram(scene, wanted, rows, located)?;
+    let shapes = figures::shapes(scene, wanted, rows)?;
+    make_directory(&out)?;
+    write_whole(&out.join("branch.csv"), files::table(rows).as_bytes())?;
+    let text = json_text(summary.clone());
+    write_whole(&out.join("special_points.json"), text.as_bytes())?;
+    write_figure(&out, "branch", &diagram, args.png)?;
+    write_figure(&out, "shapes", &shapes, args.png)?;
+    if let Some((second, folds)) = &folds
+        && !folds.rows.is_empty()
+    {
+        let table = files::table(&folds.rows);
+        write_whole(&out.join("fold_curve.csv"), table.as_bytes())?;
+        let figure = figures::fold_curves(scene, wanted, second, &folds.rows, &folds.located)?;
+        write_figure(&out, "fold_curve", &figure, args.png)?;
+    }
+
+    let fold_curves = folds.iter().flat_map(|(_, folds)| &folds.curves);
+    let complete = curves.iter().chain(fold_curves).all(|curve| curve.complete);
+    if args.json {
+        print_json(summary);
+    } else {
+        let mut text = match curves.len() {
+            1 => format!(
+                "{} points of the branch in {}\n",
+                rows.len(),
+                wanted.parameter
+            ),
+            n => format!(
+                "{} points of {n} branches in {}\n",
+                rows.len(),
+                wanted.parameter
+            ),
+        };
+        located.iter().for_each(|at| at.line(&mut text));
+        curve_ends(&mut text, curves);
+        if let Some((second, folds)) = &folds {
+            let (first, second) = (wanted.parameter, second.parameter);
+            let points = folds.rows.len();
+            let _ = writeln!(text, "{points} points of fold curves in {first}, {second}");
+            folds.located.iter().for_each(|at| at.line(&mut text));
+            curve_ends(&mut text, &folds.curves);
+        }
+        let _ = writeln!(text, "path: {}, because {}", taken.path.as_str(), taken.why);
+        for remark in remarks {
+            let _ = writeln!(text, "remark: {remark}");
+        }
+        let _ = writeln!(text, "written: {}", out.display());
+        print(&text);
+    }
+    Ok(if complete {
+        Ending::Done
+    } else {
+        Ending::Short
+    })
+}
+
+fn curve_ends(text: &mut String, curves: &[follow::Curve]) {
+    for end in curves.iter().flat_map(|curve| &curve.ends) {
+        let _ = writeln!(text, "end: {end}");
+    }
+}

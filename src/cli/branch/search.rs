@@ -1,0 +1,90 @@
+//! Branches that do not meet those known, by deflation.
+
+use super::follow::{Study, TYPICAL};
+use nalgebra::SVector;
+use serde_json::{Value, json};
+use snaprod::rod::Statical;
+use snaprod::scene::Continue;
+use snaprod::solve::deflation::{self, further};
+
+/// Values of the parameter at which further equilibria are sought.
+const VALUES: usize = 5;
+/// Branches that are followed.
+const MOST: usize = 8;
+
+/// Evenly over the range.
+pub fn values(wanted: &Continue) -> Vec<f64> {
+    let (low, high) = wanted.range();
+    let last = VALUES - 1;
+    let mut values: Vec<f64> = (1..last)
+        .map(|k| low + (high - low) * k as f64 / last as f64)
+        .collect();
+    values.extend([low, high]);
+    if !values.contains(&wanted.from) {
+        values.push(wanted.from);
+    }
+    // From where the scene begins outwards.
+    values.sort_by(|a, b| (a - wanted.from).abs().total_cmp(&(b - wanted.from).abs()));
+    values
+}
+
+/// Searches, follows what is found, and reports.
+pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> Value {
+    let values = values(study.wanted);
+    let parameter = study.wanted.parameter;
+    // Rods have equilibria of any order, at ever larger wrenches.
+    let bound = 2.0 * study.size().max(TYPICAL);
+    let (mut found, mut evaluations) = (0, 0);
+    'values: for &p in &values {
+        let mut guesses = study.known(p);
+        // Along each unknown, both ways.
+        for k in 0..N {
+            for way in [1.0, -1.0] {
+                let mut guess = SVector::zeros();
+                guess[k] = way * TYPICAL;
+                guesses.push(guess);
+            }
+        }
+        for guess in guesses {
+            let options = deflation::Options::default();
+            let known = study.known(p);
+            let search = match further(study.family, p, &known, &[guess], &options) {
+                Ok(search) => search,
+                Err(e) => {
+                    let remark = format!("deflation at {parameter} = {p}: {e}");
+                    study.remarks.push(remark);
+                    continue 'values;
+                }
+            };
+            evaluations += search.evaluations;
+            for solution in &search.solutions {
+                // One found with it may lie on its branch.
+                if !(solution.x.norm() <= bound) || study.knows(p, &solution.x) {
+                    continue;
+                }
+                let origin = format!("deflation at {parameter} = {p}");
+                match study.through(origin, solution.x, p, true) {
+                    Ok(()) => found += 1,
+                    Err(e) => {
+                        let remark = format!("deflation at {parameter} = {p}: {e}");
+                        study.remarks.push(remark);
+                    }
+                }
+                if found == MOST {
+                    break 'values;
+                }
+            }
+        }
+    }
+    let limit = match found {
+        MOST => format!(", at most {MOST}"),
+        _ => String::new(),
+    };
+    let branches = if found == 1 { "branch" } else { "branches" };
+    study.remarks.push(format!(
+        "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among base wrenches (couple in B/L, \
+         force in B/L^2) up to {bound:.3}; there may be more",
+        values.len(),
+    ));
+    json!({ "found": found, "values": values, "largest_wrench": bound, "evaluations": evaluations })
+}
