@@ -1,6 +1,6 @@
 //! Charts in which a problem is solved: all six components of the base wrench in space, fewer where the data allow it.
 
-use super::line::Wrench;
+use super::line::{self, Wrench};
 use super::problem::{Problem, Trial};
 use crate::error::Result;
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
@@ -28,6 +28,11 @@ pub trait Chart<const N: usize> {
 
     /// The base wrench, in the clamp's frame and the numerics' units.
     fn wrench(&self, problem: &Problem, x: &SVector<f64, N>) -> Result<Wrench>;
+
+    /// How fast the rod winds, about, under `x`: radians along the whole length.
+    fn winding(&self, problem: &Problem, x: &SVector<f64, N>) -> Result<f64> {
+        line::rate(&problem.rod.law, &self.wrench(problem, x)?)
+    }
 
     /// The unknowns of a base wrench, or of the nearest one in the chart.
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<SVector<f64, N>>;

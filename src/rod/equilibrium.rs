@@ -3,6 +3,7 @@
 use super::chart::{Chart, Spatial};
 use super::closed_form::ClosedForm;
 use super::follow::{follow, newton, options};
+use super::free_end::FreeEnd;
 use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
 use super::planar::Plane;
@@ -13,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::solve::newton::Solution;
 use nalgebra::{Rotation3, SVector, UnitQuaternion, Vector2, Vector3, Vector6};
+use std::f64::consts::FRAC_PI_3;
 
 /// An equilibrium of a rod, and how it was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +96,7 @@ impl Problem {
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
         let (charted, taken) = self.charted()?;
         let flat = match charted {
-            Charted::Spatial(chart) => return self.solve_in(&chart, self.starts(), guess, taken),
+            Charted::Spatial(_) | Charted::FreeEnd(_) => return self.solve_in_space(guess, taken),
             Charted::Planar(plane) => self.solve_planar(&plane, guess, taken),
             Charted::ClosedForm(chart) => {
                 let closed = self.solve_in(&chart, self.closed_starts(&chart), guess, taken);
@@ -119,16 +121,28 @@ impl Problem {
             ),
             Err(why) => format!("the data are planar, but the plane gave no answer: {why}"),
         };
-        let spatial = self.solve_in(
-            &Spatial,
-            self.starts(),
-            guess,
-            Taken::new(Path::Spatial, why),
-        );
+        let spatial = self.solve_in_space(guess, Taken::new(Path::Spatial, why));
         match (flat, spatial) {
             (Ok(flat), Ok(spatial)) if spatial.index < flat.index => Ok(spatial),
             (Err(_), spatial) => spatial,
             (flat, _) => flat,
+        }
+    }
+
+    fn solve_in_space(&self, guess: Option<&Wrench>, taken: Taken) -> Result<Equilibrium> {
+        if !self.has_free_end() {
+            return self.solve_in(&Spatial, self.starts(), guess, taken);
+        }
+        let reduced = self.solve_in(&FreeEnd, self.free_starts(), guess, taken.clone());
+        let enough = |found: &Equilibrium| found.index == 0 || self.end.follower;
+        if guess.is_some() || reduced.as_ref().is_ok_and(enough) {
+            return reduced;
+        }
+        let whole = self.solve_in(&Spatial, self.starts(), guess, taken);
+        match (reduced, whole) {
+            (Ok(reduced), Ok(whole)) if whole.index < reduced.index => Ok(whole),
+            (Err(_), whole) => whole,
+            (reduced, _) => reduced,
         }
     }
 
@@ -147,6 +161,18 @@ impl Problem {
                     _ => true,
                 }));
         self.solve_in(plane, starts, guess, taken)
+    }
+
+    /// Rods bent by a force on their end that follows it: to all sides, if the end is held.
+    fn free_starts(&self) -> impl Iterator<Item = Start> {
+        let held = self.end.position.iter().any(Option::is_some);
+        let sides = (0..if held { 6 } else { 0 }).filter_map(|k| {
+            let (sin, cos) = (1.1 + FRAC_PI_3 * f64::from(k)).sin_cos();
+            let q = Vector3::new(3.0 * cos, 3.0 * sin, -0.3);
+            FreeEnd.wrench(self, &q).ok().map(Start::Loaded)
+        });
+        let bends = IMPERFECTIONS.map(|bend| Start::Bent(bend.into()));
+        std::iter::once(Start::Unloaded).chain(bends).chain(sides)
     }
 
     fn starts(&self) -> impl Iterator<Item = Start> {

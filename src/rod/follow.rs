@@ -53,9 +53,8 @@ fn tamely<C: Chart<N>, const N: usize>(
     problem: &Problem,
     x: &SVector<f64, N>,
 ) -> Result<Evaluated<N>> {
-    let law = &problem.rod.law;
-    let wound = line::rate(law, &chart.wrench(problem, x)?)?;
-    if !(wound < WILD + 3.0 * line::rate(law, &line::Wrench::zeros())?) {
+    let unloaded = line::rate(&problem.rod.law, &line::Wrench::zeros())?;
+    if !(chart.winding(problem, x)? < WILD + 3.0 * unloaded) {
         return Err(Error::no_convergence(
             "the next trial wrench is out of all proportion",
         ));

@@ -219,6 +219,8 @@ pub(super) struct ScaledLaw {
     pieces: Vec<f64>,
     /// Flexures and twist added to the law's: the imperfection of a continuation.
     bend: Vector3<f64>,
+    /// 1 from the clamp to the end, -1 from the end to the clamp.
+    sense: f64,
 }
 
 impl ScaledLaw {
@@ -242,6 +244,7 @@ impl ScaledLaw {
             stiffness,
             pieces,
             bend: Vector3::zeros(),
+            sense: 1.0,
         };
         scaled.hoisted = scaled.law.uniform_linear().map(|linear| UniformLinear {
             rest: scaled.strain_in(&linear.rest),
@@ -255,11 +258,25 @@ impl ScaledLaw {
         let mut bent = self.clone();
         if let Some(linear) = &mut bent.hoisted {
             for i in 0..3 {
-                linear.rest[i] += bend[i] - self.bend[i];
+                linear.rest[i] += self.sense * (bend[i] - self.bend[i]);
             }
         }
         bent.bend = bend;
         bent
+    }
+
+    /// The law seen from the end of the rod: s counts from there, and frame and centreline run backwards, as if every strain
+    /// had changed its sign.
+    pub(super) fn reversed(&self) -> Self {
+        let mut reversed = self.clone();
+        reversed.sense = -self.sense;
+        if let Some(linear) = &mut reversed.hoisted {
+            linear.rest = -linear.rest;
+            linear.compliance = linear.compliance.times(-1.0);
+        }
+        let inner = self.pieces.iter().rev().skip(1).map(|s| 1.0 - s);
+        reversed.pieces = inner.chain([1.0]).collect();
+        reversed
     }
 
     /// The law without dimensions, if it is linear and uniform.
@@ -323,7 +340,7 @@ impl ScaledLaw {
             let change = &linear.compliance * w;
             return Ok(Response {
                 strain: linear.rest + change,
-                energy: 0.5 * w.dot(&change),
+                energy: 0.5 * self.sense * w.dot(&change),
                 compliance: Cow::Borrowed(&linear.compliance),
             });
         }
@@ -337,15 +354,17 @@ impl ScaledLaw {
             force * w[4],
             force * w[5],
         );
+        let s = if self.sense < 0.0 { 1.0 - s } else { s };
         let inverse = self.law.inverse(s * l, &user)?;
         let mut strain = self.strain_in(&inverse.strain);
         for i in 0..3 {
             strain[i] += self.bend[i];
         }
+        let compliance = self.compliance_in(&inverse.compliance);
         Ok(Response {
-            strain,
+            strain: strain * self.sense,
             energy: inverse.energy / force,
-            compliance: Cow::Owned(self.compliance_in(&inverse.compliance)),
+            compliance: Cow::Owned(compliance.times(self.sense)),
         })
     }
 }
@@ -538,6 +557,22 @@ pub(super) fn end<const K: usize>(
     tolerance: f64,
 ) -> Result<(Section<K>, Work)> {
     integrate(law, b, unit_columns(), tolerance, |_, _| ())
+}
+
+/// The clamp seen from the end, whose directors are the axes and which bears the force `n` and no couple, under the reversed
+/// law, with the columns d/dn.
+pub(super) fn clamp_from_end<const K: usize>(
+    reversed: &ScaledLaw,
+    n: &Vector3<f64>,
+    tolerance: f64,
+) -> Result<Section<K>> {
+    let mut dn = [[0.0; K]; 3];
+    for (i, row) in dn.iter_mut().enumerate().take(K) {
+        row[i] = 1.0;
+    }
+    let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
+    let columns = [[[0.0; K]; 3], dn];
+    integrate(reversed, &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 
 /// The sections at the given arclengths in [0, 1], in growing order.

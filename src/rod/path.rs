@@ -2,6 +2,7 @@
 
 use super::chart::Spatial;
 use super::closed_form::ClosedForm;
+use super::free_end::FreeEnd;
 use super::planar::Plane;
 use super::problem::Problem;
 use crate::error::{Error, Result};
@@ -60,6 +61,8 @@ impl Taken {
 pub enum Charted {
     /// In space.
     Spatial(Spatial),
+    /// In space, the end bearing no couple.
+    FreeEnd(FreeEnd),
     /// In a plane.
     Planar(Plane),
     /// In closed form.
@@ -70,7 +73,7 @@ impl Charted {
     /// True if the unknowns mean the same: the numbers of the law may differ, not the plane.
     pub fn is_alike(&self, other: &Self) -> bool {
         match (self, other) {
-            (Self::Spatial(_), Self::Spatial(_)) => true,
+            (Self::Spatial(_), Self::Spatial(_)) | (Self::FreeEnd(_), Self::FreeEnd(_)) => true,
             (Self::Planar(a), Self::Planar(b)) => a == b,
             (Self::ClosedForm(a), Self::ClosedForm(b)) => a.plane() == b.plane(),
             _ => false,
@@ -79,6 +82,15 @@ impl Charted {
 }
 
 impl Problem {
+    /// The chart of any problem in space: the force on the end if it bears no couple, or else the base wrench.
+    pub fn charted_in_space(&self) -> Charted {
+        if self.has_free_end() {
+            Charted::FreeEnd(FreeEnd)
+        } else {
+            Charted::Spatial(Spatial)
+        }
+    }
+
     /// The same problem to be computed by the path of the user's choice.
     #[must_use]
     pub fn with_path(mut self, path: Path) -> Self {
@@ -92,7 +104,7 @@ impl Problem {
     /// A path that does not hold for this problem; the message says why.
     pub fn charted(&self) -> Result<(Charted, Taken)> {
         let asked = |path: Path| format!("solve.path = \"{}\" was asked for", path.as_str());
-        let spatial = |why: String| (Charted::Spatial(Spatial), Taken::new(Path::Spatial, why));
+        let spatial = |why: String| (self.charted_in_space(), Taken::new(Path::Spatial, why));
         let refused = |why: &str| {
             Err(Error::domain(format!(
                 "solve.path = \"{}\" does not hold here: {why}; use \"auto\"",

@@ -114,15 +114,10 @@ impl Problem {
                 "a follower load needs a free end: leave out the held position and orientation, or follower",
             ));
         }
-        let (couple, force) = rod.units();
-        let turn = rod.clamp.rotation.inverse();
-        let origin = rod.clamp.translation.vector;
-        let targets = std::array::from_fn(|i| match end.position[i] {
-            Some(x) => (x - origin[i]) / rod.length,
-            None => end.force[i] / force,
-        });
+        let problem = Self::unchecked(rod, end, tolerance);
+        let rod = &problem.rod;
         if let ([Some(_), Some(_), Some(_)], true) = (end.position, rod.is_inextensible()?) {
-            let reach = Vector3::from(targets).norm();
+            let reach = Vector3::from(problem.targets).norm();
             if !(reach < 1.0) {
                 return Err(Error::unreachable(format!(
                     "the end is held at a distance of {:.9} from the clamp, but the rod is inextensible and {} long; \
@@ -132,9 +127,21 @@ impl Problem {
                 )));
             }
         }
+        Ok(problem)
+    }
+
+    /// The problem of an end condition that is known to make sense.
+    pub(super) fn unchecked(rod: Rod, end: End, tolerance: f64) -> Self {
+        let (couple, force) = rod.units();
+        let turn = rod.clamp.rotation.inverse();
+        let origin = rod.clamp.translation.vector;
+        let targets = std::array::from_fn(|i| match end.position[i] {
+            Some(x) => (x - origin[i]) / rod.length,
+            None => end.force[i] / force,
+        });
         // Follower loads live in the frame of the end, whatever the clamp's.
         let given = end.couple / couple;
-        Ok(Self {
+        Self {
             axes: std::array::from_fn(|i| turn * Vector3::ith(i, 1.0)),
             targets,
             orientation: end
@@ -145,7 +152,7 @@ impl Problem {
             end,
             tolerance,
             path: Path::Auto,
-        })
+        }
     }
 
     /// The rod.

@@ -15,7 +15,9 @@ use folds::fold_curves;
 use follow::Study;
 use nalgebra::SVector;
 use serde_json::{Value, json};
-use snaprod::rod::{Chart, Charted, Equilibrium, Path, RodFamily, Spatial, Statical, Taken};
+use snaprod::rod::{
+    Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Statical, Taken,
+};
 use snaprod::scene::{Continue, Parameter, Statics};
 use std::fmt::Write;
 
@@ -33,9 +35,10 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let at = |p: f64| scene.with(&wanted.parameter, p).problem();
     let first = at(wanted.from).map_err(refuse)?;
     let start = first.solve(scene.guess().as_ref()).map_err(refuse)?;
-    let (charted, taken) = charted(&scene, &wanted, &start).map_err(refuse)?;
+    let (charted, taken) = charted(args, &scene, &wanted, &start)?;
     match charted {
         Charted::Spatial(chart) => along::<_, 6, 7>(args, &scene, &wanted, &start, chart, &taken),
+        Charted::FreeEnd(chart) => along::<_, 3, 4>(args, &scene, &wanted, &start, chart, &taken),
         Charted::Planar(chart) => along::<_, 3, 4>(args, &scene, &wanted, &start, chart, &taken),
         Charted::ClosedForm(chart) => {
             along::<_, 2, 3>(args, &scene, &wanted, &start, chart, &taken)
@@ -43,56 +46,58 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     }
 }
 
-/// The chart that holds all along the branch: the one of the first problem, if the equilibrium found lies in it, if it is that
-/// of others in the range too, and if nothing is asked for that may lead out of it.
+/// The chart that holds all along the branch: the one of its start, if the equilibrium found lies in it, if it is that of other
+/// problems in the range too, and if nothing is asked for that may lead out of it.
 fn charted(
+    args: &BranchArgs,
     scene: &Statics,
     wanted: &Continue,
     start: &Equilibrium,
-) -> snaprod::Result<(Charted, Taken)> {
-    let spatial = |why: &str| {
-        let chart = Charted::Spatial(Spatial);
-        Ok((
-            chart,
-            Taken {
-                path: Path::Spatial,
-                why: why.to_owned(),
-            },
-        ))
+) -> Result<(Charted, Taken), Refusal> {
+    let at = |parameter: &Parameter, p: f64| scene.with(parameter, p).problem();
+    let range = |parameter: Parameter, from: f64, to: f64| {
+        [from, 0.37 * from + 0.63 * to, to].map(|p| (parameter, p))
     };
-    let (charted, taken) = scene
-        .with(&wanted.parameter, wanted.from)
-        .problem()?
-        .charted()?;
-    if taken.path == Path::Spatial || scene.solve.path != Path::Auto {
-        return Ok((charted, taken));
-    }
-    if start.taken.path != taken.path {
-        return Ok((Charted::Spatial(Spatial), start.taken.clone()));
-    }
-    if wanted.switch || wanted.deflate {
-        return spatial("the data are planar, but other branches may leave the plane");
-    }
-    let mut ends = vec![
-        (wanted.parameter, wanted.to),
-        (wanted.parameter, 0.37 * wanted.from + 0.63 * wanted.to),
-    ];
+    let mut others = range(wanted.parameter, wanted.from, wanted.to).to_vec();
     if let Some(second) = &wanted.second {
-        ends.extend([
-            (second.parameter, second.from),
-            (second.parameter, second.to),
-        ]);
+        others.extend(range(second.parameter, second.from, second.to));
     }
-    for (parameter, p) in ends {
-        let there = scene
-            .with(&parameter, p)
-            .problem()
-            .and_then(|problem| problem.charted());
-        if there.is_ok_and(|(there, _)| !there.is_alike(&charted)) {
-            return spatial("the data are planar at the start of the branch, but not along it");
-        }
-    }
-    Ok((charted, taken))
+    let holds = |chart: &Charted, of: &dyn Fn(&Problem) -> Option<Charted>| {
+        others.iter().all(|(parameter, p)| {
+            let there = at(parameter, *p).ok().and_then(|problem| of(&problem));
+            there.is_none_or(|there| there.is_alike(chart))
+        })
+    };
+    let refuse = |e| no_start(&args.scene, &e);
+    let first = at(&wanted.parameter, wanted.from).map_err(refuse)?;
+    let (charted, taken) = first.charted().map_err(refuse)?;
+    let of_plane = |problem: &Problem| problem.charted().ok().map(|(chart, _)| chart);
+    let leaves = wanted.switch || wanted.deflate;
+    let why = if taken.path == Path::Spatial {
+        taken.why
+    } else if scene.solve.path == Path::Auto && start.taken.path != taken.path {
+        start.taken.why.clone()
+    } else if holds(&charted, &of_plane) && !(scene.solve.path == Path::Auto && leaves) {
+        return Ok((charted, taken));
+    } else if scene.solve.path == Path::Auto && leaves {
+        "other branches may leave the plane of the data".to_owned()
+    } else if scene.solve.path == Path::Auto {
+        "the data are planar at the start of the branch, but not all along it".to_owned()
+    } else {
+        return Err(Refusal(format!(
+            "{}: solve.path = \"{}\" holds at the start of the branch, but not all along it; use \"auto\"",
+            args.scene.display(),
+            taken.path.as_str()
+        )));
+    };
+    let reduced = first.charted_in_space();
+    let chart = if holds(&reduced, &|problem| Some(problem.charted_in_space())) {
+        reduced
+    } else {
+        Charted::Spatial(Spatial)
+    };
+    let path = Path::Spatial;
+    Ok((chart, Taken { path, why }))
 }
 
 /// Follows everything in one chart, N unknowns; M = N + 1.

@@ -52,6 +52,14 @@ impl Compliance {
             Self::Full(matrix) => *matrix,
         }
     }
+
+    /// A multiple.
+    pub(super) fn times(self, factor: f64) -> Self {
+        match self {
+            Self::Diagonal(entries) => Self::Diagonal(entries * factor),
+            Self::Full(matrix) => Self::Full(matrix * factor),
+        }
+    }
 }
 
 impl std::ops::Mul<&Resultant> for &Compliance {

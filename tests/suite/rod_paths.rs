@@ -1,0 +1,327 @@
+//! Planar and closed-form paths against the spatial one; the rod as an equilibrium manifold.
+
+use crate::support::assert_close;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use snaprod::elastica::Elastica;
+use snaprod::manifold::{EquilibriumManifold, ManifoldPoint, invert_near};
+use snaprod::rod::section::{Along, Barrier, Linear, Varying};
+use snaprod::rod::{BallJointed, End, Path, Problem, Rod, RodFamily, Welded};
+use snaprod::solve::family::Family;
+
+fn kirchhoff(bending: [f64; 2]) -> Rod {
+    Rod::new(1.3, Linear::diagonal(bending, 0.7).unwrap()).unwrap()
+}
+
+fn elastic() -> Linear {
+    Linear::diagonal([1.5, 1.0], 0.7)
+        .and_then(|law| law.with_shear([90.0, 110.0]))
+        .and_then(|law| law.with_axial(250.0))
+        .unwrap()
+}
+
+/// Rods of all kinds that stay in the plane of z and x when the data do.
+fn planar_rods() -> Vec<(&'static str, Rod)> {
+    let curved = elastic().with_rest([0.0, 0.8], 0.0).unwrap();
+    let tapered = Varying::diagonal(
+        [
+            Along::polynomial(&[1.5, -0.5]).unwrap(),
+            Along::polynomial(&[1.0, -0.4]).unwrap(),
+        ],
+        Along::polynomial(&[0.7, -0.2]).unwrap(),
+    )
+    .unwrap();
+    let barrier = Barrier::new(elastic(), [0.05, 0.05], 2.0).unwrap();
+    vec![
+        ("rigid", kirchhoff([1.5, 1.0])),
+        ("elastic", Rod::new(1.3, elastic()).unwrap()),
+        ("curved", Rod::new(1.3, curved).unwrap()),
+        ("tapered", Rod::new(1.3, tapered).unwrap()),
+        ("barrier", Rod::new(1.3, barrier).unwrap()),
+    ]
+}
+
+fn planar_ends() -> Vec<(&'static str, End)> {
+    let (x, z) = (Vector3::x(), Vector3::z());
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.9);
+    let force = x * 0.7 - z * 0.9;
+    let place = x * 0.55 + z * 0.9;
+    vec![
+        ("dead", End::load(force, Vector3::y() * 0.4)),
+        ("dead, no couple", End::load(force, Vector3::zeros())),
+        ("follower", End::follower(force, Vector3::y() * 0.4)),
+        ("ball", End::ball(place)),
+        ("pose", End::pose(place, turn)),
+        (
+            "slide",
+            End {
+                position: [Some(0.3), Some(0.0), None],
+                orientation: Some(turn),
+                ..End::load(-z * 0.5, Vector3::zeros())
+            },
+        ),
+    ]
+}
+
+/// Catches a wrong planar equation, a lost compliance, a frame or sign error of the plane, and clamps anywhere in space.
+#[test]
+fn the_plane_gives_what_space_gives() {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -1.1, 0.6));
+    for (rod_name, rod) in planar_rods() {
+        for (end_name, end) in planar_ends() {
+            for turned in [false, true] {
+                // Half-held ends speak of the world's axes, which must then be those of the plane.
+                let mixed = end.position.iter().flatten().count() == 2;
+                if turned && mixed {
+                    continue;
+                }
+                let (rod, end) = if turned {
+                    moved(&rod, &end, &turn)
+                } else {
+                    (rod.clone(), end)
+                };
+                let name = format!("{rod_name}, {end_name}, turned: {turned}");
+                let problem = Problem::new(rod, end, 1e-12).unwrap();
+                let flat = problem
+                    .clone()
+                    .with_path(Path::Planar)
+                    .solve(None)
+                    .unwrap_or_else(|e| panic!("{name}: {e}"));
+                assert_eq!(flat.taken.path, Path::Planar, "{name}");
+                assert!(flat.residual < 1e-9, "{name}: {}", flat.residual);
+                let spatial = problem
+                    .clone()
+                    .with_path(Path::Spatial)
+                    .solve(Some(&flat.base))
+                    .unwrap_or_else(|e| panic!("{name}: {e}"));
+                assert_eq!(spatial.taken.path, Path::Spatial, "{name}");
+                let gap = (spatial.base - flat.base).norm() / (1.0 + flat.base.norm());
+                assert!(gap < 1e-9, "{name}: wrenches {gap:.1e} apart");
+                assert_eq!(spatial.index, flat.index, "{name}");
+            }
+        }
+    }
+}
+
+/// Rod and end condition moved rigidly.
+fn moved(rod: &Rod, end: &End, turn: &UnitQuaternion<f64>) -> (Rod, End) {
+    let place = Vector3::new(0.2, -0.1, 0.4);
+    let there = |x: [Option<f64>; 3]| match x {
+        [Some(x), Some(y), Some(z)] => {
+            let r = place + turn * Vector3::new(x, y, z);
+            [Some(r.x), Some(r.y), Some(r.z)]
+        }
+        free => free,
+    };
+    let along = |v: &Vector3<f64>| if end.follower { *v } else { turn * v };
+    let end = End {
+        position: there(end.position),
+        orientation: end.orientation.map(|q| turn * q),
+        force: along(&end.force),
+        couple: along(&end.couple),
+        follower: end.follower,
+    };
+    (rod.clone().with_clamp(place, *turn), end)
+}
+
+/// Catches a wrong scale between rod and elastica, a wrong force derivative, a wrong inverse of the chart.
+#[test]
+fn the_closed_form_gives_what_space_gives() {
+    for bending in [[1.5, 1.0], [2.0, 2.0], [0.9, 3.0]] {
+        for end in [
+            End::ball(Vector3::new(0.55, 0.0, 0.7)),
+            End::ball(Vector3::new(-0.8, 0.0, 0.3)),
+            End::load(Vector3::new(0.7, 0.0, -0.9), Vector3::zeros()),
+            End::load(Vector3::new(-2.0, 0.0, 1.0), Vector3::zeros()),
+        ] {
+            let problem = Problem::new(kirchhoff(bending), end, 1e-12).unwrap();
+            let closed = problem.clone().with_path(Path::ClosedForm).solve(None);
+            let closed = closed.unwrap_or_else(|e| panic!("{bending:?} {end:?}: {e}"));
+            let spatial = problem
+                .clone()
+                .with_path(Path::Spatial)
+                .solve(Some(&closed.base))
+                .unwrap();
+            let gap = (spatial.base - closed.base).norm() / (1.0 + closed.base.norm());
+            assert!(gap < 1e-9, "{bending:?} {end:?}: wrenches {gap:.1e} apart");
+            // The guess, a wrench, leads back to the same point of the chart.
+            let again = problem
+                .clone()
+                .with_path(Path::ClosedForm)
+                .solve(Some(&(closed.base * 1.001)))
+                .unwrap();
+            assert!(
+                (again.base - closed.base).norm() < 1e-9 * (1.0 + closed.base.norm()),
+                "{bending:?} {end:?}"
+            );
+            let auto = problem.solve(None).unwrap();
+            assert!(auto.index <= closed.index);
+            if closed.index == 0 {
+                assert_eq!(auto.taken.path, Path::ClosedForm, "{bending:?} {end:?}");
+            }
+        }
+    }
+}
+
+/// Catches a path that is taken where it does not hold, and reasons that do not tell why.
+#[test]
+fn paths_are_refused_with_the_reason() {
+    let force = Vector3::new(1.0, -2.0, 0.5);
+    let sheared = Rod::new(1.0, elastic()).unwrap();
+    let twisted = kirchhoff([1.5, 1.0]);
+    let cases = [
+        (
+            sheared.clone(),
+            End::load(force, Vector3::zeros()),
+            Path::Planar,
+            "out of every plane",
+        ),
+        (
+            sheared,
+            End::load(Vector3::x(), Vector3::zeros()),
+            Path::ClosedForm,
+            "sheared or stretched",
+        ),
+        (
+            twisted.clone(),
+            End::load(Vector3::x(), Vector3::y()),
+            Path::ClosedForm,
+            "couple",
+        ),
+        (
+            twisted,
+            End::follower(Vector3::x(), Vector3::zeros()),
+            Path::ClosedForm,
+            "follows",
+        ),
+    ];
+    for (rod, end, path, reason) in cases {
+        let problem = Problem::new(rod, end, 1e-10).unwrap().with_path(path);
+        let message = problem.solve(None).unwrap_err().to_string();
+        assert!(message.contains(reason), "{message}");
+        assert!(message.contains("\"auto\""), "{message}");
+    }
+}
+
+/// Catches a wrong derivative in any chart: central differences of its own residual.
+#[test]
+fn charts_have_exact_derivatives() {
+    let x = Vector3::new(0.55, 0.0, 0.7);
+    for end in [
+        End::ball(x),
+        End::load(Vector3::new(0.7, 0.0, -0.9), Vector3::zeros()),
+    ] {
+        let make = |rod: Rod| move |_: f64| Problem::new(rod.clone(), end, 1e-13);
+        let problem = Problem::new(kirchhoff([1.5, 1.0]), end, 1e-13).unwrap();
+        let found = problem.solve(None).unwrap();
+        let (closed, _) = problem.charted().unwrap();
+        let (plane, _) = problem.clone().with_path(Path::Planar).charted().unwrap();
+        let make = make(problem.rod().clone());
+        use snaprod::rod::Charted;
+        if let Charted::ClosedForm(chart) = closed {
+            let family = RodFamily::in_chart(make.clone(), false, 1.0, chart);
+            differences(&family, family.unknowns(&found.base, 0.0).unwrap());
+        } else {
+            panic!("not in closed form: {closed:?}");
+        }
+        let Charted::Planar(plane) = plane else {
+            panic!("not planar: {plane:?}");
+        };
+        let family = RodFamily::in_chart(make.clone(), false, 1.0, plane);
+        differences(&family, family.unknowns(&found.base, 0.0).unwrap());
+        let family = RodFamily::in_chart(make, false, 1.0, snaprod::rod::FreeEnd);
+        differences(&family, family.unknowns(&found.base, 0.0).unwrap());
+    }
+}
+
+fn differences<F: Family<N>, const N: usize>(family: &F, x: nalgebra::SVector<f64, N>) {
+    let at = family.linearised(&x, 0.0).unwrap();
+    assert!(at.residual.norm() < 1e-8, "{}", at.residual);
+    let h = 1e-4;
+    for k in 0..N {
+        let value = |steps: f64| {
+            let mut x = x;
+            x[k] += steps * h;
+            family.linearised(&x, 0.0).unwrap().residual
+        };
+        let slope = (8.0 * (value(1.0) - value(-1.0)) - (value(2.0) - value(-2.0))) / (12.0 * h);
+        let gap = (slope - at.jacobian.column(k)).norm();
+        assert!(gap < 1e-7 * (1.0 + slope.norm()), "column {k}: {gap:.1e}");
+    }
+}
+
+/// Catches a wrong reversal of the rod, frame or sign: on the elastica's plane the manifold of the ball-jointed rod is the
+/// closed form, index included.
+#[test]
+fn the_ball_jointed_rod_holds_the_elastica() {
+    let rod = Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0).unwrap()).unwrap();
+    // 2/(1/40 + 1): the unit of force is not the plane's own.
+    let unit = rod.reference_stiffness();
+    let spatial = BallJointed::new(rod, 1e-13).unwrap();
+    for (lambda, kappa) in [(1.0, 0.3), (5.0, -0.7), (6.2, 0.45), (9.0, 0.6)] {
+        let closed = snaprod::elastica::Equilibrium::from_lambda_kappa(lambda, kappa).unwrap();
+        let tip = closed.section(1.0).unwrap();
+        // Force on the end, seen from its directors: the elastica's (x, y) are (d3, d1).
+        let turn = Rotation3::new(Vector3::y() * tip.theta);
+        let n = Vector3::new(-closed.force[1], 0.0, -closed.force[0]);
+        let q = turn.inverse() * n / unit;
+        let at: ManifoldPoint<3> = spatial.point(&q).unwrap();
+        assert_close(at.pose.z, closed.x, 1e-10, 1.0, "x");
+        assert_close(at.pose.x, closed.y, 1e-10, 1.0, "y");
+        assert_close(at.energy, closed.energy, 1e-10, 1.0, "energy");
+        assert_close(at.force.z, closed.force[0], 1e-10, 1.0, "force");
+        assert_close(at.force.x, closed.force[1], 1e-10, 1.0, "force");
+        let index = Elastica.index(&nalgebra::Vector2::new(closed.p, closed.w));
+        assert_eq!(
+            spatial.index(&q).unwrap(),
+            index.unwrap(),
+            "{lambda} {kappa}"
+        );
+    }
+}
+
+/// Catches a wrong force, energy or Jacobian: dU = -force . (Jacobian dq), and a wrong pose: the inverse leads back.
+#[test]
+fn manifolds_are_lagrangian_and_invertible() {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -1.1, 0.6));
+    for rod in [
+        Rod::new(1.3, elastic().with_rest([0.4, -0.3], 0.5).unwrap()).unwrap(),
+        kirchhoff([1.5, 1.0]),
+        Rod::new(1.3, Barrier::new(elastic(), [0.05, 0.05], 2.0).unwrap()).unwrap(),
+    ] {
+        let rod = rod.with_clamp(Vector3::new(0.2, -0.1, 0.4), turn);
+        let ball = BallJointed::new(rod.clone(), 1e-13).unwrap();
+        lagrangian(&ball, Vector3::new(2.0, -1.5, -1.0));
+        let welded = Welded::new(rod, 1e-13).unwrap();
+        lagrangian(&welded, Vector6::new(1.2, -0.6, 0.5, -1.0, 0.8, 0.7));
+    }
+}
+
+fn lagrangian<M: EquilibriumManifold<N>, const N: usize>(
+    manifold: &M,
+    q: nalgebra::SVector<f64, N>,
+) {
+    let at = manifold.point(&q).unwrap();
+    let h = 1e-4;
+    for k in 0..N {
+        let there = |steps: f64| {
+            let mut q = q;
+            q[k] += steps * h;
+            manifold.point(&q).unwrap()
+        };
+        let points = [there(-2.0), there(-1.0), there(1.0), there(2.0)];
+        let weights = [1.0, -8.0, 8.0, -1.0].map(|w| w / (12.0 * h));
+        let mut slope = 0.0;
+        let mut column = nalgebra::SVector::<f64, N>::zeros();
+        for (weight, point) in weights.iter().zip(&points) {
+            slope += weight * point.energy;
+            column += manifold.gap(&at, &point.pose) * *weight;
+        }
+        let work = -at.force.dot(&at.jacobian.column(k));
+        assert_close(slope, work, 1e-8, 1.0, "dU");
+        let gap = (column - at.jacobian.column(k)).norm();
+        assert!(gap < 1e-7 * (1.0 + column.norm()), "column {k}: {gap:.1e}");
+    }
+    let found = invert_near(manifold, &at.pose, &(q * 1.05), 1e-11).unwrap();
+    assert!((found.q - q).norm() < 1e-8, "{} {}", found.q, q);
+    assert!(manifold.index(&q).is_ok());
+}
