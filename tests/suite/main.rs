@@ -20,6 +20,7 @@ mod plot_rods;
 #[cfg(feature = "plot")]
 mod plot_rods_data;
 mod rod_benchmarks;
+mod rod_published;
 mod rods;
 #[cfg(feature = "scene")]
 mod scene;
