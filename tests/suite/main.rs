@@ -22,6 +22,7 @@ mod plot_rods_data;
 mod rod_benchmarks;
 mod rod_published;
 mod rods;
+mod rods_invariants;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]

@@ -2,7 +2,6 @@
 
 use crate::support::{assert_close, json, number, rows};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use serde_json::Value;
 use snaprod::elastica::Equilibrium as Elastica;
 use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, RodFamily};
@@ -18,15 +17,6 @@ fn kirchhoff(out_of_plane: f64, torsion: f64) -> Rod {
 fn planar(m: f64, n: [f64; 2]) -> Vector6<f64> {
     // Planar x along z, planar y along x: the couple is about y.
     Vector6::new(0.0, m, 0.0, n[1], 0.0, n[0])
-}
-
-fn list(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|x| x.as_f64().expect("a number"))
-        .collect()
 }
 
 /// Catches any disagreement of the spatial rod with the closed form of the planar elastica: end, energy, in-plane index.
