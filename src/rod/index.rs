@@ -1,110 +1,160 @@
 //! The Morse index by conjugate points (theory Sec. 3).
 //!
 //! With n given and both ends' rotations held, the second variation is a functional of the rotation field alone; its
-//! index is the number of conjugate points of the 3 x 3 matrix J(s) = d phi/d m(0). On steps without a conjugate
-//! point of their own it is the number of negative eigenvalues of the symmetric B^-1 J(s+) J(s)^-1 summed
-//! over the steps, B the step's own d phi/d m: no root is sought, and double points count twice. This holds unchanged for
-//! unshearable and inextensible rods. The end then corrects the count (Haynsworth):
+//! index is the number of conjugate points, where the 3 x 3 matrix J(s) = d phi/d m(0) is singular. J and its conjugate
+//! variable P (J^T P is symmetric) span a Lagrangian plane with three angles a_k, tan a_k = eigenvalues of kappa J P^-1,
+//! that start from 0 and grow through a multiple of pi at each conjugate point. Their sum is the angle of
+//! det(P + i kappa J), followed along the rod; with their remainders at its end it gives the count: no root is
+//! sought, double points count twice, and unshearable and inextensible rods are as good as any.
 //!
-//! * a free rotation adds the negative eigenvalues of d m(1)/d phi(1) at given n;
-//! * each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one.
+//! * Rotation held at the end: a_k counts floor(a_k/pi).
+//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues.
+//! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one (Haynsworth).
 
-use super::Rod;
-use super::line::{self, Transition};
-use super::problem::{End, Trial, halves};
+use super::Problem;
+use super::line::{self, Variations, Wrench};
+use super::problem::halves;
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Relative size below which an eigenvalue counts as zero.
-const ZERO: f64 = 1e-13;
-
-/// Negative eigenvalues of the symmetric part.
-fn negative(matrix: &DMatrix<f64>) -> usize {
-    if matrix.is_empty() {
-        return 0;
+impl Problem {
+    /// The Morse index of the equilibrium with the base wrench `base` (world frame): 0 is stable.
+    ///
+    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A direction in which the
+    /// equilibrium can move freely counts as stable.
+    ///
+    /// # Errors
+    /// A wrench that the rod cannot follow.
+    pub fn index_at(&self, base: &Wrench) -> Result<usize> {
+        self.index(&self.rod.inward(base))
     }
-    let symmetric = 0.5 * (matrix + matrix.transpose());
-    let floor = -ZERO * symmetric.norm();
-    symmetric
-        .symmetric_eigenvalues()
-        .iter()
-        .filter(|value| **value < floor)
-        .count()
-}
 
-fn inverted(matrix: &Matrix3<f64>) -> Result<Matrix3<f64>> {
-    matrix.try_inverse().ok_or_else(|| {
-        Error::no_convergence("the index is undefined exactly at a conjugate point of the end; move the equilibrium a little")
-    })
-}
-
-/// Conjugate points in (0, 1) of the rotation field at given n.
-fn conjugate_points(transitions: &[Transition]) -> Result<usize> {
-    let (mut j, mut p) = (Matrix3::zeros(), Matrix3::identity());
-    let mut count = 0;
-    for (i, step) in transitions.iter().enumerate() {
-        let next = step.a * j + step.b * p;
-        if i > 0 {
-            let inverse = inverted(&step.b)?;
-            // Congruent to B^-1 J(s+) J(s)^-1 without dividing by J.
-            let form = j.transpose() * inverse * next;
-            count += negative(&DMatrix::from_column_slice(3, 3, form.as_slice()));
+    /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
+    pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
+        let rough = self.count(b, self.tolerance.max(ROUGH))?;
+        if rough.margin > 100.0 * ROUGH || self.tolerance >= ROUGH {
+            return Ok(rough.index);
         }
-        p = step.c * j + step.d * p;
-        j = next;
-        // Columns are scaled and mixed freely: only J(s+) J(s)^-1 enters.
-        if let Some(inverse) = (j.transpose() * j + p.transpose() * p)
-            .cholesky()
-            .and_then(|factor| factor.l().transpose().try_inverse())
-        {
-            j *= inverse;
-            p *= inverse;
-        }
+        Ok(self.count(b, self.tolerance)?.index)
     }
-    Ok(count)
-}
 
-/// The index of the equilibrium at `trial`, whose tangent must be whole, under the end condition `end`.
-///
-/// A couple at a free end does work that depends on the path; its symmetric part is taken.
-pub(super) fn index(
-    rod: &Rod,
-    end: &End,
-    axes: &[Vector3<f64>; 3],
-    trial: &Trial,
-    tolerance: f64,
-) -> Result<usize> {
-    let count = conjugate_points(&line::transitions(
-        &rod.law,
-        &trial.b,
-        tolerance.max(1e-10),
-    )?)?;
-    let block =
-        |row: usize, column: usize| Matrix3::from_fn(|i, j| trial.tangent[row + i][column + j]);
-    let (phi_m, phi_n, r_m, r_n) = (block(0, 0), block(0, 3), block(3, 0), block(3, 3));
-    let (_, n) = halves(&trial.b);
-    let pull = n.cross_matrix();
-    let m_m = Matrix3::identity() + pull * r_m;
-    let mut total = count;
-    // d m(0)/d n that keeps the rotation, or the couple, of the end.
-    let (matrix, right) = if end.orientation.is_some() {
-        (phi_m, phi_n)
-    } else {
-        let stiffness = m_m * inverted(&phi_m)?;
-        total += negative(&DMatrix::from_column_slice(3, 3, stiffness.as_slice()));
-        (m_m, pull * r_n - trial.r.cross_matrix())
-    };
-    let held: Vec<usize> = (0..3).filter(|i| end.position[*i].is_some()).collect();
-    if !held.is_empty() {
-        let compliance = r_n - r_m * inverted(&matrix)? * right;
-        let restricted = DMatrix::from_fn(held.len(), held.len(), |a, b| {
-            axes[held[a]].dot(&(compliance * axes[held[b]]))
+    fn count(&self, b: &Wrench, tolerance: f64) -> Result<Count> {
+        let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
+        let clamped = self.end.orientation.is_some();
+        // Below this an eigenvalue is zero as far as the integration can tell.
+        let zero = 10.0 * tolerance;
+        if held.is_empty() {
+            let along = line::variations::<3>(&self.rod.law, b, tolerance)?;
+            return Count::at_given_force(&along, b, clamped, zero);
+        }
+        let along = line::variations::<6>(&self.rod.law, b, tolerance)?;
+        let loaded = Count::at_given_force(&along, b, clamped, 0.0)?;
+        let compliance = compliance(&along, b, clamped)?;
+        let restricted = DMatrix::from_fn(held.len(), held.len(), |i, j| {
+            self.axes[held[i]].dot(&(compliance * self.axes[held[j]]))
         });
-        total = total.checked_sub(negative(&restricted)).ok_or_else(|| {
+        let (negative, margin) = negative(&restricted, zero);
+        let index = loaded.index.checked_sub(negative).ok_or_else(|| {
             Error::no_convergence(
                 "the index comes out negative: the tolerance is too loose for this load",
             )
         })?;
+        Ok(Count { index, margin })
     }
-    Ok(total)
+}
+
+/// Tolerance of a first count.
+const ROUGH: f64 = 1e-6;
+
+/// An index, and how far the eigenvalue nearest to zero is from it, relative to the others.
+struct Count {
+    index: usize,
+    margin: f64,
+}
+
+impl Count {
+    /// The index at given n.
+    fn at_given_force<const K: usize>(
+        along: &Variations<K>,
+        b: &Wrench,
+        clamped: bool,
+        zero: f64,
+    ) -> Result<Self> {
+        let (j, p) = along.conjugate(b);
+        let (mut remainders, mut margin) = (0.0, f64::INFINITY);
+        for angle in angles(&(along.weight * j), &p)? {
+            // Where the count steps: at pi if clamped, at pi/2 if free. Neutral is not yet unstable.
+            let step = if clamped { 0.0 } else { FRAC_PI_2 };
+            let beyond = (angle - zero - step).rem_euclid(PI);
+            margin = margin.min(beyond).min(PI - beyond);
+            remainders += if clamped { beyond } else { beyond - FRAC_PI_2 };
+        }
+        let count = ((along.angle - remainders) / PI).round();
+        if count < 0.0 {
+            return Err(Error::no_convergence(
+                "the conjugate points of the rod could not be counted; tighten the tolerance",
+            ));
+        }
+        Ok(Self {
+            index: count as usize,
+            margin,
+        })
+    }
+}
+
+/// The angles of a Lagrangian plane (X, Y), modulo pi.
+fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
+    // Turned so that none of the three is near a right angle: of four turns one does.
+    let turned = |turn: f64| {
+        let (sin, cos) = turn.sin_cos();
+        (x * cos - y * sin, x * sin + y * cos)
+    };
+    let turn = (0..4)
+        .map(|k| FRAC_PI_4 * f64::from(k))
+        .max_by(|a, b| {
+            let size = |turn: &f64| turned(*turn).1.determinant().abs();
+            size(a).total_cmp(&size(b))
+        })
+        .unwrap_or(0.0);
+    let (x, y) = turned(turn);
+    let slopes = x * y
+        .try_inverse()
+        .ok_or_else(|| Error::no_convergence("the rod's variations have run together"))?;
+    let slopes = (0.5 * (slopes + slopes.transpose())).symmetric_eigenvalues();
+    Ok([slopes.x, slopes.y, slopes.z].map(|slope| turn + slope.atan()))
+}
+
+/// d r(1)/d n while the end's rotation (clamped) or its couple stays.
+fn compliance(along: &Variations<6>, b: &Wrench, clamped: bool) -> Result<Matrix3<f64>> {
+    let t = &along.end.tangent;
+    let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
+    let (phi_m, phi_n, r_m, r_n) = (block(0, 0), block(0, 3), block(3, 0), block(3, 3));
+    let (matrix, right) = if clamped {
+        (phi_m, phi_n)
+    } else {
+        let pull = halves(b).1.cross_matrix();
+        let dm = |column: usize| Matrix3::from_fn(|i, j| along.dm[i][column + j]);
+        let lever = along.end.position().cross_matrix();
+        (dm(0) + pull * r_m, dm(3) + pull * r_n - lever)
+    };
+    let inverse = matrix.try_inverse().ok_or_else(|| {
+        Error::no_convergence(
+            "the index is undefined exactly at a conjugate point of the end; move the equilibrium a little",
+        )
+    })?;
+    Ok(r_n - r_m * inverse * right)
+}
+
+/// Negative eigenvalues of the symmetric part, and the size of the smallest eigenvalue; both relative to the largest, those
+/// below `zero` counting as zero.
+fn negative(matrix: &DMatrix<f64>, zero: f64) -> (usize, f64) {
+    let symmetric = 0.5 * (matrix + matrix.transpose());
+    let size = symmetric.norm();
+    let eigenvalues = symmetric.symmetric_eigenvalues();
+    let count = eigenvalues.iter().filter(|x| **x < -zero * size).count();
+    let smallest = eigenvalues
+        .iter()
+        .fold(f64::INFINITY, |m, x| m.min(x.abs()));
+    (count, smallest / size)
 }

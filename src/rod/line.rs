@@ -16,10 +16,12 @@
 //! tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
 //! ```
 
-use super::section::{Compliance, Inverse, SectionLaw, UniformLinear};
+use super::section::{Compliance, SectionLaw, UniformLinear};
 use crate::error::{Error, Result};
 use crate::solve::dop853::{Dop853, State, Step, Work};
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Complex, Matrix3, Matrix6, RowVector3, Vector3, Vector6};
+use std::borrow::Cow;
+use std::f64::consts::TAU;
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
@@ -144,9 +146,30 @@ fn along(d: &[[f64; 3]; 3], x: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| x[0] * d[0][i] + x[1] * d[1][i] + x[2] * d[2][i])
 }
 
+/// phi and rho of a tangent, as arrays: their lengths are known, so no bound is checked.
+#[inline]
+fn halves<const K: usize>(tangent: &[[f64; K]; 6]) -> (&[[f64; K]; 3], &[[f64; K]; 3]) {
+    let (phi, rho) = tangent.split_at(3);
+    (
+        phi.try_into().expect("three rows"),
+        rho.try_into().expect("three rows"),
+    )
+}
+
+#[inline]
+fn halves_mut<const K: usize>(
+    tangent: &mut [[f64; K]; 6],
+) -> (&mut [[f64; K]; 3], &mut [[f64; K]; 3]) {
+    let (phi, rho) = tangent.split_at_mut(3);
+    (
+        phi.try_into().expect("three rows"),
+        rho.try_into().expect("three rows"),
+    )
+}
+
 /// a x B column by column, B of three rows.
 #[inline]
-fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]]) -> [[f64; K]; 3] {
+fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]; 3]) -> [[f64; K]; 3] {
     let mut c = [[0.0; K]; 3];
     for j in 0..K {
         c[0][j] = a[1] * b[2][j] - a[2] * b[1][j];
@@ -158,7 +181,7 @@ fn cross_columns<const K: usize>(a: &[f64; 3], b: &[[f64; K]]) -> [[f64; K]; 3] 
 
 /// c += A b column by column.
 #[inline]
-fn add_product<const K: usize>(c: &mut [[f64; K]], a: &[[f64; 3]; 3], b: &[[f64; K]; 3]) {
+fn add_product<const K: usize>(c: &mut [[f64; K]; 3], a: &[[f64; 3]; 3], b: &[[f64; K]; 3]) {
     for i in 0..3 {
         for j in 0..K {
             c[i][j] += a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
@@ -262,15 +285,15 @@ impl ScaledLaw {
         }
     }
 
-    /// Strains, energy and compliance under the local resultants `w`.
+    /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
     #[inline]
-    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Inverse> {
+    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {
         if let Some(linear) = &self.hoisted {
             let change = &linear.compliance * w;
-            return Ok(Inverse {
+            return Ok(Response {
                 strain: linear.rest + change,
                 energy: 0.5 * w.dot(&change),
-                compliance: linear.compliance,
+                compliance: Cow::Borrowed(&linear.compliance),
             });
         }
         let (b, l) = (self.stiffness, self.length);
@@ -288,12 +311,19 @@ impl ScaledLaw {
         for i in 0..3 {
             strain[i] += self.bend[i];
         }
-        Ok(Inverse {
+        Ok(Response {
             strain,
             energy: inverse.energy / force,
-            compliance: self.compliance_in(&inverse.compliance),
+            compliance: Cow::Owned(self.compliance_in(&inverse.compliance)),
         })
     }
+}
+
+/// What a section does under its resultants.
+pub(super) struct Response<'a> {
+    pub(super) strain: Vector6<f64>,
+    pub(super) energy: f64,
+    pub(super) compliance: Cow<'a, Compliance>,
 }
 
 /// The right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
@@ -306,8 +336,25 @@ struct Flow<'a, const K: usize> {
     refusal: Option<Error>,
 }
 
-impl<const K: usize> Flow<'_, K> {
+impl<'a, const K: usize> Flow<'a, K> {
+    fn new(law: &'a ScaledLaw, b: &Wrench, dm: [[f64; K]; 3], dn: [[f64; K]; 3]) -> Self {
+        Self {
+            law,
+            m: [b[0], b[1], b[2]],
+            n: [b[3], b[4], b[5]],
+            dm,
+            dn,
+            refusal: None,
+        }
+    }
+
     fn slope(&mut self, at: &Section<K>) -> Option<Section<K>> {
+        let mut slope = Section::clamp();
+        self.write_slope(at, &mut slope)?;
+        Some(slope)
+    }
+
+    fn write_slope(&mut self, at: &Section<K>, slope: &mut Section<K>) -> Option<()> {
         let d = directors(&at.q);
         let n = &self.n;
         let rxn = cross(&at.r, n);
@@ -331,20 +378,17 @@ impl<const K: usize> Flow<'_, K> {
         let [w, x, y, z] = at.q;
         let (u1, u2, u3) = (0.5 * e[0], 0.5 * e[1], 0.5 * e[2]);
         let r = along(&d, &[e[3], e[4], e[5]]);
-        let mut slope = Section {
-            s: 1.0,
-            q: [
-                -(x * u1 + y * u2 + z * u3),
-                w * u1 + y * u3 - z * u2,
-                w * u2 + z * u1 - x * u3,
-                w * u3 + x * u2 - y * u1,
-            ],
-            r,
-            energy: inverse.energy,
-            tangent: [[0.0; K]; 6],
-        };
+        slope.s = 1.0;
+        slope.q = [
+            -(x * u1 + y * u2 + z * u3),
+            w * u1 + y * u3 - z * u2,
+            w * u2 + z * u1 - x * u3,
+            w * u3 + x * u2 - y * u1,
+        ];
+        slope.r = r;
+        slope.energy = inverse.energy;
         if K > 0 {
-            let (phi, rho) = at.tangent.split_at(3);
+            let (phi, rho) = halves(&at.tangent);
             let mut tau = cross_columns(&m, phi);
             let lever = cross_columns(&at.r, &self.dn);
             let pull = cross_columns(n, rho);
@@ -356,13 +400,14 @@ impl<const K: usize> Flow<'_, K> {
                 }
             }
             let carried = cross_columns(&r, phi);
-            let (dphi, drho) = slope.tangent.split_at_mut(3);
+            let (dphi, drho) = halves_mut(&mut slope.tangent);
             for i in 0..3 {
                 for j in 0..K {
+                    dphi[i][j] = 0.0;
                     drho[i][j] = -carried[i][j];
                 }
             }
-            match &inverse.compliance {
+            match &*inverse.compliance {
                 Compliance::Diagonal(c) => {
                     add_product(dphi, &turned_diagonal(&d, &[c[0], c[1], c[2]]), &tau);
                     if c[3] != 0.0 || c[4] != 0.0 || c[5] != 0.0 {
@@ -377,7 +422,7 @@ impl<const K: usize> Flow<'_, K> {
                 }
             }
         }
-        slope.q.iter().all(|x| x.is_finite()).then_some(slope)
+        slope.q.iter().all(|x| x.is_finite()).then_some(())
     }
 }
 
@@ -399,18 +444,11 @@ fn integrate<const K: usize>(
     b: &Wrench,
     columns: [[[f64; K]; 3]; 2],
     tolerance: f64,
-    mut each: impl FnMut(&mut Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
+    mut each: impl FnMut(&Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
 ) -> Result<(Section<K>, Work)> {
     let start = Section::<K>::clamp();
     let [dm, dn] = columns;
-    let mut flow = Flow {
-        law,
-        m: [b[0], b[1], b[2]],
-        n: [b[3], b[4], b[5]],
-        dm,
-        dn,
-        refusal: None,
-    };
+    let mut flow = Flow::new(law, b, dm, dn);
     let stuck = |refusal: Option<Error>, s: f64| {
         let why = refusal.unwrap_or_else(|| {
             Error::no_convergence(format!(
@@ -425,6 +463,7 @@ fn integrate<const K: usize>(
         .slope(&start)
         .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
     let mut solver = Dop853::new(start, slope, h.min(1.0), tolerance);
+    let mut step = solver.blank();
     for &end in &law.pieces {
         loop {
             let s = solver.state().s;
@@ -432,10 +471,13 @@ fn integrate<const K: usize>(
             if left <= 1e-14 {
                 break;
             }
-            match solver.step(|x| flow.slope(x), left) {
-                Ok(mut step) => each(&mut step, &mut |x| flow.slope(x)),
-                Err(_) => return Err(stuck(flow.refusal.take(), s)),
+            if solver
+                .step_into(|x, slope| flow.write_slope(x, slope), left, &mut step)
+                .is_err()
+            {
+                return Err(stuck(flow.refusal.take(), s));
             }
+            each(&step, &mut |x| flow.slope(x));
             if solver.work().steps > STEP_LIMIT {
                 return Err(stuck(None, s));
             }
@@ -497,80 +539,168 @@ pub(super) fn sections<const K: usize>(
     Ok(found)
 }
 
-/// Variations of the frame over one step at constant n, from (phi, dm) at its start to its end.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Transition {
-    /// d phi / d phi.
-    pub a: Matrix3<f64>,
-    /// d phi / d m.
-    pub b: Matrix3<f64>,
-    /// d m / d phi.
-    pub c: Matrix3<f64>,
-    /// d m / d m.
-    pub d: Matrix3<f64>,
+/// The rod's end with variations that stay well apart under any load: their columns are mixed on the way.
+#[derive(Debug, Clone)]
+pub(super) struct Variations<const K: usize> {
+    /// The end; columns 0..3 of its tangent keep n, columns 3..6 (if any) vary n by unit vectors.
+    pub(super) end: Section<K>,
+    /// dm(0) of each column.
+    pub(super) dm: [[f64; K]; 3],
+    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
+    pub(super) angle: f64,
+    /// The weight kappa.
+    pub(super) weight: f64,
 }
 
-/// The transitions of the rod over steps so short that none holds a conjugate point within itself.
-pub(super) fn transitions(
-    law: &ScaledLaw,
-    wrench: &Wrench,
-    tolerance: f64,
-) -> Result<Vec<Transition>> {
-    let mut found = Vec::new();
-    let n = Vector3::new(wrench[3], wrench[4], wrench[5]);
-    let m0 = Vector3::new(wrench[0], wrench[1], wrench[2]);
-    let mut dm = [[0.0; 6]; 3];
-    let mut fresh = [[0.0; 6]; 6];
-    for i in 0..3 {
-        dm[i][3 + i] = 1.0;
-        fresh[i][i] = 1.0;
+impl<const K: usize> Variations<K> {
+    /// (J, P) at the end under the wrench `b`: conjugate variables, J^T P symmetric.
+    pub(super) fn conjugate(&self, b: &Wrench) -> (Matrix3<f64>, Matrix3<f64>) {
+        conjugate(&self.end, b, &self.dm)
     }
-    let mut flow = Flow::<6> {
-        law,
-        m: m0.into(),
-        n: n.into(),
-        dm,
-        dn: [[0.0; 6]; 3],
-        refusal: None,
-    };
+}
+
+/// (J, P) of columns 0..3: n is constant, so P = dm(0) + n x rho + m x phi/2. With the last term J^T P is symmetric.
+fn conjugate<const K: usize>(
+    at: &Section<K>,
+    b: &Wrench,
+    dm: &[[f64; K]; 3],
+) -> (Matrix3<f64>, Matrix3<f64>) {
+    let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
+    let n = Vector3::new(b[3], b[4], b[5]);
+    let m = Vector3::new(b[0], b[1], b[2]) - at.position().cross(&n);
+    let j = block(&at.tangent[..3]);
+    let rho = block(&at.tangent[3..]);
+    let p = block(dm) + n.cross_matrix() * rho + 0.5 * m.cross_matrix() * j;
+    (j, p)
+}
+
+/// det(P + i kappa J) and the rate of its angle along the rod.
+fn turning<const K: usize>(
+    at: &Section<K>,
+    slope: &Section<K>,
+    b: &Wrench,
+    dm: &[[f64; K]; 3],
+    weight: f64,
+) -> Option<(Complex<f64>, f64)> {
+    let (j, p) = conjugate(at, b, dm);
+    let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
+    let n = Vector3::new(b[3], b[4], b[5]);
+    let m = Vector3::new(b[0], b[1], b[2]) - at.position().cross(&n);
+    let dj = block(&slope.tangent[..3]);
+    let dp = n.cross_matrix() * block(&slope.tangent[3..])
+        + 0.5 * (n.cross(&slope.position()).cross_matrix() * j + m.cross_matrix() * dj);
+    let whole = p.zip_map(&j, |p, j| Complex::new(p, weight * j));
+    let rate = dp.zip_map(&dj, |p, j| Complex::new(p, weight * j));
+    Some((
+        whole.determinant(),
+        (whole.try_inverse()? * rate).trace().im,
+    ))
+}
+
+/// Follows the variations of the rod from clamp to end: `K` = 3 at constant n, `K` = 6 with variations of n.
+pub(super) fn variations<const K: usize>(
+    law: &ScaledLaw,
+    b: &Wrench,
+    tolerance: f64,
+) -> Result<Variations<K>> {
     let lost = || Error::no_convergence("the variations along the rod could not be followed");
-    let longest = 1.2 / rate(law, wrench)?;
-    let mut state = Section::<6>::clamp();
-    state.tangent = fresh;
+    let rate = rate(law, b)?;
+    let bending = law.inverse(0.0, b)?.compliance.matrix();
+    let weight = rate / bending.fixed_view::<3, 3>(0, 0).norm();
+    let longest = 1.2 / rate;
+    let [dm, dn] = unit_columns();
+    let mut flow = Flow::<K>::new(law, b, dm, dn);
+    let state = Section::clamp();
     let slope = flow.slope(&state).ok_or_else(lost)?;
+    let mut turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
     let mut solver = Dop853::new(state, slope, longest, tolerance);
+    let mut step = solver.blank();
+    let (mut angle, mut h_max) = (0.0, longest);
     let mut piece = 0;
     while piece < law.pieces.len() {
-        let s = solver.state().s;
-        let left = law.pieces[piece] - s;
+        let left = law.pieces[piece] - solver.state().s;
         if left <= 1e-14 {
             piece += 1;
             continue;
         }
-        // Even steps, so that none is a sliver.
-        let step = solver
-            .step(
-                |x| flow.slope(x),
-                longest.min(left / (left / longest).ceil()),
+        solver
+            .step_into(
+                |x, slope| flow.write_slope(x, slope),
+                h_max.min(left),
+                &mut step,
             )
             .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
-        let t = &step.to.tangent;
-        let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
-        let cross = n.cross_matrix();
-        found.push(Transition {
-            a: block(0, 0),
-            b: block(0, 3),
-            c: cross * block(3, 0),
-            d: Matrix3::identity() + cross * block(3, 3),
-        });
-        // Variations start afresh; only n x rho enters, so rho may start from zero with dm at this section.
-        let mut state = step.to;
-        state.tangent = fresh;
-        let slope = flow.slope(&state).ok_or_else(lost)?;
-        solver.rewind(state, slope);
-        if found.len() as u64 > STEP_LIMIT {
+        let next = turning(&step.to, step.end_slope(), b, &flow.dm, weight).ok_or_else(lost)?;
+        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it.
+        let turned = (next.0 / turn.0).arg();
+        let expected = 0.5 * step.h * (turn.1 + next.1);
+        let whole = ((expected - turned) / TAU).round() * TAU;
+        if !((turned + whole - expected).abs() < 1.0) {
+            solver.rewind(step.from, step.stage_slopes()[0]);
+            h_max = 0.5 * step.h;
+            if solver.work().steps > STEP_LIMIT {
+                return Err(lost());
+            }
+            continue;
+        }
+        angle += turned + whole;
+        h_max = longest;
+        turn = next;
+        let size = step.to.tangent.as_flattened().iter();
+        if size.fold(0.0_f64, |size, x| size.max(x.abs())) > GROWN {
+            let (mut state, mut slope) = (step.to, *step.end_slope());
+            separate(&mut state, &mut slope, &mut flow, b).ok_or_else(lost)?;
+            // The mixing has a positive determinant: the angle stays.
+            turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
+            solver.rewind(state, slope);
+        }
+        if solver.work().steps > STEP_LIMIT {
             return Err(lost());
         }
     }
-    Ok(found)
+    Ok(Variations {
+        end: *solver.state(),
+        dm: flow.dm,
+        angle,
+        weight,
+    })
+}
+
+/// Size of the tangent beyond which its columns are mixed.
+const GROWN: f64 = 30.0;
+
+/// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
+/// state, slope and dm(0) mix alike.
+fn separate<const K: usize>(
+    state: &mut Section<K>,
+    slope: &mut Section<K>,
+    flow: &mut Flow<'_, K>,
+    b: &Wrench,
+) -> Option<()> {
+    let (j, p) = conjugate(state, b, &flow.dm);
+    let gram = j.transpose() * j + p.transpose() * p;
+    let mixing = gram.cholesky()?.l().transpose().try_inverse()?;
+    let rows = (state.tangent.iter_mut())
+        .chain(slope.tangent.iter_mut())
+        .chain(flow.dm.iter_mut());
+    for row in rows {
+        let mixed = RowVector3::new(row[0], row[1], row[2]) * mixing;
+        row[..3].copy_from_slice(mixed.as_slice());
+    }
+    let (j, p) = (j * mixing, p * mixing);
+    for column in 3..K {
+        let n = Vector3::new(b[3], b[4], b[5]);
+        let entry = |rows: &[[f64; K]]| Vector3::from_fn(|i, _| rows[i][column]);
+        let (phi, rho) = (entry(&state.tangent[..3]), entry(&state.tangent[3..]));
+        let m = Vector3::new(b[0], b[1], b[2]) - state.position().cross(&n);
+        let dm = entry(&flow.dm) + n.cross(&rho) + 0.5 * m.cross(&phi);
+        let part = j.transpose() * phi + p.transpose() * dm;
+        let rows = (state.tangent.iter_mut())
+            .chain(slope.tangent.iter_mut())
+            .chain(flow.dm.iter_mut());
+        for row in rows {
+            row[column] -= part[0] * row[0] + part[1] * row[1] + part[2] * row[2];
+        }
+    }
+    Some(())
 }

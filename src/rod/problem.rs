@@ -299,19 +299,3 @@ fn inverse_left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
     let cross = phi.cross_matrix();
     Matrix3::identity() - 0.5 * cross + c * cross * cross
 }
-
-impl Problem {
-    /// The Morse index of the equilibrium with the base wrench `base` (world frame): 0 is stable.
-    ///
-    /// # Errors
-    /// A wrench that the rod cannot follow.
-    pub fn index_at(&self, base: &Wrench) -> Result<usize> {
-        self.index(&self.rod.inward(base))
-    }
-
-    /// The Morse index under a base wrench of the numerics.
-    pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
-        let trial = self.trial(b)?;
-        super::index::index(&self.rod, &self.end, &self.axes, &trial, self.tolerance)
-    }
-}

@@ -120,21 +120,40 @@ impl<S: State> Dop853<S> {
     /// and shortens the step.
     pub fn step(
         &mut self,
-        mut f: impl FnMut(&S) -> Option<S>,
+        f: impl FnMut(&S) -> Option<S>,
         h_max: f64,
     ) -> Result<Step<S>, StepTooSmall> {
+        let mut step = self.blank();
+        self.step_into(written(f), h_max, &mut step)?;
+        Ok(step)
+    }
+
+    /// A place for [`Dop853::step_into`] to fill.
+    pub fn blank(&self) -> Step<S> {
+        Step::blank(&self.state, &self.slope)
+    }
+
+    /// As [`Dop853::step`] for large states, whose copies cost: the step is used again and again, and `f` writes the slope
+    /// into its second argument (None: undefined here).
+    pub fn step_into(
+        &mut self,
+        mut f: impl FnMut(&S, &mut S) -> Option<()>,
+        h_max: f64,
+        step: &mut Step<S>,
+    ) -> Result<(), StepTooSmall> {
         let mut rejected = false;
+        step.from = self.state;
+        step.slopes[0] = self.slope;
         loop {
             let h = self.h.min(h_max);
             if !(h > STALL * self.largest.min(h_max)) {
                 return Err(StepTooSmall);
             }
-            let trial = attempt(&self.state, &self.slope, h, &mut f, &mut self.work);
-            let error = trial
-                .as_ref()
-                .map_or(f64::INFINITY, |step| step.error() / self.tolerance);
+            let error = match step.attempt(h, &mut f, &mut self.work) {
+                Some(()) => step.error() / self.tolerance,
+                None => f64::INFINITY,
+            };
             if error <= 1.0 {
-                let step = trial.expect("a finite error comes with a step");
                 let mut factor =
                     SAFETY * error.max(1e-10).powf(-ALPHA) * self.last_error.max(1e-4).powf(BETA);
                 factor = factor.clamp(SHRINK, if rejected { 1.0 } else { GROW });
@@ -149,7 +168,7 @@ impl<S: State> Dop853<S> {
                 self.work.steps += 1;
                 self.state = step.to;
                 self.slope = step.slopes[12];
-                return Ok(step);
+                return Ok(());
             }
             rejected = true;
             self.work.rejected += 1;
@@ -165,28 +184,12 @@ impl<S: State> Dop853<S> {
     }
 }
 
-/// All stages of a step, or None where the right-hand side is undefined or not finite.
-fn attempt<S: State>(
-    from: &S,
-    slope: &S,
-    h: f64,
-    f: &mut impl FnMut(&S) -> Option<S>,
-    work: &mut Work,
-) -> Option<Step<S>> {
-    let mut slopes = [*slope; 16];
-    for (i, row) in STAGES.iter().enumerate() {
-        work.evaluations += 1;
-        slopes[i + 1] = f(&combine(from, h, row, &slopes))?;
+/// A right-hand side that returns its slope, as one that writes it.
+fn written<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> Option<()> {
+    move |at, slope| {
+        *slope = f(at)?;
+        Some(())
     }
-    let to = combine(from, h, STEP, &slopes);
-    work.evaluations += 1;
-    slopes[12] = f(&to)?;
-    Some(Step {
-        from: *from,
-        to,
-        h,
-        slopes,
-    })
 }
 
 /// from + h sum_j a_j k_j.
@@ -212,6 +215,35 @@ fn weighted<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {
 }
 
 impl<S: State> Step<S> {
+    fn blank(from: &S, slope: &S) -> Self {
+        Self {
+            from: *from,
+            to: *from,
+            h: 0.0,
+            slopes: [*slope; 16],
+        }
+    }
+
+    /// All stages of a step of length `h` from where this one starts, or None where the right-hand side is undefined.
+    fn attempt(
+        &mut self,
+        h: f64,
+        f: &mut impl FnMut(&S, &mut S) -> Option<()>,
+        work: &mut Work,
+    ) -> Option<()> {
+        self.h = h;
+        for (i, row) in STAGES.iter().enumerate() {
+            work.evaluations += 1;
+            f(
+                &combine(&self.from, h, row, &self.slopes),
+                &mut self.slopes[i + 1],
+            )?;
+        }
+        self.to = combine(&self.from, h, STEP, &self.slopes);
+        work.evaluations += 1;
+        f(&self.to, &mut self.slopes[12])
+    }
+
     /// Hairer's error estimate: h e5^2 / sqrt(e5^2 + 0.01 e3^2), in units of the state's scale.
     fn error(&self) -> f64 {
         let e5 = weighted(ERROR5, &self.slopes).mean_square(&self.from, &self.to);
@@ -235,13 +267,10 @@ impl<S: State> Step<S> {
 
     /// The same step with another length, at full order: 12 evaluations. This is how an event is
     /// located to the accuracy of the integration instead of that of an interpolant.
-    pub fn redo(
-        &self,
-        mut f: impl FnMut(&S) -> Option<S>,
-        h: f64,
-        work: &mut Work,
-    ) -> Option<Step<S>> {
-        attempt(&self.from, &self.slopes[0], h, &mut f, work)
+    pub fn redo(&self, f: impl FnMut(&S) -> Option<S>, h: f64, work: &mut Work) -> Option<Step<S>> {
+        let mut step = Self::blank(&self.from, &self.slopes[0]);
+        step.attempt(h, &mut written(f), work)?;
+        Some(step)
     }
 
     /// The interpolant of order 7 over this step: 3 evaluations.
