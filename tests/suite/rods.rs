@@ -34,6 +34,52 @@ fn initial_value_problems_agree_with_taylor_series() {
     }
 }
 
+/// Catches a method of lower order, and an error control that does not control: on uniform rods of moderate load the error
+/// of pose and tangent falls like the eighth power of the number of steps.
+#[test]
+fn the_error_falls_with_high_order() {
+    let data = json("rod_ivp.json");
+    let mut slopes = Vec::new();
+    for row in rows(&data, "rows", 22).iter().filter(|row| !tapers(row)) {
+        let (rod, base) = (rod(row), base_wrench(row));
+        let position = Vector3::from_row_slice(&list(&row["position"]));
+        let rotation = Matrix3::from_row_slice(&list(&row["rotation"]));
+        let tangent = Matrix6::from_row_slice(&list(&row["tangent"]));
+        let mut points = Vec::new();
+        for digits in 4..=11 {
+            let tolerance = 10.0_f64.powi(-digits);
+            let end = rod.end(&base, tolerance).expect("an end");
+            let error = ((end.section.position - position).norm() / rod.length())
+                .max((end.section.directors - rotation).norm())
+                .max((end.tangent - tangent).norm() / tangent.norm());
+            assert!(
+                error < 300.0 * tolerance,
+                "{}: {error:e} at {tolerance:e}",
+                row["name"]
+            );
+            if error > 1e-13 {
+                points.push(((end.steps as f64).ln(), error.ln()));
+            }
+        }
+        // Too few to tell, as of an unloaded rod.
+        if points.len() < 6 {
+            continue;
+        }
+        let count = points.len() as f64;
+        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / count;
+        let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+        let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x).powi(2));
+        slopes.push(-slope);
+    }
+    slopes.sort_by(f64::total_cmp);
+    assert!(slopes.len() >= 5, "only {} rods", slopes.len());
+    let median = slopes[slopes.len() / 2];
+    assert!(
+        slopes[0] > 5.0 && (6.0..10.0).contains(&median),
+        "{slopes:?}"
+    );
+}
+
 /// Catches a wrong balance at the end, a load in the wrong frame, a path that ends elsewhere.
 #[test]
 fn end_loads_agree_with_an_independent_solver() {
