@@ -1,9 +1,10 @@
 //! Rods in space against independent references (tools/rod_reference.py).
 
 use crate::support::{base_wrench, json, list, number, quaternion, rod, rows, tapers, vector3};
-use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::rod::{End, Problem};
+use snaprod::rod::section::{Along, Linear, Varying};
+use snaprod::rod::{End, Problem, Rod};
 
 /// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series know nothing of ours.
 #[test]
@@ -31,6 +32,46 @@ fn initial_value_problems_agree_with_taylor_series() {
         for gap in gaps {
             assert!(gap < 2e-11, "{name}: {gaps:?}");
         }
+    }
+}
+
+/// Catches a break that is stepped over: a rod whose stiffness jumps is two uniform rods, the second clamped to the end of
+/// the first, to rounding and without small steps at the jump.
+#[test]
+fn a_rod_with_a_jump_is_two_rods() {
+    let jump = |a: f64, b: f64| Along::table(&[(0.0, a), (0.4, a), (0.4, b), (1.0, b)]);
+    let law = Varying::diagonal(
+        [jump(1.0, 0.3).unwrap(), jump(1.4, 0.5).unwrap()],
+        jump(0.8, 0.2).unwrap(),
+    );
+    let whole = Rod::new(1.0, law.unwrap()).expect("a rod");
+    let first = Rod::new(0.4, Linear::diagonal([1.0, 1.4], 0.8).unwrap()).expect("a rod");
+    let second = Rod::new(0.6, Linear::diagonal([0.3, 0.5], 0.2).unwrap()).expect("a rod");
+    for base in [
+        Vector6::new(1.0, -0.5, 0.7, 2.0, 1.0, -1.5),
+        Vector6::new(-0.3, 0.8, 0.2, -3.0, 0.5, 4.0),
+    ] {
+        let end = whole.end(&base, 1e-12).expect("an end");
+        let middle = first.end(&base, 1e-12).expect("an end");
+        let at = &middle.section;
+        let (m, n) = (at.couple, at.force);
+        let turn = UnitQuaternion::from_matrix(&at.directors);
+        let last = second
+            .clone()
+            .with_clamp(at.position, turn)
+            .end(&Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z), 1e-12)
+            .expect("an end");
+        let gap = (end.section.position - last.section.position).norm()
+            + (end.section.directors - last.section.directors).norm()
+            + (end.section.energy - at.energy - last.section.energy).abs();
+        assert!(gap < 1e-11, "{gap:e}");
+        assert!(
+            end.steps <= middle.steps + last.steps + 3,
+            "{} steps, not {} + {}",
+            end.steps,
+            middle.steps,
+            last.steps
+        );
     }
 }
 

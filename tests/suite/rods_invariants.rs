@@ -238,8 +238,8 @@ fn differences(rod: &Rod, base: &Vector6<f64>) -> Matrix6<f64> {
     matrix
 }
 
-/// Catches a missing term in the variational equations, a compliance that is not de/dw, a break stepped over, a tangent
-/// not turned with the clamp. Rotations and positions apart, so that neither hides the other.
+/// Catches a missing term in the variational equations, a compliance that is not de/dw, a tangent not turned with
+/// the clamp. Rotations and positions apart, so that neither hides the other.
 #[test]
 fn tangents_agree_with_differences() {
     let clamp = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -1.1, 2.0));
