@@ -276,12 +276,14 @@ def clamped():
 if __name__ == '__main__':
     import sys
     import rod_reference_benchmarks as bench
+    import rod_reference_elastica as plane
     only = sys.argv[1:]
     parts = {'greenhill': lambda: {'inputs': {'bending': 1, 'torsion': .7, 'note': 'the critical couple does not depend on torsion'},
                                    'rows': [dict(zip(('tension', 'critical_couple', 'gap'), (T, float(M), g))) for T in (-20, 0, 20) for M, g in [greenhill(T)]]},
              'ball_elastica': lambda: ball(.5), 'clamped_elastica': clamped,
+             'B1': plane.b1, 'B2': plane.b2, 'B3': plane.b3, 'B4': plane.b4,
              'B5': bench.b5, 'B6': bench.b6, 'B7': bench.b7, 'B9': bench.b9, 'B10': bench.b10, 'B11': bench.b11}
-    data = {'recipe': 'Bifurcation facts and benchmarks, each by two routes (see tools/rod_reference_branch.py, rod_reference_benchmarks.py): complex-step tangents of an 80-bit '
+    data = {'recipe': 'Bifurcation facts and benchmarks, each by two routes (see tools/rod_reference_branch.py, rod_reference_benchmarks.py, rod_reference_elastica.py): complex-step tangents of an 80-bit '
             'Taylor solution of the 3-D rod, and closed forms or linearised equations; gap: their difference. Conventions as in rod_ivp.json.'}
     if only and os.path.exists(OUT):
         data = json.load(open(OUT))

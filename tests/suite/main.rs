@@ -21,7 +21,9 @@ mod plot_rods;
 mod plot_rods_data;
 mod rod_benchmarks;
 mod rod_paths;
+mod rod_published;
 mod rods;
+mod rods_invariants;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]

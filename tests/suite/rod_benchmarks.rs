@@ -2,7 +2,6 @@
 
 use crate::support::{assert_close, json, number, rows};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use serde_json::Value;
 use snaprod::elastica::Equilibrium as Elastica;
 use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, RodFamily};
@@ -18,15 +17,6 @@ fn kirchhoff(out_of_plane: f64, torsion: f64) -> Rod {
 fn planar(m: f64, n: [f64; 2]) -> Vector6<f64> {
     // Planar x along z, planar y along x: the couple is about y.
     Vector6::new(0.0, m, 0.0, n[1], 0.0, n[0])
-}
-
-fn list(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|x| x.as_f64().expect("a number"))
-        .collect()
 }
 
 /// Catches any disagreement of the spatial rod with the closed form of the planar elastica: end, energy, in-plane index.
@@ -201,178 +191,6 @@ fn the_clamped_elastica_leaves_its_plane() {
             [index(k - 1e-6), index(k + 1e-6)],
             want,
             "at k = {k}: {row}"
-        );
-    }
-}
-
-/// Catches a slip in shear, stretch or an intrinsic curvature: B5, B6 and B7 to 1e-8.
-#[test]
-fn loaded_beams_agree_with_benchmarks() {
-    let data = json("rod_branch.json");
-    let b5 = &data["B5"];
-    let input = |key: &str| number(&b5["inputs"], key);
-    let law = Linear::diagonal([input("EI"), input("EI")], input("EI"))
-        .and_then(|law| law.with_shear([input("GA"); 2]))
-        .and_then(|law| law.with_axial(input("EA")))
-        .expect("a law");
-    let solve = |rod: Rod, force: Vector3<f64>| {
-        Problem::new(rod, End::load(force, Vector3::zeros()), 1e-12)
-            .and_then(|p| p.solve(None))
-            .expect("an equilibrium")
-    };
-    let found = solve(
-        Rod::new(2.0, law).expect("a rod"),
-        Vector3::new(input("F"), 0.0, 0.0),
-    );
-    assert_close(
-        2.0 - found.end.position.z,
-        number(&b5["outputs"], "ux"),
-        1e-8,
-        0.1,
-        "B5 ux",
-    );
-    assert_close(
-        found.end.position.x,
-        number(&b5["outputs"], "uy"),
-        1e-8,
-        0.1,
-        "B5 uy",
-    );
-    assert_eq!(found.index, 0);
-
-    let b6 = &data["B6"];
-    let input = |key: &str| number(&b6["inputs"], key);
-    for row in rows(b6, "outputs", 3) {
-        let law = Linear::diagonal([input("weak"), input("strong")], input("GJ"))
-            .and_then(|law| law.with_shear([input("GA"); 2]))
-            .and_then(|law| law.with_axial(input("EA")))
-            .expect("a law");
-        let angle = number(row, "beta_deg").to_radians();
-        let force = number(row, "P") * Vector3::new(angle.cos(), angle.sin(), 0.0);
-        let found = solve(Rod::new(input("L"), law).expect("a rod"), force);
-        assert_close(
-            found.end.position.x,
-            number(row, "minus_uy"),
-            1e-8,
-            0.01,
-            "B6 -u_y",
-        );
-        assert_close(
-            found.end.position.y,
-            number(row, "uz"),
-            1e-8,
-            0.01,
-            "B6 u_z",
-        );
-    }
-
-    let b7 = &data["B7"];
-    let length = 100.0 * std::f64::consts::FRAC_PI_4;
-    for row in rows(b7, "outputs", 6) {
-        let ei = 1e7 / 12.0;
-        let (gj, rigid) = match row["law"].as_str().expect("a law") {
-            "GJ = 8.3333e5" => (8.3333e5, false),
-            "GJ = 1e7/12" => (ei, false),
-            other if other.contains("rigid") || other.contains("inext") => (
-                if other.contains("8.3333") {
-                    8.3333e5
-                } else {
-                    ei
-                },
-                true,
-            ),
-            other => panic!("{other}"),
-        };
-        let mut law =
-            Linear::diagonal([ei, ei], gj).and_then(|law| law.with_rest([0.0, 0.01], 0.0));
-        if !rigid {
-            law = law
-                .and_then(|law| law.with_shear([5e6; 2]))
-                .and_then(|law| law.with_axial(1e7));
-        }
-        // d3 along the world's x, d1 along y, d2 along z.
-        let directors = nalgebra::Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
-        let rod = Rod::new(length, law.expect("a law"))
-            .expect("a rod")
-            .with_clamp(Vector3::zeros(), UnitQuaternion::from_matrix(&directors));
-        let found = solve(rod, Vector3::new(0.0, 0.0, number(row, "F")));
-        let tip = list(&row["tip"]);
-        for (i, want) in tip.iter().enumerate() {
-            assert_close(
-                found.end.position[i],
-                *want,
-                1e-8,
-                1.0,
-                &format!("B7 {row}"),
-            );
-        }
-    }
-}
-
-/// Catches a fold in the clamp's angle that is misplaced: B10, other end clamped flat or hinged.
-#[test]
-fn turned_clamps_fold_where_benchmarks_say() {
-    let data = json("rod_branch.json");
-    for row in rows(&data["B10"], "outputs", 6) {
-        let distance = 1.0 - number(row, "s");
-        let clamped = row["far_end"] == "clamped";
-        let end = Vector3::new(0.0, 0.0, distance);
-        let problem = move |a: f64| {
-            let rod = kirchhoff(20.0, 20.0).with_clamp(
-                Vector3::zeros(),
-                UnitQuaternion::from_scaled_axis(Vector3::y() * a),
-            );
-            let end = if clamped {
-                End::pose(end, UnitQuaternion::identity())
-            } else {
-                End::ball(end)
-            };
-            Problem::new(rod, end, 1e-12)
-        };
-        // Bent against the turn, so that the fold lies ahead.
-        let want = number(row, "a");
-        let mut hit = None;
-        for side in [1.0, -1.0] {
-            let load: f64 = if clamped { -39.0 } else { -20.0 };
-            let sag = side * 2.0 * (1.0 - distance).sqrt() * load.abs().sqrt();
-            let guess = planar(sag, [load, if clamped { 0.0 } else { -sag }]);
-            let Ok(start) = problem(0.0).and_then(|p| p.solve(Some(&guess))) else {
-                continue;
-            };
-            let trace = branch(problem, start.base, 0.0, 3.0);
-            let folds = trace.specials.iter().filter(|s| s.kind == Kind::Fold);
-            hit = hit.or(folds.map(|s| s.point.p).find(|a| (a - want).abs() < 1e-8));
-        }
-        assert!(hit.is_some(), "no fold at {want}: {row}");
-    }
-}
-
-/// Catches a conjugate point of a twisted rod that is misplaced: Greenhill's couple under tension and thrust.
-#[test]
-fn greenhills_couple_makes_a_twisted_rod_unstable() {
-    let data = json("rod_branch.json");
-    for row in rows(&data["greenhill"], "rows", 3) {
-        let critical = number(row, "critical_couple");
-        let index = |m: f64| {
-            let law = Linear::diagonal([1.0, 1.0], 0.7).expect("a law");
-            let rod = Rod::new(1.0, law).expect("a rod");
-            let wrench = Vector6::new(0.0, 0.0, m, 0.0, 0.0, number(row, "tension"));
-            let end = rod.end(&wrench, 1e-12).expect("an end").section;
-            // Free along the axis under the tension, clamped otherwise.
-            let mut clamped = End::pose(end.position, UnitQuaternion::from_matrix(&end.directors));
-            clamped.position[2] = None;
-            clamped.force.z = number(row, "tension");
-            Problem::new(rod, clamped, 1e-12)
-                .and_then(|p| p.index_at(&wrench))
-                .expect("an index")
-        };
-        assert_eq!(
-            [
-                index(critical * (1.0 - 1e-8)),
-                index(critical * (1.0 + 1e-8))
-            ],
-            [0, 2],
-            "at {critical}"
         );
     }
 }

@@ -1,79 +1,24 @@
 //! Rods in space against independent references (tools/rod_reference.py).
 
-use crate::support::{json, number, rows};
-use nalgebra::{Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+use crate::support::{base_wrench, json, list, number, quaternion, rod, rows, tapers, vector3};
+use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::rod::section::Linear;
+use snaprod::rod::section::{Along, Linear, Varying};
 use snaprod::rod::{End, Problem, Rod};
-
-fn list(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|x| x.as_f64().expect("a number"))
-        .collect()
-}
-
-fn vector3(row: &Value, key: &str) -> Vector3<f64> {
-    Vector3::from_row_slice(&list(&row[key]))
-}
-
-fn wrench(row: &Value, couple: &str, force: &str) -> Vector6<f64> {
-    let (m, n) = (vector3(row, couple), vector3(row, force));
-    Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
-}
-
-/// The rod of a row; None if its section varies along the rod.
-pub fn rod(row: &Value) -> Option<Rod> {
-    let section = &row["section"];
-    if number(section, "taper") != 0.0 {
-        return None;
-    }
-    let entries: Vec<f64> = rows(section, "stiffness", 6)
-        .iter()
-        .flat_map(list)
-        .collect();
-    let mut rigid = [false; 6];
-    for i in section["rigid"].as_array().expect("a list") {
-        rigid[i.as_u64().expect("an index") as usize] = true;
-    }
-    let rest = list(&section["rest"]);
-    let mut stiffness = Matrix6::from_row_slice(&entries);
-    for i in (0..6).filter(|i| rigid[*i]) {
-        stiffness[(i, i)] = 1.0;
-    }
-    let law = Linear::full(stiffness)
-        .and_then(|law| law.rigid([rigid[3], rigid[4], rigid[5]]))
-        .and_then(|law| law.with_rest([rest[0], rest[1]], rest[2]))
-        .expect("a law");
-    Some(Rod::new(number(row, "length"), law).expect("a rod"))
-}
 
 /// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series know nothing of ours.
 #[test]
 fn initial_value_problems_agree_with_taylor_series() {
     let data = json("rod_ivp.json");
-    let (mut tested, mut worst) = (0, 0.0_f64);
-    for row in rows(&data, "rows", 15) {
-        let Some(rod) = rod(row) else { continue };
-        let end = rod
-            .end(&wrench(row, "base_couple", "base_force"), 1e-13)
-            .expect("an end");
+    let rows = rows(&data, "rows", 22);
+    assert_eq!(rows.iter().filter(|row| tapers(row)).count(), 3);
+    for row in rows {
+        let rod = rod(row);
+        let end = rod.end(&base_wrench(row), 1e-13).expect("an end");
         let name = &row["name"];
         let position = vector3(row, "position");
-        let rotation = Matrix3::from_row_slice(
-            &rows(row, "rotation", 3)
-                .iter()
-                .flat_map(list)
-                .collect::<Vec<_>>(),
-        );
-        let tangent = Matrix6::from_row_slice(
-            &rows(row, "tangent", 6)
-                .iter()
-                .flat_map(list)
-                .collect::<Vec<_>>(),
-        );
+        let rotation = Matrix3::from_row_slice(&list(&row["rotation"]));
+        let tangent = Matrix6::from_row_slice(&list(&row["tangent"]));
         let section = &end.section;
         let gaps = [
             (section.position - position).norm() / rod.length(),
@@ -86,26 +31,102 @@ fn initial_value_problems_agree_with_taylor_series() {
         ];
         for gap in gaps {
             assert!(gap < 2e-11, "{name}: {gaps:?}");
-            worst = worst.max(gap);
         }
-        tested += 1;
     }
-    assert!(tested >= 12, "only {tested} uniform rods");
-    println!("{tested} rods, worst gap {worst:e}");
 }
 
-fn quaternion(row: &Value, key: &str) -> UnitQuaternion<f64> {
-    let q = list(&row[key]);
-    UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]))
+/// Catches a break that is stepped over: a rod whose stiffness jumps is two uniform rods, the second clamped to the end of
+/// the first, to rounding and without small steps at the jump.
+#[test]
+fn a_rod_with_a_jump_is_two_rods() {
+    let jump = |a: f64, b: f64| Along::table(&[(0.0, a), (0.4, a), (0.4, b), (1.0, b)]);
+    let law = Varying::diagonal(
+        [jump(1.0, 0.3).unwrap(), jump(1.4, 0.5).unwrap()],
+        jump(0.8, 0.2).unwrap(),
+    );
+    let whole = Rod::new(1.0, law.unwrap()).expect("a rod");
+    let first = Rod::new(0.4, Linear::diagonal([1.0, 1.4], 0.8).unwrap()).expect("a rod");
+    let second = Rod::new(0.6, Linear::diagonal([0.3, 0.5], 0.2).unwrap()).expect("a rod");
+    for base in [
+        Vector6::new(1.0, -0.5, 0.7, 2.0, 1.0, -1.5),
+        Vector6::new(-0.3, 0.8, 0.2, -3.0, 0.5, 4.0),
+    ] {
+        let end = whole.end(&base, 1e-12).expect("an end");
+        let middle = first.end(&base, 1e-12).expect("an end");
+        let at = &middle.section;
+        let (m, n) = (at.couple, at.force);
+        let turn = UnitQuaternion::from_matrix(&at.directors);
+        let last = second
+            .clone()
+            .with_clamp(at.position, turn)
+            .end(&Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z), 1e-12)
+            .expect("an end");
+        let gap = (end.section.position - last.section.position).norm()
+            + (end.section.directors - last.section.directors).norm()
+            + (end.section.energy - at.energy - last.section.energy).abs();
+        assert!(gap < 1e-11, "{gap:e}");
+        assert!(
+            end.steps <= middle.steps + last.steps + 3,
+            "{} steps, not {} + {}",
+            end.steps,
+            middle.steps,
+            last.steps
+        );
+    }
+}
+
+/// Catches a method of lower order, and an error control that does not control: on uniform rods of moderate load the error
+/// of pose and tangent falls like the eighth power of the number of steps.
+#[test]
+fn the_error_falls_with_high_order() {
+    let data = json("rod_ivp.json");
+    let mut slopes = Vec::new();
+    for row in rows(&data, "rows", 22).iter().filter(|row| !tapers(row)) {
+        let (rod, base) = (rod(row), base_wrench(row));
+        let position = Vector3::from_row_slice(&list(&row["position"]));
+        let rotation = Matrix3::from_row_slice(&list(&row["rotation"]));
+        let tangent = Matrix6::from_row_slice(&list(&row["tangent"]));
+        let mut points = Vec::new();
+        for digits in 4..=11 {
+            let tolerance = 10.0_f64.powi(-digits);
+            let end = rod.end(&base, tolerance).expect("an end");
+            let error = ((end.section.position - position).norm() / rod.length())
+                .max((end.section.directors - rotation).norm())
+                .max((end.tangent - tangent).norm() / tangent.norm());
+            assert!(
+                error < 300.0 * tolerance,
+                "{}: {error:e} at {tolerance:e}",
+                row["name"]
+            );
+            if error > 1e-13 {
+                points.push(((end.steps as f64).ln(), error.ln()));
+            }
+        }
+        // Too few to tell, as of an unloaded rod.
+        if points.len() < 6 {
+            continue;
+        }
+        let count = points.len() as f64;
+        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / count;
+        let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+        let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x).powi(2));
+        slopes.push(-slope);
+    }
+    slopes.sort_by(f64::total_cmp);
+    assert!(slopes.len() >= 5, "only {} rods", slopes.len());
+    let median = slopes[slopes.len() / 2];
+    assert!(
+        slopes[0] > 5.0 && (6.0..10.0).contains(&median),
+        "{slopes:?}"
+    );
 }
 
 /// Catches a wrong balance at the end, a load in the wrong frame, a path that ends elsewhere.
 #[test]
 fn end_loads_agree_with_an_independent_solver() {
     let data = json("rod_loads.json");
-    let mut tested = 0;
-    for row in rows(&data, "rows", 10) {
-        let Some(rod) = rod(row) else { continue };
+    for row in rows(&data, "rows", 16) {
+        let rod = rod(row);
         let load = &row["end"];
         let (f, m) = (vector3(load, "force"), vector3(load, "couple"));
         let end = if load["follower"] == true {
@@ -117,7 +138,7 @@ fn end_loads_agree_with_an_independent_solver() {
         let found = problem
             .solve(None)
             .unwrap_or_else(|e| panic!("{}: {e}", row["name"]));
-        let base = wrench(row, "base_couple", "base_force");
+        let base = base_wrench(row);
         let q = UnitQuaternion::from_matrix(&found.end.directors);
         let gaps = [
             (found.end.position - vector3(row, "position")).norm(),
@@ -126,18 +147,12 @@ fn end_loads_agree_with_an_independent_solver() {
             (found.end.couple - vector3(row, "tip_couple")).norm() / (1.0 + base.norm()),
             found.end.energy - number(row, "energy"),
         ];
-        println!(
-            "{} index {} {gaps:?} {:?}",
-            row["name"], found.index, found.route
-        );
         assert!(
             gaps.iter().all(|g| g.abs() < 1e-8),
             "{}: {gaps:?}",
             row["name"]
         );
-        tested += 1;
     }
-    assert!(tested >= 10, "only {tested}");
 }
 
 fn end_condition(row: &Value) -> End {
@@ -153,11 +168,10 @@ fn end_condition(row: &Value) -> End {
 #[test]
 fn held_ends_are_solved() {
     let data = json("rod_held.json");
-    let mut tested = 0;
-    for row in rows(&data, "rows", 10) {
-        let Some(rod) = rod(row) else { continue };
+    for row in rows(&data, "rows", 17) {
+        let rod = rod(row);
         let problem = Problem::new(rod, end_condition(row), 1e-12).expect("a problem");
-        let base = wrench(row, "base_couple", "base_force");
+        let base = base_wrench(row);
         let near = problem
             .solve(Some(&(base * 1.001)))
             .expect("the equilibrium nearby");
@@ -171,9 +185,7 @@ fn held_ends_are_solved() {
             .unwrap_or_else(|e| panic!("{}: {e}", row["name"]));
         assert!(found.residual < 1e-9, "{}: {}", row["name"], found.residual);
         assert_eq!(found.index, 0, "{}", row["name"]);
-        tested += 1;
     }
-    assert!(tested >= 10, "only {tested}");
 }
 
 /// Catches a conjugate point that is missed or counted twice, or a wrong correction for the end condition: the reference
@@ -183,8 +195,8 @@ fn indices_agree_with_discretised_second_variations() {
     let data = json("rod_index.json");
     let (mut tested, mut wrong) = (0, Vec::new());
     for row in rows(&data, "rows", 20) {
-        let Some(rod) = rod(row) else { continue };
-        let base = wrench(row, "base_couple", "base_force");
+        let rod = rod(row);
+        let base = base_wrench(row);
         let end = rod.end(&base, 1e-12).expect("an end").section;
         let condition = match row["end"].as_str().expect("an end") {
             "pose" => End::pose(end.position, UnitQuaternion::from_matrix(&end.directors)),
@@ -192,13 +204,12 @@ fn indices_agree_with_discretised_second_variations() {
             "free" => End::load(end.force, end.couple),
             other => panic!("{other}"),
         };
-        let index = match Problem::new(rod, condition, 1e-12) {
-            Ok(problem) => problem.index_at(&base).expect("an index"),
-            Err(e) => {
-                println!("{}: {e}", row["name"]);
-                continue;
-            }
+        // A straight inextensible rod held at its full length is refused.
+        let Ok(problem) = Problem::new(rod, condition, 1e-12) else {
+            assert!(end.position.norm() > 1.0 - 1e-12, "{}", row["name"]);
+            continue;
         };
+        let index = problem.index_at(&base).expect("an index");
         if Some(index as u64) != row["index"].as_u64() {
             wrong.push(format!(
                 "{} {}: {index}, not {} (nearest {})",

@@ -1,6 +1,9 @@
 //! Reference data and comparisons that a NaN, a wrong sign or a missing file cannot pass.
 
+use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
+use snaprod::rod::Rod;
+use snaprod::rod::section::{Linear, Varying};
 
 /// Reads a JSON file of tests/data; missing or broken data fail.
 pub fn json(name: &str) -> Value {
@@ -40,4 +43,64 @@ pub fn assert_close(got: f64, want: f64, tolerance: f64, floor: f64, what: &str)
         "{what}: got {got:e}, want {want:e}, off by {:e}",
         got - want
     );
+}
+
+/// A list of numbers, or of lists of numbers in a row.
+pub fn list(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(parts) => parts.iter().flat_map(list).collect(),
+        other => vec![
+            other
+                .as_f64()
+                .unwrap_or_else(|| panic!("no number: {other}")),
+        ],
+    }
+}
+
+/// A vector of three.
+pub fn vector3(row: &Value, key: &str) -> Vector3<f64> {
+    Vector3::from_row_slice(&list(&row[key]))
+}
+
+/// The base wrench (m(0), n) of a row.
+pub fn base_wrench(row: &Value) -> Vector6<f64> {
+    let (m, n) = (vector3(row, "base_couple"), vector3(row, "base_force"));
+    Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
+}
+
+/// A rotation [w, x, y, z].
+pub fn quaternion(row: &Value, key: &str) -> UnitQuaternion<f64> {
+    let q = list(&row[key]);
+    UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]))
+}
+
+/// True if the section of a row varies along its rod.
+pub fn tapers(row: &Value) -> bool {
+    number(&row["section"], "taper") != 0.0
+}
+
+/// The rod of a row of tests/data/rod_*.json: w = (1 - taper s) K (e - rest).
+pub fn rod(row: &Value) -> Rod {
+    let section = &row["section"];
+    let rest = list(&section["rest"]);
+    let mut stiffness = Matrix6::from_row_slice(&list(&section["stiffness"]));
+    let mut rigid = [false; 3];
+    for i in list(&section["rigid"]) {
+        let i = i as usize;
+        rigid[i - 3] = true;
+        stiffness[(i, i)] = 1.0;
+    }
+    let law = move |part: f64| {
+        Linear::full(stiffness * part)?
+            .rigid(rigid)?
+            .with_rest([rest[0], rest[1]], rest[2])
+    };
+    let length = number(row, "length");
+    let taper = number(section, "taper");
+    let rod = if taper == 0.0 {
+        Rod::new(length, law(1.0).expect("a law"))
+    } else {
+        Rod::new(length, Varying::by(move |s| law(1.0 - taper * s)))
+    };
+    rod.expect("a rod")
 }
