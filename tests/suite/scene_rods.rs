@@ -61,7 +61,7 @@ switch = true
 both = true
 deflate = true
 at = [0.0, 1.25]
-second = { parameter = "rod.rest.twist", from = 0.5, to = 2 }
+second = { parameter = "rod.rest.twist", from = -1.5, to = 2, max_step = 0.2 }
 "#;
 
 fn parse(text: &str) -> Statics {
@@ -136,7 +136,7 @@ fn sample_is_accepted() {
 /// Catches defaults that are not those documented, and fields that read into the wrong place.
 #[test]
 fn every_field_and_default() {
-    let text = "[rod]\nmodel='cosserat'\nlength=2\n[rod.section]\nbending=[1,2]\ntorsion=3";
+    let text = "[rod]\nmodel='cosserat'\nlength=2\n[rod.section]\nbending=[1,2]\ntorsion=3\n[end]";
     let scene = parse(text);
     let Section::Diagonal(law) = &scene.rod.section else {
         panic!("{:?}", scene.rod.section)
@@ -198,7 +198,11 @@ fn every_field_and_default() {
     let second = branch.second.as_ref().unwrap();
     assert_eq!(
         (second.parameter, second.from, second.to),
-        (Parameter::Twist, 0.5, 2.0)
+        (Parameter::Twist, -1.5, 2.0)
+    );
+    assert_eq!(
+        (second.step, second.min_step, second.max_step, second.points),
+        (0.01, 1e-8, 0.2, 400)
     );
     assert_eq!(scene.start.wrench, Some([0.0, 0.0, 1.0, 0.0, 0.0, -1.0]));
     assert_eq!(
@@ -468,6 +472,8 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (format!("{SAMPLE}[solve]\ntolerance = 1e-3"), 17, "solve.tolerance", Value, "[1e-13, 1e-4]"),
         (format!("{SAMPLE}[solve]\npath = \"closed_form\""), 17, "solve.path", Value, "did you mean \"closed-form\""),
         // A branch.
+        (SAMPLE.split_once("\n[end]").unwrap().0.to_owned(), 12, "end", Missing, "left empty"),
+        (branch("from = -1.5, to", "from = -0.5, to"), 35, "continue.second.from", Value, "the value in the scene"),
         (go("to = 1"), 16, "continue.parameter", Missing, "end.force[0]"),
         (go("parameter = \"end.force[0]\""), 16, "continue.to", Missing, "to = 1.0"),
         (go("parameter = \"end.forc[0]\"\nto = 3"), 17, "continue.parameter", Value, "did you mean \"end.force[0]\""),
