@@ -148,7 +148,7 @@ fn every_field_and_default() {
     assert!(scene.rod.section.is_inextensible());
     assert_eq!(scene.end, snaprod::scene::End::default());
     let scene = parse(&format!(
-        "{text}\n[end]\nforce=[0,0,1]\n[continue]\nparameter='load'\nto=3"
+        "{text}\nforce=[0,0,1]\n[continue]\nparameter='load'\nto=3"
     ));
     let branch = scene.continuation.unwrap();
     let expected = Continue {
