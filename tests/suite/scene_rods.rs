@@ -1,5 +1,6 @@
 //! Scenes of rods in space: what is accepted, what is refused and where, and their parameters.
 
+use crate::scene::{check_faults, damaged};
 use proptest::prelude::*;
 use snaprod::scene::{
     Along, AnyScene, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid,
@@ -737,13 +738,7 @@ proptest! {
             3 => section(BARRIER),
             _ => BRANCH.to_owned(),
         };
-        let mut bytes = text.into_bytes();
-        for (at, cut, fragment) in edits {
-            let at = at % (bytes.len() + 1);
-            let end = (at + cut).min(bytes.len());
-            bytes.splice(at..end, FRAGMENTS[fragment].bytes());
-        }
-        check(&bytes)?;
+        check(&damaged(&text, &edits, &FRAGMENTS))?;
     }
 }
 
@@ -785,21 +780,13 @@ const FRAGMENTS: [&str; 32] = [
 /// Accepted, and then written and read as the same; or refused with at least one fault, each on a line of the
 /// text.
 fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
-    let faults = match Statics::from_bytes(bytes) {
+    match Statics::from_bytes(bytes) {
         Ok(scene) => {
             let written = toml::to_string(&scene).unwrap();
             let again = Statics::parse(&written);
             prop_assert_eq!(again.as_ref(), Ok(&scene), "{}", written);
-            return Ok(());
+            Ok(())
         }
-        Err(faults) => faults,
-    };
-    let lines = String::from_utf8_lossy(bytes).lines().count().max(1);
-    prop_assert!(!faults.as_slice().is_empty());
-    for fault in &faults {
-        prop_assert!((1..=lines).contains(&fault.line), "{fault} of {lines}");
-        prop_assert!(fault.column >= 1);
-        prop_assert_eq!(fault.to_string().lines().count(), 1);
+        Err(faults) => check_faults(bytes, &faults),
     }
-    Ok(())
 }
