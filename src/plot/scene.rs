@@ -418,30 +418,16 @@ impl Scene {
 
     /// The three far walls with a faint grid: under everything.
     pub(crate) fn walls(&self, canvas: &mut Canvas) {
-        for axis in 0..3 {
-            let far = if self.eye[axis] > 0.0 { -0.5 } else { 0.5 } * self.aspect[axis];
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            let place = |a: f64, b: f64| {
-                let mut p = [0.0; 3];
-                p[axis] = far;
-                p[u] = a * self.aspect[u];
-                p[v] = b * self.aspect[v];
-                self.project(p)
-            };
-            let wall = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
-            let wall: Vec<_> = wall.iter().map(|&(a, b)| place(a, b)).collect();
-            canvas.polygon(&wall, Colour(250, 250, 250), 1.0);
-            let pen = Pen::new(FAINT, 0.7);
-            for tick in self.ticks(u) {
-                let t = self.boxed_along(u, tick.value) / self.aspect[u];
-                canvas.line(&[place(t, -0.5), place(t, 0.5)], pen);
-            }
-            for tick in self.ticks(v) {
-                let t = self.boxed_along(v, tick.value) / self.aspect[v];
-                canvas.line(&[place(-0.5, t), place(0.5, t)], pen);
-            }
-            canvas.line(&[wall[0], wall[1], wall[2], wall[3], wall[0]], pen);
-        }
+        let far = self.eye.map(|e| usize::from(e <= 0.0));
+        let ticks = [0, 1, 2].map(|axis| self.ticks(axis));
+        let place = |p: Point| self.project(self.boxed(p));
+        draw_walls(
+            canvas,
+            &self.bounds,
+            far,
+            ticks.each_ref().map(Vec::as_slice),
+            place,
+        );
     }
 
     fn ticks(&self, axis: usize) -> Vec<ticks::Tick> {
@@ -528,6 +514,35 @@ impl Scene {
         candidates
             .max_by(|a, b| score(a).total_cmp(&score(b)))
             .unwrap_or_default()
+    }
+}
+
+/// The walls of a box at its lower (0) or upper (1) ends, with grid lines at the ticks; `place` says where a point is seen.
+pub(super) fn draw_walls(
+    canvas: &mut Canvas,
+    bounds: &Bounds,
+    ends: [usize; 3],
+    ticks: [&[ticks::Tick]; 3],
+    place: impl Fn(Point) -> (f64, f64),
+) {
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let place = |a: f64, b: f64| {
+            let mut p = [bounds[axis][ends[axis]]; 3];
+            (p[u], p[v]) = (a, b);
+            place(p)
+        };
+        let ([ul, uh], [vl, vh]) = (bounds[u], bounds[v]);
+        let wall = [place(ul, vl), place(uh, vl), place(uh, vh), place(ul, vh)];
+        canvas.polygon(&wall, Colour(250, 250, 250), 1.0);
+        let pen = Pen::new(FAINT, 0.7);
+        for tick in ticks[u] {
+            canvas.line(&[place(tick.value, vl), place(tick.value, vh)], pen);
+        }
+        for tick in ticks[v] {
+            canvas.line(&[place(ul, tick.value), place(uh, tick.value)], pen);
+        }
+        canvas.line(&[wall[0], wall[1], wall[2], wall[3], wall[0]], pen);
     }
 }
 

@@ -3,8 +3,8 @@
 use super::axes::{LABEL, MARK_3D, SMALL};
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::{Bounds, View};
-use super::palette::{Colour, FAINT, INK};
-use super::scene::{Point, cross, dot, minus};
+use super::palette::INK;
+use super::scene::{Point, cross, dot, draw_walls, minus};
 use super::text;
 use super::ticks::{self, Tick};
 use nalgebra::{Matrix3, SymmetricEigen};
@@ -345,26 +345,9 @@ impl Stage {
 
     /// The three far walls with grid lines: under everything.
     pub(crate) fn walls(&self, canvas: &mut Canvas) {
-        for axis in 0..3 {
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            let place = |a: f64, b: f64| {
-                let mut p = [0.0; 3];
-                p[axis] = self.bounds[axis][self.far_side(axis)];
-                (p[u], p[v]) = (a, b);
-                self.pixel(p)
-            };
-            let ([ul, uh], [vl, vh]) = (self.bounds[u], self.bounds[v]);
-            let wall = [place(ul, vl), place(uh, vl), place(uh, vh), place(ul, vh)];
-            canvas.polygon(&wall, Colour(250, 250, 250), 1.0);
-            let pen = Pen::new(FAINT, 0.7);
-            for tick in &self.edges[u].ticks {
-                canvas.line(&[place(tick.value, vl), place(tick.value, vh)], pen);
-            }
-            for tick in &self.edges[v].ticks {
-                canvas.line(&[place(ul, tick.value), place(uh, tick.value)], pen);
-            }
-            canvas.line(&[wall[0], wall[1], wall[2], wall[3], wall[0]], pen);
-        }
+        let far = [0, 1, 2].map(|axis| self.far_side(axis));
+        let ticks = self.edges.each_ref().map(|edge| edge.ticks.as_slice());
+        draw_walls(canvas, &self.bounds, far, ticks, |p| self.pixel(p));
     }
 
     /// Axes with marks, numbers and names.

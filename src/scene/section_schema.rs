@@ -9,36 +9,39 @@ use super::{
     Stiffness, StrainName, Transverse,
 };
 use nalgebra::{DMatrix, SymmetricEigen};
+use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
 use Need::{Or, Required};
 
+/// Every field, in such an order that those of each kind of section are neighbours.
+const FIELDS: [&str; 21] = [
+    "law",
+    "barrier",
+    "bending",
+    "torsion",
+    "shear",
+    "axial",
+    "shape",
+    "radius",
+    "diameter",
+    "width",
+    "height",
+    "outer_radius",
+    "outer_diameter",
+    "thickness",
+    "young",
+    "shear_modulus",
+    "poisson",
+    "shear_factor",
+    "torsion_constant",
+    "stiffness",
+    "rigid",
+];
 pub(super) const SECTION: Spec = Spec {
     name: "rod.section",
-    fields: &[
-        "bending",
-        "torsion",
-        "shear",
-        "axial",
-        "stiffness",
-        "rigid",
-        "shape",
-        "radius",
-        "diameter",
-        "width",
-        "height",
-        "outer_radius",
-        "outer_diameter",
-        "thickness",
-        "young",
-        "shear_modulus",
-        "poisson",
-        "shear_factor",
-        "torsion_constant",
-        "law",
-        "barrier",
-    ],
+    fields: &FIELDS,
     planned: &[],
 };
 pub(super) const REST: Spec = Spec {
@@ -69,45 +72,23 @@ const HALF_WIDTH: Rule = Rule {
     hint: SILENT,
 };
 
-/// Sections by the field that names their kind, each with the fields it has.
-const KINDS: [(&str, &[&str]); 4] = [
-    ("stiffness", &["stiffness", "rigid"]),
-    (
-        "shape",
-        &[
-            "shape",
-            "radius",
-            "diameter",
-            "width",
-            "height",
-            "outer_radius",
-            "outer_diameter",
-            "thickness",
-            "young",
-            "shear_modulus",
-            "poisson",
-            "shear_factor",
-            "torsion_constant",
-            "shear",
-            "axial",
-        ],
-    ),
-    (
-        "law",
-        &["law", "bending", "torsion", "shear", "axial", "barrier"],
-    ),
-    ("bending", &["bending", "torsion", "shear", "axial"]),
+/// Sections by the field that names their kind, the strongest first, and where in [`FIELDS`] their fields are.
+const KINDS: [(&str, Range<usize>); 4] = [
+    ("stiffness", 19..21),
+    ("shape", 4..19),
+    ("law", 0..6),
+    ("bending", 2..6),
 ];
 
 /// Reads `[rod.section]`.
 pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
     let given = |name: &str| table.get(name).is_some();
     // Without the field that names it, the kind of which most is given; its name is then missing.
-    let count = |fields: &[&str]| fields.iter().filter(|field| given(field)).count();
+    let count = |own: &Range<usize>| FIELDS[own.clone()].iter().filter(|f| given(f)).count();
     let named = KINDS.iter().find(|(name, _)| given(name));
-    let meant = || KINDS.iter().max_by_key(|(_, fields)| count(fields));
-    let kind = named.or_else(meant).filter(|(_, fields)| count(fields) > 0);
-    let Some((kind, fields)) = kind else {
+    let meant = || KINDS.iter().max_by_key(|(_, own)| count(own));
+    let kind = named.or_else(meant).filter(|(_, own)| count(own) > 0);
+    let Some((kind, own)) = kind else {
         let hint = "write `bending = [1.0, 1.0]` and `torsion = 0.7` in [rod.section]".to_owned();
         table.reader.record(
             FaultKind::Missing,
@@ -119,10 +100,8 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
         );
         return None;
     };
-    let strangers = SECTION
-        .fields
-        .iter()
-        .filter(|field| !fields.contains(field));
+    let fields = &FIELDS[own.clone()];
+    let strangers = FIELDS.iter().filter(|field| !fields.contains(field));
     let strangers: Vec<_> = strangers.filter(|field| given(field)).collect();
     for stranger in &strangers {
         let hint = match *kind {

@@ -400,7 +400,7 @@ pub struct Rotation {
     pub angle: f64,
 }
 
-/// What holds or loads the end, s = L. Default: nothing.
+/// What holds or loads the end, s = L: `[end]` may be empty, but not left out.
 ///
 /// Nothing held: a load. The position alone held: a ball joint. Position and orientation held: a clamp. The
 /// orientation alone: guided. Single components of the position may be free.

@@ -122,7 +122,18 @@ fn resolve(top: &Table) -> Option<Statics> {
         }
     };
     let clamp = part(top, &CLAMP, Clamp::default(), clamp);
-    let end = part(top, &END, End::default(), end);
+    let end = match top.get("end") {
+        Some(value) => open(top, value, &END).and_then(|table| end(&table)),
+        None => {
+            let hint = "add `[end]` with `force = [0.0, 0.0, -1.0]`; left empty it is an end that is free and without load"
+                .to_owned();
+            let allowed = "a table with what holds or loads the end: position, quaternion or rotation, force, couple";
+            let kind = FaultKind::Missing;
+            top.reader
+                .record(kind, top.at, "end", None, allowed, Some(hint));
+            None
+        }
+    };
     let start = part(top, &START, Guess::default(), |table| {
         let wrench = table.read("wrench", "", Or(None), |field, value| {
             table.reader.vector(field, value, VALUE).map(Some)

@@ -1,161 +1,15 @@
 //! The program as its users meet it: commands, output, files, exit codes.
 
+use crate::program::{Answer, Place, Table, close, keys};
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
+use std::process::Command;
 
 /// The scenes that come with the program.
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 
-/// A directory of one test, gone at its end.
-struct Place(PathBuf);
-
-impl Place {
-    fn new(test: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("snaprod-cli-{}-{test}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn join(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        fs::write(self.join(name), text).unwrap();
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_snaprod"));
-        command.args(arguments).current_dir(&self.0);
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Answer {
-        Answer::of(self.command(arguments).output().unwrap())
-    }
-
-    /// Writes `text` as scene.toml and runs it into out/.
-    fn scene(&self, text: &str) -> Answer {
-        self.write("scene.toml", text);
-        self.run(&["run", "scene.toml", "--out", "out", "--json"])
-    }
-
-    fn files(&self, directory: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.join(directory)).unwrap();
-        let mut names: Vec<String> = entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
-
-    fn read(&self, name: &str) -> String {
-        fs::read_to_string(self.join(name)).unwrap()
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&self.read(name)).unwrap()
-    }
-}
-
-impl Drop for Place {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-/// What the program said.
-#[derive(Debug)]
-struct Answer {
-    code: i32,
-    stdout: String,
-    stderr: String,
-}
-
-impl Answer {
-    fn of(output: Output) -> Self {
-        Self {
-            code: output.status.code().expect("ended by a signal"),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
-    }
-
-    /// The one JSON object on standard output.
-    #[track_caller]
-    fn json(&self, code: i32) -> Value {
-        assert_eq!(self.code, code, "{self:?}");
-        assert_eq!(self.stderr, "");
-        let value: Value = serde_json::from_str(&self.stdout).unwrap();
-        assert!(value.is_object());
-        assert!(!self.stdout.contains("-0.0\n") && !self.stdout.contains("-0.0,"));
-        value
-    }
-
-    /// Readable text of a command that did all that was asked.
-    #[track_caller]
-    fn text(&self) -> &str {
-        assert_eq!(self.code, 0, "{self:?}");
-        assert_eq!(self.stderr, "");
-        assert!(!self.stdout.contains("NaN") && !self.stdout.contains("inf"));
-        &self.stdout
-    }
-
-    /// The complaint of a command with bad input, which prints nothing else.
-    #[track_caller]
-    fn refusal(&self) -> &str {
-        assert_eq!(self.code, 2, "{self:?}");
-        assert_eq!(self.stdout, "");
-        assert!(self.stderr.starts_with("error: "), "{}", self.stderr);
-        &self.stderr
-    }
-}
-
-/// A table with named columns.
-struct Table {
-    columns: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    fn parse(text: &str) -> Self {
-        assert!(text.ends_with('\n'), "the last line is not complete");
-        let mut lines = text
-            .lines()
-            .map(|l| l.split(',').map(str::to_owned).collect());
-        let columns: Vec<String> = lines.next().unwrap();
-        let rows: Vec<Vec<String>> = lines.collect();
-        assert!(rows.iter().all(|row| row.len() == columns.len()));
-        Self { columns, rows }
-    }
-
-    fn column(&self, name: &str) -> Vec<f64> {
-        let at = self.columns.iter().position(|c| c == name).unwrap();
-        let values = self.rows.iter().map(|row| row[at].parse().unwrap());
-        values.inspect(|x: &f64| assert!(x.is_finite())).collect()
-    }
-}
-
 const TRAJECTORY: &str =
     "t,x,y,vx,vy,lam,p,w,mode,sign,index,fx,fy,kinetic,elastic,potential,dissipated,work,total";
-
-#[track_caller]
-fn close(value: &Value, expected: f64, tolerance: f64) {
-    let value = value.as_f64().unwrap();
-    assert!(
-        (value - expected).abs() <= tolerance * expected.abs().max(1.0),
-        "{value} is not {expected}"
-    );
-}
-
-#[track_caller]
-fn keys(value: &Value, expected: &[&str]) {
-    for key in expected {
-        assert!(value.get(key).is_some(), "no {key} in {value}");
-    }
-}
 
 fn bundled(name: &str) -> String {
     format!("{SCENES}/{name}.toml")
@@ -996,7 +850,7 @@ fn ctrl_c_keeps_what_was_computed() {
 /// Catches a query that refuses a legal rod because one of its answers is out of range: a very taut one.
 #[test]
 fn very_taut_rods_are_described() {
-    let out = std::process::Command::new(env!("CARGO_BIN_EXE_snaprod"))
+    let out = Command::new(env!("CARGO_BIN_EXE_snaprod"))
         .args(["elastica", "--lambda", "399", "--p", "400", "--json"])
         .output()
         .unwrap();

@@ -3,6 +3,8 @@
 mod arrows;
 #[cfg(feature = "cli")]
 mod cli;
+#[cfg(feature = "cli")]
+mod cli_statics;
 mod continuation;
 mod dynamics;
 mod elastica;
@@ -19,6 +21,8 @@ mod plot_data;
 mod plot_rods;
 #[cfg(feature = "plot")]
 mod plot_rods_data;
+#[cfg(feature = "cli")]
+mod program;
 mod rod_benchmarks;
 mod rod_paths;
 mod rod_published;

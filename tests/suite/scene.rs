@@ -1,7 +1,9 @@
 //! Scenes: what is accepted, and what is refused and where.
 
 use proptest::prelude::*;
-use snaprod::scene::{Fault, FaultKind, Landing, Place, ReadError, Scene, Sheet, SheetName, Units};
+use snaprod::scene::{
+    Fault, FaultKind, Faults, Landing, Place, ReadError, Scene, Sheet, SheetName, Units,
+};
 use std::path::{Path, PathBuf};
 
 /// The scene of the reference, every table and nearly every field of it.
@@ -516,13 +518,7 @@ proptest! {
     fn no_damage_panics(
         edits in prop::collection::vec((0..EXAMPLE.len(), 0..40usize, 0..FRAGMENTS.len()), 1..6),
     ) {
-        let mut bytes = EXAMPLE.as_bytes().to_vec();
-        for (at, cut, fragment) in edits {
-            let at = at.min(bytes.len());
-            let end = (at + cut).min(bytes.len());
-            bytes.splice(at..end, FRAGMENTS[fragment].bytes());
-        }
-        check(&bytes)?;
+        check(&damaged(EXAMPLE, &edits, &FRAGMENTS))?;
     }
 }
 
@@ -555,17 +551,33 @@ const FRAGMENTS: [&str; 24] = [
 
 /// Accepted, or refused with at least one fault, each on a line of the text.
 fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
-    let Err(faults) = Scene::from_bytes(bytes) else {
-        return Ok(());
-    };
+    match Scene::from_bytes(bytes) {
+        Ok(_) => Ok(()),
+        Err(faults) => check_faults(bytes, &faults),
+    }
+}
+
+/// At least one fault, each on a line of the text.
+pub fn check_faults(bytes: &[u8], faults: &Faults) -> Result<(), TestCaseError> {
     let lines = String::from_utf8_lossy(bytes).lines().count().max(1);
     prop_assert!(!faults.as_slice().is_empty());
-    for fault in &faults {
+    for fault in faults {
         prop_assert!((1..=lines).contains(&fault.line), "{fault} of {lines}");
         prop_assert!(fault.column >= 1);
         prop_assert_eq!(fault.to_string().lines().count(), 1);
     }
     Ok(())
+}
+
+/// Text with fragments put in and spans cut out: edits are (place, length of the cut, fragment).
+pub fn damaged(text: &str, edits: &[(usize, usize, usize)], fragments: &[&str]) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for &(at, cut, fragment) in edits {
+        let at = at % (bytes.len() + 1);
+        let end = (at + cut).min(bytes.len());
+        bytes.splice(at..end, fragments[fragment].bytes());
+    }
+    bytes
 }
 
 /// Numbers that are fine one by one but whose scales, or whose ratio to them, are not.

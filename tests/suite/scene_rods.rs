@@ -1,5 +1,6 @@
 //! Scenes of rods in space: what is accepted, what is refused and where, and their parameters.
 
+use crate::scene::{check_faults, damaged};
 use proptest::prelude::*;
 use snaprod::scene::{
     Along, AnyScene, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid,
@@ -61,7 +62,7 @@ switch = true
 both = true
 deflate = true
 at = [0.0, 1.25]
-second = { parameter = "rod.rest.twist", from = 0.5, to = 2 }
+second = { parameter = "rod.rest.twist", from = -1.5, to = 2, max_step = 0.2 }
 "#;
 
 fn parse(text: &str) -> Statics {
@@ -136,7 +137,7 @@ fn sample_is_accepted() {
 /// Catches defaults that are not those documented, and fields that read into the wrong place.
 #[test]
 fn every_field_and_default() {
-    let text = "[rod]\nmodel='cosserat'\nlength=2\n[rod.section]\nbending=[1,2]\ntorsion=3";
+    let text = "[rod]\nmodel='cosserat'\nlength=2\n[rod.section]\nbending=[1,2]\ntorsion=3\n[end]";
     let scene = parse(text);
     let Section::Diagonal(law) = &scene.rod.section else {
         panic!("{:?}", scene.rod.section)
@@ -148,7 +149,7 @@ fn every_field_and_default() {
     assert!(scene.rod.section.is_inextensible());
     assert_eq!(scene.end, snaprod::scene::End::default());
     let scene = parse(&format!(
-        "{text}\n[end]\nforce=[0,0,1]\n[continue]\nparameter='load'\nto=3"
+        "{text}\nforce=[0,0,1]\n[continue]\nparameter='load'\nto=3"
     ));
     let branch = scene.continuation.unwrap();
     let expected = Continue {
@@ -198,7 +199,11 @@ fn every_field_and_default() {
     let second = branch.second.as_ref().unwrap();
     assert_eq!(
         (second.parameter, second.from, second.to),
-        (Parameter::Twist, 0.5, 2.0)
+        (Parameter::Twist, -1.5, 2.0)
+    );
+    assert_eq!(
+        (second.step, second.min_step, second.max_step, second.points),
+        (0.01, 1e-8, 0.2, 400)
     );
     assert_eq!(scene.start.wrench, Some([0.0, 0.0, 1.0, 0.0, 0.0, -1.0]));
     assert_eq!(
@@ -468,6 +473,8 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (format!("{SAMPLE}[solve]\ntolerance = 1e-3"), 17, "solve.tolerance", Value, "[1e-13, 1e-4]"),
         (format!("{SAMPLE}[solve]\npath = \"closed_form\""), 17, "solve.path", Value, "did you mean \"closed-form\""),
         // A branch.
+        (SAMPLE.split_once("\n[end]").unwrap().0.to_owned(), 12, "end", Missing, "left empty"),
+        (branch("from = -1.5, to", "from = -0.5, to"), 35, "continue.second.from", Value, "the value in the scene"),
         (go("to = 1"), 16, "continue.parameter", Missing, "end.force[0]"),
         (go("parameter = \"end.force[0]\""), 16, "continue.to", Missing, "to = 1.0"),
         (go("parameter = \"end.forc[0]\"\nto = 3"), 17, "continue.parameter", Value, "did you mean \"end.force[0]\""),
@@ -731,13 +738,7 @@ proptest! {
             3 => section(BARRIER),
             _ => BRANCH.to_owned(),
         };
-        let mut bytes = text.into_bytes();
-        for (at, cut, fragment) in edits {
-            let at = at % (bytes.len() + 1);
-            let end = (at + cut).min(bytes.len());
-            bytes.splice(at..end, FRAGMENTS[fragment].bytes());
-        }
-        check(&bytes)?;
+        check(&damaged(&text, &edits, &FRAGMENTS))?;
     }
 }
 
@@ -779,21 +780,13 @@ const FRAGMENTS: [&str; 32] = [
 /// Accepted, and then written and read as the same; or refused with at least one fault, each on a line of the
 /// text.
 fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
-    let faults = match Statics::from_bytes(bytes) {
+    match Statics::from_bytes(bytes) {
         Ok(scene) => {
             let written = toml::to_string(&scene).unwrap();
             let again = Statics::parse(&written);
             prop_assert_eq!(again.as_ref(), Ok(&scene), "{}", written);
-            return Ok(());
+            Ok(())
         }
-        Err(faults) => faults,
-    };
-    let lines = String::from_utf8_lossy(bytes).lines().count().max(1);
-    prop_assert!(!faults.as_slice().is_empty());
-    for fault in &faults {
-        prop_assert!((1..=lines).contains(&fault.line), "{fault} of {lines}");
-        prop_assert!(fault.column >= 1);
-        prop_assert_eq!(fault.to_string().lines().count(), 1);
+        Err(faults) => check_faults(bytes, &faults),
     }
-    Ok(())
 }

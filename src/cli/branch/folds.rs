@@ -1,8 +1,8 @@
 //! Fold curves in two parameters.
 
-use super::follow::{Curve, Located, Row, Study, TYPICAL, number_labels, signed};
+use super::follow::{Curve, Located, Row, SAME, Study, TYPICAL, number_labels, signed};
 use nalgebra::SVector;
-use snaprod::rod::Statical;
+use snaprod::rod::{State, Statical};
 use snaprod::scene::{Parameter, Second, Statics};
 use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
 use snaprod::solve::fold_curve::{Crossed, Family2, FoldCurve};
@@ -13,6 +13,19 @@ pub struct Folds<const M: usize> {
     pub rows: Vec<Row>,
     pub located: Vec<Located<M>>,
     pub curves: Vec<Curve>,
+    /// (x, p) where the curves pass the scene's value of the second parameter.
+    landed: Vec<SVector<f64, M>>,
+}
+
+/// The range of the first parameter, its unit on fold curves, and the rod at (x, p, q).
+struct Window<'a, S> {
+    name: Parameter,
+    range: (f64, f64),
+    unit: f64,
+    second: &'a Second,
+    /// The scene's value of the second parameter.
+    here: f64,
+    state: S,
 }
 
 /// Follows the fold curves through the folds of the branches; M = N + 1. `make` gives the family of a scene over one of its
@@ -32,142 +45,160 @@ where
     let at_p = |p: f64| make(&scene.with(&wanted.parameter, p), second.parameter, q_span);
     let crossed = Crossed::new(at_q, at_p, unit);
     let family = FoldCurve::<_, N, M>::new(&crossed);
-    let here = scene.value(&second.parameter);
+    let window = Window {
+        name: wanted.parameter,
+        range: wanted.range(),
+        unit,
+        second,
+        here: scene.value(&second.parameter),
+        state: |x: &SVector<f64, N>, p: f64, q: f64| at_q(q).state(x, p),
+    };
+    let options = |direction: Direction| Options {
+        at: vec![window.here],
+        direction,
+        initial_step: TYPICAL * second.step,
+        min_step: TYPICAL * second.min_step,
+        max_step: TYPICAL * second.max_step,
+        tolerance: scene.solve.tolerance,
+        weight: TYPICAL / q_span.abs(),
+        max_points: second.points,
+        ..Options::between(second.from, second.to)
+    };
     let mut this = Folds {
         rows: Vec::new(),
         located: Vec::new(),
         curves: Vec::new(),
+        landed: Vec::new(),
     };
-    let mut landed: Vec<SVector<f64, M>> = Vec::new();
-    let folds = study
-        .located
-        .iter()
-        .filter(|at| at.special.kind == Kind::Fold);
-    for fold in folds {
+    let mut remarks = Vec::new();
+    let is_fold = |at: &&Located<N>| at.special.kind == Kind::Fold;
+    for fold in study.located.iter().filter(is_fold) {
         let point = &fold.special.point;
         let y = FoldCurve::<(), N, M>::unknowns(&point.x, point.p / unit);
         // A curve that comes back to this value of q may pass through other folds of the branch.
-        if landed
-            .iter()
-            .any(|z| (y - z).norm() <= 1e-6 * (1.0 + y.norm()))
-        {
+        let same = |z: &SVector<f64, M>| (y - z).norm() <= SAME * (1.0 + y.norm());
+        if this.landed.iter().any(same) {
             continue;
         }
-        let number = this.curves.len();
-        let mut curve = Curve {
+        this.curves.push(Curve {
             origin: fold.label.clone(),
             ends: Vec::new(),
             complete: true,
-        };
+        });
         let (row, located) = (this.rows.len(), this.located.len());
-        let mut skip_start = false;
         for (direction, end) in [
             (Direction::Backward, second.from),
             (Direction::Forward, second.to),
         ] {
-            if here == end {
+            // At an end of the range only the other way leads into it.
+            if window.here == end {
                 continue;
             }
-            let backward = direction == Direction::Backward;
-            let options = Options {
-                at: vec![here],
-                direction,
-                initial_step: TYPICAL * second.step,
-                min_step: TYPICAL * second.min_step,
-                max_step: TYPICAL * second.max_step,
-                tolerance: scene.solve.tolerance,
-                weight: TYPICAL / q_span.abs(),
-                max_points: second.points,
-                ..Options::between(second.from, second.to)
-            };
-            let branch = match Branch::new(&family, y, here, options) {
-                Ok(branch) => branch,
-                Err(e) => {
-                    study
-                        .remarks
-                        .push(format!("fold curve through {}: {e}", fold.label));
-                    continue;
+            let again = this.rows.len() > row;
+            match Branch::new(&family, y, window.here, options(direction)) {
+                Ok(branch) => {
+                    this.follow(branch, &family, &window, (direction, again), &mut remarks)
                 }
-            };
-            let first = this.rows.len();
-            for item in branch {
-                let (point, label) = match item {
-                    Item::Point(point) => {
-                        if point.role != Role::Step && point.p == here {
-                            landed.push(point.x);
-                        }
-                        if skip_start && point.role == Role::Start {
-                            continue;
-                        }
-                        (point, String::new())
-                    }
-                    Item::Special(special) => {
-                        let label = format!("#{}", this.located.len());
-                        let point = special.point;
-                        this.located.push(Located {
-                            label: label.clone(),
-                            curve: number,
-                            special: scaled(special, unit),
-                            backward,
-                        });
-                        (point, label)
-                    }
-                    Item::Stop(stop) => {
-                        let (complete, words) = ended(number, second, &stop);
-                        curve.complete &= complete;
-                        curve.ends.push(words);
-                        break;
-                    }
-                };
-                let (x, p) = FoldCurve::<(), N, M>::parts(&point.x);
-                let (low, high) = wanted.range();
-                // Rounding must not end a curve along the border.
-                let slack = 1e-9 * (high - low);
-                if !(low - slack <= p * unit && p * unit <= high + slack) {
-                    if !label.is_empty() {
-                        this.located.pop();
-                    }
-                    curve.ends.push(format!(
-                        "fold curve {number} left the range of {} at {} = {}",
-                        wanted.parameter, second.parameter, point.p
-                    ));
-                    break;
-                }
-                match make(
-                    &scene.with(&second.parameter, point.p),
-                    wanted.parameter,
-                    p_span,
-                )
-                .state(&x, p * unit)
-                {
-                    Ok(state) => this.rows.push(Row {
-                        curve: number,
-                        p: p * unit,
-                        q: Some(point.p),
-                        arclength: signed(backward, point.arclength),
-                        state,
-                        index: lower_index(&family, &point),
-                        label,
-                    }),
-                    Err(e) => study.remarks.push(format!("fold curve {number}: {e}")),
-                }
-            }
-            skip_start = true;
-            if backward {
-                this.rows[first..].reverse();
+                Err(e) => remarks.push(format!("fold curve through {}: {e}", fold.label)),
             }
         }
         number_labels(&mut this.rows[row..], &mut this.located, located, stem);
         indices_at_special_points(&mut this.rows[row..]);
-        this.curves.push(curve);
     }
-    if study.located.iter().all(|at| at.special.kind != Kind::Fold) {
-        study.remarks.push(format!(
+    if !study.located.iter().any(|at| is_fold(&at)) {
+        remarks.push(format!(
             "second = {}: the branches have no fold, so there is no fold curve to follow",
             second.parameter
         ));
     }
+    study.remarks.extend(remarks);
     this
+}
+
+impl<const M: usize> Folds<M> {
+    /// Follows the last curve one way; `again` if its start is there already.
+    fn follow<F: Family2<N>, S, const N: usize>(
+        &mut self,
+        branch: Branch<'_, FoldCurve<'_, F, N, M>, M>,
+        family: &FoldCurve<'_, F, N, M>,
+        window: &Window<S>,
+        (direction, again): (Direction, bool),
+        remarks: &mut Vec<String>,
+    ) where
+        S: Fn(&SVector<f64, N>, f64, f64) -> snaprod::Result<State>,
+    {
+        let number = self.curves.len() - 1;
+        let backward = direction == Direction::Backward;
+        let first = self.rows.len();
+        for item in branch {
+            let (point, special) = match item {
+                Item::Point(point) => (point, None),
+                Item::Special(special) => (special.point, Some(special)),
+                Item::Stop(stop) => {
+                    let (complete, words) = ended(number, window.second, &stop);
+                    self.end(complete, words);
+                    break;
+                }
+            };
+            if point.p == window.here && point.role != Role::Step {
+                self.landed.push(point.x);
+            }
+            if again && point.role == Role::Start {
+                continue;
+            }
+            let q = point.p;
+            let (x, p) = FoldCurve::<(), N, M>::parts(&point.x);
+            let p = p * window.unit;
+            let (low, high) = window.range;
+            // Rounding must not end a curve along the border.
+            let slack = 1e-9 * (high - low);
+            if !(low - slack <= p && p <= high + slack) {
+                let words = format!(
+                    "fold curve {number} left the range of {} at {} = {q}",
+                    window.name, window.second.parameter
+                );
+                self.end(true, words);
+                break;
+            }
+            let label = match special {
+                Some(mut special) => {
+                    // A name for now: they are numbered along the curve.
+                    let label = format!("#{}", self.located.len());
+                    special.point.x[M - 1] = p;
+                    self.located.push(Located {
+                        label: label.clone(),
+                        curve: number,
+                        special,
+                        backward,
+                    });
+                    label
+                }
+                None => String::new(),
+            };
+            match (window.state)(&x, p, q) {
+                Ok(state) => self.rows.push(Row {
+                    curve: number,
+                    p,
+                    q: Some(q),
+                    arclength: signed(backward, point.arclength),
+                    state,
+                    index: lower_index(family, &point),
+                    label,
+                }),
+                Err(e) => remarks.push(format!("fold curve {number}: {e}")),
+            }
+        }
+        if backward {
+            self.rows[first..].reverse();
+        }
+    }
+
+    fn end(&mut self, complete: bool, words: String) {
+        if let Some(curve) = self.curves.last_mut() {
+            curve.complete &= complete;
+            curve.ends.push(words);
+        }
+    }
 }
 
 /// The index of the two equilibria that meet at a fold: that of the more stable one.
@@ -193,12 +224,6 @@ fn indices_at_special_points(rows: &mut [Row]) {
     }
 }
 
-/// The first parameter in the scene's units.
-fn scaled<const M: usize>(mut special: Special<M>, unit: f64) -> Special<M> {
-    special.point.x[M - 1] *= unit;
-    special
-}
-
 fn stem<const M: usize>(special: &Special<M>) -> &'static str {
     match special.kind {
         Kind::Cusp => "CP",
@@ -209,37 +234,26 @@ fn stem<const M: usize>(special: &Special<M>) -> &'static str {
     }
 }
 
+/// How an end was met, and whether it is as far as was asked.
 fn ended(number: usize, second: &Second, stop: &Stop) -> (bool, String) {
     let name = second.parameter;
+    let done = |words: String| (true, format!("fold curve {number} {words}"));
+    let short = |why: String| {
+        let words =
+            format!("fold curve {number} ended short of the ends of the range of {name}: {why}");
+        (false, words)
+    };
     match stop {
-        Stop::Reached => (
-            true,
-            format!("fold curve {number} reached {name} = {}", second.to),
-        ),
-        Stop::LeftAtStart => (
-            true,
-            format!("fold curve {number} reached {name} = {}", second.from),
-        ),
-        Stop::Closed => (true, format!("fold curve {number} is a closed loop")),
-        Stop::MaxPoints => (
-            false,
-            format!(
-                "fold curve {number} ended short of the ends of the range of {name}: its {} points were used up; raise points or \
-                 max_step in second",
-                second.points
-            ),
-        ),
-        Stop::StepTooSmall { p, reason, .. } => (
-            false,
-            format!(
-                "fold curve {number} ended short of the ends of the range of {name}: it is stuck at {p}: {reason}"
-            ),
-        ),
-        Stop::Undefined { p, reason, .. } => (
-            false,
-            format!(
-                "fold curve {number} ended short of the ends of the range of {name}: there is no equilibrium to follow beyond {p}: {reason}"
-            ),
-        ),
+        Stop::Reached => done(format!("reached {name} = {}", second.to)),
+        Stop::LeftAtStart => done(format!("reached {name} = {}", second.from)),
+        Stop::Closed => done("is a closed loop".to_owned()),
+        Stop::MaxPoints => short(format!(
+            "its {} points were used up; raise points or max_step in second",
+            second.points
+        )),
+        Stop::StepTooSmall { p, reason, .. } => short(format!("it is stuck at {p}: {reason}")),
+        Stop::Undefined { p, reason, .. } => short(format!(
+            "there is no equilibrium to follow beyond {p}: {reason}"
+        )),
     }
 }

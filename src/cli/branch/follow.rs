@@ -7,13 +7,14 @@ use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, S
 use snaprod::solve::special::{Kind, Special};
 use snaprod::solve::switching::switch;
 
+/// The size of the wrench that counts as much as the whole range of the parameter.
 pub const TYPICAL: f64 = Continue::TYPICAL;
 /// Branches followed at branch points, the first included.
 const MOST: usize = 24;
 /// Distance from a branch point at which another branch is picked up, as a part of the whole range.
 const AWAY: f64 = 0.003;
 /// Unknowns nearer than this, relative to their size, are those of one equilibrium.
-const SAME: f64 = 1e-6;
+pub const SAME: f64 = 1e-6;
 
 /// A point or special point with its equilibrium.
 pub struct Row {
