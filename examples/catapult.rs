@@ -4,7 +4,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use snaprod::rod::section::Linear;
-use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::Kind;
 use std::f64::consts::PI;
@@ -40,7 +40,7 @@ fn main() -> snaprod::Result<()> {
             .expect("a snap-back");
         assert_eq!(fold.index, (Some(0), Some(1)));
 
-        let at = family.equilibrium(&fold.point.x, fold.point.p, 0)?;
+        let at = family.state(&fold.point.x, fold.point.p)?;
         let d3 = at.end.directors.column(2).into_owned();
         let (phi, end) = (fold.point.p.to_degrees(), d3.z.acos().to_degrees());
         println!("{ratio:>5}   {phi:18.10}   {end:21.10}");

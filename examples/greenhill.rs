@@ -4,7 +4,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::section::Linear;
-use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
 use snaprod::solve::arclength::{Branch, Options};
 
 fn main() -> snaprod::Result<()> {
@@ -43,7 +43,7 @@ fn main() -> snaprod::Result<()> {
         // Two modes lose their stability at once: the helix may buckle any way round.
         let first = &trace.specials[0];
         assert_eq!(first.index, (Some(0), Some(2)));
-        let at = family.equilibrium(&first.point.x, first.point.p, 0)?;
+        let at = family.state(&first.point.x, first.point.p)?;
         let couple = at.end.couple.z;
         println!("{tension:>11}   {:19.10}   {couple:15.10}", first.point.p);
         assert!((couple / computed - 1.0).abs() < 1e-10);

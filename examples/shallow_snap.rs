@@ -4,7 +4,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::section::Linear;
-use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::Kind;
 use std::f64::consts::PI;
@@ -37,7 +37,7 @@ fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
             _ => None,
         })
         .expect("a fold");
-    let at = family.equilibrium(&fold.point.x, fold.point.p, 0)?;
+    let at = family.state(&fold.point.x, fold.point.p)?;
     Ok((fold.point.p, -at.end.force.z))
 }
 

@@ -1,6 +1,6 @@
 //! Rods that are the planar elastica: uniform, straight, unshearable, inextensible, in a plane, no couple at the end.
 //!
-//! Two unknowns, the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the plane scales
+//! Two unknowns, in units of 0.1 the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the plane scales
 //! its unit stiffness: lam^2 = c |n|.
 
 use super::chart::Chart;
@@ -27,6 +27,9 @@ pub struct ClosedTrial {
     d_n: Matrix2<f64>,
 }
 
+/// (p, w) of one unit of the unknowns: a change by 1 then changes the wrench by about 1, as in the other charts, and steps along
+/// a branch mean the same.
+const UNIT: f64 = 0.1;
 /// Largest |p| and w that are tried: beyond, the rod is straight to rounding or wound up.
 const P_LIMIT: f64 = 300.0;
 const W_LIMIT: f64 = 300.0;
@@ -66,6 +69,11 @@ impl ClosedForm {
         &self.plane
     }
 
+    /// The unknowns at a point of the chart of the elastica.
+    pub(super) fn at(p: f64, w: f64) -> Vector2<f64> {
+        Vector2::new(p, w) / UNIT
+    }
+
     /// What is prescribed at the end, in the plane: its position or the force on it.
     pub(super) fn target(&self, problem: &Problem) -> Vector2<f64> {
         self.plane
@@ -99,7 +107,7 @@ impl ClosedForm {
         let p = kap.atanh();
         (p.abs() < 15.0).then(|| {
             let lam = (self.compliance(problem) * n.norm()).sqrt();
-            Vector2::new(p, lam * (0.5 * alpha).cos())
+            Self::at(p, lam * (0.5 * alpha).cos())
         })
     }
 }
@@ -109,7 +117,7 @@ impl Chart<2> for ClosedForm {
 
     fn trial(&self, problem: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
         let c = self.compliance(problem);
-        let (p, w) = (x[0], x[1]);
+        let (p, w) = (UNIT * x[0], UNIT * x[1]);
         if !(p.abs() < P_LIMIT && 0.0 < w && w < W_LIMIT) {
             return Err(Error::domain(format!(
                 "(p, w) = ({p}, {w}) lies outside the chart of the elastica; a straight rod under tension does too: \
@@ -130,9 +138,9 @@ impl Chart<2> for ClosedForm {
         };
         Ok(ClosedTrial {
             r: at.to_fixed(at.turned).into(),
-            d_r: Matrix2::from_columns(&[at.column_p.into(), at.column_w.into()]),
+            d_r: Matrix2::from_columns(&[at.column_p.into(), at.column_w.into()]) * UNIT,
             n: -direction * (i.lam * i.lam / c),
-            d_n: Matrix2::from_columns(&[d_force(lam_p, alpha_p), d_force(lam_w, alpha_w)]),
+            d_n: Matrix2::from_columns(&[d_force(lam_p, alpha_p), d_force(lam_w, alpha_w)]) * UNIT,
         })
     }
 
@@ -178,6 +186,6 @@ impl Chart<2> for ClosedForm {
         // sin(-alpha/2) = kap cos w, theta'(0) = 2 lam kap D sin w.
         let (sin, cos) = w.sin_cos();
         let sign = -(0.5 * alpha).sin() * cos + bend * sin;
-        Ok(Vector2::new(size.copysign(sign), w))
+        Ok(Self::at(size.copysign(sign), w))
     }
 }

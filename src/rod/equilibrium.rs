@@ -192,7 +192,7 @@ impl Problem {
         let held = self.end.position[0].is_some();
         let first: Vec<Vector2<f64>> = if held {
             [1.0, -1.0]
-                .map(|side: f64| Vector2::new((0.6 * side).copysign(side * target.y), 1.2))
+                .map(|side: f64| ClosedForm::at(side.copysign(side * target.y) * 0.6, 1.2))
                 .to_vec()
         } else {
             chart
@@ -202,7 +202,8 @@ impl Problem {
         };
         let all = move || {
             let found = held.then(|| Elastica.stable_at(&target).ok()).flatten();
-            found.unwrap_or_default()
+            let found = found.unwrap_or_default().into_iter();
+            found.map(|q| ClosedForm::at(q.x, q.y))
         };
         let rest = std::iter::once_with(all).flatten();
         first

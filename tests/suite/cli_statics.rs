@@ -310,8 +310,14 @@ fn fold_curves_are_those_of_the_elastica() {
         column("base_fz"),
     );
     let (qw, qy) = (column("qw"), column("qy"));
+    let mut checked = 0;
     for i in 0..p.len() {
         let lambda = fx[i].hypot(fz[i]).sqrt();
+        // Beyond, rods with a tight loop: wrench and angle of a row no longer say which to 1e-6.
+        if lambda > 15.0 {
+            continue;
+        }
+        checked += 1;
         // kappa = sin((theta(1) - alpha)/2), of a sign that the place of the end tells.
         let alpha = f64::atan2(-fx[i], -fz[i]);
         let kappa = (qy[i].atan2(qw[i]) - 0.5 * alpha).sin();
@@ -327,6 +333,7 @@ fn fold_curves_are_those_of_the_elastica() {
             q[i], p[i]
         );
     }
+    assert!(checked > 100, "only {checked} rows");
     assert!(column("index").iter().all(|index| *index == 0.0));
     assert!(place.files("out").contains(&"fold_curve.svg".to_owned()));
     let figure = place.read("out/fold_curve.svg");

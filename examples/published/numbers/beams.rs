@@ -26,7 +26,7 @@ pub fn cantilevers(data: &Value) -> Result<Vec<Number>> {
             Number::new("B4", format!("P = {load}: w"), position.x, number(row, "w"))
                 .printed(w, source),
             Number::new("B4", "u", 1.0 - position.z, number(row, "u")).printed(u, source),
-            Number::new("B4", "end angle", tilt(&found), number(row, "angle"))
+            Number::new("B4", "end angle", tilt(&found.end), number(row, "angle"))
                 .printed(angle, source),
         ]);
     }

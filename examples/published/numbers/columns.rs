@@ -75,7 +75,7 @@ pub fn beyond_the_euler_load(data: &Value) -> Result<Vec<Number>> {
     let states = stable_states(pressed, &loads)?;
     let mut numbers = Vec::new();
     for ((row, [x, y]), found) in rows(&data["B2"]["outputs"]).zip(printed).zip(states) {
-        let tip = tilt(&found).to_degrees();
+        let tip = tilt(&found.end).to_degrees();
         let position = found.end.position;
         let degrees = number(row, "tip_deg");
         numbers.extend([
@@ -104,7 +104,7 @@ pub fn beyond_the_euler_load(data: &Value) -> Result<Vec<Number>> {
     numbers.push(Number::new(
         "B2",
         "its modulus k",
-        (0.5 * tilt(&found)).sin(),
+        (0.5 * tilt(&found.end)).sin(),
         number(&data["B2"]["ends_meet"], "k"),
     ));
     Ok(numbers)

@@ -8,7 +8,7 @@ use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::section::Linear;
-use snaprod::rod::{End, Equilibrium, Problem, Rod, RodFamily};
+use snaprod::rod::{End, Equilibrium, Problem, Rod, RodFamily, RodSection, State, Statical};
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::Special;
 
@@ -130,7 +130,7 @@ fn specials(
     guess: Vector6<f64>,
     (from, to): (f64, f64),
     count: usize,
-) -> Result<Vec<(Special<6>, Equilibrium)>> {
+) -> Result<Vec<(Special<6>, State)>> {
     let family = RodFamily::new(problem, false, to - from);
     let x = family.unknowns(&guess, from)?;
     let options = Options {
@@ -146,17 +146,14 @@ fn specials(
         })
         .take(count)
         .map(|special| {
-            let at = family.equilibrium(&special.point.x, special.point.p, 0)?;
+            let at = family.state(&special.point.x, special.point.p)?;
             Ok((special, at))
         })
         .collect()
 }
 
 /// The states at growing p, followed from the one found at the first.
-fn stable_states(
-    problem: impl Fn(f64) -> Result<Problem>,
-    values: &[f64],
-) -> Result<Vec<Equilibrium>> {
+fn stable_states(problem: impl Fn(f64) -> Result<Problem>, values: &[f64]) -> Result<Vec<State>> {
     let [from, to] = [values[0], values[values.len() - 1]];
     let first = problem(from)?.solve(None)?;
     let family = RodFamily::new(problem, false, to - from);
@@ -172,13 +169,13 @@ fn stable_states(
             let point = trace.points.iter().find(|point| point.p == *value);
             let point = point.unwrap_or_else(|| panic!("nothing at {value}: {}", trace.stop));
             assert_eq!(point.index, Some(0), "at {value}");
-            family.equilibrium(&point.x, point.p, 0)
+            family.state(&point.x, point.p)
         })
         .collect()
 }
 
 /// The angle between the end's d3 and z.
-fn tilt(found: &Equilibrium) -> f64 {
-    let d3 = found.end.directors.column(2).into_owned();
+fn tilt(end: &RodSection) -> f64 {
+    let d3 = end.directors.column(2).into_owned();
     d3.xy().norm().atan2(d3.z)
 }

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::section::Linear;
-use snaprod::rod::{End, Equilibrium, Problem, Rod};
+use snaprod::rod::{End, Problem, Rod, State};
 use snaprod::solve::special::{Kind, Special};
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ enum Far {
 
 /// One clamp turned by the angle p, the ends a distance 1 - s apart, the rod bent away from the turn at first: the special
 /// points up to the fold.
-fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special<6>, Equilibrium)>> {
+fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special<6>, State)>> {
     let end = Vector3::z() * (1.0 - s);
     let problem = move |a: f64| {
         let turn = |a: f64| UnitQuaternion::from_scaled_axis(Vector3::y() * a);
@@ -179,7 +179,7 @@ pub fn catapults(data: &Value) -> Result<Vec<Number>> {
             Number::new(
                 "B11",
                 "end slope there, deg",
-                tilt(at).to_degrees(),
+                tilt(&at.end).to_degrees(),
                 number(row, "tip_deg"),
             ),
         ]);
