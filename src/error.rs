@@ -23,6 +23,7 @@ enum Kind {
     Unreachable,
     Ambiguous,
     NoConvergence,
+    IllConditioned,
     Io,
 }
 
@@ -48,6 +49,11 @@ impl Error {
         Self::new(Kind::NoConvergence, message)
     }
 
+    /// An answer that double precision does not hold.
+    pub(crate) fn ill_conditioned(message: impl Into<String>) -> Self {
+        Self::new(Kind::IllConditioned, message)
+    }
+
     /// A file that could not be read or written.
     pub fn io(message: impl Into<String>) -> Self {
         Self::new(Kind::Io, message)
@@ -71,6 +77,11 @@ impl Error {
     /// True if an argument was outside its set.
     pub fn is_domain(&self) -> bool {
         self.kind == Kind::Domain
+    }
+
+    /// True if double precision does not hold the answer.
+    pub fn is_ill_conditioned(&self) -> bool {
+        self.kind == Kind::IllConditioned
     }
 
     /// True if no equilibrium has the pose that was asked for.

@@ -7,13 +7,13 @@ use super::free_end::FreeEnd;
 use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
 use super::planar::Plane;
-use super::problem::Problem;
+use super::problem::{End, Problem};
 use super::{Rod, RodSection};
 use crate::elastica::Elastica;
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::solve::newton::Solution;
-use nalgebra::{Rotation3, SVector, UnitQuaternion, Vector2, Vector3, Vector6};
+use nalgebra::{Rotation3, SVector, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::FRAC_PI_3;
 
 /// An equilibrium of a rod, and how it was found.
@@ -60,6 +60,9 @@ const IMPERFECTIONS: [[f64; 3]; 4] = [
 /// Those that stay in a plane.
 const PLANAR_IMPERFECTIONS: [f64; 3] = [0.25, -0.25, 0.8];
 
+/// Residuals above this, relative to the wrench, are no answer.
+const POOR: f64 = 1e-7;
+
 /// Where a path begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Start {
@@ -94,6 +97,7 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came. A path asked for
     /// that does not hold.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
+        self.check_load()?;
         let (charted, taken) = self.charted()?;
         let flat = match charted {
             Charted::Spatial(_) | Charted::FreeEnd(_) => return self.solve_in_space(guess, taken),
@@ -101,7 +105,7 @@ impl Problem {
             Charted::ClosedForm(chart) => {
                 let closed = self.solve_in(&chart, self.closed_starts(&chart), guess, taken);
                 match closed {
-                    Err(why) if self.path == Path::Auto => {
+                    Err(why) if self.path == Path::Auto && !why.is_ill_conditioned() => {
                         let why =
                             format!("the data are planar; the closed form gave no answer: {why}");
                         self.solve_planar(chart.plane(), guess, Taken::new(Path::Planar, why))
@@ -119,6 +123,7 @@ impl Problem {
                 "the data are planar, but the equilibrium found in the plane has index {} in space",
                 found.index
             ),
+            Err(why) if why.is_ill_conditioned() => return flat,
             Err(why) => format!("the data are planar, but the plane gave no answer: {why}"),
         };
         let spatial = self.solve_in_space(guess, Taken::new(Path::Spatial, why));
@@ -127,6 +132,24 @@ impl Problem {
             (Err(_), spatial) => spatial,
             (flat, _) => flat,
         }
+    }
+
+    /// Under a dead force F a stable rod trails along it, and an error at its clamp grows as exp(lam), lam^2 = |F| L^2/B.
+    fn check_load(&self) -> Result<()> {
+        const LAM: f64 = 36.0;
+        let loaded = (0..3).filter(|i| self.end.position[*i].is_none());
+        let force = loaded.map(|i| self.targets[i].powi(2)).sum::<f64>().sqrt();
+        let [a, b] = self.rod.law.flexures();
+        let lam = (force * a.max(b)).sqrt();
+        if self.end.follower || lam < LAM {
+            return Ok(());
+        }
+        let (_, unit) = self.rod.units();
+        Err(Error::ill_conditioned(format!(
+            "the force on the end is {:.6e}, too heavy for this rod: sqrt(F L^2/B) = {lam:.1} must be below {LAM}; lower the force, or \
+             shorten or stiffen the rod",
+            force * unit
+        )))
     }
 
     fn solve_in_space(&self, guess: Option<&Wrench>, taken: Taken) -> Result<Equilibrium> {
@@ -153,13 +176,11 @@ impl Problem {
         taken: Taken,
     ) -> Result<Equilibrium> {
         let bends = PLANAR_IMPERFECTIONS.map(|size| Start::Bent(plane.normal() * size));
-        let starts =
-            std::iter::once(Start::Unloaded)
-                .chain(bends)
-                .chain(self.arcs().into_iter().filter(|start| match start {
-                    Start::Loaded(b) => plane.part(b).1,
-                    _ => true,
-                }));
+        let arcs = self.arcs(&[plane.normal(), -plane.normal()]);
+        let starts = std::iter::once(Start::Unloaded)
+            .chain(self.ball_jointed())
+            .chain(bends)
+            .chain(arcs.into_iter().map(Start::Loaded));
         self.solve_in(plane, starts, guess, taken)
     }
 
@@ -176,13 +197,26 @@ impl Problem {
     }
 
     fn starts(&self) -> impl Iterator<Item = Start> {
+        let across = self.held_place().map(|place| Vector3::z().cross(&place));
+        let axis = across
+            .filter(|across| across.norm() > 1e-3)
+            .unwrap_or(Vector3::new(0.6, 0.8, 0.0));
+        let side = Vector3::z().cross(&axis);
+        let axes = [
+            axis,
+            axis + 0.5 * side,
+            axis - 0.5 * side,
+            side,
+            -side,
+            -axis,
+        ];
+        // A little force, so that no symmetry is kept.
+        let force = Vector6::new(0.0, 0.0, 0.0, 0.1, 0.07, 0.05);
+        let arcs = self.arcs(&axes).into_iter().map(move |b| b + force);
         std::iter::once(Start::Unloaded)
+            .chain(self.ball_jointed())
             .chain(IMPERFECTIONS.map(|bend| Start::Bent(bend.into())))
-            .chain(self.arcs().into_iter().map(|start| match start {
-                // A little force, so that no symmetry is kept.
-                Start::Loaded(b) => Start::Loaded(b + Vector6::new(0.0, 0.0, 0.0, 0.1, 0.07, 0.05)),
-                start => start,
-            }))
+            .chain(arcs.map(Start::Loaded))
     }
 
     /// Points of the chart from which a path may lead to the target: a slight load, or bows to both sides; then, if
@@ -190,16 +224,10 @@ impl Problem {
     fn closed_starts(&self, chart: &ClosedForm) -> impl Iterator<Item = Start> {
         let target = chart.target(self);
         let held = self.end.position[0].is_some();
-        let first: Vec<Vector2<f64>> = if held {
-            [1.0, -1.0]
-                .map(|side: f64| ClosedForm::at(side.copysign(side * target.y) * 0.6, 1.2))
-                .to_vec()
-        } else {
-            chart
-                .slightly_loaded(self, &(target * 1e-3))
-                .into_iter()
-                .collect()
-        };
+        let bows =
+            [1.0, -1.0].map(|side: f64| ClosedForm::at(side.copysign(side * target.y) * 0.6, 1.2));
+        let slight = chart.slightly_loaded(self, &(target * 1e-3));
+        let first = slight.filter(|_| !held).into_iter().chain(bows);
         let all = move || {
             let found = held.then(|| Elastica.stable_at(&target).ok()).flatten();
             let found = found.unwrap_or_default().into_iter();
@@ -207,7 +235,6 @@ impl Problem {
         };
         let rest = std::iter::once_with(all).flatten();
         first
-            .into_iter()
             .chain(rest)
             .filter_map(|x| chart.wrench(self, &x).ok().map(Start::Loaded))
     }
@@ -238,7 +265,10 @@ impl Problem {
                 (Some(Ok(best)), Ok(found)) => found.index < best.index,
                 (Some(_), Err(_)) => false,
             };
-            let enough = matches!(&found, Ok(found) if found.index == 0 || self.end.follower);
+            let enough = match &found {
+                Ok(found) => found.index == 0 || self.end.follower,
+                Err(why) => why.is_ill_conditioned(),
+            };
             if better {
                 best = Some(found);
             }
@@ -262,24 +292,31 @@ impl Problem {
         taken: Taken,
     ) -> Result<Equilibrium> {
         let b = chart.wrench(self, &solved.x)?;
-        let trial = chart.bare_trial(self, &solved.x)?;
+        // In space and from the clamp, whatever the chart: what is reported is what the base wrench gives.
+        let residual = self.residual(&self.bare_trial(&b)?).norm();
+        let index = self.index(&b)?;
+        if !(residual < POOR * (1.0 + b.norm())) {
+            return Err(Error::ill_conditioned(format!(
+                "the best base wrench that double precision holds misses the end condition by {residual:.1e} (in L, B/L, B/L^2): the rod is \
+                 pulled too hard; lower the load"
+            )));
+        }
         Ok(Equilibrium {
             base: self.rod.outward_wrench(&b),
             end: self.end_section(&b)?,
-            index: self.index(&b)?,
-            residual: chart.residual(self, &trial).norm(),
+            index,
+            residual,
             route,
             taken,
         })
     }
 
-    /// Arcs of a circle, made by couples, whose chord is as long as the distance to be held: the other starts when the unloaded
-    /// rod cannot be moved (a straight inextensible rod is singular) or its path ends in a fold.
-    fn arcs(&self) -> Vec<Start> {
-        if !self.end.position.iter().all(Option::is_some) {
+    /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the other
+    /// starts when the unloaded rod cannot be moved (a straight inextensible rod is singular) or its path ends in a fold.
+    fn arcs(&self, axes: &[Vector3<f64>]) -> Vec<Wrench> {
+        let Some(target) = self.held_place() else {
             return Vec::new();
-        }
-        let target: Vector3<f64> = (0..3).map(|i| self.axes[i] * self.targets[i]).sum();
+        };
         let chord = target.norm().clamp(0.05, 0.98);
         // 2 sin(k/2)/k = chord, by Newton's method from the small-angle value.
         let mut k = (24.0 * (1.0 - chord)).sqrt();
@@ -287,26 +324,38 @@ impl Problem {
             let (s, c) = (0.5 * k).sin_cos();
             k -= (2.0 * s / k - chord) / (c / k - 2.0 * s / (k * k));
         }
-        let across = Vector3::z().cross(&target);
-        let axis = if across.norm() > 1e-3 {
-            across.normalize()
-        } else {
-            Vector3::new(0.6, 0.8, 0.0)
+        let wrench = |axis: &Vector3<f64>| {
+            let m = axis.normalize() * k;
+            Vector6::new(m.x, m.y, m.z, 0.0, 0.0, 0.0)
         };
-        let side = Vector3::z().cross(&axis);
-        [
-            axis,
-            (axis + 0.5 * side).normalize(),
-            (axis - 0.5 * side).normalize(),
-            side,
-            -side,
-            -axis,
-        ]
-        .map(|axis| {
-            let m = axis * k;
-            Start::Loaded(Vector6::new(m.x, m.y, m.z, 0.0, 0.0, 0.0))
+        axes.iter().map(wrench).collect()
+    }
+
+    /// The rod with its end in the place asked for but free to turn: from there the end is turned into its pose.
+    fn ball_jointed(&self) -> impl Iterator<Item = Start> {
+        std::iter::once_with(|| {
+            self.held_place()?;
+            self.orientation?;
+            let ball = Problem {
+                end: End {
+                    orientation: None,
+                    couple: Vector3::zeros(),
+                    ..self.end
+                },
+                orientation: None,
+                couple: Vector3::zeros(),
+                ..self.clone()
+            };
+            let found = ball.solve(None).ok()?;
+            Some(Start::Loaded(self.rod.inward(&found.base)))
         })
-        .to_vec()
+        .flatten()
+    }
+
+    /// Where the end is held, if all of its place is.
+    fn held_place(&self) -> Option<Vector3<f64>> {
+        let held = self.end.position.iter().all(Option::is_some);
+        held.then(|| (0..3).map(|i| self.axes[i] * self.targets[i]).sum())
     }
 
     /// The rod led from `start` to the end condition.

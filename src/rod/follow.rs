@@ -11,6 +11,8 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 /// First and smallest step of the way, as fractions of it.
 const FIRST: f64 = 0.25;
 const SMALLEST: f64 = 2e-4;
+/// Distance, in the numerics' units, within which any prediction is good.
+const CLOSE: f64 = 0.3;
 /// Newton steps allowed in one step of a path.
 const PATIENCE: usize = 8;
 /// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
@@ -90,9 +92,14 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
         if part >= 1.0 && outcome.is_err() {
             outcome = settle(chart, &problem, &guess);
         }
+        // A jump to another solution is no step of the path: the prediction must have been good.
+        let on_path = |solved: &Solution<N>| {
+            let missed = (solved.x - guess).norm();
+            let near = before.is_none() || missed < 0.5 * (solved.x - done.1).norm() + CLOSE;
+            solved.damping > 0.2 && near
+        };
         match outcome {
-            // A jump to another solution is no step of the path.
-            Ok(solved) if solved.damping > 0.2 => {
+            Ok(solved) if on_path(&solved) => {
                 route.add(&solved);
                 route.steps += 1;
                 if part >= 1.0 {

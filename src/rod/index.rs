@@ -15,7 +15,7 @@ use super::Problem;
 use super::line::{self, Variations, Wrench};
 use super::problem::halves;
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, Matrix3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 impl Problem {
@@ -32,36 +32,63 @@ impl Problem {
 
     /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
-        let rough = self.count(b, self.tolerance.max(ROUGH))?;
-        if rough.margin > 100.0 * ROUGH || self.tolerance >= ROUGH {
+        if let Ok(rough) = self.count(b, self.tolerance.max(ROUGH))
+            && rough.margin > 100.0 * rough.noise
+        {
             return Ok(rough.index);
         }
-        Ok(self.count(b, self.tolerance)?.index)
+        let fine = self.count(b, self.tolerance)?;
+        // Without growth the sign itself is as good as the tolerance, and a neutral equilibrium is no error.
+        if fine.noise > 1e3 * self.tolerance && fine.margin < fine.noise {
+            return Err(too_heavy(fine.noise / self.tolerance));
+        }
+        Ok(fine.index)
     }
 
     fn count(&self, b: &Wrench, tolerance: f64) -> Result<Count> {
         let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
         let clamped = self.end.orientation.is_some();
-        // Below this an eigenvalue is zero as far as the integration can tell.
-        let zero = 10.0 * tolerance;
         if held.is_empty() {
-            let along = line::variations::<3>(&self.rod.law, b, tolerance)?;
-            return Count::at_given_force(&along, b, clamped, zero);
+            let along = known(
+                line::variations::<3>(&self.rod.law, b, tolerance)?,
+                tolerance,
+            )?;
+            // Below this an eigenvalue is zero as far as the integration can tell.
+            return Count::at_given_force(&along, b, clamped, 10.0 * tolerance, tolerance);
         }
-        let along = line::variations::<6>(&self.rod.law, b, tolerance)?;
-        let loaded = Count::at_given_force(&along, b, clamped, 0.0)?;
-        let compliance = compliance(&along, b, clamped)?;
-        let restricted = DMatrix::from_fn(held.len(), held.len(), |i, j| {
-            self.axes[held[i]].dot(&(compliance * self.axes[held[j]]))
-        });
-        let (negative, margin) = negative(&restricted, zero);
-        let index = loaded.index.checked_sub(negative).ok_or_else(|| {
+        let along = known(
+            line::variations::<6>(&self.rod.law, b, tolerance)?,
+            tolerance,
+        )?;
+        let loaded = Count::at_given_force(&along, b, clamped, 0.0, tolerance)?;
+        let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
+        let (taken, margin) = held_back(&along, b, clamped, &axes, tolerance)?;
+        let index = loaded.index.checked_sub(taken).ok_or_else(|| {
             Error::no_convergence(
                 "the index comes out negative: the tolerance is too loose for this load",
             )
         })?;
-        Ok(Count { index, margin })
+        Ok(Count {
+            index,
+            margin,
+            ..loaded
+        })
     }
+}
+
+/// Variations whose shape can be trusted: an error at the clamp may grow along the rod, as exp(lam) under a pull lam^2.
+fn known<const K: usize>(along: Variations<K>, tolerance: f64) -> Result<Variations<K>> {
+    if along.growth * tolerance < 1e-4 {
+        return Ok(along);
+    }
+    Err(too_heavy(along.growth))
+}
+
+fn too_heavy(growth: f64) -> Error {
+    Error::ill_conditioned(format!(
+        "the rod is pulled too hard for an integration from its clamp: an error there grows {growth:.0e}-fold along the rod; \
+         lower the load, or tighten solve.tolerance"
+    ))
 }
 
 /// Tolerance of a first count.
@@ -71,6 +98,8 @@ const ROUGH: f64 = 1e-6;
 struct Count {
     index: usize,
     margin: f64,
+    /// What the integration makes of a zero.
+    noise: f64,
 }
 
 impl Count {
@@ -80,6 +109,7 @@ impl Count {
         b: &Wrench,
         clamped: bool,
         zero: f64,
+        tolerance: f64,
     ) -> Result<Self> {
         let (j, p) = along.conjugate(b);
         let (mut remainders, mut margin) = (0.0, f64::INFINITY);
@@ -99,6 +129,7 @@ impl Count {
         Ok(Self {
             index: count as usize,
             margin,
+            noise: tolerance * along.growth,
         })
     }
 }
@@ -125,8 +156,18 @@ fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
     Ok([slopes.x, slopes.y, slopes.z].map(|slope| turn + slope.atan()))
 }
 
-/// d r(1)/d n while the end's rotation (clamped) or its couple stays.
-fn compliance(along: &Variations<6>, b: &Wrench, clamped: bool) -> Result<Matrix3<f64>> {
+/// How many of the unstable modes are held back by the end's place along `axes`: the negative eigenvalues of d r(1)/d n at
+/// held rotation (clamped) or couple of the end; and the size of the smallest eigenvalue relative to the largest.
+///
+/// A zero eigenvalue counts if its mode bends the rod, which is then neutral, that is, not unstable. If it does not, n moves
+/// nothing: a straight inextensible rod.
+fn held_back(
+    along: &Variations<6>,
+    b: &Wrench,
+    clamped: bool,
+    axes: &[Vector3<f64>],
+    tolerance: f64,
+) -> Result<(usize, f64)> {
     let t = &along.end.tangent;
     let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
     let (phi_m, phi_n, r_m, r_n) = (block(0, 0), block(0, 3), block(3, 0), block(3, 3));
@@ -143,18 +184,29 @@ fn compliance(along: &Variations<6>, b: &Wrench, clamped: bool) -> Result<Matrix
             "the index is undefined exactly at a conjugate point of the end; move the equilibrium a little",
         )
     })?;
-    Ok(r_n - r_m * inverse * right)
-}
-
-/// Negative eigenvalues of the symmetric part, and the size of the smallest eigenvalue; both relative to the largest, those
-/// below `zero` counting as zero.
-fn negative(matrix: &DMatrix<f64>, zero: f64) -> (usize, f64) {
-    let symmetric = 0.5 * (matrix + matrix.transpose());
-    let size = symmetric.norm();
-    let eigenvalues = symmetric.symmetric_eigenvalues();
-    let count = eigenvalues.iter().filter(|x| **x < -zero * size).count();
-    let smallest = eigenvalues
+    // dm(0) that keeps the rotation, or the couple, of the end.
+    let couple = -inverse * right;
+    let compliance = r_n + r_m * couple;
+    let restricted = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
+        let (a, b) = (&axes[i], &axes[j]);
+        0.5 * (a.dot(&(compliance * b)) + b.dot(&(compliance * a)))
+    });
+    let size = restricted.norm();
+    let eigen = restricted.symmetric_eigen();
+    let (mut count, mut margin) = (0, f64::INFINITY);
+    for (value, mode) in eigen
+        .eigenvalues
         .iter()
-        .fold(f64::INFINITY, |m, x| m.min(x.abs()));
-    (count, smallest / size)
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        let force: Vector3<f64> = axes.iter().zip(mode.iter()).map(|(a, x)| a * *x).sum();
+        let bends = (couple * force).norm() > 1e-6;
+        if *value < -tolerance * size || (value.abs() <= tolerance * size && bends) {
+            count += 1;
+        }
+        if bends {
+            margin = margin.min(value.abs() / size);
+        }
+    }
+    Ok((count, margin))
 }

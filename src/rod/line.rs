@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::solve::dop853::{Dop853, State, Step, Work};
 use nalgebra::{Complex, Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 use std::borrow::Cow;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
@@ -483,9 +483,8 @@ pub(super) const STEP_LIMIT: u64 = 2_000;
 pub(super) fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {
     let inverse = law.inverse(0.0, b)?;
     let c = inverse.compliance.matrix().fixed_view::<3, 3>(0, 0).norm();
-    let couple = b.fixed_rows::<3>(0).norm();
     let force = b.fixed_rows::<3>(3).norm();
-    Ok(1.0 + inverse.strain.fixed_rows::<3>(0).norm() + c * couple + (c * force).sqrt())
+    Ok(1.0 + inverse.strain.fixed_rows::<3>(0).norm() + (c * force).sqrt())
 }
 
 /// A first step for the integrator's error control to improve.
@@ -621,6 +620,8 @@ pub(super) struct Variations<const K: usize> {
     pub(super) angle: f64,
     /// The weight kappa.
     pub(super) weight: f64,
+    /// How much the rod makes of an error at its clamp: the size of the unmixed columns at the end over the compliance.
+    pub(super) growth: f64,
 }
 
 impl<const K: usize> Variations<K> {
@@ -676,8 +677,8 @@ pub(super) fn variations<const K: usize>(
 ) -> Result<Variations<K>> {
     let lost = || Error::no_convergence("the variations along the rod could not be followed");
     let rate = rate(law, b)?;
-    let bending = law.inverse(0.0, b)?.compliance.matrix();
-    let weight = rate / bending.fixed_view::<3, 3>(0, 0).norm();
+    let [c1, c2] = law.flexures();
+    let weight = 2.0 * rate / (c1 + c2);
     let longest = 1.2 / rate;
     let [dm, dn] = unit_columns();
     let mut flow = Flow::<K>::new(law, b, dm, dn);
@@ -686,7 +687,7 @@ pub(super) fn variations<const K: usize>(
     let mut turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
     let mut solver = Dop853::new(state, slope, longest, tolerance);
     let mut step = solver.blank();
-    let (mut angle, mut h_max) = (0.0, longest);
+    let (mut angle, mut growth, mut h_max) = (0.0, 1.0, longest);
     let mut piece = 0;
     while piece < law.pieces.len() {
         let left = law.pieces[piece] - solver.state().s;
@@ -702,11 +703,12 @@ pub(super) fn variations<const K: usize>(
             )
             .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
         let next = turning(&step.to, step.end_slope(), b, &flow.dm, weight).ok_or_else(lost)?;
-        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it.
+        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each other.
         let turned = (next.0 / turn.0).arg();
-        let expected = 0.5 * step.h * (turn.1 + next.1);
+        let [before, after] = [turn.1, next.1].map(|rate| step.h * rate);
+        let expected = 0.5 * (before + after);
         let whole = ((expected - turned) / TAU).round() * TAU;
-        if !((turned + whole - expected).abs() < 1.0) {
+        if !((turned + whole - expected).abs() < 1.0 && before.abs().max(after.abs()) < PI) {
             solver.rewind(step.from, step.stage_slopes()[0]);
             h_max = 0.5 * step.h;
             if solver.work().steps > STEP_LIMIT {
@@ -720,7 +722,7 @@ pub(super) fn variations<const K: usize>(
         let size = step.to.tangent.as_flattened().iter();
         if size.fold(0.0_f64, |size, x| size.max(x.abs())) > GROWN {
             let (mut state, mut slope) = (step.to, *step.end_slope());
-            separate(&mut state, &mut slope, &mut flow, b).ok_or_else(lost)?;
+            growth *= separate(&mut state, &mut slope, &mut flow, b).ok_or_else(lost)?;
             // The mixing has a positive determinant: the angle stays.
             turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
             solver.rewind(state, slope);
@@ -729,8 +731,13 @@ pub(super) fn variations<const K: usize>(
             return Err(lost());
         }
     }
+    let end = *solver.state();
+    let entries = end.tangent.as_flattened().iter();
+    let reached = growth * entries.fold(1.0_f64, |size, x| size.max(x.abs()));
+    let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
     Ok(Variations {
-        end: *solver.state(),
+        growth: reached / compliance.max(1.0),
+        end,
         dm: flow.dm,
         angle,
         weight,
@@ -741,13 +748,13 @@ pub(super) fn variations<const K: usize>(
 const GROWN: f64 = 30.0;
 
 /// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
-/// state, slope and dm(0) mix alike.
+/// state, slope and dm(0) mix alike. Returns the size they had.
 fn separate<const K: usize>(
     state: &mut Section<K>,
     slope: &mut Section<K>,
     flow: &mut Flow<'_, K>,
     b: &Wrench,
-) -> Option<()> {
+) -> Option<f64> {
     let (j, p) = conjugate(state, b, &flow.dm);
     let gram = j.transpose() * j + p.transpose() * p;
     let mixing = gram.cholesky()?.l().transpose().try_inverse()?;
@@ -773,5 +780,5 @@ fn separate<const K: usize>(
             row[column] -= part[0] * row[0] + part[1] * row[1] + part[2] * row[2];
         }
     }
-    Some(())
+    Some(gram.trace().sqrt())
 }

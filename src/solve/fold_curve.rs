@@ -136,8 +136,8 @@ impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
         }
     }
 
-    /// Morse indices of the two solutions that meet at a fold, the lower one first; none if the family has none. At a
-    /// cusp, where three meet, they mean nothing.
+    /// Morse indices of the two solutions that meet at a fold, the lower one first; none if the family has none, or if
+    /// they cannot be told apart. At a cusp, where three meet, they mean nothing.
     ///
     /// # Errors
     /// As [`Family2::linearised`] and [`Family2::index`].
@@ -146,9 +146,11 @@ impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
         let right = Smallest::of(&self.at(&x, p, q)?.jacobian).right;
         let h = 1e-4 * (1.0 + x.norm());
         let beside = |h: f64| self.family.index(&(x + right * h), p, q);
+        // Two that do not differ by one are not those of this fold: another is near, or the index is not known that well.
         Ok(beside(h)?
             .zip(beside(-h)?)
-            .map(|(a, b)| (a.min(b), a.max(b))))
+            .map(|(a, b)| (a.min(b), a.max(b)))
+            .filter(|(a, b)| a + 1 == *b))
     }
 
     fn at(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>> {

@@ -128,9 +128,13 @@ impl Table {
         Self { columns, rows }
     }
 
-    pub fn column(&self, name: &str) -> Vec<f64> {
+    pub fn texts(&self, name: &str) -> Vec<String> {
         let at = self.columns.iter().position(|c| c == name).unwrap();
-        let values = self.rows.iter().map(|row| row[at].parse().unwrap());
+        self.rows.iter().map(|row| row[at].clone()).collect()
+    }
+
+    pub fn column(&self, name: &str) -> Vec<f64> {
+        let values = self.texts(name).into_iter().map(|x| x.parse().unwrap());
         values.inspect(|x: &f64| assert!(x.is_finite())).collect()
     }
 }

@@ -7,6 +7,7 @@ use snaprod::manifold::{EquilibriumManifold, ManifoldPoint, invert_near};
 use snaprod::rod::section::{Along, Barrier, Linear, Varying};
 use snaprod::rod::{BallJointed, End, Path, Problem, Rod, RodFamily, Welded};
 use snaprod::solve::family::Family;
+use std::f64::consts::PI;
 
 fn kirchhoff(bending: [f64; 2]) -> Rod {
     Rod::new(1.3, Linear::diagonal(bending, 0.7).unwrap()).unwrap()
@@ -324,4 +325,93 @@ fn lagrangian<M: EquilibriumManifold<N>, const N: usize>(
     let found = invert_near(manifold, &at.pose, &(q * 1.05), 1e-11).unwrap();
     assert!((found.q - q).norm() < 1e-8, "{} {}", found.q, q);
     assert!(manifold.index(&q).is_ok());
+}
+
+/// Catches starts that miss the stable state: overloaded columns, clamped or free, are found buckled in the first mode.
+#[test]
+fn overloaded_columns_are_found_buckled() {
+    let column = || Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0).unwrap()).unwrap();
+    // Free end: the slope at the end grows with the load (B2: 176 deg at 9.116218298).
+    let mut slope = 0.0;
+    for ratio in [1.1, 2.0, 5.0, 8.5, 9.116218298, 12.0] {
+        let load = ratio * PI * PI / 4.0;
+        let end = End::load(Vector3::new(0.0, 0.0, -load), Vector3::zeros());
+        let found = Problem::new(column(), end, 1e-12)
+            .unwrap()
+            .solve(None)
+            .unwrap();
+        assert_eq!(found.index, 0, "{ratio}");
+        let d3 = found.end.directors.column(2).into_owned();
+        let tilt = d3.xy().norm().atan2(d3.z).to_degrees();
+        assert!(tilt > slope, "{ratio}: {tilt}");
+        slope = tilt;
+        if ratio == 9.116218298 {
+            assert_close(tilt, 176.0, 1e-7, 0.0, "slope");
+        }
+    }
+    // Clamped: B3 at s = 0.1 and 0.3.
+    for (s, load) in [(0.1, 41.5702557932), (0.3, 46.6121208798)] {
+        let end = End::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
+        let found = Problem::new(column(), end, 1e-12)
+            .unwrap()
+            .solve(None)
+            .unwrap();
+        assert_eq!(found.index, 0, "{s}");
+        assert_close(-found.base[5], load, 1e-10, 0.0, "load");
+    }
+    // Equal stiffnesses: any plane will do, and moving round is neither stable nor unstable.
+    for end in [
+        End::load(Vector3::z() * -25.0, Vector3::zeros()),
+        End::pose(Vector3::z() * 0.9, UnitQuaternion::identity()),
+    ] {
+        let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], 0.7).unwrap()).unwrap();
+        let found = Problem::new(rod, end, 1e-11).unwrap().solve(None).unwrap();
+        assert_eq!(found.index, 0, "{end:?}");
+        assert!(found.end.energy > 1.0, "{end:?}: {}", found.end.energy);
+    }
+}
+
+/// Catches answers that shooting from the clamp cannot hold: under a pull lam^2 an error grows as exp(lam). m(0) = lam is known
+/// (theory 2.3); beyond, the load is refused by name.
+#[test]
+fn heavy_pulls_are_solved_or_refused() {
+    let (sin, cos) = (PI / 3.0).sin_cos();
+    for across in [1.0, 3.0] {
+        for lam in [5.0, 10.0, 12.0, 15.0, 20.0, 25.0, 40.0, 1000.0_f64] {
+            let rod = Rod::new(1.0, Linear::diagonal([across, 1.0], 0.7).unwrap()).unwrap();
+            let end = End::load(Vector3::new(sin, 0.0, cos) * lam * lam, Vector3::zeros());
+            match Problem::new(rod, end, 1e-12).unwrap().solve(None) {
+                Ok(found) => {
+                    assert_eq!(found.index, 0, "{across} {lam}");
+                    assert!(found.residual < 1e-5, "{across} {lam}: {}", found.residual);
+                    // theta' = 2 lam sin(gam/2), gam the angle of the pull.
+                    let gap = (found.base[1] / lam - 1.0).abs();
+                    assert!(
+                        gap < 4.0 * (-lam).exp() * lam + 1e-9,
+                        "{across} {lam}: {gap:e}"
+                    );
+                    assert!(lam < 30.0, "{across} {lam}");
+                }
+                Err(why) => {
+                    assert!(why.is_ill_conditioned(), "{across} {lam}: {why}");
+                    assert!(lam > 19.0, "{across} {lam}: {why}");
+                }
+            }
+        }
+    }
+}
+
+/// Catches an index that depends on a soft torsion, or is aliased where variations grow fast: as torsion becomes free the
+/// index of an isotropic rod whose end bears no couple does not change.
+#[test]
+fn soft_torsion_does_not_change_the_index() {
+    let index = |torsion: f64| {
+        let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], torsion).unwrap()).unwrap();
+        let ball = BallJointed::new(rod, 1e-10).unwrap();
+        ball.index(&Vector3::new(1.0, 2.0, -3.0)).unwrap()
+    };
+    let first = index(1.0);
+    for torsion in [0.1, 1e-2, 1e-3, 1e-4, 1e-5] {
+        assert_eq!(index(torsion), first, "torsion {torsion}");
+    }
 }

@@ -22,7 +22,7 @@ pub struct Number {
 }
 
 /// The distance to the number computed apart that is allowed; the worst is 1e-11.
-pub const BAR: f64 = 1e-10;
+pub const BAR: f64 = 1e-9;
 
 impl Number {
     fn new(case: &'static str, what: impl Into<String>, ours: f64, computed: f64) -> Self {

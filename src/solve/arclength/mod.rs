@@ -357,9 +357,9 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
                 p,
                 arclength,
                 reason: format!(
-                    "with the smallest step, {:e}, {failure}; F may have a kink or a wrong derivative here, or be noisier than the tolerance {:e}; \
-                     a smaller min_step or a larger tolerance may help",
-                    self.options.min_step, self.options.tolerance
+                    "with the smallest step allowed, {failure}; F may have a kink or a wrong derivative here, or be noisier than the \
+                     tolerance {:e}; a smaller min_step or a larger tolerance may help",
+                    self.options.tolerance
                 ),
             },
         }
@@ -452,7 +452,26 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
         landed
     }
 
+    /// The end of the range on which the branch stands, if it leads out of the range there.
+    fn leaving(&self) -> Option<f64> {
+        let Corrected { place, tangent, .. } = self.current.on;
+        let p = place.p / self.options.weight;
+        let (low, high) = (
+            self.options.from.min(self.options.to),
+            self.options.from.max(self.options.to),
+        );
+        let outward = |sign: f64| sign * tangent.p > 1e-9;
+        if p <= low && outward(-1.0) {
+            Some(low)
+        } else {
+            (p >= high && outward(1.0)).then_some(high)
+        }
+    }
+
     fn proceed(&mut self) {
+        if let Some(end) = self.leaving() {
+            return self.stop(self.stop_at(end));
+        }
         if self.points >= self.options.max_points {
             return self.stop(Stop::MaxPoints);
         }
