@@ -2,8 +2,9 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Vector3, Vector6};
+use snaprod::Result;
 use snaprod::rod::section::Linear;
-use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::rod::{Chart, Charted, End, FreeEnd, Path, Problem, Rod, RodFamily, Spatial};
 use snaprod::solve::arclength::{Branch, Options};
 
 fn main() {
@@ -44,17 +45,15 @@ fn equilibrium_from_the_unloaded_rod(bencher: Bencher) {
     bencher.bench(|| problem.solve(None).unwrap());
 }
 
-/// A branch of about 200 points with index and special points; bar: 100 ms. The rod of the planar comparison, in space: its
-/// end held at (0.6, y).
-#[divan::bench(sample_count = 10)]
-fn branch_of_200_points(bencher: Bencher) {
-    let ball = |y: f64| {
-        let rod = Rod::new(1.0, Linear::diagonal([2.0, 1.0], 0.8)?)?;
-        Problem::new(rod, End::ball(Vector3::new(y, 0.0, 0.6)), 1e-11)
-    };
-    let family = RodFamily::new(ball, false, 1.5);
-    let start = family.problem(0.3).and_then(|p| p.solve(None)).unwrap();
-    let x = family.unknowns(&start.base, 0.3).unwrap();
+/// The rod of the planar comparison with its end held at (0.6, y), in space.
+fn held_at(y: f64) -> Result<Problem> {
+    let rod = Rod::new(1.0, Linear::diagonal([2.0, 1.0], 0.8)?)?;
+    Problem::new(rod, End::ball(Vector3::new(y, 0.0, 0.6)), 1e-11)
+}
+
+/// 200 points of its branch, with index and special points; bar: 100 ms, and AUTO's 55-156 us a point (planar, no index).
+fn branch<C: Chart<N> + Copy + Sync, const N: usize>(bencher: Bencher, chart: C) {
+    let start = held_at(0.3).and_then(|p| p.solve(None)).unwrap();
     let options = Options {
         initial_step: 0.3,
         max_step: 0.3,
@@ -62,11 +61,44 @@ fn branch_of_200_points(bencher: Bencher) {
         max_points: 200,
         ..Options::between(0.75, -0.75)
     };
+    let family = RodFamily::in_chart(held_at, false, 1.5, chart);
+    let x = family.unknowns(&start.base, 0.3).unwrap();
     bencher.bench(|| {
         let trace = Branch::new(&family, x, 0.3, options.clone())
             .unwrap()
             .trace();
-        assert_eq!(trace.points.len(), 200, "{}", trace.stop);
+        assert!(trace.points.len() > 100, "{}", trace.stop);
         trace.evaluations
     });
+}
+
+/// By the base wrench: six unknowns, any end.
+#[divan::bench(sample_count = 10)]
+fn branch_by_base_wrench(bencher: Bencher) {
+    branch(bencher, Spatial);
+}
+
+/// By the force on an end that bears no couple: three unknowns, in space; what the command takes here if branches are switched.
+#[divan::bench(sample_count = 10)]
+fn branch_by_end_force(bencher: Bencher) {
+    branch(bencher, FreeEnd);
+}
+
+/// In the plane: three unknowns, the index still that in space.
+#[divan::bench(sample_count = 10)]
+fn branch_in_plane(bencher: Bencher) {
+    let path = held_at(0.3).unwrap().with_path(Path::Planar);
+    match path.charted().unwrap().0 {
+        Charted::Planar(plane) => branch(bencher, plane),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// In closed form: two unknowns, the index still that in space.
+#[divan::bench(sample_count = 10)]
+fn branch_in_closed_form(bencher: Bencher) {
+    match held_at(0.3).unwrap().charted().unwrap().0 {
+        Charted::ClosedForm(chart) => branch(bencher, chart),
+        other => panic!("{other:?}"),
+    }
 }

@@ -135,7 +135,7 @@ fn settle<C: Chart<N>, const N: usize>(
 ) -> Result<Solution<N>> {
     let mut x = *guess;
     let mut last = f64::INFINITY;
-    for iterations in 0..PATIENCE {
+    for iterations in 0..2 * PATIENCE {
         let (value, jacobian) = tamely(chart, problem, &x)?;
         let jacobian = DMatrix::from_column_slice(N, N, jacobian.as_slice());
         let right = DVector::from_column_slice(value.as_slice());
@@ -145,8 +145,9 @@ fn settle<C: Chart<N>, const N: usize>(
             .solve(&right, NEUTRAL * size)
             .map_err(Error::no_convergence)?;
         let correction = step.norm();
-        // Half the digits of a first step would be luck, not convergence.
-        if correction <= problem.correction() * (1.0 + x.norm()) {
+        let fine = correction <= problem.correction() * (1.0 + x.norm());
+        // Down to the noise: the neutral eigenvalue is to come out as zero.
+        if fine && correction > 0.5 * last {
             return Ok(Solution {
                 x,
                 iterations,
@@ -157,7 +158,7 @@ fn settle<C: Chart<N>, const N: usize>(
                 reason: newton::Reason::Noise,
             });
         }
-        if !(correction < 0.9 * last) {
+        if !fine && !(correction < 0.9 * last) {
             break;
         }
         last = correction;

@@ -7,6 +7,7 @@
 use super::chart::Chart;
 use super::line::{self, Section, Wrench};
 use super::problem::{Problem, halves};
+use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -29,7 +30,7 @@ pub struct FreeEndTrial {
 impl FreeEndTrial {
     /// Under the reversed law; with K = 3 columns of the tangent, or none.
     pub(super) fn new<const K: usize>(
-        reversed: &line::ScaledLaw,
+        reversed: &ScaledLaw,
         q: &Vector3<f64>,
         tolerance: f64,
     ) -> Result<Self> {

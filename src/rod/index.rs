@@ -12,8 +12,9 @@
 //! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one (Haynsworth).
 
 use super::Problem;
-use super::line::{self, Variations, Wrench};
+use super::line::Wrench;
 use super::problem::halves;
+use super::variations::{Variations, variations};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
@@ -33,14 +34,20 @@ impl Problem {
     /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
         if let Ok(rough) = self.count(b, self.tolerance.max(ROUGH))
-            && rough.margin > 100.0 * rough.noise
+            && rough.noise < 1e-2
+            && rough.margin > 10.0 * rough.noise
         {
             return Ok(rough.index);
         }
         let fine = self.count(b, self.tolerance)?;
-        // Without growth the sign itself is as good as the tolerance, and a neutral equilibrium is no error.
-        if fine.noise > 1e3 * self.tolerance && fine.margin < fine.noise {
-            return Err(too_heavy(fine.noise / self.tolerance));
+        // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign itself is as good
+        // as the tolerance, and a neutral equilibrium is no error.
+        let growth = fine.noise / self.tolerance;
+        if fine.noise > 1e-4 || (growth > 1e3 && fine.margin < fine.noise) {
+            return Err(Error::ill_conditioned(format!(
+                "the rod is pulled too hard for an integration from its clamp: an error there grows {growth:.0e}-fold along \
+                 the rod; lower the load, or tighten solve.tolerance"
+            )));
         }
         Ok(fine.index)
     }
@@ -49,17 +56,11 @@ impl Problem {
         let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
         let clamped = self.end.orientation.is_some();
         if held.is_empty() {
-            let along = known(
-                line::variations::<3>(&self.rod.law, b, tolerance)?,
-                tolerance,
-            )?;
+            let along = variations::<3>(&self.rod.law, b, tolerance)?;
             // Below this an eigenvalue is zero as far as the integration can tell.
             return Count::at_given_force(&along, b, clamped, 10.0 * tolerance, tolerance);
         }
-        let along = known(
-            line::variations::<6>(&self.rod.law, b, tolerance)?,
-            tolerance,
-        )?;
+        let along = variations::<6>(&self.rod.law, b, tolerance)?;
         let loaded = Count::at_given_force(&along, b, clamped, 0.0, tolerance)?;
         let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
         let (taken, margin) = held_back(&along, b, clamped, &axes, tolerance)?;
@@ -76,23 +77,8 @@ impl Problem {
     }
 }
 
-/// Variations whose shape can be trusted: an error at the clamp may grow along the rod, as exp(lam) under a pull lam^2.
-fn known<const K: usize>(along: Variations<K>, tolerance: f64) -> Result<Variations<K>> {
-    if along.growth * tolerance < 1e-4 {
-        return Ok(along);
-    }
-    Err(too_heavy(along.growth))
-}
-
-fn too_heavy(growth: f64) -> Error {
-    Error::ill_conditioned(format!(
-        "the rod is pulled too hard for an integration from its clamp: an error there grows {growth:.0e}-fold along the rod; \
-         lower the load, or tighten solve.tolerance"
-    ))
-}
-
 /// Tolerance of a first count.
-const ROUGH: f64 = 1e-6;
+const ROUGH: f64 = 1e-7;
 
 /// An index, and how far the eigenvalue nearest to zero is from it, relative to the others.
 struct Count {

@@ -16,12 +16,11 @@
 //! tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
 //! ```
 
-use super::section::{Compliance, SectionLaw, UniformLinear};
+use super::scaled_law::ScaledLaw;
+use super::section::Compliance;
 use crate::error::{Error, Result};
 use crate::solve::dop853::{Dop853, State, Step, Work};
-use nalgebra::{Complex, Matrix3, Matrix6, RowVector3, Vector3, Vector6};
-use std::borrow::Cow;
-use std::f64::consts::{PI, TAU};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
@@ -208,186 +207,23 @@ fn turned_block(d: &[[f64; 3]; 3], c: &Matrix6<f64>, row: usize, column: usize) 
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| d[k][i] * half[k][j]).sum()))
 }
 
-/// A section law in dimension-free form, its inverse hoisted if it is linear and uniform.
-#[derive(Debug, Clone)]
-pub(super) struct ScaledLaw {
-    law: std::sync::Arc<dyn SectionLaw>,
-    hoisted: Option<UniformLinear>,
-    length: f64,
-    stiffness: f64,
-    /// Where the integration stops and starts again, in (0, 1), and 1.
-    pieces: Vec<f64>,
-    /// Flexures and twist added to the law's: the imperfection of a continuation.
-    bend: Vector3<f64>,
-    /// 1 from the clamp to the end, -1 from the end to the clamp.
-    sense: f64,
-}
-
-impl ScaledLaw {
-    pub(super) fn new(
-        law: std::sync::Arc<dyn SectionLaw>,
-        length: f64,
-        stiffness: f64,
-    ) -> Result<Self> {
-        let mut pieces: Vec<f64> = law.breaks().iter().map(|s| s / length).collect();
-        if pieces.windows(2).any(|pair| !(pair[0] < pair[1])) || pieces.iter().any(|s| s.is_nan()) {
-            return Err(Error::domain(format!(
-                "the section law's breaks {pieces:?} (in s/length) are not in growing order"
-            )));
-        }
-        pieces.retain(|s| *s > 0.0 && *s < 1.0);
-        pieces.push(1.0);
-        let mut scaled = Self {
-            hoisted: None,
-            law,
-            length,
-            stiffness,
-            pieces,
-            bend: Vector3::zeros(),
-            sense: 1.0,
-        };
-        scaled.hoisted = scaled.law.uniform_linear().map(|linear| UniformLinear {
-            rest: scaled.strain_in(&linear.rest),
-            compliance: scaled.compliance_in(&linear.compliance),
-        });
-        Ok(scaled)
-    }
-
-    /// The law with flexures and twist added.
-    pub(super) fn bent(&self, bend: Vector3<f64>) -> Self {
-        let mut bent = self.clone();
-        if let Some(linear) = &mut bent.hoisted {
-            for i in 0..3 {
-                linear.rest[i] += self.sense * (bend[i] - self.bend[i]);
-            }
-        }
-        bent.bend = bend;
-        bent
-    }
-
-    /// The law seen from the end of the rod: s counts from there, and frame and centreline run backwards, as if every strain
-    /// had changed its sign.
-    pub(super) fn reversed(&self) -> Self {
-        let mut reversed = self.clone();
-        reversed.sense = -self.sense;
-        if let Some(linear) = &mut reversed.hoisted {
-            linear.rest = -linear.rest;
-            linear.compliance = linear.compliance.times(-1.0);
-        }
-        let inner = self.pieces.iter().rev().skip(1).map(|s| 1.0 - s);
-        reversed.pieces = inner.chain([1.0]).collect();
-        reversed
-    }
-
-    /// The law without dimensions, if it is linear and uniform.
-    pub(super) fn uniform(&self) -> Option<&UniformLinear> {
-        self.hoisted.as_ref()
-    }
-
-    /// Where an integration stops and starts again, in (0, 1), and 1.
-    pub(super) fn pieces(&self) -> &[f64] {
-        &self.pieces
-    }
-
-    /// As [`SectionLaw::planar_about`].
-    pub(super) fn planar_about(&self) -> [bool; 2] {
-        self.law.planar_about()
-    }
-
-    /// Flexural compliances about d1 and d2 of the unloaded clamp.
-    pub(super) fn flexures(&self) -> [f64; 2] {
-        self.inverse(0.0, &Vector6::zeros()).map_or([1.0; 2], |at| {
-            let c = at.compliance.matrix();
-            [c[(0, 0)], c[(1, 1)]]
-        })
-    }
-
-    /// The unloaded flexure, if the law is uniform, linear, untwisted and the same in all planes through d3 but for it.
-    pub(super) fn is_isotropic(&self) -> Option<Vector3<f64>> {
-        let linear = self.hoisted.as_ref()?;
-        let Compliance::Diagonal(c) = &linear.compliance else {
-            return None;
-        };
-        let rest = &linear.rest;
-        let same =
-            c[0] == c[1] && c[3] == c[4] && rest[2] == 0.0 && rest[3] == 0.0 && rest[4] == 0.0;
-        same.then(|| Vector3::new(rest[0], rest[1], 0.0))
-    }
-
-    fn strain_in(&self, e: &Vector6<f64>) -> Vector6<f64> {
-        let l = self.length;
-        Vector6::new(l * e[0], l * e[1], l * e[2], e[3], e[4], e[5])
-    }
-
-    fn compliance_in(&self, c: &Compliance) -> Compliance {
-        let (b, l) = (self.stiffness, self.length);
-        // u L = C_uu (B/L) L m; v = C_vv (B/L^2) n.
-        let weight = |i: usize| if i < 3 { 1.0 } else { 1.0 / l };
-        match c {
-            Compliance::Diagonal(c) => {
-                Compliance::Diagonal(Vector6::from_fn(|i, _| b * weight(i).powi(2) * c[i]))
-            }
-            Compliance::Full(c) => Compliance::Full(Matrix6::from_fn(|i, j| {
-                b * weight(i) * weight(j) * c[(i, j)]
-            })),
-        }
-    }
-
-    /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
-    #[inline]
-    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {
-        if let Some(linear) = &self.hoisted {
-            let change = &linear.compliance * w;
-            return Ok(Response {
-                strain: linear.rest + change,
-                energy: 0.5 * self.sense * w.dot(&change),
-                compliance: Cow::Borrowed(&linear.compliance),
-            });
-        }
-        let (b, l) = (self.stiffness, self.length);
-        let (couple, force) = (b / l, b / (l * l));
-        let user = Vector6::new(
-            couple * w[0],
-            couple * w[1],
-            couple * w[2],
-            force * w[3],
-            force * w[4],
-            force * w[5],
-        );
-        let s = if self.sense < 0.0 { 1.0 - s } else { s };
-        let inverse = self.law.inverse(s * l, &user)?;
-        let mut strain = self.strain_in(&inverse.strain);
-        for i in 0..3 {
-            strain[i] += self.bend[i];
-        }
-        let compliance = self.compliance_in(&inverse.compliance);
-        Ok(Response {
-            strain: strain * self.sense,
-            energy: inverse.energy / force,
-            compliance: Cow::Owned(compliance.times(self.sense)),
-        })
-    }
-}
-
-/// What a section does under its resultants.
-pub(super) struct Response<'a> {
-    pub(super) strain: Vector6<f64>,
-    pub(super) energy: f64,
-    pub(super) compliance: Cow<'a, Compliance>,
-}
-
 /// The right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
-struct Flow<'a, const K: usize> {
+pub(super) struct Flow<'a, const K: usize> {
     law: &'a ScaledLaw,
     m: [f64; 3],
     n: [f64; 3],
-    dm: [[f64; K]; 3],
+    pub(super) dm: [[f64; K]; 3],
     dn: [[f64; K]; 3],
-    refusal: Option<Error>,
+    pub(super) refusal: Option<Error>,
 }
 
 impl<'a, const K: usize> Flow<'a, K> {
-    fn new(law: &'a ScaledLaw, b: &Wrench, dm: [[f64; K]; 3], dn: [[f64; K]; 3]) -> Self {
+    pub(super) fn new(
+        law: &'a ScaledLaw,
+        b: &Wrench,
+        dm: [[f64; K]; 3],
+        dn: [[f64; K]; 3],
+    ) -> Self {
         Self {
             law,
             m: [b[0], b[1], b[2]],
@@ -398,13 +234,13 @@ impl<'a, const K: usize> Flow<'a, K> {
         }
     }
 
-    fn slope(&mut self, at: &Section<K>) -> Option<Section<K>> {
+    pub(super) fn slope(&mut self, at: &Section<K>) -> Option<Section<K>> {
         let mut slope = Section::clamp();
         self.write_slope(at, &mut slope)?;
         Some(slope)
     }
 
-    fn write_slope(&mut self, at: &Section<K>, slope: &mut Section<K>) -> Option<()> {
+    pub(super) fn write_slope(&mut self, at: &Section<K>, slope: &mut Section<K>) -> Option<()> {
         let d = directors(&at.q);
         let n = &self.n;
         let rxn = cross(&at.r, n);
@@ -518,7 +354,7 @@ fn integrate<const K: usize>(
         .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
     let mut solver = Dop853::new(start, slope, h, tolerance);
     let mut step = solver.blank();
-    for &end in &law.pieces {
+    for &end in law.pieces() {
         loop {
             let s = solver.state().s;
             let left = end - s;
@@ -541,7 +377,7 @@ fn integrate<const K: usize>(
 }
 
 /// Unit columns: d/dm(0) for 0..3 and d/dn for 3..6.
-fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
+pub(super) fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
     let mut columns = [[[0.0; K]; 3]; 2];
     for j in 0..K {
         columns[j / 3][j % 3][j] = 1.0;
@@ -607,178 +443,4 @@ pub(super) fn sections<const K: usize>(
         found.push(last);
     }
     Ok(found)
-}
-
-/// The rod's end with variations that stay well apart under any load: their columns are mixed on the way.
-#[derive(Debug, Clone)]
-pub(super) struct Variations<const K: usize> {
-    /// The end; columns 0..3 of its tangent keep n, columns 3..6 (if any) vary n by unit vectors.
-    pub(super) end: Section<K>,
-    /// dm(0) of each column.
-    pub(super) dm: [[f64; K]; 3],
-    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
-    pub(super) angle: f64,
-    /// The weight kappa.
-    pub(super) weight: f64,
-    /// How much the rod makes of an error at its clamp: the size of the unmixed columns at the end over the compliance.
-    pub(super) growth: f64,
-}
-
-impl<const K: usize> Variations<K> {
-    /// (J, P) at the end under the wrench `b`: conjugate variables, J^T P symmetric.
-    pub(super) fn conjugate(&self, b: &Wrench) -> (Matrix3<f64>, Matrix3<f64>) {
-        conjugate(&self.end, b, &self.dm)
-    }
-}
-
-/// (J, P) of columns 0..3: n is constant, so P = dm(0) + n x rho + m x phi/2. With the last term J^T P is symmetric.
-fn conjugate<const K: usize>(
-    at: &Section<K>,
-    b: &Wrench,
-    dm: &[[f64; K]; 3],
-) -> (Matrix3<f64>, Matrix3<f64>) {
-    let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
-    let n = Vector3::new(b[3], b[4], b[5]);
-    let m = Vector3::new(b[0], b[1], b[2]) - at.position().cross(&n);
-    let j = block(&at.tangent[..3]);
-    let rho = block(&at.tangent[3..]);
-    let p = block(dm) + n.cross_matrix() * rho + 0.5 * m.cross_matrix() * j;
-    (j, p)
-}
-
-/// det(P + i kappa J) and the rate of its angle along the rod.
-fn turning<const K: usize>(
-    at: &Section<K>,
-    slope: &Section<K>,
-    b: &Wrench,
-    dm: &[[f64; K]; 3],
-    weight: f64,
-) -> Option<(Complex<f64>, f64)> {
-    let (j, p) = conjugate(at, b, dm);
-    let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
-    let n = Vector3::new(b[3], b[4], b[5]);
-    let m = Vector3::new(b[0], b[1], b[2]) - at.position().cross(&n);
-    let dj = block(&slope.tangent[..3]);
-    let dp = n.cross_matrix() * block(&slope.tangent[3..])
-        + 0.5 * (n.cross(&slope.position()).cross_matrix() * j + m.cross_matrix() * dj);
-    let whole = p.zip_map(&j, |p, j| Complex::new(p, weight * j));
-    let rate = dp.zip_map(&dj, |p, j| Complex::new(p, weight * j));
-    Some((
-        whole.determinant(),
-        (whole.try_inverse()? * rate).trace().im,
-    ))
-}
-
-/// Follows the variations of the rod from clamp to end: `K` = 3 at constant n, `K` = 6 with variations of n.
-pub(super) fn variations<const K: usize>(
-    law: &ScaledLaw,
-    b: &Wrench,
-    tolerance: f64,
-) -> Result<Variations<K>> {
-    let lost = || Error::no_convergence("the variations along the rod could not be followed");
-    let rate = rate(law, b)?;
-    let [c1, c2] = law.flexures();
-    let weight = 2.0 * rate / (c1 + c2);
-    let longest = 1.2 / rate;
-    let [dm, dn] = unit_columns();
-    let mut flow = Flow::<K>::new(law, b, dm, dn);
-    let state = Section::clamp();
-    let slope = flow.slope(&state).ok_or_else(lost)?;
-    let mut turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
-    let mut solver = Dop853::new(state, slope, longest, tolerance);
-    let mut step = solver.blank();
-    let (mut angle, mut growth, mut h_max) = (0.0, 1.0, longest);
-    let mut piece = 0;
-    while piece < law.pieces.len() {
-        let left = law.pieces[piece] - solver.state().s;
-        if left <= 1e-14 {
-            piece += 1;
-            continue;
-        }
-        solver
-            .step_into(
-                |x, slope| flow.write_slope(x, slope),
-                h_max.min(left),
-                &mut step,
-            )
-            .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
-        let next = turning(&step.to, step.end_slope(), b, &flow.dm, weight).ok_or_else(lost)?;
-        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each other.
-        let turned = (next.0 / turn.0).arg();
-        let [before, after] = [turn.1, next.1].map(|rate| step.h * rate);
-        let expected = 0.5 * (before + after);
-        let whole = ((expected - turned) / TAU).round() * TAU;
-        if !((turned + whole - expected).abs() < 1.0 && before.abs().max(after.abs()) < PI) {
-            solver.rewind(step.from, step.stage_slopes()[0]);
-            h_max = 0.5 * step.h;
-            if solver.work().steps > STEP_LIMIT {
-                return Err(lost());
-            }
-            continue;
-        }
-        angle += turned + whole;
-        h_max = longest;
-        turn = next;
-        let size = step.to.tangent.as_flattened().iter();
-        if size.fold(0.0_f64, |size, x| size.max(x.abs())) > GROWN {
-            let (mut state, mut slope) = (step.to, *step.end_slope());
-            growth *= separate(&mut state, &mut slope, &mut flow, b).ok_or_else(lost)?;
-            // The mixing has a positive determinant: the angle stays.
-            turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
-            solver.rewind(state, slope);
-        }
-        if solver.work().steps > STEP_LIMIT {
-            return Err(lost());
-        }
-    }
-    let end = *solver.state();
-    let entries = end.tangent.as_flattened().iter();
-    let reached = growth * entries.fold(1.0_f64, |size, x| size.max(x.abs()));
-    let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
-    Ok(Variations {
-        growth: reached / compliance.max(1.0),
-        end,
-        dm: flow.dm,
-        angle,
-        weight,
-    })
-}
-
-/// Size of the tangent beyond which its columns are mixed.
-const GROWN: f64 = 30.0;
-
-/// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
-/// state, slope and dm(0) mix alike. Returns the size they had.
-fn separate<const K: usize>(
-    state: &mut Section<K>,
-    slope: &mut Section<K>,
-    flow: &mut Flow<'_, K>,
-    b: &Wrench,
-) -> Option<f64> {
-    let (j, p) = conjugate(state, b, &flow.dm);
-    let gram = j.transpose() * j + p.transpose() * p;
-    let mixing = gram.cholesky()?.l().transpose().try_inverse()?;
-    let rows = (state.tangent.iter_mut())
-        .chain(slope.tangent.iter_mut())
-        .chain(flow.dm.iter_mut());
-    for row in rows {
-        let mixed = RowVector3::new(row[0], row[1], row[2]) * mixing;
-        row[..3].copy_from_slice(mixed.as_slice());
-    }
-    let (j, p) = (j * mixing, p * mixing);
-    for column in 3..K {
-        let n = Vector3::new(b[3], b[4], b[5]);
-        let entry = |rows: &[[f64; K]]| Vector3::from_fn(|i, _| rows[i][column]);
-        let (phi, rho) = (entry(&state.tangent[..3]), entry(&state.tangent[3..]));
-        let m = Vector3::new(b[0], b[1], b[2]) - state.position().cross(&n);
-        let dm = entry(&flow.dm) + n.cross(&rho) + 0.5 * m.cross(&phi);
-        let part = j.transpose() * phi + p.transpose() * dm;
-        let rows = (state.tangent.iter_mut())
-            .chain(slope.tangent.iter_mut())
-            .chain(flow.dm.iter_mut());
-        for row in rows {
-            row[column] -= part[0] * row[0] + part[1] * row[1] + part[2] * row[2];
-        }
-    }
-    Some(gram.trace().sqrt())
 }

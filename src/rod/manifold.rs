@@ -1,8 +1,8 @@
 //! The rod as an equilibrium manifold (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in dimension 6.
 
 use super::free_end::FreeEndTrial;
-use super::line::ScaledLaw;
 use super::problem::{End, Problem, halves, rotation_vector};
+use super::scaled_law::ScaledLaw;
 use super::{Rod, line};
 use crate::error::Result;
 use crate::manifold::{EquilibriumManifold, ManifoldPoint};

@@ -12,7 +12,9 @@ mod manifold;
 mod path;
 mod planar;
 mod problem;
+mod scaled_law;
 pub mod section;
+mod variations;
 
 pub use branch::{RodFamily, State, Statical};
 pub use chart::{Chart, Spatial};
@@ -26,8 +28,8 @@ pub use planar::Plane;
 pub use problem::{End, Problem};
 
 use crate::error::{Error, Result};
-use line::ScaledLaw;
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use scaled_law::ScaledLaw;
 use section::{SectionLaw, Strain};
 use std::sync::Arc;
 

@@ -8,8 +8,9 @@
 //! ```
 
 use super::chart::Chart;
-use super::line::{ScaledLaw, Wrench, first_step};
+use super::line::{Wrench, first_step};
 use super::problem::Problem;
+use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::solve::dop853::Dop853;
 use nalgebra::{Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6};

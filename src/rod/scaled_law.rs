@@ -1,0 +1,174 @@
+//! Section laws without dimensions: length 1, a bending stiffness 1, seen from either end of the rod.
+
+use super::section::{Compliance, SectionLaw, UniformLinear};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix6, Vector3, Vector6};
+use std::borrow::Cow;
+
+/// A section law in dimension-free form, its inverse hoisted if it is linear and uniform.
+#[derive(Debug, Clone)]
+pub(super) struct ScaledLaw {
+    law: std::sync::Arc<dyn SectionLaw>,
+    hoisted: Option<UniformLinear>,
+    length: f64,
+    stiffness: f64,
+    /// Where the integration stops and starts again, in (0, 1), and 1.
+    pieces: Vec<f64>,
+    /// Flexures and twist added to the law's: the imperfection of a continuation.
+    bend: Vector3<f64>,
+    /// 1 from the clamp to the end, -1 from the end to the clamp.
+    sense: f64,
+}
+
+impl ScaledLaw {
+    pub(super) fn new(
+        law: std::sync::Arc<dyn SectionLaw>,
+        length: f64,
+        stiffness: f64,
+    ) -> Result<Self> {
+        let mut pieces: Vec<f64> = law.breaks().iter().map(|s| s / length).collect();
+        if pieces.windows(2).any(|pair| !(pair[0] < pair[1])) || pieces.iter().any(|s| s.is_nan()) {
+            return Err(Error::domain(format!(
+                "the section law's breaks {pieces:?} (in s/length) are not in growing order"
+            )));
+        }
+        pieces.retain(|s| *s > 0.0 && *s < 1.0);
+        pieces.push(1.0);
+        let mut scaled = Self {
+            hoisted: None,
+            law,
+            length,
+            stiffness,
+            pieces,
+            bend: Vector3::zeros(),
+            sense: 1.0,
+        };
+        scaled.hoisted = scaled.law.uniform_linear().map(|linear| UniformLinear {
+            rest: scaled.strain_in(&linear.rest),
+            compliance: scaled.compliance_in(&linear.compliance),
+        });
+        Ok(scaled)
+    }
+
+    /// The law with flexures and twist added.
+    pub(super) fn bent(&self, bend: Vector3<f64>) -> Self {
+        let mut bent = self.clone();
+        if let Some(linear) = &mut bent.hoisted {
+            for i in 0..3 {
+                linear.rest[i] += self.sense * (bend[i] - self.bend[i]);
+            }
+        }
+        bent.bend = bend;
+        bent
+    }
+
+    /// The law seen from the end of the rod: s counts from there, and frame and centreline run backwards, as if every strain
+    /// had changed its sign.
+    pub(super) fn reversed(&self) -> Self {
+        let mut reversed = self.clone();
+        reversed.sense = -self.sense;
+        if let Some(linear) = &mut reversed.hoisted {
+            linear.rest = -linear.rest;
+            linear.compliance = linear.compliance.times(-1.0);
+        }
+        let inner = self.pieces.iter().rev().skip(1).map(|s| 1.0 - s);
+        reversed.pieces = inner.chain([1.0]).collect();
+        reversed
+    }
+
+    /// The law without dimensions, if it is linear and uniform.
+    pub(super) fn uniform(&self) -> Option<&UniformLinear> {
+        self.hoisted.as_ref()
+    }
+
+    /// Where an integration stops and starts again, in (0, 1), and 1.
+    pub(super) fn pieces(&self) -> &[f64] {
+        &self.pieces
+    }
+
+    /// As [`SectionLaw::planar_about`].
+    pub(super) fn planar_about(&self) -> [bool; 2] {
+        self.law.planar_about()
+    }
+
+    /// Flexural compliances about d1 and d2 of the unloaded clamp.
+    pub(super) fn flexures(&self) -> [f64; 2] {
+        self.inverse(0.0, &Vector6::zeros()).map_or([1.0; 2], |at| {
+            let c = at.compliance.matrix();
+            [c[(0, 0)], c[(1, 1)]]
+        })
+    }
+
+    /// The unloaded flexure, if the law is uniform, linear, untwisted and the same in all planes through d3 but for it.
+    pub(super) fn is_isotropic(&self) -> Option<Vector3<f64>> {
+        let linear = self.hoisted.as_ref()?;
+        let Compliance::Diagonal(c) = &linear.compliance else {
+            return None;
+        };
+        let rest = &linear.rest;
+        let same =
+            c[0] == c[1] && c[3] == c[4] && rest[2] == 0.0 && rest[3] == 0.0 && rest[4] == 0.0;
+        same.then(|| Vector3::new(rest[0], rest[1], 0.0))
+    }
+
+    fn strain_in(&self, e: &Vector6<f64>) -> Vector6<f64> {
+        let l = self.length;
+        Vector6::new(l * e[0], l * e[1], l * e[2], e[3], e[4], e[5])
+    }
+
+    fn compliance_in(&self, c: &Compliance) -> Compliance {
+        let (b, l) = (self.stiffness, self.length);
+        // u L = C_uu (B/L) L m; v = C_vv (B/L^2) n.
+        let weight = |i: usize| if i < 3 { 1.0 } else { 1.0 / l };
+        match c {
+            Compliance::Diagonal(c) => {
+                Compliance::Diagonal(Vector6::from_fn(|i, _| b * weight(i).powi(2) * c[i]))
+            }
+            Compliance::Full(c) => Compliance::Full(Matrix6::from_fn(|i, j| {
+                b * weight(i) * weight(j) * c[(i, j)]
+            })),
+        }
+    }
+
+    /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
+    #[inline]
+    pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {
+        if let Some(linear) = &self.hoisted {
+            let change = &linear.compliance * w;
+            return Ok(Response {
+                strain: linear.rest + change,
+                energy: 0.5 * self.sense * w.dot(&change),
+                compliance: Cow::Borrowed(&linear.compliance),
+            });
+        }
+        let (b, l) = (self.stiffness, self.length);
+        let (couple, force) = (b / l, b / (l * l));
+        let user = Vector6::new(
+            couple * w[0],
+            couple * w[1],
+            couple * w[2],
+            force * w[3],
+            force * w[4],
+            force * w[5],
+        );
+        let s = if self.sense < 0.0 { 1.0 - s } else { s };
+        let inverse = self.law.inverse(s * l, &user)?;
+        let mut strain = self.strain_in(&inverse.strain);
+        for i in 0..3 {
+            strain[i] += self.bend[i];
+        }
+        let compliance = self.compliance_in(&inverse.compliance);
+        Ok(Response {
+            strain: strain * self.sense,
+            energy: inverse.energy / force,
+            compliance: Cow::Owned(compliance.times(self.sense)),
+        })
+    }
+}
+
+/// What a section does under its resultants.
+pub(super) struct Response<'a> {
+    pub(super) strain: Vector6<f64>,
+    pub(super) energy: f64,
+    pub(super) compliance: Cow<'a, Compliance>,
+}
