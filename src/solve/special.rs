@@ -556,7 +556,14 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             converged: true,
             ..self.bracket(a, b, true, 1e-9, test)
         };
-        let (best, width) = (end.best, end.width());
+        // Where the index changes without a root of the determinant in this chart, only the bracket itself tells the place.
+        let width = end.width();
+        let size = |s: &Sample<N>| s.on.branching.abs();
+        let best = if size(&end.left) < size(&end.right) {
+            end.left
+        } else {
+            end.right
+        };
         let mut special = self.special(Kind::StabilityChange, &best, &end, width);
         // Beside a multiple crossing the corrector loses digits as the distance shrinks.
         if width <= 1e-6 * (1.0 + best.on.place.norm()) {

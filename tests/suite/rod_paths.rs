@@ -5,7 +5,10 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Elastica;
 use snaprod::manifold::{EquilibriumManifold, ManifoldPoint, invert_near};
 use snaprod::rod::section::{Along, Barrier, Linear, Varying};
-use snaprod::rod::{BallJointed, End, Path, Problem, Rod, RodFamily, Welded};
+use snaprod::rod::{
+    BallJointed, Chart, Charted, End, Equilibrium, FreeEnd, Path, Problem, Rod, RodFamily, Welded,
+};
+use snaprod::solve::arclength::{Branch, Options};
 use snaprod::solve::family::Family;
 use std::f64::consts::PI;
 
@@ -217,7 +220,6 @@ fn charts_have_exact_derivatives() {
         let (closed, _) = problem.charted().unwrap();
         let (plane, _) = problem.clone().with_path(Path::Planar).charted().unwrap();
         let make = make(problem.rod().clone());
-        use snaprod::rod::Charted;
         if let Charted::ClosedForm(chart) = closed {
             let family = RodFamily::in_chart(make.clone(), false, 1.0, chart);
             differences(&family, family.unknowns(&found.base, 0.0).unwrap());
@@ -229,7 +231,7 @@ fn charts_have_exact_derivatives() {
         };
         let family = RodFamily::in_chart(make.clone(), false, 1.0, plane);
         differences(&family, family.unknowns(&found.base, 0.0).unwrap());
-        let family = RodFamily::in_chart(make, false, 1.0, snaprod::rod::FreeEnd);
+        let family = RodFamily::in_chart(make, false, 1.0, FreeEnd);
         differences(&family, family.unknowns(&found.base, 0.0).unwrap());
     }
 }
@@ -414,4 +416,53 @@ fn soft_torsion_does_not_change_the_index() {
     for torsion in [0.1, 1e-2, 1e-3, 1e-4, 1e-5] {
         assert_eq!(index(torsion), first, "torsion {torsion}");
     }
+}
+
+/// Catches a stability change that is put in the wrong place, or missed, where the chart does not see the mode that loses its
+/// stability: out of the plane of the chart. In space it is a root of the determinant.
+#[test]
+fn charts_agree_where_the_rod_leaves_the_plane() {
+    let held_at = |y: f64| {
+        let rod = Rod::new(1.0, Linear::diagonal([2.0, 1.0], 0.8)?)?;
+        Problem::new(rod, End::ball(Vector3::new(y, 0.0, 0.6)), 1e-12)
+    };
+    let start = held_at(0.3).unwrap().solve(None).unwrap();
+    let planar = held_at(0.3).unwrap().with_path(Path::Planar);
+    let (Charted::ClosedForm(closed), Charted::Planar(plane)) = (
+        held_at(0.3).unwrap().charted().unwrap().0,
+        planar.charted().unwrap().0,
+    ) else {
+        panic!("other charts")
+    };
+    let spatial = leaving(RodFamily::new(held_at, false, 1.0), &start);
+    for place in [
+        leaving(RodFamily::in_chart(held_at, false, 1.0, FreeEnd), &start),
+        leaving(RodFamily::in_chart(held_at, false, 1.0, plane), &start),
+        leaving(RodFamily::in_chart(held_at, false, 1.0, closed), &start),
+    ] {
+        assert_close(place[0], spatial[0], 1e-9, 0.0, "leaving the plane");
+        assert_close(place[1], -0.612021928121196, 1e-11, 0.0, "AUTO's fold");
+    }
+}
+
+/// Where the index goes 0 -> 1 and 1 -> 2 on the way from y = 0.3 down.
+fn leaving<P, C, const N: usize>(family: RodFamily<P, C>, start: &Equilibrium) -> [f64; 2]
+where
+    P: Fn(f64) -> snaprod::Result<Problem>,
+    C: Chart<N>,
+{
+    let x = family.unknowns(&start.base, 0.3).unwrap();
+    let options = Options {
+        max_step: 0.5,
+        weight: 10.0,
+        ..Options::between(0.35, -0.65)
+    };
+    let trace = Branch::new(&family, x, 0.3, options).unwrap().trace();
+    [(0, 1), (1, 2)].map(|(before, after)| {
+        let special = trace
+            .specials
+            .iter()
+            .find(|special| special.index == (Some(before), Some(after)));
+        special.expect("a change of the index").point.p
+    })
 }
