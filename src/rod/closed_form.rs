@@ -57,6 +57,7 @@ impl Problem {
             return Err("the load follows the end");
         }
         match self.end.position.iter().flatten().count() {
+            0 if self.dead_force() == Vector3::zeros() => return Err("nothing loads its end"),
             0 | 3 => (),
             _ => return Err("the end is half held, half loaded"),
         }

@@ -1,12 +1,13 @@
 //! Following a solution from an easy problem to the one asked for, in any chart.
 
 use super::chart::Chart;
-use super::equilibrium::Route;
+use super::equilibrium::{Equilibrium, Route};
 use super::line;
 use super::problem::Problem;
 use crate::error::{Error, Result};
 use crate::solve::newton::{self, Solution};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use std::cell::{Cell, RefCell};
 
 /// First and smallest step of the way, as fractions of it.
 const FIRST: f64 = 0.25;
@@ -20,6 +21,75 @@ const NEUTRAL: f64 = 1e-7;
 /// Trial wrenches that wind the rod up this much faster than it lies unloaded (per length) are refused: a Newton step
 /// from a nearly singular rod asks for them, and they are costly.
 const WILD: f64 = 200.0;
+
+/// Evaluations of the rod after which a search is given up.
+const BUDGET: usize = 4000;
+
+/// What all paths to a solution share: how much they may cost, and what became of those that failed.
+pub(super) struct Search {
+    evaluations: Cell<usize>,
+    starts: Cell<usize>,
+    /// How far the farthest of the failed paths came, and why no farther.
+    farthest: RefCell<Option<(f64, Error)>>,
+    heavy: RefCell<Option<Error>>,
+    reached: Cell<f64>,
+}
+
+impl Search {
+    pub(super) fn new() -> Self {
+        Self {
+            evaluations: Cell::new(0),
+            starts: Cell::new(0),
+            farthest: RefCell::new(None),
+            heavy: RefCell::new(None),
+            reached: Cell::new(0.0),
+        }
+    }
+
+    /// True if it has cost too much.
+    pub(super) fn is_over(&self) -> bool {
+        self.evaluations.get() > BUDGET
+    }
+
+    /// Notes that a path has failed.
+    pub(super) fn failed(&self, why: Error) {
+        self.starts.set(self.starts.get() + 1);
+        let reached = self.reached.replace(0.0);
+        if why.is_ill_conditioned() {
+            self.heavy.replace(Some(why));
+        } else if (self.farthest.borrow().as_ref()).is_none_or(|(best, _)| reached >= *best) {
+            self.farthest.replace(Some((reached, why)));
+        }
+    }
+
+    /// Why nothing was found.
+    pub(super) fn error(&self) -> Error {
+        if let Some(why) = &*self.heavy.borrow() {
+            return why.clone();
+        }
+        let starts = self.starts.get();
+        let tried = format!(
+            "no equilibrium was found from {starts} starts in {} evaluations of the rod; give a guess in [start], or reach the end \
+             with [continue] from an easier one",
+            self.evaluations.get()
+        );
+        match &*self.farthest.borrow() {
+            Some((reached, why)) => why.clone().context(format!(
+                "{tried}; the farthest path came {:.1} % of its way",
+                100.0 * reached
+            )),
+            None => Error::no_convergence(tried),
+        }
+    }
+
+    /// An unstable answer is none where a stable one was refused for want of digits.
+    pub(super) fn verdict(&self, found: Result<Equilibrium>) -> Result<Equilibrium> {
+        match (&found, &*self.heavy.borrow()) {
+            (Ok(found), Some(why)) if found.index > 0 => Err(why.clone()),
+            _ => found,
+        }
+    }
+}
 
 /// Newton's options for a problem.
 pub(super) fn options(tolerance: f64, max_iterations: usize) -> newton::Options {
@@ -52,14 +122,19 @@ fn evaluate<C: Chart<N>, const N: usize>(
 
 fn tamely<C: Chart<N>, const N: usize>(
     chart: &C,
+    search: &Search,
     problem: &Problem,
     x: &SVector<f64, N>,
 ) -> Result<Evaluated<N>> {
+    search.evaluations.set(search.evaluations.get() + 1);
+    if search.is_over() {
+        return Err(Error::no_convergence("the search has taken too long"));
+    }
     let unloaded = line::rate(&problem.rod.law, &line::Wrench::zeros())?;
     if !(chart.winding(problem, x)? < WILD + 3.0 * unloaded) {
-        return Err(Error::no_convergence(
-            "the next trial wrench is out of all proportion",
-        ));
+        return Err(Error::no_convergence(format!(
+            "the next trial wrench would wind the rod up by more than {WILD} radians"
+        )));
     }
     evaluate(chart, problem, x)
 }
@@ -67,6 +142,7 @@ fn tamely<C: Chart<N>, const N: usize>(
 /// Follows the solution of `at(part)` from part = 0, where `x` solves it, to 1.
 pub(super) fn follow<C: Chart<N>, const N: usize>(
     chart: &C,
+    search: &Search,
     x: SVector<f64, N>,
     route: &mut Route,
     whence: &str,
@@ -85,12 +161,12 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
         let fine = problem.correction();
         let loose = if part < 1.0 { 1e-6 } else { fine };
         let mut outcome = newton::solve(
-            |x| tamely(chart, &problem, x),
+            |x| tamely(chart, search, &problem, x),
             &guess,
             &options(loose, PATIENCE),
         );
         if part >= 1.0 && outcome.is_err() {
-            outcome = settle(chart, &problem, &guess);
+            outcome = settle(chart, search, &problem, &guess);
         }
         // A jump to another solution is no step of the path: the prediction must have been good.
         let on_path = |solved: &Solution<N>| {
@@ -116,8 +192,9 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
                     let why = other.err().unwrap_or_else(|| {
                         Error::no_convergence("Newton's method leaves the path: a fold is near")
                     });
+                    search.reached.set(search.reached.get().max(done.0));
                     return Err(why.context(format!(
-                        "on the way {whence}, after {:.2} % of it; give a guess in [start], or reach the end with [continue]",
+                        "on the way {whence}, after {:.2} % of it",
                         100.0 * done.0
                     )));
                 }
@@ -130,13 +207,14 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
 /// buckles any way round): Newton's method finds no single solution there, these find the nearest.
 fn settle<C: Chart<N>, const N: usize>(
     chart: &C,
+    search: &Search,
     problem: &Problem,
     guess: &SVector<f64, N>,
 ) -> Result<Solution<N>> {
     let mut x = *guess;
     let mut last = f64::INFINITY;
     for iterations in 0..2 * PATIENCE {
-        let (value, jacobian) = tamely(chart, problem, &x)?;
+        let (value, jacobian) = tamely(chart, search, problem, &x)?;
         let jacobian = DMatrix::from_column_slice(N, N, jacobian.as_slice());
         let right = DVector::from_column_slice(value.as_slice());
         let size = jacobian.norm();

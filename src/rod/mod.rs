@@ -14,6 +14,7 @@ mod planar;
 mod problem;
 mod scaled_law;
 pub mod section;
+mod starts;
 mod variations;
 
 pub use branch::{RodFamily, State, Statical};

@@ -57,7 +57,7 @@ impl Plane {
     }
 
     /// A force of the plane in the clamp's frame.
-    fn lift(&self, f: Vector2<f64>) -> Vector3<f64> {
+    pub(super) fn lift(&self, f: Vector2<f64>) -> Vector3<f64> {
         Vector3::z() * f.x + self.side * f.y
     }
 

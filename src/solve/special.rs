@@ -556,10 +556,15 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             converged: true,
             ..self.bracket(a, b, true, 1e-9, test)
         };
-        // Where the index changes without a root of the determinant in this chart, only the bracket itself tells the place.
+        // A double crossing is where the determinant is smallest; a mode that this chart does not see leaves no root of it,
+        // and only the bracket itself tells the place.
         let width = end.width();
         let size = |s: &Sample<N>| s.on.branching.abs();
-        let best = if size(&end.left) < size(&end.right) {
+        let (best, whole) = (&end.best, b.arclength - a.arclength);
+        let near = (best.arclength - end.left.arclength).abs() < 1e-3 * whole;
+        let best = if near && size(best) < 1e-3 * size(a).min(size(b)) {
+            end.best
+        } else if size(&end.left) < size(&end.right) {
             end.left
         } else {
             end.right
