@@ -78,7 +78,7 @@ fn describe(problem: &Problem, found: &Equilibrium) -> Value {
         "tip_couple": list(&found.end.couple),
         "energy": found.end.energy,
         "index": found.index,
-        "stable": found.index == 0,
+        "stable": problem.is_conservative().then_some(found.index == 0),
         "conservative": problem.is_conservative(),
         "residual": found.residual,
         "path": {
@@ -109,17 +109,15 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
     line("tip force", three(&found.end.force));
     line("tip couple", three(&found.end.couple));
     line("energy", number(found.end.energy));
-    let stable = if found.index == 0 {
-        "stable"
-    } else {
-        "unstable"
+    let meaning = match (problem.is_conservative(), found.index) {
+        (false, _) => {
+            "of the same load kept dead; the load is not conservative: this does not decide stability"
+        }
+        (true, 0) => "stable",
+        (true, _) if found.route.from_guess => "unstable",
+        (true, _) => "unstable; no stable equilibrium was found from any start",
     };
-    let caution = if problem.is_conservative() {
-        ""
-    } else {
-        "; the load is not conservative: index of its symmetric part"
-    };
-    line("index", format!("{} ({stable}{caution})", found.index));
+    line("index", format!("{} ({meaning})", found.index));
     line("residual", format!("{:.1e}", found.residual));
     let route = &found.route;
     let start = if route.from_guess {

@@ -120,6 +120,10 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Family<N> for R
 
     fn index(&self, x: &SVector<f64, N>, p: f64) -> Result<Option<usize>> {
         let problem = (self.problem)(p)?;
+        // Loads that follow the end have no potential: no index, and only singular tangents are special.
+        if problem.end.follower {
+            return Ok(None);
+        }
         problem.index(&self.chart.wrench(&problem, x)?).map(Some)
     }
 }

@@ -15,7 +15,10 @@ const SMALLEST: f64 = 2e-4;
 /// Distance, in the numerics' units, within which any prediction is good.
 const CLOSE: f64 = 0.3;
 /// Newton steps allowed in one step of a path.
-const PATIENCE: usize = 8;
+const PATIENCE: usize = 7;
+/// Newton steps damped more than this say that the prediction was not on the path: under a heavy pull other shapes have almost
+/// the same wrench.
+const STRAIGHT: f64 = 0.9;
 /// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
 const NEUTRAL: f64 = 1e-7;
 /// Trial wrenches that wind the rod up this much faster than it lies unloaded (per length) are refused: a Newton step
@@ -172,7 +175,7 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
         let on_path = |solved: &Solution<N>| {
             let missed = (solved.x - guess).norm();
             let near = before.is_none() || missed < 0.5 * (solved.x - done.1).norm() + CLOSE;
-            solved.damping > 0.2 && near
+            solved.damping > STRAIGHT && near
         };
         match outcome {
             Ok(solved) if on_path(&solved) => {

@@ -22,7 +22,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 impl Problem {
     /// The Morse index of the equilibrium with the base wrench `base` (world frame): 0 is stable.
     ///
-    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A direction in which the
+    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A load that follows the end is
+    /// taken as dead. Neither index decides stability then ([`Problem::is_conservative`]). A direction in which the
     /// equilibrium can move freely counts as stable.
     ///
     /// # Errors

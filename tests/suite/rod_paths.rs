@@ -373,6 +373,60 @@ fn overloaded_columns_are_found_buckled() {
     }
 }
 
+/// Catches searches that end on a coil although the rod can trail along the load, and searches without end: dead forces of
+/// all directions and sizes, whose energy is bounded below, so that a stable state exists.
+#[test]
+fn dead_forces_are_trailed() {
+    let laws = [
+        Linear::diagonal([1.0, 1.5], 0.7).unwrap(),
+        Linear::diagonal([1.0, 1.0], 1.0)
+            .and_then(|law| law.with_shear([400.0, 400.0]))
+            .and_then(|law| law.with_axial(400.0))
+            .unwrap(),
+        Linear::diagonal([1.0, 1.5], 0.7)
+            .and_then(|law| law.with_rest([0.8, -0.5], 1.0))
+            .unwrap(),
+    ];
+    for law in laws {
+        for size in [3.0, 30.0, 100.0] {
+            for angle in [0.0, 0.5, 1.6, 2.9, PI] {
+                let rod = Rod::new(1.0, law).unwrap();
+                let (sin, cos) = f64::sin_cos(angle);
+                let (y, x) = f64::sin_cos(0.7);
+                let force = Vector3::new(sin * x, sin * y, cos) * size;
+                let problem = Problem::new(rod, End::load(force, Vector3::zeros()), 1e-11);
+                let found = problem.unwrap().solve(None);
+                let name = format!("{law:?} {size} {angle}");
+                let found = found.unwrap_or_else(|e| panic!("{name}: {e}"));
+                assert_eq!(found.index, 0, "{name}");
+                // It gains more from the load than it stores.
+                let work = force.dot(&(found.end.position - Vector3::z()));
+                assert!(
+                    found.end.energy <= work + 0.5 * size * size / 100.0 + 1.0,
+                    "{name}"
+                );
+            }
+        }
+    }
+}
+
+/// Catches an index for loads that have none.
+#[test]
+fn followers_have_no_index_on_branches() {
+    let make = |p: f64| {
+        let end = End::follower(Vector3::z() * -p, Vector3::zeros());
+        Problem::new(kirchhoff([1.5, 1.0]), end, 1e-11)
+    };
+    let family = RodFamily::new(make, false, 30.0);
+    let trace = Branch::new(&family, Vector6::zeros(), 0.0, Options::between(0.0, 30.0))
+        .unwrap()
+        .trace();
+    // Beck's column: no other equilibrium at any load.
+    assert!(trace.specials.is_empty(), "{:?}", trace.specials);
+    assert!(trace.points.iter().all(|point| point.index.is_none()));
+    assert!(!make(1.0).unwrap().is_conservative());
+}
+
 /// Catches answers that shooting from the clamp cannot hold: under a pull lam^2 an error grows as exp(lam). m(0) = lam is known
 /// (theory 2.3); beyond, the load is refused by name.
 #[test]
