@@ -1,0 +1,196 @@
+//! Where the paths to a solution begin: the unloaded rod, and the others that lead past bifurcations and folds.
+
+use super::chart::Chart;
+use super::closed_form::ClosedForm;
+use super::free_end::FreeEnd;
+use super::line::Wrench;
+use super::planar::Plane;
+use super::problem::{End, Problem};
+use crate::elastica::Elastica;
+use crate::manifold::Multivalued;
+use nalgebra::{Vector2, Vector3, Vector6};
+use std::f64::consts::FRAC_PI_3;
+
+/// Intrinsic flexures (u1, u2, u3 times L) that lead past bifurcations: generic directions, so that no symmetry is kept.
+const IMPERFECTIONS: [[f64; 3]; 4] = [
+    [0.11, 0.23, 0.01],
+    [0.21, -0.13, -0.02],
+    [-0.12, -0.22, 0.015],
+    [0.7, 0.4, 0.05],
+];
+/// Those that stay in a plane.
+const PLANAR_IMPERFECTIONS: [f64; 3] = [0.25, -0.25, 0.8];
+
+/// Where a path begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Start {
+    /// The unloaded rod.
+    Unloaded,
+    /// The unloaded rod with an intrinsic curvature that is taken back at the end.
+    Bent(Vector3<f64>),
+    /// The rod under a base wrench (the numerics' units).
+    Loaded(Wrench),
+    /// The rod pulled along its clamp's d3, then the pull turned about this axis to where the force is to point.
+    Turned(Vector3<f64>),
+}
+
+impl Start {
+    /// Where the path comes from, for messages.
+    pub(super) fn whence(self) -> &'static str {
+        match self {
+            Self::Unloaded => "from the unloaded rod",
+            Self::Bent(_) => "from a slightly bent rod",
+            Self::Loaded(_) => "from another shape of the rod",
+            Self::Turned(_) => "from the rod pulled straight",
+        }
+    }
+}
+
+impl Problem {
+    /// In a plane.
+    pub(super) fn planar_starts(&self, plane: &Plane) -> impl Iterator<Item = Start> {
+        let bends = PLANAR_IMPERFECTIONS.map(|size| Start::Bent(plane.normal() * size));
+        let arcs = self.arcs(&[plane.normal(), -plane.normal()]);
+        // Bows to both sides, made by a force that follows the end.
+        let held = self.end.position.iter().any(Option::is_some);
+        let sides: &[f64] = if held { &[3.0, -3.0] } else { &[] };
+        let bows = sides.iter().filter_map(|across| {
+            let q = plane.lift(Vector2::new(-0.3, *across));
+            FreeEnd.wrench(self, &q).ok().map(Start::Loaded)
+        });
+        std::iter::once(Start::Unloaded)
+            .chain(self.pulled(plane.normal()))
+            .chain(self.ball_jointed())
+            .chain(bows)
+            .chain(bends)
+            .chain(arcs.into_iter().map(Start::Loaded))
+    }
+
+    /// A dead force is reached from a pull along the rod, which is stable whatever its size: turned about `axis`.
+    fn pulled(&self, axis: Vector3<f64>) -> Option<Start> {
+        let free = self.orientation.is_none() && self.end.position.iter().all(Option::is_none);
+        let force = self.dead_force();
+        let across = Vector3::z().cross(&force);
+        let axis = if across.norm() > 1e-9 * force.norm() {
+            across.normalize()
+        } else {
+            axis
+        };
+        (free && !self.end.follower && force.norm() > 1.0).then_some(Start::Turned(axis))
+    }
+
+    fn turned(&self) -> Option<Start> {
+        self.pulled(Vector3::new(0.6, 0.8, 0.0))
+    }
+
+    /// The force on the end, in the clamp's frame.
+    pub(super) fn dead_force(&self) -> Vector3<f64> {
+        (0..3).map(|i| self.axes[i] * self.targets[i]).sum()
+    }
+
+    /// Rods bent by a force on their end that follows it: to all sides, if the end is held.
+    pub(super) fn free_starts(&self) -> impl Iterator<Item = Start> {
+        let held = self.end.position.iter().any(Option::is_some);
+        let sides = (0..if held { 6 } else { 0 }).filter_map(|k| {
+            let (sin, cos) = (1.1 + FRAC_PI_3 * f64::from(k)).sin_cos();
+            let q = Vector3::new(3.0 * cos, 3.0 * sin, -0.3);
+            FreeEnd.wrench(self, &q).ok().map(Start::Loaded)
+        });
+        let bends = IMPERFECTIONS.map(|bend| Start::Bent(bend.into()));
+        std::iter::once(Start::Unloaded)
+            .chain(self.turned())
+            .chain(bends)
+            .chain(sides)
+    }
+
+    /// In space: the unloaded rod, its end free to turn, bent rods, arcs.
+    pub(super) fn starts(&self) -> impl Iterator<Item = Start> {
+        let across = self.held_place().map(|place| Vector3::z().cross(&place));
+        let axis = across
+            .filter(|across| across.norm() > 1e-3)
+            .unwrap_or(Vector3::new(0.6, 0.8, 0.0));
+        let side = Vector3::z().cross(&axis);
+        let axes = [
+            axis,
+            axis + 0.5 * side,
+            axis - 0.5 * side,
+            side,
+            -side,
+            -axis,
+        ];
+        // A little force, so that no symmetry is kept.
+        let force = Vector6::new(0.0, 0.0, 0.0, 0.1, 0.07, 0.05);
+        let arcs = self.arcs(&axes).into_iter().map(move |b| b + force);
+        std::iter::once(Start::Unloaded)
+            .chain(self.turned())
+            .chain(self.ball_jointed())
+            .chain(IMPERFECTIONS.map(|bend| Start::Bent(bend.into())))
+            .chain(arcs.map(Start::Loaded))
+    }
+
+    /// Points of the chart from which a path may lead to the target: a slight load, or bows to both sides; then, if
+    /// need be, every stable elastica with its end there.
+    pub(super) fn closed_starts(&self, chart: &ClosedForm) -> impl Iterator<Item = Start> {
+        let target = chart.target(self);
+        let held = self.end.position[0].is_some();
+        let bows =
+            [1.0, -1.0].map(|side: f64| ClosedForm::at(side.copysign(side * target.y) * 0.6, 1.2));
+        let slight = chart.slightly_loaded(self, &(target * 1e-3));
+        let first = slight.filter(|_| !held).into_iter().chain(bows);
+        let all = move || {
+            let found = held.then(|| Elastica.stable_at(&target).ok()).flatten();
+            let found = found.unwrap_or_default().into_iter();
+            found.map(|q| ClosedForm::at(q.x, q.y))
+        };
+        let rest = std::iter::once_with(all).flatten();
+        first
+            .chain(rest)
+            .filter_map(|x| chart.wrench(self, &x).ok().map(Start::Loaded))
+    }
+
+    /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the other
+    /// starts when the unloaded rod cannot be moved (a straight inextensible rod is singular) or its path ends in a fold.
+    fn arcs(&self, axes: &[Vector3<f64>]) -> Vec<Wrench> {
+        let Some(target) = self.held_place() else {
+            return Vec::new();
+        };
+        let chord = target.norm().clamp(0.05, 0.98);
+        // 2 sin(k/2)/k = chord, by Newton's method from the small-angle value.
+        let mut k = (24.0 * (1.0 - chord)).sqrt();
+        for _ in 0..30 {
+            let (s, c) = (0.5 * k).sin_cos();
+            k -= (2.0 * s / k - chord) / (c / k - 2.0 * s / (k * k));
+        }
+        let wrench = |axis: &Vector3<f64>| {
+            let m = axis.normalize() * k;
+            Vector6::new(m.x, m.y, m.z, 0.0, 0.0, 0.0)
+        };
+        axes.iter().map(wrench).collect()
+    }
+
+    /// The rod with its end where it is to be, but free to turn: from there it is turned into its orientation.
+    fn ball_jointed(&self) -> impl Iterator<Item = Start> {
+        std::iter::once_with(|| {
+            self.orientation?;
+            let ball = Problem {
+                end: End {
+                    orientation: None,
+                    couple: Vector3::zeros(),
+                    ..self.end
+                },
+                orientation: None,
+                couple: Vector3::zeros(),
+                ..self.clone()
+            };
+            let found = ball.solve(None).ok()?;
+            Some(Start::Loaded(self.rod.inward(&found.base)))
+        })
+        .flatten()
+    }
+
+    /// Where the end is held, if all of its place is.
+    fn held_place(&self) -> Option<Vector3<f64>> {
+        let held = self.end.position.iter().all(Option::is_some);
+        held.then(|| (0..3).map(|i| self.axes[i] * self.targets[i]).sum())
+    }
+}
