@@ -46,7 +46,7 @@ fn main() -> snaprod::Result<()> {
         let at = family.state(&first.point.x, first.point.p)?;
         let couple = at.end.couple.z;
         println!("{tension:>11}   {:19.10}   {couple:15.10}", first.point.p);
-        assert!((couple / computed - 1.0).abs() < 1e-9);
+        assert!((couple / computed - 1.0).abs() < 1e-10);
     }
     Ok(())
 }

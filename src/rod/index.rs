@@ -58,7 +58,6 @@ impl Problem {
         let clamped = self.end.orientation.is_some();
         if held.is_empty() {
             let along = variations::<3>(&self.rod.law, b, tolerance)?;
-            // Below this an eigenvalue is zero as far as the integration can tell.
             return Count::at_given_force(&along, b, clamped, 10.0 * tolerance, tolerance);
         }
         let along = variations::<6>(&self.rod.law, b, tolerance)?;
@@ -144,16 +143,16 @@ fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
 }
 
 /// How many of the unstable modes are held back by the end's place along `axes`: the negative eigenvalues of d r(1)/d n at
-/// held rotation (clamped) or couple of the end; and the size of the smallest eigenvalue relative to the largest.
+/// held rotation (clamped) or couple of the end; and the size of the smallest eigenvalue relative to the terms it comes from.
 ///
-/// A zero eigenvalue counts if its mode bends the rod, which is then neutral, that is, not unstable. If it does not, n moves
+/// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If it does not, n moves
 /// nothing: a straight inextensible rod.
 fn held_back(
     along: &Variations<6>,
     b: &Wrench,
     clamped: bool,
     axes: &[Vector3<f64>],
-    tolerance: f64,
+    zero: f64,
 ) -> Result<(usize, f64)> {
     let t = &along.end.tangent;
     let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
@@ -178,7 +177,8 @@ fn held_back(
         let (a, b) = (&axes[i], &axes[j]);
         0.5 * (a.dot(&(compliance * b)) + b.dot(&(compliance * a)))
     });
-    let size = restricted.norm();
+    // Against the terms, not their sum: of two modes that lose their stability at once the whole matrix vanishes.
+    let size = r_n.norm() + (r_m * couple).norm();
     let eigen = restricted.symmetric_eigen();
     let (mut count, mut margin) = (0, f64::INFINITY);
     for (value, mode) in eigen
@@ -188,7 +188,7 @@ fn held_back(
     {
         let force: Vector3<f64> = axes.iter().zip(mode.iter()).map(|(a, x)| a * *x).sum();
         let bends = (couple * force).norm() > 1e-6;
-        if *value < -tolerance * size || (value.abs() <= tolerance * size && bends) {
+        if *value < -zero * size || (value.abs() <= zero * size && bends) {
             count += 1;
         }
         if bends {

@@ -53,6 +53,11 @@ impl<const K: usize> Section<K> {
         self.s
     }
 
+    /// The same section, said to be at `s`: the other side of a break.
+    pub(super) fn at(&self, s: f64) -> Self {
+        Self { s, ..*self }
+    }
+
     /// Position.
     pub(super) fn position(&self) -> Vector3<f64> {
         Vector3::from(self.r)
@@ -328,6 +333,48 @@ pub(super) fn first_step(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<
     Ok((6.0 * tolerance.powf(0.125) / rate(law, b)?).min(1.0))
 }
 
+/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step; `place` is where the state
+/// keeps s, `first` the first step.
+///
+/// # Errors
+/// The arclength beyond which it cannot go on.
+pub(super) fn over_pieces<S: State, F: FnMut(&S, &mut S) -> Option<()>>(
+    law: &ScaledLaw,
+    start: S,
+    place: fn(&mut S) -> &mut f64,
+    (first, tolerance): (f64, f64),
+    mut flow: F,
+    mut each: impl FnMut(&Step<S>, &mut F),
+) -> std::result::Result<(S, Work), f64> {
+    let mut state = start;
+    let mut slope = start;
+    flow(&state, &mut slope).ok_or(0.0)?;
+    let mut solver = Dop853::new(state, slope, first, tolerance);
+    let mut step = solver.blank();
+    for &(from, to) in law.pieces() {
+        if from > 0.0 {
+            // The slope on this side of the break.
+            state = *solver.state();
+            *place(&mut state) = from;
+            flow(&state, &mut slope).ok_or(from)?;
+            solver.rewind(state, slope);
+        }
+        loop {
+            state = *solver.state();
+            let s = *place(&mut state);
+            if to - s <= 1e-14 {
+                break;
+            }
+            let taken = solver.step_into(&mut flow, to - s, &mut step);
+            if taken.is_err() || solver.work().steps > STEP_LIMIT {
+                return Err(s);
+            }
+            each(&step, &mut flow);
+        }
+    }
+    Ok((*solver.state(), solver.work()))
+}
+
 /// Integrates from the clamp to s = 1 and shows every accepted step.
 fn integrate<const K: usize>(
     law: &ScaledLaw,
@@ -336,44 +383,32 @@ fn integrate<const K: usize>(
     tolerance: f64,
     mut each: impl FnMut(&Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
 ) -> Result<(Section<K>, Work)> {
-    let start = Section::<K>::clamp();
     let [dm, dn] = columns;
     let mut flow = Flow::new(law, b, dm, dn);
-    let stuck = |refusal: Option<Error>, s: f64| {
-        let why = refusal.unwrap_or_else(|| {
+    let first = first_step(law, b, tolerance)?;
+    let found = over_pieces(
+        law,
+        Section::<K>::clamp(),
+        |section: &mut Section<K>| &mut section.s,
+        (first, tolerance),
+        |at, slope| flow.write_slope(at, slope),
+        |step, flow| {
+            each(step, &mut |at| {
+                let mut slope = Section::clamp();
+                flow(at, &mut slope)?;
+                Some(slope)
+            })
+        },
+    );
+    found.map_err(|s| {
+        let why = flow.refusal.take().unwrap_or_else(|| {
             Error::no_convergence(format!(
                 "the integration along the rod cannot go on; the base wrench {:?} (units B/L, B/L^2) is too large",
                 b.as_slice()
             ))
         });
         why.context(format!("at s = {s:.6} of the length"))
-    };
-    let h = first_step(law, b, tolerance)?;
-    let slope = flow
-        .slope(&start)
-        .ok_or_else(|| stuck(flow.refusal.take(), 0.0))?;
-    let mut solver = Dop853::new(start, slope, h, tolerance);
-    let mut step = solver.blank();
-    for &end in law.pieces() {
-        loop {
-            let s = solver.state().s;
-            let left = end - s;
-            if left <= 1e-14 {
-                break;
-            }
-            if solver
-                .step_into(|x, slope| flow.write_slope(x, slope), left, &mut step)
-                .is_err()
-            {
-                return Err(stuck(flow.refusal.take(), s));
-            }
-            each(&step, &mut |x| flow.slope(x));
-            if solver.work().steps > STEP_LIMIT {
-                return Err(stuck(None, s));
-            }
-        }
-    }
-    Ok((*solver.state(), solver.work()))
+    })
 }
 
 /// Unit columns: d/dm(0) for 0..3 and d/dn for 3..6.

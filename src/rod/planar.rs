@@ -8,11 +8,10 @@
 //! ```
 
 use super::chart::Chart;
-use super::line::{Wrench, first_step};
+use super::line::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
-use crate::solve::dop853::Dop853;
 use nalgebra::{Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6};
 use std::f64::consts::TAU;
 
@@ -236,36 +235,35 @@ impl<'a> FlatLaw<'a> {
 
     fn end<const D: usize>(&self, x: &Vector3<f64>, b: &Wrench, tolerance: f64) -> Result<Flat<D>> {
         let mut refusal = None;
-        let mut slope = |at: &Flat<D>| match self.slope(x, at) {
-            Ok(slope) => slope.iter().all(|v| v.is_finite()).then_some(slope),
+        let flow = |at: &Flat<D>, slope: &mut Flat<D>| match self.slope(x, at) {
+            Ok(there) => {
+                *slope = there;
+                there.iter().all(|v| v.is_finite()).then_some(())
+            }
             Err(why) => {
                 refusal = Some(why);
                 None
             }
         };
-        let start = Flat::<D>::zeros();
         let first = first_step(self.law, b, tolerance)?;
-        let solver = slope(&start).map(|at| Dop853::new(start, at, first, tolerance));
-        let along = solver.and_then(|mut solver| {
-            for &end in self.law.pieces() {
-                while end - solver.state()[0] > 1e-14 {
-                    let left = end - solver.state()[0];
-                    solver.step(&mut slope, left).ok()?;
-                    if solver.work().steps > super::line::STEP_LIMIT {
-                        return None;
-                    }
-                }
-            }
-            Some(*solver.state())
-        });
-        along.ok_or_else(|| {
-            refusal.unwrap_or_else(|| {
+        let start = Flat::<D>::zeros();
+        let found = over_pieces(
+            self.law,
+            start,
+            |at| &mut at[0],
+            (first, tolerance),
+            flow,
+            |_, _| (),
+        );
+        found.map(|(end, _)| end).map_err(|s| {
+            let why = refusal.unwrap_or_else(|| {
                 Error::no_convergence(format!(
-                    "the integration along the rod cannot go on; the base wrench {:?} (couple, force along and across; units \
-                     B/L, B/L^2) is too large",
+                    "the integration along the rod cannot go on; the base wrench {:?} (couple, force along and across; \
+                     units B/L, B/L^2) is too large",
                     x.as_slice()
                 ))
-            })
+            });
+            why.context(format!("at s = {s:.6} of the length"))
         })
     }
 }

@@ -116,8 +116,10 @@ impl Problem {
         }
         let problem = Self::unchecked(rod, end, tolerance);
         let rod = &problem.rod;
-        if let ([Some(_), Some(_), Some(_)], true) = (end.position, rod.is_inextensible()?) {
-            let reach = Vector3::from(problem.targets).norm();
+        if end.position.iter().any(Option::is_some) && rod.is_inextensible()? {
+            // The distance, or what the components held make of it at least.
+            let held = (0..3).filter(|i| end.position[*i].is_some());
+            let reach = held.map(|i| problem.targets[i].powi(2)).sum::<f64>().sqrt();
             if !(reach < 1.0) {
                 return Err(Error::unreachable(format!(
                     "the end is held at a distance of {:.9} from the clamp, but the rod is inextensible and {} long; \

@@ -5,6 +5,10 @@ use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use std::borrow::Cow;
 
+/// Pieces end and begin so far beside a break, in parts of the length: a law that jumps has two values there, and which it
+/// gives at the place itself would be chance. What is left out is of the size of rounding.
+const BESIDE: f64 = 4e-15;
+
 /// A section law in dimension-free form, its inverse hoisted if it is linear and uniform.
 #[derive(Debug, Clone)]
 pub(super) struct ScaledLaw {
@@ -12,8 +16,8 @@ pub(super) struct ScaledLaw {
     hoisted: Option<UniformLinear>,
     length: f64,
     stiffness: f64,
-    /// Where the integration stops and starts again, in (0, 1), and 1.
-    pieces: Vec<f64>,
+    /// Between the places where the law is not smooth: from and to, in [0, 1].
+    pieces: Vec<(f64, f64)>,
     /// Flexures and twist added to the law's: the imperfection of a continuation.
     bend: Vector3<f64>,
     /// 1 from the clamp to the end, -1 from the end to the clamp.
@@ -26,14 +30,16 @@ impl ScaledLaw {
         length: f64,
         stiffness: f64,
     ) -> Result<Self> {
-        let mut pieces: Vec<f64> = law.breaks().iter().map(|s| s / length).collect();
-        if pieces.windows(2).any(|pair| !(pair[0] < pair[1])) || pieces.iter().any(|s| s.is_nan()) {
+        let mut breaks: Vec<f64> = law.breaks().iter().map(|s| s / length).collect();
+        if breaks.windows(2).any(|pair| !(pair[0] < pair[1])) || breaks.iter().any(|s| s.is_nan()) {
             return Err(Error::domain(format!(
-                "the section law's breaks {pieces:?} (in s/length) are not in growing order"
+                "the section law's breaks {breaks:?} (in s/length) are not in growing order"
             )));
         }
-        pieces.retain(|s| *s > 0.0 && *s < 1.0);
-        pieces.push(1.0);
+        breaks.retain(|s| *s > BESIDE && *s < 1.0 - BESIDE);
+        let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BESIDE));
+        let to = breaks.iter().map(|s| s - BESIDE).chain([1.0]);
+        let pieces = from.zip(to).filter(|(from, to)| from < to).collect();
         let mut scaled = Self {
             hoisted: None,
             law,
@@ -71,8 +77,8 @@ impl ScaledLaw {
             linear.rest = -linear.rest;
             linear.compliance = linear.compliance.times(-1.0);
         }
-        let inner = self.pieces.iter().rev().skip(1).map(|s| 1.0 - s);
-        reversed.pieces = inner.chain([1.0]).collect();
+        let mirrored = self.pieces.iter().rev();
+        reversed.pieces = mirrored.map(|(from, to)| (1.0 - to, 1.0 - from)).collect();
         reversed
     }
 
@@ -81,8 +87,8 @@ impl ScaledLaw {
         self.hoisted.as_ref()
     }
 
-    /// Where an integration stops and starts again, in (0, 1), and 1.
-    pub(super) fn pieces(&self) -> &[f64] {
+    /// Where an integration starts and stops, piece by piece; in each the law is smooth, both ends included.
+    pub(super) fn pieces(&self) -> &[(f64, f64)] {
         &self.pieces
     }
 

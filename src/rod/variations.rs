@@ -86,11 +86,17 @@ pub(super) fn variations<const K: usize>(
     let mut solver = Dop853::new(state, slope, longest, tolerance);
     let mut step = solver.blank();
     let (mut angle, mut growth, mut h_max) = (0.0, 1.0, longest);
-    let mut piece = 0;
-    while piece < law.pieces().len() {
-        let left = law.pieces()[piece] - solver.state().s();
+    let mut pieces = law.pieces().iter().peekable();
+    while let Some(&&(_, to)) = pieces.peek() {
+        let left = to - solver.state().s();
         if left <= 1e-14 {
-            piece += 1;
+            pieces.next();
+            if let Some(&&(from, _)) = pieces.peek() {
+                let state = solver.state().at(from);
+                let slope = flow.slope(&state).ok_or_else(lost)?;
+                turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
+                solver.rewind(state, slope);
+            }
             continue;
         }
         solver

@@ -1,6 +1,7 @@
 //! Scenes of rods in space: what is accepted, what is refused and where, and their parameters.
 
 use crate::scene::{check_faults, damaged};
+use crate::support::SAMPLE;
 use proptest::prelude::*;
 use snaprod::scene::{
     Along, AnyScene, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid,
@@ -8,24 +9,6 @@ use snaprod::scene::{
     read_any,
 };
 use std::path::Path;
-
-/// The scene of the reference, word by word.
-const SAMPLE: &str = r#"[rod]
-model = "cosserat"
-length = 1.0
-[rod.section]                       # or: stiffness = 6x6, rows and columns in the order u1 u2 u3 v1 v2 v3; or shape and material
-bending = [1.0, 1.5]
-torsion = 0.7
-shear = [100.0, 120.0]              # "rigid" for unshearable
-axial = 300.0                       # "rigid" for inextensible
-[rod.rest]                          # intrinsic strains, optional
-curvature = [0.0, 0.0]
-twist = 0.0
-[clamp]                             # optional: position, quaternion = [w, x, y, z]; default: the directors are the world axes, the rod points along z (d3)
-[end]                               # a load: n(1), m(1) applied to the rod, world frame (follower = true: director frame); or position / pose to be held
-force = [1.0, -2.0, 0.5]
-couple = [0.3, 0.2, -0.8]
-"#;
 
 /// Nearly every other field.
 const BRANCH: &str = r#"units = "si"

@@ -104,3 +104,22 @@ pub fn rod(row: &Value) -> Rod {
     };
     rod.expect("a rod")
 }
+
+/// The scene of the reference, word by word.
+#[cfg(feature = "scene")]
+pub const SAMPLE: &str = r#"[rod]
+model = "cosserat"
+length = 1.0
+[rod.section]                       # or: stiffness = 6x6, rows and columns in the order u1 u2 u3 v1 v2 v3; or shape and material
+bending = [1.0, 1.5]
+torsion = 0.7
+shear = [100.0, 120.0]              # "rigid" for unshearable
+axial = 300.0                       # "rigid" for inextensible
+[rod.rest]                          # intrinsic strains, optional
+curvature = [0.0, 0.0]
+twist = 0.0
+[clamp]                             # optional: position, quaternion = [w, x, y, z]; default: the directors are the world axes, the rod points along z (d3)
+[end]                               # a load: n(1), m(1) applied to the rod, world frame (follower = true: director frame); or position / pose to be held
+force = [1.0, -2.0, 0.5]
+couple = [0.3, 0.2, -0.8]
+"#;

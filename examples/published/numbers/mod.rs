@@ -21,8 +21,8 @@ pub struct Number {
     printed: Option<(f64, &'static str)>,
 }
 
-/// The distance to the number computed apart that is allowed; the worst are 4e-10 (two modes at once), else 4e-12.
-pub const BAR: f64 = 1e-9;
+/// The distance to the number computed apart that is allowed; the worst is 1e-11.
+pub const BAR: f64 = 1e-10;
 
 impl Number {
     fn new(case: &'static str, what: impl Into<String>, ours: f64, computed: f64) -> Self {
