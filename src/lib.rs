@@ -9,6 +9,7 @@
 //!   index, all equilibria at a point, viscous landings.
 //! * [`rod`]: Cosserat rods in space: section laws, equilibria, branches, stability.
 //! * [`truss`]: the von Mises truss, the smallest manifold with folds.
+//! * [`viscous`]: viscoelastic rods: rate laws, strains with memory.
 //! * [`body`]: the mass and its loads. [`dynamics`]: motion on a sheet, snaps, ledger, runs.
 //! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, bracketed roots, Newton, continuation.
 //! * `scene` (feature `scene`): TOML scenes. `plot` (feature `plot`): SVG figures from data.
@@ -30,6 +31,7 @@ pub mod rod;
 pub mod scene;
 pub mod solve;
 pub mod truss;
+pub mod viscous;
 
 pub use error::{Error, Result};
 

@@ -4,13 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Left to right; those in one group do not use each other.
-const ORDER: [&[&str]; 10] = [
+const ORDER: [&[&str]; 11] = [
     &["error"],
     &["math"],
     &["solve"],
     &["manifold"],
     &["elastica", "truss"],
     &["rod"],
+    &["viscous"],
     &["body"],
     &["dynamics"],
     &["scene"],

@@ -1,0 +1,290 @@
+//! Gauss nodes along a rod, in elements between the places where its law is not smooth.
+//!
+//! A field is a polynomial on each element, given by its values at the element's Gauss nodes: integrals are exact to
+//! degree 2n - 1, and the coefficients in Legendre polynomials say how well it is resolved.
+
+use gauss_quad::GaussLegendre;
+use nalgebra::{DMatrix, SVector};
+use std::ops::Range;
+
+/// Gauss nodes in elements that together cover [0, 1].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    elements: Vec<Element>,
+    s: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+/// One element and its nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Element {
+    from: f64,
+    to: f64,
+    /// Its nodes among those of the grid.
+    nodes: Range<usize>,
+    /// int_from^{s_i} of the polynomial through values at the nodes; row i, column j.
+    integrate: DMatrix<f64>,
+    /// Coefficients in P_k(2x - 1), x in [0, 1], of the polynomial through values at the nodes; row k, column j.
+    modes: DMatrix<f64>,
+}
+
+/// Fewest nodes of an element.
+pub const FEWEST: usize = 4;
+
+impl Grid {
+    /// A grid with elements between `breaks` (inside (0, 1), in growing order), each with as many nodes as `nodes`
+    /// says, at least [`FEWEST`].
+    pub fn new(breaks: &[f64], nodes: &[usize]) -> Self {
+        let ends: Vec<f64> = [0.0].iter().chain(breaks).chain(&[1.0]).copied().collect();
+        let mut grid = Self {
+            elements: Vec::new(),
+            s: Vec::new(),
+            weights: Vec::new(),
+        };
+        for (pair, &count) in ends
+            .windows(2)
+            .zip(nodes.iter().chain(std::iter::repeat(&FEWEST)))
+        {
+            grid.push(pair[0], pair[1], count.max(FEWEST));
+        }
+        grid
+    }
+
+    /// A grid of one element.
+    pub fn uniform(nodes: usize) -> Self {
+        Self::new(&[], &[nodes])
+    }
+
+    fn push(&mut self, from: f64, to: f64, count: usize) {
+        let rule = GaussLegendre::new(count.try_into().expect("at least FEWEST"));
+        let mut pairs: Vec<_> = rule.as_node_weight_pairs().to_vec();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let length = to - from;
+        let first = self.s.len();
+        for &(x, weight) in &pairs {
+            self.s.push(from + length * 0.5 * (1.0 + x));
+            self.weights.push(length * 0.5 * weight);
+        }
+        let table: Vec<Vec<f64>> = pairs.iter().map(|&(x, _)| legendre(x, count + 1)).collect();
+        // f = sum_k (2k+1)/2 <f, P_k> P_k and int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
+        let integrate = DMatrix::from_fn(count, count, |i, j| {
+            let sum: f64 = (1..count)
+                .map(|k| (table[i][k + 1] - table[i][k - 1]) * table[j][k])
+                .sum();
+            length * 0.25 * pairs[j].1 * (1.0 + pairs[i].0 + sum)
+        });
+        let modes = DMatrix::from_fn(count, count, |k, j| {
+            (k as f64 + 0.5) * pairs[j].1 * table[j][k]
+        });
+        self.elements.push(Element {
+            from,
+            to,
+            nodes: first..first + count,
+            integrate,
+            modes,
+        });
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.s.len()
+    }
+
+    /// Never true: a grid has nodes.
+    pub fn is_empty(&self) -> bool {
+        self.s.is_empty()
+    }
+
+    /// The nodes, in growing order in (0, 1).
+    pub fn nodes(&self) -> &[f64] {
+        &self.s
+    }
+
+    /// The weights of the quadrature; they add up to 1.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The elements.
+    pub fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    /// int_0^1 f.
+    pub fn total<const K: usize>(&self, f: &[SVector<f64, K>]) -> SVector<f64, K> {
+        self.weights
+            .iter()
+            .zip(f)
+            .fold(SVector::zeros(), |sum, (w, f)| sum + f * *w)
+    }
+
+    /// int_0^{s_i} f at every node into `out`; returns int_0^1 f.
+    pub fn integrate<const K: usize>(
+        &self,
+        f: &[SVector<f64, K>],
+        out: &mut [SVector<f64, K>],
+    ) -> SVector<f64, K> {
+        let mut before = SVector::<f64, K>::zeros();
+        for element in &self.elements {
+            let range = element.nodes.clone();
+            let (values, out) = (&f[range.clone()], &mut out[range.clone()]);
+            out.fill(before);
+            // Column by column, as the matrix is stored.
+            for (column, value) in element.integrate.column_iter().zip(values) {
+                for (o, a) in out.iter_mut().zip(column.iter()) {
+                    *o += value * *a;
+                }
+            }
+            for (value, w) in values.iter().zip(&self.weights[range]) {
+                before += value * *w;
+            }
+        }
+        before
+    }
+
+    /// The matrix of [`Grid::integrate`]: row i holds int_0^{s_i}.
+    pub fn integration(&self) -> DMatrix<f64> {
+        let n = self.len();
+        let mut matrix = DMatrix::zeros(n, n);
+        for element in &self.elements {
+            let Range { start, end } = element.nodes;
+            for j in 0..start {
+                for i in start..end {
+                    matrix[(i, j)] = self.weights[j];
+                }
+            }
+            matrix
+                .view_mut((start, start), (end - start, end - start))
+                .copy_from(&element.integrate);
+        }
+        matrix
+    }
+
+    /// The field with these values at the nodes, at the place `s` in [0, 1].
+    pub fn at<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
+        let last = self.elements.len() - 1;
+        let at = self.elements.partition_point(|e| e.to < s).min(last);
+        self.elements[at].evaluate(&f[self.elements[at].nodes.clone()], s)
+    }
+
+    /// A field carried over to another grid with the same elements: exact if that has as many nodes or more.
+    pub fn carried<const K: usize>(
+        &self,
+        f: &[SVector<f64, K>],
+        to: &Grid,
+    ) -> Vec<SVector<f64, K>> {
+        let mut values = Vec::with_capacity(to.len());
+        for (element, target) in self.elements.iter().zip(&to.elements) {
+            let coefficients = element.coefficients(&f[element.nodes.clone()]);
+            for &s in &to.s[target.nodes.clone()] {
+                values.push(element.sum(&coefficients, s));
+            }
+        }
+        values
+    }
+
+    /// For every element the size of the last two Legendre coefficients of a field, and what it would be with fewer
+    /// nodes: see [`Tail`].
+    pub fn tails<const K: usize>(&self, f: &[SVector<f64, K>]) -> Vec<Tail> {
+        self.elements
+            .iter()
+            .map(|element| {
+                let coefficients = element.coefficients(&f[element.nodes.clone()]);
+                let count = coefficients.len();
+                let size = |range: Range<usize>| {
+                    coefficients[range]
+                        .iter()
+                        .map(|c| c.amax())
+                        .fold(0.0, f64::max)
+                };
+                let fewer = fewer(count);
+                Tail {
+                    now: size(count - 2..count),
+                    fewer: size(fewer - 2..count),
+                }
+            })
+            .collect()
+    }
+
+    /// Nodes per element.
+    pub fn counts(&self) -> Vec<usize> {
+        self.elements.iter().map(|e| e.nodes.len()).collect()
+    }
+
+    /// The places between elements.
+    pub fn breaks(&self) -> Vec<f64> {
+        self.elements[1..].iter().map(|e| e.from).collect()
+    }
+}
+
+/// How well a field is resolved on one element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tail {
+    /// Largest of the last two Legendre coefficients.
+    pub now: f64,
+    /// Largest of those that the next coarser choice ([`fewer`]) would end with or leave out.
+    pub fewer: f64,
+}
+
+/// The next finer choice of nodes.
+pub fn more(nodes: usize) -> usize {
+    nodes + (nodes / 2).max(2)
+}
+
+/// The next coarser choice of nodes.
+pub fn fewer(nodes: usize) -> usize {
+    (nodes - nodes / 3).max(FEWEST)
+}
+
+impl Element {
+    /// Where it begins.
+    pub fn from(&self) -> f64 {
+        self.from
+    }
+
+    /// Where it ends.
+    pub fn to(&self) -> f64 {
+        self.to
+    }
+
+    /// Its nodes among those of the grid.
+    pub fn nodes(&self) -> Range<usize> {
+        self.nodes.clone()
+    }
+
+    /// int_from^{s_i} of the polynomial through values at its nodes; row i, column j.
+    pub fn integrate(&self) -> &DMatrix<f64> {
+        &self.integrate
+    }
+
+    fn coefficients<const K: usize>(&self, f: &[SVector<f64, K>]) -> Vec<SVector<f64, K>> {
+        (0..f.len())
+            .map(|k| (0..f.len()).fold(SVector::zeros(), |sum, j| sum + f[j] * self.modes[(k, j)]))
+            .collect()
+    }
+
+    fn sum<const K: usize>(&self, coefficients: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
+        let x = 2.0 * (s - self.from) / (self.to - self.from) - 1.0;
+        legendre(x, coefficients.len())
+            .iter()
+            .zip(coefficients)
+            .fold(SVector::zeros(), |sum, (p, c)| sum + c * *p)
+    }
+
+    fn evaluate<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
+        self.sum(&self.coefficients(f), s)
+    }
+}
+
+/// P_0 .. P_{count - 1} at x.
+fn legendre(x: f64, count: usize) -> Vec<f64> {
+    let mut values = vec![1.0; count];
+    if count > 1 {
+        values[1] = x;
+    }
+    for k in 1..count.saturating_sub(1) {
+        let n = k as f64;
+        values[k + 1] = ((2.0 * n + 1.0) * x * values[k] - n * values[k - 1]) / (n + 1.0);
+    }
+    values
+}

@@ -1,0 +1,55 @@
+//! What the strains say about the shape of a rod, and what an end wrench does to its sections.
+
+use super::grid::Grid;
+use nalgebra::{DMatrix, SMatrix, SVector};
+use std::fmt::Debug;
+
+/// A local quantity of one node: strains, rates, resultants.
+pub type Local<const M: usize> = SVector<f64, M>;
+/// A quantity of the end: its velocity, or the wrench on it.
+pub type AtEnd<const D: usize> = SVector<f64, D>;
+
+/// Rods with `M` strains at a section and an end with `D` velocities.
+///
+/// The rod leaves its clamp at s = 0 and has length 1. All fields are given at the nodes of a [`Grid`], in their order.
+pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
+    /// The shape: what the strains determine at the nodes and at the end.
+    type Shape: Debug + Clone;
+
+    /// The pose of the end.
+    type Pose: Debug + Clone;
+
+    /// The shape of the rod with `strains` at the nodes; None if a strain is not finite.
+    fn shape(&self, grid: &Grid, strains: &[Local<M>]) -> Option<Self::Shape>;
+
+    /// The pose of the end.
+    fn pose(&self, shape: &Self::Shape) -> Self::Pose;
+
+    /// Q at node i, so that the local resultants under the end wrench w are Q w, and the end moves at
+    /// V = int Q^T e_t ds.
+    fn transfer(&self, shape: &Self::Shape, i: usize) -> SMatrix<f64, M, D>;
+
+    /// Adds d(Q_i w)/d e_j, at a fixed end wrench `w`, to the block (i, j) of `out`, of size (n M) x (n M).
+    ///
+    /// Strains at node j change the shape as the quadrature has it: d(pose)/d e_j = weight_j Q_j^T.
+    fn load_stiffness(
+        &self,
+        grid: &Grid,
+        shape: &Self::Shape,
+        w: &AtEnd<D>,
+        out: &mut DMatrix<f64>,
+    );
+
+    /// d(sum_i weight_i Q_i^T rate_i)/d e_j at fixed `rates`, in column block j of `out`, of size D x (n M).
+    fn convection(
+        &self,
+        grid: &Grid,
+        shape: &Self::Shape,
+        rates: &[Local<M>],
+        out: &mut DMatrix<f64>,
+    );
+
+    /// The accuracy with which the nodes hold the shape itself, beyond what the tails of the strains say; 0 where the
+    /// strains are polynomials that the shape follows exactly.
+    fn defect(&self, grid: &Grid, shape: &Self::Shape) -> f64;
+}
