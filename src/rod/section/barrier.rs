@@ -22,7 +22,7 @@
 
 use super::newton::{Point, Potential, invert};
 use super::profile::positive;
-use super::{Inverse, Linear, Resultant, SectionLaw, Strain, linear};
+use super::{Free, Inverse, Linear, Resultant, SectionLaw, Strain, linear};
 use crate::error::{Error, Result};
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
@@ -132,6 +132,12 @@ impl Barrier {
 
     fn resultants_at(&self, e: &Strain, rho: f64) -> Resultant {
         self.base.stiffness() * (e - self.base.rest()) + self.strength * self.push(e, rho)
+    }
+
+    fn tangent_at(&self, e: &Strain, rho: f64) -> Matrix6<f64> {
+        let slope = self.cone.component_mul(e) * (2.0 / rho / rho);
+        let flat = Matrix6::from_diagonal(&(self.cone * (2.0 / rho / rho)));
+        self.base.stiffness() + self.strength * (flat + slope * slope.transpose())
     }
 
     fn invert(&self, w: &Resultant, seen: impl FnMut(f64)) -> Result<Inverse> {
@@ -322,10 +328,21 @@ impl SectionLaw for Barrier {
 
     fn tangent(&self, _s: f64, e: &Strain) -> Result<Matrix6<f64>> {
         linear::unconstrained(self.base.is_rigid())?;
+        Ok(self.tangent_at(e, self.depth(e)?))
+    }
+
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
         let rho = self.depth(e)?;
-        let slope = self.cone.component_mul(e) * (2.0 / rho / rho);
-        let flat = Matrix6::from_diagonal(&(self.cone * (2.0 / rho / rho)));
-        Ok(self.base.stiffness() + self.strength * (flat + slope * slope.transpose()))
+        Ok(Free::new(
+            self.energy(s, e)?,
+            self.resultants_at(e, rho),
+            self.tangent_at(e, rho),
+            self.base.is_rigid(),
+        ))
+    }
+
+    fn rigid(&self) -> [bool; 3] {
+        self.base.is_rigid()
     }
 
     fn inverse(&self, _s: f64, w: &Resultant) -> Result<Inverse> {

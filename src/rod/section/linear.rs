@@ -1,6 +1,6 @@
 //! Linear laws: W = 1/2 (e - rest).K (e - rest), with shear and stretch possibly held rigid.
 
-use super::{Compliance, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
 
@@ -343,6 +343,20 @@ impl SectionLaw for Linear {
         self.unconstrained()?;
         finite(e)?;
         Ok(self.stiffness)
+    }
+
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        let resultants = self.stiffness * self.deviation(e)?;
+        Ok(Free::new(
+            self.energy(s, e)?,
+            resultants,
+            self.stiffness,
+            self.rigid,
+        ))
+    }
+
+    fn rigid(&self) -> [bool; 3] {
+        self.rigid
     }
 
     fn inverse(&self, _s: f64, w: &Resultant) -> Result<Inverse> {

@@ -84,6 +84,37 @@ pub struct Inverse {
     pub compliance: Compliance,
 }
 
+/// What a law gives of the strains that can change: [`SectionLaw::free`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Free {
+    /// W.
+    pub energy: f64,
+    /// dW/de; zero for rigid strains.
+    pub resultants: Resultant,
+    /// d^2W/de^2; rows and columns of rigid strains are zero.
+    pub tangent: Matrix6<f64>,
+}
+
+impl Free {
+    fn new(
+        energy: f64,
+        mut resultants: Resultant,
+        mut tangent: Matrix6<f64>,
+        rigid: [bool; 3],
+    ) -> Self {
+        for k in (0..3).filter(|k| rigid[*k]) {
+            resultants[3 + k] = 0.0;
+            tangent.row_mut(3 + k).fill(0.0);
+            tangent.column_mut(3 + k).fill(0.0);
+        }
+        Self {
+            energy,
+            resultants,
+            tangent,
+        }
+    }
+}
+
 /// A linear law that is the same all along the rod: e = rest + C w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformLinear {
@@ -112,6 +143,23 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// # Errors
     /// As [`SectionLaw::resultants`]; a tangent that is not positive definite.
     fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>>;
+
+    /// What the law says of the strains that can change; reactions of rigid strains are left out.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::energy`].
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        Ok(Free {
+            energy: self.energy(s, e)?,
+            resultants: self.resultants(s, e)?,
+            tangent: self.tangent(s, e)?,
+        })
+    }
+
+    /// Which of v1, v2, v3 are held rigid; the default says none.
+    fn rigid(&self) -> [bool; 3] {
+        [false; 3]
+    }
 
     /// The inverse law (AMV (2.28)): strains, energy and compliance under given resultants, to roundoff.
     ///

@@ -2,7 +2,7 @@
 
 use super::linear::{STRAIGHT, finite, held, unconstrained};
 use super::newton::{Convexity, Point, Potential, invert};
-use super::{Inverse, Resultant, SectionLaw, Strain};
+use super::{Free, Inverse, Resultant, SectionLaw, Strain};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
 use num_dual::DualNum;
@@ -163,6 +163,15 @@ impl<E: StoredEnergy> SectionLaw for Hyperelastic<E> {
     fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>> {
         unconstrained(self.0.rigid())?;
         Ok(self.inside(s, e)?.2)
+    }
+
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        let (energy, resultants, tangent) = self.inside(s, e)?;
+        Ok(Free::new(energy, resultants, tangent, self.0.rigid()))
+    }
+
+    fn rigid(&self) -> [bool; 3] {
+        self.0.rigid()
     }
 
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {

@@ -2,7 +2,7 @@
 
 use super::linear::STRAIGHT;
 use super::profile::positive;
-use super::{Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Free, Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::{Error, Result};
 use nalgebra::Matrix6;
 use std::fmt;
@@ -364,6 +364,15 @@ impl SectionLaw for Varying {
 
     fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>> {
         self.at(s)?.tangent(s, e)
+    }
+
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        self.at(s)?.free(s, e)
+    }
+
+    /// What is rigid at the clamp is rigid all along.
+    fn rigid(&self) -> [bool; 3] {
+        self.at(0.0).map_or([false; 3], |law| law.is_rigid())
     }
 
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {
