@@ -6,6 +6,7 @@ mod motion;
 mod run;
 mod snap;
 mod start;
+pub mod viscous;
 
 pub use drive::{Observer, drive};
 pub use ledger::Ledger;

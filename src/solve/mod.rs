@@ -12,3 +12,4 @@ pub mod newton;
 pub mod roots;
 pub mod special;
 pub mod switching;
+pub mod system;

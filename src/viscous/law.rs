@@ -38,6 +38,11 @@ pub trait RateLaw: Debug + Send + Sync {
     /// True if the rates are proportional to the overstress.
     fn is_linear(&self) -> bool;
 
+    /// d e_t/d(overstress), if it is one matrix everywhere and always: it is then formed once.
+    fn uniform_fluidity(&self) -> Option<Matrix6<f64>> {
+        None
+    }
+
     /// Which strains (u1 .. v3) cannot change.
     fn rigid(&self) -> [bool; 6];
 }

@@ -14,3 +14,6 @@
 pub mod grid;
 pub mod kinematics;
 pub mod law;
+pub mod material;
+pub mod plane;
+pub mod reduced;

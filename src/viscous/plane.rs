@@ -1,0 +1,126 @@
+//! Inextensible rods in a plane: the curvature is the one strain, theta' = kappa, r' = (cos theta, sin theta).
+//!
+//! The end is free to turn. With J(a, b) = (-b, a) the couple under the end force n is m(s) = (r(1) - r(s)) x n = q.n,
+//! q = J (r(1) - r(s)).
+
+use super::grid::Grid;
+use super::kinematics::{AtEnd, Kinematics, Local};
+use nalgebra::{DMatrix, SMatrix, Vector1, Vector2};
+
+/// The kinematics of an inextensible rod in a plane, clamped along +x, with a point mass on its end.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Plane;
+
+/// The shape of a rod in a plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneShape {
+    /// (cos theta, sin theta) at the nodes.
+    tangents: Vec<Vector2<f64>>,
+    /// r at the nodes.
+    positions: Vec<Vector2<f64>>,
+    end: Vector2<f64>,
+    end_angle: f64,
+}
+
+impl PlaneShape {
+    /// Positions of the nodes.
+    pub fn positions(&self) -> &[Vector2<f64>] {
+        &self.positions
+    }
+
+    /// Position of the end.
+    pub fn end(&self) -> Vector2<f64> {
+        self.end
+    }
+
+    /// theta(1).
+    pub fn end_angle(&self) -> f64 {
+        self.end_angle
+    }
+
+    fn lever(&self, i: usize) -> Vector2<f64> {
+        let a = self.end - self.positions[i];
+        Vector2::new(-a.y, a.x)
+    }
+}
+
+impl Kinematics<1, 2> for Plane {
+    type Shape = PlaneShape;
+    type Pose = Vector2<f64>;
+
+    fn shape(&self, grid: &Grid, strains: &[Local<1>]) -> Option<PlaneShape> {
+        let mut angles = vec![Vector1::zeros(); grid.len()];
+        let end_angle = grid.integrate(strains, &mut angles)[0];
+        let tangents: Vec<_> = angles
+            .iter()
+            .map(|angle| {
+                let (sin, cos) = angle[0].sin_cos();
+                Vector2::new(cos, sin)
+            })
+            .collect();
+        let mut positions = vec![Vector2::zeros(); grid.len()];
+        let end = grid.integrate(&tangents, &mut positions);
+        end.iter().all(|x| x.is_finite()).then_some(PlaneShape {
+            tangents,
+            positions,
+            end,
+            end_angle,
+        })
+    }
+
+    fn pose(&self, shape: &PlaneShape) -> Vector2<f64> {
+        shape.end
+    }
+
+    fn transfer(&self, shape: &PlaneShape, i: usize) -> SMatrix<f64, 1, 2> {
+        shape.lever(i).transpose()
+    }
+
+    /// d(q_i.n) = -int_{s_i}^1 (t.n) dtheta.
+    fn load_stiffness(
+        &self,
+        grid: &Grid,
+        shape: &PlaneShape,
+        n: &AtEnd<2>,
+        out: &mut DMatrix<f64>,
+    ) {
+        let inner = grid.integration();
+        let weights = grid.weights();
+        let mut scaled = inner.clone();
+        for (mut row, t) in scaled.row_iter_mut().zip(&shape.tangents) {
+            row *= -t.dot(n);
+        }
+        let outer = DMatrix::from_fn(weights.len(), weights.len(), |i, k| {
+            weights[k] - inner[(i, k)]
+        });
+        out.gemm(1.0, &outer, &scaled, 1.0);
+    }
+
+    /// The velocity of the end at fixed rates is int t' dtheta_t with t' = J t; its change is -int t theta_t dtheta, and
+    /// by parts -weight_j int_{s_j}^1 t theta_t at node j.
+    fn convection(
+        &self,
+        grid: &Grid,
+        shape: &PlaneShape,
+        rates: &[Local<1>],
+        out: &mut DMatrix<f64>,
+    ) {
+        let mut turning = vec![Vector1::zeros(); grid.len()];
+        grid.integrate(rates, &mut turning);
+        let carried: Vec<Vector2<f64>> = shape
+            .tangents
+            .iter()
+            .zip(&turning)
+            .map(|(t, rate)| t * rate[0])
+            .collect();
+        let mut before = vec![Vector2::zeros(); grid.len()];
+        let total = grid.integrate(&carried, &mut before);
+        for (j, (so_far, weight)) in before.iter().zip(grid.weights()).enumerate() {
+            out.set_column(j, &((so_far - total) * *weight));
+        }
+    }
+
+    fn defect(&self, _grid: &Grid, _shape: &PlaneShape) -> f64 {
+        0.0
+    }
+}

@@ -1,0 +1,300 @@
+//! The reduced rod: given strains, memory and the velocity of the end, the end wrench and the strain rates.
+//!
+//! With resultants Q_i w1 at node i, of which the stored energy and the Maxwell branches take S_i, the rates are
+//! e_t = R(e, Q w1 - S), and w1 is such that the end moves at V:
+//! ```text
+//! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
+//! ```
+//! The left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV (5.10):
+//! one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
+
+use super::grid::Grid;
+use super::kinematics::{AtEnd, Kinematics, Local};
+use super::material::Material;
+use nalgebra::{DMatrix, DVector, SMatrix};
+
+/// A viscoelastic rod on a grid.
+#[derive(Debug, Clone)]
+pub struct Reduced<K, const M: usize, const D: usize> {
+    /// How strains make a shape.
+    pub kinematics: K,
+    /// The section.
+    pub material: Material<M>,
+    /// The nodes.
+    pub grid: Grid,
+}
+
+/// Strains and memory, and what follows from them alone.
+#[derive(Debug, Clone)]
+pub struct Configuration<S, const M: usize, const D: usize> {
+    /// e at the nodes.
+    pub strains: Vec<Local<M>>,
+    /// Strains of the dashpots of the Maxwell branches, branch by branch.
+    pub memory: Vec<Vec<Local<M>>>,
+    /// The shape.
+    pub shape: S,
+    /// Q at the nodes.
+    pub transfer: Vec<SMatrix<f64, M, D>>,
+    /// Resultants that the stored energy and the branches take.
+    pub taken: Vec<Local<M>>,
+    /// Stored energy, with that of the branches.
+    pub energy: f64,
+}
+
+/// What the rod does at one moment.
+#[derive(Debug, Clone)]
+pub struct Flow<const M: usize, const D: usize> {
+    /// The wrench w1 that the body exerts on the end.
+    pub wrench: AtEnd<D>,
+    /// e_t at the nodes.
+    pub rates: Vec<Local<M>>,
+    /// Overstress at the nodes.
+    pub overstress: Vec<Local<M>>,
+    /// d e_t/d(overstress) at the nodes.
+    pub fluidity: Vec<SMatrix<f64, M, M>>,
+    /// d e_t/d e at fixed overstress.
+    pub by_strain: Vec<SMatrix<f64, M, M>>,
+}
+
+/// The flow linearised in strains e, memory z, end velocity V and wrench w1, all nodes in one column:
+/// ```text
+/// d e_t = drift de + sum_k relaxing_k dz_k + push dw1,      dV = gather d e_t + convection de.
+/// ```
+#[derive(Debug, Clone)]
+pub struct Linear<const M: usize, const D: usize> {
+    /// (n M) x (n M).
+    pub drift: DMatrix<f64>,
+    /// dR_i, by node.
+    pub fluidity: Vec<SMatrix<f64, M, M>>,
+    /// (n M) x D: dR_i Q_i.
+    pub push: DMatrix<f64>,
+    /// D x (n M): weight_i Q_i^T; also the change of the end's pose with the strains.
+    pub gather: DMatrix<f64>,
+    /// D x (n M).
+    pub convection: DMatrix<f64>,
+}
+
+/// Most steps of Newton's method for a wrench.
+const MOST: usize = 60;
+/// Eigenvalues of G below this part of the largest count as zero: the rod is straight, and the wrench along it is not
+/// determined by velocities.
+const SINGULAR: f64 = 1e-13;
+
+impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
+    /// What follows from the strains and the memory; None outside the law's domain.
+    pub fn configuration(
+        &self,
+        strains: Vec<Local<M>>,
+        memory: Vec<Vec<Local<M>>>,
+    ) -> Option<Configuration<K::Shape, M, D>> {
+        let shape = self.kinematics.shape(&self.grid, &strains)?;
+        let mut energy = 0.0;
+        let mut taken = Vec::with_capacity(strains.len());
+        let mut transfer = Vec::with_capacity(strains.len());
+        for (i, e) in strains.iter().enumerate() {
+            let stored = self.material.stored(self.grid.nodes()[i], e)?;
+            let (mut density, mut resultants) = (stored.energy, stored.resultants);
+            for (branch, z) in self.material.branches().iter().zip(&memory) {
+                let stretched = e - z[i];
+                let force = branch.modulus * stretched;
+                density += 0.5 * stretched.dot(&force);
+                resultants += force;
+            }
+            energy += self.grid.weights()[i] * density;
+            taken.push(resultants);
+            transfer.push(self.kinematics.transfer(&shape, i));
+        }
+        energy.is_finite().then_some(Configuration {
+            strains,
+            memory,
+            shape,
+            transfer,
+            taken,
+            energy,
+        })
+    }
+
+    /// The wrench and the rates while the end moves at `v`; None where a law has no answer.
+    pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
+        let mut flow = self.under(at, &AtEnd::zeros())?;
+        let (mut residual, mut g) = self.imbalance(at, &flow, v);
+        for step in 0..MOST {
+            let change = solve(&g, &-residual)?;
+            let full = self.under(at, &(flow.wrench + change))?;
+            if self.material.is_linear() {
+                return Some(full);
+            }
+            let slope = residual.dot(&change);
+            // Along the step the gradient of a convex function grows: it must not overshoot.
+            let (mut next, mut fraction) = (full, 1.0);
+            let (mut after, mut g_after) = self.imbalance(at, &next, v);
+            while !(after.dot(&change) <= -0.9 * slope) && fraction > 1e-10 {
+                fraction *= 0.5;
+                next = self.under(at, &(flow.wrench + change * fraction))?;
+                (after, g_after) = self.imbalance(at, &next, v);
+            }
+            let moved = change.norm() * fraction;
+            let size = flow.wrench.norm().max(next.wrench.norm());
+            let better = after.norm() < residual.norm();
+            (flow, residual, g) = (next, after, g_after);
+            let settled = moved <= 1e-15 * size || (step > 0 && !better && moved <= 1e-11 * size);
+            if settled {
+                return Some(flow);
+            }
+        }
+        None
+    }
+
+    /// The rates under the end wrench `w`.
+    fn under(&self, at: &Configuration<K::Shape, M, D>, w: &AtEnd<D>) -> Option<Flow<M, D>> {
+        let n = at.strains.len();
+        let mut flow = Flow {
+            wrench: *w,
+            rates: Vec::with_capacity(n),
+            overstress: Vec::with_capacity(n),
+            fluidity: Vec::with_capacity(n),
+            by_strain: Vec::with_capacity(n),
+        };
+        for i in 0..n {
+            let overstress = at.transfer[i] * w - at.taken[i];
+            let creep = self
+                .material
+                .creep(self.grid.nodes()[i], &at.strains[i], &overstress)?;
+            flow.rates.push(creep.rate);
+            flow.overstress.push(overstress);
+            flow.fluidity.push(creep.fluidity);
+            flow.by_strain.push(creep.by_strain);
+        }
+        Some(flow)
+    }
+
+    /// int Q^T e_t - V, and G.
+    fn imbalance(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        v: &AtEnd<D>,
+    ) -> (AtEnd<D>, SMatrix<f64, D, D>) {
+        let mut residual = -v;
+        let mut g = SMatrix::zeros();
+        for (i, q) in at.transfer.iter().enumerate() {
+            let gathered = q.transpose() * self.grid.weights()[i];
+            residual += gathered * flow.rates[i];
+            g += gathered * (flow.fluidity[i] * q);
+        }
+        (residual, g)
+    }
+
+    /// G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
+    pub fn mobility(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> SMatrix<f64, D, D> {
+        self.imbalance(at, flow, &AtEnd::zeros()).1
+    }
+
+    /// Overstress times rate at the nodes, the Maxwell branches' dissipation included: density in s.
+    pub fn dissipation(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> Vec<f64> {
+        let mut density: Vec<f64> = flow
+            .overstress
+            .iter()
+            .zip(&flow.rates)
+            .map(|(overstress, rate)| overstress.dot(rate))
+            .collect();
+        for (branch, z) in self.material.branches().iter().zip(&at.memory) {
+            for ((d, e), z) in density.iter_mut().zip(&at.strains).zip(z) {
+                let stretched = e - z;
+                *d += stretched.dot(&(branch.modulus * stretched)) / branch.time;
+            }
+        }
+        density
+    }
+
+    /// The linearisation of the flow; None where a law has none.
+    pub fn linear(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> Option<Linear<M, D>> {
+        let n = at.strains.len();
+        let mut drift = DMatrix::zeros(n * M, n * M);
+        self.kinematics
+            .load_stiffness(&self.grid, &at.shape, &flow.wrench, &mut drift);
+        let mut push = DMatrix::zeros(n * M, D);
+        let mut gather = DMatrix::zeros(D, n * M);
+        let total = self
+            .material
+            .branches()
+            .iter()
+            .fold(SMatrix::<f64, M, M>::zeros(), |sum, b| sum + b.modulus);
+        for i in 0..n {
+            let rows = i * M;
+            let tangent = self
+                .material
+                .tangent(self.grid.nodes()[i], &at.strains[i])?
+                + total;
+            let mut block = drift.fixed_view_mut::<M, M>(rows, rows);
+            block -= tangent;
+            for j in 0..n * M {
+                let column = drift.fixed_view::<M, 1>(rows, j).into_owned();
+                drift
+                    .fixed_view_mut::<M, 1>(rows, j)
+                    .copy_from(&(flow.fluidity[i] * column));
+            }
+            let mut block = drift.fixed_view_mut::<M, M>(rows, rows);
+            block += flow.by_strain[i];
+            let q = &at.transfer[i];
+            push.fixed_view_mut::<M, D>(rows, 0)
+                .copy_from(&(flow.fluidity[i] * q));
+            gather
+                .fixed_view_mut::<D, M>(0, rows)
+                .copy_from(&(q.transpose() * self.grid.weights()[i]));
+        }
+        let mut convection = DMatrix::zeros(D, n * M);
+        self.kinematics
+            .convection(&self.grid, &at.shape, &flow.rates, &mut convection);
+        Some(Linear {
+            drift,
+            fluidity: flow.fluidity.clone(),
+            push,
+            gather,
+            convection,
+        })
+    }
+}
+
+/// The solution of G x = b; of least norm where G is singular to rounding.
+pub(crate) fn solve<const D: usize>(g: &SMatrix<f64, D, D>, b: &AtEnd<D>) -> Option<AtEnd<D>> {
+    if !g.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let largest = g.diagonal().max();
+    if let Some(factor) = g.cholesky()
+        && factor
+            .l_dirty()
+            .diagonal()
+            .iter()
+            .all(|pivot| pivot * pivot > SINGULAR * largest)
+    {
+        return Some(factor.solve(b));
+    }
+    let dense = DMatrix::from_fn(D, D, |i, j| g[(i, j)]);
+    let eigen = dense.symmetric_eigen();
+    let cut = SINGULAR * eigen.eigenvalues.amax();
+    let right = DVector::from_fn(D, |i, _| b[i]);
+    let mut x = AtEnd::zeros();
+    for (value, vector) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        if *value > cut {
+            let part = vector.dot(&right) / value;
+            for i in 0..D {
+                x[i] += part * vector[i];
+            }
+        }
+    }
+    Some(x)
+}
