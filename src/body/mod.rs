@@ -1,4 +1,10 @@
-//! The body at the rod's end and the loads on it.
+//! The body at the rod's end and the loads on it: a point mass or a rigid body.
+
+mod end_body;
+mod rigid;
+
+pub use end_body::{EndBody, EndLinear, EndMotion};
+pub use rigid::RigidBody;
 
 use crate::error::{Error, Result};
 use nalgebra::SVector;

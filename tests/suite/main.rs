@@ -23,6 +23,8 @@ mod plot_rods;
 mod plot_rods_data;
 #[cfg(feature = "cli")]
 mod program;
+mod reductions;
+mod rigid_body;
 mod rod_benchmarks;
 mod rod_paths;
 mod rod_published;

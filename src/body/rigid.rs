@@ -1,0 +1,296 @@
+//! A rigid body welded to the rod's end: AMV (2.15)-(2.17).
+
+use super::{Body, EndBody, EndLinear, EndMotion, TimeForce};
+use crate::error::{Error, Result};
+use nalgebra::{Isometry3, Matrix3, Matrix6, SVector, Vector3, Vector6};
+
+/// A rigid body welded to the end of a rod in space, and what acts on it besides the rod.
+///
+/// With r1, R1 the end of the rod, n1, m1 its wrench, c the centre of mass from the end (fixed in the directors) and J
+/// the inertia about it:
+/// ```text
+/// mass (r1 + R1 c)'' = -n1 + forces,       (R1 J R1^T omega)' = -m1 + R1 c x n1 + couples       AMV (2.15), (2.16).
+/// ```
+/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame.
+#[derive(Debug, Clone)]
+pub struct RigidBody {
+    /// The motion of the centre of mass.
+    centre: Body<3>,
+    offset: Vector3<f64>,
+    inertia: Matrix3<f64>,
+    inverse_inertia: Matrix3<f64>,
+    couple: Vector3<f64>,
+    rotational_drag: f64,
+}
+
+impl RigidBody {
+    /// A free body with its centre of mass at the end of the rod; `inertia` is about the centre of mass, in components
+    /// along the directors of the end.
+    ///
+    /// # Errors
+    /// A mass that is not positive and finite; an inertia that is not finite, symmetric and positive definite.
+    pub fn new(mass: f64, inertia: Matrix3<f64>) -> Result<Self> {
+        let centre = Body::new(mass)?;
+        let scale = inertia.amax();
+        let skew = (inertia - inertia.transpose()).amax();
+        let symmetric = (inertia + inertia.transpose()) * 0.5;
+        let inverse_inertia = symmetric
+            .cholesky()
+            .filter(|_| scale < f64::INFINITY && skew <= 1e-12 * scale)
+            .map(|factors| factors.inverse())
+            .filter(|inverse| inverse.iter().all(|x| x.is_finite()))
+            .ok_or_else(|| {
+                Error::domain(format!(
+                    "inertia = {:?} (by columns) must be finite, symmetric and positive definite",
+                    inertia.as_slice()
+                ))
+            })?;
+        Ok(Self {
+            centre,
+            offset: Vector3::zeros(),
+            inertia: symmetric,
+            inverse_inertia,
+            couple: Vector3::zeros(),
+            rotational_drag: 0.0,
+        })
+    }
+
+    /// Sets the centre of mass: its position from the end of the rod, in components along the directors of the end.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn with_centre(mut self, offset: Vector3<f64>) -> Result<Self> {
+        finite("centre", &offset)?;
+        self.offset = offset;
+        Ok(self)
+    }
+
+    /// Adds gravity, an acceleration in the world frame.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Result<Self> {
+        self.centre = self.centre.with_gravity(gravity)?;
+        Ok(self)
+    }
+
+    /// Adds a constant force at the centre of mass, in the world frame.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn with_dead_force(mut self, force: Vector3<f64>) -> Result<Self> {
+        self.centre = self.centre.with_dead_force(force)?;
+        Ok(self)
+    }
+
+    /// Adds a constant couple, in the world frame. It has no potential: what it does counts as power.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn with_dead_couple(mut self, couple: Vector3<f64>) -> Result<Self> {
+        finite("couple", &couple)?;
+        self.couple += couple;
+        Ok(self)
+    }
+
+    /// Sets a linear drag: force -drag times the velocity of the centre of mass.
+    ///
+    /// # Errors
+    /// A drag that is negative or not finite.
+    pub fn with_drag(mut self, drag: f64) -> Result<Self> {
+        self.centre = self.centre.with_drag(drag)?;
+        Ok(self)
+    }
+
+    /// Sets a linear drag on rotation: couple -drag omega.
+    ///
+    /// # Errors
+    /// A drag that is negative or not finite.
+    pub fn with_rotational_drag(mut self, drag: f64) -> Result<Self> {
+        if !(0.0..f64::INFINITY).contains(&drag) {
+            return Err(Error::domain(format!(
+                "rotational drag = {drag} must be finite and >= 0"
+            )));
+        }
+        self.rotational_drag = drag;
+        Ok(self)
+    }
+
+    /// Adds a force in time at the centre of mass, in the world frame.
+    #[must_use]
+    pub fn with_force(mut self, force: TimeForce<3>) -> Self {
+        self.centre = self.centre.with_force(force);
+        self
+    }
+
+    /// The mass.
+    pub fn mass(&self) -> f64 {
+        self.centre.mass()
+    }
+
+    /// The inertia about the centre of mass, in components along the directors.
+    pub fn inertia(&self) -> &Matrix3<f64> {
+        &self.inertia
+    }
+
+    /// The centre of mass from the end of the rod, in components along the directors.
+    pub fn offset(&self) -> &Vector3<f64> {
+        &self.offset
+    }
+
+    /// The centre of mass and what acts on it, as a point.
+    pub fn centre(&self) -> &Body<3> {
+        &self.centre
+    }
+
+    /// The constant couple, in the world frame.
+    pub fn couple(&self) -> &Vector3<f64> {
+        &self.couple
+    }
+
+    /// The drag on rotation.
+    pub fn rotational_drag(&self) -> f64 {
+        self.rotational_drag
+    }
+
+    /// True if a load without a potential can do work.
+    pub fn is_driven(&self) -> bool {
+        self.centre.is_driven() || self.couple != Vector3::zeros()
+    }
+
+    /// True if drag dissipates.
+    pub fn is_damped(&self) -> bool {
+        self.centre.is_damped() || self.rotational_drag > 0.0
+    }
+
+    /// The body at a pose and velocity of the end.
+    fn placed(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> Placed {
+        let r = pose.rotation.to_rotation_matrix();
+        let turned = |a: &Matrix3<f64>| r.matrix() * a * r.matrix().transpose();
+        let (omega, v) = halves(v);
+        let c = r * self.offset;
+        Placed {
+            c,
+            inertia: turned(&self.inertia),
+            inverse: turned(&self.inverse_inertia),
+            omega,
+            centre: v + omega.cross(&c),
+        }
+    }
+
+    /// The angular acceleration under the wrench (m, n) of the rod.
+    fn spin(&self, at: &Placed, m: &Vector3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
+        at.inverse
+            * (m - at.c.cross(n) + self.couple
+                - at.omega * self.rotational_drag
+                - at.omega.cross(&(at.inertia * at.omega)))
+    }
+}
+
+/// The body in the world frame.
+struct Placed {
+    /// From the end to the centre of mass.
+    c: Vector3<f64>,
+    inertia: Matrix3<f64>,
+    inverse: Matrix3<f64>,
+    omega: Vector3<f64>,
+    /// Velocity of the centre of mass.
+    centre: Vector3<f64>,
+}
+
+/// (first three, last three).
+fn halves(v: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    (
+        v.fixed_rows::<3>(0).into_owned(),
+        v.fixed_rows::<3>(3).into_owned(),
+    )
+}
+
+fn joined(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+}
+
+fn blocks(rows: [[Matrix3<f64>; 2]; 2]) -> Matrix6<f64> {
+    Matrix6::from_fn(|i, j| rows[i / 3][j / 3][(i % 3, j % 3)])
+}
+
+fn finite(what: &str, v: &Vector3<f64>) -> Result<()> {
+    if v.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::domain(format!(
+        "{what} of components {:?} must be finite",
+        v.as_slice()
+    )))
+}
+
+impl EndBody<6> for RigidBody {
+    type Pose = Isometry3<f64>;
+
+    fn motion(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        v: &Vector6<f64>,
+        rod: &Vector6<f64>,
+    ) -> EndMotion<6> {
+        let at = self.placed(pose, v);
+        let (m, n) = halves(rod);
+        let spin = self.spin(&at, &m, &n);
+        let action = self.centre.action(t, &at.centre, &n);
+        let end = action.acceleration - spin.cross(&at.c) - at.omega.cross(&at.omega.cross(&at.c));
+        EndMotion {
+            acceleration: joined(&spin, &end),
+            power: action.power + self.couple.dot(&at.omega),
+            loss: action.loss + self.rotational_drag * at.omega.norm_squared(),
+        }
+    }
+
+    fn linearised(
+        &self,
+        _: f64,
+        pose: &Isometry3<f64>,
+        v: &SVector<f64, 6>,
+        rod: &SVector<f64, 6>,
+    ) -> EndLinear<6> {
+        let at = self.placed(pose, v);
+        let (m, n) = halves(rod);
+        let spin = self.spin(&at, &m, &n);
+        let (c, omega, inertia) = (at.c.cross_matrix(), at.omega.cross_matrix(), &at.inertia);
+        let identity = Matrix3::identity();
+        let slowing = self.centre.drag / self.mass();
+
+        // d(J x) by a turn dphi: dphi x (J x) - J (dphi x x).
+        let turned = |x: &Vector3<f64>| inertia * x.cross_matrix() - (inertia * x).cross_matrix();
+        let spin_by_turn =
+            at.inverse * (-n.cross_matrix() * c - omega * turned(&at.omega) - turned(&spin));
+        let spin_by_omega = at.inverse
+            * ((inertia * at.omega).cross_matrix()
+                - omega * inertia
+                - identity * self.rotational_drag);
+        // The end: centre'' - spin x c - omega x (omega x c), with dc = dphi x c.
+        let end_by_turn =
+            c * spin_by_turn + (spin.cross_matrix() + omega * omega + omega * slowing) * c;
+        let end_by_omega =
+            c * spin_by_omega + at.omega.cross(&at.c).cross_matrix() + omega * c + c * slowing;
+        let zero = Matrix3::zeros();
+        EndLinear {
+            by_pose: blocks([[spin_by_turn, zero], [end_by_turn, zero]]),
+            by_velocity: blocks([[spin_by_omega, zero], [end_by_omega, -identity * slowing]]),
+            by_wrench: blocks([
+                [at.inverse, -at.inverse * c],
+                [c * at.inverse, identity / self.mass() - c * at.inverse * c],
+            ]),
+        }
+    }
+
+    fn kinetic(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
+        let at = self.placed(pose, v);
+        self.centre.kinetic(&at.centre) + 0.5 * at.omega.dot(&(at.inertia * at.omega))
+    }
+
+    fn potential(&self, pose: &Isometry3<f64>) -> f64 {
+        self.centre
+            .potential(&(pose.translation.vector + pose.rotation * self.offset))
+    }
+}

@@ -1,0 +1,1 @@
+//! Exact reductions of a rod with a body to ordinary differential equations.

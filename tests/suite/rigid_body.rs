@@ -1,0 +1,195 @@
+//! The body at the rod's end: its equations of motion, their derivatives, its energy.
+
+use crate::support::assert_close;
+use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
+use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
+
+fn inertia() -> Matrix3<f64> {
+    Matrix3::new(0.7, 0.1, -0.05, 0.1, 0.9, 0.2, -0.05, 0.2, 1.1)
+}
+
+fn body() -> RigidBody {
+    RigidBody::new(1.3, inertia())
+        .and_then(|b| b.with_centre(Vector3::new(0.3, -0.2, 0.4)))
+        .and_then(|b| b.with_gravity(Vector3::new(0.0, 1.0, -9.81)))
+        .and_then(|b| b.with_dead_force(Vector3::new(0.5, 0.1, 0.2)))
+        .and_then(|b| b.with_dead_couple(Vector3::new(-0.3, 0.2, 0.6)))
+        .and_then(|b| b.with_drag(0.4))
+        .and_then(|b| b.with_rotational_drag(0.25))
+        .expect("a body")
+        .with_force(TimeForce::Harmonic {
+            amplitude: Vector3::new(1.0, -2.0, 0.5),
+            angular_frequency: 3.0,
+            phase: 0.2,
+        })
+}
+
+fn pose() -> Isometry3<f64> {
+    Isometry3::from_parts(
+        Translation3::new(0.2, -0.5, 0.9),
+        UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.9, 1.3)),
+    )
+}
+
+/// The pose moved by a twist (dphi, dr) in the world frame.
+fn moved(pose: &Isometry3<f64>, twist: &Vector6<f64>) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_scaled_axis(twist.fixed_rows::<3>(0).into_owned());
+    Isometry3::from_parts(
+        Translation3::from(pose.translation.vector + twist.fixed_rows::<3>(3)),
+        turn * pose.rotation,
+    )
+}
+
+fn state() -> (f64, Isometry3<f64>, Vector6<f64>, Vector6<f64>) {
+    (
+        0.7,
+        pose(),
+        Vector6::new(0.8, -1.1, 0.6, 0.3, 0.9, -0.4),
+        Vector6::new(1.2, 0.4, -0.9, 2.0, -1.5, 0.7),
+    )
+}
+
+/// Six-point central differences of f along the six directions, as columns.
+fn jacobian(f: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> Matrix6<f64> {
+    let h = 1e-2;
+    let columns: Vec<Vector6<f64>> = (0..6)
+        .map(|j| {
+            let odd = |k: f64| {
+                let mut step = Vector6::zeros();
+                step[j] = k * h;
+                f(&step) - f(&-step)
+            };
+            (odd(1.0) * 45.0 - odd(2.0) * 9.0 + odd(3.0)) / (60.0 * h)
+        })
+        .collect();
+    Matrix6::from_columns(&columns)
+}
+
+/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, differentiated by differences along
+/// the motion itself, against the loads; also the sign with which the rod's wrench enters.
+#[test]
+fn momenta_change_as_the_loads_say() {
+    let (body, (t, pose, v, rod)) = (body(), state());
+    let motion = body.motion(t, &pose, &v, &rod);
+    let along = |h: f64| {
+        // To second order in h is enough for the first derivative of momentum at 0 by symmetric differences.
+        let v1 = v + motion.acceleration * h;
+        let pose1 = moved(&pose, &(v * h + motion.acceleration * (0.5 * h * h)));
+        let r = pose1.rotation.to_rotation_matrix().into_inner();
+        let omega = v1.fixed_rows::<3>(0).into_owned();
+        let c = r * Vector3::new(0.3, -0.2, 0.4);
+        let momentum = (v1.fixed_rows::<3>(3) + omega.cross(&c)) * 1.3;
+        (momentum, r * inertia() * r.transpose() * omega, c, omega)
+    };
+    let h = 1e-4;
+    let ((p1, l1, ..), (p0, l0, ..)) = (along(h), along(-h));
+    let (p, _, c, omega) = along(0.0);
+    let (m, n) = (rod.fixed_rows::<3>(0), rod.fixed_rows::<3>(3));
+    let drive = Vector3::new(1.0, -2.0, 0.5) * (3.0 * t + 0.2f64).sin();
+    let centre = p / 1.3;
+    let force = n + Vector3::new(0.5, 1.4, 0.2 - 1.3 * 9.81) - centre * 0.4 + drive;
+    let couple = m - c.cross(&n) + Vector3::new(-0.3, 0.2, 0.6) - omega * 0.25;
+    for k in 0..3 {
+        assert_close((p1 - p0)[k] / (2.0 * h), force[k], 1e-6, 1.0, "force");
+        assert_close((l1 - l0)[k] / (2.0 * h), couple[k], 1e-6, 1.0, "couple");
+    }
+    let power = drive.dot(&centre) + Vector3::new(-0.3, 0.2, 0.6).dot(&omega);
+    assert_close(motion.power, power, 1e-13, 1.0, "power");
+    let loss = 0.4 * centre.norm_squared() + 0.25 * omega.norm_squared();
+    assert_close(motion.loss, loss, 1e-13, 1.0, "loss");
+    // d(kinetic + potential)/dt = rod . V + power - loss.
+    let energy = |h: f64| {
+        let pose1 = moved(&pose, &(v * h + motion.acceleration * (0.5 * h * h)));
+        let v1 = v + motion.acceleration * h;
+        body.kinetic(&pose1, &v1) + body.potential(&pose1)
+    };
+    let rate = (energy(h) - energy(-h)) / (2.0 * h);
+    let want = rod.dot(&v) + motion.power - motion.loss;
+    assert_close(rate, want, 1e-6, 1.0, "energy");
+}
+
+/// Catches a wrong entry in the derivatives that an implicit integrator uses.
+#[test]
+fn derivatives_agree_with_differences() {
+    let (body, (t, pose, v, rod)) = (body(), state());
+    let linear = body.linearised(t, &pose, &v, &rod);
+    let cases = [
+        (
+            "by pose",
+            linear.by_pose,
+            jacobian(|d| body.motion(t, &moved(&pose, d), &v, &rod).acceleration),
+        ),
+        (
+            "by velocity",
+            linear.by_velocity,
+            jacobian(|d| body.motion(t, &pose, &(v + d), &rod).acceleration),
+        ),
+        (
+            "by wrench",
+            linear.by_wrench,
+            jacobian(|d| body.motion(t, &pose, &v, &(rod + d)).acceleration),
+        ),
+    ];
+    for (what, got, want) in cases {
+        assert!(
+            (got - want).amax() <= 1e-10 * want.amax(),
+            "{what}: {got} {want}"
+        );
+    }
+    let mass = linear.by_wrench;
+    assert!((mass - mass.transpose()).amax() < 1e-14 && mass.cholesky().is_some());
+}
+
+/// Catches a ball joint that feels couples, or that takes the pose for the position.
+#[test]
+fn a_point_mass_on_a_ball_joint_is_a_body() {
+    let body = Body::<3>::new(2.0)
+        .and_then(|b| b.with_gravity(Vector3::new(0.0, 0.0, -3.0)))
+        .and_then(|b| b.with_drag(0.5))
+        .expect("a body");
+    let (v, rod) = (Vector3::new(1.0, 2.0, -1.0), Vector3::new(0.4, 0.0, 1.0));
+    let end: &dyn EndBody<3, Pose = Isometry3<f64>> = &body;
+    let motion = end.motion(0.0, &pose(), &v, &rod);
+    let want = (rod - v * 0.5) / 2.0 + Vector3::new(0.0, 0.0, -3.0);
+    assert!((motion.acceleration - want).amax() < 1e-15);
+    assert_close(
+        end.potential(&pose()),
+        2.0 * 3.0 * 0.9,
+        1e-15,
+        1.0,
+        "potential",
+    );
+    assert_close(end.kinetic(&pose(), &v), 6.0, 1e-15, 1.0, "kinetic");
+    let linear = end.linearised(0.0, &pose(), &v, &rod);
+    assert_eq!(linear.by_pose, Matrix3::zeros());
+    assert_eq!(linear.by_velocity, Matrix3::identity() * -0.25);
+    assert_eq!(linear.by_wrench, Matrix3::identity() * 0.5);
+}
+
+/// Catches a field that takes a NaN, a negative drag, or an inertia that no body has.
+#[test]
+fn faults_are_refused() {
+    let nan = Vector3::new(0.0, f64::NAN, 0.0);
+    let free = || RigidBody::new(1.0, inertia()).expect("a body");
+    for (fault, word) in [
+        (RigidBody::new(0.0, inertia()), "mass"),
+        (RigidBody::new(1.0, -inertia()), "inertia"),
+        (RigidBody::new(1.0, inertia() * f64::NAN), "inertia"),
+        (
+            RigidBody::new(1.0, Matrix3::new(1., 0.1, 0., 0., 1., 0., 0., 0., 1.)),
+            "symmetric",
+        ),
+        (free().with_centre(nan), "centre"),
+        (free().with_gravity(nan), "gravity"),
+        (free().with_dead_force(nan), "force"),
+        (free().with_dead_couple(nan), "couple"),
+        (free().with_drag(-1.0), "drag"),
+        (free().with_rotational_drag(f64::NAN), "rotational drag"),
+    ] {
+        let fault = fault.expect_err(word);
+        assert!(
+            fault.is_domain() && fault.to_string().contains(word),
+            "{fault}"
+        );
+    }
+}
