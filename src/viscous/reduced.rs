@@ -12,6 +12,7 @@ use super::grid::Grid;
 use super::kinematics::{AtEnd, Kinematics, Local};
 use super::material::Material;
 use nalgebra::{DMatrix, DVector, SMatrix};
+use std::sync::Arc;
 
 /// A viscoelastic rod on a grid.
 #[derive(Debug, Clone)]
@@ -21,7 +22,7 @@ pub struct Reduced<K, const M: usize, const D: usize> {
     /// The section.
     pub material: Material<M>,
     /// The nodes.
-    pub grid: Grid,
+    pub grid: Arc<Grid>,
 }
 
 /// Strains and memory, and what follows from them alone.

@@ -40,3 +40,4 @@ mod sections;
 mod sections_nonlinear;
 mod support;
 mod truss;
+mod viscous;

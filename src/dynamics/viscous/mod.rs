@@ -1,5 +1,13 @@
 //! Motion of a body on a viscoelastic rod: strains with memory, theory Sec. 5.
 
+mod layer;
+mod resolution;
+mod run;
+mod sample;
 mod system;
 
-pub use system::{Layout, ViscousSystem};
+pub use layer::Layer;
+pub use resolution::{MOST_NODES, Nodes};
+pub use run::{ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousStart};
+pub use sample::ViscousSample;
+pub use system::{Layout, ViscousFactor, ViscousLinear, ViscousSystem};

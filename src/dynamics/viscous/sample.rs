@@ -1,0 +1,89 @@
+//! The state of a viscoelastic run at one moment.
+
+use super::system::ViscousSystem;
+use crate::body::EndBody;
+use crate::dynamics::Ledger;
+use crate::viscous::grid::Grid;
+use crate::viscous::kinematics::{AtEnd, Kinematics, Local};
+use crate::viscous::reduced::{Configuration, Flow};
+use nalgebra::DVector;
+use std::sync::Arc;
+
+/// The state of a viscoelastic run at one moment, with all that follows from it.
+#[derive(Debug, Clone)]
+pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
+    /// Time.
+    pub t: f64,
+    /// The nodes.
+    pub grid: Arc<Grid>,
+    /// Strains, memory, shape, stored energy.
+    pub configuration: Configuration<K::Shape, M, D>,
+    /// End wrench, strain rates, overstress.
+    pub flow: Flow<M, D>,
+    /// Pose of the end.
+    pub pose: K::Pose,
+    /// Velocity of the end.
+    pub velocity: AtEnd<D>,
+    /// Energies.
+    pub ledger: Ledger,
+    /// Energy dissipated per length and time, at the nodes.
+    pub dissipation: Vec<f64>,
+}
+
+impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D> {
+    /// The sample of a state of `system`; None outside the law's domain.
+    pub(super) fn new<B: EndBody<D, Pose = K::Pose>>(
+        system: &ViscousSystem<'_, K, B, M, D>,
+        y: &DVector<f64>,
+    ) -> Option<Self> {
+        let (configuration, flow) = system.at(y)?;
+        let pose = system.rod.kinematics.pose(&configuration.shape);
+        let velocity = system.velocity(y);
+        let time = system.layout().time();
+        Some(Self {
+            t: y[time],
+            grid: system.rod.grid.clone(),
+            ledger: Ledger {
+                kinetic: system.body.kinetic(&pose, &velocity),
+                elastic: configuration.energy,
+                potential: system.body.potential(&pose),
+                dissipated: y[time + 1] + y[time + 3],
+                work: y[time + 2],
+            },
+            dissipation: system.rod.dissipation(&configuration, &flow),
+            configuration,
+            flow,
+            pose,
+            velocity,
+        })
+    }
+
+    /// The strains at s in [0, 1].
+    pub fn strain(&self, s: f64) -> Local<M> {
+        self.grid.at(&self.configuration.strains, s)
+    }
+
+    /// Dissipation per length and time at s in [0, 1].
+    pub fn dissipation_at(&self, s: f64) -> f64 {
+        let density: Vec<Local<1>> = self.dissipation.iter().map(|d| Local::from([*d])).collect();
+        // The density is not negative; its polynomial may be, by the size of its last coefficients.
+        self.grid.at(&density, s)[0].max(0.0)
+    }
+
+    /// How far the rod is from equilibrium: the overstress relative to it and the resultants that are taken up (root
+    /// mean squares over the rod), in [0, 1].
+    pub fn distance(&self) -> f64 {
+        let mean = |field: &[Local<M>]| {
+            let squares = field.iter().zip(self.grid.weights());
+            squares
+                .map(|(x, w)| w * x.norm_squared())
+                .sum::<f64>()
+                .sqrt()
+        };
+        let over = mean(&self.flow.overstress);
+        if over == 0.0 {
+            return 0.0;
+        }
+        over / (over + mean(&self.configuration.taken))
+    }
+}
