@@ -41,6 +41,8 @@ pub struct Work {
 
 /// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
 const STIFF: f64 = 6.1;
+/// Above this step times eigenvalue, the interpolant of DOP853 is much poorer than its steps.
+const POOR: f64 = 2.0;
 /// Stiff steps that call for Radau, at first and at most; as many easy ones in a row as RELIEF start the count again.
 const PATIENCE: u32 = 12;
 const PATIENCE_LIMIT: u32 = 400;
@@ -153,9 +155,7 @@ impl<S: System> Integrator<S> {
         if self.implicit {
             self.radau.restart(y, slope, h);
         } else {
-            let work = self.explicit.work();
-            self.explicit = Dop853::new(y, slope, h, self.tolerance);
-            *self.explicit.work_mut() = work;
+            self.explicit.restart(y, slope, h);
             self.last = self.explicit.blank();
         }
     }
@@ -248,7 +248,8 @@ impl<S: System> Integrator<S> {
         if self.trail.len() == 4 {
             self.trail.remove(0);
         }
-        self.trail.push((self.walked, self.explicit.slope().clone()));
+        self.trail
+            .push((self.walked, self.explicit.slope().clone()));
         self.walked = 0.0;
         if self.trail.len() < 4 {
             return None;
@@ -348,7 +349,8 @@ impl<S: System> Integrator<S> {
     }
 
     /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
-    /// asked (3 slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
+    /// asked (3 slopes); near its limit of stability, where that is poor, it repeats the step as short as needed (12
+    /// slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
     /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
     /// accuracy of the steps, for the price of two factorisations and an iteration or two. None if that fails.
     pub fn at(&mut self, system: &S, x: f64) -> Option<DVector<f64>> {
@@ -361,12 +363,17 @@ impl<S: System> Integrator<S> {
         if self.implicit {
             return self.radau.exactly(system, x);
         }
+        let f = |y: &DVector<f64>| {
+            let mut out = DVector::zeros(y.len());
+            system.slope(y, &mut out)?;
+            Some(out)
+        };
+        let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+        if self.last.stiffness(norm).is_some_and(|size| size > POOR) {
+            let h = x * self.span;
+            return Some(self.last.redo(f, h, self.explicit.work_mut())?.to);
+        }
         if self.dense.is_none() {
-            let f = |y: &DVector<f64>| {
-                let mut out = DVector::zeros(y.len());
-                system.slope(y, &mut out)?;
-                Some(out)
-            };
             self.dense = self.last.dense(f, self.explicit.work_mut());
         }
         Some(self.dense.as_ref()?.at(x))
