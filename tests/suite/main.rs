@@ -38,6 +38,7 @@ mod scene_rods;
 mod scene_scales;
 mod sections;
 mod sections_nonlinear;
+mod stiff;
 mod support;
 mod truss;
 mod viscous;
