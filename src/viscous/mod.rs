@@ -10,7 +10,9 @@
 //! shape follow from the strains.
 //!
 //! * [`law`]: rate laws. [`grid`]: Gauss nodes along the rod. [`kinematics`]: shape and Q from the strains.
+//! * [`space`]: rods in space.
 
 pub mod grid;
 pub mod kinematics;
 pub mod law;
+pub mod space;
