@@ -16,7 +16,7 @@ use nalgebra::{
     DMatrix, Isometry3, Matrix3, Quaternion, SMatrix, SVector, Translation3, UnitQuaternion,
     Vector3, Vector4,
 };
-use turn::{Scratch, Turn, integrate, spin, turn};
+use turn::{Scratch, Turn, frame, integrate, spin, turn};
 
 /// Rods in space.
 ///
@@ -36,7 +36,7 @@ impl<const M: usize, const D: usize> Default for Space<M, D> {
 /// A framed curve: sections at the nodes and at the end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    turns: Vec<UnitQuaternion<f64>>,
+    turns: Vec<Turn>,
     directors: Vec<Matrix3<f64>>,
     positions: Vec<Vector3<f64>>,
     end: Isometry3<f64>,
@@ -161,7 +161,7 @@ impl<const M: usize, const D: usize> Space<M, D> {
                     .copy_from(&tangent(directors, strain));
                 change
                     .fixed_rows_mut::<4>(3)
-                    .copy_from(&spin(&p.coords, &curvature(strain)));
+                    .copy_from(&spin(p, &curvature(strain)));
                 change
             })
             .collect();
@@ -194,7 +194,6 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
             return None;
         }
         let u: Vec<Vector3<f64>> = strains.iter().map(curvature).collect();
-        let mut turns = vec![UnitQuaternion::identity(); n];
         let mut p = vec![Vector4::zeros(); n];
         let mut scratch = Scratch::new(n);
         let (mut at, mut defect) = (Vector4::w(), 0.0_f64);
@@ -205,15 +204,10 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
             (at, off) = turn(grid, element, &at, u, p, &mut scratch);
             defect = defect.max(off);
         }
-        let mut directors = Vec::with_capacity(n);
+        let directors: Vec<Matrix3<f64>> = p.iter().map(frame).collect();
         let mut tangents = u;
-        for (((p, turn), strain), tangent_there) in
-            p.iter().zip(&mut turns).zip(strains).zip(&mut tangents)
-        {
-            *turn = UnitQuaternion::new_unchecked(Quaternion::from_vector(*p));
-            let frame = turn.to_rotation_matrix().into_inner();
-            *tangent_there = tangent(&frame, strain);
-            directors.push(frame);
+        for ((there, directors), strain) in tangents.iter_mut().zip(&directors).zip(strains) {
+            *there = tangent(directors, strain);
         }
         let mut positions = vec![Vector3::zeros(); n];
         let mut end = Vector3::zeros();
@@ -232,7 +226,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         // Finite strains may overflow.
         let finite = end.translation.vector.norm().is_finite() && at.norm().is_finite();
         finite.then_some(Curve {
-            turns,
+            turns: p,
             directors,
             positions,
             end,

@@ -5,7 +5,7 @@
 //! as the polynomials resolve the rotation, and at the end of the element twice as good.
 
 use crate::viscous::grid::{Element, Grid};
-use nalgebra::{DMatrix, DVector, Quaternion, SVector, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix3, Quaternion, SVector, Vector3, Vector4};
 
 /// A quaternion as the vector (i, j, k, w).
 pub(super) type Turn = Vector4<f64>;
@@ -32,6 +32,25 @@ fn product(a: &Turn, b: &Turn) -> Turn {
 
 fn conjugate(p: &Turn) -> Turn {
     Vector4::new(-p.x, -p.y, -p.z, p.w)
+}
+
+/// R of p, orthonormal to rounding whatever |p|.
+pub(super) fn frame(p: &Turn) -> Matrix3<f64> {
+    let q = p * (2.0 / p.norm_squared());
+    let (xx, yy, zz) = (q.x * p.x, q.y * p.y, q.z * p.z);
+    let (xy, yz, zx) = (q.x * p.y, q.y * p.z, q.z * p.x);
+    let (wx, wy, wz) = (q.w * p.x, q.w * p.y, q.w * p.z);
+    Matrix3::new(
+        1.0 - (yy + zz),
+        xy - wz,
+        zx + wy,
+        xy + wz,
+        1.0 - (zz + xx),
+        yz - wx,
+        zx - wy,
+        yz + wx,
+        1.0 - (xx + yy),
+    )
 }
 
 /// The quaternion of the rotation vector `angle`.
