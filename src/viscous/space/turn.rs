@@ -13,7 +13,7 @@ pub(super) type Turn = Vector4<f64>;
 /// A defect that says nothing more than: too few nodes.
 const COARSE: f64 = 0.5;
 
-/// Corrections after which the iteration is given up: it converges quadratically or not at all.
+/// Corrections after which the iteration is given up: two or three will do, six on nodes that barely resolve p.
 const CORRECTIONS: usize = 8;
 
 /// p o u/2.
@@ -105,15 +105,22 @@ pub(super) fn integrate<const K: usize>(
 
 /// Room for the intermediate fields of an element with up to n nodes.
 pub(super) struct Scratch {
-    turns: Vec<Turn>,
     angles: Vec<Vector3<f64>>,
+    residual: Vec<Turn>,
+    field: Vec<Turn>,
+    /// Corrections and what they take off the residual, in turn, and the squares of the latter.
+    tried: Vec<Turn>,
+    squares: Vec<f64>,
 }
 
 impl Scratch {
     pub(super) fn new(n: usize) -> Self {
         Self {
-            turns: vec![Vector4::zeros(); 3 * n],
             angles: vec![Vector3::zeros(); n],
+            residual: vec![Turn::zeros(); n],
+            field: vec![Turn::zeros(); n],
+            tried: Vec::with_capacity(6 * n),
+            squares: Vec::with_capacity(CORRECTIONS + 1),
         }
     }
 }
@@ -130,7 +137,7 @@ pub(super) fn turn(
 ) -> (Turn, f64) {
     let weights = &grid.weights()[element.nodes()];
     guess(grid, element, start, u, p, &mut scratch.angles);
-    if !correct(element, start, u, p, &mut scratch.turns) {
+    if !correct(element, start, u, p, scratch) {
         solve(element, start, u, p);
     }
     let mut end = *start;
@@ -192,59 +199,97 @@ fn guess(
     product(&at, &exponential(&(total - before + commutator)))
 }
 
-/// Newton's method on the equations of the collocation; false if it does not converge.
+/// Solves the equations of the collocation by corrections of p; false if they do not converge.
+///
+/// Variation of constants: d = rho + eta o p solves d' = d o u/2 + rho' if p does without rho' and
+/// eta' = (rho o u/2) o p*. This is Newton's method where the nodes resolve eta o p, and slow in the last few modes. So
+/// every d is combined with those before for the least residual (generalised conjugate residuals), with quaternions for
+/// coefficients: the equations are linear over them.
 fn correct(
     element: &Element,
     start: &Turn,
     u: &[Vector3<f64>],
     p: &mut [Turn],
-    scratch: &mut [Turn],
+    scratch: &mut Scratch,
 ) -> bool {
     let n = u.len();
     let a = element.integrate();
-    let (residual, rest) = scratch.split_at_mut(n);
-    let (field, rest) = rest.split_at_mut(n);
-    let integral = &mut rest[..n];
+    let (residual, field) = (&mut scratch.residual[..n], &mut scratch.field[..n]);
+    let Scratch { tried, squares, .. } = scratch;
+    tried.clear();
+    squares.clear();
     let most = |squares: f64, square: f64| squares.max(square);
     let largest = u.iter().map(Vector3::norm_squared).fold(0.0, most).sqrt();
-    let rounding = f64::EPSILON * (4.0 + (element.to() - element.from()) * largest);
+    let rounding = f64::EPSILON * (12.0 + (element.to() - element.from()) * largest);
 
+    for ((f, p), u) in field.iter_mut().zip(&*p).zip(u) {
+        *f = spin(p, u);
+    }
+    integrate(a, field, residual);
+    for (rho, p) in residual.iter_mut().zip(&*p) {
+        *rho += start - p;
+    }
     let mut last = 1.0;
-    for _ in 0..CORRECTIONS {
-        for ((f, p), u) in field.iter_mut().zip(&*p).zip(u) {
-            *f = spin(p, u);
-        }
-        integrate(a, field, integral);
-        let mut left = 0.0;
-        for ((rho, integral), p) in residual.iter_mut().zip(&*integral).zip(&*p) {
-            *rho = p - start - integral;
-            left = most(left, rho.norm_squared());
-        }
+    for _ in 0..=CORRECTIONS {
+        let left = residual.iter().map(Turn::norm_squared).fold(0.0, most);
         let left = left.sqrt();
         if left <= rounding {
             return true;
         }
         if !(left < 0.5 * last) {
-            return left <= 8.0 * rounding;
+            break;
         }
-        // Variation of constants: d = -rho + eta o p has d' = d o u/2 - rho' if eta' = -(rho o u/2) o p*.
+        last = left;
+
+        // The correction d, and c = d - int d o u/2, what it takes off the residual.
         for (((f, rho), p), u) in field.iter_mut().zip(&*residual).zip(&*p).zip(u) {
             *f = product(&spin(rho, u), &conjugate(p));
         }
-        integrate(a, field, integral);
-        for ((p, rho), eta) in p.iter_mut().zip(&*residual).zip(&*integral) {
-            *p -= rho + product(eta, p);
+        let before = tried.len();
+        tried.resize(before + 2 * n, Turn::zeros());
+        let (before, new) = tried.split_at_mut(before);
+        let (d, c) = new.split_at_mut(n);
+        integrate(a, field, d);
+        for ((d, rho), p) in d.iter_mut().zip(&*residual).zip(&*p) {
+            *d = rho + product(d, p);
         }
-        // What is left now if the rate has not fallen.
-        if left * left <= rounding * last {
-            return true;
+        for ((f, d), u) in field.iter_mut().zip(&*d).zip(u) {
+            *f = spin(d, u);
         }
-        last = left;
+        integrate(a, field, c);
+        for (c, d) in c.iter_mut().zip(&*d) {
+            *c = d - *c;
+        }
+        for (old, square) in before.chunks_exact(2 * n).zip(&*squares) {
+            let (d0, c0) = old.split_at(n);
+            let theta = inner(c, c0) / -*square;
+            add(&theta, c0, c);
+            add(&theta, d0, d);
+        }
+        let square = c.iter().map(Turn::norm_squared).sum();
+        let theta = inner(residual, c) / square;
+        add(&theta, d, p);
+        add(&-theta, c, residual);
+        squares.push(square);
     }
     false
 }
 
-/// The equations of the collocation as one linear system, for nodes so far apart that Newton's method has no start.
+/// sum_i a_i o b_i*.
+fn inner(a: &[Turn], b: &[Turn]) -> Turn {
+    a.iter()
+        .zip(b)
+        .fold(Turn::zeros(), |sum, (a, b)| sum + product(a, &conjugate(b)))
+}
+
+/// Adds theta o a_i to every b_i.
+fn add(theta: &Turn, a: &[Turn], b: &mut [Turn]) {
+    for (b, a) in b.iter_mut().zip(a) {
+        *b += product(theta, a);
+    }
+}
+
+/// The equations of the collocation as one linear system, for nodes so far apart that the guess is no start.
 fn solve(element: &Element, start: &Turn, u: &[Vector3<f64>], p: &mut [Turn]) {
     let n = u.len();
     let a = element.integrate();
