@@ -167,6 +167,16 @@ impl Grid {
         self.elements[at].evaluate(&f[self.elements[at].nodes.clone()], s)
     }
 
+    /// int_0^s of the field with these values at the nodes, for `s` in [0, 1]: exact, as [`Grid::integrate`] is.
+    pub fn integral_at<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
+        let last = self.elements.len() - 1;
+        let at = self.elements.partition_point(|e| e.to < s).min(last);
+        let element = &self.elements[at];
+        let before =
+            (0..element.nodes.start).fold(SVector::zeros(), |sum, i| sum + f[i] * self.weights[i]);
+        before + element.integral(&f[element.nodes.clone()], s)
+    }
+
     /// A field carried over to another grid with the same elements: exact if that has as many nodes or more.
     pub fn carried<const K: usize>(
         &self,
@@ -269,6 +279,21 @@ impl Element {
             .iter()
             .zip(coefficients)
             .fold(SVector::zeros(), |sum, (p, c)| sum + c * *p)
+    }
+
+    /// int_from^s of the polynomial through values at its nodes.
+    fn integral<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
+        let half = 0.5 * (self.to - self.from);
+        let x = (s - self.from) / half - 1.0;
+        let table = legendre(x, f.len() + 1);
+        // int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
+        self.coefficients(f)
+            .iter()
+            .enumerate()
+            .fold(SVector::zeros(), |sum, (k, c)| {
+                let below = if k == 0 { -1.0 } else { table[k - 1] };
+                sum + c * (half * (table[k + 1] - below) / (2 * k + 1) as f64)
+            })
     }
 
     fn evaluate<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {

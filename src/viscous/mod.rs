@@ -10,6 +10,7 @@
 //! shape follow from the strains.
 //!
 //! * [`law`]: rate laws. [`grid`]: Gauss nodes along the rod. [`kinematics`]: shape and Q from the strains.
+//! * [`space`]: rods in space.
 
 pub mod grid;
 pub mod kinematics;
@@ -17,3 +18,4 @@ pub mod law;
 pub mod material;
 pub mod plane;
 pub mod reduced;
+pub mod space;

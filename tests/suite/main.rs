@@ -42,3 +42,4 @@ mod stiff;
 mod support;
 mod truss;
 mod viscous;
+mod viscous_space;
