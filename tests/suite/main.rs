@@ -38,3 +38,4 @@ mod sections;
 mod sections_nonlinear;
 mod support;
 mod truss;
+mod viscous_laws;
