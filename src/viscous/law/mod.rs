@@ -32,6 +32,8 @@ pub use small::SmallViscosity;
 pub use viscoelastic::{Maxwell, Viscoelastic};
 pub use viscosity::{Viscosity, ViscosityAt};
 
+pub(super) use free::{inverse_of_free, rigid_of};
+
 use crate::error::Result;
 use crate::rod::section::{Resultant, Strain};
 use nalgebra::Matrix6;
