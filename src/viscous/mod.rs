@@ -11,8 +11,10 @@
 //!
 //! * [`law`]: rate laws. [`grid`]: Gauss nodes along the rod. [`kinematics`]: shape and Q from the strains.
 //! * [`space`]: rods in space.
+//! * [`kernel`]: small motions about the straight rod, and when they have memory.
 
 pub mod grid;
+pub mod kernel;
 pub mod kinematics;
 pub mod law;
 pub mod material;

@@ -13,6 +13,7 @@ mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
 mod inversion;
+mod memory_kernel;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]
@@ -43,3 +44,4 @@ mod support;
 mod truss;
 mod viscous;
 mod viscous_space;
+mod viscous_laws;
