@@ -8,7 +8,12 @@ use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
 pub fn read(path: &Path) -> Result<Scene, Refusal> {
-    Scene::read(path).map_err(refuse)
+    let scene = Scene::read(path).map_err(refuse)?;
+    if scene.rod.damping.is_some() {
+        let why = "rods with damping cannot be run yet";
+        return Err(Refusal(format!("{}: {why}", path.display())));
+    }
+    Ok(scene)
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
@@ -72,6 +77,7 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
 /// What only setting up can find.
 fn start(scene: &AnyScene) -> snaprod::Result<()> {
     match scene {
+        AnyScene::Dynamics(scene) if scene.rod.damping.is_some() => Ok(()),
         AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
         AnyScene::Statics(scene) => scene.problem().map(drop),
     }

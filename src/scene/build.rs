@@ -36,6 +36,11 @@ impl Setup {
     /// # Errors
     /// A start position with no equilibrium as asked for, or with several: the message lists them.
     pub fn new(scene: &Scene) -> Result<Self> {
+        if scene.rod.damping.is_some() {
+            return Err(Error::domain(
+                "rod.damping: a viscoelastic rod has strains of its own, and no elastic run; leave it out",
+            ));
+        }
         let plain = scene.dimensionless();
         let mut body = Body::new(1.0)?
             .with_gravity(plain.gravity.into())?
@@ -82,6 +87,9 @@ fn start(scene: &Scene, place: &Place) -> Result<Equilibrium> {
         Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa),
         Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p),
         Place::Position { position, sheet } => at_position(scene, *position, sheet),
+        Place::Curvature { .. } => Err(Error::domain(
+            "curvature is the start of a rod with damping; an elastic rod starts from an equilibrium",
+        )),
     }
     .map_err(|e| e.context("[start]"))
 }

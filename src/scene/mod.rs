@@ -62,6 +62,8 @@ mod schema;
 mod section_schema;
 mod statics;
 mod statics_schema;
+mod viscous;
+mod viscous_schema;
 
 pub use build::Setup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
@@ -72,6 +74,7 @@ pub use statics::{
     Guess, LawName, Orientation, Rest, Rigid, Rotation, Second, Section, Shape, Shaped, Solve,
     Statics, Stiffness, StrainName, Transverse,
 };
+pub use viscous::{Damping, Friction, Maxwell, Method, PowerLaw, Relaxed};
 
 use crate::Error;
 use serde::Serialize;
@@ -282,8 +285,17 @@ pub struct Rod {
     pub model: Model,
     /// Length L > 0.
     pub length: f64,
-    /// Bending stiffness EI > 0, force times length squared.
+    /// Bending stiffness EI > 0, force times length squared; with Maxwell branches that of the rod after a long time.
     pub bending_stiffness: f64,
+    /// Internal friction; `None`: elastic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
+    /// Maxwell branches (Prony series), at most 32, only with damping; default none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub relaxation: Vec<Maxwell>,
+    /// A fixed number of strain nodes, 4..=400, only with damping; default chosen and adapted by the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<usize>,
 }
 
 /// The rod models.
@@ -306,14 +318,18 @@ pub struct Body {
 /// Where and how fast the body starts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Start {
-    /// The equilibrium of the rod at the start.
+    /// The shape of the rod at the start.
     #[serde(flatten)]
     pub place: Place,
+    /// Where the Maxwell branches are relaxed at the start: a polynomial as in [`Place::Curvature`]. Only with Maxwell
+    /// branches; default [`Relaxed::Start`].
+    #[serde(skip_serializing_if = "Relaxed::is_start")]
+    pub relaxed: Relaxed<Vec<f64>>,
     /// Velocity of the body; default at rest.
     pub velocity: [f64; 2],
 }
 
-/// An equilibrium of the rod, named in one of three ways.
+/// An equilibrium of the rod, named in one of three ways; or, of a rod with damping, any shape.
 ///
 /// With n the contact force and alpha its direction,
 /// lambda = L sqrt(|n| / EI) and kappa = sin((theta(L) - alpha) / 2); both are numbers in every
@@ -343,15 +359,20 @@ pub enum Place {
         /// Which of the equilibria there.
         sheet: Sheet,
     },
+    /// By the strain field, whatever the load; only with damping.
+    Curvature {
+        /// c0, c1, ...: theta' = c0 + c1 x + c2 x^2 + ..., 1/length, x = s/L; from 1 to 16 of them.
+        curvature: Vec<f64>,
+    },
 }
 
 impl Place {
-    /// The chart coordinates (lambda, p), unless the place is named by a position.
+    /// The chart coordinates (lambda, p), if the place is named by them.
     pub fn chart(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Kappa { lambda, kappa } => Some((lambda, kappa.atanh())),
             Self::P { lambda, p } => Some((lambda, p)),
-            Self::Position { .. } => None,
+            Self::Position { .. } | Self::Curvature { .. } => None,
         }
     }
 }
@@ -429,7 +450,10 @@ pub struct Run {
     pub duration: f64,
     /// Tolerance of the time steps, relative, in [1e-14, 1e-2]; default [`Run::TOLERANCE`].
     pub tolerance: f64,
-    /// Where a snapping rod lands; default [`Landing::Viscous`].
+    /// How the run steps through time, only with damping; default [`Method::Auto`].
+    #[serde(skip_serializing_if = "Method::is_auto")]
+    pub method: Method,
+    /// Where a snapping rod lands; default [`Landing::Viscous`], and nothing else with damping.
     pub landing: Landing,
     /// Bound on the number of branches under [`Landing::All`], 1..=10000; default
     /// [`Run::BRANCHES`]. Without effect under the other landings.

@@ -1,6 +1,6 @@
 //! From the user's units to those of the library, and back.
 
-use super::{Place, Scene};
+use super::{Maxwell, Place, PowerLaw, Relaxed, Scene};
 use std::f64::consts::TAU;
 
 /// The library's units of each quantity, measured in the user's: a value in the scene is the
@@ -32,8 +32,12 @@ pub struct Scales {
 impl Scales {
     /// The scales of a scene's rod and body.
     pub fn of(scene: &Scene) -> Self {
-        let (length, stiffness) = (scene.rod.length, scene.rod.bending_stiffness);
-        let mass = scene.body.mass;
+        let rod = &scene.rod;
+        Self::new(rod.length, rod.bending_stiffness, scene.body.mass)
+    }
+
+    /// The scales of a length, a bending stiffness and a mass.
+    pub fn new(length: f64, stiffness: f64, mass: f64) -> Self {
         let energy = stiffness / length;
         let force = energy / length;
         let velocity = (energy / mass).sqrt();
@@ -49,6 +53,21 @@ impl Scales {
         }
     }
 
+    /// Scale of bending stiffness, EI = energy * length.
+    pub fn stiffness(&self) -> f64 {
+        self.energy * self.length
+    }
+
+    /// Scale of the viscosity eta of m = eta theta'_t: EI * time.
+    pub fn viscosity(&self) -> f64 {
+        self.stiffness() * self.time
+    }
+
+    /// Scale of the rate of a curvature, 1/(length * time).
+    pub fn curvature_rate(&self) -> f64 {
+        1.0 / self.length / self.time
+    }
+
     /// True if no scale over- or underflows.
     pub(super) fn are_normal(&self) -> bool {
         let all = [self.length, self.force, self.energy, self.mass];
@@ -60,8 +79,16 @@ impl Scales {
 /// The start, the loads and the duration of a scene in the library's units: L = EI = m = 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dimensionless {
-    /// The equilibrium at the start; a position is in units of L.
+    /// The shape at the start; a position is in units of L, a curvature in units of 1/L.
     pub place: Place,
+    /// Viscosity eta of the rod, > 0; 0 if it is elastic.
+    pub viscosity: f64,
+    /// How the friction departs from being linear.
+    pub power: Option<PowerLaw>,
+    /// Maxwell branches.
+    pub relaxation: Vec<Maxwell>,
+    /// Where they are relaxed at the start.
+    pub relaxed: Relaxed<Vec<f64>>,
     /// Velocity at the start.
     pub velocity: [f64; 2],
     /// Acceleration of gravity, which is also its force.
@@ -101,6 +128,22 @@ impl Dimensionless {
     /// True if every number is finite, with its square, as energies and powers have it, and the duration
     /// is not 0.
     pub(super) fn is_finite(&self) -> bool {
+        let field = |field: &Vec<f64>| field.iter().all(|c| (c * c).is_finite());
+        let start = match &self.place {
+            Place::Curvature { curvature } => field(curvature),
+            _ => true,
+        };
+        let relaxed = match &self.relaxed {
+            Relaxed::At(curvature) => field(curvature),
+            _ => true,
+        };
+        let power = self.power.iter().map(|power| power.rate);
+        let branches = self.relaxation.iter();
+        let friction = self.viscosity == 0.0 || self.viscosity.is_normal();
+        let memory = branches.clone().all(|branch| branch.stiffness.is_finite())
+            && power
+                .chain(branches.map(|branch| branch.time))
+                .all(f64::is_normal);
         let vectors = [self.velocity, self.gravity, self.dead];
         let harmonics = self.forces.iter();
         vectors.iter().flatten().all(|x| (x * x).is_finite())
@@ -110,6 +153,7 @@ impl Dimensionless {
             && (self.drag * self.drag).is_finite()
             && self.duration > 0.0
             && self.duration.is_finite()
+            && (start && relaxed && friction && memory)
     }
 }
 
@@ -123,8 +167,25 @@ impl Scene {
                 position: position.map(over(scales.length)),
                 sheet: sheet.clone(),
             },
+            Place::Curvature { curvature } => Place::Curvature {
+                curvature: curvature.iter().map(|c| c * scales.length).collect(),
+            },
             chart => chart.clone(),
         };
+        let rod = &self.rod;
+        let viscosity = |damping: super::Damping| match damping.size {
+            super::Friction::Viscosity(viscosity) => viscosity / scales.stiffness() / scales.time,
+            super::Friction::Proportional(time) => time / scales.time,
+        };
+        let power = |power: PowerLaw| PowerLaw {
+            rate: power.rate * scales.length * scales.time,
+            ..power
+        };
+        let branch = |branch: &Maxwell| Maxwell {
+            stiffness: branch.stiffness / scales.stiffness(),
+            time: branch.time / scales.time,
+        };
+        let field = |field: Vec<f64>| field.iter().map(|c| c * scales.length).collect();
         let loads = &self.loads;
         let harmonic = |force: &super::Force| Harmonic {
             direction: force.unit(),
@@ -134,6 +195,10 @@ impl Scene {
         };
         Dimensionless {
             place,
+            viscosity: rod.damping.map_or(0.0, viscosity),
+            power: rod.damping.and_then(|damping| damping.power).map(power),
+            relaxation: rod.relaxation.iter().map(branch).collect(),
+            relaxed: self.start.relaxed.clone().map(field),
             velocity: self.start.velocity.map(over(scales.velocity)),
             gravity: loads.gravity.map(over(scales.acceleration)),
             dead: loads.dead.map(over(scales.force)),

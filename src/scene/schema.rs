@@ -2,6 +2,9 @@
 
 use super::fault::{FaultKind, Faults};
 use super::reader::{Need, Reader, Rule, Spec, Table, nearest};
+use super::viscous_schema::{
+    Memory, curvature, damping, landing_is_free, method, nodes, planar_relaxation, planar_relaxed,
+};
 use super::{
     Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Start,
     Units,
@@ -18,8 +21,15 @@ const TOP: Spec = Spec {
 };
 const ROD: Spec = Spec {
     name: "rod",
-    fields: &["model", "length", "bending_stiffness"],
-    planned: &[("damping", "viscoelastic rods are planned")],
+    fields: &[
+        "model",
+        "length",
+        "bending_stiffness",
+        "damping",
+        "relaxation",
+        "nodes",
+    ],
+    planned: &[],
 };
 const BODY: Spec = Spec {
     name: "body",
@@ -28,7 +38,16 @@ const BODY: Spec = Spec {
 };
 const START: Spec = Spec {
     name: "start",
-    fields: &["lambda", "kappa", "p", "position", "sheet", "velocity"],
+    fields: &[
+        "lambda",
+        "kappa",
+        "p",
+        "position",
+        "sheet",
+        "curvature",
+        "relaxed",
+        "velocity",
+    ],
     planned: &[],
 };
 const LOADS: Spec = Spec {
@@ -41,6 +60,7 @@ const RUN: Spec = Spec {
     fields: &[
         "duration",
         "tolerance",
+        "method",
         "landing",
         "branches",
         "samples",
@@ -121,9 +141,9 @@ pub(super) fn scene(text: &str) -> Result<Scene, Faults> {
         if let Some(value) = model_of(document)
             && value.get_ref().as_str() == Some("cosserat")
         {
-            let hint = "this is a scene of statics: use `snaprod equilibrium` or `snaprod branch`; the dynamics \
-                        of Cosserat rods are planned";
-            let (kind, hint) = (FaultKind::Planned, Some(hint.to_owned()));
+            let hint = "it is a rod in space: in a scene of statics, for `snaprod equilibrium` and `snaprod \
+                        branch`, or with [body] and [run] one of motion";
+            let (kind, hint) = (FaultKind::Value, Some(hint.to_owned()));
             reader.fault(kind, "rod.model", value.span(), r#""elastica""#, hint);
             return None;
         }
@@ -177,15 +197,17 @@ pub(super) fn guess_model(text: &str) -> Model {
 fn resolve(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod_table = required(top, &ROD, "length = 1.0");
+    let memory = rod_table.as_ref().map(Memory::of);
     let rod = rod_table.as_ref().and_then(rod);
     let body = required(top, &BODY, "mass = 1.0").and_then(|table| body(&table));
     let length = rod.as_ref().map(|rod| rod.length);
-    let start = required(top, &START, "lambda = 6.3").and_then(|table| start(&table, length));
+    let start =
+        required(top, &START, "lambda = 6.3").and_then(|table| start(&table, length, memory));
     let loads = match top.get("loads") {
         None => Some(Loads::default()),
         Some(value) => open(top, value, &LOADS).and_then(|table| loads(&table)),
     };
-    let run = required(top, &RUN, "duration = 3.0").and_then(|table| run(&table));
+    let run = required(top, &RUN, "duration = 3.0").and_then(|table| run(&table, memory));
     let scene = Scene {
         units: units?,
         rod: rod?,
@@ -201,7 +223,8 @@ fn resolve(top: &Table) -> Option<Scene> {
             "rod",
             None,
             "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the velocity, the \
-             loads (with their squares) and the duration measured by them, are numbers",
+             loads and curvatures (with their squares), the viscosities and the duration measured by them, are \
+             numbers",
             Some("they over- or underflow: choose units nearer to the rod's size".to_owned()),
         );
         return None;
@@ -244,10 +267,14 @@ fn rod(table: &Table) -> Option<Rod> {
     let length = table.number("length", POSITIVE, Required("length = 1.0"));
     let stiffness = Required("bending_stiffness = 1.0");
     let bending_stiffness = table.number("bending_stiffness", POSITIVE, stiffness);
+    let (damping, relaxation, nodes) = (damping(table), planar_relaxation(table), nodes(table));
     Some(Rod {
         model: model?,
         length: length?,
         bending_stiffness: bending_stiffness?,
+        damping: damping?,
+        relaxation: relaxation?,
+        nodes: nodes?,
     })
 }
 
@@ -256,7 +283,7 @@ fn body(table: &Table) -> Option<Body> {
     Some(Body { mass: mass? })
 }
 
-fn start(table: &Table, length: Option<f64>) -> Option<Start> {
+fn start(table: &Table, length: Option<f64>, memory: Option<Memory>) -> Option<Start> {
     let velocity = table.vector("velocity", FINITE, Or([0.0; 2]));
     let lambda = table.optional("lambda", LAMBDA);
     let kappa = table.optional("kappa", KAPPA);
@@ -279,25 +306,43 @@ fn start(table: &Table, length: Option<f64>) -> Option<Start> {
         )
     });
 
+    let curvature = curvature(table, memory);
+    let relaxed = planar_relaxed(table, memory);
+
     let consistent = one_place(table);
     let (velocity, lambda, kappa, p) = (velocity?, lambda?, kappa?, p?);
     let (position, sheet) = (position?, sheet?);
+    let (curvature, relaxed) = (curvature?, relaxed?);
     consistent.then_some(())?;
-    let place = match (lambda, kappa, p, position) {
-        (Some(lambda), Some(kappa), None, None) => Place::Kappa { lambda, kappa },
-        (Some(lambda), None, Some(p), None) => Place::P { lambda, p },
-        (None, None, None, Some(position)) => Place::Position { position, sheet },
+    let place = match (lambda, kappa, p, position, curvature) {
+        (Some(lambda), Some(kappa), None, None, None) => Place::Kappa { lambda, kappa },
+        (Some(lambda), None, Some(p), None, None) => Place::P { lambda, p },
+        (None, None, None, Some(position), None) => Place::Position { position, sheet },
+        (None, None, None, None, Some(curvature)) => Place::Curvature { curvature },
         // `one_place` has reported every other case.
         _ => return None,
     };
-    Some(Start { place, velocity })
+    Some(Start {
+        place,
+        relaxed,
+        velocity,
+    })
 }
 
-/// True if exactly one equilibrium, or position, is named; else the faults.
+/// True if exactly one equilibrium, position or strain field is named; else the faults.
 fn one_place(table: &Table) -> bool {
     let given = |name: &&str| table.get(name).is_some();
     let chart: Vec<&str> = ["lambda", "kappa", "p"].into_iter().filter(given).collect();
     let has = |name: &str| given(&name);
+    if has("curvature") {
+        let others = ["lambda", "kappa", "p", "position", "sheet"];
+        let others: Vec<&str> = others.into_iter().filter(given).collect();
+        if !others.is_empty() {
+            let hint = "it is the whole shape of the rod: start from it, or from an equilibrium";
+            table.conflict("curvature", &others, hint);
+        }
+        return others.is_empty();
+    }
     let mut consistent = true;
     if has("kappa") && has("p") {
         table.conflict("p", &["kappa"], "kappa = tanh p: keep one of them");
@@ -312,7 +357,7 @@ fn one_place(table: &Table) -> bool {
         return consistent;
     }
     if chart.is_empty() {
-        let allowed = "an equilibrium: lambda with kappa (or p), or position";
+        let allowed = "an equilibrium: lambda with kappa (or p), or position; or, of a rod with damping, curvature";
         let hint = "write `lambda = 6.3` and `kappa = 0.6` in [start]".to_owned();
         let (kind, at) = (FaultKind::Missing, table.at);
         table
@@ -460,7 +505,7 @@ fn force<'a>(
     })
 }
 
-fn run(table: &Table) -> Option<Run> {
+fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let duration = table.number("duration", POSITIVE, Required("duration = 3.0"));
     let tolerance = table.number("tolerance", TOLERANCE, Or(Run::TOLERANCE));
     let words = [
@@ -480,6 +525,8 @@ fn run(table: &Table) -> Option<Run> {
             |name| Landing::Named(name.sheet),
         )
     });
+    landing_is_free(table, memory, landing.as_ref());
+    let method = method(table, memory);
     let branches = table.count("branches", (1, 10_000), Run::BRANCHES);
     let samples = table.count("samples", (2, 10_000_000), Run::SAMPLES);
     let max_steps = table.count("max_steps", (1, 1_000_000_000), Run::MAX_STEPS);
@@ -487,6 +534,7 @@ fn run(table: &Table) -> Option<Run> {
     Some(Run {
         duration: duration?,
         tolerance: tolerance?,
+        method: method?,
         landing: landing?,
         branches: branches?,
         samples: samples?,

@@ -37,6 +37,8 @@ mod scene;
 mod scene_rods;
 #[cfg(feature = "scene")]
 mod scene_scales;
+#[cfg(feature = "scene")]
+mod scene_viscous;
 mod sections;
 mod sections_nonlinear;
 mod stiff;

@@ -155,7 +155,7 @@ fn every_fault_is_reported_at_its_line() {
 model = "elastic"
 lenght = -1.0
 bending_stiffness = "1.0"
-damping = 0.1
+damping = -0.1
 [body]
 [start]
 lambda = 0
@@ -182,7 +182,7 @@ samples = 1.5
         (3, "rod.lenght", Unknown),
         (3, "rod.length", Value),
         (4, "rod.bending_stiffness", Type),
-        (5, "rod.damping", Planned),
+        (5, "rod.damping", Value),
         (6, "body.mass", Missing),
         (8, "start.lambda", Value),
         (9, "start.kappa", Value),
@@ -364,13 +364,10 @@ fn missing_tables_are_named() {
 }
 
 #[test]
-fn plans_are_not_typing_errors() {
-    let damping = fault("length = 1.0", "length = 1.0\ndamping = 0.1");
-    assert_eq!((damping.kind, damping.line), (FaultKind::Planned, 4));
-    assert!(damping.to_string().contains("not available yet"));
+fn rods_in_space_have_their_own_scenes() {
     let cosserat = fault("elastica", "cosserat");
-    assert_eq!((cosserat.kind, cosserat.line), (FaultKind::Planned, 2));
-    assert!(cosserat.to_string().contains("not available yet"));
+    assert_eq!((cosserat.kind, cosserat.line), (FaultKind::Value, 2));
+    assert!(cosserat.to_string().contains("snaprod equilibrium"));
 }
 
 #[test]

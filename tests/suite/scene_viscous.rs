@@ -1,0 +1,307 @@
+//! Viscoelastic scenes: what is accepted, what is refused and where, and what it is in the library's units.
+
+use snaprod::scene::{
+    Damping, Fault, FaultKind, Friction, Landing, Maxwell, Method, Place, PowerLaw, Relaxed,
+    Scales, Scene,
+};
+use std::path::Path;
+
+const PLANAR: &str = r#"[rod]
+model = "elastica"
+length = 0.5
+bending_stiffness = 0.02
+damping = 0.003
+relaxation = [{ stiffness = 0.01, time = 2.0 }, { stiffness = 0.0, time = 0.5 }]
+nodes = 24
+[body]
+mass = 0.05
+[start]
+curvature = [1.5, -1.5]
+relaxed = [0.25]
+velocity = [0.0, -1.0]
+[run]
+duration = 3.0
+method = "implicit"
+"#;
+
+fn text_of(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap()
+}
+
+/// `base` with `from` (which must occur) replaced by `to`.
+fn edit(base: &str, from: &str, to: &str) -> String {
+    assert!(base.contains(from), "{from}");
+    base.replacen(from, to, 1)
+}
+
+fn planar(text: &str) -> Scene {
+    Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
+}
+
+fn close(a: f64, b: f64) {
+    assert!((a - b).abs() <= 1e-14 * a.abs().max(b.abs()), "{a} {b}");
+}
+
+/// Catches a field that reads into another place, and elastic scenes that change.
+#[test]
+fn planar_fields_and_defaults() {
+    let scene = planar(PLANAR);
+    let eta = Damping {
+        size: Friction::Viscosity(0.003),
+        power: None,
+    };
+    assert_eq!((scene.rod.damping, scene.rod.nodes), (Some(eta), Some(24)));
+    let branch = |stiffness, time| Maxwell { stiffness, time };
+    assert_eq!(scene.rod.relaxation, [branch(0.01, 2.0), branch(0.0, 0.5)]);
+    let curvature = vec![1.5, -1.5];
+    assert_eq!(scene.start.place, Place::Curvature { curvature });
+    assert_eq!(scene.start.relaxed, Relaxed::At(vec![0.25]));
+    assert_eq!(scene.run.method, Method::Implicit);
+
+    let power = PowerLaw {
+        exponent: 0.5,
+        rate: 2.0,
+    };
+    for (written, size, power) in [
+        ("{ viscosity = 0.1 }", Friction::Viscosity(0.1), None),
+        (
+            "{ proportional = 0.05 }",
+            Friction::Proportional(0.05),
+            None,
+        ),
+        (
+            "{ viscosity = 0.1, exponent = 0.5, rate = 2.0 }",
+            Friction::Viscosity(0.1),
+            Some(power),
+        ),
+        (
+            "{ proportional = 1, exponent = 0.5, rate = 2 }",
+            Friction::Proportional(1.0),
+            Some(power),
+        ),
+    ] {
+        let scene = planar(&edit(PLANAR, "0.003", written));
+        assert_eq!(scene.rod.damping, Some(Damping { size, power }));
+    }
+
+    let elastic = planar(&text_of("snap"));
+    let zero = edit(
+        &text_of("snap"),
+        "bending_stiffness = 1.0",
+        "bending_stiffness = 1.0\ndamping = -0.0",
+    );
+    assert_eq!(planar(&zero), elastic);
+    assert_eq!((elastic.rod.damping, elastic.rod.nodes), (None, None));
+    assert_eq!(elastic.start.relaxed, Relaxed::Start);
+    assert_eq!(elastic.run.method, Method::Auto);
+    assert_eq!(elastic.dimensionless().viscosity, 0.0);
+    let damped = planar(&text_of("viscous"));
+    assert_eq!(
+        (damped.run.method, &damped.run.landing),
+        (Method::Auto, &Landing::Viscous)
+    );
+    assert!(damped.rod.relaxation.is_empty() && damped.rod.nodes.is_none());
+    assert_eq!(planar(&text_of("creep")).start.relaxed, Relaxed::Start);
+}
+
+/// Catches content that is lost, or written in a form that is refused.
+#[test]
+fn planar_scenes_read_back() {
+    let plain = |text: &str| edit(text, "relaxed = [0.25]", "relaxed = false");
+    let texts = [
+        PLANAR.to_owned(),
+        plain(PLANAR),
+        edit(PLANAR, "0.003", "{ proportional = 0.05 }"),
+        edit(
+            PLANAR,
+            "0.003",
+            "{ viscosity = 1, exponent = 2, rate = 0.5 }",
+        ),
+        edit(PLANAR, "curvature = [1.5, -1.5]", "lambda = 2.0\np = 0.5"),
+        edit(PLANAR, "curvature = [1.5, -1.5]", "position = [0.2, 0.1]"),
+        text_of("viscous"),
+        text_of("creep"),
+    ];
+    for text in texts {
+        let scene = planar(&text);
+        let written = toml::to_string(&scene).unwrap();
+        assert_eq!(planar(&written), scene, "{written}");
+    }
+}
+
+/// (text, line, field, kind, words of the message): each text has this one fault.
+#[rustfmt::skip]
+fn bad_planar() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
+    use FaultKind::*;
+    let to = |from, to| edit(PLANAR, from, to);
+    let damping = |text: &str| edit(PLANAR, "0.003", text);
+    let branch = |text: &str| edit(PLANAR, "{ stiffness = 0.01, time = 2.0 }", text);
+    let curvature = |text: &str| edit(PLANAR, "[1.5, -1.5]", text);
+    // An elastic scene with one field too much.
+    let elastic = |table: &str, field: &str| edit(&text_of("snap"), table, &format!("{table}\n{field}"));
+    let power = "{ viscosity = 1, exponent = 0.5, rate = 1 }";
+    vec![
+        // The damping.
+        (damping("-0.1"), 5, "rod.damping", Value, "{ proportional = 0.05 }"),
+        (damping("-0.1"), 5, "rod.damping", Value, "feeds energy"),
+        (damping("nan"), 5, "rod.damping", Value, ">= 0"),
+        (damping("inf"), 5, "rod.damping", Value, ">= 0"),
+        (damping("\"0.1\""), 5, "rod.damping", Type, "a string"),
+        (damping("[0.1]"), 5, "rod.damping", Type, "Cosserat"),
+        (to("damping = ", "dampin = "), 5, "rod.dampin", Unknown, "did you mean `damping`"),
+        (damping("{}"), 5, "rod.damping.viscosity", Missing, "proportional"),
+        (damping("{ viscosity = 0 }"), 5, "rod.damping.viscosity", Value, "leave it out"),
+        (damping("{ proportional = -1 }"), 5, "rod.damping.proportional", Value, "> 0"),
+        (damping("{ viscosity = 1, proportional = 1 }"), 5, "rod.damping.proportional", Conflict, "rod.damping.viscosity (line 5)"),
+        (damping("{ viscosty = 1 }"), 5, "rod.damping.viscosty", Unknown, "did you mean `viscosity`"),
+        (damping("{ viscosity = 1, exponent = 0.5 }"), 5, "rod.damping.rate", Missing, "rate = 1.0"),
+        (damping("{ viscosity = 1, rate = 0.5 }"), 5, "rod.damping.exponent", Missing, "exponent = 0.5"),
+        (damping(&edit(power, "0.5", "0")), 5, "rod.damping.exponent", Value, "dry"),
+        (damping(&edit(power, "0.5", "10.5")), 5, "rod.damping.exponent", Value, "[0.1, 10]"),
+        (damping(&edit(power, "rate = 1", "rate = 0")), 5, "rod.damping.rate", Value, "> 0"),
+        (damping("1e-320"), 1, "rod", Value, "viscosities"),
+        // Maxwell branches and nodes.
+        (branch("{ stiffness = -1, time = 2.0 }"), 6, "rod.relaxation[0].stiffness", Value, ">= 0"),
+        (branch("{ stiffness = 1, time = 0 }"), 6, "rod.relaxation[0].time", Value, "> 0"),
+        (branch("{ stiffness = 1 }"), 6, "rod.relaxation[0].time", Missing, "time = 2.0"),
+        (branch("{ time = 1 }"), 6, "rod.relaxation[0].stiffness", Missing, "stiffness = 0.5"),
+        (branch("{ stiffness = 1, tme = 1 }"), 6, "rod.relaxation[0].tme", Unknown, "did you mean `time`"),
+        (branch("3.0"), 6, "rod.relaxation[0]", Type, "a float"),
+        (branch(&vec!["{ stiffness = 1, time = 1 }"; 32].join(", ")), 6, "rod.relaxation", Value, "33 branches"),
+        (edit(&text_of("creep"), "[{ stiffness = 1.0, time = 4.0 }]", "{ stiffness = 1, time = 4 }"), 10, "rod.relaxation", Type, "an array of tables"),
+        (to("nodes = 24", "nodes = 3"), 7, "rod.nodes", Value, "from 4 to 400"),
+        (to("nodes = 24", "nodes = 401"), 7, "rod.nodes", Value, "from 4 to 400"),
+        (to("nodes = 24", "nodes = 24.0"), 7, "rod.nodes", Type, "without a point"),
+        // The start.
+        (curvature("[]"), 11, "start.curvature", Value, "1 to 16"),
+        (curvature(&format!("{:?}", [0.5; 17])), 11, "start.curvature", Value, "17 elements"),
+        (curvature("1.5"), 11, "start.curvature", Type, "an array"),
+        (curvature("[1.5, nan]"), 11, "start.curvature[1]", Value, "finite"),
+        (curvature("[1e200]"), 1, "rod", Value, "curvatures"),
+        (to("velocity", "lambda = 2\nvelocity"), 11, "start.curvature", Conflict, "start.lambda (line 13)"),
+        (to("velocity", "position = [0.1, 0.1]\nsheet = 'lowest'\nvelocity"), 11, "start.curvature", Conflict, "start.position (line 13) and start.sheet (line 14)"),
+        (to("curvature = [1.5, -1.5]", ""), 10, "start", Missing, "curvature"),
+        (to("[0.25]", "\"true\""), 12, "start.relaxed", Type, "leave out the quotes"),
+        (to("[0.25]", "[]"), 12, "start.relaxed", Value, "1 to 16"),
+        (to("[0.25]", "{ u1 = [1.0] }"), 12, "start.relaxed", Type, "a table"),
+        (edit(&text_of("viscous"), "velocity", "relaxed = true\nvelocity"), 15, "start.relaxed", Conflict, "relaxation = ["),
+        // The run.
+        (to("implicit", "implict"), 16, "run.method", Value, "did you mean \"implicit\""),
+        (to("method = ", "landing = \"lowest\"\nmethod = "), 16, "run.landing", Conflict, "its own way"),
+        (to("method = ", "landing = { mode = 0, sign = '+' }\nmethod = "), 16, "run.landing", Conflict, "its own way"),
+        // What elastic rods have no use for.
+        (elastic("bending_stiffness = 1.0", "nodes = 24"), 9, "rod.nodes", Conflict, "damping = 0.1"),
+        (elastic("bending_stiffness = 1.0", "relaxation = [{ stiffness = 1, time = 1 }]"), 9, "rod.relaxation", Conflict, "no rate"),
+        (elastic("bending_stiffness = 1.0", "damping = 0\nnodes = 24"), 10, "rod.nodes", Conflict, "damping = 0.1"),
+        (elastic("[run]", "method = \"explicit\""), 19, "run.method", Conflict, "damping = 0.1"),
+        (elastic("[run]", "nodes = 4"), 19, "run.nodes", Unknown, "belongs in [rod]"),
+        (edit(&elastic("[start]", "curvature = [1]"), "lambda = 6.3", "").replace("kappa = 0.6", ""), 14, "start.curvature", Conflict, "in equilibrium at every instant"),
+    ]
+}
+
+fn one_fault(
+    found: &[Fault],
+    text: &str,
+    (line, field, kind, words): (usize, &str, FaultKind, &str),
+) {
+    let [found] = found else {
+        panic!("{found:#?}\n{text}")
+    };
+    let seen = (found.line, found.field.as_str(), found.kind);
+    assert_eq!(seen, (line, field, kind), "{found}\n{text}");
+    assert!(found.to_string().contains(words), "{found}: {words}");
+}
+
+/// Catches a scene that cannot be run and is accepted, and faults that send the user elsewhere.
+#[test]
+fn bad_planar_scenes_are_refused() {
+    for (text, line, field, kind, words) in bad_planar() {
+        let found = match Scene::parse(&text) {
+            Ok(scene) => panic!("accepted: {scene:?}\n{text}"),
+            Err(faults) => faults,
+        };
+        one_fault(found.as_slice(), &text, (line, field, kind, words));
+    }
+}
+
+/// Catches a fault that hides another one.
+#[test]
+fn all_faults_at_once() {
+    let text = r#"[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+relaxation = [{ stiffness = -1, time = 1 }]
+nodes = 3
+[body]
+mass = 1.0
+[start]
+curvature = []
+relaxed = 3
+[run]
+duration = 3.0
+method = "fast"
+"#;
+    let faults = Scene::parse(text).unwrap_err();
+    let seen: Vec<_> = faults
+        .into_iter()
+        .map(|f| (f.line, f.field.as_str()))
+        .collect();
+    let twice = [
+        "rod.relaxation",
+        "rod.relaxation[0].stiffness",
+        "rod.nodes",
+        "rod.nodes",
+    ];
+    let rest = [
+        "start.curvature",
+        "start.curvature",
+        "start.relaxed",
+        "run.method",
+        "run.method",
+    ];
+    let lines = [5, 5, 6, 6, 10, 10, 11, 14, 14];
+    let expected: Vec<_> = lines
+        .into_iter()
+        .zip(twice.into_iter().chain(rest))
+        .collect();
+    assert_eq!(seen, expected);
+}
+
+/// L = 0.5 m, EI = 0.02 N m^2, m = 0.05 kg by hand: time = sqrt(m L^3/EI) = sqrt(0.3125) s. Catches a viscosity,
+/// stiffness or curvature scaled by a wrong power of length or time.
+#[test]
+fn planar_si_scales() {
+    let power = edit(
+        PLANAR,
+        "0.003",
+        "{ viscosity = 0.003, exponent = 0.5, rate = 4.0 }",
+    );
+    let scene = planar(&power);
+    let (scales, time) = (Scales::of(&scene), 0.3125_f64.sqrt());
+    close(scales.stiffness(), 0.02);
+    close(scales.viscosity(), 0.02 * time);
+    close(scales.curvature_rate(), 2.0 / time);
+    let free = scene.dimensionless();
+    close(free.viscosity, 0.15 / time);
+    let rate = free.power.unwrap();
+    close(rate.rate, 2.0 * time);
+    assert_eq!(rate.exponent, 0.5);
+    close(free.relaxation[0].stiffness, 0.5);
+    close(free.relaxation[0].time, 2.0 / time);
+    assert_eq!(free.relaxation[1].stiffness, 0.0);
+    let curvature = vec![0.75, -0.75];
+    assert_eq!(free.place, Place::Curvature { curvature });
+    assert_eq!(free.relaxed, Relaxed::At(vec![0.125]));
+    // In proportion to the stiffness: eta = 0.15 s * EI is the viscosity above.
+    let other = planar(&edit(PLANAR, "0.003", "{ proportional = 0.15 }"));
+    close(other.dimensionless().viscosity, free.viscosity);
+    close(other.rod.damping.unwrap().viscosity(0.02), 0.003);
+    let lambda = planar(&edit(
+        PLANAR,
+        "curvature = [1.5, -1.5]",
+        "lambda = 2.0\np = 0.5",
+    ));
+    assert_eq!(lambda.dimensionless().place.chart(), Some((2.0, 0.5)));
+}
