@@ -6,9 +6,12 @@
 mod plot_data;
 #[path = "../tests/suite/plot_rods_data.rs"]
 mod plot_rods_data;
+#[path = "../tests/suite/plot_viscous_data.rs"]
+mod plot_viscous_data;
 
 use plot_data::*;
 use plot_rods_data::*;
+use plot_viscous_data::*;
 use snaprod::plot::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -44,6 +47,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("rods_ring", rod_shapes(&one(ring(), 0.06))?),
         ("rods_straight", rod_shapes(&one(bent(0.0, 0, 1), 0.0))?),
         ("rod_state", rod_state(&state())?),
+        ("strain_map", strain_map(&strain_map_data(400, 60))?),
+        ("layer", layer(&layer_data())?),
+        ("convergence", convergence(&convergence_data())?),
+        (
+            "dissipated_against_released",
+            dissipated_against_released(&losses_data())?,
+        ),
+        (
+            "losses_over_time",
+            losses_over_time(&losses_over_time_data())?,
+        ),
+        ("kernel", kernel(&kernel_data())?),
         ("rod_state_plane", rod_state(&plane_state())?),
     ];
     for (name, svg) in figures {

@@ -1,5 +1,7 @@
 //! What figures are made from: plain numbers, whoever computed them.
 
+use crate::error::{Error, Result};
+
 /// The units written on the axes, and the rod's length in them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Units {
@@ -47,6 +49,46 @@ impl Units {
 
     pub(crate) fn energy_of(&self, name: &str) -> String {
         format!("{name} ({})", self.energy)
+    }
+
+    /// The unit of power per length.
+    pub(crate) fn power_density(&self) -> String {
+        self.derived(
+            "√((EI)³/μℓ⁷)",
+            "W/m",
+            format!("{}/({}·{})", self.energy, self.length, self.time),
+        )
+    }
+
+    /// The unit of the viscosity eta of m = EI theta' + eta theta'_t: energy x length x time.
+    pub(crate) fn viscosity(&self) -> String {
+        self.derived(
+            "√(EI·μℓ³)",
+            "N m² s",
+            format!("{}·{}·{}", self.energy, self.length, self.time),
+        )
+    }
+
+    /// The unit of (time / viscosity).
+    pub(crate) fn stretched_time(&self) -> String {
+        self.derived(
+            "1/EI",
+            "1/(N m²)",
+            format!("1/({}·{})", self.energy, self.length),
+        )
+    }
+
+    /// A unit made of these, in short where it has a short form.
+    fn derived(&self, scaled: &str, si: &str, other: String) -> String {
+        let same =
+            |u: &Self| [&self.length, &self.time, &self.energy] == [&u.length, &u.time, &u.energy];
+        if same(&Self::default()) {
+            scaled.into()
+        } else if same(&Self::si(1.0)) {
+            si.into()
+        } else {
+            other
+        }
     }
 
     /// The rod's length, or 1 if it is not a length.
@@ -201,3 +243,42 @@ pub struct View {
 
 /// A box [[x0, x1], [y0, y1], [z0, z1]].
 pub type Bounds = [[f64; 2]; 3];
+
+/// Errs unless a list has as many entries as there are `of` something.
+pub(crate) fn as_many(
+    figure: &str,
+    field: &str,
+    entries: usize,
+    wanted: usize,
+    of: &str,
+) -> Result<()> {
+    if entries == wanted {
+        return Ok(());
+    }
+    Err(Error::domain(format!(
+        "{figure}: {field} has {entries} entries for {wanted} {of}; it needs as many"
+    )))
+}
+
+/// The ends of a list that must be finite, must not fall and must have a span.
+pub(crate) fn rising(figure: &str, field: &str, values: &[f64]) -> Result<(f64, f64)> {
+    let fault = |what: String| Error::domain(format!("{figure}: {field} {what}"));
+    let (Some(&first), Some(&last)) = (values.first(), values.last()) else {
+        return Err(fault("is empty; it needs two values at least".into()));
+    };
+    if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
+        return Err(fault(format!(
+            "has an entry {bad}; it needs finite numbers"
+        )));
+    }
+    if let Some(pair) = values.windows(2).find(|p| p[1] < p[0]) {
+        return Err(fault(format!(
+            "falls from {} to {}; it must rise",
+            pair[0], pair[1]
+        )));
+    }
+    if !(last > first && (last - first).is_finite()) {
+        return Err(fault(format!("spans nothing from {first} to {last}")));
+    }
+    Ok((first, last))
+}

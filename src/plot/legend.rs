@@ -112,6 +112,8 @@ pub(crate) struct ColourBar<'a> {
     pub axis: &'a Axis,
     /// Colours from bottom to top in equal steps.
     pub colours: &'a [Colour],
+    /// Draws a point below: values under the scale have the first colour.
+    pub open_below: bool,
     /// Draws a point on top: values above the scale have the last colour.
     pub open_above: bool,
 }
@@ -140,7 +142,15 @@ impl ColourBar<'_> {
             );
         }
         let pen = Pen::new(INK, 0.8);
-        let mut outline = vec![(left, top), (left, bottom), (right, bottom), (right, top)];
+        let mut outline = vec![(left, top), (left, bottom)];
+        if self.open_below {
+            let tip = (0.5 * (left + right), bottom + 10.0);
+            if let Some(&first) = self.colours.first() {
+                canvas.polygon(&[(left, bottom), (right, bottom), tip], first, 1.0);
+            }
+            outline.push(tip);
+        }
+        outline.extend([(right, bottom), (right, top)]);
         if self.open_above {
             let tip = (0.5 * (left + right), top - 10.0);
             if let Some(&last) = self.colours.last() {

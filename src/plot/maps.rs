@@ -230,6 +230,7 @@ pub fn energy_landscape(data: &EnergyLandscape) -> Result<String> {
     let bar = ColourBar {
         axis: &axis,
         colours: &colours,
+        open_below: false,
         open_above: found.1 > hi,
     };
 

@@ -16,6 +16,11 @@
 //! | [`lines`] | any curves, linear or logarithmic |
 //! | [`branch_diagram`] | branches of equilibria over a parameter, their stability, special points |
 //! | [`rod_shapes`] | rods in space, in perspective |
+//! | [`strain_map`] | strain and dissipation of a viscous rod over time and arclength |
+//! | [`layer`] | a snap in stretched time: shapes and energies |
+//! | [`convergence`] | errors against the viscosity, reference slopes |
+//! | [`dissipated_against_released`], [`losses_over_time`] | losses of a viscous run against the elastic limit |
+//! | [`kernel`] | memory: relaxation and creep functions of the end |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
@@ -24,11 +29,17 @@
 mod axes;
 mod branch;
 mod canvas;
+mod cells;
 mod contour;
+mod convergence;
 mod data;
 mod depth;
+mod heat;
+mod kernel;
+mod layer;
 mod legend;
 mod lines;
+mod losses;
 mod maps;
 mod motion;
 mod painter;
@@ -45,8 +56,15 @@ mod text;
 mod ticks;
 
 pub use branch::{Branch, BranchDiagram, BranchPanel, Special, SpecialKind, branch_diagram};
+pub use convergence::{Convergence, ConvergenceSeries, Slope, convergence};
 pub use data::{Bounds, Curve, Field, Patch, Units, View};
+pub use heat::{StrainMap, strain_map};
+pub use kernel::{KernelCurve, KernelFigure, kernel};
+pub use layer::{LayerFigure, LayerRun, layer};
 pub use lines::{Lines, Series, Trace, lines};
+pub use losses::{
+    LossGroup, LossRun, LossesOverTime, SnapLosses, dissipated_against_released, losses_over_time,
+};
 pub use maps::{EnergyLandscape, FoldMap, Scale, energy_landscape, fold_map};
 pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 #[cfg(feature = "png")]

@@ -50,6 +50,7 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
         colours: &(0..64)
             .map(|i| sequential_line(i as f64 / 63.0))
             .collect::<Vec<_>>(),
+        open_below: false,
         open_above: false,
     };
 

@@ -47,15 +47,34 @@ const VIRIDIS: [Colour; 9] = [
 
 /// An ordered colour at t in [0, 1], dark to light, for areas.
 pub(crate) fn sequential(t: f64) -> Colour {
-    let steps = (VIRIDIS.len() - 1) as f64;
-    let at = t.clamp(0.0, 1.0) * steps;
-    let i = (at.floor() as usize).min(VIRIDIS.len() - 2);
-    VIRIDIS[i].mix(VIRIDIS[i + 1], at - i as f64)
+    along(&VIRIDIS, t)
 }
 
 /// The same for thin lines on white: stops before the yellow.
 pub(crate) fn sequential_line(t: f64) -> Colour {
     sequential(0.86 * t.clamp(0.0, 1.0))
+}
+
+/// Blue through near white to red at seven equal steps; both ends about as dark.
+const DIVERGING: [Colour; 7] = [
+    Colour(22, 48, 110),
+    Colour(62, 122, 184),
+    Colour(161, 203, 227),
+    Colour(247, 246, 243),
+    Colour(246, 188, 150),
+    Colour(209, 96, 62),
+    Colour(112, 18, 36),
+];
+
+/// A colour at t in [0, 1] for numbers of both signs, the middle for zero.
+pub(crate) fn diverging(t: f64) -> Colour {
+    along(&DIVERGING, t)
+}
+
+fn along(steps: &[Colour], t: f64) -> Colour {
+    let at = t.clamp(0.0, 1.0) * (steps.len() - 1) as f64;
+    let i = (at.floor() as usize).min(steps.len() - 2);
+    steps[i].mix(steps[i + 1], at - i as f64)
 }
 
 impl Colour {

@@ -156,6 +156,7 @@ pub fn rod_shapes(data: &RodShapes) -> Result<String> {
     let bar = scale.as_ref().map(|axis| ColourBar {
         axis,
         colours: &colours,
+        open_below: false,
         open_above: false,
     });
 

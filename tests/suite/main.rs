@@ -22,6 +22,10 @@ mod plot_data;
 mod plot_rods;
 #[cfg(feature = "plot")]
 mod plot_rods_data;
+#[cfg(feature = "plot")]
+mod plot_viscous;
+#[cfg(feature = "plot")]
+mod plot_viscous_data;
 #[cfg(feature = "cli")]
 mod program;
 mod reductions;

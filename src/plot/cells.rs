@@ -1,0 +1,196 @@
+//! A grid of coloured cells, drawn without seams.
+//!
+//! Cells that merely touch show hairlines of the paper between them wherever a viewer smooths edges. Here
+//! the colours are stacked instead: the area of all cells of band k and above is painted as one, then
+//! that of band k + 1 over it. Paper is never seen, and a smooth field costs its level lines, not its cells.
+
+use super::canvas::Canvas;
+use super::palette::Colour;
+
+/// Numbers of bands that are tried; the first that is small enough as SVG is taken.
+const BANDS: [usize; 4] = [65, 33, 17, 9];
+/// Corners a map may have, each about 11 bytes.
+const CORNERS: usize = 40_000;
+
+type Ring = Vec<(f64, f64)>;
+
+/// A traced grid.
+pub(crate) struct Cells {
+    /// Number of colours, odd.
+    pub bands: usize,
+    /// Bands that occur, rising, each with the outline of its cells and those above.
+    areas: Vec<(usize, Vec<Ring>)>,
+    /// True if a cell has no value.
+    pub gaps: bool,
+}
+
+impl Cells {
+    /// From `levels` in [0, 1] (NaN for a gap), column by column: the cell between `x[i]`, `x[i + 1]` and `y[j]`,
+    /// `y[j + 1]` (in pixels) has the level `levels[i * (y.len() - 1) + j]`.
+    pub(crate) fn new(x: &[f64], y: &[f64], levels: &[f64]) -> Self {
+        let rows = y.len().saturating_sub(1);
+        let columns: Vec<usize> = (0..x.len().saturating_sub(1)).collect();
+        // Columns below the drawing's resolution take no room; their neighbours meet there.
+        let seen = |i: &usize| (10.0 * x[*i]).round() != (10.0 * x[i + 1]).round();
+        let columns: Vec<usize> = columns.into_iter().filter(seen).collect();
+        let mut edges: Vec<f64> = columns.iter().map(|&i| x[i]).collect();
+        edges.extend(columns.last().map(|&i| x[i + 1]));
+        let level = |c: usize, j: usize| levels[columns[c] * rows + j];
+        let cells = columns.len() * rows;
+        let gaps = (0..cells).any(|m| level(m / rows, m % rows).is_nan());
+
+        let mut found = Vec::new();
+        for bands in BANDS {
+            let band: Vec<Option<usize>> = (0..cells)
+                .map(|m| band_of(level(m / rows, m % rows), bands))
+                .collect();
+            found = (0..bands)
+                .filter(|k| band.contains(&Some(*k)))
+                .map(|k| {
+                    let inside = |c: usize, j: usize| band[c * rows + j] >= Some(k);
+                    let at = |(i, j): (usize, usize)| (edges[i], y[j]);
+                    let rings = outlines(columns.len(), rows, inside);
+                    let rings: Vec<Ring> = rings
+                        .into_iter()
+                        .map(|ring| ring.into_iter().map(at).collect())
+                        .collect();
+                    (k, rings)
+                })
+                .collect::<Vec<_>>();
+            let corners: usize = found
+                .iter()
+                .flat_map(|(_, rings)| rings.iter().map(|ring| ring.len() + 2))
+                .sum();
+            if corners <= CORNERS || bands == BANDS[BANDS.len() - 1] {
+                return Self {
+                    bands,
+                    areas: found,
+                    gaps,
+                };
+            }
+        }
+        Self {
+            bands: BANDS[0],
+            areas: found,
+            gaps,
+        }
+    }
+
+    /// Paints the areas `down` pixels below where they were traced, band k in the k-th of `bands` colours.
+    pub(crate) fn paint(&self, canvas: &mut Canvas, down: f64, colours: &[Colour]) {
+        for (k, rings) in &self.areas {
+            let lowered: Vec<Ring> = rings
+                .iter()
+                .map(|ring| ring.iter().map(|p| (p.0, p.1 + down)).collect())
+                .collect();
+            if let Some(&colour) = colours.get(*k) {
+                canvas.region(&lowered, colour, 1.0);
+            }
+        }
+    }
+}
+
+fn band_of(level: f64, bands: usize) -> Option<usize> {
+    let band = || ((level.clamp(0.0, 1.0) * bands as f64) as usize).min(bands - 1);
+    (!level.is_nan()).then(band)
+}
+
+/// The rings that bound a set of grid cells, as corners (column edge, row edge); the set lies always on the
+/// same side, so holes run the other way round.
+fn outlines(
+    columns: usize,
+    rows: usize,
+    inside: impl Fn(usize, usize) -> bool,
+) -> Vec<Vec<(usize, usize)>> {
+    let has = |i: isize, j: isize| {
+        i >= 0
+            && j >= 0
+            && (i as usize) < columns
+            && (j as usize) < rows
+            && inside(i as usize, j as usize)
+    };
+    let index = |(i, j): (usize, usize)| i * (rows + 1) + j;
+    // Where the edges from each corner lead: two where cells touch at a corner.
+    let mut leads: Vec<Vec<(usize, usize)>> = vec![Vec::new(); (columns + 1) * (rows + 1)];
+    for i in 0..columns {
+        for j in 0..rows {
+            let (a, b) = (i as isize, j as isize);
+            if !has(a, b) {
+                continue;
+            }
+            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            let beyond = [(a, b - 1), (a + 1, b), (a, b + 1), (a - 1, b)];
+            for (side, &(p, q)) in beyond.iter().enumerate() {
+                if !has(p, q) {
+                    leads[index(corners[side])].push(corners[(side + 1) % 4]);
+                }
+            }
+        }
+    }
+    let mut rings = Vec::new();
+    for m in 0..leads.len() {
+        let start = (m / (rows + 1), m % (rows + 1));
+        while let Some(mut next) = leads[m].pop() {
+            let mut ring = vec![start];
+            while next != start {
+                ring.push(next);
+                // As many edges leave a corner as reach it.
+                let Some(further) = leads[index(next)].pop() else {
+                    break;
+                };
+                next = further;
+            }
+            rings.push(bends(&ring));
+        }
+    }
+    rings
+}
+
+/// The corners of a ring at which it turns.
+fn bends(ring: &[(usize, usize)]) -> Vec<(usize, usize)> {
+    let n = ring.len();
+    (0..n)
+        .filter(|&k| {
+            let (before, after) = (ring[(k + n - 1) % n], ring[(k + 1) % n]);
+            before.0 != after.0 && before.1 != after.1
+        })
+        .map(|k| ring[k])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Catches a hole lost, or one that runs the same way as its rim: then the fill would cover it.
+    #[test]
+    fn a_hole_runs_the_other_way() {
+        let rings = outlines(3, 3, |i, j| (i, j) != (1, 1));
+        let area = |ring: &[(usize, usize)]| -> f64 {
+            (0..ring.len())
+                .map(|k| {
+                    let (a, b) = (ring[k], ring[(k + 1) % ring.len()]);
+                    0.5 * (a.0 as f64 * b.1 as f64 - b.0 as f64 * a.1 as f64)
+                })
+                .sum()
+        };
+        let areas: Vec<f64> = rings.iter().map(|r| area(r)).collect();
+        assert_eq!(areas.len(), 2);
+        assert_eq!(areas.iter().sum::<f64>(), 8.0);
+        assert!(rings.iter().all(|r| r.len() == 4));
+    }
+
+    /// Catches cells lost where two of them touch at a corner, and noise that makes a huge file.
+    #[test]
+    fn noise_keeps_to_the_budget() {
+        let x: Vec<f64> = (0..=400).map(f64::from).collect();
+        let y: Vec<f64> = (0..=60).map(|j| 3.0 * f64::from(j)).collect();
+        let levels: Vec<f64> = (0..400 * 60)
+            .map(|m| (0.5 + 0.5 * (f64::from(m) * 12.9898).sin()) * 43.7 % 1.0)
+            .collect();
+        let cells = Cells::new(&x, &y, &levels);
+        assert_eq!(cells.bands, 9);
+        let checkers = outlines(8, 8, |i, j| (i + j) % 2 == 0);
+        assert_eq!(checkers.iter().map(Vec::len).sum::<usize>(), 4 * 32);
+    }
+}

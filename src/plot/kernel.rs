@@ -1,0 +1,194 @@
+//! Memory of viscoelastic rods: relaxation functions (or kernels) and creep functions of their ends.
+
+use super::axes::{Axis, Panel, ROOM_BELOW, extent, room_left};
+use super::canvas::{Canvas, Pen, draw};
+use super::data::{Units, as_many};
+use super::legend::{Entry, Key, Legend};
+use super::palette::{GREY, INK, category};
+use super::rod3::heading;
+use crate::error::{Error, Result};
+
+/// One component of a matrix of functions of time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct KernelCurve {
+    /// Its name with its unit, as "m₁–φ₁ (EI/ℓ)". Curves of one name have one colour in both panels and
+    /// one entry in the legend.
+    pub name: String,
+    /// Its value at each of the times; what is not finite breaks the curve.
+    pub values: Vec<f64>,
+    /// Its value at time 0+: a dashed line at the left.
+    pub instantaneous: Option<f64>,
+    /// Its value as time goes to infinity: a dashed line at the right.
+    pub relaxed: Option<f64>,
+}
+
+/// Components of a relaxation function (or memory kernel) and of the creep function, up to 6 x 6 of each; eight
+/// can be told apart by colour, as many more by dashes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct KernelFigure {
+    /// Written over the figure; may be empty.
+    pub title: String,
+    /// Times, in `units.time`, in any order that the curves follow; those that are not positive are left out.
+    pub time: Vec<f64>,
+    /// Components of the relaxation function: the upper panel.
+    pub relaxation: Vec<KernelCurve>,
+    /// Components of the creep function: the lower panel. Empty to leave it out.
+    pub creep: Vec<KernelCurve>,
+    /// The upper vertical axis, with its unit; if empty "relaxation function".
+    pub relaxation_label: String,
+    /// The lower vertical axis, with its unit; if empty "creep function".
+    pub creep_label: String,
+    /// Logarithmic vertical axes: values that are not positive are left out.
+    pub log: bool,
+    /// Units.
+    pub units: Units,
+}
+
+const FIGURE: &str = "figure of a kernel";
+const WIDTH: f64 = 640.0;
+/// The part of the panel's width that lines of limits take.
+const LIMIT: f64 = 0.5;
+
+/// Draws components of the relaxation and the creep function against the logarithm of time as SVG; lines of
+/// limits are dashed in the colour of their curves, at the left for time 0, at the right for infinity.
+///
+/// Errs if no time is positive (two different ones), if a curve has not as many values as there are times, or
+/// if a panel has curves but no value to show.
+pub fn kernel(data: &KernelFigure) -> Result<String> {
+    let count = data.time.len();
+    for (field, curves) in [("relaxation", &data.relaxation), ("creep", &data.creep)] {
+        for (i, curve) in curves.iter().enumerate() {
+            let name = format!("{field}[{i}].values");
+            as_many(FIGURE, &name, curve.values.len(), count, "times")?;
+        }
+    }
+    let (start, end) = extent(data.time.iter().filter(|t| **t > 1e-290))
+        .filter(|(start, end)| end > start && *end < 1e290)
+        .ok_or_else(|| Error::domain(format!("{FIGURE}: time has no two positive entries")))?;
+    let mut names: Vec<&str> = Vec::new();
+    for curve in data.relaxation.iter().chain(&data.creep) {
+        if !names.contains(&curve.name.as_str()) {
+            names.push(&curve.name);
+        }
+    }
+    let look = |curve: &KernelCurve| {
+        let i = names.iter().position(|n| *n == curve.name).unwrap_or(0);
+        pen(i)
+    };
+
+    let label = |given: &str, usual: &str| {
+        let label = if given.is_empty() { usual } else { given };
+        label.to_string()
+    };
+    let parts = [
+        (
+            &data.relaxation,
+            label(&data.relaxation_label, "relaxation function"),
+        ),
+        (&data.creep, label(&data.creep_label, "creep function")),
+    ];
+    let mut drawn: Vec<(&Vec<KernelCurve>, Axis)> = Vec::new();
+    for (curves, label) in parts.iter().filter(|p| !p.0.is_empty()) {
+        let shown = data.time.iter().map(|t| *t > 0.0);
+        let shown: Vec<bool> = shown.collect();
+        let values = curves.iter().flat_map(|c| {
+            let seen = c.values.iter().zip(&shown).filter(|p| *p.1).map(|p| p.0);
+            seen.chain(&c.instantaneous).chain(&c.relaxed)
+        });
+        let axis = Axis::fit(values, data.log, label, 6)
+            .filter(|axis| (axis.hi - axis.lo).is_finite())
+            .ok_or_else(|| Error::domain(format!("{FIGURE}: {label}: no value to show")))?;
+        drawn.push((curves, axis));
+    }
+    if drawn.is_empty() {
+        return Err(Error::domain(format!("{FIGURE}: no component to show")));
+    }
+
+    let left = drawn.iter().map(|d| room_left(&d.1)).fold(0.0, f64::max);
+    let width = WIDTH - left - 18.0;
+    let mut entries: Vec<Entry> = names
+        .iter()
+        .enumerate()
+        .filter(|(_, name)| !name.is_empty())
+        .map(|(i, name)| Entry::new(Key::Line(pen(i)), *name))
+        .collect();
+    let curves = || drawn.iter().flat_map(|d| d.0);
+    if curves().any(|c| c.instantaneous.is_some() || c.relaxed.is_some()) {
+        let pen = limit(Pen::new(INK, 1.6));
+        let name = "instantaneous (left), relaxed (right)";
+        entries.push(Entry::new(Key::Line(pen), name));
+    }
+    let legend = Legend::new(entries, width);
+    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
+    let top = 10.0 + title + legend.height();
+    let height = if drawn.len() > 1 { 230.0 } else { 320.0 };
+    let last = drawn.len() - 1;
+    let panels: Vec<Panel> = drawn
+        .iter()
+        .enumerate()
+        .map(|(k, (_, y))| {
+            let name = if k == last {
+                data.units.time_of("time t")
+            } else {
+                String::new()
+            };
+            Panel {
+                left,
+                top: top + k as f64 * (height + 14.0),
+                width,
+                height,
+                x: Axis::log(start, end, &name, 10),
+                y: y.clone(),
+            }
+        })
+        .collect();
+    let bottom = panels[last].bottom();
+    Ok(draw(WIDTH, bottom + ROOM_BELOW, |canvas| {
+        heading(canvas, &data.title, left, WIDTH);
+        legend.draw(canvas, left, 6.0 + title);
+        for (panel, (curves, _)) in panels.iter().zip(&drawn) {
+            panel.grid(canvas);
+            if panel.y.lo < 0.0 && panel.y.hi > 0.0 && !data.log {
+                let across = [panel.x.lo, panel.x.hi];
+                panel.line(canvas, &across, &[0.0; 2], Pen::new(GREY, 0.9));
+            }
+            for curve in *curves {
+                limits(canvas, panel, curve, look(curve));
+            }
+            for curve in *curves {
+                panel.line(canvas, &data.time, &curve.values, look(curve));
+            }
+            panel.frame(canvas);
+        }
+    }))
+}
+
+/// The i-th curve: dashes where the colours begin again.
+fn pen(i: usize) -> Pen {
+    let pen = Pen::new(category(i), 1.7);
+    match i / 8 {
+        0 => pen,
+        1 => pen.dashed(9.0, 4.0),
+        2 => pen.dashed(2.5, 3.0),
+        _ => pen.dashed(14.0, 3.0),
+    }
+}
+
+fn limit(pen: Pen) -> Pen {
+    Pen { width: 1.0, ..pen }.dashed(4.5, 3.5)
+}
+
+/// The limits of a curve at the ends of the panel.
+fn limits(canvas: &mut Canvas, panel: &Panel, curve: &KernelCurve, pen: Pen) {
+    let (l, r) = (panel.left, panel.right());
+    let reach = LIMIT * panel.width;
+    for (value, ends) in [
+        (curve.instantaneous, [l, l + reach]),
+        (curve.relaxed, [r - reach, r]),
+    ] {
+        if let Some(value) = value {
+            let y = panel.at(panel.x.lo, value).1;
+            panel.pixel_line(canvas, &ends.map(|x| (x, y)), limit(pen));
+        }
+    }
+}
