@@ -3,17 +3,12 @@
 use super::files::{print, print_json};
 use super::{CheckArgs, Ending, Refusal};
 use serde_json::json;
-use snaprod::scene::{AnyScene, Faults, ReadError, Scene, Setup, Statics, read_any};
+use snaprod::scene::{AnyScene, Faults, ReadError, Scene, Setup, Statics, ViscousSetup, read_any};
 use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
 pub fn read(path: &Path) -> Result<Scene, Refusal> {
-    let scene = Scene::read(path).map_err(refuse)?;
-    if scene.rod.damping.is_some() {
-        let why = "rods with damping cannot be run yet";
-        return Err(Refusal(format!("{}: {why}", path.display())));
-    }
-    Ok(scene)
+    Scene::read(path).map_err(refuse)
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
@@ -77,7 +72,9 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
 /// What only setting up can find.
 fn start(scene: &AnyScene) -> snaprod::Result<()> {
     match scene {
-        AnyScene::Dynamics(scene) if scene.rod.damping.is_some() => Ok(()),
+        AnyScene::Dynamics(scene) if scene.rod.damping.is_some() => {
+            ViscousSetup::new(scene).and_then(|setup| setup.run().map(drop))
+        }
         AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
         AnyScene::Statics(scene) => scene.problem().map(drop),
     }

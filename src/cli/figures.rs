@@ -29,13 +29,7 @@ pub fn write(
     let Some(line) = line_of(branches) else {
         return Ok(());
     };
-    let units = match scene.units {
-        Units::Si => plot::Units::si(scene.rod.length),
-        Units::Dimensionless => plot::Units {
-            rod: scene.rod.length,
-            ..labels(scene)
-        },
-    };
+    let units = labels(scene);
     let figure = Figure { setup, units, line };
     write_figure(
         out,
@@ -52,20 +46,34 @@ pub fn write(
     )
 }
 
-/// Labels of a dimensionless scene: only a rod of unit length, stiffness and mass has the natural ones.
-fn labels(scene: &Scene) -> plot::Units {
-    let unit =
-        scene.rod.length == 1.0 && scene.rod.bending_stiffness == 1.0 && scene.body.mass == 1.0;
-    if unit {
-        plot::Units::default()
-    } else {
-        plot::Units {
-            length: "unit of length".into(),
-            time: "unit of time".into(),
-            energy: "unit of energy".into(),
-            rod: scene.rod.length,
-        }
+/// Labels of a scene's quantities. Of a dimensionless one only a rod of unit length, stiffness and mass has the
+/// natural ones.
+pub fn labels(scene: &Scene) -> plot::Units {
+    let rod = scene.rod.length;
+    if scene.units == Units::Si {
+        return plot::Units::si(rod);
     }
+    if rod == 1.0 && scene.rod.bending_stiffness == 1.0 && scene.body.mass == 1.0 {
+        return plot::Units::default();
+    }
+    plot::Units {
+        length: "unit of length".into(),
+        time: "unit of time".into(),
+        energy: "unit of energy".into(),
+        rod,
+    }
+}
+
+/// Where the rod can run out of its sheet: the first fold, both halves, for it may swing over.
+pub fn path_folds(length: f64) -> Result<Vec<Curve>, Refusal> {
+    let half = fold_curve(1, 0.02, 6.0, 0.05)?;
+    let fold = |side: f64| {
+        Curve::new(
+            half.iter()
+                .map(|f| [f.equilibrium.x * length, side * f.equilibrium.y * length]),
+        )
+    };
+    Ok(vec![fold(1.0), fold(-1.0)])
 }
 
 /// What the figures show: a motion, and its snaps by time and place.
@@ -136,14 +144,6 @@ impl Figure<'_> {
                 axis: Curve::new(rod.curve(120).iter().map(|s| scaled([s.x, s.y]))),
             });
         }
-        // The rod can only run out of its sheet at the first fold; both halves, for it may swing over.
-        let half = fold_curve(1, 0.02, 6.0, 0.05)?;
-        let fold = |side: f64| {
-            Curve::new(
-                half.iter()
-                    .map(|f| scaled([f.equilibrium.x, side * f.equilibrium.y])),
-            )
-        };
         Ok(Snapshots {
             shapes,
             path: Curve::new(
@@ -152,7 +152,7 @@ impl Figure<'_> {
                     .iter()
                     .map(|s| scaled([s.pose[0], s.pose[1]])),
             ),
-            folds: vec![fold(1.0), fold(-1.0)],
+            folds: path_folds(k.length)?,
             snaps: self.line.snaps.iter().map(|(_, at)| scaled(*at)).collect(),
             units: self.units.clone(),
         })

@@ -8,11 +8,13 @@ mod equilibrium;
 mod figures;
 mod files;
 mod folds;
+mod progress;
 mod query;
 mod recorder;
 mod run;
 mod sheets;
 mod table;
+mod viscous;
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;

@@ -1,32 +1,13 @@
-//! Watches a run: writes the table, keeps what the figures need, shows progress, heeds Ctrl-C.
+//! Watches a run: writes the table, keeps what the figures need.
 
-use super::files::number;
+use super::progress::Progress;
 use super::run::trajectory_name;
 use super::table::Trajectory;
 use super::{Refusal, RunArgs};
-use indicatif::{ProgressBar, ProgressStyle};
 use snaprod::dynamics::{Ledger, Observer, Outcome, Sample, Snap};
 use snaprod::scene::{Scales, Scene};
 use snaprod::solve::dop853::Work;
-use std::io::IsTerminal;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-
-/// Set by Ctrl-C; the runs look at it after every step. A process has one signal handler, hence the
-/// one static of the program.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Makes Ctrl-C end the run with what it has.
-pub fn watch_interrupts() {
-    // Without a handler Ctrl-C ends the program as usual: no reason to refuse the run.
-    let _ = ctrlc::set_handler(|| {
-        // The second one does not wait for the step, or the figures, to be done.
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(1);
-        }
-    });
-}
 
 /// What is kept of one branch.
 #[derive(Debug, Clone)]
@@ -80,10 +61,7 @@ const KEPT: usize = 4000;
 /// The observer of one branch.
 pub struct Recorder {
     table: Option<Trajectory>,
-    bar: Option<ProgressBar>,
-    shown: Instant,
-    duration: f64,
-    time_scale: f64,
+    progress: Progress,
     total: f64,
     snaps: Vec<Snap<2>>,
     track: Vec<Sample<2>>,
@@ -107,19 +85,9 @@ impl Recorder {
             Some(out) => Some(Trajectory::create(&out.join(trajectory_name(id)), scales)?),
             None => None,
         };
-        let bar = (!args.quiet && !args.json && std::io::stderr().is_terminal()).then(|| {
-            let style = ProgressStyle::with_template("{bar:40} t = {msg} of {prefix} [{eta} left]")
-                .unwrap_or_else(|_| ProgressStyle::default_bar());
-            ProgressBar::new(10_000)
-                .with_style(style)
-                .with_prefix(number(scene.run.duration))
-        });
         Ok(Self {
             table,
-            bar,
-            shown: Instant::now(),
-            duration: scene.run.duration,
-            time_scale: scales.time,
+            progress: Progress::new(args, scene.run.duration, scales.time),
             total,
             snaps: Vec::new(),
             track: Vec::new(),
@@ -134,9 +102,7 @@ impl Recorder {
     pub fn finish(mut self, branch: Branch) -> Result<Branch, Refusal> {
         self.audit(&branch.first.ledger);
         self.audit(&branch.last.ledger);
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.progress.finish();
         if let Some(table) = self.table {
             table.finish()?;
         }
@@ -172,7 +138,7 @@ impl Observer<2> for Recorder {
     fn sample(&mut self, sample: &Sample<2>) -> snaprod::Result<()> {
         if let Some(table) = &mut self.table {
             table
-                .row(sample)
+                .row(&sample.into())
                 .map_err(|e| snaprod::Error::io(format!("cannot write trajectory.csv: {e}")))?;
         }
         self.audit(&sample.ledger);
@@ -198,14 +164,6 @@ impl Observer<2> for Recorder {
     }
 
     fn go_on(&mut self, time: f64) -> bool {
-        if let Some(bar) = &self.bar
-            && self.shown.elapsed() > Duration::from_millis(100)
-        {
-            self.shown = Instant::now();
-            let now = time * self.time_scale;
-            bar.set_position((1e4 * (now / self.duration)) as u64);
-            bar.set_message(format!("{now:.4}"));
-        }
-        !INTERRUPTED.load(Ordering::Relaxed)
+        self.progress.go_on(time)
     }
 }

@@ -4,8 +4,9 @@ use super::files::{
     check_png, json_text, make_directory, number, print, print_error, print_json, rounded,
     write_whole,
 };
-use super::recorder::{Branch, Recorder, watch_interrupts};
-use super::{Ending, Refusal, RunArgs, check, figures};
+use super::progress::watch_interrupts;
+use super::recorder::{Branch, Recorder};
+use super::{Ending, Refusal, RunArgs, check, figures, viscous};
 use serde_json::{Value, json};
 use snaprod::dynamics::{Outcome, Run, Sample, Snap, SnapEnd, drive};
 use snaprod::elastica::{Elastica, Equilibrium};
@@ -17,6 +18,9 @@ use std::path::{Path, PathBuf};
 pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     check_png(args.png)?;
     let scene = check::read(&args.scene)?;
+    if scene.rod.damping.is_some() {
+        return viscous::run(args, &scene);
+    }
     let no_start = |e| check::no_start(&args.scene, &e);
     let setup = Setup::new(&scene).map_err(no_start)?;
     let root = setup.run().map_err(no_start)?;
@@ -59,7 +63,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
 }
 
 /// Where to write: --out, else out/<scene>, else (with --json) nowhere.
-fn directory(args: &RunArgs) -> Option<PathBuf> {
+pub fn directory(args: &RunArgs) -> Option<PathBuf> {
     match &args.out {
         Some(out) => Some(out.clone()),
         None if args.json => None,
@@ -289,7 +293,7 @@ fn unstable_start(index: usize) -> String {
 }
 
 /// The symbol of a unit, behind a number.
-fn unit(symbol: &str) -> String {
+pub fn unit(symbol: &str) -> String {
     if symbol.is_empty() {
         String::new()
     } else {

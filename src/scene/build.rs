@@ -1,6 +1,6 @@
 //! From a scene to what the library runs: body, start and options, in units of the rod.
 
-use super::{Landing, Place, Scales, Scene, Sheet, SheetName};
+use super::{Dimensionless, Landing, Place, Scales, Scene, Sheet, SheetName};
 use crate::body::{Body, TimeForce};
 use crate::dynamics::{LandingRule, Run, RunOptions};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at};
@@ -42,17 +42,6 @@ impl Setup {
             ));
         }
         let plain = scene.dimensionless();
-        let mut body = Body::new(1.0)?
-            .with_gravity(plain.gravity.into())?
-            .with_dead_force(plain.dead.into())?
-            .with_drag(plain.drag)?;
-        for force in &plain.forces {
-            body = body.with_force(TimeForce::Harmonic {
-                amplitude: Vector2::from(force.direction) * force.amplitude,
-                angular_frequency: force.angular_frequency,
-                phase: force.phase,
-            });
-        }
         let mut options = RunOptions::new(plain.duration)?
             .with_tolerance(scene.run.tolerance)?
             .with_landing(match scene.run.landing {
@@ -64,7 +53,7 @@ impl Setup {
         options.max_steps = scene.run.max_steps as u64;
         options.max_snaps = scene.run.max_snaps as u64;
         Ok(Self {
-            body,
+            body: body(&plain)?,
             start: start(scene, &plain.place)?,
             velocity: plain.velocity.into(),
             options,
@@ -82,7 +71,24 @@ impl Setup {
     }
 }
 
-fn start(scene: &Scene, place: &Place) -> Result<Equilibrium> {
+/// The mass and its loads.
+pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
+    let mut body = Body::new(1.0)?
+        .with_gravity(plain.gravity.into())?
+        .with_dead_force(plain.dead.into())?
+        .with_drag(plain.drag)?;
+    for force in &plain.forces {
+        body = body.with_force(TimeForce::Harmonic {
+            amplitude: Vector2::from(force.direction) * force.amplitude,
+            angular_frequency: force.angular_frequency,
+            phase: force.phase,
+        });
+    }
+    Ok(body)
+}
+
+/// The equilibrium at the start.
+pub(super) fn start(scene: &Scene, place: &Place) -> Result<Equilibrium> {
     match place {
         Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa),
         Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p),

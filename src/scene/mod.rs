@@ -53,6 +53,7 @@
 mod along_schema;
 mod build;
 mod build_rod;
+mod build_viscous;
 mod continue_schema;
 mod fault;
 mod parameter;
@@ -66,6 +67,7 @@ mod viscous;
 mod viscous_schema;
 
 pub use build::Setup;
+pub use build_viscous::ViscousSetup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use parameter::Parameter;
 pub use scales::{Dimensionless, Harmonic, Scales};

@@ -177,6 +177,25 @@ impl Grid {
         before + element.integral(&f[element.nodes.clone()], s)
     }
 
+    /// As [`Grid::at`], at several places in growing order.
+    pub fn at_each<const K: usize>(
+        &self,
+        f: &[SVector<f64, K>],
+        places: &[f64],
+    ) -> Vec<SVector<f64, K>> {
+        let mut values = Vec::with_capacity(places.len());
+        let last = self.elements.len() - 1;
+        for (k, element) in self.elements.iter().enumerate() {
+            let coefficients = element.coefficients(&f[element.nodes.clone()]);
+            while let Some(&s) = places.get(values.len())
+                && (s <= element.to || k == last)
+            {
+                values.push(element.sum(&coefficients, s));
+            }
+        }
+        values
+    }
+
     /// A field carried over to another grid with the same elements: exact if that has as many nodes or more.
     pub fn carried<const K: usize>(
         &self,

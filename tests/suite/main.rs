@@ -49,5 +49,5 @@ mod stiff;
 mod support;
 mod truss;
 mod viscous;
-mod viscous_space;
 mod viscous_laws;
+mod viscous_space;

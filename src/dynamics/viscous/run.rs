@@ -165,6 +165,7 @@ where
     /// Nodes that the next step should have.
     wanted: Option<Vec<usize>>,
     first: ViscousSample<K, M, D>,
+    current: ViscousSample<K, M, D>,
     stopped: bool,
     interrupted: bool,
 }
@@ -232,6 +233,7 @@ where
             most_nodes,
             idle: 0,
             wanted: None,
+            current: first.clone(),
             first,
             stopped: false,
             interrupted: false,
@@ -244,16 +246,15 @@ where
     }
 
     /// The state now.
-    pub fn now(&self) -> ViscousSample<K, M, D> {
-        ViscousSample::new(&self.system, self.integrator.state())
-            .expect("a state that a step arrived at has a flow")
+    pub fn now(&self) -> &ViscousSample<K, M, D> {
+        &self.current
     }
 
     /// The state at a time within the last step; None outside it.
     pub fn sample(&mut self, t: f64) -> Option<ViscousSample<K, M, D>> {
         let to = self.time();
         if t == to {
-            return Some(self.now());
+            return Some(self.current.clone());
         }
         let span = self.integrator.span();
         let fraction = 1.0 - (to - t) / span;
@@ -313,7 +314,7 @@ where
 
     fn stop(&mut self, outcome: ViscousOutcome) -> ViscousEvent {
         self.stopped = true;
-        if let Some(layer) = self.watch.cut(&self.now()) {
+        if let Some(layer) = self.watch.cut(&self.current) {
             self.layers.push(layer);
         }
         ViscousEvent::Stop(outcome)
@@ -404,7 +405,10 @@ where
             return self.stop(ViscousOutcome::Stuck(why));
         }
         let to = self.time();
-        if let Some(layer) = self.watch.look(&self.now()) {
+        if let Some(current) = ViscousSample::new(&self.system, self.integrator.state()) {
+            self.current = current;
+        }
+        if let Some(layer) = self.watch.look(&self.current) {
             self.layers.push(layer);
         }
         if let Err(why) = self.judge() {

@@ -5,6 +5,7 @@ use crate::body::EndBody;
 use crate::dynamics::Ledger;
 use crate::viscous::grid::Grid;
 use crate::viscous::kinematics::{AtEnd, Kinematics, Local};
+use crate::viscous::plane::Plane;
 use crate::viscous::reduced::{Configuration, Flow};
 use nalgebra::DVector;
 use std::sync::Arc;
@@ -58,16 +59,17 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
         })
     }
 
-    /// The strains at s in [0, 1].
-    pub fn strain(&self, s: f64) -> Local<M> {
-        self.grid.at(&self.configuration.strains, s)
+    /// The strains at places in [0, 1], in growing order.
+    pub fn strains_at(&self, places: &[f64]) -> Vec<Local<M>> {
+        self.grid.at_each(&self.configuration.strains, places)
     }
 
-    /// Dissipation per length and time at s in [0, 1].
-    pub fn dissipation_at(&self, s: f64) -> f64 {
+    /// Dissipation per length and time at places in [0, 1], in growing order.
+    pub fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
         let density: Vec<Local<1>> = self.dissipation.iter().map(|d| Local::from([*d])).collect();
         // The density is not negative; its polynomial may be, by the size of its last coefficients.
-        self.grid.at(&density, s)[0].max(0.0)
+        let values = self.grid.at_each(&density, places);
+        values.iter().map(|d| d[0].max(0.0)).collect()
     }
 
     /// How far the rod is from equilibrium: the overstress relative to it and the resultants that are taken up (root
@@ -85,5 +87,24 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             return 0.0;
         }
         over / (over + mean(&self.configuration.taken))
+    }
+}
+
+impl ViscousSample<Plane, 1, 2> {
+    /// Points of the rod's axis from the clamp to the end, `points` on every element beside the two ends.
+    pub fn curve(&self, points: usize) -> Vec<[f64; 2]> {
+        let fine = Grid::new(
+            &self.grid.breaks(),
+            &vec![points.max(8); self.grid.elements().len()],
+        );
+        let strains = self.grid.carried(&self.configuration.strains, &fine);
+        let Some(shape) = Plane.shape(&fine, &strains) else {
+            return Vec::new();
+        };
+        let inner = shape.positions().iter().map(|r| [r.x, r.y]);
+        std::iter::once([0.0; 2])
+            .chain(inner)
+            .chain([[shape.end().x, shape.end().y]])
+            .collect()
     }
 }

@@ -61,6 +61,10 @@ impl RateLaw for KelvinVoigt {
         true
     }
 
+    fn uniform_fluidity(&self) -> Option<Matrix6<f64>> {
+        Some(self.0.uniform()?.inverse)
+    }
+
     fn rigid(&self) -> [bool; 6] {
         self.0.rigid()
     }

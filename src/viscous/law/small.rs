@@ -4,6 +4,7 @@ use super::free::positive;
 use super::{Rate, RateLaw};
 use crate::error::Result;
 use crate::rod::section::{Resultant, Strain};
+use nalgebra::Matrix6;
 use std::sync::Arc;
 
 /// D(e, eta e_t, s) of another law D: AMV (8.1). Its rates are those of that law over eta (8.2).
@@ -40,6 +41,10 @@ impl RateLaw for SmallViscosity {
 
     fn is_linear(&self) -> bool {
         self.law.is_linear()
+    }
+
+    fn uniform_fluidity(&self) -> Option<Matrix6<f64>> {
+        Some(self.law.uniform_fluidity()? / self.eta)
     }
 
     fn rigid(&self) -> [bool; 6] {

@@ -124,6 +124,11 @@ impl Viscosity {
         }
     }
 
+    /// H, if it is the same all along.
+    pub fn uniform(&self) -> Option<&ViscosityAt> {
+        self.uniform.as_ref()
+    }
+
     /// Which strains are held rigid.
     pub fn rigid(&self) -> [bool; 6] {
         self.rigid

@@ -1,0 +1,146 @@
+//! From a planar scene with damping to a viscoelastic run, in units of the rod.
+
+use super::build::{body, start};
+use super::{Method, Place, Relaxed, Scales, Scene};
+use crate::body::Body;
+use crate::dynamics::viscous::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::elastica::Equilibrium;
+use crate::error::{Error, Result};
+use crate::rod::section::Linear;
+use crate::solve::integrator;
+use crate::viscous::kinematics::Local;
+use crate::viscous::law::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
+use crate::viscous::material::{Material, Units};
+use crate::viscous::plane::Plane;
+use nalgebra::{Matrix6, Vector1, Vector2};
+use std::sync::Arc;
+
+/// A planar viscoelastic scene made ready to run: length, stiffness and mass are 1.
+#[derive(Debug, Clone)]
+pub struct ViscousSetup {
+    /// The mass and its loads.
+    pub body: Body<2>,
+    /// The section.
+    pub material: Material<1>,
+    /// Viscosity eta at small rates.
+    pub viscosity: f64,
+    /// The strains at the start.
+    pub strain: Field,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<Field>,
+    /// Velocity at the start.
+    pub velocity: Vector2<f64>,
+    /// What to run.
+    pub options: ViscousOptions,
+    /// The way back to the scene's units.
+    pub scales: Scales,
+}
+
+/// A field of curvature, s in [0, 1].
+#[derive(Debug, Clone)]
+pub enum Field {
+    /// c0 + c1 s + ...
+    Polynomial(Vec<f64>),
+    /// That of an equilibrium.
+    Equilibrium(Box<Equilibrium>),
+}
+
+impl Field {
+    /// The curvature at s.
+    pub fn at(&self, s: f64) -> Local<1> {
+        Vector1::new(match self {
+            Self::Polynomial(c) => c.iter().rev().fold(0.0, |sum, c| sum * s + c),
+            // A rod of a chart has a curvature everywhere; NaN is refused by the run.
+            Self::Equilibrium(rod) => rod.section(s).map_or(f64::NAN, |at| at.curvature),
+        })
+    }
+}
+
+impl ViscousSetup {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// A scene without damping; a start position with no equilibrium as asked for, or with several; scales at which the
+    /// law is not one of doubles.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let plain = scene.dimensionless();
+        if !(plain.viscosity > 0.0) {
+            return Err(Error::domain(
+                "rod.damping is missing or 0: an elastic rod has no strains of its own to be followed; write damping > 0",
+            ));
+        }
+        let mut options = ViscousOptions::new(plain.duration)?
+            .with_tolerance(scene.run.tolerance)
+            .map_err(|e| e.context("[run]"))?
+            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
+            .with_method(method(scene.run.method));
+        options.max_steps = scene.run.max_steps as u64;
+        let strain = match &plain.place {
+            Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
+            place => Field::Equilibrium(Box::new(start(scene, place)?)),
+        };
+        let relaxed = match plain.relaxed.clone() {
+            Relaxed::Start => None,
+            Relaxed::Unloaded => Some(Field::Polynomial(vec![0.0])),
+            Relaxed::At(curvature) => Some(Field::Polynomial(curvature)),
+        };
+        // Of the section only bending in the plane moves; the other stiffnesses are not used.
+        let viscosity = Viscosity::diagonal([plain.viscosity; 2], plain.viscosity)?;
+        let rate: Arc<dyn RateLaw> = match plain.power {
+            None => Arc::new(KelvinVoigt::new(viscosity)),
+            Some(power) => {
+                let onset = plain.viscosity * power.rate * power.rate;
+                Arc::new(Carreau::new(viscosity, onset, power.exponent)?)
+            }
+        };
+        let mut law = Viscoelastic::new(Arc::new(Linear::diagonal([1.0; 2], 1.0)?), rate)?;
+        for branch in &plain.relaxation {
+            let mut modulus = Matrix6::zeros();
+            modulus[(BENDING, BENDING)] = branch.stiffness;
+            law = law.with_branch(Maxwell::new(modulus, branch.time)?)?;
+        }
+        Ok(Self {
+            body: body(&plain)?,
+            material: Material::new(law, Units::ONE, [BENDING])?,
+            viscosity: plain.viscosity,
+            strain,
+            relaxed,
+            velocity: plain.velocity.into(),
+            options,
+            scales: Scales::of(scene),
+        })
+    }
+
+    /// The run.
+    ///
+    /// # Errors
+    /// As [`ViscousRun::new`].
+    pub fn run(&self) -> Result<ViscousRun<'_, Plane, Body<2>, 1, 2>> {
+        let relaxed = self.relaxed.as_ref().map(|field| |s: f64| field.at(s));
+        let start = ViscousStart {
+            strain: &|s| self.strain.at(s),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<1>),
+            velocity: self.velocity,
+        };
+        ViscousRun::new(
+            Plane,
+            self.material.clone(),
+            &self.body,
+            &start,
+            self.options,
+        )
+        .map_err(|e| e.context("[start]"))
+    }
+}
+
+/// The strain that a planar rod has, among u1 .. v3.
+const BENDING: usize = 0;
+
+/// The steps that a scene asks for.
+pub(super) fn method(method: Method) -> integrator::Method {
+    match method {
+        Method::Auto => integrator::Method::Auto,
+        Method::Explicit => integrator::Method::Explicit,
+        Method::Implicit => integrator::Method::Implicit,
+    }
+}
