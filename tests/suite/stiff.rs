@@ -172,7 +172,7 @@ const HIRES: [f64; 8] = [
 const ROBERTSON: [f64; 3] = [
     0.2083340149701255e-7,
     0.8333360770334713e-13,
-    0.9999999791665050,
+    0.999999979166505,
 ];
 
 fn no_look(_: &mut Integrator<Problem>, _: f64) {}
@@ -233,6 +233,17 @@ fn rounding_of_a_stiff_slope_does_no_harm() {
     }
 }
 
+/// A problem of the test set with its published end; errors may reach `factor` tolerances.
+struct Case<'a> {
+    name: &'a str,
+    problem: Problem,
+    start: DVector<f64>,
+    span: f64,
+    want: &'a [f64],
+    floor: &'a [f64],
+    factor: f64,
+}
+
 /// Catches errors in the handling of relaxation, of slow manifolds and of steps that grow by fifteen orders: published
 /// references, to within a few tolerances, for a bounded amount of work.
 #[test]
@@ -241,21 +252,32 @@ fn test_set_references_are_met() {
     first[0] = 1.0;
     first[7] = 0.0057;
     let small = [1e-7, 1e-13, 1e-7];
-    let cases: [(&str, Problem, DVector<f64>, f64, &[f64], &[f64], f64); 3] = [
-        (
+    let case = |name, problem, start, span, want, floor, factor| Case {
+        name,
+        problem,
+        start,
+        span,
+        want,
+        floor,
+        factor,
+    };
+    let pair = dvector![2.0, 0.0];
+    let triple = dvector![1.0, 0.0, 0.0];
+    let cases = [
+        case(
             "van der Pol",
             van_der_pol(1e-6),
-            dvector![2.0, 0.0],
+            pair,
             2.0,
-            &VAN_DER_POL,
-            &[1.0; 2],
+            &VAN_DER_POL[..],
+            &[1.0; 2][..],
             3.0,
         ),
-        ("HIRES", hires(), first, 321.8122, &HIRES, &[1e-3; 8], 60.0),
-        (
+        case("HIRES", hires(), first, 321.8122, &HIRES, &[1e-3; 8], 60.0),
+        case(
             "Robertson",
             robertson(),
-            dvector![1.0, 0.0, 0.0],
+            triple,
             1e11,
             &ROBERTSON,
             &small,
@@ -276,13 +298,20 @@ fn test_set_references_are_met() {
         [34000, 17000, 39000],
     ];
     for (i, tolerance) in [1e-6, 1e-8, 1e-10, 1e-12].into_iter().enumerate() {
-        for (j, (name, problem, start, span, want, floor, factor)) in cases.iter().enumerate() {
+        for (j, case) in cases.iter().enumerate() {
             for method in [Method::Implicit, Method::Auto] {
-                let end = run(problem, start.clone(), *span, tolerance, method, no_look);
-                let error = worst(end.state(), want, floor);
+                let end = run(
+                    &case.problem,
+                    case.start.clone(),
+                    case.span,
+                    tolerance,
+                    method,
+                    no_look,
+                );
+                let error = worst(end.state(), case.want, case.floor);
                 let work = end.work();
-                let what = format!("{name} {tolerance:e} {method:?}: {work:?}");
-                assert!(error < factor * tolerance, "{error:e}, {what}");
+                let what = format!("{} {tolerance:e} {method:?}: {work:?}", case.name);
+                assert!(error < case.factor * tolerance, "{error:e}, {what}");
                 if method == Method::Implicit {
                     assert!(work.steps < steps[i][j], "{what}");
                     assert!(work.rejected < 20, "{what}");
