@@ -29,51 +29,36 @@ impl Cells {
     /// `y[j + 1]` (in pixels) has the level `levels[i * (y.len() - 1) + j]`.
     pub(crate) fn new(x: &[f64], y: &[f64], levels: &[f64]) -> Self {
         let rows = y.len().saturating_sub(1);
-        let columns: Vec<usize> = (0..x.len().saturating_sub(1)).collect();
         // Columns below the drawing's resolution take no room; their neighbours meet there.
         let seen = |i: &usize| (10.0 * x[*i]).round() != (10.0 * x[i + 1]).round();
-        let columns: Vec<usize> = columns.into_iter().filter(seen).collect();
+        let columns: Vec<usize> = (0..x.len().saturating_sub(1)).filter(seen).collect();
         let mut edges: Vec<f64> = columns.iter().map(|&i| x[i]).collect();
         edges.extend(columns.last().map(|&i| x[i + 1]));
         let level = |c: usize, j: usize| levels[columns[c] * rows + j];
         let cells = columns.len() * rows;
         let gaps = (0..cells).any(|m| level(m / rows, m % rows).is_nan());
 
-        let mut found = Vec::new();
-        for bands in BANDS {
+        let (mut bands, mut areas) = (0, Vec::new());
+        for tried in BANDS {
             let band: Vec<Option<usize>> = (0..cells)
-                .map(|m| band_of(level(m / rows, m % rows), bands))
+                .map(|m| band_of(level(m / rows, m % rows), tried))
                 .collect();
-            found = (0..bands)
+            let at = |(i, j): (usize, usize)| (edges[i], y[j]);
+            let area = |k: usize| {
+                let rings = outlines(columns.len(), rows, |c, j| band[c * rows + j] >= Some(k));
+                let pixels = |ring: Vec<(usize, usize)>| ring.into_iter().map(at).collect();
+                (k, rings.into_iter().map(pixels).collect())
+            };
+            bands = tried;
+            areas = (0..tried)
                 .filter(|k| band.contains(&Some(*k)))
-                .map(|k| {
-                    let inside = |c: usize, j: usize| band[c * rows + j] >= Some(k);
-                    let at = |(i, j): (usize, usize)| (edges[i], y[j]);
-                    let rings = outlines(columns.len(), rows, inside);
-                    let rings: Vec<Ring> = rings
-                        .into_iter()
-                        .map(|ring| ring.into_iter().map(at).collect())
-                        .collect();
-                    (k, rings)
-                })
-                .collect::<Vec<_>>();
-            let corners: usize = found
-                .iter()
-                .flat_map(|(_, rings)| rings.iter().map(|ring| ring.len() + 2))
-                .sum();
-            if corners <= CORNERS || bands == BANDS[BANDS.len() - 1] {
-                return Self {
-                    bands,
-                    areas: found,
-                    gaps,
-                };
+                .map(area)
+                .collect();
+            if corners(&areas) <= CORNERS {
+                break;
             }
         }
-        Self {
-            bands: BANDS[0],
-            areas: found,
-            gaps,
-        }
+        Self { bands, areas, gaps }
     }
 
     /// Paints the areas `down` pixels below where they were traced, band k in the k-th of `bands` colours.
@@ -88,6 +73,12 @@ impl Cells {
             }
         }
     }
+}
+
+/// Points that the areas take, with those of the bridges to their rings.
+fn corners(areas: &[(usize, Vec<Ring>)]) -> usize {
+    let rings = areas.iter().flat_map(|area| &area.1);
+    rings.map(|ring| ring.len() + 2).sum()
 }
 
 fn band_of(level: f64, bands: usize) -> Option<usize> {

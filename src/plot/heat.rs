@@ -237,7 +237,7 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
 fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
     let values = values(data, "dissipation", &data.dissipation, shown)?;
     let decades = data.decades.unwrap_or(8.0);
-    if !(1.0 <= decades && decades <= 40.0) {
+    if !(1.0..=40.0).contains(&decades) {
         return Err(Error::domain(format!(
             "{FIGURE}: decades is {decades}; it needs to be from 1 to 40"
         )));

@@ -94,7 +94,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     let body = [&data.fold, &data.landing]
         .into_iter()
         .chain(shapes.iter().map(|s| &s.axis))
-        .find_map(end)
+        .find_map(|curve| finite(curve).pop())
         .ok_or_else(none)?;
 
     let unit = data.units.stretched_time();
@@ -146,12 +146,9 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
         for (curve, pen) in ends {
             upper.line(canvas, &curve.x, &curve.y, pen);
         }
-        if let Some((at, towards)) = all.iter().find_map(|c| start(&c.x, &c.y)) {
-            wall(
-                canvas,
-                upper.at(at[0], at[1]),
-                upper.at(towards[0], towards[1]),
-            );
+        let clamped = all.iter().map(|c| finite(c)).find(|p| p.len() > 1);
+        if let Some([from, to, ..]) = clamped.as_deref() {
+            wall(canvas, upper.at(from[0], from[1]), upper.at(to[0], to[1]));
         }
         draw_mark(canvas, upper.at(body[0], body[1]), Mark::Square, 6.5, INK);
         upper.frame(canvas);
@@ -251,32 +248,16 @@ fn energy_axis(data: &LayerFigure) -> Option<Axis> {
     Axis::fit(all, false, &data.units.energy_of("energy"), 6)
 }
 
-/// The last finite point.
-fn end(curve: &Curve) -> Option<[f64; 2]> {
-    let points = curve.x.iter().zip(&curve.y);
-    let finite = |p: &[f64; 2]| p[0].is_finite() && p[1].is_finite();
-    points.map(|(&x, &y)| [x, y]).filter(finite).last()
-}
-
-/// The first finite point and the one that follows.
-fn start(x: &[f64], y: &[f64]) -> Option<([f64; 2], [f64; 2])> {
-    let points: Vec<[f64; 2]> = x
-        .iter()
-        .zip(y)
-        .map(|(&x, &y)| [x, y])
+fn finite(curve: &Curve) -> Vec<[f64; 2]> {
+    let points = curve.x.iter().zip(&curve.y).map(|(&x, &y)| [x, y]);
+    points
         .filter(|p| p[0].is_finite() && p[1].is_finite())
-        .collect();
-    Some((*points.first()?, *points.get(1)?))
+        .collect()
 }
 
 /// A panel that holds the curves with a margin; its width given, its left edge for its own numbers.
 fn equal_panel(curves: &[&Curve], units: &Units, width: f64) -> Option<Panel> {
-    let finite = |c: &&Curve| -> Vec<[f64; 2]> {
-        let points = c.x.iter().zip(&c.y).map(|(&x, &y)| [x, y]);
-        let finite = |p: &[f64; 2]| p[0].is_finite() && p[1].is_finite();
-        points.filter(finite).collect()
-    };
-    let points: Vec<[f64; 2]> = curves.iter().flat_map(finite).collect();
+    let points: Vec<[f64; 2]> = curves.iter().flat_map(|c| finite(c)).collect();
     let range = |k: usize| {
         let values: Vec<f64> = points.iter().map(|p| p[k]).collect();
         let (lo, hi) = extent(&values)?;

@@ -416,6 +416,7 @@ fn guides_have_their_slopes_and_cover_nothing() {
         .filter(|line| line[0].1 > t && line[0].0 > l)
         .flatten()
         .collect();
+    assert!(marks.len() >= 8, "no curves found");
     let guides = lines_of(&document, "#696969", 10.0);
     assert_eq!(guides.len(), 2);
     // From the data: eta spans 7 decades and errors what their formula gives, both with the same margin.
