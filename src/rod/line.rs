@@ -338,7 +338,7 @@ pub(super) fn first_step(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<
 ///
 /// # Errors
 /// The arclength beyond which it cannot go on.
-pub(super) fn over_pieces<S: State, F: FnMut(&S, &mut S) -> Option<()>>(
+pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     law: &ScaledLaw,
     start: S,
     place: fn(&mut S) -> &mut f64,

@@ -5,10 +5,10 @@
 //! the coefficients are Hairer's, `ode_solvers` is the oracle in the tests.
 
 use super::dop853_tableau::{DENSE, ERROR3, ERROR5, EXTRA, STAGES, STEP};
-use nalgebra::SVector;
+use nalgebra::{DVector, SVector};
 
 /// What a Runge-Kutta method needs of a state.
-pub trait State: Copy {
+pub trait State: Clone {
     /// self += a x.
     fn axpy(&mut self, a: f64, x: &Self);
 
@@ -27,6 +27,20 @@ impl<const D: usize> State for SVector<f64, D> {
             .map(|i| (self[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2))
             .sum::<f64>()
             / D as f64
+    }
+}
+
+impl State for DVector<f64> {
+    fn axpy(&mut self, a: f64, x: &Self) {
+        DVector::axpy(self, a, x, 1.0);
+    }
+
+    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
+        let terms = self.iter().zip(from.iter().zip(to.iter()));
+        let sum: f64 = terms
+            .map(|(e, (a, b))| (e / (1.0 + a.abs().max(b.abs()))).powi(2))
+            .sum();
+        sum / self.len().max(1) as f64
     }
 }
 
@@ -116,6 +130,11 @@ impl<S: State> Dop853<S> {
         &self.slope
     }
 
+    /// The size that the next step will try.
+    pub fn next_step(&self) -> f64 {
+        self.h
+    }
+
     /// Takes one step of at most `h_max`. `f` is the right-hand side; None means outside its domain
     /// and shortens the step.
     pub fn step(
@@ -137,20 +156,31 @@ impl<S: State> Dop853<S> {
     /// into its second argument (None: undefined here).
     pub fn step_into(
         &mut self,
+        f: impl FnMut(&S, &mut S) -> Option<()>,
+        h_max: f64,
+        step: &mut Step<S>,
+    ) -> Result<(), StepTooSmall> {
+        self.step_measured(f, S::mean_square, h_max, step)
+    }
+
+    /// As [`Dop853::step_into`], with errors measured by `mean_square(error, from, to)` instead of the state's own.
+    pub fn step_measured(
+        &mut self,
         mut f: impl FnMut(&S, &mut S) -> Option<()>,
+        mean_square: impl Fn(&S, &S, &S) -> f64,
         h_max: f64,
         step: &mut Step<S>,
     ) -> Result<(), StepTooSmall> {
         let mut rejected = false;
-        step.from = self.state;
-        step.slopes[0] = self.slope;
+        step.from.clone_from(&self.state);
+        step.slopes[0].clone_from(&self.slope);
         loop {
             let h = self.h.min(h_max);
             if !(h > STALL * self.largest.min(h_max)) {
                 return Err(StepTooSmall);
             }
             let error = match step.attempt(h, &mut f, &mut self.work) {
-                Some(()) => step.error() / self.tolerance,
+                Some(()) => step.error(&mean_square) / self.tolerance,
                 None => f64::INFINITY,
             };
             if error <= 1.0 {
@@ -166,8 +196,8 @@ impl<S: State> Dop853<S> {
                 self.largest = self.largest.max(h);
                 self.last_error = error;
                 self.work.steps += 1;
-                self.state = step.to;
-                self.slope = step.slopes[12];
+                self.state.clone_from(&step.to);
+                self.slope.clone_from(&step.slopes[12]);
                 return Ok(());
             }
             rejected = true;
@@ -195,7 +225,7 @@ fn written<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> O
 /// from + h sum_j a_j k_j.
 #[inline]
 fn combine<S: State>(from: &S, h: f64, row: &[(usize, f64)], slopes: &[S; 16]) -> S {
-    let mut y = *from;
+    let mut y = from.clone();
     for &(j, a) in row {
         y.axpy(h * a, &slopes[j]);
     }
@@ -206,7 +236,7 @@ fn combine<S: State>(from: &S, h: f64, row: &[(usize, f64)], slopes: &[S; 16]) -
 #[inline]
 fn weighted<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {
     let (first, a) = row[0];
-    let mut y = slopes[first];
+    let mut y = slopes[first].clone();
     y.axpy(a - 1.0, &slopes[first]);
     for &(j, a) in &row[1..] {
         y.axpy(a, &slopes[j]);
@@ -217,10 +247,10 @@ fn weighted<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {
 impl<S: State> Step<S> {
     fn blank(from: &S, slope: &S) -> Self {
         Self {
-            from: *from,
-            to: *from,
+            from: from.clone(),
+            to: from.clone(),
             h: 0.0,
-            slopes: [*slope; 16],
+            slopes: std::array::from_fn(|_| slope.clone()),
         }
     }
 
@@ -245,9 +275,9 @@ impl<S: State> Step<S> {
     }
 
     /// Hairer's error estimate: h e5^2 / sqrt(e5^2 + 0.01 e3^2), in units of the state's scale.
-    fn error(&self) -> f64 {
-        let e5 = weighted(ERROR5, &self.slopes).mean_square(&self.from, &self.to);
-        let e3 = weighted(ERROR3, &self.slopes).mean_square(&self.from, &self.to);
+    fn error(&self, mean_square: impl Fn(&S, &S, &S) -> f64) -> f64 {
+        let [e5, e3] = [ERROR5, ERROR3]
+            .map(|row| mean_square(&weighted(row, &self.slopes), &self.from, &self.to));
         if e5 == 0.0 {
             return 0.0;
         }
@@ -263,6 +293,18 @@ impl<S: State> Step<S> {
     /// The slope at the end.
     pub fn end_slope(&self) -> &S {
         &self.slopes[12]
+    }
+
+    /// The step times the size of the dominant eigenvalue, seen by the last two stages: about 6.1 where stability and
+    /// not accuracy limits the step (Hairer's test). None where the two stages coincide to rounding.
+    pub fn stiffness(&self, mean_square: impl Fn(&S, &S, &S) -> f64) -> Option<f64> {
+        let last = STAGES.len();
+        let mut apart = combine(&self.from, self.h, STAGES[last - 1], &self.slopes);
+        apart.axpy(-1.0, &self.to);
+        let mut slopes = self.slopes[last].clone();
+        slopes.axpy(-1.0, &self.slopes[last + 1]);
+        let [apart, slopes] = [apart, slopes].map(|x| mean_square(&x, &self.from, &self.to).sqrt());
+        (apart > f64::EPSILON).then(|| self.h * slopes / apart)
     }
 
     /// The same step with another length, at full order: 12 evaluations. This is how an event is
@@ -285,19 +327,19 @@ impl<S: State> Step<S> {
         }
         work.dense += 1;
         let h = self.h;
-        let mut difference = self.to;
+        let mut difference = self.to.clone();
         difference.axpy(-1.0, &self.from);
         // F1 = h k0 - dy, F2 = 2 dy - h (k0 + k12), then the tableau's four.
-        let mut f1 = difference;
+        let mut f1 = difference.clone();
         f1.axpy(-2.0, &difference);
         f1.axpy(h, &self.slopes[0]);
-        let mut f2 = difference;
+        let mut f2 = difference.clone();
         f2.axpy(1.0, &difference);
         f2.axpy(-h, &self.slopes[0]);
         f2.axpy(-h, &self.slopes[12]);
         let high = DENSE.map(|row| weighted(row, &self.slopes));
         Some(Dense {
-            from: self.from,
+            from: self.from.clone(),
             h,
             low: [difference, f1, f2],
             high,
@@ -318,7 +360,7 @@ impl<S: State> Dense<S> {
     /// The state at the fraction `x` in [0, 1] of the step.
     pub fn at(&self, x: f64) -> S {
         let y = 1.0 - x;
-        let mut state = self.from;
+        let mut state = self.from.clone();
         // y0 + x (dy + y (F1 + x (F2 + y (F3 + x (F4 + y (F5 + x F6)))))), expanded.
         let mut weight = x;
         for (i, term) in self.low.iter().enumerate() {

@@ -38,5 +38,6 @@ mod scene_rods;
 mod scene_scales;
 mod sections;
 mod sections_nonlinear;
+mod stiff;
 mod support;
 mod truss;

@@ -1,0 +1,387 @@
+//! Integration of systems that are stiff at times: DOP853 while it pays, Radau IIA while the system is stiff.
+
+use super::dop853::{Dense, Dop853, Step, StepTooSmall};
+use super::radau::{Radau, estimate_bound};
+use super::system::{System, spectral_radius};
+use nalgebra::DVector;
+
+/// How steps are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Whichever suits, judged while integrating.
+    Auto,
+    /// DOP853, order 8.
+    Explicit,
+    /// Radau IIA, order 5.
+    Implicit,
+}
+
+/// Counts of what the integration cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Slopes evaluated, all purposes.
+    pub evaluations: u64,
+    /// Steps accepted, all.
+    pub steps: u64,
+    /// Steps of Radau IIA among them.
+    pub implicit_steps: u64,
+    /// Steps tried and given up.
+    pub rejected: u64,
+    /// Jacobians evaluated.
+    pub jacobians: u64,
+    /// Pairs of matrices, real and complex, factored.
+    pub factorisations: u64,
+    /// Newton iterations: three slopes, a real and a complex solution each.
+    pub iterations: u64,
+    /// Interpolants built and samples computed inside steps.
+    pub samples: u64,
+    /// Changes of method.
+    pub switches: u64,
+}
+
+/// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
+const STIFF: f64 = 6.1;
+/// Stiff steps that call for Radau, at first and at most; as many easy ones in a row as RELIEF start the count again.
+const PATIENCE: u32 = 12;
+const PATIENCE_LIMIT: u32 = 400;
+const RELIEF: u32 = 6;
+/// DOP853 would be stable with the steps of Radau below this step times spectral radius ...
+const EASY: f64 = 3.0;
+/// ... and takes over after so many of them in a row.
+const CALM: u32 = 4;
+/// A stay with Radau shorter than this was not worth it: more patience next time.
+const SHORT_STAY: u64 = 60;
+
+/// An integration in progress. The system is handed to every call, so that its owner may change it in between;
+/// see [`Integrator::restart`].
+pub struct Integrator<S: System> {
+    tolerance: f64,
+    method: Method,
+    implicit: bool,
+    explicit: Dop853<DVector<f64>>,
+    last: Step<DVector<f64>>,
+    dense: Option<Dense<DVector<f64>>>,
+    radau: Radau<S::Linearised>,
+    span: f64,
+    /// Steps in a row that speak for the other method, and that speak against it.
+    votes: u32,
+    relief: u32,
+    patience: u32,
+    /// Steps of Radau when it took over.
+    since: u64,
+    /// Spectral radius, the number of the Jacobian that it belongs to, and the vector of its power iteration.
+    radius: (u64, f64),
+    direction: DVector<f64>,
+    switches: u64,
+    /// Evaluations outside the steps.
+    extra: u64,
+}
+
+impl<S: System> Integrator<S> {
+    /// Starts at `y`. The error of each step is kept near `tolerance`, in units of the root of
+    /// [`System::mean_square`]: 1e-13 is the finest that makes sense. `first_step` is a guess that the error control
+    /// corrects; without one it is made from the slope and its change. None if `y` is outside the domain of the slope.
+    pub fn new(
+        system: &S,
+        y: DVector<f64>,
+        tolerance: f64,
+        method: Method,
+        first_step: Option<f64>,
+    ) -> Option<Self> {
+        let implicit = method == Method::Implicit;
+        let mut slope = DVector::zeros(y.len());
+        system.slope(&y, &mut slope)?;
+        let mut extra = 1;
+        let h = first_step.unwrap_or_else(|| {
+            extra += 1;
+            first_guess(system, &y, &slope, tolerance, implicit)
+        });
+        let explicit = Dop853::new(y.clone(), slope.clone(), h, tolerance);
+        let last = explicit.blank();
+        Some(Self {
+            tolerance,
+            method,
+            implicit,
+            explicit,
+            last,
+            dense: None,
+            radau: Radau::new(y, slope, h, tolerance),
+            span: 0.0,
+            votes: 0,
+            relief: 0,
+            patience: PATIENCE,
+            since: 0,
+            radius: (0, 0.0),
+            direction: DVector::zeros(0),
+            switches: 0,
+            extra,
+        })
+    }
+
+    /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and work are
+    /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
+    pub fn restart(&mut self, system: &S, y: DVector<f64>, first_step: Option<f64>) -> Option<()> {
+        let mut slope = DVector::zeros(y.len());
+        system.slope(&y, &mut slope)?;
+        self.extra += 1;
+        let h = first_step.unwrap_or(self.next_step());
+        self.place(y, slope, h);
+        self.span = 0.0;
+        self.dense = None;
+        Some(())
+    }
+
+    /// Puts the method in use at a state.
+    fn place(&mut self, y: DVector<f64>, slope: DVector<f64>, h: f64) {
+        self.votes = 0;
+        self.relief = 0;
+        self.radius.0 = 0;
+        if self.implicit {
+            self.radau.restart(y, slope, h);
+        } else {
+            let work = self.explicit.work();
+            self.explicit = Dop853::new(y, slope, h, self.tolerance);
+            *self.explicit.work_mut() = work;
+            self.last = self.explicit.blank();
+        }
+    }
+
+    /// Takes one step of at most `h_max`.
+    ///
+    /// # Errors
+    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if the Jacobian is undefined here.
+    pub fn step(&mut self, system: &S, h_max: f64) -> Result<(), StepTooSmall> {
+        if self.method == Method::Auto {
+            self.choose(system);
+        }
+        let taken = self.attempt(system, h_max);
+        if taken.is_err() && self.method == Method::Auto && !self.implicit {
+            self.switch(self.span);
+            return self.attempt(system, h_max);
+        }
+        taken
+    }
+
+    fn attempt(&mut self, system: &S, h_max: f64) -> Result<(), StepTooSmall> {
+        self.dense = None;
+        if self.implicit {
+            self.radau.step(system, h_max)?;
+            self.span = self.radau.span();
+        } else {
+            let f = |y: &DVector<f64>, out: &mut DVector<f64>| system.slope(y, out);
+            let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+            self.explicit
+                .step_measured(f, norm, h_max, &mut self.last)?;
+            self.span = self.last.h;
+        }
+        Ok(())
+    }
+
+    /// Looks at the last step and changes the method if the other one is due.
+    fn choose(&mut self, system: &S) {
+        if self.span == 0.0 {
+            return;
+        }
+        if !self.implicit {
+            let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+            let size = self.last.stiffness(norm);
+            if size.is_some_and(|size| size > STIFF) {
+                self.relief = 0;
+                self.votes += 1;
+                if self.votes >= self.patience {
+                    self.switch(self.span);
+                }
+            } else {
+                self.relief += 1;
+                if self.relief >= RELIEF {
+                    self.votes = 0;
+                }
+            }
+            return;
+        }
+        let h = self.radau.next_step();
+        if h * self.radius() > EASY {
+            self.votes = 0;
+            return;
+        }
+        self.votes += 1;
+        if self.votes < CALM {
+            return;
+        }
+        // The Jacobian in use may be old.
+        if self.radau.refresh(system).is_none() || h * self.radius() > EASY {
+            self.votes = 0;
+            return;
+        }
+        let stayed = self.radau.work().steps - self.since;
+        self.patience = if stayed < SHORT_STAY {
+            (2 * self.patience).min(PATIENCE_LIMIT)
+        } else {
+            PATIENCE
+        };
+        self.switch(h);
+    }
+
+    /// Spectral radius of the Jacobian that Radau uses.
+    fn radius(&mut self) -> f64 {
+        let number = self.radau.work().jacobians;
+        if self.radius.0 != number
+            && let Some(jacobian) = self.radau.jacobian()
+        {
+            let n = self.radau.state().len();
+            self.radius = (number, spectral_radius(jacobian, &mut self.direction, n));
+        }
+        self.radius.1
+    }
+
+    /// Changes to the other method at the current state with a step `h`.
+    fn switch(&mut self, h: f64) {
+        let (y, slope) = (self.state().clone(), self.slope().clone());
+        let h = if h > 0.0 { h } else { self.next_step() };
+        self.switches += 1;
+        self.implicit = !self.implicit;
+        self.since = self.radau.work().steps;
+        self.place(y, slope, h);
+        self.span = 0.0;
+    }
+
+    /// The current state.
+    pub fn state(&self) -> &DVector<f64> {
+        if self.implicit {
+            self.radau.state()
+        } else {
+            self.explicit.state()
+        }
+    }
+
+    /// The slope at the current state.
+    pub fn slope(&self) -> &DVector<f64> {
+        if self.implicit {
+            self.radau.slope()
+        } else {
+            self.explicit.slope()
+        }
+    }
+
+    /// The state at the start of the last step; the current one before the first.
+    pub fn from(&self) -> &DVector<f64> {
+        if self.span == 0.0 {
+            self.state()
+        } else if self.implicit {
+            self.radau.from()
+        } else {
+            &self.last.from
+        }
+    }
+
+    /// Length of the last step; 0 before the first.
+    pub fn span(&self) -> f64 {
+        self.span
+    }
+
+    /// The size that the next step will try.
+    pub fn next_step(&self) -> f64 {
+        if self.implicit {
+            self.radau.next_step()
+        } else {
+            self.explicit.next_step()
+        }
+    }
+
+    /// The method of the last step, never `Auto`.
+    pub fn method_now(&self) -> Method {
+        if self.implicit {
+            Method::Implicit
+        } else {
+            Method::Explicit
+        }
+    }
+
+    /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
+    /// asked (3 slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
+    /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
+    /// accuracy of the steps, for the price of two factorisations and an iteration or two. None if that fails.
+    pub fn at(&mut self, system: &S, x: f64) -> Option<DVector<f64>> {
+        if self.span == 0.0 || x == 1.0 {
+            return Some(self.state().clone());
+        }
+        if x == 0.0 {
+            return Some(self.from().clone());
+        }
+        if self.implicit {
+            return self.radau.exactly(system, x);
+        }
+        if self.dense.is_none() {
+            let f = |y: &DVector<f64>| {
+                let mut out = DVector::zeros(y.len());
+                system.slope(y, &mut out)?;
+                Some(out)
+            };
+            self.dense = self.last.dense(f, self.explicit.work_mut());
+        }
+        Some(self.dense.as_ref()?.at(x))
+    }
+
+    /// A cheap look at the fraction `x` in [0, 1] of the last step, for searches that end with [`Integrator::at`]: no
+    /// slopes, order 3.
+    pub fn glance(&self, x: f64) -> DVector<f64> {
+        if self.span == 0.0 {
+            return self.state().clone();
+        }
+        if self.implicit {
+            return self.radau.at(x);
+        }
+        // Cubic Hermite.
+        let (h, y) = (self.span, 1.0 - x);
+        let mut state = self.from() * (y * y * (1.0 + 2.0 * x));
+        state.axpy(x * x * (3.0 - 2.0 * x), self.state(), 1.0);
+        state.axpy(h * x * y * y, &self.last.stage_slopes()[0], 1.0);
+        state.axpy(-h * x * x * y, self.last.end_slope(), 1.0);
+        state
+    }
+
+    /// Work so far.
+    pub fn work(&self) -> Work {
+        let (explicit, radau) = (self.explicit.work(), self.radau.work());
+        Work {
+            evaluations: explicit.evaluations + radau.evaluations + self.extra,
+            steps: explicit.steps + radau.steps,
+            implicit_steps: radau.steps,
+            rejected: explicit.rejected + radau.rejected,
+            jacobians: radau.jacobians,
+            factorisations: radau.factorisations,
+            iterations: radau.iterations,
+            samples: explicit.dense + radau.samples,
+            switches: self.switches,
+        }
+    }
+}
+
+/// A first step from the slope and its change along an Euler step (Hairer, Norsett, Wanner I, Sec. II.4).
+fn first_guess<S: System>(
+    system: &S,
+    y: &DVector<f64>,
+    slope: &DVector<f64>,
+    tolerance: f64,
+    implicit: bool,
+) -> f64 {
+    let size = |x: &DVector<f64>| system.mean_square(x, y, y).sqrt();
+    let rate = size(slope);
+    let (bound, power) = if implicit {
+        (estimate_bound(tolerance), 0.25)
+    } else {
+        (tolerance, 0.125)
+    };
+    let short = if rate > 1e-10 { 0.01 / rate } else { 1e-6 };
+    let mut there = slope.clone();
+    let change = match system.slope(&(y + short * slope), &mut there) {
+        Some(()) => size(&(there - slope)) / short,
+        None => rate,
+    };
+    let fastest = change.sqrt().max(rate);
+    if fastest > 1e-10 {
+        (bound.powf(power) / fastest).min(100.0 * short)
+    } else {
+        short
+    }
+}

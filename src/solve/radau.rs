@@ -1,0 +1,375 @@
+//! Implicit Runge-Kutta stepping of order 5 (Radau IIA, 3 stages) for stiff systems of any dimension.
+//!
+//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable: the
+//! end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
+
+use super::dop853::StepTooSmall;
+use super::radau_stages::{Factors, NODES, Newton, Outcome, Stages, collocation, combined};
+use super::system::{Linearised, System};
+use nalgebra::DVector;
+
+/// Counts of what the integration cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Slopes evaluated, all purposes.
+    pub evaluations: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Steps tried and given up.
+    pub rejected: u64,
+    /// Jacobians evaluated.
+    pub jacobians: u64,
+    /// Pairs of matrices, real and complex, factored.
+    pub factorisations: u64,
+    /// Newton iterations: three slopes, a real and a complex solution each.
+    pub iterations: u64,
+    /// States computed inside a step by a step of their own.
+    pub samples: u64,
+}
+
+const SAFETY: f64 = 0.9;
+/// Bounds of a change of step size: internal layers are entered and left within a few steps.
+const SHRINK: f64 = 0.01;
+const GROW: f64 = 8.0;
+/// The step and its factors are kept if the step could grow by no more than this.
+const KEPT: f64 = 1.2;
+/// The Jacobian is kept while Newton contracts by this per iteration.
+const FAST: f64 = 0.02;
+/// A step below this multiple of the largest step so far has stalled.
+const STALL: f64 = 1e-14;
+/// The estimated error is of order h^4, the true one of order h^6 where the solution is smooth: to bound the latter by
+/// the tolerance, the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program.
+const ESTIMATE: f64 = 0.1;
+/// Part of the tolerance left to Newton's iteration.
+const NEWTON: f64 = 0.03;
+/// Increments of the stages that are rounding, in units of the state's scale.
+const ROUNDING: f64 = 1e-13;
+
+/// The bound of the error estimate that keeps the error of a step near `tolerance`.
+pub(super) fn estimate_bound(tolerance: f64) -> f64 {
+    ESTIMATE * tolerance.powf(2.0 / 3.0)
+}
+
+/// What the controller of the step size remembers.
+#[derive(Debug, Clone, Copy)]
+struct Accepted {
+    h: f64,
+    error: f64,
+}
+
+/// An integration in progress.
+pub struct Radau<L: Linearised> {
+    tolerance: f64,
+    bound: f64,
+    h: f64,
+    largest: f64,
+    state: DVector<f64>,
+    slope: DVector<f64>,
+    from: DVector<f64>,
+    /// Length of the last step; 0 before the first.
+    span: f64,
+    stages: Stages,
+    newton: Newton,
+    accepted: Option<Accepted>,
+    jacobian: Option<L>,
+    /// The Jacobian is that at the current state.
+    fresh: bool,
+    /// The Jacobian is to be evaluated again before the next step.
+    worn: bool,
+    factors: Option<Factors<L>>,
+    work: Work,
+}
+
+impl<L: Linearised> Radau<L> {
+    /// Starts at `state` with its `slope`; `h` is a first guess that the error control corrects. The error of each step
+    /// is kept near `tolerance`, in units of the root of [`System::mean_square`]; 1e-13 is the finest that makes sense.
+    pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
+        let n = state.len();
+        let newton = NEWTON * tolerance.min(estimate_bound(tolerance));
+        Self {
+            tolerance,
+            bound: estimate_bound(tolerance),
+            h,
+            largest: h,
+            from: state.clone(),
+            state,
+            slope,
+            span: 0.0,
+            stages: std::array::from_fn(|_| DVector::zeros(n)),
+            newton: Newton::new(
+                newton.max(10.0 * f64::EPSILON),
+                ROUNDING.max(0.1 * tolerance),
+            ),
+            accepted: None,
+            jacobian: None,
+            fresh: false,
+            worn: false,
+            factors: None,
+            work: Work::default(),
+        }
+    }
+
+    /// Starts anew at another state, of any dimension; work is counted on.
+    pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
+        *self = Self {
+            work: self.work,
+            ..Self::new(state, slope, h, self.tolerance)
+        };
+    }
+
+    /// Work so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// The current state.
+    pub fn state(&self) -> &DVector<f64> {
+        &self.state
+    }
+
+    /// The slope at the current state.
+    pub fn slope(&self) -> &DVector<f64> {
+        &self.slope
+    }
+
+    /// The state at the start of the last step.
+    pub fn from(&self) -> &DVector<f64> {
+        &self.from
+    }
+
+    /// Length of the last step; 0 before the first.
+    pub fn span(&self) -> f64 {
+        self.span
+    }
+
+    /// The size that the next step will try.
+    pub fn next_step(&self) -> f64 {
+        self.h
+    }
+
+    /// The Jacobian in use.
+    pub fn jacobian(&self) -> Option<&L> {
+        self.jacobian.as_ref()
+    }
+
+    /// Whether the Jacobian in use is that at the current state.
+    pub fn is_fresh(&self) -> bool {
+        self.fresh
+    }
+
+    /// Evaluates the Jacobian at the current state; None if it has none there.
+    pub fn refresh<S: System<Linearised = L>>(&mut self, system: &S) -> Option<()> {
+        if !self.fresh {
+            self.work.jacobians += 1;
+            self.jacobian = Some(system.linearised(&self.state)?);
+            self.factors = None;
+            self.fresh = true;
+        }
+        self.worn = false;
+        Some(())
+    }
+
+    /// Takes one step of at most `h_max`.
+    ///
+    /// # Errors
+    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if there is no Jacobian here.
+    pub fn step<S: System<Linearised = L>>(
+        &mut self,
+        system: &S,
+        h_max: f64,
+    ) -> Result<(), StepTooSmall> {
+        let mut rejected = false;
+        let mut extrapolate = self.span > 0.0;
+        loop {
+            let h = self.h.min(h_max);
+            if !(h > STALL * self.largest.min(h_max)) {
+                return Err(StepTooSmall);
+            }
+            if self.worn || self.jacobian.is_none() {
+                self.refresh(system).ok_or(StepTooSmall)?;
+            }
+            if !self.factor(h) {
+                rejected = true;
+                self.work.rejected += 1;
+                self.h = 0.5 * h;
+                continue;
+            }
+            let Some(factors) = &self.factors else {
+                return Err(StepTooSmall);
+            };
+            let mut z = if extrapolate {
+                self.extrapolated(h)
+            } else {
+                std::array::from_fn(|_| DVector::zeros(self.state.len()))
+            };
+            let evaluations = &mut self.work.evaluations;
+            let outcome = self
+                .newton
+                .solve(system, &self.state, factors, &mut z, evaluations);
+            self.work.iterations += self.newton.iterations;
+            let shrink = match outcome {
+                Outcome::Solved => None,
+                Outcome::Outside(0) if extrapolate => {
+                    extrapolate = false;
+                    continue;
+                }
+                // A better Jacobian before a shorter step.
+                Outcome::Slow(_) if !self.fresh => {
+                    self.worn = true;
+                    continue;
+                }
+                Outcome::Slow(factor) => Some(factor.clamp(0.1, 0.8)),
+                Outcome::Outside(_) => Some(0.3),
+            };
+            if let Some(factor) = shrink {
+                rejected = true;
+                self.work.rejected += 1;
+                self.h = factor * h;
+                continue;
+            }
+            let to = &self.state + &z[2];
+            let mut slope = DVector::zeros(to.len());
+            self.work.evaluations += 1;
+            let inside = system.slope(&to, &mut slope).is_some();
+            let error = if inside {
+                self.error(system, &z, &to, rejected || self.accepted.is_none())
+            } else {
+                f64::INFINITY
+            };
+            // More iterations than usual: a little shorter.
+            let most = 2.0 * Newton::most();
+            let safety = SAFETY * (1.0 + most) / (self.newton.iterations as f64 + most);
+            let mut factor = safety * error.max(1e-10).powf(-0.25);
+            if error < 1.0 {
+                // Gustafsson's predictive controller: it sees errors grow.
+                if let Some(before) = self.accepted {
+                    let change = before.error.max(0.01) / (error * error).max(1e-20);
+                    factor = factor.min(SAFETY * h / before.h * change.powf(0.25));
+                }
+                factor = factor.clamp(SHRINK, if rejected { 1.0 } else { GROW });
+                let clipped = h < self.h;
+                self.accept(z, to, slope, Accepted { h, error });
+                self.worn = self.newton.contraction > FAST;
+                self.h = if clipped {
+                    self.h.max(h * factor)
+                } else if !self.worn && (1.0..=KEPT).contains(&factor) {
+                    h
+                } else {
+                    h * factor
+                };
+                return Ok(());
+            }
+            self.work.rejected += 1;
+            rejected = true;
+            self.worn = !self.fresh && self.newton.contraction > FAST;
+            self.h = h * if self.accepted.is_none() {
+                factor.clamp(SHRINK, 0.1)
+            } else {
+                factor.clamp(SHRINK, SAFETY)
+            };
+        }
+    }
+
+    fn accept(&mut self, z: Stages, to: DVector<f64>, slope: DVector<f64>, step: Accepted) {
+        self.from = std::mem::replace(&mut self.state, to);
+        self.slope = slope;
+        self.stages = z;
+        self.span = step.h;
+        self.largest = self.largest.max(step.h);
+        self.accepted = Some(step);
+        self.fresh = false;
+        self.work.steps += 1;
+    }
+
+    /// Makes the factors those of the step size `h`; false if a matrix is singular.
+    fn factor(&mut self, h: f64) -> bool {
+        if self.factors.as_ref().is_some_and(|f| f.h == h) {
+            return true;
+        }
+        self.work.factorisations += 1;
+        self.factors = self.jacobian.as_ref().and_then(|j| Factors::new(j, h));
+        self.factors.is_some()
+    }
+
+    /// Stages of a next step of length `h` from the last one's polynomial.
+    fn extrapolated(&self, h: f64) -> Stages {
+        NODES.map(|c| {
+            let mut z = combined(collocation(1.0 + c * h / self.span), &self.stages);
+            z -= &self.stages[2];
+            z
+        })
+    }
+
+    /// The error estimate of a step in units of its bound; infinite if it is none. `careful`: an estimate too large is
+    /// filtered again, for a state off the slow manifold overrates it.
+    fn error<S: System<Linearised = L>>(
+        &mut self,
+        system: &S,
+        z: &Stages,
+        to: &DVector<f64>,
+        careful: bool,
+    ) -> f64 {
+        let Some(factors) = &self.factors else {
+            return f64::INFINITY;
+        };
+        let measured = |error: Option<&DVector<f64>>| {
+            let square = error.map_or(f64::NAN, |e| system.mean_square(e, &self.state, to));
+            let error = square.sqrt() / self.bound;
+            if error.is_nan() { f64::INFINITY } else { error }
+        };
+        let error = factors.error(&self.slope, z);
+        let size = measured(error.as_ref());
+        if let Some(error) = error
+            && careful
+            && size >= 1.0
+        {
+            let mut slope = DVector::zeros(to.len());
+            self.work.evaluations += 1;
+            if system.slope(&(&self.state + error), &mut slope).is_some() {
+                return measured(factors.error(&slope, z).as_ref());
+            }
+        }
+        size
+    }
+
+    /// The collocation polynomial at the fraction `x` in [0, 1] of the last step: order 3 only, an error of order h^4.
+    pub fn at(&self, x: f64) -> DVector<f64> {
+        &self.from + combined(collocation(x), &self.stages)
+    }
+
+    /// The state at the fraction `x` in [0, 1] of the last step by a step of that length: as accurate as the steps, at
+    /// the price of two factorisations and an iteration or two. None if that step cannot be solved.
+    pub fn exactly<S: System<Linearised = L>>(
+        &mut self,
+        system: &S,
+        x: f64,
+    ) -> Option<DVector<f64>> {
+        if x == 1.0 || self.span == 0.0 {
+            return Some(self.state.clone());
+        }
+        if x == 0.0 {
+            return Some(self.from.clone());
+        }
+        self.work.samples += 1;
+        let h = x * self.span;
+        let mut newton = self.newton.clone();
+        let mut again = None;
+        loop {
+            let jacobian = again.as_ref().or(self.jacobian.as_ref())?;
+            self.work.factorisations += 1;
+            let factors = Factors::new(jacobian, h)?;
+            let mut z = NODES.map(|c| combined(collocation(c * x), &self.stages));
+            let evaluations = &mut self.work.evaluations;
+            let outcome = newton.solve(system, &self.from, &factors, &mut z, evaluations);
+            self.work.iterations += newton.iterations;
+            match outcome {
+                Outcome::Solved => return Some(&self.from + &z[2]),
+                _ if again.is_none() => {
+                    self.work.jacobians += 1;
+                    again = Some(system.linearised(&self.from)?);
+                }
+                _ => return None,
+            }
+        }
+    }
+}

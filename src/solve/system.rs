@@ -1,0 +1,106 @@
+//! Systems of run-time dimension, y' = f(y), and their Jacobians in the form that is best factored.
+
+use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
+
+/// An autonomous system y' = f(y) of any dimension; time is a component of y where it is needed.
+pub trait System {
+    /// The Jacobian df/dy.
+    type Linearised: Linearised;
+
+    /// f(y) into `out`, of the same length as `y`; None outside its domain, which shortens the step.
+    fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
+
+    /// The Jacobian at y. It drives an iteration only: errors in it cost time, not accuracy. Rows of components that
+    /// nothing depends on (quadratures) may be left zero.
+    fn linearised(&self, y: &DVector<f64>) -> Option<Self::Linearised>;
+
+    /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root.
+    fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
+}
+
+/// A Jacobian J.
+pub trait Linearised {
+    /// sigma - J, ready to be solved with.
+    type Factor<T: ComplexField<RealField = f64> + Copy>: Factor<T>;
+
+    /// sigma - J, factored; None if it is singular.
+    fn shifted<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T)
+    -> Option<Self::Factor<T>>;
+
+    /// J x.
+    fn times(&self, x: &DVector<f64>) -> DVector<f64>;
+}
+
+/// A factored matrix.
+pub trait Factor<T> {
+    /// Overwrites the right-hand side `b` with the solution; false if that failed.
+    fn solve(&self, b: &mut DVector<T>) -> bool;
+}
+
+impl Linearised for DMatrix<f64> {
+    type Factor<T: ComplexField<RealField = f64> + Copy> = LU<T, Dyn, Dyn>;
+
+    fn shifted<T: ComplexField<RealField = f64> + Copy>(
+        &self,
+        sigma: T,
+    ) -> Option<LU<T, Dyn, Dyn>> {
+        let mut matrix = self.map(|x| T::from_real(-x));
+        for i in 0..matrix.nrows() {
+            matrix[(i, i)] += sigma;
+        }
+        let factor = matrix.lu();
+        factor.is_invertible().then_some(factor)
+    }
+
+    fn times(&self, x: &DVector<f64>) -> DVector<f64> {
+        self * x
+    }
+}
+
+impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for LU<T, Dyn, Dyn> {
+    fn solve(&self, b: &mut DVector<T>) -> bool {
+        self.solve_mut(b)
+    }
+}
+
+/// Products of a power iteration, and how many of the last are averaged: growth under a matrix that is far from
+/// normal alternates.
+const PRODUCTS: usize = 8;
+const AVERAGED: usize = 4;
+
+/// The spectral radius of J by power iteration, mostly to some 10 %. `vector` is where the last one of a similar J
+/// ended; any other length starts afresh.
+pub(super) fn spectral_radius<L: Linearised>(
+    jacobian: &L,
+    vector: &mut DVector<f64>,
+    dimension: usize,
+) -> f64 {
+    if vector.len() != dimension {
+        *vector = DVector::zeros(dimension);
+    }
+    // A little of everything, lest a direction that has become dominant is missing.
+    let share = 0.1 / (dimension.max(1) as f64).sqrt();
+    for (i, x) in vector.iter_mut().enumerate() {
+        *x += share * (1.0 + 2.0 * i as f64 * i as f64).sin();
+    }
+    let mut growth = 0.0;
+    let norm = vector.norm();
+    *vector /= norm;
+    for i in 0..PRODUCTS {
+        let next = jacobian.times(vector);
+        let size = next.norm();
+        if size == 0.0 {
+            vector.fill(0.0);
+            return 0.0;
+        }
+        if !size.is_finite() {
+            vector.fill(0.0);
+            return f64::INFINITY;
+        }
+        *vector = next / size;
+        if i >= PRODUCTS - AVERAGED {
+            growth += size.ln() / AVERAGED as f64;
+        }
+    }
+    growth.exp()
+}
