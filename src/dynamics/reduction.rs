@@ -33,7 +33,7 @@ pub use run::{ReducedRun, ReducedSample};
 use crate::body::{Body, RigidBody};
 use crate::rod::section::Strain;
 use crate::viscous::law::Viscoelastic;
-use balance::{BRANCHES, Balance, Slots, State};
+use balance::{Balance, Slots, State};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use std::fmt;
 
@@ -157,12 +157,6 @@ impl Reduction {
             return refuse(format!(
                 "the rod is bent (u1 = {}, u2 = {}): flexure has memory, AMV Sec. 6",
                 strain[0], strain[1]
-            ));
-        }
-        if section.branches.len() > BRANCHES {
-            return refuse(format!(
-                "{} Maxwell branches; at most {BRANCHES} are served",
-                section.branches.len()
             ));
         }
         let branches = match remembered(section, strain, start.branches) {

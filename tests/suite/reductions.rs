@@ -258,6 +258,33 @@ fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     }
 }
 
+/// Catches a stiff motion that takes steps of its fastest rate: a strong dashpot, by its two exponentials.
+#[test]
+fn a_strong_dashpot_costs_few_steps() {
+    let (mass, [.., k], c) = (0.7, STIFFNESS, 3e3);
+    let mut viscosity = diagonal(VISCOSITY);
+    viscosity[(5, 5)] = c;
+    let section = section(diagonal(STIFFNESS), viscosity);
+    let carried = Carried::BallJoint(Body::new(mass).expect("a body"));
+    let (x0, v0) = (0.4, -0.3);
+    let start = moving(still(), world(0.0, 0.0, v0));
+    let reduction = recognise(&section, &carried, straight(0.0, 1.0 + x0), start).expect("it is");
+    let mut run = reduction.run(1e-10).expect("a start");
+    let slow = 2.0 * k / (c + (c * c - 4.0 * mass * k).sqrt());
+    let fast = k / (mass * slow);
+    for t in [1e-9, 1.0, 3.0, 30.0, 300.0, 600.] {
+        eprintln!("{t} {:?}", run.work());
+        let sample = run.sample_at(t).expect("a sample");
+        let (a, b) = (
+            (fast * x0 + v0) / (fast - slow),
+            (slow * x0 + v0) / (slow - fast),
+        );
+        let want = a * (-slow * t).exp() + b * (-fast * t).exp();
+        assert_close(sample.strain[5], 1.0 + want, 1e-8, 1.0, "stretch");
+    }
+    assert!(run.work().steps < 1000, "{:?}", run.work());
+}
+
 /// Catches energies that do not close in a strongly nonlinear law, near total compression, with drag and a force in
 /// time; and a tangent that is not the law's.
 #[test]

@@ -9,9 +9,6 @@ use nalgebra::{
     Isometry3, Matrix3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 
-/// Most Maxwell branches.
-pub(super) const BRANCHES: usize = 8;
-
 /// The strains that move, at most three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Slots {
@@ -60,31 +57,22 @@ pub(super) struct State {
     pub branches: Vec<Strain>,
 }
 
-/// d/dt of a [`State`] and of the ledger.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Slope {
-    strain: Strain,
-    rate: Strain,
-    branches: Vec<Strain>,
-}
-
-impl Slope {
-    pub fn size(&self) -> f64 {
-        let branches = self.branches.iter().map(|z| z.amax());
-        branches.fold(self.strain.amax().max(self.rate.amax()), f64::max)
-    }
-}
-
 impl State {
-    /// The state h later, to first order.
-    pub fn moved(&self, slope: &Slope, h: f64) -> Self {
+    /// The state h later, to first order, with d/dt of the state.
+    pub fn moved(&self, slope: &Self, h: f64) -> Self {
         let branches = self.branches.iter().zip(&slope.branches);
         Self {
-            time: self.time + h,
+            time: self.time + slope.time * h,
             strain: self.strain + slope.strain * h,
             rate: self.rate + slope.rate * h,
             branches: branches.map(|(z, dz)| z + dz * h).collect(),
         }
+    }
+
+    /// Largest entry of strains, rates and branches.
+    pub fn size(&self) -> f64 {
+        let branches = self.branches.iter().map(|z| z.amax());
+        branches.fold(self.strain.amax().max(self.rate.amax()), f64::max)
     }
 }
 
@@ -407,9 +395,10 @@ impl Reduction {
     }
 
     /// d/dt of the state.
-    pub(super) fn slope(&self, at: &State, balance: &Balance) -> Slope {
+    pub(super) fn slope(&self, at: &State, balance: &Balance) -> State {
         let branches = self.section.branches.iter().zip(&at.branches);
-        Slope {
+        State {
+            time: 1.0,
             strain: at.rate,
             rate: balance.acceleration,
             branches: branches

@@ -44,6 +44,15 @@ pub struct Mode {
     pub shape: DVector<f64>,
 }
 
+/// q'' = -inverse_mass (stiffness q + dashpot q' + sum modulus (q - z)) + slowing q', z' = (q - z)/time.
+pub(super) struct Linearised {
+    stiffness: DMatrix<f64>,
+    dashpot: DMatrix<f64>,
+    branches: Vec<(DMatrix<f64>, f64)>,
+    inverse_mass: DMatrix<f64>,
+    slowing: DMatrix<f64>,
+}
+
 impl Reduction {
     /// The equivalent spring and dashpot about the unloaded rod at rest.
     ///
@@ -56,7 +65,7 @@ impl Reduction {
         for k in self.slots.iter() {
             at.strain[k] = rest[k];
         }
-        self.linearised(&at)
+        self.linearised(&at)?.equivalent(self)
     }
 
     /// The equivalent spring and dashpot about a state of the motion.
@@ -69,10 +78,12 @@ impl Reduction {
             strain: sample.strain,
             rate: sample.rate,
             branches: sample.branches.clone(),
-        })
+        })?
+        .equivalent(self)
     }
 
-    fn linearised(&self, at: &State) -> Result<Equivalent> {
+    /// The motion linearised at a state.
+    pub(super) fn linearised(&self, at: &State) -> Result<Linearised> {
         let section = &self.section;
         let elastic = stored(section, &at.strain)?.tangent;
         let overstress = section.rate.overstress(0.0, &at.strain, &at.rate)?;
@@ -92,29 +103,16 @@ impl Reduction {
         let inverse_mass = self.without_reactions(&mobility, &mobility)?;
         let slowing = self.without_reactions(&mobility, &by_velocity)?;
         let part = |a: &Matrix6<f64>| part(&self.slots, a);
-        let stiffness = part(&(elastic - viscosity * rate.by_strain));
-        let dashpot = part(&viscosity);
-        let mass = symmetric(
-            &inverse_mass
-                .try_inverse()
-                .ok_or_else(|| Error::ill_conditioned("the body has no inertia in this motion"))?,
-        );
-        let drag = -&mass * slowing;
-        let branches: Vec<_> = section
-            .branches
-            .iter()
-            .map(|branch| (part(&branch.modulus), branch.time))
-            .collect();
-        Ok(Equivalent {
-            kind: self.kind,
-            moving: self.moving(),
-            modes: modes(&mass, &symmetric(&stiffness), &(&dashpot + &drag))?,
-            eigenvalues: eigenvalues(&mass, &stiffness, &(&dashpot + &drag), &branches)?,
-            stiffness,
-            dashpot,
-            branches,
-            mass,
-            drag,
+        Ok(Linearised {
+            stiffness: part(&(elastic - viscosity * rate.by_strain)),
+            dashpot: part(&viscosity),
+            branches: section
+                .branches
+                .iter()
+                .map(|branch| (part(&branch.modulus), branch.time))
+                .collect(),
+            inverse_mass,
+            slowing,
         })
     }
 
@@ -178,37 +176,56 @@ fn modes(
     Ok(modes)
 }
 
-/// Of q'' = -M^-1 (K q + C q' + sum E (q - z)), z' = (q - z)/time.
-fn eigenvalues(
-    mass: &DMatrix<f64>,
-    stiffness: &DMatrix<f64>,
-    damping: &DMatrix<f64>,
-    branches: &[(DMatrix<f64>, f64)],
-) -> Result<Vec<Complex<f64>>> {
-    let k = mass.nrows();
-    let inverse = mass
-        .clone()
-        .try_inverse()
-        .ok_or_else(|| Error::ill_conditioned("the mass of the body is singular"))?;
-    let mut matrix = DMatrix::zeros((2 + branches.len()) * k, (2 + branches.len()) * k);
-    let identity = DMatrix::identity(k, k);
-    let whole = branches
-        .iter()
-        .fold(stiffness.clone(), |sum, (e, _)| sum + e);
-    let mut place = |i: usize, j: usize, block: DMatrix<f64>| {
-        matrix.view_mut((i * k, j * k), (k, k)).copy_from(&block);
-    };
-    place(0, 1, identity.clone());
-    place(1, 0, -&inverse * whole);
-    place(1, 1, -&inverse * damping);
-    for (b, (modulus, time)) in branches.iter().enumerate() {
-        place(1, 2 + b, &inverse * modulus);
-        place(2 + b, 0, &identity / *time);
-        place(2 + b, 2 + b, -&identity / *time);
+impl Linearised {
+    /// The matrix of the first-order system in (q, q', z of each branch).
+    pub(super) fn matrix(&self) -> DMatrix<f64> {
+        let (k, blocks) = (self.stiffness.nrows(), 2 + self.branches.len());
+        let mut matrix = DMatrix::zeros(blocks * k, blocks * k);
+        let identity = DMatrix::identity(k, k);
+        let moduli = self.branches.iter().map(|(modulus, _)| modulus);
+        let whole = moduli.fold(self.stiffness.clone(), |sum, modulus| sum + modulus);
+        let mut place = |i: usize, j: usize, block: DMatrix<f64>| {
+            matrix.view_mut((i * k, j * k), (k, k)).copy_from(&block);
+        };
+        place(0, 1, identity.clone());
+        place(1, 0, -&self.inverse_mass * whole);
+        place(1, 1, &self.slowing - &self.inverse_mass * &self.dashpot);
+        for (b, (modulus, time)) in self.branches.iter().enumerate() {
+            place(1, 2 + b, &self.inverse_mass * modulus);
+            place(2 + b, 0, &identity / *time);
+            place(2 + b, 2 + b, -&identity / *time);
+        }
+        matrix
     }
-    let mut values: Vec<Complex<f64>> = matrix.complex_eigenvalues().iter().copied().collect();
-    values.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
-    Ok(values)
+
+    fn equivalent(self, of: &Reduction) -> Result<Equivalent> {
+        let matrix = self.matrix();
+        // Or the search for eigenvalues would not end.
+        if !matrix.iter().all(|x| x.is_finite()) {
+            return Err(Error::domain("stiffness and dashpot are not finite here"));
+        }
+        let mut eigenvalues: Vec<Complex<f64>> =
+            matrix.complex_eigenvalues().iter().copied().collect();
+        eigenvalues.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
+        let mass = self
+            .inverse_mass
+            .try_inverse()
+            .ok_or_else(|| Error::ill_conditioned("the body has no inertia in this motion"))?;
+        let mass = symmetric(&mass);
+        let drag = -&mass * self.slowing;
+        let damping = &self.dashpot + &drag;
+        Ok(Equivalent {
+            kind: of.kind,
+            moving: of.moving(),
+            modes: modes(&mass, &symmetric(&self.stiffness), &damping)?,
+            stiffness: self.stiffness,
+            dashpot: self.dashpot,
+            branches: self.branches,
+            mass,
+            drag,
+            eigenvalues,
+        })
+    }
 }
 
 impl fmt::Display for Equivalent {

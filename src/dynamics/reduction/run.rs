@@ -1,27 +1,34 @@
 //! The motion of the body in an exact reduction.
 
-use super::balance::{BRANCHES, Balance, State, turned};
+use super::balance::{Balance, State, turned};
 use super::{HELD, Reduction};
 use crate::dynamics::Ledger;
 use crate::error::{Error, Result};
 use crate::rod::section::{Resultant, Strain};
-use crate::solve::dop853::{Dop853, Step, Work};
-use nalgebra::{Isometry3, SVector, Vector6};
+use crate::solve::integrator::{Integrator, Method, Work};
+use crate::solve::system::System;
+use nalgebra::{DMatrix, DVector, Isometry3, Vector6};
+use std::cell::RefCell;
 
-/// Time, dissipated energy, work; then for three strains: values, rates, memory of each branch.
-const SIZE: usize = 9 + 3 * BRANCHES;
-type Packed = SVector<f64, SIZE>;
+/// Time, dissipated energy and work come first in the integrated vector; then the moving strains, their rates, and what
+/// each branch remembers of them.
+const FIRST: usize = 3;
 
-/// Steps between two samples, after which an explicit method has met a stiff motion.
+/// Steps between two samples, after which something must be wrong.
 const MOST_STEPS: u64 = 1_000_000;
 
 /// A motion of a [`Reduction`] as it goes on.
-#[derive(Debug, Clone)]
 pub struct ReducedRun<'a> {
-    reduction: &'a Reduction,
-    integration: Dop853<Packed>,
-    step: Step<Packed>,
+    motion: Motion<'a>,
+    integrator: Integrator<Motion<'a>>,
     defect: f64,
+}
+
+/// The reduction as a system of ordinary differential equations.
+struct Motion<'a> {
+    reduction: &'a Reduction,
+    /// What a law said where it could last not be evaluated.
+    fault: RefCell<Option<Error>>,
 }
 
 /// The motion at one moment.
@@ -60,62 +67,58 @@ impl Reduction {
                 "tolerance = {tolerance} must lie in [1e-14, 1e-2]"
             )));
         }
-        let state = self.pack(&self.start);
-        let (slope, balance) = self.derivative(&state)?;
-        let first = 1e-3 / (1.0 + slope.amax());
-        let integration = Dop853::new(state, slope, first, tolerance);
-        Ok(ReducedRun {
+        let (_, balance) = self.derivative(&self.pack(&self.start))?;
+        let motion = Motion {
             reduction: self,
-            step: integration.blank(),
-            integration,
+            fault: RefCell::new(None),
+        };
+        let integrator = Integrator::new(
+            &motion,
+            self.pack(&self.start),
+            tolerance,
+            Method::Auto,
+            None,
+        )
+        .ok_or_else(|| Error::domain("the laws cannot be evaluated at the start"))?;
+        Ok(ReducedRun {
+            motion,
+            integrator,
             defect: balance.defect().0,
         })
     }
 
-    fn pack(&self, at: &State) -> Packed {
-        let mut packed = Packed::zeros();
-        packed[0] = at.time;
-        for (i, k) in self.slots.iter().enumerate() {
-            packed[3 + i] = at.strain[k];
-            packed[6 + i] = at.rate[k];
-            for (b, z) in at.branches.iter().enumerate() {
-                packed[9 + 3 * b + i] = z[k];
-            }
-        }
-        packed
+    fn pack(&self, at: &State) -> DVector<f64> {
+        let fields = [&at.strain, &at.rate].into_iter().chain(&at.branches);
+        let moving = fields.flat_map(|field| self.slots.iter().map(|k| field[k]));
+        let values: Vec<f64> = [at.time, 0.0, 0.0].into_iter().chain(moving).collect();
+        DVector::from_vec(values)
     }
 
-    fn unpack(&self, packed: &Packed) -> State {
+    fn unpack(&self, packed: &DVector<f64>) -> State {
         let mut at = self.start.clone();
         at.time = packed[0];
-        for (i, k) in self.slots.iter().enumerate() {
-            at.strain[k] = packed[3 + i];
-            at.rate[k] = packed[6 + i];
-            for (b, z) in at.branches.iter_mut().enumerate() {
-                z[k] = packed[9 + 3 * b + i];
+        let mut rest = packed.iter().skip(FIRST);
+        for field in [&mut at.strain, &mut at.rate]
+            .into_iter()
+            .chain(&mut at.branches)
+        {
+            for (k, value) in self.slots.iter().zip(&mut rest) {
+                field[k] = *value;
             }
         }
         at
     }
 
-    fn derivative(&self, packed: &Packed) -> Result<(Packed, Balance)> {
+    fn derivative(&self, packed: &DVector<f64>) -> Result<(DVector<f64>, Balance)> {
         let at = self.unpack(packed);
         let balance = self.balance(&at)?;
-        let mut slope = Packed::zeros();
-        slope[0] = 1.0;
+        let mut slope = self.pack(&self.slope(&at, &balance));
         slope[1] = balance.dissipation;
         slope[2] = balance.power;
-        for (i, k) in self.slots.iter().enumerate() {
-            slope[3 + i] = at.rate[k];
-            slope[6 + i] = balance.acceleration[k];
-            for (b, (branch, z)) in self.section.branches.iter().zip(&at.branches).enumerate() {
-                slope[9 + 3 * b + i] = (at.strain[k] - z[k]) / branch.time;
-            }
-        }
         Ok((slope, balance))
     }
 
-    fn sample(&self, packed: &Packed, defect: f64) -> Result<ReducedSample> {
+    fn sample(&self, packed: &DVector<f64>, defect: f64) -> Result<ReducedSample> {
         let at = self.unpack(packed);
         let balance = self.balance(&at)?;
         Ok(ReducedSample {
@@ -139,14 +142,58 @@ impl Reduction {
     }
 }
 
+impl System for Motion<'_> {
+    type Linearised = DMatrix<f64>;
+
+    fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        match self.reduction.derivative(y) {
+            Ok((slope, _)) => {
+                out.copy_from(&slope);
+                Some(())
+            }
+            Err(e) => {
+                *self.fault.borrow_mut() = Some(e);
+                None
+            }
+        }
+    }
+
+    /// By differences: few columns. Those of dissipation and work, too: they follow stiff rates, and an iteration that does
+    /// not know it takes them for diverging.
+    fn linearised(&self, y: &DVector<f64>) -> Option<DMatrix<f64>> {
+        let (here, _) = self.reduction.derivative(y).ok()?;
+        let mut jacobian = DMatrix::zeros(y.len(), y.len());
+        for j in 0..y.len() {
+            let step = f64::EPSILON.sqrt() * (1.0 + y[j].abs());
+            let column = [step, -step].into_iter().find_map(|step| {
+                let mut moved = y.clone();
+                moved[j] += step;
+                let (there, _) = self.reduction.derivative(&moved).ok()?;
+                Some((there - &here) / step)
+            })?;
+            jacobian.set_column(j, &column);
+        }
+        Some(jacobian)
+    }
+
+    fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        let ends = from.iter().zip(to.iter());
+        let terms = error
+            .iter()
+            .zip(ends)
+            .map(|(e, (a, b))| (e / (1.0 + a.abs().max(b.abs()))).powi(2));
+        terms.sum::<f64>() / error.len() as f64
+    }
+}
+
 impl ReducedRun<'_> {
     /// Goes on to the time `until` and samples the motion there. The time now gives a sample without a step.
     ///
     /// # Errors
-    /// A time before the last one, or not finite; no step that stays in the domain of the laws; a million steps (a stiff
-    /// motion: solve the full rod, whose integrator is implicit); a motion that has left the kind it was recognised as.
+    /// A time before the last one, or not finite; no step that stays in the domain of the laws; a million steps; a motion
+    /// that has left the kind it was recognised as.
     pub fn sample_at(&mut self, until: f64) -> Result<ReducedSample> {
-        let now = self.integration.state()[0];
+        let now = self.integrator.state()[0];
         if !(now <= until && until < f64::INFINITY) {
             return Err(Error::domain(format!(
                 "a sample at t = {until} is asked for: it must be finite, and not before t = {now}"
@@ -154,54 +201,43 @@ impl ReducedRun<'_> {
         }
         let most = self.work().steps + MOST_STEPS;
         loop {
-            let now = self.integration.state()[0];
+            let now = self.integrator.state()[0];
             // A remainder of roundoff is no step.
             if until - now <= 4.0 * f64::EPSILON * until.abs().max(now.abs()) {
                 break;
             }
             if self.work().steps >= most {
                 return Err(Error::no_convergence(format!(
-                    "more than {MOST_STEPS} steps before t = {until}: the motion is stiff; solve the full rod instead"
+                    "more than {MOST_STEPS} steps before t = {until}, now t = {now}: use a coarser tolerance, or samples \
+                     that are closer in time"
                 )));
             }
             self.advance(until - now)?;
         }
-        self.reduction.sample(self.integration.state(), self.defect)
+        self.motion
+            .reduction
+            .sample(self.integrator.state(), self.defect)
     }
 
     fn advance(&mut self, most: f64) -> Result<()> {
-        let reduction = self.reduction;
-        let mut fault = None;
-        let mut defect = 0.0;
-        let taken = self.integration.step_into(
-            |at, slope| match reduction.derivative(at) {
-                Ok((value, balance)) => {
-                    *slope = value;
-                    // The last evaluation of a step is at its end.
-                    defect = balance.defect().0;
-                    Some(())
-                }
-                Err(e) => {
-                    fault = Some(e);
-                    None
-                }
-            },
-            most,
-            &mut self.step,
-        );
-        let time = self.integration.state()[0];
+        self.motion.fault.take();
+        let taken = self.integrator.step(&self.motion, most);
+        let time = self.integrator.state()[0];
         taken.map_err(|_| {
             let doing = format!("no step can be taken at t = {time}");
-            match fault {
+            match self.motion.fault.take() {
                 Some(e) => e.context(doing),
                 None => Error::no_convergence(doing),
             }
         })?;
+        let reduction = self.motion.reduction;
+        let at = reduction.unpack(self.integrator.state());
+        let (defect, why) = reduction.balance(&at)?.defect();
         self.defect = self.defect.max(defect);
         if !(self.defect <= HELD) {
             return Err(Error::domain(format!(
-                "at t = {time} the motion is no longer {}, by a relative defect of {:.1e}: solve the full rod instead",
-                reduction.kind, self.defect
+                "at t = {time} the motion is no longer {}: {why} (relative defect {defect:.1e}); solve the full rod instead",
+                reduction.kind
             )));
         }
         Ok(())
@@ -209,6 +245,6 @@ impl ReducedRun<'_> {
 
     /// What the integration cost so far.
     pub fn work(&self) -> Work {
-        self.integration.work()
+        self.integrator.work()
     }
 }
