@@ -110,6 +110,15 @@ impl<S: State> Dop853<S> {
         }
     }
 
+    /// Starts anew at another state, of any dimension; work is counted on, and so is the step that counts as a stall.
+    pub fn restart(&mut self, state: S, slope: S, h: f64) {
+        *self = Self {
+            largest: self.largest.max(h),
+            work: self.work,
+            ..Self::new(state, slope, h, self.tolerance)
+        };
+    }
+
     /// Work so far.
     pub fn work(&self) -> Work {
         self.work

@@ -41,10 +41,18 @@ pub struct Work {
 
 /// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
 const STIFF: f64 = 6.1;
+/// Above this step times eigenvalue, the interpolant of DOP853 is much poorer than its steps.
+const POOR: f64 = 2.0;
 /// Stiff steps that call for Radau, at first and at most; as many easy ones in a row as RELIEF start the count again.
 const PATIENCE: u32 = 12;
 const PATIENCE_LIMIT: u32 = 400;
 const RELIEF: u32 = 6;
+/// The solution is so smooth that Radau would take steps this much longer than DOP853 does: the system is stiff, even
+/// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
+const LONGER: f64 = 4.0;
+const STRIDE: u64 = 4;
+/// Error estimate of Radau for a step h, over h^4 y''''.
+const RADAU_ERROR: f64 = 0.00458;
 /// DOP853 would be stable with the steps of Radau below this step times spectral radius ...
 const EASY: f64 = 3.0;
 /// ... and takes over after so many of them in a row.
@@ -67,6 +75,10 @@ pub struct Integrator<S: System> {
     votes: u32,
     relief: u32,
     patience: u32,
+    /// Lengths between the last slopes, STRIDE steps apart, and the slopes.
+    trail: Vec<(f64, DVector<f64>)>,
+    /// Length since the last of them.
+    walked: f64,
     /// Steps of Radau when it took over.
     since: u64,
     /// Spectral radius, the number of the Jacobian that it belongs to, and the vector of its power iteration.
@@ -110,6 +122,8 @@ impl<S: System> Integrator<S> {
             votes: 0,
             relief: 0,
             patience: PATIENCE,
+            trail: Vec::new(),
+            walked: 0.0,
             since: 0,
             radius: (0, 0.0),
             direction: DVector::zeros(0),
@@ -135,13 +149,13 @@ impl<S: System> Integrator<S> {
     fn place(&mut self, y: DVector<f64>, slope: DVector<f64>, h: f64) {
         self.votes = 0;
         self.relief = 0;
+        self.trail.clear();
+        self.walked = 0.0;
         self.radius.0 = 0;
         if self.implicit {
             self.radau.restart(y, slope, h);
         } else {
-            let work = self.explicit.work();
-            self.explicit = Dop853::new(y, slope, h, self.tolerance);
-            *self.explicit.work_mut() = work;
+            self.explicit.restart(y, slope, h);
             self.last = self.explicit.blank();
         }
     }
@@ -185,9 +199,11 @@ impl<S: System> Integrator<S> {
         if !self.implicit {
             let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
             let size = self.last.stiffness(norm);
-            if size.is_some_and(|size| size > STIFF) {
+            let longer = self.smoothness(system).filter(|&h| h > LONGER);
+            if longer.is_some() || size.is_some_and(|size| size > STIFF) {
                 self.relief = 0;
-                self.votes += 1;
+                // A look over many steps is as good as a vote of half of them.
+                self.votes += if longer.is_some() { PATIENCE } else { 1 };
                 if self.votes >= self.patience {
                     self.switch(self.span);
                 }
@@ -220,6 +236,41 @@ impl<S: System> Integrator<S> {
             PATIENCE
         };
         self.switch(h);
+    }
+
+    /// The step that Radau would take by its error estimate, over that of DOP853; every STRIDE steps. From the third
+    /// divided difference of the slope, y''''/6, and the estimate of Radau for it.
+    fn smoothness(&mut self, system: &S) -> Option<f64> {
+        self.walked += self.span;
+        if !self.explicit.work().steps.is_multiple_of(STRIDE) {
+            return None;
+        }
+        if self.trail.len() == 4 {
+            self.trail.remove(0);
+        }
+        self.trail
+            .push((self.walked, self.explicit.slope().clone()));
+        self.walked = 0.0;
+        if self.trail.len() < 4 {
+            return None;
+        }
+        let mut at = 0.0;
+        let places = [0, 1, 2, 3].map(|i| {
+            at += if i == 0 { 0.0 } else { self.trail[i].0 };
+            at
+        });
+        let mut third = DVector::zeros(self.state().len());
+        for i in 0..4 {
+            let others = (0..4).filter(|&j| j != i);
+            let weight: f64 = others.map(|j| places[i] - places[j]).product();
+            third.axpy(1.0 / weight, &self.trail[i].1, 1.0);
+        }
+        let y = self.state();
+        let size = 6.0 * system.mean_square(&third, y, y).sqrt();
+        let step = (estimate_bound(self.tolerance) / (RADAU_ERROR * size)).powf(0.25);
+        // A smooth stretch of three strides shows no more than a few times its length.
+        let taken = (at / (3 * STRIDE) as f64).max(self.explicit.next_step());
+        Some(step.min(10.0 * at) / taken)
     }
 
     /// Spectral radius of the Jacobian that Radau uses.
@@ -298,7 +349,8 @@ impl<S: System> Integrator<S> {
     }
 
     /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
-    /// asked (3 slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
+    /// asked (3 slopes); near its limit of stability, where that is poor, it repeats the step as short as needed (12
+    /// slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
     /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
     /// accuracy of the steps, for the price of two factorisations and an iteration or two. None if that fails.
     pub fn at(&mut self, system: &S, x: f64) -> Option<DVector<f64>> {
@@ -311,12 +363,17 @@ impl<S: System> Integrator<S> {
         if self.implicit {
             return self.radau.exactly(system, x);
         }
+        let f = |y: &DVector<f64>| {
+            let mut out = DVector::zeros(y.len());
+            system.slope(y, &mut out)?;
+            Some(out)
+        };
+        let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+        if self.last.stiffness(norm).is_some_and(|size| size > POOR) {
+            let h = x * self.span;
+            return Some(self.last.redo(f, h, self.explicit.work_mut())?.to);
+        }
         if self.dense.is_none() {
-            let f = |y: &DVector<f64>| {
-                let mut out = DVector::zeros(y.len());
-                system.slope(y, &mut out)?;
-                Some(out)
-            };
             self.dense = self.last.dense(f, self.explicit.work_mut());
         }
         Some(self.dense.as_ref()?.at(x))

@@ -109,9 +109,10 @@ impl<L: Linearised> Radau<L> {
         }
     }
 
-    /// Starts anew at another state, of any dimension; work is counted on.
+    /// Starts anew at another state, of any dimension; work is counted on, and so is the step that counts as a stall.
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {
+            largest: self.largest.max(h),
             work: self.work,
             ..Self::new(state, slope, h, self.tolerance)
         };

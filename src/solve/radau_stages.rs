@@ -8,22 +8,22 @@ const SQRT6: f64 = 2.449_489_742_783_178;
 /// Nodes c of the stages; the last is the end of the step.
 pub(super) const NODES: [f64; 3] = [(4.0 - SQRT6) / 10.0, (4.0 + SQRT6) / 10.0, 1.0];
 /// Eigenvalues of the inverse of the tableau's matrix A: GAMMA and ALPHA +- i BETA.
-const GAMMA: f64 = 3.637_834_252_744_495_7;
+const GAMMA: f64 = 3.637_834_252_744_496;
 const ALPHA: f64 = 2.681_082_873_627_752_3;
 const BETA: f64 = 3.050_430_199_247_410_5;
-/// A^-1 = T diag(GAMMA, [ALPHA, BETA; -BETA, ALPHA]) T^-1.
+/// A^-1 = T diag(GAMMA, [ALPHA, -BETA; BETA, ALPHA]) T^-1.
 const T: [[f64; 3]; 3] = [
     [
         0.091_232_394_870_892_94,
-        -0.141_255_295_020_954_21,
+        -0.141_255_295_020_954_2,
         -0.030_029_194_105_147_42,
     ],
     [
-        0.241_717_932_707_107_02,
+        0.241_717_932_707_107,
         0.204_129_352_293_799_93,
-        0.382_942_112_757_261_94,
+        0.382_942_112_757_261_9,
     ],
-    [0.966_048_182_615_092_94, 1.0, 0.0],
+    [0.966_048_182_615_093, 1.0, 0.0],
 ];
 const T_INVERSE: [[f64; 3]; 3] = [
     [
@@ -38,7 +38,7 @@ const T_INVERSE: [[f64; 3]; 3] = [
     ],
     [
         -0.502_872_634_945_786_9,
-        2.571_926_949_855_605_4,
+        2.571_926_949_855_605,
         -0.596_039_204_828_224_9,
     ],
 ];
@@ -49,6 +49,9 @@ const ERROR: [f64; 3] = [
     -1.0 / 3.0,
 ];
 
+/// The error after an increment is never taken to be less than this part of it: quadratures whose rows of the Jacobian
+/// are zero follow one iteration behind.
+const LAG: f64 = 0.05;
 /// Most iterations of one solution of the stages.
 const ITERATIONS: i32 = 8;
 
@@ -86,7 +89,7 @@ impl<L: Linearised> Factors<L> {
         Some(Self {
             h,
             real: jacobian.shifted(GAMMA / h)?,
-            complex: jacobian.shifted(Complex::new(ALPHA, -BETA) / h)?,
+            complex: jacobian.shifted(Complex::new(ALPHA, BETA) / h)?,
         })
     }
 
@@ -155,7 +158,7 @@ impl Newton {
         let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
         let mut at = DVector::zeros(n);
         let (mut last, mut last_ratio) = (0.0, 0.0);
-        self.remainder = self.remainder.max(f64::EPSILON).powf(0.8);
+        self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
         // W = T^-1 Z is kept apart, as in the book: Z = T W.
@@ -176,7 +179,7 @@ impl Newton {
                 let f = [0, 1, 2].map(|j| slopes[j][i]);
                 let dot = |row: [f64; 3]| row[0] * f[0] + row[1] * f[1] + row[2] * f[2];
                 pair[i] = Complex::new(dot(T_INVERSE[1]), dot(T_INVERSE[2]))
-                    - Complex::new(ALPHA, -BETA) / h * Complex::new(w[1][i], w[2][i]);
+                    - Complex::new(ALPHA, BETA) / h * Complex::new(w[1][i], w[2][i]);
             }
             if !(factors.real.solve(&mut real) && factors.complex.solve(&mut pair)) {
                 return Outcome::Slow(0.5);
@@ -213,7 +216,7 @@ impl Newton {
                 if size > self.floor || k == 1 {
                     self.contraction = theta;
                 }
-                self.remainder = theta / (1.0 - theta);
+                self.remainder = (theta / (1.0 - theta)).max(LAG);
                 let left = ITERATIONS - 1 - k;
                 let excess = self.remainder * size * theta.powi(left) / self.goal;
                 if excess > 1.0 && size > self.floor {
@@ -253,7 +256,7 @@ mod tests {
         let a = b * v.try_inverse().unwrap();
         let t = Matrix3::from_fn(|i, j| T[i][j]);
         let t_inverse = Matrix3::from_fn(|i, j| T_INVERSE[i][j]);
-        let blocks = matrix![GAMMA, 0.0, 0.0; 0.0, ALPHA, BETA; 0.0, -BETA, ALPHA];
+        let blocks = matrix![GAMMA, 0.0, 0.0; 0.0, ALPHA, -BETA; 0.0, BETA, ALPHA];
         assert!((t * t_inverse - Matrix3::identity()).amax() < 1e-14);
         assert!((t * blocks * t_inverse * a - Matrix3::identity()).amax() < 1e-13);
     }

@@ -73,19 +73,28 @@ fn worst(got: &DVector<f64>, want: &[f64], floor: &[f64]) -> f64 {
     parts.fold(0.0, |e, ((a, b), f)| e.max((a - b).abs() / (b.abs() + f)))
 }
 
-/// y' = rate (y - cos t) - sin t, with time and, slaved, the integral of y^2: its row of the Jacobian is left zero.
-fn decay(rate: f64) -> Problem {
+/// y' = -rate(t) (y - cos t) - sin t, with time and the integral of y^2, whose row of the Jacobian is left zero. `noise`
+/// stands for rounding of the size of the terms that make y - cos t.
+fn decay(rate: impl Fn(f64) -> f64 + Copy + 'static, noise: f64) -> Problem {
     Problem::new(
         move |y, out| {
-            out[0] = rate * (y[0] - y[1].cos()) - y[1].sin();
+            let (sin, cos) = y[1].sin_cos();
+            let rounding = noise * (1e15 * (y[0] + y[1])).sin();
+            out[0] = -rate(y[1]) * (y[0] - cos + rounding) - sin;
             out[1] = 1.0;
             out[2] = y[0] * y[0];
         },
         move |y| {
-            dmatrix![rate, rate * y[1].sin() - y[1].cos(), 0.0; 0.0, 0.0, 0.0; 0.0, 0.0, 0.0]
+            let (k, (sin, cos)) = (rate(y[1]), y[1].sin_cos());
+            dmatrix![-k, -k * sin - cos, 0.0; 0.0, 0.0, 0.0; 0.0, 0.0, 0.0]
         },
         &[1.0; 3],
     )
+}
+
+/// The state of [`decay`] on cos t.
+fn on_cosine(t: f64) -> [f64; 3] {
+    [t.cos(), t, 0.5 * t + 0.25 * (2.0 * t).sin()]
 }
 
 fn van_der_pol(epsilon: f64) -> Problem {
@@ -160,46 +169,298 @@ const HIRES: [f64; 8] = [
     0.2849998395185769e-2,
     0.2850001604814231e-2,
 ];
-const ROBERTSON: [f64; 3] = [0.2083340149701255e-7, 0.8333360770334713e-13, 0.9999999791665050];
+const ROBERTSON: [f64; 3] = [
+    0.2083340149701255e-7,
+    0.8333360770334713e-13,
+    0.999999979166505,
+];
 
+fn no_look(_: &mut Integrator<Problem>, _: f64) {}
+
+/// Catches wrong stages, a wrong error estimate, and Newton left too early (the quadrature lags behind it): order 5 and
+/// errors near the tolerance on a smooth problem.
 #[test]
-fn explore() {
-    for rate in [-1.0, -1e3, -1e6, -1e8] {
-        for tol in [1e-6, 1e-8, 1e-10, 1e-12, 1e-13] {
+fn radau_is_of_order_five() {
+    let problem = decay(|_| 1.0, 0.0);
+    let runs = [1e-6, 1e-8, 1e-10, 1e-12].map(|tolerance| {
+        let start = dvector![1.0, 0.0, 0.0];
+        let end = run(&problem, start, 3.0, tolerance, Method::Implicit, no_look);
+        let error = worst(end.state(), &on_cosine(3.0), &[1.0; 3]);
+        assert!(error < tolerance, "{error:e} at {tolerance:e}");
+        (end.work().steps as f64, error)
+    });
+    let order = (runs[1].1 / runs[3].1).ln() / (runs[3].0 / runs[1].0).ln();
+    assert!((4.5..5.7).contains(&order), "order {order}: {runs:?}");
+}
+
+/// Catches a Newton iteration that judges the slope, whose rounding is 1e-8 here, and a step size that collapses with it.
+/// The samples inside the steps are as good as their ends.
+#[test]
+fn rounding_of_a_stiff_slope_does_no_harm() {
+    for (rate, noise, allowed) in [
+        (1e3, 0.0, 60.0),
+        (1e6, 0.0, 1.0),
+        (1e8, 0.0, 1.0),
+        (1e8, 1e-15, 1.0),
+    ] {
+        for tolerance in [1e-6, 1e-8, 1e-10, 1e-12, 1e-13] {
             for method in [Method::Implicit, Method::Auto] {
-                let p = decay(rate);
-                let (mut sample, mut poly): (f64, f64) = (0.0, 0.0);
-                let mut y0 = dvector![1.0, 0.0, 0.0];
-                if rate == -1e6 { y0[0] = 2.0 }
-                let r = run(&p, y0, 3.0, tol, method, |i, t| {
-                    let h = i.span();
-                    if t < 0.2 { return }
-                    if i.work().steps % 3 == 0 {
+                let problem = decay(move |_| rate, noise);
+                let start = dvector![1.0, 0.0, 0.0];
+                let mut sample = 0.0_f64;
+                let end = run(&problem, start, 3.0, tolerance, method, |integrator, t| {
+                    if integrator.work().steps.is_multiple_of(5) {
                         for x in [0.1, 0.5, 0.8] {
-                            let y = i.at(&p, x).unwrap();
-                            sample = sample.max((y[0] - (t - (1.0 - x) * h).cos()).abs());
-                            let y = i.glance(x);
-                            poly = poly.max((y[0] - (t - (1.0 - x) * h).cos()).abs());
+                            let y = integrator.at(&problem, x).unwrap();
+                            let at = t - (1.0 - x) * integrator.span();
+                            sample = sample.max(worst(&y, &on_cosine(at), &[1.0; 3]));
                         }
                     }
                 });
-                let q = 1.5 + 6f64.sin() / 4.0;
-                println!("decay {rate:e} {tol:e} {method:?} err {:.1e} quad {:.1e} sample {sample:.1e} poly {poly:.1e} {:?}",
-                    (r.state()[0] - 3f64.cos()).abs(), r.state()[2] - q, r.work());
+                let error = worst(end.state(), &on_cosine(3.0), &[1.0; 3]);
+                let what = format!(
+                    "{rate:e} {noise:e} {tolerance:e} {method:?}: {:?}",
+                    end.work()
+                );
+                let bound = allowed * tolerance + 1e-14;
+                assert!(error < bound, "{error:e}, {what}");
+                assert!(sample < 4.0 * bound, "sample {sample:e}, {what}");
+                let budget = 60.0 + 20.0 * (1e-6 / tolerance).powf(1.0 / 6.0);
+                assert!((end.work().steps as f64) < budget, "{budget} {what}");
+                assert!(end.work().rejected < 20, "{what}");
             }
         }
     }
-    for tol in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13] {
-        for method in [Method::Implicit, Method::Auto] {
-            let r = run(&van_der_pol(1e-6), dvector![2.0, 0.0], 2.0, tol, method, |_, _| {});
-            println!("vdp {tol:e} {method:?} {:.1e} {:?}", worst(r.state(), &VAN_DER_POL, &[1.0; 2]), r.work());
-            let mut y = DVector::zeros(8);
-            y[0] = 1.0;
-            y[7] = 0.0057;
-            let r = run(&hires(), y, 321.8122, tol, method, |_, _| {});
-            println!("hires {tol:e} {method:?} {:.1e} {:?}", worst(r.state(), &HIRES, &[1e-3; 8]), r.work());
-            let r = run(&robertson(), dvector![1.0, 0.0, 0.0], 1e11, tol, method, |_, _| {});
-            println!("rober {tol:e} {method:?} {:.1e} {:?}", worst(r.state(), &ROBERTSON, &[1e-7, 1e-13, 1e-7]), r.work());
+}
+
+/// A problem of the test set with its published end; errors may reach `factor` tolerances.
+struct Case<'a> {
+    name: &'a str,
+    problem: Problem,
+    start: DVector<f64>,
+    span: f64,
+    want: &'a [f64],
+    floor: &'a [f64],
+    factor: f64,
+}
+
+/// Catches errors in the handling of relaxation, of slow manifolds and of steps that grow by fifteen orders: published
+/// references, to within a few tolerances, for a bounded amount of work.
+#[test]
+fn test_set_references_are_met() {
+    let mut first = DVector::zeros(8);
+    first[0] = 1.0;
+    first[7] = 0.0057;
+    let small = [1e-7, 1e-13, 1e-7];
+    let case = |name, problem, start, span, want, floor, factor| Case {
+        name,
+        problem,
+        start,
+        span,
+        want,
+        floor,
+        factor,
+    };
+    let pair = dvector![2.0, 0.0];
+    let triple = dvector![1.0, 0.0, 0.0];
+    let cases = [
+        case(
+            "van der Pol",
+            van_der_pol(1e-6),
+            pair,
+            2.0,
+            &VAN_DER_POL[..],
+            &[1.0; 2][..],
+            3.0,
+        ),
+        case("HIRES", hires(), first, 321.8122, &HIRES, &[1e-3; 8], 60.0),
+        case(
+            "Robertson",
+            robertson(),
+            triple,
+            1e11,
+            &ROBERTSON,
+            &small,
+            1.0,
+        ),
+    ];
+    // Steps allowed of Radau at each tolerance, and slopes allowed of the free choice.
+    let steps = [
+        [600, 130, 380],
+        [1200, 260, 750],
+        [2600, 540, 1600],
+        [5700, 1200, 3400],
+    ];
+    let slopes = [
+        [4500, 1700, 3600],
+        [7500, 2900, 7500],
+        [14000, 6000, 17000],
+        [34000, 17000, 39000],
+    ];
+    for (i, tolerance) in [1e-6, 1e-8, 1e-10, 1e-12].into_iter().enumerate() {
+        for (j, case) in cases.iter().enumerate() {
+            for method in [Method::Implicit, Method::Auto] {
+                let end = run(
+                    &case.problem,
+                    case.start.clone(),
+                    case.span,
+                    tolerance,
+                    method,
+                    no_look,
+                );
+                let error = worst(end.state(), case.want, case.floor);
+                let work = end.work();
+                let what = format!("{} {tolerance:e} {method:?}: {work:?}", case.name);
+                assert!(error < case.factor * tolerance, "{error:e}, {what}");
+                if method == Method::Implicit {
+                    assert!(work.steps < steps[i][j], "{what}");
+                    assert!(work.rejected < 20, "{what}");
+                    assert!(work.jacobians < 120 * (i as u64 + 1), "{what}");
+                } else {
+                    assert!(work.evaluations < slopes[i][j], "{what}");
+                }
+            }
         }
+    }
+}
+
+/// Catches a choice of method that never switches, never returns, or flips to and fro.
+#[test]
+fn the_method_follows_the_stiffness() {
+    // Stiff around t = 5 only.
+    let problem = decay(|t| 1.0 + 1e6 * (-2.0 * (t - 5.0).powi(2)).exp(), 0.0);
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        let start = dvector![1.0, 0.0, 0.0];
+        let mut stiff = true;
+        let end = run(
+            &problem,
+            start,
+            12.0,
+            tolerance,
+            Method::Auto,
+            |integrator, t| {
+                if (4.5..5.5).contains(&t) {
+                    stiff &= integrator.method_now() == Method::Implicit;
+                }
+            },
+        );
+        let work = end.work();
+        let error = worst(end.state(), &on_cosine(12.0), &[1.0; 3]);
+        assert!(error < 20.0 * tolerance, "{error:e} {tolerance:e} {work:?}");
+        assert!(stiff && end.method_now() == Method::Explicit, "{work:?}");
+        assert!(work.switches <= 6, "{work:?}");
+    }
+    // The orbit of a nonlinear oscillator is not stiff.
+    let end = run(
+        &van_der_pol(1.0),
+        dvector![2.0, 0.0],
+        20.0,
+        1e-9,
+        Method::Auto,
+        no_look,
+    );
+    assert_eq!(end.work().switches, 0);
+    // Slow manifold, layer, slow manifold ...
+    let end = run(
+        &van_der_pol(1e-6),
+        dvector![2.0, 0.0],
+        2.0,
+        1e-8,
+        Method::Auto,
+        no_look,
+    );
+    assert!((3..12).contains(&end.work().switches), "{:?}", end.work());
+}
+
+/// Catches a step size that creeps: into a layer a million times thinner than the steps, and out of it.
+#[test]
+fn a_thin_layer_is_entered_and_left_quickly() {
+    let width = 1e-8;
+    let shape = move |t: f64| ((t - 1.0) / width).tanh();
+    let problem = Problem::new(
+        move |y, out| {
+            let s = shape(y[1]);
+            out[0] = 1e3 * (s - y[0]) + (1.0 - s * s) / width;
+            out[1] = 1.0;
+        },
+        move |y| {
+            let s = shape(y[1]);
+            let rate = (1.0 - s * s) / width;
+            dmatrix![-1e3, 1e3 * rate - 2.0 * s * rate / width; 0.0, 0.0]
+        },
+        &[1.0; 2],
+    );
+    for method in [Method::Implicit, Method::Auto] {
+        let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
+        let start = dvector![-1.0, 0.0];
+        let end = run(&problem, start, 2.0, 1e-8, method, |integrator, t| {
+            // A layer that no step lands in would be missed by any method.
+            if t > 0.5 {
+                least = least.min(integrator.span());
+            }
+            largest = largest.max(integrator.span());
+        });
+        let work = end.work();
+        assert!(
+            (end.state()[0] - 1.0).abs() < 1e-7,
+            "{} {work:?}",
+            end.state()
+        );
+        assert!(
+            least < 1e-8 && largest > 0.02,
+            "{least:e} {largest:e} {work:?}"
+        );
+        assert!(work.rejected < 60 && work.evaluations < 6000, "{work:?}");
+    }
+}
+
+/// Catches a restart that loses the step size or keeps what belonged to the old dimension.
+#[test]
+fn a_restart_may_change_the_dimension() {
+    let three = decay(|_| 1e4, 0.0);
+    let two = Problem::new(
+        |y, out| {
+            out[0] = -1e4 * (y[0] - y[1].cos()) - y[1].sin();
+            out[1] = 1.0;
+        },
+        |y| dmatrix![-1e4, -1e4 * y[1].sin() - y[1].cos(); 0.0, 0.0],
+        &[1.0; 2],
+    );
+    for method in [Method::Explicit, Method::Implicit, Method::Auto] {
+        let mut integrator = run(&three, dvector![1.0, 0.0, 0.0], 1.0, 1e-8, method, no_look);
+        let (before, h) = (integrator.work(), integrator.next_step());
+        let y = integrator.state().rows(0, 2).into_owned();
+        integrator.restart(&two, y, None).unwrap();
+        assert_eq!(integrator.next_step(), h);
+        while integrator.state()[1] < 2.0 - 1e-13 {
+            let rest = 2.0 - integrator.state()[1];
+            integrator.step(&two, rest).unwrap();
+        }
+        let after = integrator.work();
+        assert!((integrator.state()[0] - 2f64.cos()).abs() < 1e-7);
+        assert!(
+            method == Method::Explicit || after.rejected - before.rejected < 12,
+            "{method:?} {before:?} {after:?}"
+        );
+    }
+}
+
+/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and none starts outside.
+#[test]
+fn the_end_of_the_domain_is_reported() {
+    let problem = Problem::new(
+        |y, out| out[0] = if y[0] > 0.0 { -0.5 / y[0] } else { f64::NAN },
+        |y| dmatrix![0.5 / (y[0] * y[0])],
+        &[1e-9],
+    );
+    for method in [Method::Explicit, Method::Implicit, Method::Auto] {
+        assert!(Integrator::new(&problem, dvector![-1.0], 1e-8, method, None).is_none());
+        let mut integrator = Integrator::new(&problem, dvector![1.0], 1e-8, method, None).unwrap();
+        let mut t = 0.0;
+        while integrator.step(&problem, 10.0).is_ok() {
+            t += integrator.span();
+            assert!(integrator.work().evaluations < 100_000);
+        }
+        assert!((t - 1.0).abs() < 1e-6, "{method:?} {t}");
     }
 }
