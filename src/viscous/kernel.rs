@@ -30,8 +30,9 @@
 //!   (x_s g_b + x_b g_s)/(g_b + g_s) between the two, with g_b = L^2/(12 A_b), g_s = 1/A_s.
 //! * Unshearable (and inextensible) rods have no shear to disagree with: uniform flexure has *no* memory to first order,
 //!   even if the two planes and twist retard differently. In the plane (*) reads EI/eta = const along the rod. AMV's
-//!   claim of memory in flexure is about C(s) as a 6 x 6 matrix; without shear it holds for retardation rates that vary
-//!   along the rod, and for finite deflections, where Q changes with the shape.
+//!   claim of memory in flexure is about C(s) as a 6 x 6 matrix. Without shear memory comes with rates that vary along
+//!   the rod, and with finite deflections, where Q changes with the shape: for a uniform planar rod, left to move along
+//!   itself, two histories with the same end leave wrenches that differ at the fifth order of the deflection.
 //! * Rates that vary along s - tapered viscosity on a uniform rod - give memory to every motion, also to purely
 //!   longitudinal and twisting ones: units in series that retard differently.
 //!
@@ -40,18 +41,24 @@
 //! eigenvalues r_k, and k(t) = sum_k f_k f_k^T exp(-r_k t) is a finite sum without numerical inversion. Uniform rods are
 //! exact at any number of nodes. Otherwise the nodes are refined until G(p) stands still ([`MemoryKernel::accuracy`]);
 //! convergence is spectral between breaks. Rates come with an absolute error of a few ulp of the largest.
-//! Nonlinear laws enter by their tangents at rest. Maxwell branches are refused: with them every section has memory.
+//! Nonlinear laws enter by their tangents at rest.
+//!
+//! # Maxwell branches
+//! With E = F F^T and zeta = F^T z the branch stores 1/2 |F^T e - zeta|^2 and dissipates time |zeta_t|^2: its dashpot is
+//! one more set of strains that retard, with viscosity `time` and no load of its own. All of the above holds with
+//! (e, zeta) in place of e; S is not mapped into itself, every section has memory, and R falls over the times of the
+//! branches.
 
 use super::grid::{Grid, more};
 use super::law::{Viscoelastic, inverse_of_free, rigid_of};
 use crate::error::{Error, Result};
 use crate::rod::section::{Resultant, Strain};
-use nalgebra::{Cholesky, DMatrix, Matrix6, Vector6};
+use nalgebra::{Cholesky, DMatrix, Dyn, Matrix6, OMatrix, U6, Vector6};
 
 /// Most unknowns (nodes times free strains).
 const MOST: usize = 384;
 /// The grid is fine enough when G(p) changes by less than this, relative.
-const STILL: f64 = 4e-15;
+const STILL: f64 = 1e-13;
 /// How far unloaded strains may be from straight.
 const BENT: f64 = 1e-12;
 /// A relative defect of (6.15) below this is rounding.
@@ -98,15 +105,17 @@ pub struct Commuting {
     pub at: f64,
 }
 
+/// A row for each modal strain, a column for each component of the end wrench.
+type Loads = OMatrix<f64, Dyn, U6>;
+
 /// One place of the rod in modal strains y: e = E y with E E^T = A^-1, E^T B E = diag(rates).
 #[derive(Debug, Clone)]
 struct Node {
     s: f64,
     weight: f64,
-    /// 1 where there is no strain.
-    rates: Vector6<f64>,
-    /// E^T Q: rows are modal strains, zero where there is none.
-    load: Matrix6<f64>,
+    rates: Vec<f64>,
+    /// E^T Q: rows are modal strains.
+    load: Loads,
 }
 
 impl Node {
@@ -126,7 +135,7 @@ impl Node {
 pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
     let (nodes, _) = nodes(section, length, [true; 6])?;
     let end = End::new(&nodes)?;
-    let shapes: Vec<_> = nodes.iter().map(|node| node.load * end.unit).collect();
+    let shapes: Vec<_> = nodes.iter().map(|node| &node.load * end.unit).collect();
     let faster =
         |k: usize| shapes[k].map_with_location(|i, _, entry: f64| entry * nodes[k].rates[i]);
     let best = (0..nodes.len()).fold(Matrix6::zeros(), |sum, k| {
@@ -134,7 +143,7 @@ pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
     });
     let size = (0..nodes.len()).fold(0.0_f64, |max, k| max.max(faster(k).norm()));
     let (defect, at) = (0..nodes.len())
-        .map(|k| ((faster(k) - shapes[k] * best).norm() / size, nodes[k].s))
+        .map(|k| ((faster(k) - &shapes[k] * best).norm() / size, nodes[k].s))
         .fold(
             (0.0, length),
             |worst, here| {
@@ -152,8 +161,7 @@ impl MemoryKernel {
     /// The response of an end that is welded to a body: it carries couple and force.
     ///
     /// # Errors
-    /// A length that is not finite and > 0; a rod that is not straight and unstretched without load; Maxwell branches;
-    /// as [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
+    /// A length that is not finite and > 0; a rod that is not straight and unstretched without load; as [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
     /// [`RateLaw::rate`](super::law::RateLaw::rate).
     pub fn new(section: &Viscoelastic, length: f64) -> Result<Self> {
         Self::of(section, length, [true; 6])
@@ -171,7 +179,9 @@ impl MemoryKernel {
         let (nodes, accuracy) = nodes(section, length, carried)?;
         let end = End::new(&nodes)?;
         let relaxed = inverse_of_free(&total(&nodes, f64::recip), end.still()).ok_or_else(flat)?;
-        let whole = carried == [true; 6] && section.rate.rigid() == [false; 6];
+        let whole = carried == [true; 6]
+            && section.rate.rigid() == [false; 6]
+            && section.branches.is_empty();
         let at_end = match whole {
             true => {
                 let [a, b] = compliances(section, length)?;
@@ -273,12 +283,14 @@ impl MemoryKernel {
     /// Returns D and N(t), t >= 0. N = 0 is (6.15).
     ///
     /// # Errors
-    /// Strains that are held rigid, or an end free to turn: the strains at the end do not then determine the wrench.
+    /// Strains that are held rigid, an end free to turn, Maxwell branches: the strains at the end and their rates do not
+    /// then determine the wrench.
     pub fn by_end_strains(&self, t: f64) -> Result<[Matrix6<f64>; 2]> {
         let Some((a, b)) = &self.end else {
             return Err(Error::domain(
-                "(6.14) is in terms of the strains at the end, which determine the wrench only where nothing is held \
-                 rigid and the end carries couple and force: use the kernel in terms of displacements",
+                "(6.14) is in terms of the strains at the end, which with their rates determine the wrench only where \
+                 nothing is held rigid, there are no Maxwell branches and the end carries couple and force: \
+                 use the kernel in terms of displacements",
             ));
         };
         let direct = total(&self.nodes, |_| 1.0) * a;
@@ -358,7 +370,7 @@ impl End {
 /// R(0) and the modes of T off the moving fields S.
 fn off_the_moving(nodes: &[Node], end: &End) -> Option<(Matrix6<f64>, Vec<Mode>)> {
     let places: Vec<(usize, usize)> = (0..nodes.len())
-        .flat_map(|k| (0..6).map(move |i| (k, i)))
+        .flat_map(|k| (0..nodes[k].rates.len()).map(move |i| (k, i)))
         .filter(|(k, i)| nodes[*k].load.row(*i).amax() > 0.0)
         .collect();
     let rates: Vec<f64> = places.iter().map(|(k, i)| nodes[*k].rates[*i]).collect();
@@ -412,17 +424,11 @@ fn nodes(section: &Viscoelastic, length: f64, carried: [bool; 6]) -> Result<(Vec
             "length = {length} must be finite and > 0"
         )));
     }
-    if !section.branches.is_empty() {
-        return Err(Error::domain(format!(
-            "a section with Maxwell branches (here {}) has memory at every place, which (6.14) does not cover: \
-             leave them out",
-            section.branches.len()
-        )));
-    }
     let breaks = section.breaks().into_iter().map(|s| s / length);
     let breaks: Vec<f64> = breaks.filter(|x| 0.0 < *x && *x < 1.0).collect();
     let elements = breaks.len() + 1;
     let free = section.rate.rigid().iter().filter(|rigid| !**rigid).count();
+    let strains = free * (1 + section.branches.len());
     let at = |count: usize| -> Result<Vec<Node>> {
         let grid = Grid::new(&breaks, &vec![count; elements]);
         let places = grid.nodes().iter().zip(grid.weights());
@@ -436,7 +442,7 @@ fn nodes(section: &Viscoelastic, length: f64, carried: [bool; 6]) -> Result<(Vec
         let fine = at(count)?;
         let change = change(&coarse, &fine);
         let next = more(count);
-        if change <= STILL || next * elements * free > MOST {
+        if change <= STILL || next * elements * strains > MOST {
             return Ok((fine, change));
         }
         (coarse, count) = (fine, next);
@@ -447,7 +453,10 @@ fn nodes(section: &Viscoelastic, length: f64, carried: [bool; 6]) -> Result<(Vec
 fn change(coarse: &[Node], fine: &[Node]) -> f64 {
     let rates = || {
         fine.iter()
-            .flat_map(|node| (0..6).map(|i| (node.rates[i], node.load.row(i).amax())))
+            .flat_map(|node| {
+                let loads = node.load.row_iter().map(|row| row.amax());
+                node.rates.iter().copied().zip(loads)
+            })
             .filter(|(_, load)| *load > 0.0)
             .map(|(rate, _)| rate)
     };
@@ -514,7 +523,36 @@ fn node(
         DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])])
     };
     let root = block(&mobility).cholesky().ok_or_else(flat)?.l();
-    let retarded = root.transpose() * block(&tangent) * &root;
+    let mut springs = block(&tangent);
+    let factors: Vec<DMatrix<f64>> = section
+        .branches
+        .iter()
+        .map(|branch| factor(&block(&branch.modulus)))
+        .collect::<Option<_>>()
+        .ok_or_else(flat)?;
+    let more: usize = factors.iter().map(|factor| factor.ncols()).sum();
+    let (few, all) = (free.len(), free.len() + more);
+    // Strains and dashpots: springs K, roots of the mobility.
+    let mut joined = DMatrix::identity(all, all);
+    let mut roots = DMatrix::identity(all, all);
+    roots.view_mut((0, 0), (few, few)).copy_from(&root);
+    let mut first = few;
+    for (factor, branch) in factors.iter().zip(&section.branches) {
+        let count = factor.ncols();
+        springs += factor * factor.transpose();
+        joined
+            .view_mut((0, first), (few, count))
+            .copy_from(&-factor);
+        joined
+            .view_mut((first, 0), (count, few))
+            .copy_from(&-factor.transpose());
+        for k in first..first + count {
+            roots[(k, k)] = branch.time.sqrt().recip();
+        }
+        first += count;
+    }
+    joined.view_mut((0, 0), (few, few)).copy_from(&springs);
+    let retarded = roots.transpose() * joined * &roots;
     let retarded = 0.5 * (&retarded + retarded.transpose());
     let eigen = retarded
         .try_symmetric_eigen(f64::EPSILON, 1000)
@@ -528,12 +566,29 @@ fn node(
     for k in (0..6).filter(|k| !carried[*k]) {
         transfer.column_mut(k).fill(0.0);
     }
-    let moving = DMatrix::from_fn(free.len(), 6, |i, j| transfer[(free[i], j)]);
-    let load = (root * eigen.eigenvectors).transpose() * moving;
+    let moving = Loads::from_fn_generic(Dyn(all), U6, |i, j| {
+        free.get(i).map_or(0.0, |k| transfer[(*k, j)])
+    });
     Ok(Node {
         s,
         weight,
-        rates: Vector6::from_fn(|i, _| eigen.eigenvalues.get(i).copied().unwrap_or(1.0)),
-        load: Matrix6::from_fn(|i, j| load.get((i, j)).copied().unwrap_or(0.0)),
+        rates: eigen.eigenvalues.iter().copied().collect(),
+        load: (roots * eigen.eigenvectors).transpose() * moving,
     })
+}
+
+/// F with F F^T = modulus, as many columns as its rank. Scaled to a unit diagonal, so that units play no part.
+fn factor(modulus: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let roots = modulus.diagonal().map(|entry| entry.max(0.0).sqrt());
+    let scaled = modulus.map_with_location(|i, j, entry| match roots[i] * roots[j] {
+        0.0 => 0.0,
+        size => entry / size,
+    });
+    let eigen = scaled.try_symmetric_eigen(f64::EPSILON, 1000)?;
+    let kept: Vec<usize> = (0..roots.len())
+        .filter(|k| eigen.eigenvalues[*k] > 1e-14)
+        .collect();
+    Some(DMatrix::from_fn(roots.len(), kept.len(), |i, k| {
+        roots[i] * eigen.eigenvectors[(i, kept[k])] * eigen.eigenvalues[kept[k]].sqrt()
+    }))
 }
