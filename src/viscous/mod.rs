@@ -10,7 +10,9 @@
 //! shape follow from the strains.
 //!
 //! * [`law`]: rate laws. [`grid`]: Gauss nodes along the rod. [`kinematics`]: shape and Q from the strains.
+//! * [`kernel`]: small motions about the straight rod, and when they have memory.
 
 pub mod grid;
+pub mod kernel;
 pub mod kinematics;
 pub mod law;

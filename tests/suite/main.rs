@@ -13,6 +13,7 @@ mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
 mod inversion;
+mod memory_kernel;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]
@@ -41,3 +42,4 @@ mod sections_nonlinear;
 mod stiff;
 mod support;
 mod truss;
+mod viscous_laws;

@@ -10,7 +10,7 @@
 
 mod barrier;
 mod linear;
-mod newton;
+pub(crate) mod newton;
 mod profile;
 mod stored_energy;
 mod varying;

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
 
 /// A law at one point, in coordinates x of its own in which it is well conditioned.
-pub(super) struct Point {
+pub(crate) struct Point {
     /// e(x).
     pub strain: Strain,
     /// W(e(x)).
@@ -20,7 +20,7 @@ pub(super) struct Point {
 }
 
 /// A strictly convex stored energy at a fixed s. The coordinates of rigid strains are the strains themselves.
-pub(super) trait Potential {
+pub(crate) trait Potential {
     /// Which of v1, v2, v3 are held.
     fn rigid(&self) -> [bool; 3];
 
@@ -44,7 +44,7 @@ const ROUNDOFF: f64 = 1e-12;
 const CLOSE: f64 = 1e-7;
 
 /// Solves w(x) = w from the admissible coordinates `x`. `seen` is told the residual of every iterate.
-pub(super) fn invert(
+pub(crate) fn invert(
     law: &impl Potential,
     mut x: Vector6<f64>,
     w: &Resultant,
@@ -184,7 +184,7 @@ fn search(
 }
 
 /// What a second derivative of the energy, on the free strains, says about convexity.
-pub(super) enum Convexity {
+pub(crate) enum Convexity {
     /// Positive definite.
     Strict,
     /// Positive definite or not: rounding hides it. The smallest eigenvalue.
@@ -198,7 +198,7 @@ const HIDDEN: f64 = 1e-13;
 
 impl Convexity {
     /// Of a tangent whose entries are finite.
-    pub(super) fn of(tangent: &Matrix6<f64>, rigid: [bool; 3]) -> Self {
+    pub(crate) fn of(tangent: &Matrix6<f64>, rigid: [bool; 3]) -> Self {
         let free = unit_at_rigid(tangent, rigid);
         let roots = free.diagonal().map(|entry| entry.abs().sqrt());
         let scaled = free.map_with_location(|i, j, entry| match roots[i] * roots[j] {
@@ -222,7 +222,7 @@ impl Convexity {
     ///
     /// # Errors
     /// Where convexity is lost, or hidden.
-    pub(super) fn strict(&self, s: f64, e: &Strain) -> Result<()> {
+    pub(crate) fn strict(&self, s: f64, e: &Strain) -> Result<()> {
         let (what, smallest) = match self {
             Self::Strict => return Ok(()),
             Self::Hidden(smallest) => ("strictly convex beyond rounding".into(), smallest),

@@ -3,12 +3,41 @@
 //!
 //! AMV (2.20): the resultants are w = dW/de + D(e, e_t, s), with D monotone in e_t (2.33) and D(e, 0, s) = 0. A
 //! [`RateLaw`] is the inverse (2.37): the rates e_t under a given overstress w - dW/de.
+//!
+//! | law | D(e, e_t, s) | |
+//! |---|---|---|
+//! | [`KelvinVoigt`] | H e_t | H a [`Viscosity`]: diagonal, full, along s, or proportional to the elastic tangent |
+//! | [`Carreau`] | H e_t (1 + e_t.H e_t/onset)^((p-1)/2) | thins (p < 1) or thickens (p > 1) |
+//! | [`FrictionBarrier`] | H e_t + Omega(delta) delta_t d(delta)/de | infinite friction at total compression (2.41) |
+//! | [`Dissipative`] | d(Phi)/d(e_t) | a user's own [`DissipationPotential`] |
+//! | [`SmallViscosity`] | D(e, eta e_t) of another law | (8.1) |
+//!
+//! A [`Viscoelastic`] section joins a stored energy, a rate law and [`Maxwell`] branches. Strains that the elastic law
+//! holds rigid (v1, v2, v3 can be) have rate zero; what belongs to them in an overstress is a reaction and is ignored.
+
+mod carreau;
+mod dissipative;
+mod free;
+mod friction;
+mod kelvin_voigt;
+mod small;
+mod viscoelastic;
+mod viscosity;
+
+pub use carreau::Carreau;
+pub use dissipative::{DissipationPotential, Dissipative};
+pub use friction::FrictionBarrier;
+pub use kelvin_voigt::KelvinVoigt;
+pub use small::SmallViscosity;
+pub use viscoelastic::{Maxwell, Viscoelastic};
+pub use viscosity::{Viscosity, ViscosityAt};
+
+pub(super) use free::{inverse_of_free, rigid_of};
 
 use crate::error::Result;
-use crate::rod::section::{Resultant, SectionLaw, Strain};
+use crate::rod::section::{Resultant, Strain};
 use nalgebra::Matrix6;
 use std::fmt::Debug;
-use std::sync::Arc;
 
 /// What a rate law gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,25 +69,9 @@ pub trait RateLaw: Debug + Send + Sync {
 
     /// Which strains (u1 .. v3) cannot change.
     fn rigid(&self) -> [bool; 6];
-}
 
-/// A Maxwell branch beside the stored energy: a spring in series with a dashpot. With z the strain of its dashpot the
-/// branch adds E (e - z) to the resultants, 1/2 (e - z).E (e - z) to the stored energy, and z_t = (e - z)/time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Maxwell {
-    /// E, symmetric positive semidefinite.
-    pub modulus: Matrix6<f64>,
-    /// Its relaxation time, > 0.
-    pub time: f64,
-}
-
-/// A viscoelastic section: stored energy, rate law, Maxwell branches.
-#[derive(Debug, Clone)]
-pub struct Viscoelastic {
-    /// Equilibrium elasticity.
-    pub elastic: Arc<dyn SectionLaw>,
-    /// The rate law; it holds rigid what the elastic law holds rigid.
-    pub rate: Arc<dyn RateLaw>,
-    /// Prony series.
-    pub branches: Vec<Maxwell>,
+    /// Interior points in s where the law is not smooth in s, in growing order.
+    fn breaks(&self) -> Vec<f64> {
+        Vec::new()
+    }
 }
