@@ -1,8 +1,9 @@
-//! The body's motion: on a sheet, through its fold, onto the next.
+//! The body's motion: on a sheet, through its fold, onto the next; exact reductions of viscoelastic rods.
 
 mod drive;
 mod ledger;
 mod motion;
+pub mod reduction;
 mod run;
 mod snap;
 mod start;

@@ -119,9 +119,13 @@ impl RateLaw for FrictionBarrier {
         let give = depth.value / self.strength;
         let c = depth.slope.dot(&across);
         let share = give / (give + c);
+        let push = across.dot(&driving);
         // Omega d_t.
-        let friction = across.dot(&driving) / (give + c);
-        let rate = inverse * driving - across * friction;
+        let friction = push / (give + c);
+        // What keeps d, twice freed of its component along H^-1 g: there the rate is small and must keep its digits.
+        let mut rate = inverse * driving - across * (push / c);
+        rate -= across * (depth.slope.dot(&rate) / c);
+        rate += across * (push / c * share);
         let by_overstress = inverse - across * across.transpose() / (give + c);
         // dD/de at fixed e_t is Omega' d_t g g^T + Omega d_t G + Omega g (G e_t)^T, Omega' = -Omega/d.
         let along = depth.slope * (-friction / depth.value);

@@ -27,7 +27,7 @@ pub struct Viscosity {
 #[derive(Debug, Clone)]
 enum Source {
     /// Its stiffness is H.
-    Constant(Linear),
+    Constant(Box<Linear>),
     Along(Varying),
     Proportional(Arc<dyn SectionLaw>, f64),
 }
@@ -144,7 +144,7 @@ impl Viscosity {
     }
 
     fn constant(law: Linear) -> Result<Self> {
-        Self::of(true, Source::Constant(law), six(law.is_rigid()))
+        Self::of(true, Source::Constant(Box::new(law)), six(law.is_rigid()))
     }
 
     fn of(uniform: bool, source: Source, rigid: [bool; 6]) -> Result<Self> {
@@ -160,7 +160,7 @@ impl Viscosity {
 
     fn linear(self, what: &str) -> Result<Linear> {
         match self.source {
-            Source::Constant(law) => Ok(law),
+            Source::Constant(law) => Ok(*law),
             Source::Along(_) => Err(Error::domain(format!(
                 "{what} cannot be set on a viscosity given along s: set it in the law it was made from"
             ))),
@@ -172,10 +172,10 @@ impl Viscosity {
 
     fn evaluate(&self, s: f64) -> Result<ViscosityAt> {
         let (found, rigid) = match &self.source {
-            Source::Constant(law) => (self.read(law), six(law.is_rigid())),
+            Source::Constant(law) => (read(law), six(law.is_rigid())),
             Source::Along(law) => {
                 let law = law.at(s).map_err(|e| e.context("the viscosity"))?;
-                (self.read(&law), six(law.is_rigid()))
+                (read(&law), six(law.is_rigid()))
             }
             Source::Proportional(law, time) => {
                 let compliance = law.inverse(s, &Resultant::zeros())?.compliance;
@@ -212,11 +212,11 @@ impl Viscosity {
         }
         Ok(found)
     }
+}
 
-    fn read(&self, law: &Linear) -> ViscosityAt {
-        ViscosityAt {
-            matrix: freed(law.stiffness(), six(law.is_rigid())),
-            inverse: law.compliance().matrix(),
-        }
+fn read(law: &Linear) -> ViscosityAt {
+    ViscosityAt {
+        matrix: freed(law.stiffness(), six(law.is_rigid())),
+        inverse: law.compliance().matrix(),
     }
 }

@@ -30,35 +30,34 @@
 //!   (x_s g_b + x_b g_s)/(g_b + g_s) between the two, with g_b = L^2/(12 A_b), g_s = 1/A_s.
 //! * Unshearable (and inextensible) rods have no shear to disagree with: uniform flexure has *no* memory to first order,
 //!   even if the two planes and twist retard differently. In the plane (*) reads EI/eta = const along the rod. AMV's
-//!   claim of memory in flexure is about C(s) as a 6 x 6 matrix; without shear it holds for retardation rates that vary
-//!   along the rod, and for finite deflections, where Q changes with the shape.
+//!   claim of memory in flexure is about C(s) as a 6 x 6 matrix. Without shear memory comes with rates that vary along
+//!   the rod, and with finite deflections, where Q changes with the shape: for a uniform planar rod, left to move along
+//!   itself, two histories with the same end leave wrenches that differ at the fifth order of the deflection.
 //! * Rates that vary along s - tapered viscosity on a uniform rod - give memory to every motion, also to purely
 //!   longitudinal and twisting ones: units in series that retard differently.
 //!
 //! # Numbers
-//! The rod is taken at the nodes of a [`Grid`], where T is diagonal in modal strains; off S it has
+//! The rod is taken at the nodes of a [`Grid`](super::grid::Grid), where T is diagonal in modal strains; off S it has
 //! eigenvalues r_k, and k(t) = sum_k f_k f_k^T exp(-r_k t) is a finite sum without numerical inversion. Uniform rods are
 //! exact at any number of nodes. Otherwise the nodes are refined until G(p) stands still ([`MemoryKernel::accuracy`]);
 //! convergence is spectral between breaks. Rates come with an absolute error of a few ulp of the largest.
-//! Nonlinear laws enter by their tangents at rest. Maxwell branches are refused: with them every section has memory.
+//! Nonlinear laws enter by their tangents at rest.
+//!
+//! # Maxwell branches
+//! With E = F F^T and zeta = F^T z the branch stores 1/2 |F^T e - zeta|^2 and dissipates time |zeta_t|^2: its dashpot is
+//! one more set of strains that retard, with viscosity `time` and no load of its own. All of the above holds with
+//! (e, zeta) in place of e; S is not mapped into itself, every section has memory, and R falls over the times of the
+//! branches.
 
-use super::grid::{Grid, more};
-use super::law::{Viscoelastic, inverse_of_free, rigid_of};
+mod modal;
+
+use super::law::{Viscoelastic, inverse_of_free};
 use crate::error::{Error, Result};
-use crate::rod::section::{Resultant, Strain};
-use nalgebra::{Cholesky, DMatrix, Matrix6, Vector6};
+use modal::{End, Node, compliances, flat, nodes, off_the_moving, total};
+use nalgebra::{Matrix6, Vector6};
 
-/// Most unknowns (nodes times free strains).
-const MOST: usize = 384;
-/// The grid is fine enough when G(p) changes by less than this, relative.
-const STILL: f64 = 4e-15;
-/// How far unloaded strains may be from straight.
-const BENT: f64 = 1e-12;
 /// A relative defect of (6.15) below this is rounding.
 const ROUNDING: f64 = 1e-10;
-/// Modes weaker than this, against the fastest rate, are rounding.
-const WEAK: f64 = 1e-14;
-
 /// A term f f^T exp(-rate t) of the memory kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
@@ -98,27 +97,6 @@ pub struct Commuting {
     pub at: f64,
 }
 
-/// One place of the rod in modal strains y: e = E y with E E^T = A^-1, E^T B E = diag(rates).
-#[derive(Debug, Clone)]
-struct Node {
-    s: f64,
-    weight: f64,
-    /// 1 where there is no strain.
-    rates: Vector6<f64>,
-    /// E^T Q: rows are modal strains, zero where there is none.
-    load: Matrix6<f64>,
-}
-
-impl Node {
-    /// load^T diag(f(rate)) load.
-    fn sum(&self, f: impl Fn(f64) -> f64) -> Matrix6<f64> {
-        let scaled = self
-            .load
-            .map_with_location(|i, _, entry| entry * f(self.rates[i]));
-        self.load.transpose() * scaled * self.weight
-    }
-}
-
 /// Does (6.15) hold for this section on a straight rod of this length? The end carries couple and force.
 ///
 /// # Errors
@@ -126,7 +104,7 @@ impl Node {
 pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
     let (nodes, _) = nodes(section, length, [true; 6])?;
     let end = End::new(&nodes)?;
-    let shapes: Vec<_> = nodes.iter().map(|node| node.load * end.unit).collect();
+    let shapes: Vec<_> = nodes.iter().map(|node| &node.load * end.unit).collect();
     let faster =
         |k: usize| shapes[k].map_with_location(|i, _, entry: f64| entry * nodes[k].rates[i]);
     let best = (0..nodes.len()).fold(Matrix6::zeros(), |sum, k| {
@@ -134,7 +112,7 @@ pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
     });
     let size = (0..nodes.len()).fold(0.0_f64, |max, k| max.max(faster(k).norm()));
     let (defect, at) = (0..nodes.len())
-        .map(|k| ((faster(k) - shapes[k] * best).norm() / size, nodes[k].s))
+        .map(|k| ((faster(k) - &shapes[k] * best).norm() / size, nodes[k].s))
         .fold(
             (0.0, length),
             |worst, here| {
@@ -152,8 +130,7 @@ impl MemoryKernel {
     /// The response of an end that is welded to a body: it carries couple and force.
     ///
     /// # Errors
-    /// A length that is not finite and > 0; a rod that is not straight and unstretched without load; Maxwell branches;
-    /// as [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
+    /// A length that is not finite and > 0; a rod that is not straight and unstretched without load; as [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
     /// [`RateLaw::rate`](super::law::RateLaw::rate).
     pub fn new(section: &Viscoelastic, length: f64) -> Result<Self> {
         Self::of(section, length, [true; 6])
@@ -171,7 +148,9 @@ impl MemoryKernel {
         let (nodes, accuracy) = nodes(section, length, carried)?;
         let end = End::new(&nodes)?;
         let relaxed = inverse_of_free(&total(&nodes, f64::recip), end.still()).ok_or_else(flat)?;
-        let whole = carried == [true; 6] && section.rate.rigid() == [false; 6];
+        let whole = carried == [true; 6]
+            && section.rate.rigid() == [false; 6]
+            && section.branches.is_empty();
         let at_end = match whole {
             true => {
                 let [a, b] = compliances(section, length)?;
@@ -273,12 +252,14 @@ impl MemoryKernel {
     /// Returns D and N(t), t >= 0. N = 0 is (6.15).
     ///
     /// # Errors
-    /// Strains that are held rigid, or an end free to turn: the strains at the end do not then determine the wrench.
+    /// Strains that are held rigid, an end free to turn, Maxwell branches: the strains at the end and their rates do not
+    /// then determine the wrench.
     pub fn by_end_strains(&self, t: f64) -> Result<[Matrix6<f64>; 2]> {
         let Some((a, b)) = &self.end else {
             return Err(Error::domain(
-                "(6.14) is in terms of the strains at the end, which determine the wrench only where nothing is held \
-                 rigid and the end carries couple and force: use the kernel in terms of displacements",
+                "(6.14) is in terms of the strains at the end, which with their rates determine the wrench only where \
+                 nothing is held rigid, there are no Maxwell branches and the end carries couple and force: \
+                 use the kernel in terms of displacements",
             ));
         };
         let direct = total(&self.nodes, |_| 1.0) * a;
@@ -306,234 +287,4 @@ impl MemoryKernel {
             sum + mode.force * mode.force.transpose() * f(mode.rate)
         })
     }
-}
-
-fn flat() -> Error {
-    Error::ill_conditioned(
-        "stiffnesses or viscosities are too far apart in size: to rounding the end is held in some direction",
-    )
-}
-
-fn total(nodes: &[Node], f: impl Fn(f64) -> f64 + Copy) -> Matrix6<f64> {
-    nodes
-        .iter()
-        .fold(Matrix6::zeros(), |sum, node| sum + node.sum(f))
-}
-
-/// The end in units in which int Q^T A^-1 Q is 1.
-struct End {
-    reach: [bool; 6],
-    /// K^-T of int Q^T A^-1 Q = K K^T; zero rows and columns where the end does not move.
-    unit: Matrix6<f64>,
-}
-
-impl End {
-    fn new(nodes: &[Node]) -> Result<Self> {
-        let mut mobility = total(nodes, |_| 1.0);
-        let reach = std::array::from_fn(|k| mobility[(k, k)] > 0.0);
-        for k in (0..6).filter(|k| !reach[*k]) {
-            mobility[(k, k)] = 1.0;
-        }
-        let lower = Cholesky::new(mobility).ok_or_else(flat)?.l();
-        let mut unit = lower
-            .solve_lower_triangular(&Matrix6::identity())
-            .ok_or_else(flat)?
-            .transpose();
-        for k in (0..6).filter(|k| !reach[*k]) {
-            unit[(k, k)] = 0.0;
-        }
-        Ok(Self { reach, unit })
-    }
-
-    fn still(&self) -> [bool; 6] {
-        self.reach.map(|reach| !reach)
-    }
-
-    fn physical(&self, matrix: &Matrix6<f64>) -> Matrix6<f64> {
-        let product = self.unit * matrix * self.unit.transpose();
-        0.5 * (product + product.transpose())
-    }
-}
-
-/// R(0) and the modes of T off the moving fields S.
-fn off_the_moving(nodes: &[Node], end: &End) -> Option<(Matrix6<f64>, Vec<Mode>)> {
-    let places: Vec<(usize, usize)> = (0..nodes.len())
-        .flat_map(|k| (0..6).map(move |i| (k, i)))
-        .filter(|(k, i)| nodes[*k].load.row(*i).amax() > 0.0)
-        .collect();
-    let rates: Vec<f64> = places.iter().map(|(k, i)| nodes[*k].rates[*i]).collect();
-    let fastest = rates.iter().fold(0.0_f64, |max, rate| max.max(*rate));
-    // An orthonormal basis U of S.
-    let mut basis = DMatrix::zeros(places.len(), 6);
-    for (row, (k, i)) in places.iter().enumerate() {
-        let shape = nodes[*k].load.row(*i) * end.unit * nodes[*k].weight.sqrt();
-        basis.row_mut(row).copy_from(&shape);
-    }
-    let mut moved = basis.clone();
-    for (row, rate) in rates.iter().enumerate() {
-        moved.row_mut(row).scale_mut(*rate);
-    }
-    let inner = basis.transpose() * &moved;
-    let glassy = Matrix6::from_fn(|i, j| inner[(i, j)]);
-    // (1 - U U^T) T (1 - U U^T) + 2 fastest U U^T: what belongs to S lies beyond all rates.
-    let lifted = &basis * (&inner + DMatrix::identity(6, 6) * (2.0 * fastest));
-    let mut operator = &lifted * basis.transpose();
-    let cross = &moved * basis.transpose();
-    operator -= &cross + cross.transpose();
-    for (row, rate) in rates.iter().enumerate() {
-        operator[(row, row)] += rate;
-    }
-    let eigen = operator.try_symmetric_eigen(f64::EPSILON, 0)?;
-    let mut modes = Vec::new();
-    for (rate, vector) in eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.column_iter())
-    {
-        if *rate > 1.5 * fastest {
-            continue;
-        }
-        let force = moved.transpose() * vector;
-        if force.amax() > WEAK * fastest {
-            modes.push(Mode {
-                rate: *rate,
-                force: end.unit * Vector6::from_fn(|i, _| force[i]),
-            });
-        }
-    }
-    modes.sort_by(|a, b| a.rate.total_cmp(&b.rate));
-    Some((end.physical(&glassy), modes))
-}
-
-/// The rod at the nodes of a grid that is fine enough, and how much the last refinement changed.
-fn nodes(section: &Viscoelastic, length: f64, carried: [bool; 6]) -> Result<(Vec<Node>, f64)> {
-    if !(0.0 < length && length.is_finite()) {
-        return Err(Error::domain(format!(
-            "length = {length} must be finite and > 0"
-        )));
-    }
-    if !section.branches.is_empty() {
-        return Err(Error::domain(format!(
-            "a section with Maxwell branches (here {}) has memory at every place, which (6.14) does not cover: \
-             leave them out",
-            section.branches.len()
-        )));
-    }
-    let breaks = section.breaks().into_iter().map(|s| s / length);
-    let breaks: Vec<f64> = breaks.filter(|x| 0.0 < *x && *x < 1.0).collect();
-    let elements = breaks.len() + 1;
-    let free = section.rate.rigid().iter().filter(|rigid| !**rigid).count();
-    let at = |count: usize| -> Result<Vec<Node>> {
-        let grid = Grid::new(&breaks, &vec![count; elements]);
-        let places = grid.nodes().iter().zip(grid.weights());
-        places
-            .map(|(x, weight)| node(section, length, length * x, length * weight, carried))
-            .collect()
-    };
-    let mut count = 6;
-    let mut coarse = at(4)?;
-    loop {
-        let fine = at(count)?;
-        let change = change(&coarse, &fine);
-        let next = more(count);
-        if change <= STILL || next * elements * free > MOST {
-            return Ok((fine, change));
-        }
-        (coarse, count) = (fine, next);
-    }
-}
-
-/// The largest change of an entry of G(p) over p, against the diagonal.
-fn change(coarse: &[Node], fine: &[Node]) -> f64 {
-    let rates = || {
-        fine.iter()
-            .flat_map(|node| (0..6).map(|i| (node.rates[i], node.load.row(i).amax())))
-            .filter(|(_, load)| *load > 0.0)
-            .map(|(rate, _)| rate)
-    };
-    let slowest = rates().fold(f64::INFINITY, f64::min);
-    let fastest = rates().fold(0.0, f64::max);
-    let mut worst = 0.0_f64;
-    for step in 0..8 {
-        // p = 0, between the rates, infinite.
-        let p = slowest * (fastest / slowest).powf((f64::from(step) - 1.0) / 5.0);
-        let compliance = |rate: f64| match step {
-            0 => 1.0 / rate,
-            7 => 1.0,
-            _ => 1.0 / (p + rate),
-        };
-        let (old, new) = (total(coarse, compliance), total(fine, compliance));
-        for i in 0..6 {
-            for j in 0..6 {
-                let size = (new[(i, i)] * new[(j, j)]).sqrt();
-                if size > 0.0 {
-                    worst = worst.max((old[(i, j)] - new[(i, j)]).abs() / size);
-                }
-            }
-        }
-    }
-    worst
-}
-
-/// A^-1 and B^-1 at s, zero rows and columns where a strain is rigid.
-fn compliances(section: &Viscoelastic, s: f64) -> Result<[Matrix6<f64>; 2]> {
-    let unloaded = section.elastic.inverse(s, &Resultant::zeros())?;
-    let bent = (unloaded.strain - Strain::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)).amax();
-    if !(bent <= BENT) {
-        return Err(Error::domain(format!(
-            "the rod must be straight and unstretched without load: at s = {s} its strains are {:?}",
-            unloaded.strain.as_slice()
-        )));
-    }
-    let rigid = rigid_of(&unloaded.compliance);
-    if rigid != section.rate.rigid() {
-        return Err(Error::domain(format!(
-            "at s = {s} the elastic law holds rigid {rigid:?} and the rate law {:?}: they must agree",
-            section.rate.rigid()
-        )));
-    }
-    let mobility = section
-        .rate
-        .rate(s, &unloaded.strain, &Resultant::zeros())?
-        .by_overstress;
-    Ok([mobility, unloaded.compliance.matrix()])
-}
-
-fn node(
-    section: &Viscoelastic,
-    length: f64,
-    s: f64,
-    weight: f64,
-    carried: [bool; 6],
-) -> Result<Node> {
-    let [mobility, compliance] = compliances(section, s)?;
-    let rigid = section.rate.rigid();
-    let tangent = inverse_of_free(&compliance, rigid).ok_or_else(flat)?;
-    let free: Vec<usize> = (0..6).filter(|k| !rigid[*k]).collect();
-    let block = |matrix: &Matrix6<f64>| {
-        DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])])
-    };
-    let root = block(&mobility).cholesky().ok_or_else(flat)?.l();
-    let retarded = root.transpose() * block(&tangent) * &root;
-    let retarded = 0.5 * (&retarded + retarded.transpose());
-    let eigen = retarded
-        .try_symmetric_eigen(f64::EPSILON, 1000)
-        .ok_or_else(flat)?;
-    if !eigen.eigenvalues.iter().all(|rate| 0.0 < *rate) {
-        return Err(flat());
-    }
-    let arm = length - s;
-    let mut transfer = Matrix6::identity();
-    (transfer[(0, 4)], transfer[(1, 3)]) = (-arm, arm);
-    for k in (0..6).filter(|k| !carried[*k]) {
-        transfer.column_mut(k).fill(0.0);
-    }
-    let moving = DMatrix::from_fn(free.len(), 6, |i, j| transfer[(free[i], j)]);
-    let load = (root * eigen.eigenvectors).transpose() * moving;
-    Ok(Node {
-        s,
-        weight,
-        rates: Vector6::from_fn(|i, _| eigen.eigenvalues.get(i).copied().unwrap_or(1.0)),
-        load: Matrix6::from_fn(|i, j| load.get((i, j)).copied().unwrap_or(0.0)),
-    })
 }
