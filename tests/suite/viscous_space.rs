@@ -334,9 +334,19 @@ fn differentiates<const M: usize, const D: usize>(grid: &Grid) {
         * rotation(&space.pose(&shape)).transpose();
     let turning = Vector3::new(spin.m32, spin.m13, spin.m21);
     let moved = Vector3::from_column_slice(&motion.as_slice()[9..]);
-    assert_same(&v.fixed_rows::<3>(D - 3), &moved, 2e-12, &name("r_t(1)"));
+    assert_same(
+        v.fixed_rows::<3>(D - 3).iter(),
+        &moved,
+        2e-12,
+        &name("r_t(1)"),
+    );
     if D == 6 {
-        assert_same(&v.fixed_rows::<3>(0), &turning, 2e-12, &name("omega(1)"));
+        assert_same(
+            v.fixed_rows::<3>(0).iter(),
+            &turning,
+            2e-12,
+            &name("omega(1)"),
+        );
     }
 
     // Q w: components of the balances of moments and forces.
@@ -434,13 +444,16 @@ fn changes_at_one_node() {
                         .copy_from(&shape.end().translation.vector);
                     entries
                 });
-                let off = distance(&changed.rows(3, 6 * nodes), &stiffness.column(6 * j + k));
+                let off = distance(
+                    changed.rows(3, 6 * nodes).iter(),
+                    stiffness.column(6 * j + k).iter(),
+                );
                 assert!(
                     off <= 1.0 / (nodes * nodes) as f64,
                     "{nodes} nodes, {j}, {k}: {off:e}"
                 );
                 let q = space.transfer(&shape, j).transpose() * grid.weights()[j];
-                let off = distance(&changed.rows(0, 3), &q.fixed_view::<3, 1>(3, k));
+                let off = distance(changed.rows(0, 3).iter(), q.fixed_view::<3, 1>(3, k).iter());
                 assert!(off <= 1e-10, "{nodes} nodes, {j}, {k}: end {off:e}");
             }
         }
