@@ -286,7 +286,11 @@ impl Element {
         &self.integrate
     }
 
-    fn coefficients<const K: usize>(&self, f: &[SVector<f64, K>]) -> Vec<SVector<f64, K>> {
+    /// Coefficients in P_k(2x - 1) of the polynomial through values at its nodes.
+    pub(super) fn coefficients<const K: usize>(
+        &self,
+        f: &[SVector<f64, K>],
+    ) -> Vec<SVector<f64, K>> {
         (0..f.len())
             .map(|k| (0..f.len()).fold(SVector::zeros(), |sum, j| sum + f[j] * self.modes[(k, j)]))
             .collect()

@@ -39,6 +39,8 @@ pub struct Curve {
     turns: Vec<Turn>,
     directors: Vec<Matrix3<f64>>,
     positions: Vec<Vector3<f64>>,
+    /// r' = R v.
+    tangents: Vec<Vector3<f64>>,
     end: Isometry3<f64>,
     defect: f64,
 }
@@ -152,13 +154,11 @@ impl<const M: usize, const D: usize> Space<M, D> {
         let changes: Vec<SVector<f64, 7>> = curve
             .turns
             .iter()
-            .zip(&curve.directors)
+            .zip(&curve.tangents)
             .zip(strains)
-            .map(|((p, directors), strain)| {
+            .map(|((p, tangent), strain)| {
                 let mut change = SVector::<f64, 7>::zeros();
-                change
-                    .fixed_rows_mut::<3>(0)
-                    .copy_from(&tangent(directors, strain));
+                change.fixed_rows_mut::<3>(0).copy_from(tangent);
                 change
                     .fixed_rows_mut::<4>(3)
                     .copy_from(&spin(p, &curvature(strain)));
@@ -229,6 +229,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
             turns: p,
             directors,
             positions,
+            tangents,
             end,
             defect,
         })
@@ -253,7 +254,10 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         q
     }
 
-    /// Cost: some 100 operations for a block. With x = r(1) - r, phi_i = sum_j A_ij R_j du_j and
+    /// Changes that the nodes resolve are followed to the accuracy of the curve; of a change at one node alone what they
+    /// do not is 0.4 |w|/n^2 of the loads at its neighbours. Cost: some 100 operations for a block.
+    ///
+    /// With x = r(1) - r, phi_i = sum_j A_ij R_j du_j and
     /// dr(1) - dr_i = sum_j (weight_j - A_ij) (R_j du_j x x_j + R_j dv_j) + A_ij R_j du_j x x_i:
     /// ```text
     /// dm_i = R_i^T (M_i x phi_i + (dr(1) - dr_i) x n1),   dn_i = R_i^T (n1 x phi_i),   M_i = m1 + x_i x n1.
@@ -354,7 +358,22 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         }
     }
 
-    fn defect(&self, _grid: &Grid, curve: &Curve) -> f64 {
-        curve.defect
+    /// The larger of what |p| of the quaternions says of the rotations, and what the next coefficients of r' would add
+    /// to the positions if they fall as those before; the pose of the end is better than that, about its square.
+    fn defect(&self, grid: &Grid, curve: &Curve) -> f64 {
+        grid.elements()
+            .iter()
+            .fold(curve.defect, |defect, element| {
+                let n = element.nodes().len();
+                let coefficients = element.coefficients(&curve.tangents[element.nodes()]);
+                let size = |k: usize| coefficients[k].norm().max(coefficients[k + 1].norm());
+                let (before, last) = (size(n - 4), size(n - 2));
+                let next = if last < before {
+                    last * last / before
+                } else {
+                    last
+                };
+                defect.max(next * (element.to() - element.from()) / (2 * n + 1) as f64)
+            })
     }
 }
