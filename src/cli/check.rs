@@ -8,12 +8,18 @@ use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
 pub fn read(path: &Path) -> Result<Scene, Refusal> {
-    let scene = Scene::read(path).map_err(refuse)?;
-    if scene.rod.damping.is_some() {
-        let why = "rods with damping cannot be run yet";
-        return Err(Refusal(format!("{}: {why}", path.display())));
+    let later = || {
+        Refusal(format!(
+            "{}: rods with damping cannot be run yet",
+            path.display()
+        ))
+    };
+    match read_any(path).map_err(refuse)? {
+        AnyScene::Dynamics(scene) if scene.rod.damping.is_none() => Ok(*scene),
+        AnyScene::Dynamics(_) | AnyScene::SpatialMotion(_) => Err(later()),
+        // Which says what can be done with it.
+        AnyScene::Statics(_) => Scene::read(path).map_err(refuse),
     }
-    Ok(scene)
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
@@ -80,5 +86,6 @@ fn start(scene: &AnyScene) -> snaprod::Result<()> {
         AnyScene::Dynamics(scene) if scene.rod.damping.is_some() => Ok(()),
         AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
         AnyScene::Statics(scene) => scene.problem().map(drop),
+        AnyScene::SpatialMotion(scene) => scene.cosserat_rod().map(drop),
     }
 }
