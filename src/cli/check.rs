@@ -8,7 +8,15 @@ use std::path::Path;
 
 /// Reads a scene, or says everything that is wrong with it.
 pub fn read(path: &Path) -> Result<Scene, Refusal> {
-    Scene::read(path).map_err(refuse)
+    match read_any(path).map_err(refuse)? {
+        AnyScene::Dynamics(scene) => Ok(*scene),
+        AnyScene::SpatialMotion(_) => Err(Refusal(format!(
+            "{}: rods with damping in space cannot be run yet",
+            path.display()
+        ))),
+        // Which says what can be done with it.
+        AnyScene::Statics(_) => Scene::read(path).map_err(refuse),
+    }
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
@@ -77,5 +85,6 @@ fn start(scene: &AnyScene) -> snaprod::Result<()> {
         }
         AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
         AnyScene::Statics(scene) => scene.problem().map(drop),
+        AnyScene::SpatialMotion(scene) => scene.cosserat_rod().map(drop),
     }
 }

@@ -11,7 +11,7 @@ use Need::Required;
 const ALONG: Spec = Spec {
     name: "along",
     fields: &["s", "values", "polynomial"],
-    planned: &[],
+    barred: &[],
 };
 
 /// What [`along`] accepts, for stiffnesses.
@@ -158,7 +158,7 @@ fn by_points(table: &Table, rule: Rule, length: Option<f64>) -> Option<Along> {
 /// Somewhere in [0, 1] where the polynomial is not > 0, if there is such a place.
 ///
 /// It is > 0 on an interval where its Bernstein coefficients are; else the interval is halved (de Casteljau).
-fn not_positive(polynomial: &[f64]) -> Option<f64> {
+pub(super) fn not_positive(polynomial: &[f64]) -> Option<f64> {
     let n = polynomial.len() - 1;
     let binomial =
         |n: usize, k: usize| (0..k).fold(1.0, |b, i| b * (n - i) as f64 / (i + 1) as f64);

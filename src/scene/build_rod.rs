@@ -1,8 +1,8 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use super::{
-    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Section, Shape, Shaped,
-    Statics, Stiffness, Transverse,
+    Along, Barrier, BarrierTerm, Clamp, Component, CosseratRod, Diagonal, Full, Orientation,
+    Section, Shape, Shaped, SpatialMotion, Statics, Stiffness, Transverse,
 };
 use crate::error::{Error, Result};
 use crate::rod::section::{self, Linear, Material, Profile, Varying};
@@ -15,10 +15,7 @@ impl Statics {
     /// # Errors
     /// A law that is not convex, an end out of reach; what [`Statics::parse`] cannot see from the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
-        let rod = self.cosserat_rod()?.with_clamp(
-            self.clamp.position.into(),
-            rotation(&self.clamp.orientation),
-        );
+        let rod = self.rod.build(&self.clamp)?;
         let end = End {
             position: self.end.position.map(Component::held),
             orientation: self.end.orientation.as_ref().map(rotation),
@@ -34,10 +31,31 @@ impl Statics {
     pub fn guess(&self) -> Option<Wrench> {
         self.start.wrench.map(Vector6::from)
     }
+}
 
-    fn cosserat_rod(&self) -> Result<Rod> {
-        let length = self.rod.length;
-        match &self.rod.section {
+impl SpatialMotion {
+    /// The rod of the scene, in the scene's units.
+    ///
+    /// # Errors
+    /// What [`SpatialMotion::parse`] cannot see from the numbers alone: flexure or twist held rigid, a law that has no
+    /// unloaded state.
+    pub fn cosserat_rod(&self) -> Result<Rod> {
+        self.rod.elastic.build(&self.clamp)
+    }
+}
+
+impl CosseratRod {
+    /// The rod, in the scene's units.
+    pub(super) fn build(&self, clamp: &Clamp) -> Result<Rod> {
+        let position = clamp.position.into();
+        Ok(self
+            .unclamped()?
+            .with_clamp(position, rotation(&clamp.orientation)))
+    }
+
+    fn unclamped(&self) -> Result<Rod> {
+        let length = self.length;
+        match &self.section {
             Section::Diagonal(law) => match self.uniform(law)? {
                 Some(law) => Rod::new(length, law),
                 None => Rod::new(length, self.varying(law)?),
@@ -70,7 +88,7 @@ impl Statics {
             };
             linear = linear.with_axial(axial)?;
         }
-        let rest = &self.rod.rest;
+        let rest = &self.rest;
         let (Some(k1), Some(k2), Some(twist)) = (
             rest.curvature[0].constant(),
             rest.curvature[1].constant(),
@@ -91,7 +109,7 @@ impl Statics {
         if let Stiffness::Elastic(axial) = &law.axial {
             varying = varying.with_axial(along(axial)?)?;
         }
-        let rest = &self.rod.rest;
+        let rest = &self.rest;
         varying.with_rest(two(&rest.curvature)?, along(&rest.twist)?)
     }
 
@@ -107,7 +125,7 @@ impl Statics {
                 let scaled: Vec<_> = polynomial
                     .iter()
                     .enumerate()
-                    .map(|(k, c)| c / self.rod.length.powi(k as i32))
+                    .map(|(k, c)| c / self.length.powi(k as i32))
                     .collect();
                 section::Along::polynomial(&scaled)
             }
@@ -116,7 +134,7 @@ impl Statics {
 
     /// A law with the scene's rest strains, which may vary along the rod.
     fn rested(&self, length: f64, law: Linear) -> Result<Rod> {
-        let rest = &self.rod.rest;
+        let rest = &self.rest;
         let constants = (
             rest.curvature[0].constant(),
             rest.curvature[1].constant(),
@@ -138,7 +156,7 @@ impl Statics {
     }
 
     fn rest_breaks(&self) -> Vec<f64> {
-        let rest = &self.rod.rest;
+        let rest = &self.rest;
         [&rest.curvature[0], &rest.curvature[1], &rest.twist]
             .into_iter()
             .flat_map(|along| match along {
@@ -159,7 +177,7 @@ impl Statics {
             half_widths,
         } = law.barrier;
         let law = section::Barrier::new(base, half_widths, strength)?;
-        Rod::new(self.rod.length, law)
+        Rod::new(self.length, law)
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) const CONTINUE: Spec = Spec {
         "at",
         "second",
     ],
-    planned: &[],
+    barred: &[],
 };
 const SECOND: Spec = Spec {
     name: "continue.second",
@@ -38,7 +38,7 @@ const SECOND: Spec = Spec {
         "max_step",
         "points",
     ],
-    planned: &[],
+    barred: &[],
 };
 
 const STEP: Rule = Rule {

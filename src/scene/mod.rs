@@ -48,7 +48,8 @@
 //! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
 //! library's units, in which length, bending stiffness and mass are 1.
 //!
-//! Rods in space have scenes of their own, of statics: [`Statics`]. [`read_any`] takes either kind.
+//! Rods in space have scenes of their own: of statics, [`Statics`], and of motion, [`SpatialMotion`]. [`read_any`] takes
+//! any kind.
 
 mod along_schema;
 mod build;
@@ -56,11 +57,16 @@ mod build_rod;
 mod build_viscous;
 mod continue_schema;
 mod fault;
+mod matrix_schema;
 mod parameter;
 mod reader;
 mod scales;
 mod schema;
 mod section_schema;
+mod spatial;
+mod spatial_damping;
+mod spatial_scales;
+mod spatial_schema;
 mod statics;
 mod statics_schema;
 mod viscous;
@@ -71,6 +77,12 @@ pub use build_viscous::ViscousSetup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use parameter::Parameter;
 pub use scales::{Dimensionless, Harmonic, Scales};
+pub use spatial::{
+    EndLoad, EndPose, FrictionBarrier, FrictionLaw, Joint, SpatialBody, SpatialDamping,
+    SpatialLoads, SpatialMaxwell, SpatialMotion, SpatialPlace, SpatialRun, SpatialStart,
+    StrainField, StrainMatrix, ViscousRod,
+};
+pub use spatial_scales::SpatialDimensionless;
 pub use statics::{
     Along, Barrier, BarrierTerm, Clamp, Component, Continue, CosseratRod, Diagonal, End, Full,
     Guess, LawName, Orientation, Rest, Rigid, Rotation, Second, Section, Shape, Shaped, Solve,
@@ -79,6 +91,7 @@ pub use statics::{
 pub use viscous::{Damping, Friction, Maxwell, Method, PowerLaw, Relaxed};
 
 use crate::Error;
+use schema::Kind;
 use serde::Serialize;
 use std::path::Path;
 
@@ -154,30 +167,61 @@ impl Statics {
     }
 }
 
-/// A scene of either kind. It serialises to that scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum AnyScene {
-    /// A body on a rod, in motion.
-    Dynamics(Box<Scene>),
-    /// A rod in space, at rest.
-    Statics(Box<Statics>),
-}
+impl SpatialMotion {
+    /// Reads a scene of motion in space from TOML text.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn parse(text: &str) -> Result<Self, Faults> {
+        spatial_schema::motion(text)
+    }
 
-/// Reads a scene of the kind that its `rod.model` says: `"elastica"` is one of dynamics, `"cosserat"` one of
-/// statics.
-///
-/// # Errors
-/// As [`Scene::parse`]. Where `rod.model` is missing or misspelt, the faults are those of the kind that the rest
-/// of the scene looks like.
-pub fn parse_any(text: &str) -> Result<AnyScene, Faults> {
-    match schema::guess_model(text) {
-        Model::Elastica => Scene::parse(text).map(|scene| AnyScene::Dynamics(Box::new(scene))),
-        Model::Cosserat => Statics::parse(text).map(|scene| AnyScene::Statics(Box::new(scene))),
+    /// Reads a scene of motion in space from bytes, which must be UTF-8.
+    ///
+    /// # Errors
+    /// As [`Scene::from_bytes`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Faults> {
+        Self::parse(utf8(bytes)?)
+    }
+
+    /// Reads a scene of motion in space from a file.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        read_file(path, Self::from_bytes)
     }
 }
 
-/// Reads a scene of either kind from a file, as [`parse_any`].
+/// A scene of any kind. It serialises to that scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum AnyScene {
+    /// A body on a planar rod, in motion.
+    Dynamics(Box<Scene>),
+    /// A rod in space, at rest.
+    Statics(Box<Statics>),
+    /// A body on a rod in space, in motion.
+    SpatialMotion(Box<SpatialMotion>),
+}
+
+/// Reads a scene of the kind that its content says: `rod.model = "elastica"` is planar dynamics, `"cosserat"` with
+/// `[body]` and `[run]` motion in space, with `[end]` statics.
+///
+/// # Errors
+/// As [`Scene::parse`]. Where `rod.model` is missing or misspelt, or the tables are those of several kinds, the faults are
+/// those of the kind that most of the scene looks like.
+pub fn parse_any(text: &str) -> Result<AnyScene, Faults> {
+    match schema::guess_kind(text) {
+        Kind::Planar => Scene::parse(text).map(|scene| AnyScene::Dynamics(Box::new(scene))),
+        Kind::Statics => Statics::parse(text).map(|scene| AnyScene::Statics(Box::new(scene))),
+        Kind::Motion => {
+            SpatialMotion::parse(text).map(|scene| AnyScene::SpatialMotion(Box::new(scene)))
+        }
+    }
+}
+
+/// Reads a scene of any kind from a file, as [`parse_any`].
 ///
 /// # Errors
 /// The file cannot be read, or the scene has faults.
@@ -306,7 +350,7 @@ pub struct Rod {
 pub enum Model {
     /// The planar elastica, in closed form.
     Elastica,
-    /// The Cosserat rod in space; its statics ([`Statics`]).
+    /// The Cosserat rod in space ([`Statics`], [`SpatialMotion`]).
     Cosserat,
 }
 
@@ -419,12 +463,13 @@ pub struct Loads {
     pub force: Vec<Force>,
 }
 
-/// A force amplitude * sin(2 pi frequency t + phase) along a direction.
+/// A force amplitude * sin(2 pi frequency t + phase) along a direction, in the plane or in space.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Force {
+#[serde(bound(serialize = "[f64; N]: Serialize"))]
+pub struct Force<const N: usize = 2> {
     /// Direction, not zero, of any length: only [`Force::unit`] enters the force, so that
     /// `amplitude` is the amplitude.
-    pub direction: [f64; 2],
+    pub direction: [f64; N],
     /// Amplitude, a force of either sign.
     pub amplitude: f64,
     /// Frequency >= 0, cycles per time. At 0 the force is constant, amplitude * sin(phase).
@@ -433,15 +478,17 @@ pub struct Force {
     pub phase: f64,
 }
 
-impl Force {
+impl<const N: usize> Force<N> {
     /// The direction at unit length.
-    pub fn unit(&self) -> [f64; 2] {
-        let [x, y] = self.direction;
-        // Scaled by the larger component first, so that the norm neither over- nor underflows.
-        let size = x.abs().max(y.abs());
-        let [x, y] = [x / size, y / size];
-        let norm = x.hypot(y);
-        [x / norm, y / norm]
+    pub fn unit(&self) -> [f64; N] {
+        // Scaled by the largest component first, so that the norm neither over- nor underflows.
+        let size = self
+            .direction
+            .iter()
+            .fold(0.0_f64, |size, x| size.max(x.abs()));
+        let scaled = self.direction.map(|x| x / size);
+        let norm = scaled.iter().fold(0.0_f64, |norm, x| norm.hypot(*x));
+        scaled.map(|x| x / norm)
     }
 }
 

@@ -20,8 +20,8 @@ pub(super) struct Spec {
     pub name: &'static str,
     /// Its fields (tables, for the top of the file).
     pub fields: &'static [&'static str],
-    /// Fields to come, each with what will be theirs.
-    pub planned: &'static [(&'static str, &'static str)],
+    /// Fields of another kind of scene, each with what to do.
+    pub barred: &'static [(&'static str, &'static str)],
 }
 
 /// A set of numbers. `holds` is written so that NaN fails.
@@ -328,9 +328,9 @@ impl<'a> Table<'a> {
             let field = table.field(name);
             // The text of a table would only repeat its name.
             let shown = (!value.get_ref().is_table()).then(|| value.span());
-            if let Some((_, plan)) = spec.planned.iter().find(|(planned, _)| *planned == name) {
-                let (at, plan) = (value.span().start, Some((*plan).to_owned()));
-                reader.record(FaultKind::Planned, at, &field, shown, "left out", plan);
+            if let Some((_, hint)) = spec.barred.iter().find(|(barred, _)| *barred == name) {
+                let (at, hint) = (value.span().start, Some((*hint).to_owned()));
+                reader.record(FaultKind::Conflict, at, &field, shown, "left out", hint);
                 continue;
             }
             let home = siblings.iter().find(|other| other.fields.contains(&name));

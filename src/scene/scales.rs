@@ -1,6 +1,6 @@
 //! From the user's units to those of the library, and back.
 
-use super::{Maxwell, Place, PowerLaw, Relaxed, Scene};
+use super::{Force, Maxwell, Place, PowerLaw, Relaxed, Scene};
 use std::f64::consts::TAU;
 
 /// The library's units of each quantity, measured in the user's: a value in the scene is the
@@ -30,7 +30,7 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// The scales of a scene's rod and body.
+    /// The scales of a planar scene's rod and body.
     pub fn of(scene: &Scene) -> Self {
         let rod = &scene.rod;
         Self::new(rod.length, rod.bending_stiffness, scene.body.mass)
@@ -68,6 +68,16 @@ impl Scales {
         1.0 / self.length / self.time
     }
 
+    /// A force in the library's units.
+    pub(super) fn harmonic<const N: usize>(&self, force: &Force<N>) -> Harmonic<N> {
+        Harmonic {
+            direction: force.unit(),
+            amplitude: force.amplitude / self.force,
+            angular_frequency: TAU * (force.frequency * self.time),
+            phase: force.phase,
+        }
+    }
+
     /// True if no scale over- or underflows.
     pub(super) fn are_normal(&self) -> bool {
         let all = [self.length, self.force, self.energy, self.mass];
@@ -103,11 +113,11 @@ pub struct Dimensionless {
     pub duration: f64,
 }
 
-/// A force direction * amplitude * sin(angular_frequency * t + phase).
+/// A force direction * amplitude * sin(angular_frequency * t + phase), in the plane or in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Harmonic {
+pub struct Harmonic<const N: usize = 2> {
     /// Unit vector.
-    pub direction: [f64; 2],
+    pub direction: [f64; N],
     /// Amplitude.
     pub amplitude: f64,
     /// Angular frequency >= 0: 2 pi times the frequency.
@@ -116,9 +126,9 @@ pub struct Harmonic {
     pub phase: f64,
 }
 
-impl Harmonic {
+impl<const N: usize> Harmonic<N> {
     /// The force at time `t`.
-    pub fn at(&self, t: f64) -> [f64; 2] {
+    pub fn at(&self, t: f64) -> [f64; N] {
         let size = self.amplitude * (self.angular_frequency * t + self.phase).sin();
         self.direction.map(|component| component * size)
     }
@@ -187,12 +197,6 @@ impl Scene {
         };
         let field = |field: Vec<f64>| field.iter().map(|c| c * scales.length).collect();
         let loads = &self.loads;
-        let harmonic = |force: &super::Force| Harmonic {
-            direction: force.unit(),
-            amplitude: force.amplitude / scales.force,
-            angular_frequency: TAU * (force.frequency * scales.time),
-            phase: force.phase,
-        };
         Dimensionless {
             place,
             viscosity: rod.damping.map_or(0.0, viscosity),
@@ -203,7 +207,11 @@ impl Scene {
             gravity: loads.gravity.map(over(scales.acceleration)),
             dead: loads.dead.map(over(scales.force)),
             drag: loads.drag / scales.drag,
-            forces: loads.force.iter().map(harmonic).collect(),
+            forces: loads
+                .force
+                .iter()
+                .map(|force| scales.harmonic(force))
+                .collect(),
             duration: self.run.duration / scales.time,
         }
     }

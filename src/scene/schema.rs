@@ -3,7 +3,8 @@
 use super::fault::{FaultKind, Faults};
 use super::reader::{Need, Reader, Rule, Spec, Table, nearest};
 use super::viscous_schema::{
-    Memory, curvature, damping, landing_is_free, method, nodes, planar_relaxation, planar_relaxed,
+    Memory, curvature, damping, landing_is_free, method, planar_nodes, planar_relaxation,
+    planar_relaxed,
 };
 use super::{
     Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Start,
@@ -17,7 +18,7 @@ use Need::{Or, Required};
 const TOP: Spec = Spec {
     name: "",
     fields: &["units", "rod", "body", "start", "loads", "run"],
-    planned: &[],
+    barred: &[],
 };
 const ROD: Spec = Spec {
     name: "rod",
@@ -29,12 +30,12 @@ const ROD: Spec = Spec {
         "relaxation",
         "nodes",
     ],
-    planned: &[],
+    barred: &[],
 };
 const BODY: Spec = Spec {
     name: "body",
     fields: &["mass"],
-    planned: &[],
+    barred: &[],
 };
 const START: Spec = Spec {
     name: "start",
@@ -48,12 +49,12 @@ const START: Spec = Spec {
         "relaxed",
         "velocity",
     ],
-    planned: &[],
+    barred: &[],
 };
 const LOADS: Spec = Spec {
     name: "loads",
     fields: &["gravity", "dead", "drag", "force"],
-    planned: &[],
+    barred: &[],
 };
 const RUN: Spec = Spec {
     name: "run",
@@ -67,22 +68,22 @@ const RUN: Spec = Spec {
         "max_steps",
         "max_snaps",
     ],
-    planned: &[],
+    barred: &[],
 };
 const FORCE: Spec = Spec {
     name: "loads.force",
     fields: &["direction", "amplitude", "frequency", "phase"],
-    planned: &[],
+    barred: &[],
 };
 const SHEET: Spec = Spec {
     name: "sheet",
     fields: &["mode", "sign", "near"],
-    planned: &[],
+    barred: &[],
 };
 const LANDING: Spec = Spec {
     name: "landing",
     fields: &["mode", "sign"],
-    planned: &[],
+    barred: &[],
 };
 /// Where a field that stands in the wrong table may belong.
 const HOMES: [&Spec; 6] = [&TOP, &ROD, &BODY, &START, &LOADS, &RUN];
@@ -124,7 +125,7 @@ const P: Rule = Rule {
     holds: |x| (-1e4..=1e4).contains(&x) && x != 0.0,
     hint: |x| (x == 0.0).then_some("p = 0 is the straight rod, whatever lambda: bend it a little"),
 };
-const TOLERANCE: Rule = Rule {
+pub(super) const TOLERANCE: Rule = Rule {
     allowed: "a number in [1e-14, 1e-2]",
     holds: |x| (1e-14..=1e-2).contains(&x),
     hint: SILENT,
@@ -171,12 +172,46 @@ pub(super) fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeVa
     document.get("rod")?.get_ref().as_table()?.get("model")
 }
 
-/// The model of a scene; where `rod.model` does not say it, what else is there decides.
-pub(super) fn guess_model(text: &str) -> Model {
+/// Tables of a rod in space at rest.
+pub(super) const STATICS: [&str; 3] = ["end", "solve", "continue"];
+/// Tables, and fields of the rod, of a rod in space in motion.
+const MOTION: ([&str; 3], [&str; 3]) =
+    (["body", "loads", "run"], ["damping", "relaxation", "nodes"]);
+
+/// True if a rod in space is rather in motion than at rest: more of that is there.
+pub(super) fn is_motion(document: &DeTable) -> bool {
+    let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
+    let (tables, fields) = MOTION;
+    let count = |names: [&str; 3], table: &DeTable| {
+        names
+            .iter()
+            .filter(|name| table.contains_key(**name))
+            .count()
+    };
+    count(tables, document) + rod.map_or(0, |rod| count(fields, rod)) > count(STATICS, document)
+}
+
+/// The kind of a scene.
+pub(super) enum Kind {
+    Planar,
+    Statics,
+    Motion,
+}
+
+/// The kind of a scene; where `rod.model` does not say it, what else is there decides.
+pub(super) fn guess_kind(text: &str) -> Kind {
     let Ok(document) = DeTable::parse(text) else {
-        return Model::Elastica;
+        return Kind::Planar;
     };
     let document = document.get_ref();
+    match (guess_model(document), is_motion(document)) {
+        (Model::Elastica, _) => Kind::Planar,
+        (Model::Cosserat, true) => Kind::Motion,
+        (Model::Cosserat, false) => Kind::Statics,
+    }
+}
+
+fn guess_model(document: &DeTable) -> Model {
     let word = model_of(document).and_then(|value| value.get_ref().as_str());
     match word.and_then(|word| nearest(word, ["elastica", "cosserat"].into_iter())) {
         Some("cosserat") => return Model::Cosserat,
@@ -196,18 +231,18 @@ pub(super) fn guess_model(text: &str) -> Model {
 /// function below.
 fn resolve(top: &Table) -> Option<Scene> {
     let units = units(top);
-    let rod_table = required(top, &ROD, "length = 1.0");
+    let rod_table = required(top, &ROD, &HOMES, "length = 1.0");
     let memory = rod_table.as_ref().map(Memory::of);
     let rod = rod_table.as_ref().and_then(rod);
-    let body = required(top, &BODY, "mass = 1.0").and_then(|table| body(&table));
+    let body = required(top, &BODY, &HOMES, "mass = 1.0").and_then(|table| body(&table));
     let length = rod.as_ref().map(|rod| rod.length);
-    let start =
-        required(top, &START, "lambda = 6.3").and_then(|table| start(&table, length, memory));
+    let start = required(top, &START, &HOMES, "lambda = 6.3")
+        .and_then(|table| start(&table, length, memory));
     let loads = match top.get("loads") {
         None => Some(Loads::default()),
-        Some(value) => open(top, value, &LOADS).and_then(|table| loads(&table)),
+        Some(value) => open(top, value, &LOADS, &HOMES).and_then(|table| loads(&table)),
     };
-    let run = required(top, &RUN, "duration = 3.0").and_then(|table| run(&table, memory));
+    let run = required(top, &RUN, &HOMES, "duration = 3.0").and_then(|table| run(&table, memory));
     let scene = Scene {
         units: units?,
         rod: rod?,
@@ -240,7 +275,12 @@ pub(super) fn units(top: &Table) -> Option<Units> {
     })
 }
 
-fn required<'a>(top: &Table<'a>, spec: &Spec, example: &str) -> Option<Table<'a>> {
+pub(super) fn required<'a>(
+    top: &Table<'a>,
+    spec: &Spec,
+    homes: &[&Spec],
+    example: &str,
+) -> Option<Table<'a>> {
     let Some(value) = top.get(spec.name) else {
         let hint = format!("add `[{}]` with a line such as `{example}`", spec.name);
         let allowed = format!("a table with {}", spec.fields.join(", "));
@@ -249,12 +289,17 @@ fn required<'a>(top: &Table<'a>, spec: &Spec, example: &str) -> Option<Table<'a>
             .record(kind, at, spec.name, None, allowed, Some(hint));
         return None;
     };
-    open(top, value, spec)
+    open(top, value, spec, homes)
 }
 
-fn open<'a>(top: &Table<'a>, value: &'a Spanned<DeValue<'a>>, spec: &Spec) -> Option<Table<'a>> {
+pub(super) fn open<'a>(
+    top: &Table<'a>,
+    value: &'a Spanned<DeValue<'a>>,
+    spec: &Spec,
+    homes: &[&Spec],
+) -> Option<Table<'a>> {
     let allowed = format!("a table, [{}]", spec.name);
-    top.reader.table(spec.name, value, spec, &HOMES, &allowed)
+    top.reader.table(spec.name, value, spec, homes, &allowed)
 }
 
 fn rod(table: &Table) -> Option<Rod> {
@@ -267,7 +312,11 @@ fn rod(table: &Table) -> Option<Rod> {
     let length = table.number("length", POSITIVE, Required("length = 1.0"));
     let stiffness = Required("bending_stiffness = 1.0");
     let bending_stiffness = table.number("bending_stiffness", POSITIVE, stiffness);
-    let (damping, relaxation, nodes) = (damping(table), planar_relaxation(table), nodes(table));
+    let (damping, relaxation, nodes) = (
+        damping(table),
+        planar_relaxation(table),
+        planar_nodes(table),
+    );
     Some(Rod {
         model: model?,
         length: length?,
@@ -460,14 +509,7 @@ fn loads(table: &Table) -> Option<Loads> {
     let gravity = table.vector("gravity", FINITE, Or([0.0; 2]));
     let dead = table.vector("dead", FINITE, Or([0.0; 2]));
     let drag = table.number("drag", NON_NEGATIVE, Or(0.0));
-    let force = table.read("force", "", Or(Vec::new()), |field, value| {
-        let DeValue::Array(array) = value.get_ref() else {
-            return Some(vec![force(table.reader, field, value)?]);
-        };
-        let read = |(i, value)| force(table.reader, &format!("{field}[{i}]"), value);
-        let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
-        forces.into_iter().collect()
-    });
+    let force = forces(table);
     Some(Loads {
         gravity: gravity?,
         dead: dead?,
@@ -476,19 +518,42 @@ fn loads(table: &Table) -> Option<Loads> {
     })
 }
 
-fn force<'a>(
+/// Reads `loads.force`.
+pub(super) fn forces<const N: usize>(loads: &Table) -> Option<Vec<Force<N>>> {
+    let reader = loads.reader;
+    loads.read("force", "", Or(Vec::new()), |field, value| {
+        let DeValue::Array(array) = value.get_ref() else {
+            return Some(vec![force(reader, field, value)?]);
+        };
+        let read = |(i, value)| force(reader, &format!("{field}[{i}]"), value);
+        let forces: Vec<Option<Force<N>>> = array.iter().enumerate().map(read).collect();
+        forces.into_iter().collect()
+    })
+}
+
+fn force<'a, const N: usize>(
     reader: &'a Reader<'a>,
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
-) -> Option<Force> {
-    let allowed = "a table such as { direction = [0.0, 1.0], amplitude = 0.5, frequency = 2.0 }, \
-                   or an array of them";
+) -> Option<Force<N>> {
+    let (allowed, words, example) = match N {
+        2 => (
+            "a table such as { direction = [0.0, 1.0], amplitude = 0.5, frequency = 2.0 }, or an array of them",
+            "an array of two finite numbers, [x, y], not both 0",
+            "direction = [0.0, 1.0]",
+        ),
+        _ => (
+            "a table such as { direction = [0.0, 1.0, 0.0], amplitude = 0.5, frequency = 2.0 }, or an array of \
+             them",
+            "an array of three finite numbers, [x, y, z], not all 0",
+            "direction = [0.0, 1.0, 0.0]",
+        ),
+    };
     let table = reader.table(field, value, &FORCE, &[], allowed)?;
-    let allowed = "an array of two finite numbers, [x, y], not both 0";
-    let example = Required("direction = [0.0, 1.0]");
+    let (allowed, example) = (words, Required(example));
     let direction = table.read("direction", allowed, example, |field, value| {
         let direction = reader.vector(field, value, FINITE)?;
-        if direction == [0.0; 2] {
+        if direction == [0.0; N] {
             reader.fault(FaultKind::Value, field, value.span(), allowed, None);
             return None;
         }

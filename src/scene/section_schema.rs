@@ -1,14 +1,14 @@
 //! What `[rod.section]` and `[rod.rest]` may hold.
 
-use super::along_schema::{ALONG_WORDS, ROUNDING, SIZE, SIZES, STIFFNESS, VALUE, along};
+use super::along_schema::{ALONG_WORDS, SIZE, SIZES, STIFFNESS, VALUE, along};
 use super::fault::FaultKind;
+use super::matrix_schema::{definite, rows};
 use super::reader::{Need, Reader, Rule, Spec, Table};
 use super::schema::SILENT;
 use super::{
     Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Rest, Rigid, Section, Shape, Shaped,
     Stiffness, StrainName, Transverse,
 };
-use nalgebra::{DMatrix, SymmetricEigen};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -42,17 +42,17 @@ const FIELDS: [&str; 21] = [
 pub(super) const SECTION: Spec = Spec {
     name: "rod.section",
     fields: &FIELDS,
-    planned: &[],
+    barred: &[],
 };
 pub(super) const REST: Spec = Spec {
     name: "rod.rest",
     fields: &["curvature", "twist"],
-    planned: &[],
+    barred: &[],
 };
 const BARRIER: Spec = Spec {
     name: "barrier",
     fields: &["strength", "half_widths"],
-    planned: &[],
+    barred: &[],
 };
 
 const POISSON: Rule = Rule {
@@ -196,76 +196,17 @@ fn full(table: &Table) -> Option<Full> {
     let example = Required("stiffness = [[1.0, 0.0, ...], ...]");
     let stiffness = table.read("stiffness", allowed, example, |field, value| {
         let row_words = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v3";
-        let number = |field: &str, value: &_| reader.number(field, value, VALUE);
-        let row = |field: &str, value| reader.array(field, value, row_words, number);
-        let rows: [[f64; 6]; 6] = reader.array(field, value, allowed, row)?;
-        convex(reader, field, value, rows, rigid.as_deref()?)
+        let rows = rows(reader, field, value, allowed, row_words)?;
+        let rigid = rigid.as_deref()?;
+        let free = StrainName::ALL.iter().filter(|name| !rigid.contains(name));
+        let free: Vec<usize> = free.map(|name| *name as usize).collect();
+        let consequence = "the law is not convex";
+        definite(reader, field, value, rows, &free, STIFFNESS, consequence)
     });
     Some(Full {
         stiffness: stiffness?,
         rigid: rigid?,
     })
-}
-
-/// The matrix without rounding in its symmetry, if the law is convex in the strains that are not rigid.
-fn convex(
-    reader: &Reader,
-    field: &str,
-    value: &Spanned<DeValue>,
-    mut rows: [[f64; 6]; 6],
-    rigid: &[StrainName],
-) -> Option<[[f64; 6]; 6]> {
-    let refuse = |field: &str, allowed: &str, hint: String| {
-        reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
-        None
-    };
-    let free = StrainName::ALL.iter().filter(|name| !rigid.contains(name));
-    let free: Vec<usize> = free.map(|name| *name as usize).collect();
-    for &i in &free {
-        if !(STIFFNESS.holds)(rows[i][i]) {
-            let hint = (STIFFNESS.hint)(rows[i][i]).unwrap_or_default();
-            let hint = format!("it is {}: {hint}", rows[i][i]);
-            return refuse(&format!("{field}[{i}][{i}]"), STIFFNESS.allowed, hint);
-        }
-    }
-    for &i in &free {
-        for &j in free.iter().filter(|j| **j < i) {
-            let (a, b) = (rows[i][j], rows[j][i]);
-            if !((a - b).abs() <= ROUNDING * (rows[i][i] * rows[j][j]).sqrt()) {
-                let hint =
-                    format!("row {i}, column {j} is {a}, row {j}, column {i} is {b} (from 0)");
-                return refuse(field, "symmetric", hint);
-            }
-            let mean = 0.5 * (a + b);
-            (rows[i][j], rows[j][i]) = (mean, mean);
-        }
-    }
-    // Scaled to a unit diagonal, so that the units of couples and forces do not matter.
-    let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
-        let (i, j) = (free[a], free[b]);
-        match i == j {
-            true => 1.0,
-            false => rows[i][j] / (rows[i][i].sqrt() * rows[j][j].sqrt()),
-        }
-    });
-    let large = scaled.iter().any(|x| !(x.abs() <= 1.0));
-    let least = match large {
-        true => f64::NEG_INFINITY,
-        false => SymmetricEigen::new(scaled).eigenvalues.min(),
-    };
-    if !(least > ROUNDING) {
-        let hint = if large {
-            "an entry beside the diagonal is larger than the root of the product of its two diagonal entries: \
-             the law is not convex"
-                .to_owned()
-        } else {
-            format!(
-                "scaled to a unit diagonal its least eigenvalue is {least:.6e}: the law is not convex"
-            )
-        };
-        return refuse(field, "positive definite", hint);
-    }
-    Some(rows)
 }
 
 fn law(table: &Table, length: Option<f64>) -> Option<Section> {

@@ -77,13 +77,19 @@ pub enum Section {
 impl Section {
     /// True if neither shear nor stretch is possible: the arclength is that of the unloaded rod.
     pub fn is_inextensible(&self) -> bool {
+        self.rigid()[3..].iter().all(|rigid| *rigid)
+    }
+
+    /// Which strains, in the order of [`StrainName`], are held at their rest values.
+    pub fn rigid(&self) -> [bool; 6] {
+        let held = |shear: bool, axial: bool| [false, false, false, shear, shear, axial];
+        let diagonal =
+            |d: &Diagonal| held(d.shear == Stiffness::Rigid, d.axial == Stiffness::Rigid);
         match self {
-            Self::Diagonal(d) => d.shear == Stiffness::Rigid && d.axial == Stiffness::Rigid,
-            Self::Full(full) => [StrainName::V1, StrainName::V2, StrainName::V3]
-                .iter()
-                .all(|name| full.rigid.contains(name)),
-            Self::Shaped(shaped) => shaped.shear.is_some() && shaped.axial.is_some(),
-            Self::Barrier(_) => false,
+            Self::Diagonal(law) => diagonal(law),
+            Self::Full(full) => StrainName::ALL.map(|name| full.rigid.contains(&name)),
+            Self::Shaped(shaped) => held(shaped.shear.is_some(), shaped.axial.is_some()),
+            Self::Barrier(law) => diagonal(&law.linear),
         }
     }
 }

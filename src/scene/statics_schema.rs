@@ -4,10 +4,11 @@ use super::along_schema::{SIZE, VALUE};
 use super::continue_schema::{CONTINUE, continuation};
 use super::fault::{FaultKind, Faults};
 use super::reader::{Need, Reader, Rule, Spec, Table};
-use super::schema::{self, ON_CIRCLE, SILENT, model_of, units};
+use super::schema::{self, ON_CIRCLE, SILENT, STATICS, is_motion, model_of, units};
 use super::section_schema::{REST, SECTION, rest, rest_inside_barrier, section};
 use super::{
-    Clamp, Component, CosseratRod, End, Guess, Model, Orientation, Rest, Rotation, Solve, Statics,
+    Clamp, Component, CosseratRod, End, Guess, Model, Orientation, Rest, Rotation, Section, Solve,
+    Statics,
 };
 use crate::rod::Path;
 use toml::Spanned;
@@ -18,30 +19,34 @@ use Need::{Or, Required};
 const TOP: Spec = Spec {
     name: "",
     fields: &["units", "rod", "clamp", "end", "start", "solve", "continue"],
-    planned: &[
+    barred: &[
         (
             "body",
-            "a body is for dynamics, and the dynamics of Cosserat rods are planned; its weight is end.force",
+            "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: \
+             keep one of the two; at rest its weight is end.force",
         ),
         (
             "loads",
-            "they act on a body, and the dynamics of Cosserat rods are planned; write force and couple in [end]",
+            "they act on the body of a scene of motion; in statics write force and couple in [end]",
         ),
         (
             "run",
-            "a run is for dynamics, and the dynamics of Cosserat rods are planned; a branch is [continue]",
+            "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: \
+             keep one of the two; a branch is [continue]",
         ),
     ],
 };
+const RATES: &str =
+    "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 const ROD: Spec = Spec {
     name: "rod",
     fields: &["model", "length", "section", "rest"],
-    planned: &[("damping", "viscoelastic rods are planned")],
+    barred: &[("damping", RATES), ("relaxation", RATES), ("nodes", RATES)],
 };
-const CLAMP: Spec = Spec {
+pub(super) const CLAMP: Spec = Spec {
     name: "clamp",
     fields: &["position", "quaternion", "rotation"],
-    planned: &[],
+    barred: &[],
 };
 const END: Spec = Spec {
     name: "end",
@@ -55,27 +60,27 @@ const END: Spec = Spec {
         "rotation",
         "pose",
     ],
-    planned: &[],
+    barred: &[],
 };
 const POSE: Spec = Spec {
     name: "end.pose",
     fields: &["position", "quaternion", "rotation"],
-    planned: &[],
+    barred: &[],
 };
 const ROTATION: Spec = Spec {
     name: "rotation",
     fields: &["axis", "angle", "angle_degrees"],
-    planned: &[],
+    barred: &[],
 };
 const START: Spec = Spec {
     name: "start",
     fields: &["wrench"],
-    planned: &[],
+    barred: &[],
 };
 const SOLVE: Spec = Spec {
     name: "solve",
     fields: &["tolerance", "path"],
-    planned: &[],
+    barred: &[],
 };
 /// Where a field that stands in the wrong table may belong.
 const HOMES: [&Spec; 9] = [
@@ -100,6 +105,29 @@ pub(super) fn statics(text: &str) -> Result<Statics, Faults> {
                         with rigid shear and axial";
             let (kind, hint) = (FaultKind::Value, Some(hint.to_owned()));
             reader.fault(kind, "rod.model", value.span(), r#""cosserat""#, hint);
+            return None;
+        }
+        if is_motion(document)
+            && !document
+                .keys()
+                .any(|key| STATICS.contains(&key.get_ref().as_ref()))
+            && let Some(value) = document.get("body").or(document.get("run"))
+        {
+            let name = if document.contains_key("body") {
+                "body"
+            } else {
+                "run"
+            };
+            let hint = "this is a scene of motion: use `snaprod run`; one of statics has [end]";
+            let (kind, hint) = (FaultKind::Conflict, Some(hint.to_owned()));
+            reader.record(
+                kind,
+                value.span().start,
+                name,
+                None,
+                "left out of statics",
+                hint,
+            );
             return None;
         }
         let top = Table::open(reader, "", document, text.len(), &TOP, &HOMES);
@@ -180,7 +208,35 @@ fn part<'a, T>(
 }
 
 fn rod(table: &Table) -> Option<CosseratRod> {
-    let words = r#""cosserat", or "elastica" in a scene of dynamics"#;
+    cosserat_rod(table, &HOMES).rod()
+}
+
+/// What was read of a rod.
+pub(super) struct Parts {
+    model: Option<Model>,
+    pub length: Option<f64>,
+    pub section: Option<Section>,
+    rest: Option<Rest>,
+}
+
+impl Parts {
+    pub fn rod(self) -> Option<CosseratRod> {
+        Some(CosseratRod {
+            model: self.model?,
+            length: self.length?,
+            section: self.section?,
+            rest: self.rest?,
+        })
+    }
+}
+
+/// Reads the elastic rod in `[rod]`.
+pub(super) fn cosserat_rod(table: &Table, homes: &[&Spec]) -> Parts {
+    let open = |value, spec: &Spec| {
+        let allowed = format!("a table, [{}]", spec.name);
+        table.reader.table(spec.name, value, spec, homes, &allowed)
+    };
+    let words = r#""cosserat", or "elastica" in a planar scene"#;
     let example = Required(r#"model = "cosserat""#);
     let model = table.read("model", words, example, |field, value| {
         let models = [("cosserat", Model::Cosserat)];
@@ -188,7 +244,7 @@ fn rod(table: &Table) -> Option<CosseratRod> {
     });
     let length = table.number("length", SIZE, Required("length = 1.0"));
     let section = match table.get("section") {
-        Some(value) => open(table, value, &SECTION).and_then(|table| section(&table, length)),
+        Some(value) => open(value, &SECTION).and_then(|table| section(&table, length)),
         None => {
             let hint =
                 "add `[rod.section]` with `bending = [1.0, 1.0]` and `torsion = 0.7`".to_owned();
@@ -199,7 +255,7 @@ fn rod(table: &Table) -> Option<CosseratRod> {
         }
     };
     let rest = match table.get("rest") {
-        Some(value) => open(table, value, &REST).and_then(|inner| {
+        Some(value) => open(value, &REST).and_then(|inner| {
             let rest = rest(&inner, length)?;
             let known = section.as_ref().zip(length);
             let inside = known.is_none_or(|(section, length)| {
@@ -209,15 +265,15 @@ fn rod(table: &Table) -> Option<CosseratRod> {
         }),
         None => Some(Rest::default()),
     };
-    Some(CosseratRod {
-        model: model?,
-        length: length?,
-        section: section?,
-        rest: rest?,
-    })
+    Parts {
+        model,
+        length,
+        section,
+        rest,
+    }
 }
 
-fn clamp(table: &Table) -> Option<Clamp> {
+pub(super) fn clamp(table: &Table) -> Option<Clamp> {
     let position = table.vector("position", VALUE, Or([0.0; 3]));
     let orientation = orientation(table);
     Some(Clamp {
@@ -227,7 +283,7 @@ fn clamp(table: &Table) -> Option<Clamp> {
 }
 
 /// A quaternion, or a rotation, or neither.
-fn orientation(table: &Table) -> Option<Option<Orientation>> {
+pub(super) fn orientation(table: &Table) -> Option<Option<Orientation>> {
     let quaternion = table.read("quaternion", "", Or(None), |field, value| {
         quaternion(table.reader, field, value).map(Some)
     });
@@ -305,7 +361,7 @@ fn rotation<'a>(
     })
 }
 
-fn norm(vector: &[f64]) -> f64 {
+pub(super) fn norm(vector: &[f64]) -> f64 {
     let size = vector.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     match size {
         0.0 => 0.0,
@@ -470,7 +526,11 @@ pub(super) fn out_of_reach(scene: &Statics) -> Option<String> {
     let base = scene.clamp.position;
     // The components that are free may be as near as can be.
     let apart = |i: usize| scene.end.position[i].held().map_or(0.0, |x| x - base[i]);
-    let (distance, length) = (norm(&[apart(0), apart(1), apart(2)]), scene.rod.length);
+    too_far(norm(&[apart(0), apart(1), apart(2)]), scene.rod.length)
+}
+
+/// Why the end of a rod that does not stretch cannot be at such a distance of the clamp.
+pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
     let ratio = distance / length;
     if ratio < 1.0 - ON_CIRCLE {
         return None;

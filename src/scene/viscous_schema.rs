@@ -12,12 +12,12 @@ use Need::{Or, Required};
 const DAMPING: Spec = Spec {
     name: "damping",
     fields: &["viscosity", "proportional", "exponent", "rate"],
-    planned: &[],
+    barred: &[],
 };
 const MAXWELL: Spec = Spec {
     name: "relaxation",
     fields: &["stiffness", "time"],
-    planned: &[],
+    barred: &[],
 };
 
 /// Beyond these the inverse of the law loses its digits.
@@ -163,10 +163,6 @@ pub(super) fn relaxation<T>(
     branch: impl Fn(&Table) -> Option<T>,
 ) -> Option<Vec<T>> {
     let reader = rod.reader;
-    if !Memory::of(rod).damped {
-        let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, however small";
-        needs_damping(rod, "relaxation", why);
-    }
     rod.read("relaxation", "", Or(Vec::new()), |field, value| {
         let one = |field: &str, value| {
             let example = "a table such as { stiffness = 0.5, time = 2.0 }";
@@ -183,8 +179,22 @@ pub(super) fn relaxation<T>(
     })
 }
 
+/// Reads `rod.nodes` of a planar rod.
+pub(super) fn planar_nodes(rod: &Table) -> Option<Option<usize>> {
+    if !Memory::of(rod).damped {
+        let why = "an elastic rod is in equilibrium and has no strains of its own to follow";
+        needs_damping(rod, "nodes", why);
+    }
+    nodes(rod)
+}
+
 /// Reads the Maxwell branches of a planar rod.
 pub(super) fn planar_relaxation(rod: &Table) -> Option<Vec<Maxwell>> {
+    if !Memory::of(rod).damped {
+        let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, \
+                   however small";
+        needs_damping(rod, "relaxation", why);
+    }
     let allowed =
         "an array of tables such as { stiffness = 0.5, time = 2.0 }, one for each Maxwell branch";
     relaxation(rod, allowed, |table| {
@@ -203,10 +213,6 @@ pub(super) fn relaxation_time(table: &Table) -> Option<f64> {
 
 /// Reads `rod.nodes`.
 pub(super) fn nodes(rod: &Table) -> Option<Option<usize>> {
-    if !Memory::of(rod).damped {
-        let why = "an elastic rod is in equilibrium and has no strains of its own to follow";
-        needs_damping(rod, "nodes", why);
-    }
     rod.read("nodes", "", Or(None), |field, value| {
         rod.reader.count(field, value, NODES).map(Some)
     })

@@ -120,7 +120,12 @@ impl Kinematics<1, 2> for Plane {
         }
     }
 
-    fn defect(&self, _grid: &Grid, _shape: &PlaneShape) -> f64 {
-        0.0
+    /// The last Legendre coefficients of (cos theta, sin theta), which the positions take over n times smaller.
+    fn defect(&self, grid: &Grid, shape: &PlaneShape) -> f64 {
+        let tails = grid.tails(&shape.tangents);
+        let sizes = tails.iter().zip(grid.counts());
+        sizes
+            .map(|(tail, n)| tail.now / n as f64)
+            .fold(0.0, f64::max)
     }
 }

@@ -42,6 +42,8 @@ mod scene_rods;
 #[cfg(feature = "scene")]
 mod scene_scales;
 #[cfg(feature = "scene")]
+mod scene_spatial;
+#[cfg(feature = "scene")]
 mod scene_viscous;
 mod sections;
 mod sections_nonlinear;

@@ -19,7 +19,7 @@ pub const MOST_NODES: usize = 320;
 /// An element loses nodes when its tail would stay below this part of the bound.
 const MARGIN: f64 = 0.03;
 /// Tails below this, relative to 1 + the largest strain, are rounding.
-const ROUNDING: f64 = 3e-14;
+pub const ROUNDING: f64 = 3e-14;
 
 /// What the tails of some fields ask for, each element for itself.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! A viscoelastic run, step by step, as an iterator.
 
 use super::layer::{Layer, LayerWatch};
-use super::resolution::{Demand, MOST_NODES, Nodes, demand};
+use super::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use super::sample::ViscousSample;
 use super::system::ViscousSystem;
 use crate::body::EndBody;
@@ -328,7 +328,14 @@ where
         let fields: Vec<_> = std::iter::once(strains.as_slice())
             .chain(memory.iter().map(Vec::as_slice))
             .collect();
-        let (tail, demand) = demand(&self.system.rod.grid, &fields, self.options.tolerance);
+        let rod = &self.system.rod;
+        let (tail, mut demand) = demand(&rod.grid, &fields, self.options.tolerance);
+        let defect = rod
+            .kinematics
+            .defect(&rod.grid, &self.current.configuration.shape);
+        if defect > self.options.tolerance.max(ROUNDING) && !matches!(demand, Demand::More(_)) {
+            demand = Demand::More(rod.grid.counts().into_iter().map(more).collect());
+        }
         self.tail = self.tail.max(tail);
         if self.options.nodes != Nodes::Adaptive {
             return Ok(());
@@ -471,8 +478,8 @@ where
             fields.push(&relaxed);
         }
         let shape = kinematics.shape(&grid, &strains);
-        let blurred =
-            shape.is_none_or(|shape| kinematics.defect(&grid, &shape) > options.tolerance);
+        let blurred = shape
+            .is_none_or(|shape| kinematics.defect(&grid, &shape) > options.tolerance.max(ROUNDING));
         let (tail, demand) = demand(&grid, &fields, options.tolerance);
         let more = match demand {
             Demand::More(counts) => Some(counts),

@@ -1,0 +1,87 @@
+//! Symmetric matrices of a scene: what they must be.
+
+use super::along_schema::{ROUNDING, VALUE};
+use super::fault::FaultKind;
+use super::reader::{Reader, Rule};
+use nalgebra::{DMatrix, SymmetricEigen};
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// Rows of numbers.
+pub(super) fn rows<const N: usize>(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    allowed: &str,
+    row_words: &str,
+) -> Option<[[f64; N]; N]> {
+    let number = |field: &str, value: &_| reader.number(field, value, VALUE);
+    let row = |field: &str, value| reader.array(field, value, row_words, number);
+    reader.array(field, value, allowed, row)
+}
+
+/// The matrix without rounding in its symmetry, if it is symmetric and positive definite in the rows and columns
+/// `free`; else the fault, with what follows from it. A `diagonal` that may be 0 makes it semidefinite.
+pub(super) fn definite<const N: usize>(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    mut rows: [[f64; N]; N],
+    free: &[usize],
+    diagonal: Rule,
+    consequence: &str,
+) -> Option<[[f64; N]; N]> {
+    let refuse = |field: &str, allowed: &str, hint: String| {
+        reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
+        None
+    };
+    for &i in free {
+        if !(diagonal.holds)(rows[i][i]) {
+            let hint = (diagonal.hint)(rows[i][i]).unwrap_or(consequence);
+            let hint = format!("it is {}: {hint}", rows[i][i]);
+            return refuse(&format!("{field}[{i}][{i}]"), diagonal.allowed, hint);
+        }
+    }
+    for &i in free {
+        for &j in free.iter().filter(|j| **j < i) {
+            let (a, b) = (rows[i][j], rows[j][i]);
+            if !((a - b).abs() <= ROUNDING * (rows[i][i] * rows[j][j]).sqrt()) {
+                let hint =
+                    format!("row {i}, column {j} is {a}, row {j}, column {i} is {b} (from 0)");
+                return refuse(field, "symmetric", hint);
+            }
+            let mean = 0.5 * (a + b);
+            (rows[i][j], rows[j][i]) = (mean, mean);
+        }
+    }
+    // Scaled to a unit diagonal, so that the units of couples and forces do not matter.
+    let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+        let (i, j) = (free[a], free[b]);
+        match (i == j, rows[i][j] == 0.0) {
+            (true, _) => 1.0,
+            (false, true) => 0.0,
+            (false, false) => rows[i][j] / (rows[i][i].sqrt() * rows[j][j].sqrt()),
+        }
+    });
+    let semi = (diagonal.holds)(0.0);
+    let (words, bound) = match semi {
+        true => ("positive semidefinite", -ROUNDING),
+        false => ("positive definite", ROUNDING),
+    };
+    let large = scaled
+        .iter()
+        .any(|x| !(x.abs() <= 1.0 + if semi { ROUNDING } else { 0.0 }));
+    let least = match large || free.is_empty() {
+        true => f64::INFINITY,
+        false => SymmetricEigen::new(scaled).eigenvalues.min(),
+    };
+    if large {
+        let hint = "an entry beside the diagonal is larger than the root of the product of its two diagonal entries";
+        return refuse(field, words, format!("{hint}: {consequence}"));
+    }
+    if !(least > bound) {
+        let hint = format!("scaled to a unit diagonal its least eigenvalue is {least:.6e}");
+        return refuse(field, words, format!("{hint}: {consequence}"));
+    }
+    Some(rows)
+}
