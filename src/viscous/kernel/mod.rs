@@ -73,6 +73,23 @@ pub struct Mode {
 /// dashpot, and a sum of decaying exponentials as memory). Matrices take displacements or velocities (rotation z,
 /// displacement r) to wrenches (m, n), in the frame of the straight rod; rows and columns of components that the end
 /// does not carry, and of a stretch that is held rigid, are zero.
+///
+/// ```
+/// # use snaprod::rod::section::Linear;
+/// # use snaprod::viscous::kernel::{MemoryKernel, commuting};
+/// # use snaprod::viscous::law::{KelvinVoigt, Viscoelastic, Viscosity};
+/// # use std::sync::Arc;
+/// let elastic = Linear::diagonal([1.0, 1.0], 0.7)?.with_shear([50.0, 50.0])?;
+/// let viscosity = Viscosity::diagonal([0.1, 0.1], 0.05)?.with_shear([2.0, 2.0])?;
+/// let rod = Viscoelastic::new(Arc::new(elastic), Arc::new(KelvinVoigt::new(viscosity)))?;
+/// // Flexure retards at the rate 10, shear at 25: the end remembers, with one exponential in each plane.
+/// assert!(!commuting(&rod, 1.0)?.holds);
+/// let kernel = MemoryKernel::new(&rod, 1.0)?;
+/// let rate = (25.0 / 1.2 + 10.0 / 2.0) / (1.0 / 1.2 + 1.0 / 2.0);
+/// assert_eq!(kernel.modes().len(), 2);
+/// assert!((kernel.modes()[0].rate - rate).abs() < 1e-12 * rate);
+/// # Ok::<(), snaprod::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct MemoryKernel {
     nodes: Vec<Node>,
