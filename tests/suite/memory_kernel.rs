@@ -420,6 +420,13 @@ fn memory_is_what_6_15_says() {
             "H",
         );
     }
+    // Flexure joined to twist in the stiffness but not in the viscosity.
+    let mut joined = diagonal([1.0, 2.0, 3.0, 1.0, 1.0, 1.0]);
+    (joined[(1, 2)], joined[(2, 1)]) = (0.5, 0.5);
+    let joined = Linear::full(joined).unwrap().rigid([true; 3]).unwrap();
+    let rate = KelvinVoigt::new(Viscosity::diagonal([0.1, 0.2], 0.3).unwrap());
+    let rod = Viscoelastic::new(Arc::new(joined), Arc::new(rate)).unwrap();
+    assert!(!commuting(&rod, 1.0).unwrap().holds);
     let tapered = Along::table(&[(0.0, 0.1), (1.0, 0.2)]).unwrap();
     let (found, kernel) =
         unshearable(Varying::diagonal([tapered, 0.3.into()], 0.05.into()).unwrap());

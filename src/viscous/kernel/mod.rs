@@ -20,32 +20,34 @@
 //! ```text
 //! B(s) A(s)^-1 Q(s) = Q(s) X    with one X for all s.                                                  (*)
 //! ```
-//! With nothing rigid Q(L) = I gives X = B(L) A(L)^-1, and since L(s) = A(s)^-1 Q(s) A(L) and C = -A^-1 B in AMV, (*) is
-//! C(s) L(s) = L(s) C(L), which is (6.15): sufficient as AMV say, and necessary too. What it asks for, case by case:
+//! With nothing rigid Q(L) = I gives X = B(L) A(L)^-1, and since L(s) = A(s)^-1 Q(s) A(L) and C = -A^-1 B in AMV, (*)
+//! is C(s) L(s) = L(s) C(L), which is (6.15): sufficient as AMV say, and necessary too. What it asks, case by case:
 //!
 //! * A = tau B, also tapered: C = -I/tau, no memory at all.
 //! * Uniform, A and B diagonal: with the retardation rates x_i = B_ii/A_ii of the strains the condition is
-//!   x(u1) = x(v2) and x(u2) = x(v1): flexure and shear in the same plane must retard alike. Twist and stretch are free.
+//!   x(u1) = x(v2) and x(u2) = x(v1): flexure and shear in a plane must retard alike. Twist and stretch are free.
 //!   So flexure has memory in general, as AMV say. In one plane it is a single exponential of rate
 //!   (x_s g_b + x_b g_s)/(g_b + g_s) between the two, with g_b = L^2/(12 A_b), g_s = 1/A_s.
-//! * Unshearable (and inextensible) rods have no shear to disagree with: uniform flexure has *no* memory to first order,
-//!   even if the two planes and twist retard differently. In the plane (*) reads EI/eta = const along the rod. AMV's
-//!   claim of memory in flexure is about C(s) as a 6 x 6 matrix. Without shear memory comes with rates that vary along
-//!   the rod, and with finite deflections, where Q changes with the shape: for a uniform planar rod, left to move along
-//!   itself, two histories with the same end leave wrenches that differ at the fifth order of the deflection.
+//! * Unshearable (and inextensible) rods have no shear to disagree with: where A and B are diagonal and uniform,
+//!   flexure has *no* memory to first order, even if the two planes and twist retard differently. In the plane (*)
+//!   reads EI/eta = const along the rod. AMV's claim of memory in flexure is about C(s) as a 6 x 6 matrix. Without
+//!   shear memory comes with rates that vary along the rod, with joins of flexure and twist that retard differently,
+//!   and with finite deflections, where Q changes with the shape: two histories of a uniform planar rod, free to move
+//!   along itself, that ended in one place left wrenches apart by the fifth order of the deflection (computed).
 //! * Rates that vary along s - tapered viscosity on a uniform rod - give memory to every motion, also to purely
 //!   longitudinal and twisting ones: units in series that retard differently.
 //!
 //! # Numbers
 //! The rod is taken at the nodes of a [`Grid`](super::grid::Grid), where T is diagonal in modal strains; off S it has
-//! eigenvalues r_k, and k(t) = sum_k f_k f_k^T exp(-r_k t) is a finite sum without numerical inversion. Uniform rods are
-//! exact at any number of nodes. Otherwise the nodes are refined until G(p) stands still ([`MemoryKernel::accuracy`]);
-//! convergence is spectral between breaks. Rates come with an absolute error of a few ulp of the largest.
+//! eigenvalues r_k, and k(t) = sum_k f_k f_k^T exp(-r_k t) is a finite sum without numerical inversion. Uniform rods
+//! are exact at any number of nodes. Otherwise the nodes are refined until G(p) stands still
+//! ([`MemoryKernel::accuracy`]); convergence is spectral between breaks. Rates come with an absolute
+//! error of a few ulp of the largest.
 //! Nonlinear laws enter by their tangents at rest.
 //!
 //! # Maxwell branches
-//! With E = F F^T and zeta = F^T z the branch stores 1/2 |F^T e - zeta|^2 and dissipates time |zeta_t|^2: its dashpot is
-//! one more set of strains that retard, with viscosity `time` and no load of its own. All of the above holds with
+//! With E = F F^T and zeta = F^T z the branch stores 1/2 |F^T e - zeta|^2 and dissipates time |zeta_t|^2: its dashpot
+//! is one more set of strains that retard, with viscosity `time` and no load of its own. All of the above holds with
 //! (e, zeta) in place of e; S is not mapped into itself, every section has memory, and R falls over the times of the
 //! branches.
 
@@ -71,6 +73,23 @@ pub struct Mode {
 /// dashpot, and a sum of decaying exponentials as memory). Matrices take displacements or velocities (rotation z,
 /// displacement r) to wrenches (m, n), in the frame of the straight rod; rows and columns of components that the end
 /// does not carry, and of a stretch that is held rigid, are zero.
+///
+/// ```
+/// # use snaprod::rod::section::Linear;
+/// # use snaprod::viscous::kernel::{MemoryKernel, commuting};
+/// # use snaprod::viscous::law::{KelvinVoigt, Viscoelastic, Viscosity};
+/// # use std::sync::Arc;
+/// let elastic = Linear::diagonal([1.0, 1.0], 0.7)?.with_shear([50.0, 50.0])?;
+/// let viscosity = Viscosity::diagonal([0.1, 0.1], 0.05)?.with_shear([2.0, 2.0])?;
+/// let rod = Viscoelastic::new(Arc::new(elastic), Arc::new(KelvinVoigt::new(viscosity)))?;
+/// // Flexure retards at the rate 10, shear at 25: the end remembers, with one exponential in each plane.
+/// assert!(!commuting(&rod, 1.0)?.holds);
+/// let kernel = MemoryKernel::new(&rod, 1.0)?;
+/// let rate = (25.0 / 1.2 + 10.0 / 2.0) / (1.0 / 1.2 + 1.0 / 2.0);
+/// assert_eq!(kernel.modes().len(), 2);
+/// assert!((kernel.modes()[0].rate - rate).abs() < 1e-12 * rate);
+/// # Ok::<(), snaprod::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct MemoryKernel {
     nodes: Vec<Node>,
@@ -130,7 +149,8 @@ impl MemoryKernel {
     /// The response of an end that is welded to a body: it carries couple and force.
     ///
     /// # Errors
-    /// A length that is not finite and > 0; a rod that is not straight and unstretched without load; as [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
+    /// A length that is not finite and > 0; a rod that is not straight and unstretched without load; as
+    /// [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
     /// [`RateLaw::rate`](super::law::RateLaw::rate).
     pub fn new(section: &Viscoelastic, length: f64) -> Result<Self> {
         Self::of(section, length, [true; 6])
@@ -252,8 +272,8 @@ impl MemoryKernel {
     /// Returns D and N(t), t >= 0. N = 0 is (6.15).
     ///
     /// # Errors
-    /// Strains that are held rigid, an end free to turn, Maxwell branches: the strains at the end and their rates do not
-    /// then determine the wrench.
+    /// Strains that are held rigid, an end free to turn, Maxwell branches: the strains at the end and their rates do
+    /// not then determine the wrench.
     pub fn by_end_strains(&self, t: f64) -> Result<[Matrix6<f64>; 2]> {
         let Some((a, b)) = &self.end else {
             return Err(Error::domain(

@@ -122,7 +122,8 @@ impl<P: DissipationPotential> Here<'_, P> {
     fn not_convex(&self, rate: &Strain, smallest: f64, strain: &str) -> Error {
         Error::domain(format!(
             "the dissipation potential must be strictly convex in the rates (AMV (2.33)); at s = {}, strains {:?}, \
-             rates {:?} the smallest eigenvalue of its second derivative is {smallest:.3e}, mostly in the rate of {strain}",
+             rates {:?} the smallest eigenvalue of its second derivative is {smallest:.3e}, mostly \
+             in the rate of {strain}",
             self.s,
             self.e.as_slice(),
             rate.as_slice()
