@@ -94,8 +94,16 @@ impl<L: Linearised> Factors<L> {
     }
 
     /// (GAMMA / h - J)^-1 (slope + sum_i e_i z_i / h): the error estimate, damped where the system is stiff.
-    pub(super) fn error(&self, slope: &DVector<f64>, z: &Stages) -> Option<DVector<f64>> {
+    /// The last `algebraic` components have no derivative.
+    pub(super) fn error(
+        &self,
+        slope: &DVector<f64>,
+        z: &Stages,
+        algebraic: usize,
+    ) -> Option<DVector<f64>> {
         let mut error = combined(ERROR.map(|e| e / self.h), z);
+        let differential = error.len() - algebraic;
+        error.rows_mut(differential, algebraic).fill(0.0);
         error += slope;
         self.real.solve(&mut error).then_some(error)
     }
@@ -169,17 +177,22 @@ impl Newton {
                 at.copy_from(y);
                 at += z;
                 *evaluations += 1;
-                if system.slope(&at, slope).is_none() {
+                if system.balance(&at, slope).is_none() {
                     return Outcome::Outside(k);
                 }
             }
             let mut real = combined(T_INVERSE[0], &slopes);
-            real.axpy(-GAMMA / h, &w[0], 1.0);
+            let differential = n - system.algebraic();
+            for i in 0..differential {
+                real[i] -= GAMMA / h * w[0][i];
+            }
             for i in 0..n {
                 let f = [0, 1, 2].map(|j| slopes[j][i]);
                 let dot = |row: [f64; 3]| row[0] * f[0] + row[1] * f[1] + row[2] * f[2];
-                pair[i] = Complex::new(dot(T_INVERSE[1]), dot(T_INVERSE[2]))
-                    - Complex::new(ALPHA, BETA) / h * Complex::new(w[1][i], w[2][i]);
+                pair[i] = Complex::new(dot(T_INVERSE[1]), dot(T_INVERSE[2]));
+                if i < differential {
+                    pair[i] -= Complex::new(ALPHA, BETA) / h * Complex::new(w[1][i], w[2][i]);
+                }
             }
             if !(factors.real.solve(&mut real) && factors.complex.solve(&mut pair)) {
                 return Outcome::Slow(0.5);
