@@ -80,6 +80,7 @@ pub(super) fn combined(a: [f64; 3], z: &Stages) -> DVector<f64> {
 pub(super) struct Factors<L: Linearised> {
     /// The step size.
     pub(super) h: f64,
+    rounding: f64,
     real: L::Factor<f64>,
     complex: L::Factor<Complex<f64>>,
 }
@@ -88,6 +89,7 @@ impl<L: Linearised> Factors<L> {
     pub(super) fn new(jacobian: &L, h: f64) -> Option<Self> {
         Some(Self {
             h,
+            rounding: jacobian.rounding(h),
             real: jacobian.shifted(GAMMA / h)?,
             complex: jacobian.shifted(Complex::new(ALPHA, BETA) / h)?,
         })
@@ -163,6 +165,7 @@ impl Newton {
     ) -> Outcome {
         let n = y.len();
         let h = factors.h;
+        let floor = self.floor.max(factors.rounding);
         let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
         let mut at = DVector::zeros(n);
         let (mut last, mut last_ratio) = (0.0, 0.0);
@@ -214,7 +217,7 @@ impl Newton {
             }
             if k > 0 {
                 let ratio = size / last;
-                if size <= self.floor && ratio > 0.3 {
+                if size <= floor && ratio > 0.3 {
                     return Outcome::Solved;
                 }
                 let theta: f64 = if k == 1 {
@@ -226,13 +229,13 @@ impl Newton {
                     return Outcome::Slow(0.5);
                 }
                 // Ratios of increments at the level of rounding say nothing.
-                if size > self.floor || k == 1 {
+                if size > floor || k == 1 {
                     self.contraction = theta;
                 }
                 self.remainder = (theta / (1.0 - theta)).max(LAG);
                 let left = ITERATIONS - 1 - k;
                 let excess = self.remainder * size * theta.powi(left) / self.goal;
-                if excess > 1.0 && size > self.floor {
+                if excess > 1.0 && size > floor {
                     let power = -1.0 / f64::from(4 + left);
                     return Outcome::Slow(0.8 * excess.clamp(1e-4, 1e4).powf(power));
                 }
@@ -243,7 +246,7 @@ impl Newton {
             }
             last = size;
         }
-        if last <= self.floor {
+        if last <= floor {
             Outcome::Solved
         } else {
             Outcome::Slow(0.5)

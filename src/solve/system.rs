@@ -44,6 +44,12 @@ pub trait Linearised {
     fn shifted<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T)
     -> Option<Self::Factor<T>>;
 
+    /// Rounding of the solutions of steps of length `h` beyond that of the components themselves, in units of
+    /// [`System::mean_square`]: increments of this size say nothing.
+    fn rounding(&self, _h: f64) -> f64 {
+        0.0
+    }
+
     /// J x, of the form of [`System::slope`].
     fn times(&self, x: &DVector<f64>) -> DVector<f64>;
 }

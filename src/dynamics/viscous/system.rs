@@ -35,6 +35,8 @@ pub struct Layout {
     pub place: usize,
 }
 
+/// Rounding of a pose.
+const POSE: f64 = 5e-16;
 /// Time, dissipated, work, loss to drag.
 const INTEGRALS: usize = 4;
 
@@ -384,6 +386,21 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
             rows,
             wrench,
         })
+    }
+
+    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight) the velocity relaxes fast,
+    /// at the rate of M^-1 G^-1: it takes over the rounding of the pose at that rate, or of the pose over a step.
+    fn rounding(&self, h: f64) -> f64 {
+        let g = (&self.rod.gather * &self.rod.push)
+            .fixed_view::<D, D>(0, 0)
+            .into_owned();
+        let rate = (0..D)
+            .filter_map(|j| {
+                let unit = AtEnd::<D>::from_fn(|i, _| if i == j { 1.0 } else { 0.0 });
+                Some((self.body.by_wrench * solve(&g, &unit)?).norm())
+            })
+            .fold(0.0, f64::max);
+        POSE * rate.min(1.0 / h)
     }
 
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
