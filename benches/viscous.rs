@@ -284,8 +284,20 @@ fn vanishing() {
 }
 
 fn main() {
-    slopes();
-    planar();
-    cantilever();
-    vanishing();
+    // All of them, or those that are named.
+    let named: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
+    let parts: [(&str, fn()); 4] = [
+        ("slopes", slopes),
+        ("planar", planar),
+        ("cantilever", cantilever),
+        ("vanishing", vanishing),
+    ];
+    for (name, part) in parts {
+        if named.is_empty() || named.iter().any(|n| n == name) {
+            part();
+        }
+    }
 }

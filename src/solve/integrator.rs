@@ -49,7 +49,7 @@ const PATIENCE_LIMIT: u32 = 400;
 const RELIEF: u32 = 6;
 /// The solution is so smooth that Radau would take steps this much longer than DOP853 does: the system is stiff, even
 /// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
-const LONGER: f64 = 2.0;
+const LONGER: f64 = 3.0;
 const STRIDE: u64 = 4;
 /// Error estimate of Radau for a step h, over h^4 y''''.
 const RADAU_ERROR: f64 = 0.00458;
