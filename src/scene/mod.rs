@@ -48,6 +48,8 @@
 //! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
 //! library's units, in which length, bending stiffness and mass are 1.
 //!
+//! With `damping` in `[rod]` the rod is viscoelastic: it may start from any strain field, and has no snaps but fast motion.
+//!
 //! Rods in space have scenes of their own: of statics, [`Statics`], and of motion, [`SpatialMotion`]. [`read_any`] takes
 //! any kind.
 
@@ -57,6 +59,7 @@ mod build_rod;
 mod build_viscous;
 mod continue_schema;
 mod fault;
+mod kind;
 mod matrix_schema;
 mod parameter;
 mod reader;
@@ -91,7 +94,7 @@ pub use statics::{
 pub use viscous::{Damping, Friction, Maxwell, Method, PowerLaw, Relaxed};
 
 use crate::Error;
-use schema::Kind;
+use kind::Kind;
 use serde::Serialize;
 use std::path::Path;
 
@@ -212,7 +215,7 @@ pub enum AnyScene {
 /// As [`Scene::parse`]. Where `rod.model` is missing or misspelt, or the tables are those of several kinds, the faults are
 /// those of the kind that most of the scene looks like.
 pub fn parse_any(text: &str) -> Result<AnyScene, Faults> {
-    match schema::guess_kind(text) {
+    match kind::guess_kind(text) {
         Kind::Planar => Scene::parse(text).map(|scene| AnyScene::Dynamics(Box::new(scene))),
         Kind::Statics => Statics::parse(text).map(|scene| AnyScene::Statics(Box::new(scene))),
         Kind::Motion => {

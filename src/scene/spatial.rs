@@ -74,7 +74,7 @@ pub enum StrainMatrix {
     /// Its diagonal: an array of six numbers.
     Diagonal([f64; 6]),
     /// By rows: an array of six arrays.
-    Full([[f64; 6]; 6]),
+    Full(Box<[[f64; 6]; 6]>),
     /// So many times the stiffness of the section at its unloaded strains: `{ proportional = factor }`.
     Proportional(f64),
 }
@@ -90,7 +90,7 @@ impl StrainMatrix {
                 }
                 Some(rows)
             }
-            Self::Full(rows) => Some(*rows),
+            Self::Full(rows) => Some(**rows),
             Self::Proportional(_) => None,
         }
     }
@@ -101,9 +101,10 @@ impl StrainMatrix {
             Self::Diagonal(diagonal) => {
                 Self::Diagonal(std::array::from_fn(|i| diagonal[i] * entry(i, i)))
             }
-            Self::Full(rows) => Self::Full(std::array::from_fn(|i| {
-                std::array::from_fn(|j| rows[i][j] * entry(i, j))
-            })),
+            Self::Full(rows) => {
+                let row = |i: usize| std::array::from_fn(|j| rows[i][j] * entry(i, j));
+                Self::Full(Box::new(std::array::from_fn(row)))
+            }
             Self::Proportional(x) => Self::Proportional(x * factor),
         }
     }

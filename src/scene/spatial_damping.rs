@@ -229,7 +229,7 @@ fn array_matrix(
             .collect();
         let (diagonal, consequence) = (kind.diagonal, kind.consequence);
         let rows = definite(reader, field, value, rows, &free, diagonal, consequence)?;
-        return Some(StrainMatrix::Full(rows));
+        return Some(StrainMatrix::Full(Box::new(rows)));
     }
     let number = |field: &str, value: &_| reader.number(field, value, VALUE);
     let diagonal: [f64; 6] = reader.array(field, value, allowed, number)?;

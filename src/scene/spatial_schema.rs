@@ -2,12 +2,10 @@
 
 use super::along_schema::{SIZE, VALUE, not_positive};
 use super::fault::{FaultKind, Faults};
+use super::kind::{STATICS, is_motion, model_of};
 use super::matrix_schema::{definite, rows};
 use super::reader::{Need, Reader, Rule, Spec, Table};
-use super::schema::{
-    self, NON_NEGATIVE, POSITIVE, STATICS, TOLERANCE, forces, is_motion, model_of, open, required,
-    units,
-};
+use super::schema::{self, NON_NEGATIVE, POSITIVE, TOLERANCE, forces, open, required, units};
 use super::section_schema::{REST, SECTION};
 use super::spatial_damping::{branches, damping};
 use super::statics_schema::{CLAMP, REACH, clamp, cosserat_rod, norm, orientation, too_far};

@@ -3,8 +3,9 @@
 use super::along_schema::{SIZE, VALUE};
 use super::continue_schema::{CONTINUE, continuation};
 use super::fault::{FaultKind, Faults};
+use super::kind::{STATICS, is_motion, model_of};
 use super::reader::{Need, Reader, Rule, Spec, Table};
-use super::schema::{self, ON_CIRCLE, SILENT, STATICS, is_motion, model_of, units};
+use super::schema::{self, ON_CIRCLE, SILENT, units};
 use super::section_schema::{REST, SECTION, rest, rest_inside_barrier, section};
 use super::{
     Clamp, Component, CosseratRod, End, Guess, Model, Orientation, Rest, Rotation, Section, Solve,

@@ -1,0 +1,66 @@
+//! The kind of a scene, from what is in it.
+
+use super::Model;
+use super::reader::nearest;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// `rod.model`, whatever it is.
+pub(super) fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
+    document.get("rod")?.get_ref().as_table()?.get("model")
+}
+
+/// Tables of a rod in space at rest.
+pub(super) const STATICS: [&str; 3] = ["end", "solve", "continue"];
+/// Tables, and fields of the rod, of a rod in space in motion.
+const MOTION: ([&str; 3], [&str; 3]) =
+    (["body", "loads", "run"], ["damping", "relaxation", "nodes"]);
+
+/// True if a rod in space is rather in motion than at rest: more of that is there.
+pub(super) fn is_motion(document: &DeTable) -> bool {
+    let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
+    let (tables, fields) = MOTION;
+    let count = |names: [&str; 3], table: &DeTable| {
+        names
+            .iter()
+            .filter(|name| table.contains_key(**name))
+            .count()
+    };
+    count(tables, document) + rod.map_or(0, |rod| count(fields, rod)) > count(STATICS, document)
+}
+
+/// The kind of a scene.
+pub(super) enum Kind {
+    Planar,
+    Statics,
+    Motion,
+}
+
+/// The kind of a scene; where `rod.model` does not say it, what else is there decides.
+pub(super) fn guess_kind(text: &str) -> Kind {
+    let Ok(document) = DeTable::parse(text) else {
+        return Kind::Planar;
+    };
+    let document = document.get_ref();
+    match (guess_model(document), is_motion(document)) {
+        (Model::Elastica, _) => Kind::Planar,
+        (Model::Cosserat, true) => Kind::Motion,
+        (Model::Cosserat, false) => Kind::Statics,
+    }
+}
+
+fn guess_model(document: &DeTable) -> Model {
+    let word = model_of(document).and_then(|value| value.get_ref().as_str());
+    match word.and_then(|word| nearest(word, ["elastica", "cosserat"].into_iter())) {
+        Some("cosserat") => return Model::Cosserat,
+        Some(_) => return Model::Elastica,
+        None => {}
+    }
+    let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
+    let section = rod.is_some_and(|rod| rod.contains_key("section"));
+    let statics = ["clamp", "end", "solve", "continue"];
+    match section || statics.iter().any(|name| document.contains_key(*name)) {
+        true => Model::Cosserat,
+        false => Model::Elastica,
+    }
+}
