@@ -55,6 +55,7 @@
 
 mod along_schema;
 mod build;
+mod build_motion;
 mod build_rod;
 mod build_viscous;
 mod continue_schema;
