@@ -54,15 +54,15 @@ pub fn labels(scene: &Scene) -> plot::Units {
 }
 
 /// Labels for a rod of this length. Of dimensionless quantities only those of a rod of unit length, stiffness and mass
-/// (`natural`) have the natural ones.
+/// (`natural`) have the natural ones, the others none.
 pub fn labels_of(units: Units, rod: f64, natural: bool) -> plot::Units {
     match units {
         Units::Si => plot::Units::si(rod),
         Units::Dimensionless if natural => plot::Units::default(),
         Units::Dimensionless => plot::Units {
-            length: "unit of length".into(),
-            time: "unit of time".into(),
-            energy: "unit of energy".into(),
+            length: String::new(),
+            time: String::new(),
+            energy: String::new(),
             rod,
         },
     }

@@ -71,11 +71,10 @@ impl Moving {
                         .collect();
                     list.join(" and ")
                 };
+                let (still, free) = (named(true), named(false));
                 Err(Error::domain(format!(
-                    "rod.section holds {} rigid and lets {} move: in a motion v1, v2 and v3 are all rigid, or v1 and v2 alone, or none; \
-                     give the rigid ones a stiffness, or leave out the others'",
-                    named(true),
-                    named(false)
+                    "rod.section holds {still} rigid and lets {free} move: in a motion v1, v2 and v3 are all rigid, or v1 and v2 \
+                     alone, or none; give {still} a stiffness in [rod.section], or hold {free} rigid, too"
                 )))
             }
         }
@@ -287,8 +286,19 @@ impl MotionSetup {
             &start,
             self.options,
         )
-        .map_err(|e| e.context("[start]"))?;
+        .map_err(|e| e.context(self.start_words()))?;
         Ok(then.with(run))
+    }
+
+    /// In what a fault of the start is given.
+    fn start_words(&self) -> &'static str {
+        let k = &self.scales;
+        let plain = [k.length, k.time, k.mass] == [1.0; 3];
+        if plain && self.clamp == Isometry3::identity() {
+            "[start]"
+        } else {
+            "[start], in the frame of the clamp, where length, bending stiffness and mass are 1"
+        }
     }
 
     /// The body's ordinary differential equation, if the motion is one of those that it governs exactly.

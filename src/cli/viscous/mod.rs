@@ -227,7 +227,7 @@ impl<K: Kind> Done<K> {
         const SHOWN: usize = 20;
         let u = task.units;
         let mut lines = self.notes.clone();
-        let whole: Vec<&Layer> = self.layers.iter().filter(|l| l.whole).collect();
+        let whole: Vec<&Layer> = figures::snaps(&self.layers).collect();
         for layer in whole.iter().take(SHOWN) {
             lines.push(format!(
                 "away from equilibrium from t = {} to {}{}, most at {}: dissipated {}{}, elastic energy released {}{}",

@@ -32,18 +32,22 @@ pub fn write<S: InSpace>(
         return Ok(());
     }
     let track = &record.track;
-    write_figure(
-        out,
-        "shapes",
-        &rod_shapes(&shapes(task, &record.axes))?,
-        png,
-    )?;
+    let drawn = drawn_strains(track, setup.strains.names(), task.scales.length);
+    // A rod that only stretches is one line at all times.
+    if drawn.iter().any(|(_, name)| *name != StrainName::V3) {
+        let shapes = rod_shapes(&shapes(task, &record.axes))?;
+        write_figure(out, "shapes", &shapes, png)?;
+    }
     write_figure(out, "path", &lines(&path(task, track))?, png)?;
     let data = figures::energies(task, record, layers, setup.is_driven());
     write_figure(out, "energies", &energies(&data)?, png)?;
-    for (i, name) in drawn_strains(track, setup.strains.names(), task.scales.length) {
+    for (i, name) in drawn {
         let label = label(name, task);
-        let map = strain_map(&figures::strain(task, record, layers, i, &label))?;
+        let mut map = figures::strain(task, record, layers, i, &label);
+        if name == StrainName::V3 {
+            map.strain.iter_mut().flatten().for_each(|v3| *v3 -= 1.0);
+        }
+        let map = strain_map(&map)?;
         write_figure(out, &format!("strain_{}", name.as_str()), &map, png)?;
     }
     if let Some(losses) = figures::losses(task, layers)? {
@@ -53,10 +57,7 @@ pub fn write<S: InSpace>(
 }
 
 fn time_label(task: &Task) -> String {
-    match task.labels.time.as_str() {
-        "" => "time".to_owned(),
-        unit => format!("time ({unit})"),
-    }
+    labelled("time", &task.labels.time)
 }
 
 fn shapes(task: &Task, axes: &[(f64, Vec<Isometry3<f64>>)]) -> RodShapes {
@@ -103,7 +104,7 @@ fn path(task: &Task, track: &[Moment<Vector3<f64>>]) -> Lines {
     };
     Lines {
         x_label: time_label(task),
-        y_label: format!("position of the end ({})", task.labels.length),
+        y_label: labelled("position of the end", &task.labels.length),
         series: ["x", "y", "z"]
             .into_iter()
             .enumerate()
@@ -149,10 +150,18 @@ fn label(name: StrainName, task: &Task) -> String {
         StrainName::U3 => "twist u3",
         StrainName::V1 => "shear v1",
         StrainName::V2 => "shear v2",
-        StrainName::V3 => "stretch v3",
+        StrainName::V3 => "stretch v3 − 1",
     };
     match (name as usize, task.labels.length.as_str()) {
-        (0..3, length) if !length.is_empty() => format!("{what} (1/{length})"),
+        (0..3, length) if !length.is_empty() => labelled(what, &format!("1/{length}")),
         _ => what.to_owned(),
+    }
+}
+
+/// "name (unit)", or the name alone.
+fn labelled(name: &str, unit: &str) -> String {
+    match unit {
+        "" => name.to_owned(),
+        _ => format!("{name} ({unit})"),
     }
 }
