@@ -49,7 +49,7 @@ const PATIENCE_LIMIT: u32 = 400;
 const RELIEF: u32 = 6;
 /// The solution is so smooth that Radau would take steps this much longer than DOP853 does: the system is stiff, even
 /// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
-const LONGER: f64 = 4.0;
+const LONGER: f64 = 2.0;
 const STRIDE: u64 = 4;
 /// Error estimate of Radau for a step h, over h^4 y''''.
 const RADAU_ERROR: f64 = 0.00458;
@@ -110,6 +110,11 @@ impl<S: System> Integrator<S> {
         });
         let explicit = Dop853::new(y.clone(), slope.clone(), h, tolerance);
         let last = explicit.blank();
+        let mut settled = y;
+        if implicit {
+            system.settle(&mut settled)?;
+            system.balance(&settled, &mut slope)?;
+        }
         Some(Self {
             tolerance,
             method,
@@ -117,7 +122,7 @@ impl<S: System> Integrator<S> {
             explicit,
             last,
             dense: None,
-            radau: Radau::new(y, slope, h, tolerance),
+            radau: Radau::new(settled, slope, h, tolerance),
             span: 0.0,
             votes: 0,
             relief: 0,
@@ -135,18 +140,23 @@ impl<S: System> Integrator<S> {
     /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and work are
     /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
     pub fn restart(&mut self, system: &S, y: DVector<f64>, first_step: Option<f64>) -> Option<()> {
-        let mut slope = DVector::zeros(y.len());
-        system.slope(&y, &mut slope)?;
-        self.extra += 1;
         let h = first_step.unwrap_or(self.next_step());
-        self.place(y, slope, h);
+        self.place(system, y, h)?;
         self.span = 0.0;
         self.dense = None;
         Some(())
     }
 
-    /// Puts the method in use at a state.
-    fn place(&mut self, y: DVector<f64>, slope: DVector<f64>, h: f64) {
+    /// Puts the method in use at a state; None, and nothing has changed, if that is outside the domain.
+    fn place(&mut self, system: &S, mut y: DVector<f64>, h: f64) -> Option<()> {
+        let mut slope = DVector::zeros(y.len());
+        self.extra += 1;
+        if self.implicit {
+            system.settle(&mut y)?;
+            system.balance(&y, &mut slope)?;
+        } else {
+            system.slope(&y, &mut slope)?;
+        }
         self.votes = 0;
         self.relief = 0;
         self.trail.clear();
@@ -158,6 +168,7 @@ impl<S: System> Integrator<S> {
             self.explicit.restart(y, slope, h);
             self.last = self.explicit.blank();
         }
+        Some(())
     }
 
     /// Takes one step of at most `h_max`.
@@ -170,7 +181,7 @@ impl<S: System> Integrator<S> {
         }
         let taken = self.attempt(system, h_max);
         if taken.is_err() && self.method == Method::Auto && !self.implicit {
-            self.switch(self.span);
+            self.switch(system, self.span);
             return self.attempt(system, h_max);
         }
         taken
@@ -205,7 +216,7 @@ impl<S: System> Integrator<S> {
                 // A look over many steps is as good as a vote of half of them.
                 self.votes += if longer.is_some() { PATIENCE } else { 1 };
                 if self.votes >= self.patience {
-                    self.switch(self.span);
+                    self.switch(system, self.span);
                 }
             } else {
                 self.relief += 1;
@@ -235,7 +246,7 @@ impl<S: System> Integrator<S> {
         } else {
             PATIENCE
         };
-        self.switch(h);
+        self.switch(system, h);
     }
 
     /// The step that Radau would take by its error estimate, over that of DOP853; every STRIDE steps. From the third
@@ -286,13 +297,17 @@ impl<S: System> Integrator<S> {
     }
 
     /// Changes to the other method at the current state with a step `h`.
-    fn switch(&mut self, h: f64) {
-        let (y, slope) = (self.state().clone(), self.slope().clone());
+    fn switch(&mut self, system: &S, h: f64) {
+        let y = self.state().clone();
         let h = if h > 0.0 { h } else { self.next_step() };
-        self.switches += 1;
         self.implicit = !self.implicit;
+        if self.place(system, y, h).is_none() {
+            // The other method has no footing here.
+            self.implicit = !self.implicit;
+            return;
+        }
+        self.switches += 1;
         self.since = self.radau.work().steps;
-        self.place(y, slope, h);
         self.span = 0.0;
     }
 

@@ -81,7 +81,7 @@ pub struct Radau<L: Linearised> {
 }
 
 impl<L: Linearised> Radau<L> {
-    /// Starts at `state` with its `slope`; `h` is a first guess that the error control corrects. The error of each step
+    /// Starts at `state`, settled, with its `slope` in the form of [`System::balance`]; `h` is a first guess that the error control corrects. The error of each step
     /// is kept near `tolerance`, in units of the root of [`System::mean_square`]; 1e-13 is the finest that makes sense.
     pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
         let n = state.len();
@@ -231,7 +231,7 @@ impl<L: Linearised> Radau<L> {
             let to = &self.state + &z[2];
             let mut slope = DVector::zeros(to.len());
             self.work.evaluations += 1;
-            let inside = system.slope(&to, &mut slope).is_some();
+            let inside = system.balance(&to, &mut slope).is_some();
             let error = if inside {
                 self.error(system, &z, &to, rejected || self.accepted.is_none())
             } else {
@@ -318,7 +318,7 @@ impl<L: Linearised> Radau<L> {
             let error = square.sqrt() / self.bound;
             if error.is_nan() { f64::INFINITY } else { error }
         };
-        let error = factors.error(&self.slope, z);
+        let error = factors.error(&self.slope, z, system.algebraic());
         let size = measured(error.as_ref());
         if let Some(error) = error
             && careful
@@ -326,8 +326,8 @@ impl<L: Linearised> Radau<L> {
         {
             let mut slope = DVector::zeros(to.len());
             self.work.evaluations += 1;
-            if system.slope(&(&self.state + error), &mut slope).is_some() {
-                return measured(factors.error(&slope, z).as_ref());
+            if system.balance(&(&self.state + error), &mut slope).is_some() {
+                return measured(factors.error(&slope, z, system.algebraic()).as_ref());
             }
         }
         size

@@ -80,6 +80,7 @@ pub(super) fn combined(a: [f64; 3], z: &Stages) -> DVector<f64> {
 pub(super) struct Factors<L: Linearised> {
     /// The step size.
     pub(super) h: f64,
+    rounding: f64,
     real: L::Factor<f64>,
     complex: L::Factor<Complex<f64>>,
 }
@@ -88,14 +89,23 @@ impl<L: Linearised> Factors<L> {
     pub(super) fn new(jacobian: &L, h: f64) -> Option<Self> {
         Some(Self {
             h,
+            rounding: jacobian.rounding(h),
             real: jacobian.shifted(GAMMA / h)?,
             complex: jacobian.shifted(Complex::new(ALPHA, BETA) / h)?,
         })
     }
 
     /// (GAMMA / h - J)^-1 (slope + sum_i e_i z_i / h): the error estimate, damped where the system is stiff.
-    pub(super) fn error(&self, slope: &DVector<f64>, z: &Stages) -> Option<DVector<f64>> {
+    /// The last `algebraic` components have no derivative.
+    pub(super) fn error(
+        &self,
+        slope: &DVector<f64>,
+        z: &Stages,
+        algebraic: usize,
+    ) -> Option<DVector<f64>> {
         let mut error = combined(ERROR.map(|e| e / self.h), z);
+        let differential = error.len() - algebraic;
+        error.rows_mut(differential, algebraic).fill(0.0);
         error += slope;
         self.real.solve(&mut error).then_some(error)
     }
@@ -155,6 +165,7 @@ impl Newton {
     ) -> Outcome {
         let n = y.len();
         let h = factors.h;
+        let floor = self.floor.max(factors.rounding);
         let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
         let mut at = DVector::zeros(n);
         let (mut last, mut last_ratio) = (0.0, 0.0);
@@ -169,17 +180,22 @@ impl Newton {
                 at.copy_from(y);
                 at += z;
                 *evaluations += 1;
-                if system.slope(&at, slope).is_none() {
+                if system.balance(&at, slope).is_none() {
                     return Outcome::Outside(k);
                 }
             }
             let mut real = combined(T_INVERSE[0], &slopes);
-            real.axpy(-GAMMA / h, &w[0], 1.0);
+            let differential = n - system.algebraic();
+            for i in 0..differential {
+                real[i] -= GAMMA / h * w[0][i];
+            }
             for i in 0..n {
                 let f = [0, 1, 2].map(|j| slopes[j][i]);
                 let dot = |row: [f64; 3]| row[0] * f[0] + row[1] * f[1] + row[2] * f[2];
-                pair[i] = Complex::new(dot(T_INVERSE[1]), dot(T_INVERSE[2]))
-                    - Complex::new(ALPHA, BETA) / h * Complex::new(w[1][i], w[2][i]);
+                pair[i] = Complex::new(dot(T_INVERSE[1]), dot(T_INVERSE[2]));
+                if i < differential {
+                    pair[i] -= Complex::new(ALPHA, BETA) / h * Complex::new(w[1][i], w[2][i]);
+                }
             }
             if !(factors.real.solve(&mut real) && factors.complex.solve(&mut pair)) {
                 return Outcome::Slow(0.5);
@@ -201,7 +217,7 @@ impl Newton {
             }
             if k > 0 {
                 let ratio = size / last;
-                if size <= self.floor && ratio > 0.3 {
+                if size <= floor && ratio > 0.3 {
                     return Outcome::Solved;
                 }
                 let theta: f64 = if k == 1 {
@@ -213,13 +229,13 @@ impl Newton {
                     return Outcome::Slow(0.5);
                 }
                 // Ratios of increments at the level of rounding say nothing.
-                if size > self.floor || k == 1 {
+                if size > floor || k == 1 {
                     self.contraction = theta;
                 }
                 self.remainder = (theta / (1.0 - theta)).max(LAG);
                 let left = ITERATIONS - 1 - k;
                 let excess = self.remainder * size * theta.powi(left) / self.goal;
-                if excess > 1.0 && size > self.floor {
+                if excess > 1.0 && size > floor {
                     let power = -1.0 / f64::from(4 + left);
                     return Outcome::Slow(0.8 * excess.clamp(1e-4, 1e4).powf(power));
                 }
@@ -230,7 +246,7 @@ impl Newton {
             }
             last = size;
         }
-        if last <= self.floor {
+        if last <= floor {
             Outcome::Solved
         } else {
             Outcome::Slow(0.5)

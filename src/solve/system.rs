@@ -14,20 +14,43 @@ pub trait System {
     /// nothing depends on (quadratures) may be left zero.
     fn linearised(&self, y: &DVector<f64>) -> Option<Self::Linearised>;
 
+    /// How many components at the end of y are algebraic, in the form that implicit steps take: y' = f(y, a), 0 = g(y, a).
+    /// In the form of [`System::slope`] nothing depends on them.
+    fn algebraic(&self) -> usize {
+        0
+    }
+
+    /// f(y, a), and g(y, a) in the places of the algebraic components.
+    fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        self.slope(y, out)
+    }
+
+    /// Makes y fit for [`System::balance`]: algebraic components that solve it, and what else only that form depends on.
+    fn settle(&self, _y: &mut DVector<f64>) -> Option<()> {
+        Some(())
+    }
+
     /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
 }
 
 /// A Jacobian J.
 pub trait Linearised {
-    /// sigma - J, ready to be solved with.
+    /// sigma - J of the form of [`System::balance`], ready to be solved with; without sigma in the rows of algebraic
+    /// components.
     type Factor<T: ComplexField<RealField = f64> + Copy>: Factor<T>;
 
     /// sigma - J, factored; None if it is singular.
     fn shifted<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T)
     -> Option<Self::Factor<T>>;
 
-    /// J x.
+    /// Rounding of the solutions of steps of length `h` beyond that of the components themselves, in units of
+    /// [`System::mean_square`]: increments of this size say nothing.
+    fn rounding(&self, _h: f64) -> f64 {
+        0.0
+    }
+
+    /// J x, of the form of [`System::slope`].
     fn times(&self, x: &DVector<f64>) -> DVector<f64>;
 }
 

@@ -24,6 +24,9 @@ pub struct Element {
     nodes: Range<usize>,
     /// int_from^{s_i} of the polynomial through values at the nodes; row i, column j.
     integrate: DMatrix<f64>,
+    /// The same for the first half of the nodes, of fields symmetric and antisymmetric about the middle: half the work.
+    symmetric: DMatrix<f64>,
+    antisymmetric: DMatrix<f64>,
     /// Coefficients in P_k(2x - 1), x in [0, 1], of the polynomial through values at the nodes; row k, column j.
     modes: DMatrix<f64>,
 }
@@ -76,7 +79,13 @@ impl Grid {
         let modes = DMatrix::from_fn(count, count, |k, j| {
             (k as f64 + 0.5) * pairs[j].1 * table[j][k]
         });
+        let half = count / 2;
+        let mirrored = |i: usize, j: usize, sign: f64| {
+            0.5 * (integrate[(i, j)] + sign * integrate[(i, count - 1 - j)])
+        };
         self.elements.push(Element {
+            symmetric: DMatrix::from_fn(half, count - half, |i, j| mirrored(i, j, 1.0)),
+            antisymmetric: DMatrix::from_fn(count - half, half, |i, j| mirrored(i, j, -1.0)),
             from,
             to,
             nodes: first..first + count,
@@ -127,17 +136,13 @@ impl Grid {
         let mut before = SVector::<f64, K>::zeros();
         for element in &self.elements {
             let range = element.nodes.clone();
-            let (values, out) = (&f[range.clone()], &mut out[range.clone()]);
-            out.fill(before);
-            // Column by column, as the matrix is stored.
-            for (column, value) in element.integrate.column_iter().zip(values) {
-                for (o, a) in out.iter_mut().zip(column.iter()) {
-                    *o += value * *a;
-                }
-            }
-            for (value, w) in values.iter().zip(&self.weights[range]) {
-                before += value * *w;
-            }
+            let (f, weights) = (&f[range.clone()], &self.weights[range.clone()]);
+            let total = f
+                .iter()
+                .zip(weights)
+                .fold(SVector::<f64, K>::zeros(), |sum, (f, w)| sum + f * *w);
+            element.integrate_into(f, &before, &total, &mut out[range]);
+            before += total;
         }
         before
     }
@@ -287,6 +292,42 @@ impl Element {
     }
 
     /// Coefficients in P_k(2x - 1) of the polynomial through values at its nodes.
+    /// Fields split into parts symmetric and antisymmetric about the middle: with nodes i and i' that mirror each other,
+    /// int to s_i' = total - (symmetric part) + (antisymmetric part) of int to s_i.
+    fn integrate_into<const K: usize>(
+        &self,
+        f: &[SVector<f64, K>],
+        before: &SVector<f64, K>,
+        total: &SVector<f64, K>,
+        out: &mut [SVector<f64, K>],
+    ) {
+        let n = f.len();
+        let half = n / 2;
+        let mut sums = vec![SVector::<f64, K>::zeros(); n - half];
+        let mut differences = vec![SVector::<f64, K>::zeros(); half];
+        for j in 0..half {
+            sums[j] = f[j] + f[n - 1 - j];
+            differences[j] = f[j] - f[n - 1 - j];
+        }
+        if n > 2 * half {
+            // The middle node mirrors itself.
+            sums[half] = f[half];
+        }
+        let (near, far) = out.split_at_mut(n - half);
+        near.fill(SVector::zeros());
+        far.fill(SVector::zeros());
+        multiply_add(&self.antisymmetric, &differences, near);
+        multiply_add(&self.symmetric, &sums, far);
+        for (odd, even) in near.iter_mut().zip(far.iter_mut()) {
+            (*odd, *even) = (before + *even + *odd, before + total - *even + *odd);
+        }
+        // They were computed in the order of their mirror images.
+        far.reverse();
+        if n > 2 * half {
+            near[half] += before + total * 0.5;
+        }
+    }
+
     pub(super) fn coefficients<const K: usize>(
         &self,
         f: &[SVector<f64, K>],
@@ -321,6 +362,34 @@ impl Element {
 
     fn evaluate<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
         self.sum(&self.coefficients(f), s)
+    }
+}
+
+/// out += matrix x, four columns at a time.
+fn multiply_add<const K: usize>(
+    matrix: &DMatrix<f64>,
+    x: &[SVector<f64, K>],
+    out: &mut [SVector<f64, K>],
+) {
+    let rows = out.len();
+    if rows == 0 {
+        return;
+    }
+    let columns = matrix.as_slice().chunks_exact(4 * rows);
+    let last = columns.remainder();
+    let fours = x.chunks_exact(4);
+    for (x, column) in fours.remainder().iter().zip(last.chunks_exact(rows)) {
+        for (o, a) in out.iter_mut().zip(column) {
+            *o += x * *a;
+        }
+    }
+    for (four, x) in columns.zip(fours) {
+        let (a, b) = four.split_at(2 * rows);
+        let ((a, b), (c, d)) = (a.split_at(rows), b.split_at(rows));
+        let (a, b, c, d) = (&a[..rows], &b[..rows], &c[..rows], &d[..rows]);
+        for (i, o) in out.iter_mut().enumerate() {
+            *o += x[0] * a[i] + x[1] * b[i] + x[2] * c[i] + x[3] * d[i];
+        }
     }
 }
 

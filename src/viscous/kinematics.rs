@@ -49,6 +49,13 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         out: &mut DMatrix<f64>,
     );
 
+    /// How many numbers hold the pose of the end in a state: its position, after the quaternion (w, x, y, z) of its
+    /// rotation if the body is welded to it.
+    const PLACE: usize;
+
+    /// The pose in these numbers.
+    fn place(&self, shape: &Self::Shape, out: &mut [f64]);
+
     /// The accuracy with which the nodes hold the shape itself, beyond what the tails of the strains say; 0 where the
     /// strains are polynomials that the shape follows exactly.
     fn defect(&self, grid: &Grid, shape: &Self::Shape) -> f64;

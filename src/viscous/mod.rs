@@ -18,6 +18,7 @@ pub mod kernel;
 pub mod kinematics;
 pub mod law;
 pub mod material;
+pub mod place;
 pub mod plane;
 pub mod reduced;
 pub mod space;

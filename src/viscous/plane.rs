@@ -47,6 +47,7 @@ impl PlaneShape {
 impl Kinematics<1, 2> for Plane {
     type Shape = PlaneShape;
     type Pose = Vector2<f64>;
+    const PLACE: usize = 2;
 
     fn shape(&self, grid: &Grid, strains: &[Local<1>]) -> Option<PlaneShape> {
         let mut angles = vec![Vector1::zeros(); grid.len()];
@@ -118,6 +119,10 @@ impl Kinematics<1, 2> for Plane {
         for (j, (so_far, weight)) in before.iter().zip(grid.weights()).enumerate() {
             out.set_column(j, &((so_far - total) * *weight));
         }
+    }
+
+    fn place(&self, shape: &PlaneShape, out: &mut [f64]) {
+        out.copy_from_slice(shape.end.as_slice());
     }
 
     /// The last Legendre coefficients of (cos theta, sin theta), which the positions take over n times smaller.

@@ -75,6 +75,8 @@ pub struct Linear<const M: usize, const D: usize> {
     pub convection: DMatrix<f64>,
 }
 
+/// Solutions for the wrench of a linear law: the second takes off the rounding of the first.
+const REFINEMENTS: usize = 2;
 /// Most steps of Newton's method for a wrench.
 const MOST: usize = 60;
 /// Eigenvalues of G below this part of the largest count as zero: the rod is straight, and the wrench along it is not
@@ -116,18 +118,25 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     }
 
     /// The wrench and the rates while the end moves at `v`; None where a law has no answer.
+    ///
+    /// The rates move the end at `v` to rounding of the rates themselves: in stiff rods (small viscosities) they are small
+    /// differences of large stresses, and what is lost there must not make the end drift.
     pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
         let mut flow = self.under(at, &AtEnd::zeros())?;
         let (mut residual, mut g) = self.imbalance(at, &flow, v);
+        if self.material.is_linear() {
+            for _ in 0..REFINEMENTS {
+                let change = solve(&g, &-residual)?;
+                self.load(at, &mut flow, &change);
+                residual = self.imbalance(at, &flow, v).0;
+            }
+            return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
+        }
         for step in 0..MOST {
             let change = solve(&g, &-residual)?;
-            let full = self.under(at, &(flow.wrench + change))?;
-            if self.material.is_linear() {
-                return Some(full);
-            }
             let slope = residual.dot(&change);
             // Along the step the gradient of a convex function grows: it must not overshoot.
-            let (mut next, mut fraction) = (full, 1.0);
+            let (mut next, mut fraction) = (self.under(at, &(flow.wrench + change))?, 1.0);
             let (mut after, mut g_after) = self.imbalance(at, &next, v);
             while !(after.dot(&change) <= -0.9 * slope) && fraction > 1e-10 {
                 fraction *= 0.5;
@@ -138,16 +147,27 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             let size = flow.wrench.norm().max(next.wrench.norm());
             let better = after.norm() < residual.norm();
             (flow, residual, g) = (next, after, g_after);
-            let settled = moved <= 1e-15 * size || (step > 0 && !better && moved <= 1e-11 * size);
-            if settled {
+            if moved <= 1e-15 * size || (step > 0 && !better && moved <= 1e-11 * size) {
+                let change = solve(&g, &-residual)?;
+                self.load(at, &mut flow, &change);
                 return Some(flow);
             }
         }
         None
     }
 
-    /// The rates under the end wrench `w`.
-    fn under(&self, at: &Configuration<K::Shape, M, D>, w: &AtEnd<D>) -> Option<Flow<M, D>> {
+    /// Adds to the wrench, and what that adds to overstress and rates to first order.
+    fn load(&self, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>, w: &AtEnd<D>) {
+        flow.wrench += w;
+        for (i, q) in at.transfer.iter().enumerate() {
+            let more = q * w;
+            flow.overstress[i] += more;
+            flow.rates[i] += flow.fluidity[i] * more;
+        }
+    }
+
+    /// The rates under the end wrench `w`, wherever the end goes.
+    pub fn under(&self, at: &Configuration<K::Shape, M, D>, w: &AtEnd<D>) -> Option<Flow<M, D>> {
         let n = at.strains.len();
         let mut flow = Flow {
             wrench: *w,
@@ -193,6 +213,16 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         flow: &Flow<M, D>,
     ) -> SMatrix<f64, D, D> {
         self.imbalance(at, flow, &AtEnd::zeros()).1
+    }
+
+    /// The whole dissipation, per time.
+    pub fn dissipated(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
+        let density = self.dissipation(at, flow);
+        density
+            .iter()
+            .zip(self.grid.weights())
+            .map(|(d, w)| d * w)
+            .sum()
     }
 
     /// Overstress times rate at the nodes, the Maxwell branches' dissipation included: density in s.

@@ -201,6 +201,7 @@ impl<const M: usize, const D: usize> Space<M, D> {
 impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
     type Shape = Curve;
     type Pose = Isometry3<f64>;
+    const PLACE: usize = if D == 6 { 7 } else { 3 };
 
     fn shape(&self, grid: &Grid, strains: &[Local<M>]) -> Option<Curve> {
         let n = grid.len();
@@ -252,6 +253,15 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
 
     fn pose(&self, curve: &Curve) -> Isometry3<f64> {
         curve.end
+    }
+
+    fn place(&self, curve: &Curve, out: &mut [f64]) {
+        let (turn, position) = out.split_at_mut(Self::PLACE - 3);
+        if let [w, x, y, z] = turn {
+            let rotation = curve.end.rotation.quaternion();
+            (*w, *x, *y, *z) = (rotation.w, rotation.i, rotation.j, rotation.k);
+        }
+        position.copy_from_slice(curve.end.translation.vector.as_slice());
     }
 
     fn transfer(&self, curve: &Curve, i: usize) -> SMatrix<f64, M, D> {

@@ -1,12 +1,22 @@
 //! The differential equations of strains, memory and body, and their linearisation.
 //!
-//! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then, which
-//! nothing depends on but loads in time: time, energy dissipated in the rod, work of the loads without a potential, loss
-//! to drag.
+//! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then time,
+//! energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1 of the end.
+//!
+//! Explicit steps take the equations as theory Sec. 5 has them: w1 follows from e and V by the positive definite G, and
+//! place and wrench in the state are idle. For small viscosities eta the strain rates are then small differences of terms of
+//! size 1/eta that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for
+//! steps up to eta^(1/3). Implicit steps therefore take the equations of which these are the derivative: the place moves at
+//! V, and w1 is what keeps the end of the rod there,
+//! ```text
+//! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place,
+//! ```
+//! which has nothing of size 1/eta beside e_t itself, and becomes the equations of the elastic rod as eta -> 0.
 
 use crate::body::{EndBody, EndLinear};
 use crate::solve::system::{Factor, Linearised, System};
 use crate::viscous::kinematics::{AtEnd, Kinematics, Local};
+use crate::viscous::place;
 use crate::viscous::reduced::{Configuration, Flow, Linear, Reduced, solve};
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU, SMatrix};
 
@@ -21,8 +31,12 @@ pub struct Layout {
     pub branches: usize,
     /// Velocities of the end.
     pub end: usize,
+    /// Numbers that hold its pose.
+    pub place: usize,
 }
 
+/// Rounding of a pose.
+const POSE: f64 = 5e-16;
 /// Time, dissipated, work, loss to drag.
 const INTEGRALS: usize = 4;
 
@@ -42,9 +56,19 @@ impl Layout {
         self.velocity() + self.end
     }
 
+    /// Where the place of the end stands.
+    pub fn place(&self) -> usize {
+        self.time() + INTEGRALS
+    }
+
+    /// Where the wrench on the end stands.
+    pub fn wrench(&self) -> usize {
+        self.place() + self.place
+    }
+
     /// Size of the state.
     pub fn len(&self) -> usize {
-        self.time() + INTEGRALS
+        self.wrench() + self.end
     }
 
     /// Never true.
@@ -74,6 +98,7 @@ where
             strains: M,
             branches: self.rod.material.branches().len(),
             end: D,
+            place: K::PLACE,
         }
     }
 
@@ -111,6 +136,55 @@ where
         y.fixed_rows::<D>(self.layout().velocity()).into_owned()
     }
 
+    fn place<'y>(&self, y: &'y DVector<f64>) -> &'y [f64] {
+        let layout = self.layout();
+        &y.as_slice()[layout.place()..layout.wrench()]
+    }
+
+    /// All but the rows of the wrench.
+    fn write_slope(
+        &self,
+        y: &DVector<f64>,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        out: &mut DVector<f64>,
+    ) -> Option<()> {
+        let layout = self.layout();
+        let velocity = self.velocity(y);
+        let slots = out.as_mut_slice();
+        write(slots, &flow.rates);
+        for (k, (branch, z)) in self
+            .rod
+            .material
+            .branches()
+            .iter()
+            .zip(&at.memory)
+            .enumerate()
+        {
+            let places = slots[(k + 1) * layout.field()..].chunks_exact_mut(M);
+            for ((place, e), z) in places.zip(&at.strains).zip(z) {
+                place.copy_from_slice(((e - z) / branch.time).as_slice());
+            }
+        }
+        let pose = self.rod.kinematics.pose(&at.shape);
+        let time = layout.time();
+        let motion = self.body.motion(y[time], &pose, &velocity, &-flow.wrench);
+        slots[layout.velocity()..time].copy_from_slice(motion.acceleration.as_slice());
+        slots[time] = 1.0;
+        slots[time + 1] = self.rod.dissipated(at, flow);
+        slots[time + 2] = motion.power;
+        slots[time + 3] = motion.loss;
+        place::rates(
+            self.place(y),
+            &velocity,
+            &mut slots[layout.place()..layout.wrench()],
+        );
+        slots[..layout.wrench()]
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(())
+    }
+
     /// Shape and flow of a state; None outside the law's domain.
     #[allow(clippy::type_complexity)] // Two things that are always wanted together.
     pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
@@ -141,45 +215,40 @@ where
     type Linearised = ViscousLinear<M, D>;
 
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
-        let layout = self.layout();
         let (at, flow) = self.at(y)?;
-        let slots = out.as_mut_slice();
-        write(slots, &flow.rates);
-        for (k, (branch, z)) in self
-            .rod
-            .material
-            .branches()
-            .iter()
-            .zip(&at.memory)
-            .enumerate()
-        {
-            let rates: Vec<Local<M>> = at
-                .strains
-                .iter()
-                .zip(z)
-                .map(|(e, z)| (e - z) / branch.time)
-                .collect();
-            write(&mut slots[(k + 1) * layout.field()..], &rates);
-        }
-        let pose = self.rod.kinematics.pose(&at.shape);
-        let time = layout.time();
-        let motion = self
-            .body
-            .motion(y[time], &pose, &self.velocity(y), &-flow.wrench);
-        out.fixed_rows_mut::<D>(layout.velocity())
-            .copy_from(&motion.acceleration);
-        let density = self.rod.dissipation(&at, &flow);
-        out[time] = 1.0;
-        out[time + 1] = density
-            .iter()
-            .zip(self.rod.grid.weights())
-            .map(|(d, w)| d * w)
-            .sum();
-        out[time + 2] = motion.power;
-        out[time + 3] = motion.loss;
+        self.write_slope(y, &at, &flow, out)?;
+        out.rows_mut(self.layout().wrench(), D).fill(0.0);
+        Some(())
+    }
+
+    fn algebraic(&self) -> usize {
+        D
+    }
+
+    fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        let layout = self.layout();
+        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
+        let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
+        let flow = self.rod.under(&at, &wrench)?;
+        self.write_slope(y, &at, &flow, out)?;
+        let mut pose = vec![0.0; K::PLACE];
+        self.rod.kinematics.place(&at.shape, &mut pose);
+        let gap = place::gap::<D>(self.place(y), &pose);
+        out.fixed_rows_mut::<D>(layout.wrench()).copy_from(&gap);
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 
+    fn settle(&self, y: &mut DVector<f64>) -> Option<()> {
+        let layout = self.layout();
+        let (at, flow) = self.at(y)?;
+        let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
+        self.rod.kinematics.place(&at.shape, slots);
+        y.fixed_rows_mut::<D>(layout.wrench())
+            .copy_from(&flow.wrench);
+        Some(())
+    }
+
+    /// At the wrench that goes with strains and velocity: that of the state may be a poorer one.
     fn linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = self.at(y)?;
         let rod = self.rod.linear(&at, &flow)?;
@@ -200,6 +269,8 @@ where
             body: self
                 .body
                 .linearised(time, &pose, &self.velocity(y), &-flow.wrench),
+            spin: place::spin(self.place(y), &self.velocity(y)),
+            place: self.place(y).to_vec(),
             rod,
         })
     }
@@ -218,7 +289,7 @@ where
         let velocity = layout.velocity();
         sum += (velocity..velocity + D).map(part).sum::<f64>() / D as f64;
         let time = layout.time();
-        sum += (time + 1..time + INTEGRALS).map(part).sum::<f64>();
+        sum += (time + 1..layout.place()).map(part).sum::<f64>();
         sum / (2 + layout.branches) as f64
     }
 }
@@ -231,6 +302,8 @@ pub struct ViscousLinear<const M: usize, const D: usize> {
     /// Of every Maxwell branch: d e_t/d z by node, and the time.
     relaxing: Vec<(Vec<SMatrix<f64, M, M>>, f64)>,
     body: EndLinear<D>,
+    spin: SMatrix<f64, D, D>,
+    place: Vec<f64>,
 }
 
 /// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
@@ -240,15 +313,16 @@ pub struct ViscousFactor<T: ComplexField, const M: usize, const D: usize> {
     sigma: T,
     lu: LU<T, Dyn, Dyn>,
     rows: Vec<f64>,
+    wrench: f64,
 }
 
 impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     type Factor<T: ComplexField<RealField = f64> + Copy> = ViscousFactor<T, M, D>;
 
-    /// With de_t = sigma de - b_e the velocity is dV = (sigma gather + convection) de - gather b_e, and
+    /// With the change of place dr = gather de - b_c the velocity is dV = (sigma - spin) dr - b_r, and
     /// ```text
     /// (sigma - drift - sum_k relaxing_k/(1 + sigma tau_k)) de - push dw = b_e + ...
-    /// ((sigma - a_V)(sigma gather + convection) - a_pose gather) de + a_w dw = b_V + (sigma - a_V) gather b_e.
+    /// ((sigma - a_V)(sigma - spin) - a_pose) gather de + a_w dw = b_V + (sigma - a_V)(b_r + (sigma - spin) b_c).
     /// ```
     fn shifted<T: ComplexField<RealField = f64> + Copy>(
         &self,
@@ -281,17 +355,12 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
                 matrix[(n + i, n + j)] = real(self.body.by_wrench[(i, j)] * wrench);
             }
         }
-        // Row by row: (sigma - a_V) applied to the velocity's rows.
+        let stiff = self.dynamic(sigma) - self.body.by_pose.map(real);
         for j in 0..n {
-            let mut velocity = [T::zero(); D];
-            for (i, v) in velocity.iter_mut().enumerate() {
-                *v = sigma * real(self.rod.gather[(i, j)]) + real(self.rod.convection[(i, j)]);
-            }
             for i in 0..D {
-                let mut entry = sigma * velocity[i];
+                let mut entry = T::zero();
                 for k in 0..D {
-                    entry -= real(self.body.by_velocity[(i, k)]) * velocity[k]
-                        + real(self.body.by_pose[(i, k)] * self.rod.gather[(k, j)]);
+                    entry += stiff[(i, k)] * real(self.rod.gather[(k, j)]);
                 }
                 matrix[(n + i, j)] = entry;
             }
@@ -315,7 +384,23 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
             sigma,
             lu: matrix.lu(),
             rows,
+            wrench,
         })
+    }
+
+    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight) the velocity relaxes fast,
+    /// at the rate of M^-1 G^-1: it takes over the rounding of the pose at that rate, or of the pose over a step.
+    fn rounding(&self, h: f64) -> f64 {
+        let g = (&self.rod.gather * &self.rod.push)
+            .fixed_view::<D, D>(0, 0)
+            .into_owned();
+        let rate = (0..D)
+            .filter_map(|j| {
+                let unit = AtEnd::<D>::from_fn(|i, _| if i == j { 1.0 } else { 0.0 });
+                Some((self.body.by_wrench * solve(&g, &unit)?).norm())
+            })
+            .fold(0.0, f64::max);
+        POSE * rate.min(1.0 / h)
     }
 
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
@@ -351,6 +436,22 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     }
 }
 
+impl<const M: usize, const D: usize> ViscousLinear<M, D> {
+    /// sigma - a_V.
+    fn damped<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+        SMatrix::from_diagonal_element(sigma) - self.body.by_velocity.map(T::from_real)
+    }
+
+    /// sigma - spin.
+    fn turning<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+        SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
+    }
+
+    fn dynamic<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+        self.damped(sigma) * self.turning(sigma)
+    }
+}
+
 fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..M).flat_map(|i| (0..M).map(move |j| (i, j)))
 }
@@ -359,13 +460,10 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
     for ViscousFactor<T, M, D>
 {
     fn solve(&self, b: &mut DVector<T>) -> bool {
-        let ViscousLinear {
-            layout,
-            rod,
-            relaxing,
-            body,
-        } = &self.linear;
+        let linear = &self.linear;
+        let (layout, relaxing) = (linear.layout, &linear.relaxing);
         let n = layout.field();
+        let (velocity, time) = (layout.velocity(), layout.time());
         let real = T::from_real;
         let mut right = DVector::<T>::zeros(n + D);
         right.rows_mut(0, n).copy_from(&b.rows(0, n));
@@ -379,33 +477,27 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
                 }
             }
         }
-        let mut gathered = [T::zero(); D];
-        for (i, sum) in gathered.iter_mut().enumerate() {
-            for j in 0..n {
-                *sum += real(rod.gather[(i, j)]) * b[j];
-            }
-        }
-        let velocity = layout.velocity();
-        for i in 0..D {
-            right[n + i] = b[velocity + i] + self.sigma * gathered[i];
-            for k in 0..D {
-                right[n + i] -= real(body.by_velocity[(i, k)]) * gathered[k];
-            }
-        }
+        let placed = layout.place()..layout.wrench();
+        let (moved, grown) = place::split::<T, D>(&linear.place, &b.as_slice()[placed.clone()]);
+        let missed = -b.fixed_rows::<D>(layout.wrench()).into_owned();
+        let turning = linear.turning(self.sigma);
+        let pushed = b.fixed_rows::<D>(velocity).into_owned()
+            + linear.damped(self.sigma) * (moved + turning * missed);
+        right.rows_mut(n, D).copy_from(&pushed);
         for (value, row) in right.iter_mut().zip(&self.rows) {
             *value *= real(*row);
         }
         if !self.lu.solve_mut(&mut right) {
             return false;
         }
-        for i in 0..D {
-            let mut v = -gathered[i];
+        let mut twist = -missed;
+        for (i, sum) in twist.iter_mut().enumerate() {
             for j in 0..n {
-                v += (self.sigma * real(rod.gather[(i, j)]) + real(rod.convection[(i, j)]))
-                    * right[j];
+                *sum += real(linear.rod.gather[(i, j)]) * right[j];
             }
-            b[velocity + i] = v;
         }
+        let v = turning * twist - moved;
+        b.fixed_rows_mut::<D>(velocity).copy_from(&v);
         for (k, (_, time)) in relaxing.iter().enumerate() {
             let share = T::one() / (self.sigma + real(1.0 / time));
             for j in 0..n {
@@ -414,8 +506,13 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
             }
         }
         b.rows_mut(0, n).copy_from(&right.rows(0, n));
-        for i in layout.time()..layout.len() {
+        for i in time..layout.place() {
             b[i] /= self.sigma;
+        }
+        let slots = &mut b.as_mut_slice()[placed];
+        place::join(&linear.place, &twist, grown / self.sigma, slots);
+        for i in 0..D {
+            b[layout.wrench() + i] = right[n + i] * real(self.wrench);
         }
         b.iter().all(|x| x.is_finite())
     }
