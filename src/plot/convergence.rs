@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Panel, ROOM_BELOW, SMALL, draw_mark, mark, room_left};
 use super::canvas::{Canvas, Pen, Side, Type, draw};
-use super::data::{Units, as_many};
+use super::data::{Units, as_many, with_unit};
 use super::legend::{Entry, Key, Legend};
 use super::palette::{Colour, category};
 use super::rod3::heading;
@@ -85,7 +85,7 @@ pub fn convergence(data: &Convergence) -> Result<String> {
     let (etas, errors): (Vec<f64>, Vec<f64>) = points.unzip();
     let nothing = || Error::domain(format!("{FIGURE}: no positive error to show"));
     let eta_label = if data.eta_label.is_empty() {
-        format!("viscosity η ({})", data.units.viscosity())
+        with_unit("viscosity η", &data.units.viscosity())
     } else {
         data.eta_label.clone()
     };

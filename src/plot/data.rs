@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// The units written on the axes, and the rod's length in them.
+/// The units written on the axes, each empty for labels without one, and the rod's length in them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Units {
     /// The unit of length.
@@ -38,17 +38,17 @@ impl Units {
         }
     }
 
-    /// "name (unit of length)".
+    /// "name (unit of length)", or the name alone.
     pub(crate) fn length_of(&self, name: &str) -> String {
-        format!("{name} ({})", self.length)
+        with_unit(name, &self.length)
     }
 
     pub(crate) fn time_of(&self, name: &str) -> String {
-        format!("{name} ({})", self.time)
+        with_unit(name, &self.time)
     }
 
     pub(crate) fn energy_of(&self, name: &str) -> String {
-        format!("{name} ({})", self.energy)
+        with_unit(name, &self.energy)
     }
 
     /// The unit of power per length.
@@ -82,7 +82,9 @@ impl Units {
     fn derived(&self, scaled: &str, si: &str, other: String) -> String {
         let same =
             |u: &Self| [&self.length, &self.time, &self.energy] == [&u.length, &u.time, &u.energy];
-        if same(&Self::default()) {
+        if [&self.length, &self.time, &self.energy].map(String::len) == [0; 3] {
+            String::new()
+        } else if same(&Self::default()) {
             scaled.into()
         } else if same(&Self::si(1.0)) {
             si.into()
@@ -98,6 +100,14 @@ impl Units {
         } else {
             1.0
         }
+    }
+}
+
+/// "name (unit)", or the name alone.
+pub(crate) fn with_unit(name: &str, unit: &str) -> String {
+    match unit {
+        "" => name.to_owned(),
+        _ => format!("{name} ({unit})"),
     }
 }
 

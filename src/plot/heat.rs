@@ -3,7 +3,7 @@
 use super::axes::{Axis, Panel, ROOM_BELOW, room_left};
 use super::canvas::{Canvas, Pen, draw};
 use super::cells::Cells;
-use super::data::{Units, as_many, rising};
+use super::data::{Units, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
 use super::rod3::heading;
@@ -219,7 +219,10 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
         None => 1.0,
     };
     let label = if data.strain_label.is_empty() {
-        format!("curvature (1/{})", data.units.length)
+        match data.units.length.as_str() {
+            "" => "curvature".to_owned(),
+            length => format!("curvature (1/{length})"),
+        }
     } else {
         data.strain_label.clone()
     };
@@ -249,7 +252,7 @@ fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
         )));
     }
     let floor = 10f64.powf(largest.log10() - decades);
-    let label = format!("dissipation density ({})", data.units.power_density());
+    let label = with_unit("dissipation density", &data.units.power_density());
     let scale = Axis::log(floor, largest, &label, 8);
     // Not `max`, which would turn NaN into the floor.
     let level = |v: &f64| if *v <= floor { 0.0 } else { scale.place(*v) };

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Mark, Panel, ROOM_BELOW, draw_mark, extent, room_left};
 use super::canvas::{Canvas, Pen, draw};
-use super::data::{Curve, Units, as_many, rising};
+use super::data::{Curve, Units, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::motion::Shape;
 use super::palette::{ALARM, Colour, GREY, INK, category, sequential_line};
@@ -100,7 +100,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     let unit = data.units.stretched_time();
     let (first, last) = extent(shapes.iter().map(|s| &s.time)).unwrap_or((0.0, 1.0));
     let span = if last > first { last - first } else { 1.0 };
-    let times = Axis::linear(first, first + span, &format!("T ({unit})"), 6);
+    let times = Axis::linear(first, first + span, &with_unit("T", &unit), 6);
     let colours: Vec<Colour> = (0..64).map(|i| sequential_line(i as f64 / 63.0)).collect();
     let bar = ColourBar {
         axis: &times,
@@ -124,7 +124,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     let lower = energies.map(|y| {
         let spans = data.runs.iter().flat_map(|r| &r.stretched);
         let (from, to) = extent(spans.chain(shapes.iter().map(|s| &s.time))).unwrap_or((0.0, 1.0));
-        let label = format!("stretched time T = (t − t_fold)/η ({unit})");
+        let label = with_unit("stretched time T = (t − t_fold)/η", &unit);
         Panel {
             left,
             top: upper.bottom() + ROOM_BELOW + 8.0 + key.height(),

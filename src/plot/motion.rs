@@ -274,6 +274,6 @@ fn error_scale(error: &[f64], units: &Units) -> (f64, Axis) {
     // Ten decades at most: the rare step that happens to be exact says nothing.
     let top = 10f64.powf((hi.log10() + 0.2).ceil()).clamp(1e-290, 1e300);
     let bottom = 10f64.powf(lo.log10().floor()).max(1e-10 * top);
-    let label = format!("|error| ({})", units.energy);
+    let label = units.energy_of("|error|");
     (bottom, Axis::log(bottom, top.max(10.0 * bottom), &label, 4))
 }

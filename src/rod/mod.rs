@@ -115,6 +115,11 @@ impl Rod {
         self.length
     }
 
+    /// The section law.
+    pub fn law(&self) -> &Arc<dyn SectionLaw> {
+        self.law.law()
+    }
+
     /// The bending stiffness B that the numerics scale with: 2/(C11 + C22) at the unloaded clamp.
     pub fn reference_stiffness(&self) -> f64 {
         self.stiffness

@@ -56,6 +56,11 @@ impl ScaledLaw {
         Ok(scaled)
     }
 
+    /// The law in the user's units.
+    pub(super) fn law(&self) -> &std::sync::Arc<dyn SectionLaw> {
+        &self.law
+    }
+
     /// The law with flexures and twist added.
     pub(super) fn bent(&self, bend: Vector3<f64>) -> Self {
         let mut bent = self.clone();

@@ -3,6 +3,7 @@
 mod arrows;
 #[cfg(feature = "cli")]
 mod cli;
+mod cli_motion;
 #[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;

@@ -138,6 +138,10 @@ fn fields_and_defaults() {
         ([0.0, 0.02, 0.0], 0.1)
     );
     assert_eq!(scene.run.method, Method::Explicit);
+    assert!(scene.run.reduce);
+    let whole = parse(&edit(FULL, "method =", "reduce = false\nmethod ="));
+    assert!(!whole.run.reduce);
+    assert!(whole.rod == scene.rod && whole.run.method == scene.run.method);
 
     let scene = parse(&edit(BALL, "[start]\nvelocity = [0.5, 0.0, 0.0]\n", ""));
     assert_eq!(scene.rod.damping, linear(StrainMatrix::Proportional(0.05)));
@@ -342,6 +346,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (full("drag = 0.1", "drag = -1"), 28, "loads.drag", Value, ">= 0"),
         (full("\"explicit\"", "\"rk4\""), 32, "run.method", Value, "\"implicit\""),
         (full("method = \"explicit\"", "landing = \"viscous\""), 32, "run.landing", Conflict, "its own way"),
+        (full("method = \"explicit\"", "reduce = 0"), 32, "run.reduce", Type, "true or false"),
         (full("method = \"explicit\"", "tolerance = 0.1"), 32, "run.tolerance", Value, "1e-14"),
         (full("duration = 2.0", ""), 30, "run.duration", Missing, "duration = 3.0"),
         (full("duration = 2.0", "duration = 1e-320"), 2, "rod", Value, "units"),
