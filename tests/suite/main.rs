@@ -4,6 +4,8 @@ mod arrows;
 #[cfg(feature = "cli")]
 mod cli;
 #[cfg(feature = "cli")]
+mod cli_memory;
+#[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;
 mod dynamics;
@@ -14,6 +16,7 @@ mod elliptic_data;
 mod figures;
 mod inversion;
 mod memory_kernel;
+mod memory_motion;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]

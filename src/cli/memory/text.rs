@@ -85,7 +85,7 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
     } else {
         line(
             "memory",
-            "w1 = A_end V + int R(t - tau) V(tau) dtau,  R(t) = R(inf) + sum of weight exp(-rate t)",
+            "w = A_end V + int R(t - tau) V(tau) dtau,  R(t) = spring + sum of weight exp(-rate t)",
         );
         for row in terms(response) {
             line("", &row);
@@ -150,7 +150,7 @@ fn directions(response: &Response) -> Vec<String> {
     let mut rows = vec![
         [
             "",
-            "spring R(inf)",
+            "spring",
             "R(0)",
             "dashpot A_end",
             "dashpot/spring",
