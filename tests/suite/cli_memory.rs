@@ -124,7 +124,7 @@ fn a_planar_rod_without_a_branch_is_a_spring_and_a_dashpot() {
         assert_eq!(text.contains("at rate zero"), friction.contains("rate"));
         let found = place.json("out/memory.json");
         assert_eq!(found["memory"], false);
-        assert_eq!(found["nonlinear_rate_law"], friction.contains("rate"));
+        assert_eq!(found["friction_linearised"], friction.contains("rate"));
         assert_eq!(found["modes"].as_array().unwrap().len(), 0);
         let one = &found["directions"][0];
         close(&one["spring"], 15.0 / 8.0, 1e-13);
@@ -202,7 +202,13 @@ fn a_welded_rod_remembers_flexure_with_shear() {
     let of = |f: char| columns.iter().filter(|name| name.starts_with(f)).count();
     assert_eq!((of('R'), of('k'), of('J')), (8, 6, 8), "{columns:?}");
     let answer = place.run(&["memory", "scene.toml"]);
-    for part in ["10 N s/m", "N m s", "z1r2", "largest at s ="] {
+    for part in [
+        "10 N s/m",
+        "N m s",
+        "z1r2 13.3333 N,",
+        "N s, z2r1 -",
+        "largest at s =",
+    ] {
         assert!(answer.text().contains(part), "{part}: {}", answer.stdout);
     }
 }
@@ -226,6 +232,31 @@ fn a_ball_under_proportional_friction_has_no_memory() {
         assert_eq!(direction["memory"], false);
         close(&direction["spring"], spring, 1e-12);
         close(&direction["retardation_time"], 0.05, 1e-12);
+    }
+    // A welded one carries couples too, joined to the displacements.
+    place.write("scene.toml", &spatial(friction, "", WELD));
+    let answer = place.run(&["memory", "scene.toml"]);
+    let spring = (0.125 / 12.0 / 1.5 + 0.5 / 50.0_f64).recip();
+    let equation = answer
+        .text()
+        .lines()
+        .find(|line| line.contains("n1 ="))
+        .unwrap()
+        .to_owned();
+    assert!(
+        equation.contains("equivalent") && equation.contains("- ") && equation.contains("dz2/dt")
+    );
+    let words: Vec<&str> = equation.split_whitespace().collect();
+    let at = words.iter().position(|word| *word == "r1").unwrap();
+    assert_close(words[at - 1].parse().unwrap(), spring, 1e-5, 0.0, "n1 / r1");
+    // A branch that only twist feels is none of the ball's memory.
+    let branch = "relaxation = [{ stiffness = [0.0, 0.0, 0.2, 0.0, 0.0, 0.0], time = 1.0 }]";
+    for (joint, memory) in [(BALL, false), (WELD, true)] {
+        let friction = format!("{friction}\n{branch}");
+        place.write("scene.toml", &spatial(&friction, "", joint));
+        let found = place.run(&["memory", "scene.toml", "--json"]).json(0);
+        assert_eq!(found["memory"], memory, "{joint}");
+        assert_eq!(found["condition_6_15"]["holds"], !memory, "{joint}");
     }
     // Nothing is written unless asked for.
     assert_eq!(place.files("."), ["scene.toml"]);

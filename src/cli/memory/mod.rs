@@ -94,7 +94,7 @@ fn times(args: &MemoryArgs, decades: [f64; 2]) -> Result<Vec<f64>, Refusal> {
     let [mut from, mut to] = decades;
     for (name, given, time) in [("--from", args.from, &mut from), ("--to", args.to, &mut to)] {
         if let Some(t) = given {
-            if !(f64::MIN_POSITIVE <= t && t < f64::INFINITY) {
+            if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&t) {
                 return Err(Refusal(format!(
                     "{name} {t}: a time must be finite and > 0, the table is in ratios of time; leave {name} out for a time that \
                      fits the rod, {time:e}"

@@ -37,9 +37,13 @@ pub struct Term {
 }
 
 /// Less than this, relative, is rounding.
-const ROUNDING: f64 = 1e-12;
-/// Terms with a smaller share do not choose the times.
-const FEEBLE: f64 = 1e-6;
+pub const ROUNDING: f64 = 1e-12;
+/// R has fallen by less than this part, before anything happens.
+const EARLY: f64 = 0.01;
+/// R and J are as near as this to their last values, after all has happened.
+const LATE: f64 = 1e-3;
+/// Decades of time from 1.
+const FARTHEST: i32 = 300;
 
 /// The linearised response of an end.
 pub struct Response {
@@ -52,7 +56,7 @@ pub struct Response {
     pub terms: Vec<Term>,
     /// Maxwell branches.
     pub branches: usize,
-    /// The rate law was linearised.
+    /// The friction is not H e_t, and was linearised.
     pub nonlinear: bool,
 }
 
@@ -143,32 +147,37 @@ impl Response {
         self.terms.is_empty()
     }
 
-    /// A decade before the first and after the last relaxation, as whole decades.
+    /// The whole decades of time in which something happens: from before the first relaxation or creep until all is
+    /// still, to the eye.
     pub fn decades(&self) -> [f64; 2] {
         let kernel = &self.kernel;
         let (glassy, relaxed) = (kernel.glassy(), kernel.relaxed());
-        let dashpot = kernel.instantaneous();
-        let felt = || self.terms.iter().filter(|term| term.share > FEEBLE);
-        let (mut slowest, mut fastest) = (f64::INFINITY, 0.0_f64);
-        for &i in &self.shown {
-            // Creep under a load: at once by the dashpot against R(0), at last by R(inf); it is slower than the
-            // relaxation by their ratio.
-            fastest = fastest.max(glassy[(i, i)] / dashpot[(i, i)]);
-            slowest = slowest.min(relaxed[(i, i)] / dashpot[(i, i)]);
-            for term in felt().filter(|term| term.weight[(i, i)] > FEEBLE * glassy[(i, i)]) {
-                slowest = slowest.min(term.rate * relaxed[(i, i)] / glassy[(i, i)]);
-            }
-        }
-        for term in felt() {
-            fastest = fastest.max(term.rate);
-            slowest = slowest.min(term.rate);
-        }
-        // Rounding must not cost a decade.
-        let decade = |x: f64| 10.0_f64.powf(x.clamp(-300.0, 300.0));
-        [
-            decade((0.1 / fastest).log10().floor()),
-            decade(((10.0 / slowest).log10() - 1e-9).ceil()),
-        ]
+        let longest = kernel.creep(f64::MAX);
+        let all = |holds: &dyn Fn(usize) -> bool| self.shown.iter().all(|&i| holds(7 * i));
+        let early = |t: f64| {
+            let (after, creep) = (kernel.wrench_after_step(t), kernel.creep(t));
+            all(&|ii| {
+                after[ii] >= (1.0 - EARLY) * glassy[ii] && creep[ii] <= 2.0 * EARLY * longest[ii]
+            })
+        };
+        let late = |t: f64| {
+            let (after, creep) = (kernel.wrench_after_step(t), kernel.creep(t));
+            all(&|ii| {
+                after[ii] <= (1.0 + LATE) * relaxed[ii] && creep[ii] >= (1.0 - LATE) * longest[ii]
+            })
+        };
+        // A time of the right order.
+        let ii = self.shown.first().map_or(0, |&i| 7 * i);
+        let middle = (kernel.instantaneous()[ii] / glassy[ii]).log10().round() as i32;
+        let decade = |k: &i32| 10.0_f64.powi(*k);
+        let (least, most) = (-FARTHEST, FARTHEST);
+        let middle = middle.clamp(least, most);
+        let last = (middle..most).find(|k| late(decade(k))).unwrap_or(most);
+        let first = (least..last)
+            .rev()
+            .find(|k| early(decade(k)))
+            .unwrap_or(least);
+        [decade(&first), decade(&last)]
     }
 
     /// What the verdict on (6.15) means.
@@ -219,10 +228,11 @@ impl Response {
     }
 
     /// The same of wrenches per velocity.
-    pub fn dashpot_unit(&self, i: usize) -> &'static str {
-        match (self.units, i) {
-            (Units::Dimensionless, _) => "",
-            (_, 0..3) => "N m s",
+    pub fn dashpot_unit(&self, i: usize, j: usize) -> &'static str {
+        match (self.unit(i, j, false), self.units) {
+            (_, Units::Dimensionless) => "",
+            ("N m", _) => "N m s",
+            ("N", _) => "N s",
             _ => "N s/m",
         }
     }
@@ -266,7 +276,7 @@ impl Response {
             "units": self.units,
             "end": self.end.as_str(),
             "linearised_at": "the straight unloaded rod, at rate zero",
-            "nonlinear_rate_law": self.nonlinear,
+            "friction_linearised": self.nonlinear,
             "components": names(&|i| self.name(i)),
             "wrench": names(&|i| self.load(i)),
             "condition_6_15": { "holds": found.holds, "defect": found.defect, "at": found.at },

@@ -20,13 +20,13 @@ const NOTHING: f64 = 1e-12;
 /// The components that are not zero.
 pub fn columns(response: &Response, times: &[f64]) -> Vec<Column> {
     let kernel = &response.kernel;
-    let functions: [(char, &dyn Fn(f64) -> Matrix6<f64>); 3] = [
-        ('R', &|t| kernel.wrench_after_step(t)),
-        ('k', &|t| kernel.kernel(t)),
-        ('J', &|t| kernel.creep(t)),
-    ];
     let mut columns = Vec::new();
-    for (function, at) in functions {
+    for function in ['R', 'k', 'J'] {
+        let at = |t: f64| match function {
+            'R' => kernel.wrench_after_step(t),
+            'k' => kernel.kernel(t),
+            _ => kernel.creep(t),
+        };
         if function == 'k' && response.forgets_all() {
             continue;
         }

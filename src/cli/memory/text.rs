@@ -1,8 +1,8 @@
 //! What `snaprod memory` prints.
 
-use super::response::{End, Response, Term};
+use super::response::{End, ROUNDING, Response, Term};
 use crate::cli::files::number;
-use crate::cli::run::unit;
+use crate::cli::run::unit as with_space;
 use nalgebra::Matrix6;
 use std::fmt::Write;
 use std::path::Path;
@@ -12,7 +12,10 @@ const SHOWN: usize = 12;
 /// Terms of a smaller share are not printed.
 const FAINT: f64 = 1e-4;
 
-/// Five digits, which is what a reader compares.
+/// A less accurate kernel is remarked on.
+const COARSE: f64 = 1e-8;
+
+/// Six digits, which is what a reader compares.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
@@ -34,7 +37,7 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
     if response.nonlinear {
         line(
             "note",
-            "the friction is not linear in the rates: it enters by its viscosity at rate zero",
+            "the friction is not linear: it enters by its viscosity in the straight rod at rate zero",
         );
     }
     let found = kernel.commuting();
@@ -46,7 +49,7 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
                 "C L = L C(end) does not hold: relative defect {}, largest at s = {}{}",
                 short(found.defect),
                 short(found.at),
-                unit(response.units.length())
+                with_space(response.units.length())
             ),
         },
     );
@@ -55,32 +58,24 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
     for row in directions(response) {
         line("", &row);
     }
-    if response.shown.len() > 1 {
-        line("", "(each component with the others held)");
-        for (name, matrix) in [
-            ("dashpot", kernel.instantaneous()),
-            ("R(0)", kernel.glassy()),
-            ("spring", kernel.relaxed()),
-        ] {
-            for row in coupled(response, name, &matrix) {
-                line("", &row);
-            }
-        }
+    let coupled: Vec<String> = [
+        ("spring", kernel.relaxed()),
+        ("R(0)", kernel.glassy()),
+        ("dashpot", kernel.instantaneous()),
+    ]
+    .iter()
+    .filter_map(|(name, matrix)| coupled(response, name, matrix))
+    .collect();
+    if !coupled.is_empty() {
+        line("", "each with the other components held; off the diagonal:");
+    }
+    for row in &coupled {
+        line("", row);
     }
     line("", "");
     if response.forgets_all() {
         for &i in &response.shown {
-            line(
-                "equivalent",
-                &format!(
-                    "{} = {} {} + {} d{}/dt",
-                    response.load(i),
-                    short(kernel.relaxed()[(i, i)]),
-                    response.name(i),
-                    short(kernel.instantaneous()[(i, i)]),
-                    response.name(i)
-                ),
-            );
+            line("equivalent", &equation(response, i));
         }
     } else {
         line(
@@ -95,6 +90,12 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
         "accuracy",
         &format!("{:.0e}, relative", kernel.accuracy().max(f64::EPSILON)),
     );
+    if kernel.accuracy() > COARSE {
+        line(
+            "note",
+            "the section changes faster along the rod than the nodes can follow: the rates above stand for a continuum",
+        );
+    }
     if let Some(out) = out {
         line(
             "written",
@@ -103,7 +104,7 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
                 times.len(),
                 short(times[0]),
                 short(times[times.len() - 1]),
-                unit(response.units.time()),
+                with_space(response.units.time()),
                 out.display()
             ),
         );
@@ -162,15 +163,23 @@ fn directions(response: &Response) -> Vec<String> {
     for &i in &response.shown {
         let spring = kernel.relaxed()[(i, i)];
         let dashpot = kernel.instantaneous()[(i, i)];
-        let stiffness = unit(response.unit(i, i, false));
+        let stiffness = with_space(response.unit(i, i, false));
         let forgotten = response.forgotten(i);
         rows.push(vec![
             response.name(i).to_owned(),
             format!("{}{stiffness}", short(spring)),
             format!("{}{stiffness}", short(kernel.glassy()[(i, i)])),
-            format!("{}{}", short(dashpot), unit(response.dashpot_unit(i))),
-            format!("{}{}", short(dashpot / spring), unit(response.units.time())),
-            match forgotten > 1e-12 {
+            format!(
+                "{}{}",
+                short(dashpot),
+                with_space(response.dashpot_unit(i, i))
+            ),
+            format!(
+                "{}{}",
+                short(dashpot / spring),
+                with_space(response.units.time())
+            ),
+            match forgotten > ROUNDING {
                 true => format!("{}%", short(100.0 * forgotten)),
                 false => "nothing".to_owned(),
             },
@@ -180,24 +189,56 @@ fn directions(response: &Response) -> Vec<String> {
 }
 
 /// The entries off the diagonal, if there are any.
-fn coupled(response: &Response, name: &str, matrix: &Matrix6<f64>) -> Vec<String> {
+fn coupled(response: &Response, name: &str, matrix: &Matrix6<f64>) -> Option<String> {
     let mut entries = Vec::new();
     for (k, &i) in response.shown.iter().enumerate() {
         for &j in &response.shown[k + 1..] {
-            let size = (matrix[(i, i)] * matrix[(j, j)]).sqrt();
-            if matrix[(i, j)].abs() > 1e-12 * size {
+            if counts(matrix, i, j) {
+                let unit = match name {
+                    "dashpot" => response.dashpot_unit(i, j),
+                    _ => response.unit(i, j, false),
+                };
                 entries.push(format!(
-                    "{} {}",
+                    "{} {}{}",
                     response.entry(i, j),
-                    short(matrix[(i, j)])
+                    short(matrix[(i, j)]),
+                    with_space(unit)
                 ));
             }
         }
     }
-    if entries.is_empty() {
-        return Vec::new();
+    (!entries.is_empty()).then(|| format!("{name}: {}", entries.join(", ")))
+}
+
+/// True if an entry is more than rounding.
+fn counts(matrix: &Matrix6<f64>, i: usize, j: usize) -> bool {
+    matrix[(i, j)].abs() > ROUNDING * (matrix[(i, i)] * matrix[(j, j)]).sqrt()
+}
+
+/// A component of the wrench by spring and dashpot.
+fn equation(response: &Response, i: usize) -> String {
+    let kernel = &response.kernel;
+    let mut text = format!("{} =", response.load(i));
+    let mut first = true;
+    for (matrix, rate) in [(kernel.relaxed(), false), (kernel.instantaneous(), true)] {
+        for &j in response.shown.iter().filter(|&&j| counts(&matrix, i, j)) {
+            let x = matrix[(i, j)];
+            let sign = match (x < 0.0, first) {
+                (true, _) => " -",
+                (false, true) => "",
+                (false, false) => " +",
+            };
+            let name = response.name(j);
+            let of = if rate {
+                format!("d{name}/dt")
+            } else {
+                name.to_owned()
+            };
+            let _ = write!(text, "{sign} {} {of}", short(x.abs()));
+            first = false;
+        }
     }
-    vec![format!("{name} off the diagonal: {}", entries.join(", "))]
+    text
 }
 
 fn terms(response: &Response) -> Vec<String> {
@@ -207,13 +248,11 @@ fn terms(response: &Response) -> Vec<String> {
     // At least one, however faint.
     strongest.truncate(felt.clamp(1, SHOWN));
     strongest.sort_by(|a, b| a.rate.total_cmp(&b.rate));
+    let remembering: Vec<usize> = (response.shown.iter().copied())
+        .filter(|&i| response.forgotten(i) > ROUNDING)
+        .collect();
     let mut head = vec!["rate".to_owned(), "time".to_owned()];
-    head.extend(
-        response
-            .shown
-            .iter()
-            .map(|&i| format!("weight {}", response.entry(i, i))),
-    );
+    head.extend((remembering.iter()).map(|&i| format!("weight {}", response.entry(i, i))));
     head.push("share of R(0)".to_owned());
     let mut rows = vec![head];
     for term in &strongest {
@@ -222,13 +261,13 @@ fn terms(response: &Response) -> Vec<String> {
             format!(
                 "{}{}",
                 short(term.rate.recip()),
-                unit(response.units.time())
+                with_space(response.units.time())
             ),
         ];
         let glassy = response.kernel.glassy();
-        row.extend(response.shown.iter().map(|&i| {
+        row.extend(remembering.iter().map(|&i| {
             let weight = term.weight[(i, i)];
-            match weight > 1e-12 * glassy[(i, i)] {
+            match weight > ROUNDING * glassy[(i, i)] {
                 true => short(weight),
                 false => "0".to_owned(),
             }
