@@ -2,20 +2,35 @@
 
 use super::files::{print, print_json};
 use super::{CheckArgs, Ending, Refusal};
+use nalgebra::Isometry3;
 use serde_json::json;
-use snaprod::scene::{AnyScene, Faults, ReadError, Scene, Setup, Statics, ViscousSetup, read_any};
+use snaprod::body::EndBody;
+use snaprod::dynamics::viscous::ViscousRun;
+use snaprod::scene::{
+    AnyScene, Faults, MotionSetup, ReadError, Scene, Setup, SpatialMotion, Statics, ViscousSetup,
+    WithRun, read_any,
+};
+use snaprod::viscous::space::Space;
 use std::path::Path;
 
-/// Reads a scene, or says everything that is wrong with it.
-pub fn read(path: &Path) -> Result<Scene, Refusal> {
+/// A scene of motion.
+pub enum Runnable {
+    /// Planar.
+    Planar(Box<Scene>),
+    /// In space.
+    Spatial(Box<SpatialMotion>),
+}
+
+/// Reads a scene of motion, or says everything that is wrong with it.
+pub fn read(path: &Path) -> Result<Runnable, Refusal> {
     match read_any(path).map_err(refuse)? {
-        AnyScene::Dynamics(scene) => Ok(*scene),
-        AnyScene::SpatialMotion(_) => Err(Refusal(format!(
-            "{}: rods with damping in space cannot be run yet",
-            path.display()
-        ))),
+        AnyScene::Dynamics(scene) => Ok(Runnable::Planar(scene)),
+        AnyScene::SpatialMotion(scene) => Ok(Runnable::Spatial(scene)),
         // Which says what can be done with it.
-        AnyScene::Statics(_) => Scene::read(path).map_err(refuse),
+        AnyScene::Statics(_) => match Scene::read(path) {
+            Ok(scene) => Ok(Runnable::Planar(Box::new(scene))),
+            Err(e) => Err(refuse(e)),
+        },
     }
 }
 
@@ -85,6 +100,21 @@ fn start(scene: &AnyScene) -> snaprod::Result<()> {
         }
         AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
         AnyScene::Statics(scene) => scene.problem().map(drop),
-        AnyScene::SpatialMotion(scene) => scene.cosserat_rod().map(drop),
+        AnyScene::SpatialMotion(scene) => {
+            MotionSetup::new(scene).and_then(|setup| setup.with_run(Begun))
+        }
+    }
+}
+
+/// A run that has begun is all that is asked for.
+struct Begun;
+
+impl WithRun for Begun {
+    type Output = ();
+
+    fn with<B, const M: usize, const D: usize>(self, _: ViscousRun<'_, Space<M, D>, B, M, D>)
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>,
+    {
     }
 }

@@ -46,21 +46,25 @@ pub fn write(
     )
 }
 
-/// Labels of a scene's quantities. Of a dimensionless one only a rod of unit length, stiffness and mass has the
-/// natural ones.
+/// Labels of a planar scene's quantities.
 pub fn labels(scene: &Scene) -> plot::Units {
-    let rod = scene.rod.length;
-    if scene.units == Units::Si {
-        return plot::Units::si(rod);
-    }
-    if rod == 1.0 && scene.rod.bending_stiffness == 1.0 && scene.body.mass == 1.0 {
-        return plot::Units::default();
-    }
-    plot::Units {
-        length: "unit of length".into(),
-        time: "unit of time".into(),
-        energy: "unit of energy".into(),
-        rod,
+    let rod = &scene.rod;
+    let natural = rod.length == 1.0 && rod.bending_stiffness == 1.0 && scene.body.mass == 1.0;
+    labels_of(scene.units, rod.length, natural)
+}
+
+/// Labels for a rod of this length. Of dimensionless quantities only those of a rod of unit length, stiffness and mass
+/// (`natural`) have the natural ones.
+pub fn labels_of(units: Units, rod: f64, natural: bool) -> plot::Units {
+    match units {
+        Units::Si => plot::Units::si(rod),
+        Units::Dimensionless if natural => plot::Units::default(),
+        Units::Dimensionless => plot::Units {
+            length: "unit of length".into(),
+            time: "unit of time".into(),
+            energy: "unit of energy".into(),
+            rod,
+        },
     }
 }
 

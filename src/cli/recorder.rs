@@ -2,7 +2,7 @@
 
 use super::progress::Progress;
 use super::run::trajectory_name;
-use super::table::Trajectory;
+use super::table::{COLUMNS, Row, Trajectory};
 use super::{Refusal, RunArgs};
 use snaprod::dynamics::{Ledger, Observer, Outcome, Sample, Snap};
 use snaprod::scene::{Scales, Scene};
@@ -61,6 +61,7 @@ const KEPT: usize = 4000;
 /// The observer of one branch.
 pub struct Recorder {
     table: Option<Trajectory>,
+    scales: Scales,
     progress: Progress,
     total: f64,
     snaps: Vec<Snap<2>>,
@@ -82,11 +83,15 @@ impl Recorder {
         total: f64,
     ) -> Result<Self, Refusal> {
         let table = match out {
-            Some(out) => Some(Trajectory::create(&out.join(trajectory_name(id)), scales)?),
+            Some(out) => Some(Trajectory::create(
+                &out.join(trajectory_name(id)),
+                &COLUMNS,
+            )?),
             None => None,
         };
         Ok(Self {
             table,
+            scales,
             progress: Progress::new(args, scene.run.duration, scales.time),
             total,
             snaps: Vec::new(),
@@ -138,7 +143,7 @@ impl Observer<2> for Recorder {
     fn sample(&mut self, sample: &Sample<2>) -> snaprod::Result<()> {
         if let Some(table) = &mut self.table {
             table
-                .row(&sample.into())
+                .row(&Row::from(sample).cells(&self.scales))
                 .map_err(|e| snaprod::Error::io(format!("cannot write trajectory.csv: {e}")))?;
         }
         self.audit(&sample.ledger);

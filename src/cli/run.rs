@@ -1,5 +1,6 @@
 //! `snaprod run SCENE`: drives the run, writes trajectory.csv, events.json, summary.json and figures.
 
+use super::check::Runnable;
 use super::files::{
     check_png, json_text, make_directory, number, print, print_error, print_json, rounded,
     write_whole,
@@ -17,10 +18,13 @@ use std::path::{Path, PathBuf};
 /// Runs the scene.
 pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     check_png(args.png)?;
-    let scene = check::read(&args.scene)?;
-    if scene.rod.damping.is_some() {
-        return viscous::run(args, &scene);
-    }
+    let scene = match check::read(&args.scene)? {
+        Runnable::Planar(scene) if scene.rod.damping.is_some() => {
+            return viscous::run_planar(args, &scene);
+        }
+        Runnable::Planar(scene) => scene,
+        Runnable::Spatial(scene) => return viscous::run_space(args, &scene),
+    };
     let no_start = |e| check::no_start(&args.scene, &e);
     let setup = Setup::new(&scene).map_err(no_start)?;
     let root = setup.run().map_err(no_start)?;

@@ -10,8 +10,8 @@ use snaprod::scene::Scales;
 use std::fs::File;
 use std::path::Path;
 
-/// The columns, in the scene's units (lam, p, w, mode, sign and index are numbers).
-const COLUMNS: [&str; 19] = [
+/// The columns of a planar run, in the scene's units (lam, p, w, mode, sign and index are numbers).
+pub const COLUMNS: [&str; 19] = [
     "t",
     "x",
     "y",
@@ -76,48 +76,61 @@ impl From<&Sample<2>> for Row {
     }
 }
 
-/// A trajectory being written, row by row.
-pub struct Trajectory {
-    writer: csv::Writer<File>,
-    scales: Scales,
-}
-
-impl Trajectory {
-    /// Starts the file.
-    pub fn create(path: &Path, scales: Scales) -> Result<Self, Refusal> {
-        let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
-        let mut writer = csv::Writer::from_path(path).map_err(refuse)?;
-        writer.write_record(COLUMNS).map_err(refuse)?;
-        Ok(Self { writer, scales })
-    }
-
-    /// Adds a row; the columns that name an equilibrium are empty where there is none.
-    pub fn row(&mut self, row: &Row) -> csv::Result<()> {
-        let k = &self.scales;
-        let ledger = &row.ledger;
+impl Row {
+    /// The columns; those that name an equilibrium are empty where there is none.
+    pub fn cells(&self, k: &Scales) -> Vec<String> {
         let label =
-            |text: &dyn Fn(&Labels) -> String| row.labels.as_ref().map_or(String::new(), text);
-        self.writer.write_record([
-            exact(row.t * k.time),
-            exact(row.pose[0] * k.length),
-            exact(row.pose[1] * k.length),
-            exact(row.velocity[0] * k.velocity),
-            exact(row.velocity[1] * k.velocity),
+            |text: &dyn Fn(&Labels) -> String| self.labels.as_ref().map_or(String::new(), text);
+        let mut cells = vec![
+            exact(self.t * k.time),
+            exact(self.pose[0] * k.length),
+            exact(self.pose[1] * k.length),
+            exact(self.velocity[0] * k.velocity),
+            exact(self.velocity[1] * k.velocity),
             label(&|l| exact(ChartPoint::new(l.q[0], l.q[1]).integrals.lam)),
             label(&|l| exact(l.q[0])),
             label(&|l| exact(l.q[1])),
             label(&|l| l.sheet.mode.to_string()),
             label(&|l| l.sheet.sign.as_str().to_owned()),
             label(&|l| l.index.to_string()),
-            exact(row.force[0] * k.force),
-            exact(row.force[1] * k.force),
-            exact(ledger.kinetic * k.energy),
-            exact(ledger.elastic * k.energy),
-            exact(ledger.potential * k.energy),
-            exact(ledger.dissipated * k.energy),
-            exact(ledger.work * k.energy),
-            exact(ledger.total() * k.energy),
-        ])
+            exact(self.force[0] * k.force),
+            exact(self.force[1] * k.force),
+        ];
+        cells.extend(energies(&self.ledger, k.energy));
+        cells
+    }
+}
+
+/// The columns of the energies, in units of `scale`.
+pub fn energies(ledger: &Ledger, scale: f64) -> [String; 6] {
+    [
+        ledger.kinetic,
+        ledger.elastic,
+        ledger.potential,
+        ledger.dissipated,
+        ledger.work,
+        ledger.total(),
+    ]
+    .map(|energy| exact(energy * scale))
+}
+
+/// A trajectory being written, row by row.
+pub struct Trajectory {
+    writer: csv::Writer<File>,
+}
+
+impl Trajectory {
+    /// Starts the file.
+    pub fn create(path: &Path, columns: &[&str]) -> Result<Self, Refusal> {
+        let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
+        let mut writer = csv::Writer::from_path(path).map_err(refuse)?;
+        writer.write_record(columns).map_err(refuse)?;
+        Ok(Self { writer })
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: &[String]) -> csv::Result<()> {
+        self.writer.write_record(cells)
     }
 
     /// Makes sure that all rows are in the file.

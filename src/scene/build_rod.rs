@@ -181,7 +181,8 @@ impl CosseratRod {
     }
 }
 
-fn rotation(orientation: &Orientation) -> UnitQuaternion<f64> {
+/// As a rotation.
+pub(super) fn rotation(orientation: &Orientation) -> UnitQuaternion<f64> {
     let [w, x, y, z] = orientation.quaternion();
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }

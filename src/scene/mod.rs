@@ -62,6 +62,7 @@ mod continue_schema;
 mod fault;
 mod kind;
 mod matrix_schema;
+mod motion_setup;
 mod parameter;
 mod reader;
 mod scales;
@@ -79,6 +80,7 @@ mod viscous_schema;
 pub use build::Setup;
 pub use build_viscous::ViscousSetup;
 pub use fault::{Fault, FaultKind, Faults, ReadError};
+pub use motion_setup::{MotionSetup, MotionState, Moving, SpaceField, WithRun};
 pub use parameter::Parameter;
 pub use scales::{Dimensionless, Harmonic, Scales};
 pub use spatial::{

@@ -82,7 +82,14 @@ const LOADS: Spec = Spec {
 };
 const RUN: Spec = Spec {
     name: "run",
-    fields: &["duration", "tolerance", "method", "samples", "max_steps"],
+    fields: &[
+        "duration",
+        "tolerance",
+        "method",
+        "reduce",
+        "samples",
+        "max_steps",
+    ],
     barred: &[(
         "landing",
         "a rod with damping finds its own way through a snap",
@@ -482,12 +489,16 @@ fn run(table: &Table) -> Option<SpatialRun> {
     let duration = table.number("duration", POSITIVE, Required("duration = 3.0"));
     let tolerance = table.number("tolerance", TOLERANCE, Or(SpatialRun::TOLERANCE));
     let method = method(table, None);
+    let reduce = table.read("reduce", "true or false", Or(true), |field, value| {
+        table.reader.flag(field, value)
+    });
     let samples = table.count("samples", (2, 10_000_000), Run::SAMPLES);
     let max_steps = table.count("max_steps", (1, 1_000_000_000), Run::MAX_STEPS);
     Some(SpatialRun {
         duration: duration?,
         tolerance: tolerance?,
         method: method?,
+        reduce: reduce?,
         samples: samples?,
         max_steps: max_steps?,
     })

@@ -12,6 +12,7 @@ mod turn;
 
 use super::grid::{Element, Grid};
 use super::kinematics::{AtEnd, Kinematics, Local};
+use crate::rod::section::Strain;
 use nalgebra::{
     DMatrix, Isometry3, Matrix3, Quaternion, SMatrix, SVector, Translation3, UnitQuaternion,
     Vector3, Vector4,
@@ -140,6 +141,20 @@ impl<const M: usize, const D: usize> Space<M, D> {
             assert!(matches!(D, 3 | 6), "an end with 3 or 6 velocities");
         }
         Self(())
+    }
+
+    /// Places of the strains that can change among u1 .. v3.
+    pub fn places() -> [usize; M] {
+        std::array::from_fn(|a| if M == 4 && a == 3 { 5 } else { a })
+    }
+
+    /// All six strains; those that cannot change are v = (0, 0, 1).
+    pub fn strain(&self, active: &Local<M>) -> Strain {
+        let mut strain = Strain::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        for (place, e) in Self::places().into_iter().zip(active) {
+            strain[place] = *e;
+        }
+        strain
     }
 
     /// The section at `s` in [0, 1] of the curve of these strains, as accurate as the nodes resolve it.

@@ -32,6 +32,7 @@ mod plot_viscous_data;
 #[cfg(feature = "cli")]
 mod program;
 mod reductions;
+mod reductions_shear;
 mod rigid_body;
 mod rod_benchmarks;
 mod rod_paths;

@@ -9,15 +9,15 @@ use snaprod::Result;
 use snaprod::body::{Body, RigidBody, TimeForce};
 use snaprod::dynamics::reduction::{Carried, Kind, ReducedSample, Reduction, Start};
 use snaprod::rod::section::{Along, Barrier, Linear, Resultant, SectionLaw, Strain, Varying};
-use snaprod::viscous::law::{Maxwell, Rate, RateLaw, Viscoelastic};
+use snaprod::viscous::law::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
 use std::sync::Arc;
 
 /// Overstress H e_t, with some strains rigid; of its own, so that the tests stand apart from the library's laws.
 #[derive(Debug)]
-struct Dashpots {
-    viscosity: Matrix6<f64>,
-    rigid: [bool; 6],
-    taper: f64,
+pub struct Dashpots {
+    pub viscosity: Matrix6<f64>,
+    pub rigid: [bool; 6],
+    pub taper: f64,
 }
 
 impl RateLaw for Dashpots {
@@ -49,14 +49,14 @@ impl RateLaw for Dashpots {
     }
 }
 
-const STIFFNESS: [f64; 6] = [1.0, 1.3, 0.8, 2.0, 2.5, 3.0];
-const VISCOSITY: [f64; 6] = [0.2, 0.3, 0.15, 0.5, 0.6, 0.4];
+pub const STIFFNESS: [f64; 6] = [1.0, 1.3, 0.8, 2.0, 2.5, 3.0];
+pub const VISCOSITY: [f64; 6] = [0.2, 0.3, 0.15, 0.5, 0.6, 0.4];
 
-fn diagonal(entries: [f64; 6]) -> Matrix6<f64> {
+pub fn diagonal(entries: [f64; 6]) -> Matrix6<f64> {
     Matrix6::from_diagonal(&Vector6::from(entries))
 }
 
-fn section(stiffness: Matrix6<f64>, viscosity: Matrix6<f64>) -> Viscoelastic {
+pub fn section(stiffness: Matrix6<f64>, viscosity: Matrix6<f64>) -> Viscoelastic {
     Viscoelastic {
         elastic: Arc::new(Linear::full(stiffness).expect("a law")),
         rate: Arc::new(Dashpots {
@@ -68,12 +68,12 @@ fn section(stiffness: Matrix6<f64>, viscosity: Matrix6<f64>) -> Viscoelastic {
     }
 }
 
-fn plain() -> Viscoelastic {
+pub fn plain() -> Viscoelastic {
     section(diagonal(STIFFNESS), diagonal(VISCOSITY))
 }
 
 /// A clamp away from the origin and askew.
-fn clamp() -> Isometry3<f64> {
+pub fn clamp() -> Isometry3<f64> {
     Isometry3::from_parts(
         Translation3::new(0.3, -0.2, 1.1),
         UnitQuaternion::from_scaled_axis(Vector3::new(0.5, -0.8, 0.3)),
@@ -81,15 +81,15 @@ fn clamp() -> Isometry3<f64> {
 }
 
 /// A vector of the clamp's frame in the world frame.
-fn world(x: f64, y: f64, z: f64) -> Vector3<f64> {
+pub fn world(x: f64, y: f64, z: f64) -> Vector3<f64> {
     clamp().rotation * Vector3::new(x, y, z)
 }
 
-fn moving(omega: Vector3<f64>, v: Vector3<f64>) -> Vector6<f64> {
+pub fn moving(omega: Vector3<f64>, v: Vector3<f64>) -> Vector6<f64> {
     Vector6::new(omega.x, omega.y, omega.z, v.x, v.y, v.z)
 }
 
-fn still() -> Vector3<f64> {
+pub fn still() -> Vector3<f64> {
     Vector3::zeros()
 }
 
@@ -97,7 +97,7 @@ fn straight(twist: f64, stretch: f64) -> Strain {
     Strain::new(0.0, 0.0, twist, 0.0, 0.0, stretch)
 }
 
-fn recognise(
+pub fn recognise(
     section: &Viscoelastic,
     carried: &Carried,
     strain: Strain,
@@ -117,7 +117,7 @@ fn inertia() -> Matrix3<f64> {
 }
 
 /// A welded body with its centre of mass at the end.
-fn welded(mass: f64) -> RigidBody {
+pub fn welded(mass: f64) -> RigidBody {
     RigidBody::new(mass, inertia()).expect("a body")
 }
 
@@ -187,7 +187,7 @@ fn full_equations(section: &Viscoelastic, sample: &ReducedSample, ball: bool) {
 }
 
 /// Runs to each time, asserts the balance of energy and the full equations, and gives the samples.
-fn run(
+pub fn run(
     reduction: &Reduction,
     section: &Viscoelastic,
     times: &[f64],
@@ -272,8 +272,7 @@ fn a_strong_dashpot_costs_few_steps() {
     let mut run = reduction.run(1e-10).expect("a start");
     let slow = 2.0 * k / (c + (c * c - 4.0 * mass * k).sqrt());
     let fast = k / (mass * slow);
-    for t in [1e-9, 1.0, 3.0, 30.0, 300.0, 600.] {
-        eprintln!("{t} {:?}", run.work());
+    for t in [1e-3, 1.0, 300.0, 3000.0] {
         let sample = run.sample_at(t).expect("a sample");
         let (a, b) = (
             (fast * x0 + v0) / (fast - slow),
@@ -285,15 +284,17 @@ fn a_strong_dashpot_costs_few_steps() {
     assert!(run.work().steps < 1000, "{:?}", run.work());
 }
 
-/// Catches energies that do not close in a strongly nonlinear law, near total compression, with drag and a force in
-/// time; and a tangent that is not the law's.
+/// Catches energies that do not close in strongly nonlinear laws, near total compression, with a branch, drag and a force
+/// in time; and a stiffness that is not that of the laws.
 #[test]
 fn a_barrier_keeps_the_energy_balance() {
     let base = Linear::full(diagonal(STIFFNESS)).expect("a law");
     let barrier = Barrier::new(base, [0.1, 0.2], 0.05).expect("a law");
+    let viscosity = Viscosity::full(diagonal(VISCOSITY)).expect("a viscosity");
     let section = Viscoelastic {
         elastic: Arc::new(barrier),
-        ..plain()
+        rate: Arc::new(FrictionBarrier::new(viscosity, [0.1, 0.2], 0.02).expect("a law")),
+        branches: vec![Maxwell::new(diagonal(VISCOSITY), 0.5).expect("a branch")],
     };
     let body = welded(1.0)
         .with_drag(0.1)
@@ -313,12 +314,17 @@ fn a_barrier_keeps_the_energy_balance() {
     let least = stretches.fold(f64::INFINITY, f64::min);
     assert!(0.0 < least && least < 0.05, "{least}");
     assert!(samples[99].ledger.work.abs() > 0.1);
-    let h = 1e-4;
-    let pull = |v3: f64| barrier.resultants(0.0, &straight(0.0, v3)).expect("a law")[5];
-    let v3 = samples[0].strain[5];
+    // In motion the stiffness has a part from friction that grows as the rod is compressed.
+    let (h, at) = (1e-5, &samples[4]);
+    let pull = |v3: f64| {
+        let e = straight(0.0, v3);
+        let overstress = section.rate.overstress(0.0, &e, &at.rate).expect("a law");
+        barrier.resultants(0.0, &e).expect("a law")[5] + overstress[5]
+    };
+    let v3 = at.strain[5];
     let slope = (pull(v3 + h) - pull(v3 - h)) / (2.0 * h);
-    let equivalent = reduction.equivalent_at(&samples[0]).expect("a law");
-    assert_close(equivalent.stiffness[(0, 0)], slope, 1e-5, 0.0, "stiffness");
+    let equivalent = reduction.equivalent_at(at).expect("a law");
+    assert_close(equivalent.stiffness[(0, 0)], slope, 1e-6, 0.0, "stiffness");
     assert_close(equivalent.drag[(0, 0)], 0.1, 1e-14, 0.0, "drag");
 }
 
@@ -444,138 +450,6 @@ fn a_maxwell_branch_adds_a_root() {
         let off = equivalent.eigenvalues.iter().map(|e| (e - root).norm());
         assert!(off.fold(f64::INFINITY, f64::min) < 1e-12, "{root}");
     }
-}
-
-/// Catches a shear beam that is refused, or whose body turns: with rigid flexure and twist shear and stretch are
-/// oscillators of their own, even under an oblique load on a body with its centre beside the end.
-#[test]
-fn with_rigid_flexure_any_shear_is_exact() {
-    let mut section = plain();
-    section.rate = Arc::new(Dashpots {
-        viscosity: diagonal(VISCOSITY),
-        rigid: [true, true, true, false, false, false],
-        taper: 0.0,
-    });
-    let (mass, load) = (0.7, [0.2, -0.1, 0.3]);
-    let body = welded(mass)
-        .with_centre(Vector3::new(0.2, 0.1, 0.5))
-        .and_then(|b| b.with_dead_force(world(load[0], load[1], load[2])))
-        .expect("a body");
-    let (x0, v0) = ([0.1, -0.2, 0.05], [0.3, 0.2, -0.1]);
-    let strain = Strain::new(0.0, 0.0, 0.0, x0[0], x0[1], 1.0 + x0[2]);
-    let start = moving(still(), world(v0[0], v0[1], v0[2]));
-    let carried = Carried::Welded(body);
-    let reduction = recognise(&section, &carried, strain, start).expect("it is");
-    assert_eq!(reduction.kind(), Kind::Shearing);
-    assert!(reduction.is_identical());
-    for sample in run(&reduction, &section, &[0.7, 2.0], false) {
-        for i in 0..3 {
-            let (k, c) = (STIFFNESS[3 + i], VISCOSITY[3 + i]);
-            let decay = 0.5 * c / mass;
-            let damped = (k / mass - decay * decay).sqrt();
-            let (a, t) = (x0[i] - load[i] / k, sample.time);
-            let b = (v0[i] + decay * a) / damped;
-            let fade = (-decay * t).exp();
-            let x = load[i] / k + fade * (a * (damped * t).cos() + b * (damped * t).sin());
-            let rest = if i == 2 { 1.0 } else { 0.0 };
-            assert_close(sample.strain[3 + i], rest + x, 1e-11, 1.0, "shear");
-        }
-    }
-    let equivalent = reduction.equivalent().expect("a law");
-    for (i, mode) in equivalent.modes.iter().enumerate() {
-        let want = (STIFFNESS[3 + i] / mass).sqrt();
-        assert_close(mode.natural_frequency, want, 1e-13, 0.0, "frequency");
-    }
-}
-
-/// Catches a condition (6.19) that is not looked at: shear is exact when it dies out at a root of its oscillator and the
-/// load holds the stretch that keeps the force through the clamp, and not at another speed.
-#[test]
-fn shear_that_dies_out_may_be_exact() {
-    let mut viscosity = diagonal(VISCOSITY);
-    viscosity[(3, 3)] = 3.0;
-    let section = section(diagonal(STIFFNESS), viscosity);
-    let (mass, a, h, b): (f64, f64, f64, f64) = (0.7, STIFFNESS[3], 3.0, STIFFNESS[5]);
-    let sigma = (h - (h * h - 4.0 * mass * a).sqrt()) / (2.0 * mass);
-    // n = lambda v.
-    let lambda = a - h * sigma;
-    let stretch = b / (b - lambda);
-    let body = welded(mass)
-        .with_dead_force(world(0.0, 0.0, lambda * stretch))
-        .expect("a body");
-    let carried = Carried::Welded(body);
-    let strain = Strain::new(0.0, 0.0, 0.0, 0.3, 0.0, stretch);
-    let start = |speed: f64| moving(still(), world(-0.3 * speed, 0.0, 0.0));
-    let reduction = recognise(&section, &carried, strain, start(sigma)).expect("it is");
-    assert_eq!(reduction.kind(), Kind::Shearing);
-    assert!(!reduction.is_identical());
-    for sample in run(&reduction, &section, &[0.5, 1.5], false) {
-        let want = 0.3 * (-sigma * sample.time).exp();
-        assert_close(sample.strain[3], want, 1e-10, 1.0, "shear");
-        assert_close(sample.strain[5], stretch, 1e-10, 1.0, "stretch");
-        assert!(sample.defect < 1e-8, "{}", sample.defect);
-    }
-    let why = recognise(&section, &carried, strain, start(1.1 * sigma)).expect_err("not exact");
-    assert!(
-        why.contains("not shearing: the force does not go through the clamp"),
-        "{why}"
-    );
-}
-
-/// Shear v1 and stretch v3, their first and second derivatives, and lambda in n = lambda v, for the path
-/// v3 = a + b sin t and v1 as (6.19) has it.
-fn path(t: f64) -> ([f64; 3], [f64; 3], f64) {
-    let (shear, eta, axial, zeta) = (STIFFNESS[3], VISCOSITY[3], STIFFNESS[5], VISCOSITY[5]);
-    let (a, b): (f64, f64) = (1.2, 0.1);
-    let y = [a + b * t.sin(), b * t.cos(), -b * t.sin()];
-    let root = (a * a - b * b).sqrt();
-    let angle = |t: f64| ((a * (0.5 * t).tan() + b) / root).atan();
-    let inverse = 2.0 / root * (angle(t) - angle(0.0));
-    let lambda = (axial * (y[0] - 1.0) + zeta * y[1]) / y[0];
-    let lambda_t = (axial * y[1] / y[0] + zeta * (y[2] * y[0] - y[1] * y[1]) / y[0]) / y[0];
-    let integral = (axial - shear) * t - axial * inverse + zeta * (y[0] / a).ln();
-    let x = 0.2 * (integral / eta).exp();
-    let growth = (lambda - shear) / eta;
-    let x = [x, x * growth, x * (growth * growth + lambda_t / eta)];
-    (x, y, lambda)
-}
-
-/// Catches (6.19) checked only where the forces are constant: a motion in shear and stretch whose load was made for it is
-/// exact; the same start under another load is refused at once, or stopped as it leaves.
-#[test]
-fn a_load_can_be_made_for_shear() {
-    let section = plain();
-    let mass = 0.7;
-    let driven = |factor: fn(f64) -> f64| {
-        let force = move |t: f64| {
-            let (x, y, lambda) = path(t);
-            let f = |q: [f64; 3]| mass * q[2] + lambda * q[0];
-            world(f(x) * factor(t), 0.0, f(y))
-        };
-        Carried::Welded(welded(mass).with_force(TimeForce::Custom(Arc::new(force))))
-    };
-    let (x, y, _) = path(0.0);
-    let strain = Strain::new(0.0, 0.0, 0.0, x[0], 0.0, y[0]);
-    let start = moving(still(), world(x[1], 0.0, y[1]));
-    let reduction = recognise(&section, &driven(|_| 1.0), strain, start).expect("it is");
-    assert_eq!(
-        (reduction.kind(), reduction.is_identical()),
-        (Kind::Shearing, false)
-    );
-    for sample in run(&reduction, &section, &[0.5, 1.0, 2.0], false) {
-        let (x, y, _) = path(sample.time);
-        assert_close(sample.strain[3], x[0], 1e-10, 1.0, "shear");
-        assert_close(sample.strain[5], y[0], 1e-10, 1.0, "stretch");
-    }
-    let why = recognise(&section, &driven(|_| 1.1), strain, start).expect_err("not exact");
-    assert!(why.contains("is lost at the rate"), "{why}");
-    let later = recognise(&section, &driven(|t| 1.0 + t * t), strain, start).expect("at first");
-    let mut run = later.run(1e-12).expect("a start");
-    let stopped = run.sample_at(2.0).expect_err("it leaves");
-    assert!(
-        stopped.to_string().contains("no longer shearing"),
-        "{stopped}"
-    );
 }
 
 /// Catches a rod without stretch that is taken to stretch: an inextensible, unshearable rod twists, and the body's weight

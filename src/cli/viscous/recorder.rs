@@ -1,97 +1,62 @@
 //! Watches a viscoelastic run: writes the tables, keeps what the figures need.
 
+use super::super::files::exact;
 use super::super::progress::Progress;
-use super::super::table::{Labels, Row, Trajectory};
-use super::{Refusal, RunArgs, Sample, places, write_row};
-use nalgebra::Vector2;
+use super::super::table::Trajectory;
+use super::{Kind, Refusal, Task, places};
 use snaprod::dynamics::Ledger;
-use snaprod::dynamics::viscous::{ViscousObserver, near_equilibrium};
-use snaprod::elastica::Elastica;
-use snaprod::manifold::EquilibriumManifold;
-use snaprod::scene::{Scales, Scene};
-use snaprod::viscous::plane::Plane;
+use snaprod::dynamics::viscous::{ViscousObserver, ViscousSample};
+use snaprod::viscous::kinematics::Kinematics;
 use std::fs::File;
 use std::path::Path;
 
-impl From<&Sample> for Row {
-    fn from(sample: &Sample) -> Self {
-        let labels = near_equilibrium(sample).and_then(|near| {
-            let q = Vector2::new(near.p, near.w);
-            Some(Labels {
-                q,
-                sheet: near.sheet,
-                index: Elastica.index(&q).ok()?,
-            })
-        });
-        Self {
-            t: sample.t,
-            pose: sample.pose,
-            velocity: sample.velocity,
-            labels,
-            force: -sample.flow.wrench,
-            ledger: sample.ledger,
-        }
-    }
-}
-
-/// One moment, for the figures.
+/// One moment, for the figures, in the scene's units.
 #[derive(Debug, Clone)]
-pub struct Moment {
+pub struct Moment<S> {
     pub t: f64,
-    pub pose: Vector2<f64>,
     pub ledger: Ledger,
-    /// The rod's axis.
-    pub curve: Vec<[f64; 2]>,
-    /// Curvature and dissipation density at [`places`].
-    pub strain: Vec<f64>,
+    pub shape: S,
+    /// The strains that move and the dissipation density at [`places`].
+    pub strains: Vec<Vec<f64>>,
     pub dissipation: Vec<f64>,
 }
 
-impl Moment {
-    fn new(sample: &Sample) -> Self {
-        let places = places();
-        Self {
-            t: sample.t,
-            pose: sample.pose,
-            ledger: sample.ledger,
-            curve: sample.curve(CURVE),
-            strain: sample.strains_at(&places).iter().map(|e| e[0]).collect(),
-            dissipation: sample.dissipation_at(&places),
-        }
-    }
-}
-
 /// What is kept of a run.
-#[derive(Debug, Default)]
-pub struct Record {
+pub struct Record<K: Kind> {
     /// Even samples, thinned.
-    pub track: Vec<Moment>,
+    pub track: Vec<Moment<K::Shape>>,
     /// Ends of the steps of the passage through which the rod dissipated most, thinned.
-    pub passage: Vec<Moment>,
+    pub passage: Vec<Moment<K::Shape>>,
+    /// Time and axis of a few even samples.
+    pub axes: Vec<(f64, K::Axis)>,
     /// Largest term of the ledger.
     pub largest: f64,
     /// Largest change of its total.
     pub error: f64,
+    /// Dissipated at the end.
+    pub dissipated: f64,
 }
 
-/// Points of a drawn axis.
-const CURVE: usize = 60;
 /// Most samples kept for the figures; beyond, every second one is dropped.
 const KEPT: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
+const AXES: usize = 10;
 /// A passage is kept while the rod is farther than this from equilibrium.
 const AWAY: f64 = 1e-3;
 
 /// The observer of a run.
-pub struct Recorder {
+pub struct Recorder<'k, K: Kind> {
+    kind: &'k K,
     table: Option<Trajectory>,
     field: Option<csv::Writer<File>>,
-    scales: Scales,
     progress: Progress,
+    places: Vec<f64>,
+    length: f64,
     total: f64,
-    record: Record,
+    record: Record<K>,
     track: Thinned,
-    passage: Vec<Moment>,
+    axes: Thinned,
+    passage: Vec<Moment<K::Shape>>,
     thinning: Thinned,
 }
 
@@ -111,9 +76,9 @@ impl Thinned {
         }
     }
 
-    fn push(&mut self, list: &mut Vec<Moment>, moment: impl FnOnce() -> Moment) {
+    fn push<T>(&mut self, list: &mut Vec<T>, item: impl FnOnce() -> T) {
         if self.seen.is_multiple_of(self.stride) {
-            list.push(moment());
+            list.push(item());
             if list.len() > self.most {
                 let mut odd = false;
                 list.retain(|_| {
@@ -127,35 +92,44 @@ impl Thinned {
     }
 }
 
-impl Recorder {
-    /// A recorder that writes to `out`, if anywhere.
-    pub fn new(
-        args: &RunArgs,
-        scene: &Scene,
-        scales: Scales,
-        out: Option<&Path>,
-        first: &Sample,
-    ) -> Result<Self, Refusal> {
+impl<'k, K: Kind> Recorder<'k, K> {
+    /// A recorder of a run that begins at `first`.
+    pub fn new(kind: &'k K, task: &Task, first: &K::Sample) -> Result<Self, Refusal> {
+        let out = task.out.as_deref();
         let table = out
-            .map(|out| Trajectory::create(&out.join("trajectory.csv"), scales))
+            .map(|out| Trajectory::create(&out.join("trajectory.csv"), K::COLUMNS))
             .transpose()?;
-        let field = out.map(|out| field(&out.join("strain.csv"))).transpose()?;
+        let field = out
+            .map(|out| field(&out.join("strain.csv"), &kind.strain_names()))
+            .transpose()?;
+        let total = kind.ledger(first).1.total();
         Ok(Self {
+            kind,
             table,
             field,
-            scales,
-            progress: Progress::new(args, scene.run.duration, scales.time),
-            total: first.ledger.total(),
-            record: Record::default(),
+            progress: Progress::new(task.args, task.duration, task.scales.time),
+            places: places(),
+            length: task.scales.length,
+            total,
+            record: Record {
+                track: Vec::new(),
+                passage: Vec::new(),
+                axes: Vec::new(),
+                largest: 0.0,
+                error: 0.0,
+                dissipated: 0.0,
+            },
             track: Thinned::new(KEPT),
+            axes: Thinned::new(AXES),
             passage: Vec::new(),
             thinning: Thinned::new(KEPT_OF_PASSAGE),
         })
     }
 
-    /// Closes the tables and hands over what was kept.
-    pub fn finish(mut self) -> Result<Record, Refusal> {
+    /// Closes the tables and hands over what was kept; `last` is the last state.
+    pub fn finish(mut self, last: &K::Sample) -> Result<Record<K>, Refusal> {
         self.end_passage();
+        self.end_axes(last);
         self.progress.finish();
         if let Some(table) = self.table {
             table.finish()?;
@@ -168,16 +142,74 @@ impl Recorder {
         Ok(self.record)
     }
 
-    fn audit(&mut self, ledger: &Ledger) {
-        self.record.largest = self.record.largest.max(ledger.largest());
-        self.record.error = self.record.error.max((ledger.total() - self.total).abs());
+    /// Writes and keeps one of the evenly spaced samples.
+    pub fn take(&mut self, sample: &K::Sample) -> snaprod::Result<()> {
+        let refuse = |name: &str, e| snaprod::Error::io(format!("cannot write {name}: {e}"));
+        if let Some(table) = &mut self.table {
+            table
+                .row(&self.kind.row(sample))
+                .map_err(|e| refuse("trajectory.csv", e))?;
+        }
+        self.audit(sample);
+        let moment = self.moment(sample);
+        if let Some(field) = &mut self.field {
+            for (i, s) in self.places.iter().enumerate() {
+                let strains = moment.strains.iter().map(|strain| strain[i]);
+                let row = [moment.t, s * self.length]
+                    .into_iter()
+                    .chain(strains)
+                    .chain([moment.dissipation[i]]);
+                field
+                    .write_record(row.map(exact))
+                    .map_err(|e| refuse("strain.csv", e))?;
+            }
+        }
+        let axis = || (moment.t, self.kind.axis(sample));
+        self.axes.push(&mut self.record.axes, axis);
+        self.track.push(&mut self.record.track, || moment);
+        Ok(())
+    }
+
+    /// Shows the time, in the run's units; false if the run is to be interrupted.
+    pub fn go_on(&mut self, time: f64) -> bool {
+        self.progress.go_on(time)
+    }
+
+    fn moment(&self, sample: &K::Sample) -> Moment<K::Shape> {
+        let (t, ledger) = self.kind.ledger(sample);
+        Moment {
+            t,
+            ledger,
+            shape: self.kind.shape(sample),
+            strains: self.kind.strains(sample, &self.places),
+            dissipation: self.kind.dissipation(sample, &self.places),
+        }
+    }
+
+    fn audit(&mut self, sample: &K::Sample) {
+        let (_, ledger) = self.kind.ledger(sample);
+        let record = &mut self.record;
+        record.largest = record.largest.max(ledger.largest());
+        record.error = record.error.max((ledger.total() - self.total).abs());
+        record.dissipated = ledger.dissipated;
+    }
+
+    /// The last axis in its place, or instead of one that is near in time.
+    fn end_axes(&mut self, last: &K::Sample) {
+        let (t, axes) = (self.kind.ledger(last).0, &mut self.record.axes);
+        if let [.., (before, _), (near, _)] = axes.as_slice()
+            && t - near < 0.5 * (near - before)
+        {
+            axes.pop();
+        }
+        axes.push((t, self.kind.axis(last)));
     }
 
     /// Keeps the passage if more was dissipated in it than in those before.
     fn end_passage(&mut self) {
         let passage = std::mem::take(&mut self.passage);
         self.thinning = Thinned::new(KEPT_OF_PASSAGE);
-        let lost = |passage: &[Moment]| match passage {
+        let lost = |passage: &[Moment<K::Shape>]| match passage {
             [first, .., last] => last.ledger.dissipated - first.ledger.dissipated,
             _ => 0.0,
         };
@@ -187,48 +219,33 @@ impl Recorder {
     }
 }
 
-fn field(path: &Path) -> Result<csv::Writer<File>, Refusal> {
+fn field(path: &Path, strains: &[&str]) -> Result<csv::Writer<File>, Refusal> {
     let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
     let mut writer = csv::Writer::from_path(path).map_err(refuse)?;
-    writer
-        .write_record(["t", "s", "curvature", "dissipation"])
-        .map_err(refuse)?;
+    let columns = ["t", "s"].iter().chain(strains).chain(&["dissipation"]);
+    writer.write_record(columns).map_err(refuse)?;
     Ok(writer)
 }
 
-impl ViscousObserver<Plane, 1, 2> for Recorder {
-    fn sample(&mut self, sample: &Sample) -> snaprod::Result<()> {
-        let refuse = |name: &str, e| snaprod::Error::io(format!("cannot write {name}: {e}"));
-        if let Some(table) = &mut self.table {
-            table
-                .row(&sample.into())
-                .map_err(|e| refuse("trajectory.csv", e))?;
-        }
-        self.audit(&sample.ledger);
-        let moment = Moment::new(sample);
-        if let Some(field) = &mut self.field {
-            let k = &self.scales;
-            let density = k.energy / k.length / k.time;
-            let columns = moment.strain.iter().zip(&moment.dissipation);
-            for (s, (strain, dissipation)) in places().iter().zip(columns) {
-                let row = [
-                    sample.t * k.time,
-                    s * k.length,
-                    strain / k.length,
-                    dissipation * density,
-                ];
-                write_row(field, row).map_err(|e| refuse("strain.csv", e))?;
-            }
-        }
-        self.track.push(&mut self.record.track, || moment);
-        Ok(())
+impl<R, K, const M: usize, const D: usize> ViscousObserver<R, M, D> for Recorder<'_, K>
+where
+    R: Kinematics<M, D>,
+    K: Kind<Sample = ViscousSample<R, M, D>>,
+{
+    fn sample(&mut self, sample: &K::Sample) -> snaprod::Result<()> {
+        self.take(sample)
     }
 
-    fn step(&mut self, sample: &Sample) -> snaprod::Result<()> {
-        self.audit(&sample.ledger);
-        if sample.distance() > AWAY {
-            self.thinning
-                .push(&mut self.passage, || Moment::new(sample));
+    fn step(&mut self, sample: &K::Sample) -> snaprod::Result<()> {
+        self.audit(sample);
+        if !K::PASSAGE {
+            return Ok(());
+        }
+        if self.kind.distance(sample) > AWAY {
+            let mut passage = std::mem::take(&mut self.passage);
+            let mut thinning = std::mem::replace(&mut self.thinning, Thinned::new(0));
+            thinning.push(&mut passage, || self.moment(sample));
+            (self.passage, self.thinning) = (passage, thinning);
         } else if !self.passage.is_empty() {
             self.end_passage();
         }
@@ -236,6 +253,6 @@ impl ViscousObserver<Plane, 1, 2> for Recorder {
     }
 
     fn go_on(&mut self, time: f64) -> bool {
-        self.progress.go_on(time)
+        self.go_on(time)
     }
 }

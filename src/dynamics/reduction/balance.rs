@@ -91,6 +91,8 @@ pub(super) struct Balance {
     pub stored: f64,
     /// Power lost in the rod, to drag.
     pub dissipation: f64,
+    /// The part of it in the rod.
+    pub friction: f64,
     /// Power of the body's loads without a potential.
     pub power: f64,
     /// Largest of the forces and couples.
@@ -386,6 +388,7 @@ impl Reduction {
             resultants: w,
             acceleration: self.slots.only(&acceleration),
             stored: energy,
+            friction: dissipation,
             dissipation: dissipation + motion.loss,
             power: motion.power,
             largest: terms.iter().map(|x| x.amax()).fold(floor, f64::max),

@@ -52,6 +52,8 @@ pub struct ReducedSample {
     pub wrench: Vector6<f64>,
     /// Energies.
     pub ledger: Ledger,
+    /// Energy that the rod dissipates per time, and, of length 1, per length and time.
+    pub friction: f64,
     /// Largest relative defect so far of what makes the reduction exact, at the ends of the steps.
     pub defect: f64,
 }
@@ -134,6 +136,7 @@ impl Reduction {
                 dissipated: packed[1],
                 work: packed[2],
             },
+            friction: balance.friction,
             defect,
             strain: at.strain,
             rate: at.rate,

@@ -20,6 +20,7 @@ mod dissipative;
 mod free;
 mod friction;
 mod kelvin_voigt;
+mod measured;
 mod small;
 mod viscoelastic;
 mod viscosity;

@@ -1,0 +1,472 @@
+//! A scene of motion in space made ready to run.
+
+use super::build_rod::rotation;
+use super::build_viscous::method;
+use super::{
+    EndLoad, EndPose, Harmonic, Joint, Relaxed, Scales, SpatialDimensionless, SpatialMotion,
+    SpatialPlace, StrainField, StrainName,
+};
+use crate::body::{Body, EndBody, RigidBody, TimeForce};
+use crate::dynamics::reduction::{Carried, Reduction, Refusal, Start};
+use crate::dynamics::viscous::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::dynamics::{InSpace, Ledger};
+use crate::error::{Error, Result};
+use crate::rod::section::Strain;
+use crate::rod::{End, Problem, Rod, Wrench};
+use crate::viscous::kinematics::{AtEnd, Local};
+use crate::viscous::law::Viscoelastic;
+use crate::viscous::material::{Material, Units};
+use crate::viscous::space::Space;
+use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
+
+/// A scene of motion in space made ready to run. Inside, length, reference bending stiffness and mass are 1, and the frame is
+/// that of the clamp; [`MotionSetup::state`] and [`MotionSetup::sections`] lead back.
+#[derive(Debug, Clone)]
+pub struct MotionSetup {
+    /// The body with its loads.
+    pub carried: Carried,
+    /// The section, in the scene's units.
+    pub section: Viscoelastic,
+    /// Which strains move.
+    pub strains: Moving,
+    /// The strains at the start, in the scene's units.
+    pub strain: SpaceField,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<SpaceField>,
+    /// (angular velocity, velocity) of the end at the start.
+    pub velocity: Vector6<f64>,
+    /// The Morse index of the equilibrium at the start, if it is one.
+    pub start_index: Option<usize>,
+    /// What to run.
+    pub options: ViscousOptions,
+    /// The way back to the scene's units.
+    pub scales: Scales,
+    /// The pose of the base, in the scene's units.
+    pub clamp: Isometry3<f64>,
+}
+
+/// The strains of a rod in space that move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moving {
+    /// u1, u2, u3: shear and stretch are rigid.
+    Flexure,
+    /// u1, u2, u3, v3: shear is rigid.
+    Stretch,
+    /// All six.
+    All,
+}
+
+impl Moving {
+    fn of(rigid: [bool; 3]) -> Result<Self> {
+        match rigid {
+            [true, true, true] => Ok(Self::Flexure),
+            [true, true, false] => Ok(Self::Stretch),
+            [false, false, false] => Ok(Self::All),
+            _ => {
+                let named = |held: bool| {
+                    let names = ["v1", "v2", "v3"].iter().zip(rigid);
+                    let list: Vec<&str> = names
+                        .filter(|(_, is)| *is == held)
+                        .map(|(n, _)| *n)
+                        .collect();
+                    list.join(" and ")
+                };
+                Err(Error::domain(format!(
+                    "rod.section holds {} rigid and lets {} move: in a motion v1, v2 and v3 are all rigid, or v1 and v2 alone, or none; \
+                     give the rigid ones a stiffness, or leave out the others'",
+                    named(true),
+                    named(false)
+                )))
+            }
+        }
+    }
+
+    /// Their names.
+    pub fn names(self) -> &'static [StrainName] {
+        use StrainName::{U1, U2, U3, V3};
+        match self {
+            Self::Flexure => &[U1, U2, U3],
+            Self::Stretch => &[U1, U2, U3, V3],
+            Self::All => &StrainName::ALL,
+        }
+    }
+}
+
+/// A field of all six strains along a rod, in the scene's units.
+#[derive(Debug, Clone)]
+pub enum SpaceField {
+    /// Polynomials, and the strains of the unloaded rod where none is given.
+    Polynomial {
+        /// The polynomials.
+        given: StrainField,
+        /// The rod.
+        rod: Rod,
+    },
+    /// An equilibrium.
+    Equilibrium {
+        /// The rod.
+        rod: Rod,
+        /// Its base wrench.
+        base: Wrench,
+    },
+}
+
+/// Tolerance of the integration along an equilibrium at the start.
+const SHAPE: f64 = 1e-13;
+
+impl SpaceField {
+    /// The strains at x = s/L.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`]; a law that has no unloaded state there.
+    pub fn at(&self, x: f64) -> Result<Strain> {
+        match self {
+            Self::Polynomial { given, rod } => {
+                let mut strain = rod.law().unloaded(x * rod.length())?;
+                for name in StrainName::ALL {
+                    if let Some(value) = given.at(name, x) {
+                        strain[name as usize] = value;
+                    }
+                }
+                Ok(strain)
+            }
+            Self::Equilibrium { rod, base } => {
+                let sections = rod.shape(base, &[x * rod.length()], SHAPE)?;
+                sections
+                    .first()
+                    .map(|section| section.strain)
+                    .ok_or_else(|| Error::domain(format!("no section at s/L = {x}")))
+            }
+        }
+    }
+}
+
+/// What is done with the run of a [`MotionSetup`], whatever its strains and its joint.
+pub trait WithRun {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn with<B, const M: usize, const D: usize>(
+        self,
+        run: ViscousRun<'_, Space<M, D>, B, M, D>,
+    ) -> Self::Output
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>;
+}
+
+/// A state of a motion in the world frame and the scene's units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MotionState {
+    /// Time.
+    pub t: f64,
+    /// Pose of the end of the rod.
+    pub pose: Isometry3<f64>,
+    /// Velocity of the end.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity of the end's directors.
+    pub angular_velocity: Vector3<f64>,
+    /// Force of the rod on the body.
+    pub force: Vector3<f64>,
+    /// Couple of the rod on the body, about the end.
+    pub couple: Vector3<f64>,
+    /// Energies.
+    pub ledger: Ledger,
+}
+
+impl MotionSetup {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`SpatialMotion::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
+    /// for which no equilibrium is found.
+    pub fn new(scene: &SpatialMotion) -> Result<Self> {
+        let section = scene.viscoelastic()?;
+        let plain = scene.dimensionless()?;
+        let mut options = ViscousOptions::new(plain.duration)
+            .and_then(|options| options.with_tolerance(scene.run.tolerance))
+            .map_err(|e| e.context("[run]"))?
+            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
+            .with_method(method(scene.run.method));
+        options.max_steps = scene.run.max_steps as u64;
+        let rod = scene.cosserat_rod()?;
+        let clamp = Isometry3::from_parts(
+            Vector3::from(scene.clamp.position).into(),
+            rotation(&scene.clamp.orientation),
+        );
+        let field = |given: &StrainField| SpaceField::Polynomial {
+            given: given.clone(),
+            rod: rod.clone(),
+        };
+        let (strain, start_index) = match end(&scene.start.place) {
+            None => match &scene.start.place {
+                SpatialPlace::Strain(given) => (field(given), None),
+                _ => (field(&StrainField::default()), None),
+            },
+            Some(end) => equilibrium(&rod, end, scene.run.tolerance)?,
+        };
+        let relaxed = match &scene.start.relaxed {
+            Relaxed::Start => None,
+            Relaxed::Unloaded => Some(field(&StrainField::default())),
+            Relaxed::At(given) => Some(field(given)),
+        };
+        let inward = Inward(clamp);
+        Ok(Self {
+            carried: carried(&plain, &inward)?,
+            strains: Moving::of(section.elastic.rigid())?,
+            section,
+            strain,
+            relaxed,
+            velocity: inward.pair(&plain.start.angular_velocity, &plain.start.velocity),
+            start_index,
+            options,
+            scales: scene.scales()?,
+            clamp,
+        })
+    }
+
+    /// Makes the run, and hands it to `then`.
+    ///
+    /// # Errors
+    /// As [`ViscousRun::new`].
+    pub fn with_run<T: WithRun>(&self, then: T) -> Result<T::Output> {
+        match &self.carried {
+            Carried::Welded(body) => self.with_body(body, self.velocity, then),
+            Carried::BallJoint(body) => {
+                let velocity = self.velocity.fixed_rows::<3>(3).into_owned();
+                self.with_body(body, velocity, then)
+            }
+        }
+    }
+
+    fn with_body<B, T, const D: usize>(
+        &self,
+        body: &B,
+        velocity: AtEnd<D>,
+        then: T,
+    ) -> Result<T::Output>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>,
+        T: WithRun,
+    {
+        match self.strains {
+            Moving::Flexure => self.with_strains::<B, T, 3, D>(body, velocity, then),
+            Moving::Stretch => self.with_strains::<B, T, 4, D>(body, velocity, then),
+            Moving::All => self.with_strains::<B, T, 6, D>(body, velocity, then),
+        }
+    }
+
+    fn with_strains<B, T, const M: usize, const D: usize>(
+        &self,
+        body: &B,
+        velocity: AtEnd<D>,
+        then: T,
+    ) -> Result<T::Output>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>,
+        T: WithRun,
+    {
+        let places = Space::<M, D>::places();
+        let material = Material::new(self.section.clone(), self.units(), places)?;
+        let local = |field: &SpaceField, x: f64| -> Local<M> {
+            // NaN is refused by the run, which says where.
+            field
+                .at(x)
+                .map_or(Local::repeat(f64::NAN), |strain| material.inward(&strain))
+        };
+        let relaxed = self.relaxed.as_ref().map(|field| |x: f64| local(field, x));
+        let start = ViscousStart {
+            strain: &|x| local(&self.strain, x),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<M>),
+            velocity,
+        };
+        let run = ViscousRun::new(
+            Space::<M, D>::new(),
+            material.clone(),
+            body,
+            &start,
+            self.options,
+        )
+        .map_err(|e| e.context("[start]"))?;
+        Ok(then.with(run))
+    }
+
+    /// The body's ordinary differential equation, if the motion is one of those that it governs exactly.
+    ///
+    /// # Errors
+    /// [`Refusal`]: why it is not; a start that cannot be evaluated.
+    pub fn reduction(&self) -> Result<std::result::Result<Reduction, Refusal>> {
+        let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
+            let strain = field.at(x)?;
+            Ok(strain.map_with_location(|i, _, e| if i < 3 { e * self.scales.length } else { e }))
+        };
+        let sampled = |field: &SpaceField| -> Result<Vec<Strain>> {
+            PROBES.iter().map(|x| scaled(field, *x)).collect()
+        };
+        let branches = match &self.relaxed {
+            None => Vec::new(),
+            Some(field) => vec![sampled(field)?; self.section.branches.len()],
+        };
+        let start = Start {
+            time: 0.0,
+            strains: &sampled(&self.strain)?,
+            branches: &branches,
+            velocity: self.velocity,
+        };
+        let section = self.section.measured(self.units());
+        Ok(Reduction::recognise(
+            &section,
+            &Isometry3::identity(),
+            &self.carried,
+            &start,
+        ))
+    }
+
+    /// True if forces in time do work on the body.
+    pub fn is_driven(&self) -> bool {
+        match &self.carried {
+            Carried::Welded(body) => body.is_driven(),
+            Carried::BallJoint(body) => body.is_driven(),
+        }
+    }
+
+    fn units(&self) -> Units {
+        Units {
+            length: self.scales.length,
+            stiffness: self.scales.stiffness(),
+            time: self.scales.time,
+        }
+    }
+
+    /// A state in the world frame and the scene's units.
+    pub fn state(&self, at: &impl InSpace) -> MotionState {
+        let k = &self.scales;
+        let turned = |pair: Vector6<f64>, i: usize, scale: f64| {
+            self.clamp.rotation * pair.fixed_rows::<3>(i).into_owned() * scale
+        };
+        let (twist, action, ledger) = (at.twist(), at.action(), at.ledger());
+        MotionState {
+            t: at.time() * k.time,
+            pose: self.outward(&at.pose()),
+            velocity: turned(twist, 3, k.velocity),
+            angular_velocity: turned(twist, 0, 1.0 / k.time),
+            force: turned(action, 3, k.force),
+            couple: turned(action, 0, k.energy),
+            ledger: Ledger {
+                kinetic: ledger.kinetic * k.energy,
+                elastic: ledger.elastic * k.energy,
+                potential: ledger.potential * k.energy,
+                dissipated: ledger.dissipated * k.energy,
+                work: ledger.work * k.energy,
+            },
+        }
+    }
+
+    /// Sections from the clamp to the end in the world frame and the scene's units, as [`InSpace::sections`].
+    pub fn sections(&self, at: &impl InSpace, points: usize) -> Vec<Isometry3<f64>> {
+        let sections = at.sections(points);
+        sections.iter().map(|pose| self.outward(pose)).collect()
+    }
+
+    /// The strains at places in [0, 1], in growing order, in the scene's units.
+    pub fn strains(&self, at: &impl InSpace, places: &[f64]) -> Vec<Strain> {
+        let length = self.scales.length;
+        let outward = |e: Strain| e.map_with_location(|i, _, e| if i < 3 { e / length } else { e });
+        at.strains_at(places).into_iter().map(outward).collect()
+    }
+
+    /// A pose of the clamp's frame and the run's units in the world frame and the scene's units.
+    fn outward(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let position = pose.translation.vector * self.scales.length;
+        self.clamp * Isometry3::from_parts(position.into(), pose.rotation)
+    }
+}
+
+/// Places at which strains are asked whether they are the same all along the rod.
+const PROBES: [f64; 9] = [0.0, 0.03, 0.17, 0.29, 0.5, 0.618, 0.83, 0.97, 1.0];
+
+/// World vectors in the frame of the clamp.
+struct Inward(Isometry3<f64>);
+
+impl Inward {
+    fn vector(&self, v: &[f64; 3]) -> Vector3<f64> {
+        self.0.rotation.inverse() * Vector3::from(*v)
+    }
+
+    fn pair(&self, a: &[f64; 3], b: &[f64; 3]) -> Vector6<f64> {
+        let (a, b) = (self.vector(a), self.vector(b));
+        Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+    }
+
+    fn force(&self, force: &Harmonic<3>) -> TimeForce<3> {
+        TimeForce::Harmonic {
+            amplitude: self.vector(&force.direction) * force.amplitude,
+            angular_frequency: force.angular_frequency,
+            phase: force.phase,
+        }
+    }
+}
+
+fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
+    let (gravity, dead) = (inward.vector(&plain.gravity), inward.vector(&plain.dead));
+    match &plain.body.joint {
+        Joint::Ball => {
+            let body = Body::new(1.0)?
+                .with_gravity(gravity)?
+                .with_dead_force(dead)?
+                .with_drag(plain.drag)?;
+            Ok(Carried::BallJoint(
+                plain
+                    .forces
+                    .iter()
+                    .fold(body, |body, force| body.with_force(inward.force(force))),
+            ))
+        }
+        Joint::Weld { offset, inertia } => {
+            let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
+            let body = RigidBody::new(1.0, inertia)
+                .map_err(|e| e.context("body.inertia, in units of mass length^2"))?
+                .with_centre((*offset).into())?
+                .with_gravity(gravity)?
+                .with_dead_force(dead)?
+                .with_dead_couple(inward.vector(&plain.couple))?
+                .with_drag(plain.drag)?;
+            Ok(Carried::Welded(
+                plain
+                    .forces
+                    .iter()
+                    .fold(body, |body, force| body.with_force(inward.force(force))),
+            ))
+        }
+    }
+}
+
+/// The end condition of which the start is an equilibrium.
+fn end(place: &SpatialPlace) -> Option<End> {
+    match place {
+        SpatialPlace::Strain(_) => None,
+        SpatialPlace::Equilibrium(EndLoad { force, couple }) => {
+            Some(End::load((*force).into(), (*couple).into()))
+        }
+        SpatialPlace::Pose(EndPose {
+            position,
+            orientation,
+        }) => Some(match orientation {
+            None => End::ball((*position).into()),
+            Some(orientation) => End::pose((*position).into(), rotation(orientation)),
+        }),
+    }
+}
+
+fn equilibrium(rod: &Rod, end: End, tolerance: f64) -> Result<(SpaceField, Option<usize>)> {
+    let doing = |e: Error| e.context("[start]");
+    let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
+    let found = Problem::new(rod.clone(), end, tolerance)
+        .and_then(|problem| problem.solve(None))
+        .map_err(doing)?;
+    let field = SpaceField::Equilibrium {
+        rod: rod.clone(),
+        base: found.base,
+    };
+    Ok((field, Some(found.index)))
+}
