@@ -39,7 +39,7 @@ pub fn read_statics(path: &Path) -> Result<Statics, Refusal> {
     Statics::read(path).map_err(refuse)
 }
 
-fn refuse(e: ReadError) -> Refusal {
+pub fn refuse(e: ReadError) -> Refusal {
     match e {
         ReadError::Scene { file, faults } => report(&file, &faults),
         ReadError::File(e) => Refusal(e.to_string()),

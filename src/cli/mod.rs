@@ -8,6 +8,7 @@ mod equilibrium;
 mod figures;
 mod files;
 mod folds;
+mod memory;
 mod progress;
 mod query;
 mod recorder;
@@ -47,6 +48,9 @@ enum Command {
     Equilibrium(EquilibriumArgs),
     /// Follows a branch of equilibria in one parameter: special points, figures.
     Branch(BranchArgs),
+    /// Describes small motions of a straight viscoelastic rod's end: spring, dashpot, memory kernel.
+    #[command(allow_negative_numbers = true)]
+    Memory(MemoryArgs),
     /// Checks a scene and reports every fault at once.
     Check(CheckArgs),
 }
@@ -176,6 +180,30 @@ struct BranchArgs {
 }
 
 #[derive(Args)]
+struct MemoryArgs {
+    /// The scene, a TOML file with damping.
+    scene: PathBuf,
+    /// First time, in the scene's unit; default a decade before the first relaxation.
+    #[arg(long)]
+    from: Option<f64>,
+    /// Last time; default a decade after the last relaxation.
+    #[arg(long)]
+    to: Option<f64>,
+    /// How many times, logarithmically spaced, from 2 to 100000.
+    #[arg(long, default_value_t = 201)]
+    points: usize,
+    /// Where to write kernel.csv, memory.json and kernel.svg; nothing is written without it.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write a PNG beside the figure (needs the feature `png`).
+    #[arg(long)]
+    png: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
 struct CheckArgs {
     /// The scene, a TOML file.
     scene: PathBuf,
@@ -228,6 +256,7 @@ pub fn main() -> ExitCode {
         Command::Sheets(args) => sheets::sheets(args),
         Command::Equilibrium(args) => equilibrium::equilibrium(args),
         Command::Branch(args) => branch::branch(args),
+        Command::Memory(args) => memory::memory(args),
         Command::Check(args) => check::check(args),
     };
     match ending {

@@ -1,7 +1,7 @@
 //! From a planar scene with damping to a viscoelastic run, in units of the rod.
 
 use super::build::{body, start};
-use super::{Method, Place, Relaxed, Scales, Scene};
+use super::{Method, Place, PowerLaw, Relaxed, Scales, Scene};
 use crate::body::Body;
 use crate::dynamics::viscous::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
 use crate::elastica::Equilibrium;
@@ -65,9 +65,9 @@ impl ViscousSetup {
     pub fn new(scene: &Scene) -> Result<Self> {
         let plain = scene.dimensionless();
         if !(plain.viscosity > 0.0) {
-            return Err(Error::domain(
-                "rod.damping is missing or 0: an elastic rod has no strains of its own to be followed; write damping > 0",
-            ));
+            return Err(Error::domain(format!(
+                "{ELASTIC} no strains of its own to be followed; write damping > 0"
+            )));
         }
         let mut options = ViscousOptions::new(plain.duration)?
             .with_tolerance(scene.run.tolerance)
@@ -84,21 +84,7 @@ impl ViscousSetup {
             Relaxed::Unloaded => Some(Field::Polynomial(vec![0.0])),
             Relaxed::At(curvature) => Some(Field::Polynomial(curvature)),
         };
-        // Of the section only bending in the plane moves; the other stiffnesses are not used.
-        let viscosity = Viscosity::diagonal([plain.viscosity; 2], plain.viscosity)?;
-        let rate: Arc<dyn RateLaw> = match plain.power {
-            None => Arc::new(KelvinVoigt::new(viscosity)),
-            Some(power) => {
-                let onset = plain.viscosity * power.rate * power.rate;
-                Arc::new(Carreau::new(viscosity, onset, power.exponent)?)
-            }
-        };
-        let mut law = Viscoelastic::new(Arc::new(Linear::diagonal([1.0; 2], 1.0)?), rate)?;
-        for branch in &plain.relaxation {
-            let mut modulus = Matrix6::zeros();
-            modulus[(BENDING, BENDING)] = branch.stiffness;
-            law = law.with_branch(Maxwell::new(modulus, branch.time)?)?;
-        }
+        let law = section(1.0, plain.viscosity, plain.power, &plain.relaxation)?;
         Ok(Self {
             body: body(&plain)?,
             material: Material::new(law, Units::ONE, [BENDING])?,
@@ -131,6 +117,56 @@ impl ViscousSetup {
         )
         .map_err(|e| e.context("[start]"))
     }
+}
+
+impl Scene {
+    /// The section of the rod, in the scene's units; of its strains only u1, bending in the plane, is meant.
+    ///
+    /// # Errors
+    /// A scene without damping; numbers at which the law is not one of doubles.
+    pub fn viscoelastic(&self) -> Result<Viscoelastic> {
+        let rod = &self.rod;
+        let Some(damping) = rod.damping else {
+            return Err(Error::domain(format!(
+                "{ELASTIC} no section that creeps or remembers; write damping > 0"
+            )));
+        };
+        let bending = rod.bending_stiffness;
+        section(
+            bending,
+            damping.viscosity(bending),
+            damping.power,
+            &rod.relaxation,
+        )
+    }
+}
+
+const ELASTIC: &str = "rod.damping is missing or 0: an elastic rod has";
+
+/// A section of this bending stiffness and viscosity. Of it only bending in the plane moves; the other stiffnesses are
+/// not used.
+fn section(
+    bending: f64,
+    viscosity: f64,
+    power: Option<PowerLaw>,
+    relaxation: &[super::Maxwell],
+) -> Result<Viscoelastic> {
+    let friction = Viscosity::diagonal([viscosity; 2], viscosity)?;
+    let rate: Arc<dyn RateLaw> = match power {
+        None => Arc::new(KelvinVoigt::new(friction)),
+        Some(power) => {
+            let onset = viscosity * power.rate * power.rate;
+            Arc::new(Carreau::new(friction, onset, power.exponent)?)
+        }
+    };
+    let elastic = Linear::diagonal([bending; 2], bending)?;
+    let mut law = Viscoelastic::new(Arc::new(elastic), rate)?;
+    for branch in relaxation {
+        let mut modulus = Matrix6::zeros();
+        modulus[(BENDING, BENDING)] = branch.stiffness;
+        law = law.with_branch(Maxwell::new(modulus, branch.time)?)?;
+    }
+    Ok(law)
 }
 
 /// The strain that a planar rod has, among u1 .. v3.

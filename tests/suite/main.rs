@@ -5,6 +5,8 @@ mod arrows;
 mod cli;
 mod cli_motion;
 #[cfg(feature = "cli")]
+mod cli_memory;
+#[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;
 mod dynamics;
@@ -15,6 +17,7 @@ mod elliptic_data;
 mod figures;
 mod inversion;
 mod memory_kernel;
+mod memory_motion;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]

@@ -95,6 +95,7 @@ pub struct MemoryKernel {
     nodes: Vec<Node>,
     /// Which components of the end move, and carry a wrench that follows from the motion.
     reach: [bool; 6],
+    commuting: Commuting,
     instantaneous: Matrix6<f64>,
     glassy: Matrix6<f64>,
     relaxed: Matrix6<f64>,
@@ -122,7 +123,10 @@ pub struct Commuting {
 /// As [`MemoryKernel::new`].
 pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
     let (nodes, _) = nodes(section, length, [true; 6])?;
-    let end = End::new(&nodes)?;
+    Ok(defect(&nodes, &End::new(&nodes)?, length))
+}
+
+fn defect(nodes: &[Node], end: &End, length: f64) -> Commuting {
     let shapes: Vec<_> = nodes.iter().map(|node| &node.load * end.unit).collect();
     let faster =
         |k: usize| shapes[k].map_with_location(|i, _, entry: f64| entry * nodes[k].rates[i]);
@@ -138,11 +142,11 @@ pub fn commuting(section: &Viscoelastic, length: f64) -> Result<Commuting> {
                 if here.0 > worst.0 { here } else { worst }
             },
         );
-    Ok(Commuting {
+    Commuting {
         holds: defect <= ROUNDING,
         defect,
         at,
-    })
+    }
 }
 
 impl MemoryKernel {
@@ -153,7 +157,7 @@ impl MemoryKernel {
     /// [`SectionLaw::inverse`](crate::rod::section::SectionLaw::inverse) and
     /// [`RateLaw::rate`](super::law::RateLaw::rate).
     pub fn new(section: &Viscoelastic, length: f64) -> Result<Self> {
-        Self::of(section, length, [true; 6])
+        Self::carrying(section, length, [true; 6])
     }
 
     /// The response of an end that is free to turn: it carries force alone, rows and columns of the couple are zero.
@@ -161,10 +165,20 @@ impl MemoryKernel {
     /// # Errors
     /// As [`MemoryKernel::new`].
     pub fn free_to_turn(section: &Viscoelastic, length: f64) -> Result<Self> {
-        Self::of(section, length, [false, false, false, true, true, true])
+        Self::carrying(section, length, [false, false, false, true, true, true])
     }
 
-    fn of(section: &Viscoelastic, length: f64, carried: [bool; 6]) -> Result<Self> {
+    /// The response of an end that carries the marked components of (m, n) and moves freely in the others: rows and
+    /// columns of these are zero. A planar rod whose end is free to turn carries n1 or n2 alone.
+    ///
+    /// # Errors
+    /// As [`MemoryKernel::new`]; nothing marked.
+    pub fn carrying(section: &Viscoelastic, length: f64, carried: [bool; 6]) -> Result<Self> {
+        if carried == [false; 6] {
+            return Err(Error::domain(
+                "the end carries no wrench: mark at least one component",
+            ));
+        }
         let (nodes, accuracy) = nodes(section, length, carried)?;
         let end = End::new(&nodes)?;
         let relaxed = inverse_of_free(&total(&nodes, f64::recip), end.still()).ok_or_else(flat)?;
@@ -184,6 +198,7 @@ impl MemoryKernel {
         })?;
         Ok(Self {
             reach: end.reach,
+            commuting: defect(&nodes, &end, length),
             instantaneous: end.physical(&Matrix6::identity()),
             glassy,
             relaxed,
@@ -294,6 +309,11 @@ impl MemoryKernel {
     /// an inextensible rod.
     pub fn moves(&self) -> [bool; 6] {
         self.reach
+    }
+
+    /// Does (6.15) hold for this end, in the components that it carries? Compare [`commuting`].
+    pub fn commuting(&self) -> Commuting {
+        self.commuting
     }
 
     /// How much G(p) changed in the last refinement of the grid, relative: an estimate of the error of all matrices

@@ -213,7 +213,8 @@ pub(super) fn compliances(section: &Viscoelastic, s: f64) -> Result<[Matrix6<f64
     let bent = (unloaded.strain - Strain::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)).amax();
     if !(bent <= BENT) {
         return Err(Error::domain(format!(
-            "the rod must be straight and unstretched without load: at s = {s} its strains are {:?}",
+            "the rod must be straight and unstretched without load: at s = {s} its strains are {:?}; \
+             the kernel is that of small motions about a straight rod: set rest curvature and twist to 0",
             unloaded.strain.as_slice()
         )));
     }

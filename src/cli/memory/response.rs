@@ -1,0 +1,293 @@
+//! The response of an end, in the components that it has.
+
+use nalgebra::Matrix6;
+use serde_json::{Value, json};
+use snaprod::Result;
+use snaprod::scene::Units;
+use snaprod::viscous::kernel::MemoryKernel;
+use snaprod::viscous::law::Viscoelastic;
+
+/// How the body is fixed to the end, and in which space.
+#[derive(Clone, Copy, PartialEq)]
+pub enum End {
+    /// A point mass on an end that is free to turn, in the plane of the elastica.
+    Planar,
+    /// The same in space.
+    Ball,
+    /// A rigid body that turns with the end.
+    Welded,
+}
+
+impl End {
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Planar => "planar",
+            Self::Ball => "ball",
+            Self::Welded => "weld",
+        }
+    }
+}
+
+/// A part of the relaxation function, weight exp(-rate t).
+pub struct Term {
+    pub rate: f64,
+    pub weight: Matrix6<f64>,
+    /// Its largest part of a diagonal entry of R(0).
+    pub share: f64,
+}
+
+/// Less than this, relative, is rounding.
+pub const ROUNDING: f64 = 1e-12;
+/// R has fallen by less than this part, before anything happens.
+const EARLY: f64 = 0.01;
+/// R and J are as near as this to their last values, after all has happened.
+const LATE: f64 = 1e-3;
+/// Decades of time from 1.
+const FARTHEST: i32 = 300;
+
+/// The linearised response of an end.
+pub struct Response {
+    pub kernel: MemoryKernel,
+    pub end: End,
+    pub units: Units,
+    /// The components of (z, r) that the end has and carries a wrench against, in the order of the output.
+    pub shown: Vec<usize>,
+    /// By rate, slowest first, rates that are equal to rounding together.
+    pub terms: Vec<Term>,
+    /// Maxwell branches.
+    pub branches: usize,
+    /// The friction is not H e_t, and was linearised.
+    pub nonlinear: bool,
+}
+
+impl Response {
+    pub fn new(
+        section: &Viscoelastic,
+        length: f64,
+        end: End,
+        units: Units,
+        nonlinear: bool,
+    ) -> Result<Self> {
+        let kernel = match end {
+            // u1 bends towards d2.
+            End::Planar => {
+                MemoryKernel::carrying(section, length, [false, false, false, false, true, false])?
+            }
+            End::Ball => MemoryKernel::free_to_turn(section, length)?,
+            End::Welded => MemoryKernel::new(section, length)?,
+        };
+        let shown: Vec<usize> = (0..6).filter(|i| kernel.moves()[*i]).collect();
+        let mut response = Self {
+            terms: Vec::new(),
+            kernel,
+            end,
+            units,
+            shown,
+            branches: section.branches.len(),
+            nonlinear,
+        };
+        response.terms = response.gathered();
+        Ok(response)
+    }
+
+    fn gathered(&self) -> Vec<Term> {
+        let mut terms: Vec<Term> = Vec::new();
+        for mode in self.kernel.modes() {
+            let weight = mode.force * mode.force.transpose() / mode.rate;
+            match terms.last_mut() {
+                Some(last) if mode.rate - last.rate <= ROUNDING * mode.rate => {
+                    last.weight += weight
+                }
+                _ => terms.push(Term {
+                    rate: mode.rate,
+                    weight,
+                    share: 0.0,
+                }),
+            }
+        }
+        let glassy = self.kernel.glassy();
+        for term in &mut terms {
+            let part = |i: &usize| term.weight[(*i, *i)] / glassy[(*i, *i)];
+            term.share = self.shown.iter().map(part).fold(0.0, f64::max);
+        }
+        terms.retain(|term| term.share > ROUNDING);
+        terms
+    }
+
+    /// What a component of the end's motion is called.
+    pub fn name(&self, i: usize) -> &'static str {
+        match self.end {
+            End::Planar => "y",
+            _ => ["z1", "z2", "z3", "r1", "r2", "r3"][i],
+        }
+    }
+
+    /// What a component of the wrench on the end is called.
+    pub fn load(&self, i: usize) -> &'static str {
+        match self.end {
+            End::Planar => "n_y",
+            _ => ["m1", "m2", "m3", "n1", "n2", "n3"][i],
+        }
+    }
+
+    /// The name of the entry (i, j) of a matrix.
+    pub fn entry(&self, i: usize, j: usize) -> String {
+        format!("{}{}", self.name(i), self.name(j))
+    }
+
+    /// Which part of R(0) is forgotten.
+    pub fn forgotten(&self, i: usize) -> f64 {
+        let glassy = self.kernel.glassy()[(i, i)];
+        let part = |term: &Term| term.weight[(i, i)] / glassy;
+        self.terms.iter().map(part).sum()
+    }
+
+    /// True if no component of the end has a memory.
+    pub fn forgets_all(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The whole decades of time in which something happens: from before the first relaxation or creep until all is
+    /// still, to the eye.
+    pub fn decades(&self) -> [f64; 2] {
+        let kernel = &self.kernel;
+        let (glassy, relaxed) = (kernel.glassy(), kernel.relaxed());
+        let longest = kernel.creep(f64::MAX);
+        let all = |holds: &dyn Fn(usize) -> bool| self.shown.iter().all(|&i| holds(7 * i));
+        let early = |t: f64| {
+            let (after, creep) = (kernel.wrench_after_step(t), kernel.creep(t));
+            all(&|ii| {
+                after[ii] >= (1.0 - EARLY) * glassy[ii] && creep[ii] <= 2.0 * EARLY * longest[ii]
+            })
+        };
+        let late = |t: f64| {
+            let (after, creep) = (kernel.wrench_after_step(t), kernel.creep(t));
+            all(&|ii| {
+                after[ii] <= (1.0 + LATE) * relaxed[ii] && creep[ii] >= (1.0 - LATE) * longest[ii]
+            })
+        };
+        // A time of the right order.
+        let ii = self.shown.first().map_or(0, |&i| 7 * i);
+        let middle = (kernel.instantaneous()[ii] / glassy[ii]).log10().round() as i32;
+        let decade = |k: &i32| 10.0_f64.powi(*k);
+        let (least, most) = (-FARTHEST, FARTHEST);
+        let middle = middle.clamp(least, most);
+        let last = (middle..most).find(|k| late(decade(k))).unwrap_or(most);
+        let first = (least..last)
+            .rev()
+            .find(|k| early(decade(k)))
+            .unwrap_or(least);
+        [decade(&first), decade(&last)]
+    }
+
+    /// What the verdict on (6.15) means.
+    pub fn meaning(&self) -> String {
+        let verdict = match (self.forgets_all(), self.branches) {
+            (true, _) => {
+                "to first order the end has no memory: it answers as a spring beside a dashpot"
+            }
+            (false, 0) => {
+                "parts of the rod retard at different rates, so that the wrench depends on the past of the end: it remembers"
+            }
+            (false, 1) => {
+                "the Maxwell branch relaxes, so that the wrench depends on the past of the end: it remembers"
+            }
+            (false, _) => {
+                "the Maxwell branches relax, so that the wrench depends on the past of the end: it remembers"
+            }
+        };
+        let why = match (self.forgets_all(), self.end) {
+            (true, End::Planar) => {
+                " (the rod bends only, and its retardation time is the same all along; large deflections do have a memory)"
+            }
+            (true, _) => " (large deflections may have a memory)",
+            _ => "",
+        };
+        format!("{verdict}{why}")
+    }
+
+    /// The components shown, row by row.
+    pub fn rows(&self, matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
+        let row = |&i: &usize| self.shown.iter().map(|&j| matrix[(i, j)]).collect();
+        self.shown.iter().map(row).collect()
+    }
+
+    /// Unit of the entry (i, j) of a matrix of wrenches per displacement, or of their inverse.
+    pub fn unit(&self, i: usize, j: usize, inverse: bool) -> &'static str {
+        if self.units == Units::Dimensionless {
+            return "";
+        }
+        match ((i > 2) as u8 + (j > 2) as u8, inverse) {
+            (0, false) => "N m",
+            (1, false) => "N",
+            (_, false) => "N/m",
+            (0, true) => "1/(N m)",
+            (1, true) => "1/N",
+            (_, true) => "m/N",
+        }
+    }
+
+    /// The same of wrenches per velocity.
+    pub fn dashpot_unit(&self, i: usize, j: usize) -> &'static str {
+        match (self.unit(i, j, false), self.units) {
+            (_, Units::Dimensionless) => "",
+            ("N m", _) => "N m s",
+            ("N", _) => "N s",
+            _ => "N s/m",
+        }
+    }
+
+    /// All of it as JSON.
+    pub fn object(&self) -> Value {
+        let kernel = &self.kernel;
+        let found = kernel.commuting();
+        let (dashpot, spring) = (kernel.instantaneous(), kernel.relaxed());
+        let names = |name: &dyn Fn(usize) -> &'static str| -> Vec<_> {
+            self.shown.iter().map(|&i| name(i)).collect()
+        };
+        let terms: Vec<Value> = self
+            .terms
+            .iter()
+            .map(|term| {
+                json!({
+                    "rate": term.rate,
+                    "time": term.rate.recip(),
+                    "share": term.share,
+                    "weight": self.rows(&term.weight),
+                })
+            })
+            .collect();
+        let directions: Vec<Value> = self
+            .shown
+            .iter()
+            .map(|&i| {
+                let forgotten = self.forgotten(i);
+                json!({
+                    "component": self.name(i),
+                    "memory": forgotten > ROUNDING,
+                    "forgotten": forgotten,
+                    "spring": spring[(i, i)],
+                    "dashpot": dashpot[(i, i)],
+                    "retardation_time": dashpot[(i, i)] / spring[(i, i)],
+                })
+            })
+            .collect();
+        json!({
+            "units": self.units,
+            "end": self.end.as_str(),
+            "linearised_at": "the straight unloaded rod, at rate zero",
+            "friction_linearised": self.nonlinear,
+            "components": names(&|i| self.name(i)),
+            "wrench": names(&|i| self.load(i)),
+            "condition_6_15": { "holds": found.holds, "defect": found.defect, "at": found.at },
+            "memory": !self.forgets_all(),
+            "meaning": self.meaning(),
+            "instantaneous": self.rows(&dashpot),
+            "glassy": self.rows(&kernel.glassy()),
+            "relaxed": self.rows(&spring),
+            "modes": terms,
+            "directions": directions,
+            "accuracy": kernel.accuracy(),
+        })
+    }
+}
