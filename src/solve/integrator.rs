@@ -139,7 +139,10 @@ impl<S: System> Integrator<S> {
         system.slope(&y, &mut slope)?;
         self.extra += 1;
         let h = first_step.unwrap_or(self.next_step());
+        // What was learnt of the stiffness holds on: who restarts often would never change the method.
+        let (votes, relief) = (self.votes, self.relief);
         self.place(y, slope, h);
+        (self.votes, self.relief) = (votes, relief);
         self.span = 0.0;
         self.dense = None;
         Some(())
