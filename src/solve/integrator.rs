@@ -141,7 +141,10 @@ impl<S: System> Integrator<S> {
     /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
     pub fn restart(&mut self, system: &S, y: DVector<f64>, first_step: Option<f64>) -> Option<()> {
         let h = first_step.unwrap_or(self.next_step());
+        // What was learnt of the stiffness holds on: who restarts often would never change the method.
+        let (votes, relief) = (self.votes, self.relief);
         self.place(system, y, h)?;
+        (self.votes, self.relief) = (votes, relief);
         self.span = 0.0;
         self.dense = None;
         Some(())

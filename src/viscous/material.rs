@@ -134,12 +134,7 @@ impl<const M: usize> Material<M> {
 
     /// Where the law is not smooth, in (0, 1).
     pub fn breaks(&self) -> Vec<f64> {
-        let scaled = self
-            .law
-            .elastic
-            .breaks()
-            .into_iter()
-            .map(|s| s / self.units.length);
+        let scaled = self.law.breaks().into_iter().map(|s| s / self.units.length);
         scaled.filter(|s| *s > 1e-12 && *s < 1.0 - 1e-12).collect()
     }
 

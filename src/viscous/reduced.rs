@@ -11,7 +11,7 @@
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Kinematics, Local};
 use super::material::Material;
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, SMatrix};
 use std::sync::Arc;
 
 /// A viscoelastic rod on a grid.
@@ -79,9 +79,11 @@ pub struct Linear<const M: usize, const D: usize> {
 const REFINEMENTS: usize = 2;
 /// Most steps of Newton's method for a wrench.
 const MOST: usize = 60;
-/// Eigenvalues of G below this part of the largest count as zero: the rod is straight, and the wrench along it is not
-/// determined by velocities.
+/// Eigenvalues of G, scaled to a unit diagonal, below this part of the largest count as zero.
 const SINGULAR: f64 = 1e-13;
+/// Diagonal entries of G below this part of the largest count as zero: the rod is straight, and the wrench along it is
+/// not determined by velocities.
+const STRAIGHT: f64 = 1e-13;
 
 impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     /// What follows from the strains and the memory; None outside the law's domain.
@@ -295,26 +297,41 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     }
 }
 
-/// The solution of G x = b; of least norm where G is singular to rounding.
+/// The solution of G x = b, zero in the directions that [`loose`] names; of least norm where G is singular otherwise.
+///
+/// A rod that is nearly straight lets its end move along the clamp by far less than across. Scaled to a unit diagonal G
+/// is as regular as ever there: no digits are lost.
 pub(crate) fn solve<const D: usize>(g: &SMatrix<f64, D, D>, b: &AtEnd<D>) -> Option<AtEnd<D>> {
     if !g.iter().all(|x| x.is_finite()) {
         return None;
     }
-    let largest = g.diagonal().max();
-    if let Some(factor) = g.cholesky()
+    let mut scale = g.diagonal().map(|x| 1.0 / x.sqrt());
+    for i in loose(g) {
+        scale[i] = 0.0;
+    }
+    let mut scaled = *g;
+    for i in 0..D {
+        for j in 0..D {
+            scaled[(i, j)] *= scale[i] * scale[j];
+        }
+        if scale[i] == 0.0 {
+            scaled[(i, i)] = 1.0;
+        }
+    }
+    let right = b.component_mul(&scale);
+    if let Some(factor) = scaled.cholesky()
         && factor
             .l_dirty()
             .diagonal()
             .iter()
-            .all(|pivot| pivot * pivot > SINGULAR * largest)
+            .all(|pivot| pivot * pivot > SINGULAR)
     {
-        return Some(factor.solve(b));
+        return Some(factor.solve(&right).component_mul(&scale));
     }
-    let dense = DMatrix::from_fn(D, D, |i, j| g[(i, j)]);
+    let dense = DMatrix::from_fn(D, D, |i, j| scaled[(i, j)]);
     let eigen = dense.symmetric_eigen();
     let cut = SINGULAR * eigen.eigenvalues.amax();
-    let right = DVector::from_fn(D, |i, _| b[i]);
-    let mut x = AtEnd::zeros();
+    let mut x = AtEnd::<D>::zeros();
     for (value, vector) in eigen
         .eigenvalues
         .iter()
@@ -327,5 +344,13 @@ pub(crate) fn solve<const D: usize>(g: &SMatrix<f64, D, D>, b: &AtEnd<D>) -> Opt
             }
         }
     }
-    Some(x)
+    Some(x.component_mul(&scale))
+}
+
+/// The directions in which no wrench moves the end: along the clamp where an inextensible rod is straight, to about the
+/// root of [`STRAIGHT`].
+pub(crate) fn loose<const D: usize>(g: &SMatrix<f64, D, D>) -> impl Iterator<Item = usize> {
+    let diagonal = g.diagonal();
+    let largest = diagonal.max();
+    (0..D).filter(move |i| !(diagonal[*i] > STRAIGHT * largest))
 }

@@ -3,9 +3,9 @@
 mod arrows;
 #[cfg(feature = "cli")]
 mod cli;
-mod cli_motion;
 #[cfg(feature = "cli")]
 mod cli_memory;
+mod cli_motion;
 #[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;

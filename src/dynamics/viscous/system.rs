@@ -17,7 +17,7 @@ use crate::body::{EndBody, EndLinear};
 use crate::solve::system::{Factor, Linearised, System};
 use crate::viscous::kinematics::{AtEnd, Kinematics, Local};
 use crate::viscous::place;
-use crate::viscous::reduced::{Configuration, Flow, Linear, Reduced, solve};
+use crate::viscous::reduced::{Configuration, Flow, Linear, Reduced, loose, solve};
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU, SMatrix};
 
 /// Where what stands in a state.
@@ -37,6 +37,8 @@ pub struct Layout {
 
 /// Rounding of a pose.
 const POSE: f64 = 5e-16;
+/// The rate at which the velocity of the end of a straight rod comes back to what the rod allows.
+const FADES: f64 = 10.0;
 /// Time, dissipated, work, loss to drag.
 const INTEGRALS: usize = 4;
 
@@ -189,8 +191,35 @@ where
     #[allow(clippy::type_complexity)] // Two things that are always wanted together.
     pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
-        let flow = self.rod.flow(&at, &self.velocity(y))?;
+        let mut flow = self.rod.flow(&at, &self.velocity(y))?;
+        self.hold(y, &at, &mut flow);
         Some((at, flow))
+    }
+
+    /// A straight inextensible rod holds its end along the clamp whatever the wrench: G is singular, and
+    /// V = int Q^T e_t says nothing of that component of w1. Its derivative does: V_t = (int Q^T e_t)_t, in which e_tt
+    /// has no part; what V has drifted off fades.
+    fn hold(&self, y: &DVector<f64>, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>) {
+        let g = self.rod.mobility(at, flow);
+        for i in loose(&g) {
+            let pose = self.rod.kinematics.pose(&at.shape);
+            let (time, v) = (y[self.layout().time()], self.velocity(y));
+            let n = self.layout().field();
+            let mut convection = DMatrix::zeros(D, n);
+            self.rod
+                .kinematics
+                .convection(&self.rod.grid, &at.shape, &flow.rates, &mut convection);
+            let rates = flow.rates.iter().flat_map(|rate| rate.iter().copied());
+            let bound = convection * DVector::from_iterator(n, rates);
+            let wrench = -flow.wrench;
+            let free = self.body.motion(time, &pose, &v, &wrench).acceleration;
+            let give = self.body.linearised(time, &pose, &v, &wrench).by_wrench;
+            let moved: f64 = (0..flow.rates.len())
+                .map(|k| self.rod.grid.weights()[k] * at.transfer[k].column(i).dot(&flow.rates[k]))
+                .sum();
+            let off = FADES * (v[i] - moved);
+            flow.wrench[i] += (free[i] - bound[i] + off) / give[(i, i)];
+        }
     }
 }
 
