@@ -56,5 +56,7 @@ mod stiff;
 mod support;
 mod truss;
 mod viscous;
+mod viscous_identities;
 mod viscous_laws;
 mod viscous_space;
+mod viscous_space_runs;
