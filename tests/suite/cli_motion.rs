@@ -576,6 +576,57 @@ fn a_reduced_motion_is_the_full_one() {
     ));
 }
 
+/// Catches a twist of the wrong sense, and a couple on the body that is not that of the rod: in SI units
+/// J angle'' = -(C/L) (angle + 0.02 angle'), angle(0) = 0.5 L.
+#[test]
+fn a_twisted_rod_is_a_torsion_pendulum() {
+    let place = Place::new("twist");
+    let text = scene(
+        "length = 0.4\ndamping = { proportional = 0.02 }\n[rod.section]\nbending = [0.3, 0.3]\ntorsion = 0.2",
+        "mass = 0.5\ninertia = [0.01, 0.01, 0.02]",
+        "strain = { u3 = [0.5] }",
+        "[clamp]\nrotation = { axis = [0.0, 1.0, 0.0], angle = 1.5707963267948966 }",
+        "duration = 0.6\nsamples = 7",
+    );
+    let (table, summary) = run(&place, &format!("units = \"si\"\n{text}"));
+    let found = &summary["reduction"];
+    assert_eq!(
+        (&found["kind"], &found["moving"][0]),
+        (&"twisting".into(), &"u3".into())
+    );
+    let spring = 0.2 / 0.4;
+    for (key, expected) in [
+        ("stiffness", spring),
+        ("dashpot", 0.02 * spring),
+        ("mass", 0.02),
+    ] {
+        let value = found[key][0][0].as_f64().unwrap();
+        assert!((value - expected).abs() < 1e-12 * expected, "{key} {value}");
+    }
+    let sigma = 0.02 * spring / (2.0 * 0.02);
+    let omega = (spring / 0.02 - sigma * sigma).sqrt();
+    let clamp = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+    let couples = table.column("mx");
+    // d3 of the clamp is the world's x.
+    for ((t, turn), (couple, spin)) in
+        (table.column("t").iter().zip(turns(&table))).zip(couples.iter().zip(table.column("wx")))
+    {
+        let (sin, cos) = (omega * t).sin_cos();
+        let swing = 0.2 * (-sigma * t).exp();
+        let angle = swing * (cos + sigma / omega * sin);
+        let rate = -swing * (omega + sigma * sigma / omega) * sin;
+        let expected = clamp * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        assert!(
+            turn.angle_to(&expected) < 1e-8 && (spin - rate).abs() < 1e-7,
+            "{t}"
+        );
+        assert!(
+            (couple + spring * (angle + 0.02 * rate)).abs() < 1e-8,
+            "{t} {couple}"
+        );
+    }
+}
+
 /// Catches a combination of rigid strains that runs as another one, a start that cannot be followed, and messages that do
 /// not say what to do; `check` must find what `run` finds.
 #[test]
