@@ -6,6 +6,7 @@ mod cli;
 #[cfg(feature = "cli")]
 mod cli_memory;
 mod cli_motion;
+mod cli_motion_units;
 #[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;
