@@ -368,6 +368,7 @@ impl<L: Linearised> Radau<L> {
                 _ if again.is_none() => {
                     self.work.jacobians += 1;
                     again = Some(system.linearised(&self.from)?);
+                    newton.loosen();
                 }
                 _ => return None,
             }

@@ -148,6 +148,11 @@ impl Newton {
         }
     }
 
+    /// Takes larger increments for rounding: where a step has been taken, a part of it must not fail for that.
+    pub(super) fn loosen(&mut self) {
+        self.floor *= 100.0;
+    }
+
     /// Most iterations of a solution.
     pub(super) const fn most() -> f64 {
         ITERATIONS as f64

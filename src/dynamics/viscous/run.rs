@@ -189,7 +189,7 @@ where
         start: &ViscousStart<'_, M, D>,
         options: ViscousOptions,
     ) -> Result<Self> {
-        let mut system = resolved(kinematics, material, body, start, &options)?;
+        let system = resolved(kinematics, material, body, start, &options)?;
         let grid = &system.rod.grid;
         let strains = field(grid, start.strain);
         let relaxed = start
@@ -229,7 +229,6 @@ where
                 moved.as_slice()
             )));
         }
-        system.hold = system.suited(&first.configuration, &first.flow, &y);
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(&system, y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
@@ -396,10 +395,9 @@ where
 
     /// Changes the form of implicit steps where the other one has become better.
     fn reform(&mut self) -> Option<()> {
-        let y = self.integrator.state();
-        let suited = self
-            .system
-            .suited(&self.current.configuration, &self.current.flow, y);
+        let (y, h) = (self.integrator.state(), self.integrator.next_step());
+        let (at, flow) = (&self.current.configuration, &self.current.flow);
+        let suited = self.system.suited(at, flow, y, h);
         if suited == self.system.hold {
             return Some(());
         }

@@ -91,8 +91,10 @@ pub enum Hold {
     Place,
 }
 
-/// The form of implicit steps changes when strains or end have become faster than the other by this factor.
+/// Steps are by place while the strains relax faster than the end by this factor, and ...
 const FASTER: f64 = 3.0;
+/// ... so fast against the step: at first, and to stay.
+const STIFF: [f64; 2] = [1e3, 1e2];
 
 /// A viscoelastic rod and the body on its end.
 #[derive(Debug)]
@@ -135,6 +137,10 @@ where
             write(&mut y.as_mut_slice()[k * layout.field()..], field);
         }
         y.fixed_rows_mut::<D>(layout.velocity()).copy_from(v);
+        if let Some(shape) = self.rod.kinematics.shape(&self.rod.grid, strains) {
+            let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
+            self.rod.kinematics.place(&shape, slots);
+        }
         y
     }
 
@@ -155,12 +161,14 @@ where
         y.fixed_rows::<D>(self.layout().velocity()).into_owned()
     }
 
-    /// The form that implicit steps should take from here on: by place if the strains relax faster than the end does.
+    /// The form that implicit steps of about length `h` should take from here on: by place if the strains relax fast
+    /// against the step and faster than the end does.
     pub fn suited(
         &self,
         at: &Configuration<K::Shape, M, D>,
         flow: &Flow<M, D>,
         y: &DVector<f64>,
+        h: f64,
     ) -> Hold {
         let nodes = self.rod.grid.nodes().iter().zip(&at.strains);
         let strains = nodes
@@ -178,11 +186,8 @@ where
         } else {
             relaxation(&body.by_wrench, &g)
         };
-        let slower = match self.hold {
-            Hold::Velocity => FASTER * end,
-            Hold::Place => end / FASTER,
-        };
-        if strains > slower {
+        let stiff = STIFF[usize::from(self.hold == Hold::Place)];
+        if strains * h > stiff && strains > FASTER * end {
             Hold::Place
         } else {
             Hold::Velocity
