@@ -6,6 +6,7 @@ mod cli;
 #[cfg(feature = "cli")]
 mod cli_memory;
 mod cli_motion;
+mod cli_motion_units;
 #[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;
@@ -56,5 +57,7 @@ mod stiff;
 mod support;
 mod truss;
 mod viscous;
+mod viscous_identities;
 mod viscous_laws;
 mod viscous_space;
+mod viscous_space_runs;

@@ -94,6 +94,8 @@ struct Planar {
 struct Drawn {
     body: [f64; 2],
     curve: Vec<[f64; 2]>,
+    /// Energy dissipated in the rod so far.
+    lost: f64,
 }
 
 impl Kind for Planar {
@@ -139,6 +141,7 @@ impl Kind for Planar {
         Drawn {
             body: [at.pose[0] * length, at.pose[1] * length],
             curve: curve.map(|[x, y]| [x * length, y * length]).collect(),
+            lost: at.lost * self.scales.energy,
         }
     }
 
@@ -257,14 +260,14 @@ fn layer(task: &Task, done: &Done<Planar>, viscosity: f64) -> Option<LayerFigure
     let (begin, end) = (passage.first()?, passage.last()?);
     let layer: &Layer =
         figures::snaps(&done.layers).find(|l| begin.t <= l.peak && l.peak <= end.t)?;
-    let stretched = |t: f64| (t - layer.peak) / viscosity;
+    let stretched = |t: f64| (t - layer.from) / viscosity;
     let inside: Vec<&Moment<Drawn>> = passage
         .iter()
         .filter(|m| (layer.from..=layer.to).contains(&m.t))
         .collect();
     let (fold, landing) = (inside.first()?, inside.last()?);
     // Even in the energy that is lost: that is where the shape changes.
-    let lost = |m: &Moment<Drawn>| m.ledger.dissipated;
+    let lost = |m: &Moment<Drawn>| m.shape.lost;
     let (low, high) = (lost(fold), lost(landing));
     let shapes = (1..SHAPES - 1)
         .filter_map(|i| {
@@ -283,7 +286,6 @@ fn layer(task: &Task, done: &Done<Planar>, viscosity: f64) -> Option<LayerFigure
             elastic: inside.iter().map(|m| m.ledger.elastic).collect(),
             dissipated: inside.iter().map(|m| lost(m) - low).collect(),
         }],
-        released: Some(layer.elastic_from - layer.elastic_to),
         units: task.labels.clone(),
         ..LayerFigure::default()
     })

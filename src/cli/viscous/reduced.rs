@@ -71,7 +71,7 @@ fn drive(
         match run.sample_at(setup.options.duration * i as f64 / last as f64) {
             Ok(sample) => now = sample,
             Err(e) => {
-                let why = format!("{e}; write `reduce = false` in [run] for the full rod");
+                let why = format!("{e} (`reduce = false` in [run] integrates the whole rod)");
                 return Ok((ViscousOutcome::Stuck(why), now));
             }
         }
@@ -161,9 +161,9 @@ impl Spring<'_> {
         });
         let modes = of.modes.iter().map(|mode| {
             format!(
-                "natural frequency {} rad{}, damping ratio {}",
+                "natural angular frequency {}{}, damping ratio {}",
                 rounded(mode.natural_frequency / time, 9),
-                if u == Units::Si { "/s" } else { "" },
+                if u == Units::Si { " rad/s" } else { "" },
                 rounded(mode.damping_ratio, 6),
             )
         });
