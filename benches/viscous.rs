@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
 use snaprod::dynamics::viscous::{
-    Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousStart, ViscousSystem,
+    Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousStart, ViscousSystem,
 };
 use snaprod::elastica::Equilibrium;
 use snaprod::rod::section::Linear;
@@ -143,7 +143,11 @@ fn slopes() {
             .iter()
             .map(|s| Vector1::new(1.5 - s))
             .collect();
-        let system = ViscousSystem { rod, body: &body };
+        let system = ViscousSystem {
+            rod,
+            body: &body,
+            hold: Hold::Place,
+        };
         let y = system.state(&strains, &[], &Vector2::new(0.1, -0.5));
         time_of(&format!("plane, {nodes} nodes"), &system, y);
     }
@@ -160,7 +164,11 @@ fn slopes() {
             .iter()
             .map(|s| Vector3::new(0.3 + s, 0.5, 0.2 * s))
             .collect();
-        let system = ViscousSystem { rod, body: &body };
+        let system = ViscousSystem {
+            rod,
+            body: &body,
+            hold: Hold::Place,
+        };
         let y = system.state(&strains, &[], &Vector6::repeat(0.1));
         time_of(
             &format!("space, 3 strains, welded, {nodes} nodes"),

@@ -4,8 +4,8 @@ use nalgebra::{Complex, DVector, Matrix6, Vector1, Vector2};
 use serde_json::Value;
 use snaprod::body::{Body, TimeForce};
 use snaprod::dynamics::viscous::{
-    Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart, ViscousSystem,
-    near_equilibrium,
+    Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart,
+    ViscousSystem, near_equilibrium,
 };
 use snaprod::dynamics::{Run, RunEvent, RunOptions};
 use snaprod::elastica::{Elastica, Equilibrium};
@@ -173,6 +173,7 @@ fn jacobian_is_that_of_the_slope_and_of_the_balance() {
             grid: Arc::new(Grid::new(&[0.4], &[6, 7])),
         },
         body: &body,
+        hold: Hold::Place,
     };
     let field = |f: &dyn Fn(f64) -> f64| -> Vec<_> {
         system
@@ -434,7 +435,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
         // What the layers dissipate is what the snaps of the elastic run release.
         for (layer, snap) in snaps.iter().zip(&elastic.1) {
             let share = layer.dissipated / snap.released;
-            assert!((0.9..1.0).contains(&share), "eta = {eta}: {share}");
+            assert!((0.85..1.0).contains(&share), "eta = {eta}: {share}");
         }
         for sample in &found {
             let label = near_equilibrium(sample).expect("on a sheet");

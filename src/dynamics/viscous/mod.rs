@@ -27,4 +27,4 @@ pub use layer::Layer;
 pub use resolution::{MOST_NODES, Nodes};
 pub use run::{ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousStart};
 pub use sample::ViscousSample;
-pub use system::{Layout, ViscousFactor, ViscousLinear, ViscousSystem};
+pub use system::{Hold, Layout, ViscousFactor, ViscousLinear, ViscousSystem};

@@ -3,7 +3,7 @@
 use super::layer::{Layer, LayerWatch};
 use super::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use super::sample::ViscousSample;
-use super::system::ViscousSystem;
+use super::system::{Hold, ViscousSystem};
 use crate::body::EndBody;
 use crate::error::{Error, Result};
 use crate::solve::integrator::{Integrator, Method, Work};
@@ -189,7 +189,7 @@ where
         start: &ViscousStart<'_, M, D>,
         options: ViscousOptions,
     ) -> Result<Self> {
-        let system = resolved(kinematics, material, body, start, &options)?;
+        let mut system = resolved(kinematics, material, body, start, &options)?;
         let grid = &system.rod.grid;
         let strains = field(grid, start.strain);
         let relaxed = start
@@ -229,6 +229,7 @@ where
                 moved.as_slice()
             )));
         }
+        system.hold = system.suited(&first.configuration, &first.flow, &y);
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(&system, y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
@@ -393,6 +394,23 @@ where
         self.integrator.restart(&self.system, next, None)
     }
 
+    /// Changes the form of implicit steps where the other one has become better.
+    fn reform(&mut self) -> Option<()> {
+        let y = self.integrator.state();
+        let suited = self
+            .system
+            .suited(&self.current.configuration, &self.current.flow, y);
+        if suited == self.system.hold {
+            return Some(());
+        }
+        self.system.hold = suited;
+        if self.integrator.method_now() == Method::Explicit {
+            return Some(());
+        }
+        let y = y.clone();
+        self.integrator.restart(&self.system, y, None)
+    }
+
     fn advance(&mut self) -> ViscousEvent {
         if self.interrupted {
             return self.stop(ViscousOutcome::Interrupted);
@@ -404,6 +422,11 @@ where
         }
         if self.work().steps >= self.options.max_steps {
             return self.stop(ViscousOutcome::StepLimit);
+        }
+        if self.reform().is_none() {
+            return self.stop(ViscousOutcome::Stuck(format!(
+                "at t = {from:?} the end of the rod could not be held: the strains stand at the edge of the section's domain"
+            )));
         }
         if let Some(counts) = self.wanted.take()
             && self.regrid(&counts).is_none()
@@ -514,7 +537,11 @@ where
                     material,
                     grid: Arc::new(grid),
                 };
-                return Ok(ViscousSystem { rod, body });
+                return Ok(ViscousSystem {
+                    rod,
+                    body,
+                    hold: Hold::Velocity,
+                });
             }
         }
     }

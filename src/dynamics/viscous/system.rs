@@ -6,12 +6,15 @@
 //! Explicit steps take the equations as theory Sec. 5 has them: w1 follows from e and V by the positive definite G, and
 //! place and wrench in the state are idle. For small viscosities eta the strain rates are then small differences of terms of
 //! size 1/eta that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for
-//! steps up to eta^(1/3). Implicit steps therefore take the equations of which these are the derivative: the place moves at
-//! V, and w1 is what keeps the end of the rod there,
+//! steps up to eta^(1/3). Implicit steps of such rods ([`Hold::Place`]) therefore take the equations of which these are the
+//! derivative: the place moves at V, and w1 is what keeps the end of the rod there,
 //! ```text
 //! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place,
 //! ```
-//! which has nothing of size 1/eta beside e_t itself, and becomes the equations of the elastic rod as eta -> 0.
+//! which has nothing of size 1/eta beside e_t itself, and becomes the equations of the elastic rod as eta -> 0. Where the end
+//! gives way slowly instead, at a rate M^-1 G^-1 above that of the strains (large viscosities, inextensible rods nearly
+//! straight), a velocity is known better than the change of a place, and implicit steps keep the first form
+//! ([`Hold::Velocity`]).
 
 use crate::body::{EndBody, EndLinear};
 use crate::solve::system::{Factor, Linearised, System};
@@ -79,6 +82,18 @@ impl Layout {
     }
 }
 
+/// By what implicit steps find the wrench on the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// The end moves at V: int Q^T e_t = V.
+    Velocity,
+    /// The end is where V has brought it.
+    Place,
+}
+
+/// The form of implicit steps changes when strains or end have become faster than the other by this factor.
+const FASTER: f64 = 3.0;
+
 /// A viscoelastic rod and the body on its end.
 #[derive(Debug)]
 pub struct ViscousSystem<'a, K, B, const M: usize, const D: usize> {
@@ -86,6 +101,8 @@ pub struct ViscousSystem<'a, K, B, const M: usize, const D: usize> {
     pub rod: Reduced<K, M, D>,
     /// The body.
     pub body: &'a B,
+    /// The form of implicit steps.
+    pub hold: Hold,
 }
 
 impl<K, B, const M: usize, const D: usize> ViscousSystem<'_, K, B, M, D>
@@ -136,6 +153,40 @@ where
     /// The velocity of the end.
     pub fn velocity(&self, y: &DVector<f64>) -> AtEnd<D> {
         y.fixed_rows::<D>(self.layout().velocity()).into_owned()
+    }
+
+    /// The form that implicit steps should take from here on: by place if the strains relax faster than the end does.
+    pub fn suited(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        y: &DVector<f64>,
+    ) -> Hold {
+        let nodes = self.rod.grid.nodes().iter().zip(&at.strains);
+        let strains = nodes
+            .zip(&flow.fluidity)
+            .filter_map(|((s, e), c)| Some((c * self.rod.material.tangent(*s, e)?).norm()))
+            .fold(0.0, f64::max);
+        let pose = self.rod.kinematics.pose(&at.shape);
+        let time = y[self.layout().time()];
+        let body = self
+            .body
+            .linearised(time, &pose, &self.velocity(y), &-flow.wrench);
+        let g = self.rod.mobility(at, flow);
+        let end = if loose(&g).next().is_some() {
+            f64::INFINITY
+        } else {
+            relaxation(&body.by_wrench, &g)
+        };
+        let slower = match self.hold {
+            Hold::Velocity => FASTER * end,
+            Hold::Place => end / FASTER,
+        };
+        if strains > slower {
+            Hold::Place
+        } else {
+            Hold::Velocity
+        }
     }
 
     fn place<'y>(&self, y: &'y DVector<f64>) -> &'y [f64] {
@@ -251,10 +302,16 @@ where
     }
 
     fn algebraic(&self) -> usize {
-        D
+        match self.hold {
+            Hold::Velocity => 0,
+            Hold::Place => D,
+        }
     }
 
     fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        if self.hold == Hold::Velocity {
+            return self.slope(y, out);
+        }
         let layout = self.layout();
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
@@ -300,6 +357,7 @@ where
                 .linearised(time, &pose, &self.velocity(y), &-flow.wrench),
             spin: place::spin(self.place(y), &self.velocity(y)),
             place: self.place(y).to_vec(),
+            hold: self.hold,
             rod,
         })
     }
@@ -333,6 +391,7 @@ pub struct ViscousLinear<const M: usize, const D: usize> {
     body: EndLinear<D>,
     spin: SMatrix<f64, D, D>,
     place: Vec<f64>,
+    hold: Hold,
 }
 
 /// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
@@ -348,11 +407,13 @@ pub struct ViscousFactor<T: ComplexField, const M: usize, const D: usize> {
 impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     type Factor<T: ComplexField<RealField = f64> + Copy> = ViscousFactor<T, M, D>;
 
-    /// With the change of place dr = gather de - b_c the velocity is dV = (sigma - spin) dr - b_r, and
+    /// With the change of velocity dV = follow de - b_l the strains and the wrench obey
     /// ```text
     /// (sigma - drift - sum_k relaxing_k/(1 + sigma tau_k)) de - push dw = b_e + ...
-    /// ((sigma - a_V)(sigma - spin) - a_pose) gather de + a_w dw = b_V + (sigma - a_V)(b_r + (sigma - spin) b_c).
+    /// ((sigma - a_V) follow - a_pose gather) de + a_w dw = b_V + (sigma - a_V) b_l.
     /// ```
+    /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the change
+    /// of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
     fn shifted<T: ComplexField<RealField = f64> + Copy>(
         &self,
         sigma: T,
@@ -384,15 +445,18 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
                 matrix[(n + i, n + j)] = real(self.body.by_wrench[(i, j)] * wrench);
             }
         }
-        let stiff = self.dynamic(sigma) - self.body.by_pose.map(real);
+        let (damped, turning) = (self.damped(sigma), self.turning(sigma));
+        let by_pose = self.body.by_pose.map(real);
         for j in 0..n {
-            for i in 0..D {
-                let mut entry = T::zero();
-                for k in 0..D {
-                    entry += stiff[(i, k)] * real(self.rod.gather[(k, j)]);
+            let gather = self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
+            let follow = match self.hold {
+                Hold::Place => turning * gather,
+                Hold::Velocity => {
+                    gather * sigma + self.rod.convection.fixed_view::<D, 1>(0, j).map(real)
                 }
-                matrix[(n + i, j)] = entry;
-            }
+            };
+            let row = damped * follow - by_pose * gather;
+            matrix.fixed_view_mut::<D, 1>(n, j).copy_from(&row);
         }
         // Rows of one size: stiffness and inertia have none in common.
         let mut rows = vec![0.0; n + D];
@@ -420,16 +484,13 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight) the velocity relaxes fast,
     /// at the rate of M^-1 G^-1: it takes over the rounding of the pose at that rate, or of the pose over a step.
     fn rounding(&self, h: f64) -> f64 {
+        if self.hold == Hold::Velocity {
+            return 0.0;
+        }
         let g = (&self.rod.gather * &self.rod.push)
             .fixed_view::<D, D>(0, 0)
             .into_owned();
-        let rate = (0..D)
-            .filter_map(|j| {
-                let unit = AtEnd::<D>::from_fn(|i, _| if i == j { 1.0 } else { 0.0 });
-                Some((self.body.by_wrench * solve(&g, &unit)?).norm())
-            })
-            .fold(0.0, f64::max);
-        POSE * rate.min(1.0 / h)
+        POSE * relaxation(&self.body.by_wrench, &g).min(1.0 / h)
     }
 
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
@@ -475,10 +536,14 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     fn turning<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
     }
+}
 
-    fn dynamic<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
-        self.damped(sigma) * self.turning(sigma)
-    }
+/// The rate M^-1 G^-1 at which the velocity of the end comes to what strains and loads make it.
+fn relaxation<const D: usize>(by_wrench: &SMatrix<f64, D, D>, g: &SMatrix<f64, D, D>) -> f64 {
+    let unit = |j: usize| AtEnd::<D>::from_fn(|i, _| f64::from(u8::from(i == j)));
+    (0..D)
+        .filter_map(|j| Some((by_wrench * solve(g, &unit(j))?).norm()))
+        .fold(0.0, f64::max)
 }
 
 fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
@@ -507,11 +572,23 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
             }
         }
         let placed = layout.place()..layout.wrench();
+        let gathered = |field: &[T]| {
+            let mut sum = SMatrix::<T, D, 1>::zeros();
+            for (column, x) in linear.rod.gather.column_iter().zip(field) {
+                for (sum, g) in sum.iter_mut().zip(column.iter()) {
+                    *sum += real(*g) * *x;
+                }
+            }
+            sum
+        };
         let (moved, grown) = place::split::<T, D>(&linear.place, &b.as_slice()[placed.clone()]);
         let missed = -b.fixed_rows::<D>(layout.wrench()).into_owned();
         let turning = linear.turning(self.sigma);
-        let pushed = b.fixed_rows::<D>(velocity).into_owned()
-            + linear.damped(self.sigma) * (moved + turning * missed);
+        let lag = match linear.hold {
+            Hold::Place => turning * missed + moved,
+            Hold::Velocity => gathered(&b.as_slice()[..n]),
+        };
+        let pushed = b.fixed_rows::<D>(velocity).into_owned() + linear.damped(self.sigma) * lag;
         right.rows_mut(n, D).copy_from(&pushed);
         for (value, row) in right.iter_mut().zip(&self.rows) {
             *value *= real(*row);
@@ -519,13 +596,19 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
         if !self.lu.solve_mut(&mut right) {
             return false;
         }
-        let mut twist = -missed;
-        for (i, sum) in twist.iter_mut().enumerate() {
-            for j in 0..n {
-                *sum += real(linear.rod.gather[(i, j)]) * right[j];
+        let followed = gathered(&right.as_slice()[..n]);
+        let (v, twist) = match linear.hold {
+            Hold::Place => (turning * followed - lag, followed - missed),
+            Hold::Velocity => {
+                let mut v = followed * self.sigma - lag;
+                for (column, x) in linear.rod.convection.column_iter().zip(right.iter()) {
+                    for (v, c) in v.iter_mut().zip(column.iter()) {
+                        *v += real(*c) * *x;
+                    }
+                }
+                (v, (moved + v) / self.sigma)
             }
-        }
-        let v = turning * twist - moved;
+        };
         b.fixed_rows_mut::<D>(velocity).copy_from(&v);
         for (k, (_, time)) in relaxing.iter().enumerate() {
             let share = T::one() / (self.sigma + real(1.0 / time));
@@ -541,7 +624,11 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
         let slots = &mut b.as_mut_slice()[placed];
         place::join(&linear.place, &twist, grown / self.sigma, slots);
         for i in 0..D {
-            b[layout.wrench() + i] = right[n + i] * real(self.wrench);
+            let wrench = &mut b[layout.wrench() + i];
+            *wrench = match linear.hold {
+                Hold::Place => right[n + i] * real(self.wrench),
+                Hold::Velocity => *wrench / self.sigma,
+            };
         }
         b.iter().all(|x| x.is_finite())
     }
