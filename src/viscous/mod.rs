@@ -18,7 +18,7 @@
 //!   plane, the angle integrated exactly. [`space`]: rods in space with 3, 4 or 6 strains, the rotation by collocation.
 //! * [`reduced`]: the rod seen from its end. At given strains and memory it turns V into w1 and e_t, or w1 into e_t, with
 //!   the linearisation that implicit steps use.
-//! * [`place`]: the pose of the end as numbers in a state, for implicit steps, which hold the place and not the velocity.
+//! * [`place`]: the pose of the end as numbers in a state, for implicit steps that hold the place and not the velocity.
 //! * [`kernel`]: small motions about the straight rod: spring, dashpot, memory kernel, and when there is none (6.15).
 //!
 //! The motion with a body is in `dynamics::viscous`.

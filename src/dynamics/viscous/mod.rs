@@ -4,9 +4,9 @@
 //! any strains ([`ViscousStart`]), chooses its nodes and its method unless [`ViscousOptions`] do, and keeps a ledger of
 //! energies that nothing is projected on.
 //!
-//! * [`ViscousSystem`]: the equations in two forms. Explicit steps take w1 from strains and velocity by the mobility G;
-//!   implicit steps carry place and w1 and ask that the rod end where the body is, which stays regular as the viscosity
-//!   vanishes.
+//! * [`ViscousSystem`]: the equations in two forms ([`Hold`]). Explicit steps take w1 from strains and velocity by the
+//!   mobility G, and so do implicit ones where the end relaxes faster than the strains; else implicit steps carry place
+//!   and w1 and ask that the rod end where the body is, which stays regular as the viscosity vanishes.
 //! * [`Nodes`]: how many Gauss nodes, by the tails of the strains.
 //! * [`ViscousSample`]: a state with all that follows from it: shape, wrench, rates, dissipation along the rod, and how
 //!   far the rod is from equilibrium.
