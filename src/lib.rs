@@ -2,20 +2,24 @@
 //!
 //! The rod has no inertia: at every instant it is in equilibrium between its clamp and the body, so the
 //! body alone moves, in a multivalued force field. The equilibria form a smooth manifold with a chart;
-//! everything is written over it.
+//! elastic motion is written over it. A viscoelastic rod has a state of its own, the field of its strains, which creep
+//! under what of the resultants the stored energy does not take.
 //!
 //! * [`manifold`]: the trait, and what needs nothing else: inversion near a guess, kernels of folds.
 //! * [`elastica`]: the planar elastica in closed form: equilibria with their labels, folds and cusps, Morse
 //!   index, all equilibria at a point, viscous landings.
 //! * [`rod`]: Cosserat rods in space: section laws, equilibria, branches, stability.
 //! * [`truss`]: the von Mises truss, the smallest manifold with folds.
-//! * [`viscous`]: viscoelastic rods: rate laws, strains with memory.
-//! * [`body`]: the mass and its loads. [`dynamics`]: motion on a sheet, snaps, ledger, runs.
-//! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, bracketed roots, Newton, continuation.
+//! * [`viscous`]: viscoelastic rods: laws of friction and relaxation, strains on Gauss nodes, the wrench that goes with a
+//!   moving end; the memory of small motions.
+//! * [`body`]: the mass, or the rigid body, and its loads.
+//! * [`dynamics`]: motion on a sheet, snaps, ledger, runs; [`dynamics::viscous`]: motion of a viscoelastic rod with its
+//!   body; [`dynamics::reduction`]: motions of it that are exactly those of a spring and a dashpot.
+//! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, Radau IIA, bracketed roots, Newton, continuation.
 //! * `scene` (feature `scene`): TOML scenes. `plot` (feature `plot`): SVG figures from data.
 //!
 //! Units are those of the rod: length 1, bending stiffness 1; forces are in EI/L^2, energies in EI/L, times
-//! in sqrt(mu L^3/EI).
+//! in sqrt(mu L^3/EI), viscosities in EI times that.
 #![warn(missing_docs)]
 
 pub mod body;

@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | [`KelvinVoigt`] | H e_t | H a [`Viscosity`]: diagonal, full, along s, or proportional to the elastic tangent |
 //! | [`Carreau`] | H e_t (1 + e_t.H e_t/onset)^((p-1)/2) | thins (p < 1) or thickens (p > 1) |
-//! | [`FrictionBarrier`] | H e_t + Omega(delta) delta_t d(delta)/de | infinite friction at total compression (2.41) |
+//! | [`FrictionBarrier`] | H e_t + Omega(d) d_t d(d)/de, d = (v3^2 - V^2)/v3 | infinite friction at total compression (2.41) |
 //! | [`Dissipative`] | d(Phi)/d(e_t) | a user's own [`DissipationPotential`] |
 //! | [`SmallViscosity`] | D(e, eta e_t) of another law | (8.1) |
 //!
