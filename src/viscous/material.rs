@@ -143,6 +143,11 @@ impl<const M: usize> Material<M> {
         self.law.rate.is_linear()
     }
 
+    /// True if stiffness and fluidity are the same everywhere and always.
+    pub fn is_constant(&self) -> bool {
+        self.hoisted.is_some()
+    }
+
     /// The active strains without load.
     ///
     /// # Errors

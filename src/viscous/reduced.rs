@@ -127,9 +127,14 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         let mut flow = self.under(at, &AtEnd::zeros())?;
         let (mut residual, mut g) = self.imbalance(at, &flow, v);
         if self.material.is_linear() {
-            for _ in 0..REFINEMENTS {
+            for step in 0..REFINEMENTS {
                 let change = solve(&g, &-residual)?;
-                self.load(at, &mut flow, &change);
+                if step == 0 && !self.material.is_constant() {
+                    // How the rates change with the strains depends on the overstress.
+                    flow = self.under(at, &change)?;
+                } else {
+                    self.load(at, &mut flow, &change);
+                }
                 residual = self.imbalance(at, &flow, v).0;
             }
             return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
