@@ -1,0 +1,481 @@
+//! The limit of small viscosity: viscous runs through the three snaps of scenes/three_snaps.toml against the elastic run
+//! with viscous landings (AMV Sec. 8).
+//!
+//! On the sheets the error is of order eta. A snap comes late by eta^(2/3), the time in which a fold is passed
+//! slowly; for a while after it so is the position, until drag has made the body forget. Energy lost by friction goes to
+//! that released in the snap with the same order.
+//!
+//! `cargo run --release --example vanishing_viscosity`; with a directory as argument it writes its figures there:
+//! `cargo run --release --example vanishing_viscosity -- figures`
+
+use nalgebra::{Vector1, Vector2};
+use snaprod::body::{Body, TimeForce};
+use snaprod::dynamics::viscous::{
+    Layer, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart,
+};
+use snaprod::dynamics::{Run, RunEvent, RunOptions, Snap};
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::plot::{
+    self, Convergence, ConvergenceSeries, Curve, LayerFigure, LayerRun, LossRun, LossesOverTime,
+    Shape, Slope,
+};
+use snaprod::rod::section::Linear;
+use snaprod::viscous::law::{KelvinVoigt, Viscoelastic, Viscosity};
+use snaprod::viscous::material::{Material, Units};
+use snaprod::viscous::plane::Plane;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+type Sample = ViscousSample<Plane, 1, 2>;
+
+const DEAD: f64 = -3.7;
+const DRAG: f64 = 8.0;
+/// The force that swings the mass, and its angular frequency.
+const SWING: f64 = 55.7;
+const TURNING: f64 = 2.0 * PI * 0.119;
+const DURATION: f64 = 15.5;
+/// On the sheets, before and after each snap (5.430, 9.631, 13.833); energies are compared at these times too.
+const ON_SHEETS: [f64; 4] = [5.3, 7.5, 11.7, 15.5];
+/// Soon after the first snap: the body has not yet forgotten that it came late.
+const SOON: f64 = 5.6;
+const ETA: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
+/// From here on the errors are asymptotic; above, passages are not layers.
+const ASYMPTOTIC: f64 = 1e-4;
+/// The runs whose first layer is drawn, and its part of stretched time.
+const DRAWN: [f64; 3] = [1e-4, 1e-5, 1e-6];
+const STRETCH: [f64; 2] = [-60.0, 20.0];
+
+fn main() -> Result<(), Failure> {
+    let elastic = Elastic::run()?;
+    // Two at a time: the runs know nothing of each other.
+    let half = |first: usize| {
+        ETA.iter()
+            .skip(first)
+            .step_by(2)
+            .map(|eta| Viscous::run(*eta, &elastic))
+    };
+    let (even, odd) = std::thread::scope(|scope| {
+        let odd = scope.spawn(|| half(1).collect::<Result<Vec<_>, Failure>>());
+        (half(0).collect::<Result<Vec<_>, Failure>>(), odd.join())
+    });
+    let odd = odd.map_err(|_| "a run panicked")??;
+    let mut runs: Vec<Viscous> = even?.into_iter().chain(odd).collect();
+    runs.sort_by(|a, b| b.eta.total_cmp(&a.eta));
+
+    let series = series(&elastic, &runs);
+    report(&elastic, &series);
+    if let Some(directory) = std::env::args().nth(1) {
+        let write =
+            |name: &str, svg: String| std::fs::write(format!("{directory}/{name}.svg"), svg);
+        write(
+            "vanishing_viscosity",
+            plot::convergence(&convergence(&series))?,
+        )?;
+        write("layer", plot::layer(&layer(&elastic, &runs)?)?)?;
+        write(
+            "losses_over_time",
+            plot::losses_over_time(&losses(&elastic, &runs))?,
+        )?;
+    }
+    Ok(())
+}
+
+/// The mass of the scene and its loads.
+fn body() -> snaprod::Result<Body<2>> {
+    Ok(Body::new(1.0)?
+        .with_dead_force(Vector2::new(DEAD, 0.0))?
+        .with_drag(DRAG)?
+        .with_force(TimeForce::Harmonic {
+            amplitude: Vector2::new(0.0, SWING),
+            angular_frequency: TURNING,
+            phase: 0.0,
+        }))
+}
+
+/// The rod at the start.
+fn rest() -> snaprod::Result<Equilibrium> {
+    Equilibrium::from_lambda_kappa(1.923538, 0.7583543)
+}
+
+/// What is kept of the elastic run.
+struct Elastic {
+    snaps: Vec<Snap<2>>,
+    /// Positions at ON_SHEETS, and at SOON.
+    positions: Vec<Vector2<f64>>,
+}
+
+/// The times at which positions are compared, rising, and where each is found in ON_SHEETS with SOON at the end.
+fn times() -> Vec<(f64, usize)> {
+    let mut times: Vec<_> = ON_SHEETS
+        .into_iter()
+        .chain([SOON])
+        .enumerate()
+        .map(|(i, t)| (t, i))
+        .collect();
+    times.sort_by(|a, b| a.0.total_cmp(&b.0));
+    times
+}
+
+impl Elastic {
+    fn run() -> Result<Self, Failure> {
+        let (body, rest) = (body()?, rest()?);
+        let options = RunOptions::new(DURATION)?.with_tolerance(1e-12)?;
+        let start = Vector2::new(rest.p, rest.w);
+        let mut run = Run::new(&Elastica, &body, start, Vector2::zeros(), options)?;
+        let (mut snaps, mut positions) = (Vec::new(), vec![Vector2::zeros(); ON_SHEETS.len() + 1]);
+        let times = times();
+        let mut next = times.iter().peekable();
+        while let Some(event) = run.next() {
+            match event {
+                RunEvent::Step { to, .. } => {
+                    while let Some((t, i)) = next.next_if(|(t, _)| *t <= to) {
+                        positions[*i] = run.sample(*t).ok_or("outside the step")?.pose;
+                    }
+                }
+                RunEvent::Snap(snap) => snaps.push(snap),
+                RunEvent::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time"),
+            }
+        }
+        assert!(snaps.len() == 3 && next.peek().is_none());
+        Ok(Self { snaps, positions })
+    }
+}
+
+/// What is kept of a viscous run.
+struct Viscous {
+    eta: f64,
+    /// Positions at ON_SHEETS, and at SOON.
+    positions: Vec<Vector2<f64>>,
+    /// Time and energy lost by friction in the rod, drag left out, at the ends of steps.
+    lost: Vec<[f64; 2]>,
+    /// The same at ON_SHEETS.
+    lost_on_sheets: [f64; ON_SHEETS.len()],
+    /// Fast passages.
+    layers: Vec<Layer>,
+    /// The first layer: the ends of steps.
+    first: Vec<Moment>,
+}
+
+/// A moment of the first layer.
+struct Moment {
+    t: f64,
+    elastic: f64,
+    lost: f64,
+    power: f64,
+    curve: Vec<[f64; 2]>,
+}
+
+impl Viscous {
+    fn run(eta: f64, elastic: &Elastic) -> Result<Self, Failure> {
+        let (body, rest) = (body()?, rest()?);
+        let law = Viscoelastic::new(
+            Arc::new(Linear::diagonal([1.0; 2], 1.0)?),
+            Arc::new(KelvinVoigt::new(Viscosity::diagonal([eta; 2], eta)?)),
+        )?;
+        let start = ViscousStart {
+            strain: &|s| Vector1::new(rest.section(s).map_or(f64::NAN, |at| at.curvature)),
+            relaxed: None,
+            velocity: Vector2::zeros(),
+        };
+        let options = ViscousOptions::new(DURATION)?.with_tolerance(1e-10)?;
+        let material = Material::new(law, Units::ONE, [0])?;
+        let mut run = ViscousRun::new(Plane, material, &body, &start, options)?;
+        let mut found = Self {
+            eta,
+            positions: vec![Vector2::zeros(); ON_SHEETS.len() + 1],
+            lost: vec![[0.0; 2]],
+            lost_on_sheets: [0.0; ON_SHEETS.len()],
+            layers: Vec::new(),
+            first: Vec::new(),
+        };
+        let times = times();
+        let mut next = times.iter().peekable();
+        // Lost by drag so far: what is left of the ledger is lost in the rod.
+        let mut drag = Drag {
+            t: 0.0,
+            power: 0.0,
+            rate: 0.0,
+            lost: 0.0,
+        };
+        let snap = elastic.snaps[0].t;
+        while let Some(event) = run.next() {
+            let ViscousEvent::Step { to, .. } = event else {
+                break;
+            };
+            let (before, at_end) = (drag, run.now().clone());
+            drag = before.until(&at_end);
+            found.lost.push([to, at_end.ledger.dissipated - drag.lost]);
+            while let Some((t, i)) = next.next_if(|(t, _)| *t <= to * (1.0 + 1e-14)) {
+                let sample = run.sample(t.min(to)).ok_or("outside the step")?;
+                found.positions[*i] = sample.pose;
+                if let Some(lost) = found.lost_on_sheets.get_mut(*i) {
+                    *lost = sample.ledger.dissipated - before.until(&sample).lost;
+                }
+            }
+            // Where the first layer may be.
+            if DRAWN.contains(&eta) && (snap - 0.01..snap + 0.1).contains(&to) {
+                found.first.push(Moment::of(&at_end, drag.lost));
+            }
+        }
+        assert!((run.time() - DURATION).abs() < 1e-9 && next.peek().is_none());
+        found.layers = run
+            .layers()
+            .iter()
+            .filter(|layer| layer.whole)
+            .copied()
+            .collect();
+        Ok(found)
+    }
+
+    /// The first layer in stretched time from its largest rate of dissipation, and energies from its beginning.
+    fn stretched(&self) -> Result<(Vec<f64>, Vec<&Moment>), Failure> {
+        let largest = (1..self.first.len() - 1)
+            .max_by(|i, j| self.first[*i].power.total_cmp(&self.first[*j].power));
+        let k = largest.ok_or("no layer")?;
+        // The top of the parabola through three moments.
+        let [a, b, c] =
+            [k - 1, k, k + 1].map(|i| (self.first[i].t - self.first[k].t, self.first[i].power));
+        let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
+        let bend = (right - left) / (c.0 - a.0);
+        let peak = self.first[k].t + 0.5 * (a.0 + b.0) - 0.5 * left / bend;
+        let inside = |m: &&Moment| {
+            let stretched = (m.t - peak) / self.eta;
+            STRETCH[0] <= stretched && stretched <= STRETCH[1]
+        };
+        let moments: Vec<_> = self.first.iter().filter(inside).collect();
+        Ok((
+            moments.iter().map(|m| (m.t - peak) / self.eta).collect(),
+            moments,
+        ))
+    }
+}
+
+impl Moment {
+    fn of(sample: &Sample, drag: f64) -> Self {
+        Self {
+            t: sample.t,
+            elastic: sample.ledger.elastic,
+            lost: sample.ledger.dissipated - drag,
+            power: sample
+                .dissipation
+                .iter()
+                .zip(sample.grid.weights())
+                .map(|(d, w)| d * w)
+                .sum(),
+            curve: sample.curve(60),
+        }
+    }
+}
+
+/// The energy lost by drag, from its power and the rate of that at the ends of steps.
+#[derive(Clone, Copy)]
+struct Drag {
+    t: f64,
+    power: f64,
+    rate: f64,
+    lost: f64,
+}
+
+impl Drag {
+    fn until(self, end: &Sample) -> Self {
+        let force = Vector2::new(DEAD, SWING * (TURNING * end.t).sin());
+        let acceleration = force - DRAG * end.velocity - end.flow.wrench;
+        let (power, rate) = (
+            DRAG * end.velocity.norm_squared(),
+            2.0 * DRAG * end.velocity.dot(&acceleration),
+        );
+        let h = end.t - self.t;
+        Self {
+            t: end.t,
+            power,
+            rate,
+            lost: self.lost + 0.5 * h * (self.power + power) + h * h / 12.0 * (self.rate - rate),
+        }
+    }
+}
+
+/// Errors of one kind against the viscosity.
+struct Errors {
+    name: String,
+    /// Expected of them.
+    order: f64,
+    /// (eta, error).
+    points: Vec<(f64, f64)>,
+    /// Errors below it are those of the runs.
+    floor: f64,
+}
+
+fn series(elastic: &Elastic, runs: &[Viscous]) -> Vec<Errors> {
+    let points = |f: &dyn Fn(&Viscous) -> Option<f64>| {
+        runs.iter()
+            .filter_map(|run| Some((run.eta, f(run)?)))
+            .collect()
+    };
+    let names = [
+        "before snap 1",
+        "after snap 1",
+        "after snap 2",
+        "after snap 3",
+    ];
+    let mut all = Vec::new();
+    for (i, name) in names.into_iter().enumerate() {
+        all.push(Errors {
+            name: format!("position, {name}"),
+            order: 1.0,
+            points: points(&|run| Some((run.positions[i] - elastic.positions[i]).norm())),
+            floor: 3e-10,
+        });
+    }
+    all.push(Errors {
+        name: "position, 0.17 after snap 1".into(),
+        order: 2.0 / 3.0,
+        points: points(&|run| Some((run.positions[4] - elastic.positions[4]).norm())),
+        floor: 1e-9,
+    });
+    for (k, snap) in elastic.snaps.iter().enumerate() {
+        all.push(Errors {
+            name: format!("delay of snap {}", k + 1),
+            order: 2.0 / 3.0,
+            points: points(&|run| (run.layers.len() == 3).then(|| run.layers[k].peak - snap.t)),
+            floor: 0.0,
+        });
+    }
+    for (k, snap) in elastic.snaps.iter().enumerate() {
+        all.push(Errors {
+            name: format!("loss in snap {}, relative", k + 1),
+            order: 2.0 / 3.0,
+            points: points(&|run| {
+                let lost = run.lost_on_sheets[k + 1] - run.lost_on_sheets[k];
+                Some((lost / snap.released - 1.0).abs())
+            }),
+            floor: 1e-8,
+        });
+    }
+    all
+}
+
+impl Errors {
+    /// The order between neighbours in eta, fine after coarse; None where one is below the floor or there is none.
+    fn orders(&self) -> Vec<Option<f64>> {
+        let order = |pair: &[(f64, f64)]| {
+            let [(coarse, before), (fine, after)] = [pair[0], pair[1]];
+            (after > self.floor).then(|| (before / after).ln() / (coarse / fine).ln())
+        };
+        self.points.windows(2).map(order).collect()
+    }
+}
+
+/// Prints the errors and their orders, and asserts them.
+fn report(elastic: &Elastic, series: &[Errors]) {
+    for (k, snap) in elastic.snaps.iter().enumerate() {
+        println!(
+            "snap {} of the elastic run at {:.9} releases {:.9}",
+            k + 1,
+            snap.t,
+            snap.released
+        );
+    }
+    println!("errors of the viscous runs, and their orders:");
+    for errors in series {
+        println!("{} (order {:.3})", errors.name, errors.order);
+        let orders = std::iter::once(None).chain(errors.orders());
+        for ((eta, error), order) in errors.points.iter().zip(orders) {
+            let order = order.map_or_else(|| "    -".into(), |order| format!("{order:5.3}"));
+            println!("    eta = {eta:5.0e}  {error:10.3e}  {order}");
+        }
+    }
+}
+
+fn convergence(series: &[Errors]) -> Convergence {
+    Convergence {
+        series: series
+            .iter()
+            .map(|errors| ConvergenceSeries {
+                name: errors.name.clone(),
+                eta: errors.points.iter().map(|p| p.0).collect(),
+                error: errors.points.iter().map(|p| p.1).collect(),
+            })
+            .collect(),
+        slopes: vec![
+            Slope {
+                order: 1.0,
+                name: "1".into(),
+                series: Some(0),
+            },
+            Slope {
+                order: 2.0 / 3.0,
+                name: "2/3".into(),
+                series: Some(5),
+            },
+        ],
+        error_label: "difference from the elastic run".into(),
+        ..Convergence::default()
+    }
+}
+
+/// Curves of the rod at the two ends of a snap, and of a viscous run between them; energies of all runs drawn.
+fn layer(elastic: &Elastic, runs: &[Viscous]) -> Result<LayerFigure, Failure> {
+    let snap = &elastic.snaps[0];
+    let curve = |q: Vector2<f64>| -> Result<Curve, Failure> {
+        Ok(Curve::new(
+            Equilibrium::new(q.x, q.y)?
+                .curve(100)
+                .iter()
+                .map(|at| [at.x, at.y]),
+        ))
+    };
+    let mut figure = LayerFigure {
+        fold: curve(snap.from.q)?,
+        landing: curve(snap.to.q)?,
+        released: Some(snap.released),
+        ..LayerFigure::default()
+    };
+    for run in runs.iter().filter(|run| DRAWN.contains(&run.eta)) {
+        let (stretched, moments) = run.stretched()?;
+        let lost = |m: &&Moment| m.lost - moments[0].lost;
+        let all = moments.last().map_or(0.0, lost);
+        // Shapes of the smallest viscosity, even in the energy that is lost.
+        figure.shapes = (1..10)
+            .filter_map(|i| {
+                (0..moments.len()).find(|k| lost(&moments[*k]) >= all * f64::from(i) / 10.0)
+            })
+            .map(|k| Shape {
+                time: stretched[k],
+                axis: Curve::new(moments[k].curve.iter().copied()),
+            })
+            .collect();
+        figure.runs.push(LayerRun {
+            eta: run.eta,
+            elastic: moments.iter().map(|m| m.elastic).collect(),
+            dissipated: moments.iter().map(lost).collect(),
+            stretched,
+        });
+    }
+    Ok(figure)
+}
+
+fn losses(elastic: &Elastic, runs: &[Viscous]) -> LossesOverTime {
+    let mut released = 0.0;
+    LossesOverTime {
+        snaps: elastic.snaps.iter().map(|snap| snap.t).collect(),
+        released: elastic
+            .snaps
+            .iter()
+            .map(|snap| {
+                released += snap.released;
+                released
+            })
+            .collect(),
+        runs: runs
+            .iter()
+            .filter(|run| run.eta >= 0.9 * ASYMPTOTIC)
+            .map(|run| LossRun {
+                name: format!("dissipated in the rod, η = {}", run.eta),
+                time: run.lost.iter().map(|p| p[0]).collect(),
+                dissipated: run.lost.iter().map(|p| p[1]).collect(),
+            })
+            .collect(),
+        ..LossesOverTime::default()
+    }
+}
