@@ -253,7 +253,7 @@ impl Viscous {
         let peak = self.first[k].t + 0.5 * (a.0 + b.0) - 0.5 * left / bend;
         let inside = |m: &&Moment| {
             let stretched = (m.t - peak) / self.eta;
-            STRETCH[0] <= stretched && stretched <= STRETCH[1]
+            (STRETCH[0]..=STRETCH[1]).contains(&stretched)
         };
         let moments: Vec<_> = self.first.iter().filter(inside).collect();
         Ok((
