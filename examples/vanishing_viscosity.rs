@@ -159,7 +159,7 @@ struct Viscous {
     positions: Vec<Vector2<f64>>,
     velocities: Vec<Vector2<f64>>,
     lost_by: Vec<f64>,
-    /// Time and energy lost by friction in the rod, drag left out, at the ends of steps.
+    /// Time and energy dissipated in the rod, at the ends of steps.
     lost: Vec<[f64; 2]>,
     /// Fast passages.
     layers: Vec<Layer>,
@@ -202,32 +202,21 @@ impl Viscous {
         };
         let times = times(&elastic.snaps);
         let mut next = times.iter().peekable();
-        // Lost by drag so far: what is left of the ledger is lost in the rod.
-        let mut drag = Drag {
-            t: 0.0,
-            power: 0.0,
-            rate: 0.0,
-            lost: 0.0,
-        };
         let snap = elastic.snaps[0].t;
         while let Some(event) = run.next() {
             let ViscousEvent::Step { to, .. } = event else {
                 break;
             };
-            let (before, at_end) = (drag, run.now().clone());
-            drag = before.until(&at_end);
-            found.lost.push([to, at_end.ledger.dissipated - drag.lost]);
+            found.lost.push([to, run.now().friction]);
             while let Some(t) = next.next_if(|t| **t <= to * (1.0 + 1e-14)) {
                 let sample = run.sample(t.min(to)).ok_or("outside the step")?;
                 found.positions.push(sample.pose);
                 found.velocities.push(sample.velocity);
-                found
-                    .lost_by
-                    .push(sample.ledger.dissipated - before.until(&sample).lost);
+                found.lost_by.push(sample.friction);
             }
             // Where the first layer may be.
             if DRAWN.contains(&eta) && (snap - 0.01..snap + 0.1).contains(&to) {
-                found.first.push(Moment::of(&at_end, drag.lost));
+                found.first.push(Moment::of(run.now()));
             }
         }
         assert!((run.time() - DURATION).abs() < 1e-9 && next.peek().is_none());
@@ -264,11 +253,11 @@ impl Viscous {
 }
 
 impl Moment {
-    fn of(sample: &Sample, drag: f64) -> Self {
+    fn of(sample: &Sample) -> Self {
         Self {
             t: sample.t,
             elastic: sample.ledger.elastic,
-            lost: sample.ledger.dissipated - drag,
+            lost: sample.friction,
             power: sample
                 .dissipation
                 .iter()
@@ -276,33 +265,6 @@ impl Moment {
                 .map(|(d, w)| d * w)
                 .sum(),
             curve: sample.curve(60),
-        }
-    }
-}
-
-/// The energy lost by drag, from its power and the rate of that at the ends of steps.
-#[derive(Clone, Copy)]
-struct Drag {
-    t: f64,
-    power: f64,
-    rate: f64,
-    lost: f64,
-}
-
-impl Drag {
-    fn until(self, end: &Sample) -> Self {
-        let force = Vector2::new(DEAD, SWING * (TURNING * end.t).sin());
-        let acceleration = force - DRAG * end.velocity - end.flow.wrench;
-        let (power, rate) = (
-            DRAG * end.velocity.norm_squared(),
-            2.0 * DRAG * end.velocity.dot(&acceleration),
-        );
-        let h = end.t - self.t;
-        Self {
-            t: end.t,
-            power,
-            rate,
-            lost: self.lost + 0.5 * h * (self.power + power) + h * h / 12.0 * (self.rate - rate),
         }
     }
 }

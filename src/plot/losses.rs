@@ -30,6 +30,8 @@ pub struct SnapLosses {
     pub title: String,
     /// The points.
     pub groups: Vec<LossGroup>,
+    /// What the horizontal axis says, without its unit; if empty "released in the elastic limit".
+    pub released_label: String,
     /// Units.
     pub units: Units,
 }
@@ -63,7 +65,10 @@ pub fn dissipated_against_released(data: &SnapLosses) -> Result<String> {
     }
     let points: Vec<[f64; 2]> = data.groups.iter().flat_map(finite).collect();
     let nothing = || Error::domain(format!("{FIGURE}: no snap to show"));
-    let released = data.units.energy_of("released in the elastic limit");
+    let released = data.units.energy_of(match data.released_label.as_str() {
+        "" => "released in the elastic limit",
+        label => label,
+    });
     let dissipated = data.units.energy_of("dissipated in the layer");
     let values: Vec<f64> = points.iter().flatten().copied().collect();
     let y = Axis::fit(&values, false, &dissipated, 6)

@@ -434,7 +434,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
         // What the layers dissipate is what the snaps of the elastic run release.
         for (layer, snap) in snaps.iter().zip(&elastic.1) {
             let share = layer.dissipated / snap.released;
-            assert!((0.9..1.0).contains(&share), "eta = {eta}: {share}");
+            assert!((0.85..1.0).contains(&share), "eta = {eta}: {share}");
         }
         for sample in &found {
             let label = near_equilibrium(sample).expect("on a sheet");

@@ -10,13 +10,13 @@ pub struct Layer {
     pub from: f64,
     /// When it came back, or the run ended.
     pub to: f64,
-    /// When it dissipated most per time, among the ends of steps.
+    /// When the rod dissipated most per time, among the ends of steps.
     pub peak: f64,
     /// Stored energy when it left.
     pub elastic_from: f64,
     /// Stored energy when it came back.
     pub elastic_to: f64,
-    /// Energy dissipated on the way.
+    /// Energy that the rod dissipated on the way.
     pub dissipated: f64,
     /// False if the run began or ended in the layer.
     pub whole: bool,
@@ -57,8 +57,8 @@ impl Open {
                 dissipated: 0.0,
                 whole,
             },
-            dissipated: at.ledger.dissipated,
-            last: (at.t, at.ledger.dissipated),
+            dissipated: at.friction,
+            last: (at.t, at.friction),
             power: 0.0,
         }
     }
@@ -67,15 +67,15 @@ impl Open {
         &mut self,
         at: &ViscousSample<K, M, D>,
     ) {
-        let power = (at.ledger.dissipated - self.last.1) / (at.t - self.last.0);
+        let power = (at.friction - self.last.1) / (at.t - self.last.0);
         if power > self.power {
             self.power = power;
             self.layer.peak = 0.5 * (at.t + self.last.0);
         }
-        self.last = (at.t, at.ledger.dissipated);
+        self.last = (at.t, at.friction);
         self.layer.to = at.t;
         self.layer.elastic_to = at.ledger.elastic;
-        self.layer.dissipated = at.ledger.dissipated - self.dissipated;
+        self.layer.dissipated = at.friction - self.dissipated;
     }
 }
 

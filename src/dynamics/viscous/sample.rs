@@ -27,6 +27,8 @@ pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
     pub velocity: AtEnd<D>,
     /// Energies.
     pub ledger: Ledger,
+    /// Energy that the rod has dissipated so far: the part of the ledger's that is not the body's, as by drag.
+    pub friction: f64,
     /// Energy dissipated per length and time, at the nodes.
     pub dissipation: Vec<f64>,
 }
@@ -51,6 +53,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
                 dissipated: y[time + 1] + y[time + 3],
                 work: y[time + 2],
             },
+            friction: y[time + 1],
             dissipation: system.rod.dissipation(&configuration, &flow),
             configuration,
             flow,
