@@ -15,7 +15,8 @@ use crate::error::{Error, Result};
 pub struct LayerRun {
     /// The run's viscosity eta, for the legend.
     pub eta: f64,
-    /// Stretched times T = (t - t_fold) / eta, finite, not falling.
+    /// Stretched times T = (t - t_peak) / eta, t_peak the time of the largest rate of dissipation (the fold itself is passed
+    /// earlier, by a time of order eta^(2/3)), finite, not falling.
     pub stretched: Vec<f64>,
     /// Elastic energy at each of them, in `units.energy`; empty to leave it out. What is not finite breaks the curve.
     pub elastic: Vec<f64>,
@@ -124,7 +125,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     let lower = energies.map(|y| {
         let spans = data.runs.iter().flat_map(|r| &r.stretched);
         let (from, to) = extent(spans.chain(shapes.iter().map(|s| &s.time))).unwrap_or((0.0, 1.0));
-        let label = with_unit("stretched time T = (t − t_fold)/η", &unit);
+        let label = with_unit("stretched time T = (t − t_peak)/η", &unit);
         Panel {
             left,
             top: upper.bottom() + ROOM_BELOW + 8.0 + key.height(),

@@ -30,7 +30,7 @@ pub struct SnapLosses {
     pub title: String,
     /// The points.
     pub groups: Vec<LossGroup>,
-    /// What was released, on the horizontal axis; if empty "released in the elastic limit".
+    /// What the horizontal axis says, without its unit; if empty "released in the elastic limit".
     pub released_label: String,
     /// Units.
     pub units: Units,

@@ -49,7 +49,8 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
 }
 
 /// Powers of ten in [lo, hi], at most `wanted` of them labelled, with minor marks at 2..9 where
-/// every power is labelled; under two decades 2 and 5 are labelled too.
+/// every power is labelled; under two decades 2 and 5 are labelled too, and under half a
+/// decade all, for there may be none of those.
 pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     if !(lo > 0.0 && hi > lo && hi.is_finite()) {
         return Vec::new();
@@ -70,7 +71,7 @@ pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
             continue;
         }
         for digit in 2..10 {
-            let label = (decades <= 2 && (digit == 2 || digit == 5)).then(|| {
+            let label = (decades <= 2 && (digit == 2 || digit == 5 || hi / lo < 3.0)).then(|| {
                 if (-2..=3).contains(&n) {
                     text::fixed(f64::from(digit) * power, (-n).max(0) as usize)
                 } else {
@@ -144,5 +145,6 @@ mod tests {
             ["10⁻⁸", "10⁻⁶", "10⁻⁴", "10⁻²"]
         );
         assert!(log(0.0, 1.0, 5).is_empty());
+        assert_eq!(labels(&log(0.021, 0.045, 5)), ["0.03", "0.04"]);
     }
 }

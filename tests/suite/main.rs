@@ -5,7 +5,9 @@ mod arrows;
 mod cli;
 #[cfg(feature = "cli")]
 mod cli_memory;
+#[cfg(feature = "cli")]
 mod cli_motion;
+#[cfg(feature = "cli")]
 mod cli_motion_units;
 #[cfg(feature = "cli")]
 mod cli_statics;

@@ -133,7 +133,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
                 "η = 0.1",
                 "η = 10⁻⁴",
                 "energy (EI/ℓ)",
-                "stretched time T = (t − t_fold)/η (1/EI)",
+                "stretched time T = (t − t_peak)/η (1/EI)",
             ],
             150_000,
         ),

@@ -161,6 +161,8 @@ fn planar_runs_agree_with_independent_ones() {
     }
 }
 
+type Slope<'a> = dyn Fn(&DVector<f64>, &mut DVector<f64>) -> Option<()> + 'a;
+
 /// Catches a wrong block of the Jacobian, real or complex, with memory and on several elements; the implicit form is
 /// compared with differences of its own balance.
 #[test]
@@ -194,7 +196,7 @@ fn jacobian_is_that_of_the_slope_and_of_the_balance() {
     let linear = system.linearised(&y).unwrap();
     let n = y.len();
     let algebraic = system.algebraic();
-    let difference = |k: usize, f: &dyn Fn(&DVector<f64>, &mut DVector<f64>) -> Option<()>| {
+    let difference = |k: usize, f: &Slope<'_>| {
         let h = 1e-4;
         let at = |step: f64| {
             let (mut moved, mut out) = (y.clone(), DVector::zeros(n));

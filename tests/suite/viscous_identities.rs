@@ -94,7 +94,8 @@ fn laws(rigid: [bool; 3]) -> Vec<(&'static str, Viscoelastic)> {
     };
     let proportional = KelvinVoigt::proportional(linear.clone(), 0.2).expect("a law");
     let carreau = |p| Carreau::new(h(), 0.5, p).expect("a law");
-    let mut pairs: Vec<(_, Arc<dyn SectionLaw>, Arc<dyn RateLaw>)> = vec![
+    type Pair = (&'static str, Arc<dyn SectionLaw>, Arc<dyn RateLaw>);
+    let mut pairs: Vec<Pair> = vec![
         ("full", linear.clone(), Arc::new(KelvinVoigt::new(h()))),
         ("proportional", linear.clone(), Arc::new(proportional)),
         ("thinning", linear.clone(), Arc::new(carreau(0.4))),
@@ -318,8 +319,8 @@ fn keeps<const M: usize>(active: [usize; M], law: Viscoelastic) {
         let rates = DVector::from_iterator(n * M, flow.rates.iter().flatten().copied());
         let mut pulled = &linear.drift * &rates;
         for (branch, z) in material.branches().iter().zip(&at.memory) {
-            for i in 0..n {
-                let creep = (at.strains[i] - z[i]) / branch.time;
+            for (i, z) in z.iter().enumerate() {
+                let creep = (at.strains[i] - z) / branch.time;
                 let mut rows = pulled.fixed_rows_mut::<M>(i * M);
                 rows += linear.fluidity[i] * (branch.modulus * creep);
             }

@@ -87,7 +87,7 @@ pub fn losses(task: &Task, layers: &[Layer]) -> Result<Option<String>, Refusal> 
             dissipated: snaps.iter().map(|l| l.dissipated).collect(),
             labels: (1..=snaps.len()).map(|i| i.to_string()).collect(),
         }],
-        released_label: "elastic energy given up on the way".into(),
+        released_label: "elastic energy released on the way".into(),
         units: task.labels.clone(),
         ..SnapLosses::default()
     })?))

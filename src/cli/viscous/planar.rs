@@ -141,7 +141,7 @@ impl Kind for Planar {
         Drawn {
             body: [at.pose[0] * length, at.pose[1] * length],
             curve: curve.map(|[x, y]| [x * length, y * length]).collect(),
-            lost: at.lost * self.scales.energy,
+            lost: at.friction * self.scales.energy,
         }
     }
 
@@ -260,7 +260,7 @@ fn layer(task: &Task, done: &Done<Planar>, viscosity: f64) -> Option<LayerFigure
     let (begin, end) = (passage.first()?, passage.last()?);
     let layer: &Layer =
         figures::snaps(&done.layers).find(|l| begin.t <= l.peak && l.peak <= end.t)?;
-    let stretched = |t: f64| (t - layer.from) / viscosity;
+    let stretched = |t: f64| (t - layer.peak) / viscosity;
     let inside: Vec<&Moment<Drawn>> = passage
         .iter()
         .filter(|m| (layer.from..=layer.to).contains(&m.t))

@@ -16,7 +16,7 @@ pub struct Layer {
     pub elastic_from: f64,
     /// Stored energy when it came back.
     pub elastic_to: f64,
-    /// Energy dissipated in the rod on the way.
+    /// Energy that the rod dissipated on the way.
     pub dissipated: f64,
     /// False if the run began or ended in the layer.
     pub whole: bool,
@@ -57,8 +57,8 @@ impl Open {
                 dissipated: 0.0,
                 whole,
             },
-            dissipated: at.lost,
-            last: (at.t, at.lost),
+            dissipated: at.friction,
+            last: (at.t, at.friction),
             power: 0.0,
         }
     }
@@ -67,15 +67,15 @@ impl Open {
         &mut self,
         at: &ViscousSample<K, M, D>,
     ) {
-        let power = (at.lost - self.last.1) / (at.t - self.last.0);
+        let power = (at.friction - self.last.1) / (at.t - self.last.0);
         if power > self.power {
             self.power = power;
             self.layer.peak = 0.5 * (at.t + self.last.0);
         }
-        self.last = (at.t, at.lost);
+        self.last = (at.t, at.friction);
         self.layer.to = at.t;
         self.layer.elastic_to = at.ledger.elastic;
-        self.layer.dissipated = at.lost - self.dissipated;
+        self.layer.dissipated = at.friction - self.dissipated;
     }
 }
 

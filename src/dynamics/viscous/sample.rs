@@ -27,8 +27,8 @@ pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
     pub velocity: AtEnd<D>,
     /// Energies.
     pub ledger: Ledger,
-    /// Energy dissipated in the rod so far: [`Ledger::dissipated`] without what drag took.
-    pub lost: f64,
+    /// Energy that the rod has dissipated so far: the part of the ledger's that is not the body's, as by drag.
+    pub friction: f64,
     /// Energy dissipated per length and time, at the nodes.
     pub dissipation: Vec<f64>,
 }
@@ -53,7 +53,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
                 dissipated: y[time + 1] + y[time + 3],
                 work: y[time + 2],
             },
-            lost: y[time + 1],
+            friction: y[time + 1],
             dissipation: system.rod.dissipation(&configuration, &flow),
             configuration,
             flow,
