@@ -169,7 +169,7 @@ fn bad_planar() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (branch("{ stiffness = 1, tme = 1 }"), 6, "rod.relaxation[0].tme", Unknown, "did you mean `time`"),
         (branch("3.0"), 6, "rod.relaxation[0]", Type, "a float"),
         (branch(&vec!["{ stiffness = 1, time = 1 }"; 32].join(", ")), 6, "rod.relaxation", Value, "33 branches"),
-        (to("[{ stiffness = 0.01, time = 2.0 }]", "{ stiffness = 1, time = 4 }"), 6, "rod.relaxation", Type, "an array of tables"),
+        (to("[{ stiffness = 0.01, time = 2.0 }, { stiffness = 0.0, time = 0.5 }]", "{ stiffness = 1, time = 4 }"), 6, "rod.relaxation", Type, "an array of tables"),
         (to("nodes = 24", "nodes = 3"), 7, "rod.nodes", Value, "from 4 to 400"),
         (to("nodes = 24", "nodes = 401"), 7, "rod.nodes", Value, "from 4 to 400"),
         (to("nodes = 24", "nodes = 24.0"), 7, "rod.nodes", Type, "without a point"),

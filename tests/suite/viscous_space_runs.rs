@@ -371,7 +371,8 @@ fn the_plane_inside_space() {
         let off = (x.pose.translation.vector - r).norm();
         assert!(off <= 1e-9, "t = {}: r off by {off:e}", x.t);
         let off = (x.flow.wrench - lifted(&flat.flow.wrench)).norm();
-        assert!(off <= 1e-7, "t = {}: n1 off by {off:e}", x.t);
+        // A wrench is a velocity over the mobility of the end: thousands of times less accurate.
+        assert!(off <= 1e-6, "t = {}: n1 off by {off:e}", x.t);
         assert_close(
             x.ledger.dissipated,
             flat.ledger.dissipated,
