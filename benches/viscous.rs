@@ -80,7 +80,7 @@ fn planar() {
         (Nodes::Fixed(24), Method::Implicit),
         (Nodes::Fixed(24), Method::Explicit),
     ];
-    for tolerance in [1e-6, 1e-8, 1e-10, 1e-11] {
+    for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
         for (nodes, method) in choices {
             if method == Method::Explicit && tolerance != 1e-10 {
                 continue;

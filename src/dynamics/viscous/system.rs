@@ -486,16 +486,18 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         })
     }
 
-    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight) the velocity relaxes fast,
-    /// at the rate of M^-1 G^-1: it takes over the rounding of the pose at that rate, or of the pose over a step.
+    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight, by an angle a) the velocity
+    /// relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates take over the rounding of the wrench
+    /// 1/a times; by place the velocity takes over that of the pose at that rate, or of the pose over a step.
     fn rounding(&self, h: f64) -> f64 {
-        if self.hold == Hold::Velocity {
-            return 0.0;
-        }
         let g = (&self.rod.gather * &self.rod.push)
             .fixed_view::<D, D>(0, 0)
             .into_owned();
-        POSE * relaxation(&self.body.by_wrench, &g).min(1.0 / h)
+        let rate = relaxation(&self.body.by_wrench, &g);
+        POSE * match self.hold {
+            Hold::Velocity => rate.sqrt(),
+            Hold::Place => rate.min(1.0 / h),
+        }
     }
 
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
