@@ -170,7 +170,8 @@ impl Newton {
     ) -> Outcome {
         let n = y.len();
         let h = factors.h;
-        let floor = self.floor.max(factors.rounding);
+        // Up to the tolerance: beyond, the step is to be shorter.
+        let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
         let mut at = DVector::zeros(n);
         let (mut last, mut last_ratio) = (0.0, 0.0);
