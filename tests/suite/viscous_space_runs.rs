@@ -111,14 +111,14 @@ fn planar_references() {
         for (x, row) in samples.iter().zip(table) {
             let lost = number(row, "dissipated") + number(row, "drag_loss");
             let work = number(row, "work") + x.ledger.potential - first.potential;
-            assert_row(x.pose.as_slice(), row, "r", 1e-12);
+            assert_row(x.pose.as_slice(), row, "r", 1e-11);
             assert_row(x.velocity.as_slice(), row, "v", 1e-10);
             // While the rod is nearly straight the force along it comes from small differences.
             assert_row(x.flow.wrench.as_slice(), row, "n1", 1e-7);
             assert_row(&strains(x), row, "strain", 5e-11);
-            assert_close(x.ledger.elastic, number(row, "U"), 1e-12, 1.0, "U");
-            assert_close(x.ledger.dissipated, lost, 1e-12, 1.0, "dissipated");
-            assert_close(x.ledger.work, work, 1e-12, 1.0, "work");
+            assert_close(x.ledger.elastic, number(row, "U"), 1e-11, 1.0, "U");
+            assert_close(x.ledger.dissipated, lost, 1e-11, 1.0, "dissipated");
+            assert_close(x.ledger.work, work, 1e-11, 1.0, "work");
             assert_close(x.ledger.total(), first.total(), 2e-11, 1.0, "energy");
         }
         assert_eq!(samples.len(), table.len());
