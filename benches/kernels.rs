@@ -6,10 +6,10 @@
 use divan::{Bencher, black_box};
 use nalgebra::Vector2;
 use snaprod::body::Body;
-use snaprod::dynamics::{Run, RunEvent, RunOptions};
 use snaprod::elastica::{Elastica, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
+use snaprod::motion::{Run, RunEvent, RunOptions};
 
 fn main() {
     divan::main();

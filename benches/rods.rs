@@ -3,8 +3,8 @@
 use divan::{Bencher, black_box};
 use nalgebra::{Vector3, Vector6};
 use snaprod::Result;
-use snaprod::rod::section::Linear;
 use snaprod::rod::{Chart, Charted, End, FreeEnd, Path, Problem, Rod, RodFamily, Spatial};
+use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Options};
 
 fn main() {

@@ -6,20 +6,20 @@
 
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
-use snaprod::dynamics::viscous::{
+use snaprod::creep::grid::Grid;
+use snaprod::creep::kinematics::Kinematics;
+use snaprod::creep::material::{Material, Units};
+use snaprod::creep::plane::Plane;
+use snaprod::creep::reduced::Reduced;
+use snaprod::creep::space::Space;
+use snaprod::elastica::Equilibrium;
+use snaprod::motion::creep::{
     Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousStart, ViscousSystem,
 };
-use snaprod::elastica::Equilibrium;
-use snaprod::rod::section::Linear;
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::System;
-use snaprod::viscous::grid::Grid;
-use snaprod::viscous::kinematics::Kinematics;
-use snaprod::viscous::law::{KelvinVoigt, Viscoelastic, Viscosity};
-use snaprod::viscous::material::{Material, Units};
-use snaprod::viscous::plane::Plane;
-use snaprod::viscous::reduced::Reduced;
-use snaprod::viscous::space::Space;
 use std::sync::Arc;
 use std::time::Instant;
 

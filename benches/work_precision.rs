@@ -7,9 +7,9 @@
 
 use nalgebra::Vector2;
 use snaprod::body::{Body, TimeForce};
-use snaprod::dynamics::{Run, RunEvent, RunOptions};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
+use snaprod::motion::{Run, RunEvent, RunOptions};
 use std::time::Instant;
 
 /// A problem: body, start, velocity, duration, state (r, v) at the end, the peer's milliseconds.

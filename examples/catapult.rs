@@ -3,8 +3,8 @@
 //! `cargo run --release --example catapult`
 
 use nalgebra::{UnitQuaternion, Vector3};
-use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
+use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::Kind;
 use std::f64::consts::PI;

@@ -3,8 +3,8 @@
 //! `cargo run --release --example greenhill`
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
+use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Options};
 
 fn main() -> snaprod::Result<()> {

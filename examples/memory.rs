@@ -3,9 +3,9 @@
 //! `cargo run --release --example memory`
 
 use nalgebra::Matrix6;
-use snaprod::rod::section::Linear;
-use snaprod::viscous::kernel::{MemoryKernel, commuting};
-use snaprod::viscous::law::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
+use snaprod::creep::kernel::{MemoryKernel, commuting};
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::sync::Arc;
 
 fn assert_near(got: f64, want: f64, what: &str) {

@@ -4,8 +4,8 @@
 
 use nalgebra::Vector2;
 use snaprod::body::Body;
-use snaprod::dynamics::{Run, RunEvent, RunOptions};
 use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::motion::{Run, RunEvent, RunOptions};
 
 fn main() -> snaprod::Result<()> {
     let body = Body::new(1.0)?;

@@ -11,19 +11,19 @@
 
 use nalgebra::{Vector1, Vector2};
 use snaprod::body::{Body, TimeForce};
-use snaprod::dynamics::viscous::{
+use snaprod::creep::material::{Material, Units};
+use snaprod::creep::plane::Plane;
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::motion::creep::{
     Layer, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart,
 };
-use snaprod::dynamics::{Run, RunEvent, RunOptions, Snap};
-use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::motion::{Run, RunEvent, RunOptions, Snap};
 use snaprod::plot::{
     self, Convergence, ConvergenceSeries, Curve, LayerFigure, LayerRun, LossRun, LossesOverTime,
     Shape, Slope,
 };
-use snaprod::rod::section::Linear;
-use snaprod::viscous::law::{KelvinVoigt, Viscoelastic, Viscosity};
-use snaprod::viscous::material::{Material, Units};
-use snaprod::viscous::plane::Plane;
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use std::f64::consts::PI;
 use std::sync::Arc;
 

@@ -9,12 +9,12 @@
 //! * [`elastica`]: the planar elastica in closed form: equilibria with their labels, folds and cusps, Morse
 //!   index, all equilibria at a point, viscous landings.
 //! * [`rod`]: Cosserat rods in space: section laws, equilibria, branches, stability.
-//! * [`truss`]: the von Mises truss, the smallest manifold with folds.
-//! * [`viscous`]: viscoelastic rods: laws of friction and relaxation, strains on Gauss nodes, the wrench that goes with a
+//! * [`manifold::truss`]: the von Mises truss, the smallest manifold with folds.
+//! * [`creep`]: viscoelastic rods: laws of friction and relaxation, strains on Gauss nodes, the wrench that goes with a
 //!   moving end; the memory of small motions.
 //! * [`body`]: the mass, or the rigid body, and its loads.
-//! * [`dynamics`]: motion on a sheet, snaps, ledger, runs; [`dynamics::viscous`]: motion of a viscoelastic rod with its
-//!   body; [`dynamics::reduction`]: motions of it that are exactly those of a spring and a dashpot.
+//! * [`motion`]: motion on a sheet, snaps, ledger, runs; [`motion::creep`]: motion of a viscoelastic rod with its
+//!   body; [`motion::reduction`]: motions of it that are exactly those of a spring and a dashpot.
 //! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, Radau IIA, bracketed roots, Newton, continuation.
 //! * `scene` (feature `scene`): TOML scenes. `plot` (feature `plot`): SVG figures from data.
 //!
@@ -23,19 +23,19 @@
 #![warn(missing_docs)]
 
 pub mod body;
-pub mod dynamics;
+pub mod creep;
 pub mod elastica;
 pub mod error;
 pub mod manifold;
 pub mod math;
+pub mod motion;
 #[cfg(feature = "plot")]
 pub mod plot;
 pub mod rod;
 #[cfg(feature = "scene")]
 pub mod scene;
+pub mod section;
 pub mod solve;
-pub mod truss;
-pub mod viscous;
 
 pub use error::{Error, Result};
 

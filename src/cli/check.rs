@@ -5,12 +5,12 @@ use super::{CheckArgs, Ending, Refusal};
 use nalgebra::Isometry3;
 use serde_json::json;
 use snaprod::body::EndBody;
-use snaprod::dynamics::viscous::ViscousRun;
+use snaprod::creep::space::Space;
+use snaprod::motion::creep::ViscousRun;
 use snaprod::scene::{
     AnyScene, Faults, MotionSetup, ReadError, Scene, Setup, SpatialMotion, Statics, ViscousSetup,
     WithRun, read_any,
 };
-use snaprod::viscous::space::Space;
 use std::path::Path;
 
 /// A scene of motion.

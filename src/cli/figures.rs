@@ -3,9 +3,9 @@
 use super::Refusal;
 use super::files::write_figure;
 use super::recorder::Branch;
-use snaprod::dynamics::Sample;
 use snaprod::elastica::{Equilibrium, fold_curve, stable_grid};
 use snaprod::manifold::Sign;
+use snaprod::motion::Sample;
 use snaprod::plot::{self, Curve, Energies, Patch, PathOnSurface, Shape, Snapshots};
 use snaprod::scene::{Scene, Setup, Units};
 use std::path::Path;

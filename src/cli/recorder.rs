@@ -4,7 +4,7 @@ use super::progress::Progress;
 use super::run::trajectory_name;
 use super::table::{COLUMNS, Row, Trajectory};
 use super::{Refusal, RunArgs};
-use snaprod::dynamics::{Ledger, Observer, Outcome, Sample, Snap};
+use snaprod::motion::{Ledger, Observer, Outcome, Sample, Snap};
 use snaprod::scene::{Scales, Scene};
 use snaprod::solve::dop853::Work;
 use std::path::Path;

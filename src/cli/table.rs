@@ -3,9 +3,9 @@
 use super::Refusal;
 use super::files::exact;
 use nalgebra::Vector2;
-use snaprod::dynamics::{Ledger, Sample};
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::manifold::Sheet;
+use snaprod::motion::{Ledger, Sample};
 use snaprod::scene::Scales;
 use std::fs::File;
 use std::path::Path;

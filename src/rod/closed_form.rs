@@ -7,9 +7,9 @@ use super::chart::Chart;
 use super::line::Wrench;
 use super::planar::Plane;
 use super::problem::Problem;
-use super::section::Compliance;
 use crate::elastica::chart::{ChartPoint, amplitude};
 use crate::error::{Error, Result};
+use crate::section::Compliance;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// The plane of an elastica.

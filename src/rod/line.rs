@@ -17,8 +17,8 @@
 //! ```
 
 use super::scaled_law::ScaledLaw;
-use super::section::Compliance;
 use crate::error::{Error, Result};
+use crate::section::Compliance;
 use crate::solve::dop853::{Dop853, State, Step, Work};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 

@@ -13,7 +13,6 @@ mod path;
 mod planar;
 mod problem;
 mod scaled_law;
-pub mod section;
 mod starts;
 mod variations;
 
@@ -29,9 +28,9 @@ pub use planar::Plane;
 pub use problem::{End, Problem};
 
 use crate::error::{Error, Result};
+use crate::section::{SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
-use section::{SectionLaw, Strain};
 use std::sync::Arc;
 
 /// A rod: a section law along a length, clamped at s = 0.

@@ -1,7 +1,7 @@
 //! Section laws without dimensions: length 1, a bending stiffness 1, seen from either end of the rod.
 
-use super::section::{Compliance, SectionLaw, UniformLinear};
 use crate::error::{Error, Result};
+use crate::section::{Compliance, SectionLaw, UniformLinear};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use std::borrow::Cow;
 

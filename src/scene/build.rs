@@ -2,10 +2,10 @@
 
 use super::{Dimensionless, Landing, Place, Scales, Scene, Sheet, SheetName};
 use crate::body::{Body, TimeForce};
-use crate::dynamics::{LandingRule, Run, RunOptions};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
+use crate::motion::{LandingRule, Run, RunOptions};
 use nalgebra::Vector2;
 
 /// A scene made ready to run: length, stiffness and mass are 1.

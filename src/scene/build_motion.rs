@@ -2,8 +2,8 @@
 
 use super::{FrictionLaw, SpatialMaxwell, SpatialMotion, StrainMatrix};
 use crate::error::{Error, Result};
-use crate::rod::section::SectionLaw;
-use crate::viscous::law::{
+use crate::section::SectionLaw;
+use crate::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
 use nalgebra::Matrix6;

@@ -5,8 +5,8 @@ use super::{
     Section, Shape, Shaped, SpatialMotion, Statics, Stiffness, Transverse,
 };
 use crate::error::{Error, Result};
-use crate::rod::section::{self, Linear, Material, Profile, Varying};
 use crate::rod::{End, Problem, Rod, Wrench};
+use crate::section::{self, Linear, Material, Profile, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
 
 impl Statics {

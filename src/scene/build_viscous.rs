@@ -3,15 +3,15 @@
 use super::build::{body, start};
 use super::{Method, Place, PowerLaw, Relaxed, Scales, Scene};
 use crate::body::Body;
-use crate::dynamics::viscous::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::creep::kinematics::Local;
+use crate::creep::material::{Material, Units};
+use crate::creep::plane::Plane;
 use crate::elastica::Equilibrium;
 use crate::error::{Error, Result};
-use crate::rod::section::Linear;
+use crate::motion::creep::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::section::Linear;
+use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
 use crate::solve::integrator;
-use crate::viscous::kinematics::Local;
-use crate::viscous::law::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
-use crate::viscous::material::{Material, Units};
-use crate::viscous::plane::Plane;
 use nalgebra::{Matrix6, Vector1, Vector2};
 use std::sync::Arc;
 

@@ -7,16 +7,16 @@ use super::{
     SpatialPlace, StrainField, StrainName,
 };
 use crate::body::{Body, EndBody, RigidBody, TimeForce};
-use crate::dynamics::reduction::{Carried, Reduction, Refusal, Start};
-use crate::dynamics::viscous::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
-use crate::dynamics::{InSpace, Ledger};
+use crate::creep::kinematics::{AtEnd, Local};
+use crate::creep::material::{Material, Units};
+use crate::creep::space::Space;
 use crate::error::{Error, Result};
-use crate::rod::section::Strain;
+use crate::motion::creep::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::motion::reduction::{Carried, Reduction, Refusal, Start};
+use crate::motion::{InSpace, Ledger};
 use crate::rod::{End, Problem, Rod, Wrench};
-use crate::viscous::kinematics::{AtEnd, Local};
-use crate::viscous::law::Viscoelastic;
-use crate::viscous::material::{Material, Units};
-use crate::viscous::space::Space;
+use crate::section::Strain;
+use crate::section::rate::Viscoelastic;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
 /// A scene of motion in space made ready to run. Inside, length, reference bending stiffness and mass are 1, and the frame is

@@ -345,7 +345,7 @@ pub struct SpatialRun {
     /// How the run steps through time; default [`Method::Auto`].
     pub method: Method,
     /// Whether a longitudinal, twisting or shearing motion of a uniform rod is integrated as the body's ordinary
-    /// differential equation, which is exact ([`Reduction`](crate::dynamics::reduction::Reduction)); default true.
+    /// differential equation, which is exact ([`Reduction`](crate::motion::reduction::Reduction)); default true.
     pub reduce: bool,
     /// Number of equally spaced times, both ends counted, at which the motion is written, 2..=10_000_000; default
     /// [`Run::SAMPLES`](super::Run::SAMPLES).

@@ -4,17 +4,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Left to right; those in one group do not use each other.
-const ORDER: [&[&str]; 11] = [
+const ORDER: [&[&str]; 13] = [
     &["error"],
     &["math"],
     &["solve"],
+    &["section"],
     &["manifold"],
-    &["elastica", "truss"],
+    &["elastica"],
     &["rod"],
-    &["viscous"],
     &["body"],
-    &["dynamics"],
+    &["creep"],
+    &["motion"],
     &["scene"],
+    &["study"],
     &["plot"],
 ];
 

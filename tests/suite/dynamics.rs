@@ -2,10 +2,10 @@
 
 use nalgebra::{Vector2, vector};
 use snaprod::body::{Body, TimeForce};
-use snaprod::dynamics::{Outcome, Run, RunEvent, RunOptions, Sample, Snap};
 use snaprod::elastica::chart::amplitude;
 use snaprod::elastica::{Elastica, FoldPoint, equilibria_at, fold_at, fold_curve, folds};
 use snaprod::manifold::{EquilibriumManifold, Multivalued};
+use snaprod::motion::{Outcome, Run, RunEvent, RunOptions, Sample, Snap};
 
 type Pair = Vector2<f64>;
 

@@ -3,14 +3,14 @@
 use crate::support::assert_close;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector1, Vector2, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody};
-use snaprod::dynamics::viscous::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
-use snaprod::rod::section::Linear;
-use snaprod::viscous::kernel::{MemoryKernel, Mode};
-use snaprod::viscous::kinematics::{Kinematics, Local};
-use snaprod::viscous::law::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
-use snaprod::viscous::material::{Material, Units};
-use snaprod::viscous::plane::Plane;
-use snaprod::viscous::space::Space;
+use snaprod::creep::kernel::{MemoryKernel, Mode};
+use snaprod::creep::kinematics::{Kinematics, Local};
+use snaprod::creep::material::{Material, Units};
+use snaprod::creep::plane::Plane;
+use snaprod::creep::space::Space;
+use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::sync::Arc;
 
 /// Times at which motions are compared, 0 first.

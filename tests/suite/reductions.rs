@@ -7,9 +7,9 @@ use nalgebra::{
 };
 use snaprod::Result;
 use snaprod::body::{Body, RigidBody, TimeForce};
-use snaprod::dynamics::reduction::{Carried, Kind, ReducedSample, Reduction, Start};
-use snaprod::rod::section::{Along, Barrier, Linear, Resultant, SectionLaw, Strain, Varying};
-use snaprod::viscous::law::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
+use snaprod::motion::reduction::{Carried, Kind, ReducedSample, Reduction, Start};
+use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
+use snaprod::section::{Along, Barrier, Linear, Resultant, SectionLaw, Strain, Varying};
 use std::sync::Arc;
 
 /// Overstress H e_t, with some strains rigid; of its own, so that the tests stand apart from the library's laws.

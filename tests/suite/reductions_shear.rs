@@ -7,8 +7,8 @@ use crate::reductions::{
 use crate::support::assert_close;
 use nalgebra::Vector3;
 use snaprod::body::TimeForce;
-use snaprod::dynamics::reduction::{Carried, Kind};
-use snaprod::rod::section::Strain;
+use snaprod::motion::reduction::{Carried, Kind};
+use snaprod::section::Strain;
 use std::sync::Arc;
 
 /// Catches a shear beam that is refused, or whose body turns: with rigid flexure and twist shear and stretch are

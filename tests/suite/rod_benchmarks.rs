@@ -3,8 +3,8 @@
 use crate::support::{assert_close, json, number, rows};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Equilibrium as Elastica;
-use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Direction, Options, Trace};
 use snaprod::solve::special::Kind;
 

@@ -4,10 +4,10 @@ use crate::support::assert_close;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Elastica;
 use snaprod::manifold::{EquilibriumManifold, ManifoldPoint, invert_near};
-use snaprod::rod::section::{Along, Barrier, Linear, Varying};
 use snaprod::rod::{
     BallJointed, Chart, Charted, End, Equilibrium, FreeEnd, Path, Problem, Rod, RodFamily, Welded,
 };
+use snaprod::section::{Along, Barrier, Linear, Varying};
 use snaprod::solve::arclength::{Branch, Options};
 use snaprod::solve::family::Family;
 use std::f64::consts::PI;

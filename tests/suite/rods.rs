@@ -3,8 +3,8 @@
 use crate::support::{base_wrench, json, list, number, quaternion, rod, rows, tapers, vector3};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::rod::section::{Along, Linear, Varying};
 use snaprod::rod::{End, Problem, Rod};
+use snaprod::section::{Along, Linear, Varying};
 
 /// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series know nothing of ours.
 #[test]

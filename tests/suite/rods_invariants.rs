@@ -2,10 +2,10 @@
 
 use crate::support::{assert_close, base_wrench, json, list, rod, rows, tapers};
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
-use snaprod::rod::section::{
+use snaprod::rod::{End, Problem, Rod, RodEnd};
+use snaprod::section::{
     Along, Barrier, DualNum, Hyperelastic, Linear, SectionLaw, StoredEnergy, Varying,
 };
-use snaprod::rod::{End, Problem, Rod, RodEnd};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ impl SectionLaw for Shared {
     fn tangent(&self, s: f64, e: &Vector6<f64>) -> snaprod::Result<Matrix6<f64>> {
         self.0.tangent(s, e)
     }
-    fn inverse(&self, s: f64, w: &Vector6<f64>) -> snaprod::Result<snaprod::rod::section::Inverse> {
+    fn inverse(&self, s: f64, w: &Vector6<f64>) -> snaprod::Result<snaprod::section::Inverse> {
         self.0.inverse(s, w)
     }
     fn is_uniform(&self) -> bool {

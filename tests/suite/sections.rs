@@ -3,7 +3,7 @@
 use crate::support::assert_close;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 use proptest::prelude::*;
-use snaprod::rod::section::{
+use snaprod::section::{
     Along, Barrier, Linear, Material, Profile, Resultant, SectionLaw, Shape, Strain, Varying,
 };
 use std::fmt::Debug;

@@ -4,7 +4,7 @@ use crate::sections::{STRAIGHT, assert_near, coupled, refused};
 use crate::support::assert_close;
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
-use snaprod::rod::section::{
+use snaprod::section::{
     Barrier, Compliance, DualNum, Hyperelastic, Linear, Resultant, SectionLaw, StoredEnergy, Strain,
 };
 

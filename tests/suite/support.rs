@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::rod::Rod;
-use snaprod::rod::section::{Linear, Varying};
+use snaprod::section::{Linear, Varying};
 
 /// Reads a JSON file of tests/data; missing or broken data fail.
 pub fn json(name: &str) -> Value {

@@ -3,9 +3,9 @@
 use gauss_quad::GaussLegendre;
 use nalgebra::Vector1;
 use snaprod::body::{Body, TimeForce};
-use snaprod::dynamics::{LandingRule, Outcome, Run, RunEvent, RunOptions, Sample, Snap};
+use snaprod::manifold::truss::Truss;
 use snaprod::manifold::{EquilibriumManifold, Multivalued, Sheet, Sign};
-use snaprod::truss::Truss;
+use snaprod::motion::{LandingRule, Outcome, Run, RunEvent, RunOptions, Sample, Snap};
 use std::f64::consts::FRAC_PI_3;
 
 const UPPER: Sheet = Sheet {

@@ -3,21 +3,21 @@
 use nalgebra::{Complex, DVector, Matrix6, Vector1, Vector2};
 use serde_json::Value;
 use snaprod::body::{Body, TimeForce};
-use snaprod::dynamics::viscous::{
+use snaprod::creep::grid::Grid;
+use snaprod::creep::kinematics::Local;
+use snaprod::creep::material::{Material, Units};
+use snaprod::creep::plane::Plane;
+use snaprod::creep::reduced::Reduced;
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::motion::creep::{
     Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart,
     ViscousSystem, near_equilibrium,
 };
-use snaprod::dynamics::{Run, RunEvent, RunOptions};
-use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::rod::section::Linear;
+use snaprod::motion::{Run, RunEvent, RunOptions};
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::{Factor, Linearised, System};
-use snaprod::viscous::grid::Grid;
-use snaprod::viscous::kinematics::Local;
-use snaprod::viscous::law::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
-use snaprod::viscous::material::{Material, Units};
-use snaprod::viscous::plane::Plane;
-use snaprod::viscous::reduced::Reduced;
 use std::sync::Arc;
 
 type Planar<'a> = ViscousRun<'a, Plane, Body<2>, 1, 2>;

@@ -2,21 +2,21 @@
 
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Matrix6, SVector, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
-use snaprod::dynamics::viscous::{
+use snaprod::creep::grid::Grid;
+use snaprod::creep::kinematics::{Kinematics, Local};
+use snaprod::creep::material::{Material, Units};
+use snaprod::creep::plane::Plane;
+use snaprod::creep::reduced::Reduced;
+use snaprod::creep::space::Space;
+use snaprod::motion::creep::{
     Hold, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
     ViscousSystem,
 };
-use snaprod::rod::section::{Barrier, Linear, SectionLaw};
-use snaprod::solve::system::{Factor, Linearised, System};
-use snaprod::viscous::grid::Grid;
-use snaprod::viscous::kinematics::{Kinematics, Local};
-use snaprod::viscous::law::{
+use snaprod::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
-use snaprod::viscous::material::{Material, Units};
-use snaprod::viscous::plane::Plane;
-use snaprod::viscous::reduced::Reduced;
-use snaprod::viscous::space::Space;
+use snaprod::section::{Barrier, Linear, SectionLaw};
+use snaprod::solve::system::{Factor, Linearised, System};
 use std::sync::Arc;
 
 /// All samples of a run at growing `times`, each asked for in the step that reaches it, and how the run ended.
@@ -251,7 +251,7 @@ fn jacobians() {
 /// A law that is not smooth along the rod in its rates alone cuts the grid all the same.
 #[test]
 fn viscosity_along_the_rod_cuts_the_grid() {
-    use snaprod::rod::section::Varying;
+    use snaprod::section::Varying;
     let thick = |s: f64| if s < 0.3 { 0.4 } else { 0.1 };
     let varying = Varying::by(move |s| Linear::diagonal([thick(s), thick(s)], thick(s)))
         .with_breaks(&[0.3])

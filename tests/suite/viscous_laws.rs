@@ -3,13 +3,11 @@
 use crate::sections::{STRAIGHT, coupled, refused};
 use crate::support::assert_close;
 use nalgebra::{Matrix6, Vector6};
-use snaprod::rod::section::{
-    Along, Barrier, DualNum, Linear, Resultant, SectionLaw, Strain, Varying,
-};
-use snaprod::viscous::law::{
+use snaprod::section::rate::{
     Carreau, DissipationPotential, Dissipative, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw,
     SmallViscosity, Viscoelastic, Viscosity,
 };
+use snaprod::section::{Along, Barrier, DualNum, Linear, Resultant, SectionLaw, Strain, Varying};
 use std::sync::Arc;
 
 const HALF_WIDTHS: [f64; 2] = [0.2, 0.1];

@@ -5,18 +5,18 @@ use crate::viscous_identities::sampled;
 use nalgebra::{Matrix3, Matrix6, Vector1, Vector2, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::body::{Body, RigidBody, TimeForce};
-use snaprod::dynamics::viscous::{
+use snaprod::creep::kinematics::{Kinematics, Local};
+use snaprod::creep::material::{Material, Units};
+use snaprod::creep::plane::Plane;
+use snaprod::creep::space::Space;
+use snaprod::motion::creep::{
     Nodes, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
 };
-use snaprod::rod::section::{Barrier, Linear, SectionLaw};
-use snaprod::solve::integrator::Method;
-use snaprod::viscous::kinematics::{Kinematics, Local};
-use snaprod::viscous::law::{
+use snaprod::section::rate::{
     FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
-use snaprod::viscous::material::{Material, Units};
-use snaprod::viscous::plane::Plane;
-use snaprod::viscous::space::Space;
+use snaprod::section::{Barrier, Linear, SectionLaw};
+use snaprod::solve::integrator::Method;
 use std::sync::Arc;
 
 const PLACES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];

@@ -4,8 +4,8 @@ use super::{Number, loaded, number, planar_rod, rows, solve, tilt};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Rod};
+use snaprod::section::Linear;
 use std::f64::consts::PI;
 
 /// B4: cantilevers under a transverse load, and under a couple that closes them.

@@ -7,8 +7,8 @@ mod snaps;
 use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Equilibrium, Problem, Rod, RodFamily, RodSection, State, Statical};
+use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::Special;
 

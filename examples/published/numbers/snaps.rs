@@ -4,8 +4,8 @@ use super::{Number, number, planar_rod, rows, specials, tilt};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::section::Linear;
 use snaprod::rod::{End, Problem, Rod, State};
+use snaprod::section::Linear;
 use snaprod::solve::special::{Kind, Special};
 use std::f64::consts::PI;
 

@@ -3,9 +3,9 @@
 use nalgebra::Matrix6;
 use serde_json::{Value, json};
 use snaprod::Result;
+use snaprod::creep::kernel::MemoryKernel;
 use snaprod::scene::Units;
-use snaprod::viscous::kernel::MemoryKernel;
-use snaprod::viscous::law::Viscoelastic;
+use snaprod::section::rate::Viscoelastic;
 
 /// How the body is fixed to the end, and in which space.
 #[derive(Clone, Copy, PartialEq)]

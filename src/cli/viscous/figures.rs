@@ -2,8 +2,8 @@
 
 use super::recorder::{Moment, Record};
 use super::{Kind, Refusal, Task, places};
-use snaprod::dynamics::Ledger;
-use snaprod::dynamics::viscous::Layer;
+use snaprod::motion::Ledger;
+use snaprod::motion::creep::Layer;
 use snaprod::plot::{self, Energies, LossGroup, SnapLosses, StrainMap};
 
 /// Columns of the strain map.

@@ -10,14 +10,14 @@ use super::recorder::{Moment, Recorder};
 use super::{Done, Kind, Task, conclude, energies_json, figures, scaled_layers, scaled_ledger};
 use nalgebra::Vector2;
 use serde_json::{Value, json};
-use snaprod::dynamics::Ledger;
-use snaprod::dynamics::viscous::{Layer, ViscousSample, drive_viscous, near_equilibrium};
+use snaprod::creep::plane::Plane;
 use snaprod::elastica::Elastica;
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::manifold::EquilibriumManifold;
+use snaprod::motion::Ledger;
+use snaprod::motion::creep::{Layer, ViscousSample, drive_viscous, near_equilibrium};
 use snaprod::plot::{self, Curve, LayerFigure, LayerRun, Shape, Snapshots};
 use snaprod::scene::{Scales, Scene, Units, ViscousSetup};
-use snaprod::viscous::plane::Plane;
 use std::path::Path;
 
 type Sample = ViscousSample<Plane, 1, 2>;

@@ -4,9 +4,9 @@ use super::super::files::exact;
 use super::super::progress::Progress;
 use super::super::table::Trajectory;
 use super::{Kind, Refusal, Task, places};
-use snaprod::dynamics::Ledger;
-use snaprod::dynamics::viscous::{ViscousObserver, ViscousSample};
-use snaprod::viscous::kinematics::Kinematics;
+use snaprod::creep::kinematics::Kinematics;
+use snaprod::motion::Ledger;
+use snaprod::motion::creep::{ViscousObserver, ViscousSample};
 use std::fs::File;
 use std::path::Path;
 

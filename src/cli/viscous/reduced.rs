@@ -8,8 +8,8 @@ use super::space::{Spatial, further, notes};
 use super::{Done, Kind, Task, conclude, space_figures};
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
-use snaprod::dynamics::reduction::{Equivalent, ReducedRun, ReducedSample, Reduction};
-use snaprod::dynamics::viscous::ViscousOutcome;
+use snaprod::motion::creep::ViscousOutcome;
+use snaprod::motion::reduction::{Equivalent, ReducedRun, ReducedSample, Reduction};
 use snaprod::scene::{MotionSetup, Scales, StrainName, Units};
 
 /// A step's error as a part of the tolerance: the errors of the steps add up.

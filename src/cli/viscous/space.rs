@@ -11,10 +11,10 @@ use super::{Done, Kind, Task, conclude, energies_json, reduced, scaled_layers, s
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};
 use snaprod::body::EndBody;
-use snaprod::dynamics::viscous::{ViscousRun, ViscousSample, drive_viscous};
-use snaprod::dynamics::{InSpace, Ledger};
+use snaprod::creep::space::Space;
+use snaprod::motion::creep::{ViscousRun, ViscousSample, drive_viscous};
+use snaprod::motion::{InSpace, Ledger};
 use snaprod::scene::{MotionSetup, MotionState, SpatialMotion, WithRun};
-use snaprod::viscous::space::Space;
 use std::marker::PhantomData;
 
 /// Points of a drawn axis.

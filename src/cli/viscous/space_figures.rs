@@ -6,7 +6,7 @@ use super::recorder::Moment;
 use super::space::Spatial;
 use super::{Done, Task, figures};
 use nalgebra::{Isometry3, Vector3};
-use snaprod::dynamics::InSpace;
+use snaprod::motion::InSpace;
 use snaprod::plot::{
     Lines, RodShapes, RodUnits, Series, SpaceRod, energies, lines, rod_shapes, strain_map,
 };

@@ -1,0 +1,642 @@
+//! The differential equations of strains, memory and body, and their linearisation.
+//!
+//! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then time,
+//! energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1 of the end.
+//!
+//! Explicit steps take the equations as theory Sec. 5 has them: w1 follows from e and V by the positive definite G, and
+//! place and wrench in the state are idle. For small viscosities eta the strain rates are then small differences of terms of
+//! size 1/eta that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for
+//! steps up to eta^(1/3). Implicit steps of such rods ([`Hold::Place`]) therefore take the equations of which these are the
+//! derivative: the place moves at V, and w1 is what keeps the end of the rod there,
+//! ```text
+//! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place,
+//! ```
+//! which has nothing of size 1/eta beside e_t itself, and becomes the equations of the elastic rod as eta -> 0. Where the end
+//! gives way slowly instead, at a rate M^-1 G^-1 above that of the strains (large viscosities, inextensible rods nearly
+//! straight), a velocity is known better than the change of a place, and implicit steps keep the first form
+//! ([`Hold::Velocity`]).
+
+use crate::body::{EndBody, EndLinear};
+use crate::creep::kinematics::{AtEnd, Kinematics, Local};
+use crate::creep::place;
+use crate::creep::reduced::{Configuration, Flow, Linear, Reduced, loose, solve};
+use crate::solve::system::{Factor, Linearised, System};
+use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU, SMatrix};
+
+/// Where what stands in a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Nodes.
+    pub nodes: usize,
+    /// Strains at a node.
+    pub strains: usize,
+    /// Maxwell branches.
+    pub branches: usize,
+    /// Velocities of the end.
+    pub end: usize,
+    /// Numbers that hold its pose.
+    pub place: usize,
+}
+
+/// Rounding of a pose.
+const POSE: f64 = 5e-16;
+/// The rate at which the velocity of the end of a straight rod comes back to what the rod allows.
+const FADES: f64 = 10.0;
+/// Time, dissipated, work, loss to drag.
+const INTEGRALS: usize = 4;
+
+impl Layout {
+    /// Size of the field of strains.
+    pub fn field(&self) -> usize {
+        self.nodes * self.strains
+    }
+
+    /// Where the velocity stands.
+    pub fn velocity(&self) -> usize {
+        self.field() * (1 + self.branches)
+    }
+
+    /// Where time stands; dissipated energy, work and loss to drag follow.
+    pub fn time(&self) -> usize {
+        self.velocity() + self.end
+    }
+
+    /// Where the place of the end stands.
+    pub fn place(&self) -> usize {
+        self.time() + INTEGRALS
+    }
+
+    /// Where the wrench on the end stands.
+    pub fn wrench(&self) -> usize {
+        self.place() + self.place
+    }
+
+    /// Size of the state.
+    pub fn len(&self) -> usize {
+        self.wrench() + self.end
+    }
+
+    /// Never true.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// By what implicit steps find the wrench on the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// The end moves at V: int Q^T e_t = V.
+    Velocity,
+    /// The end is where V has brought it.
+    Place,
+}
+
+/// Steps are by place while the strains relax faster than the end by this factor, and ...
+const FASTER: f64 = 3.0;
+/// ... so fast against the step: at first, and to stay.
+const STIFF: [f64; 2] = [1e3, 1e2];
+
+/// A viscoelastic rod and the body on its end.
+#[derive(Debug)]
+pub struct ViscousSystem<'a, K, B, const M: usize, const D: usize> {
+    /// The rod.
+    pub rod: Reduced<K, M, D>,
+    /// The body.
+    pub body: &'a B,
+    /// The form of implicit steps.
+    pub hold: Hold,
+}
+
+impl<K, B, const M: usize, const D: usize> ViscousSystem<'_, K, B, M, D>
+where
+    K: Kinematics<M, D>,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    /// The layout of its states.
+    pub fn layout(&self) -> Layout {
+        Layout {
+            nodes: self.rod.grid.len(),
+            strains: M,
+            branches: self.rod.material.branches().len(),
+            end: D,
+            place: K::PLACE,
+        }
+    }
+
+    /// A state at time 0.
+    pub fn state(
+        &self,
+        strains: &[Local<M>],
+        memory: &[Vec<Local<M>>],
+        v: &AtEnd<D>,
+    ) -> DVector<f64> {
+        let layout = self.layout();
+        let mut y = DVector::zeros(layout.len());
+        let fields = std::iter::once(strains).chain(memory.iter().map(Vec::as_slice));
+        for (k, field) in fields.enumerate() {
+            write(&mut y.as_mut_slice()[k * layout.field()..], field);
+        }
+        y.fixed_rows_mut::<D>(layout.velocity()).copy_from(v);
+        if let Some(shape) = self.rod.kinematics.shape(&self.rod.grid, strains) {
+            let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
+            self.rod.kinematics.place(&shape, slots);
+        }
+        y
+    }
+
+    /// The strains of a state.
+    pub fn strains(&self, y: &DVector<f64>) -> Vec<Local<M>> {
+        read(&y.as_slice()[..self.layout().field()])
+    }
+
+    /// The dashpots' strains of a state, branch by branch.
+    pub fn memory(&self, y: &DVector<f64>) -> Vec<Vec<Local<M>>> {
+        let layout = self.layout();
+        let fields = y.as_slice()[layout.field()..layout.velocity()].chunks(layout.field().max(1));
+        fields.map(read).collect()
+    }
+
+    /// The velocity of the end.
+    pub fn velocity(&self, y: &DVector<f64>) -> AtEnd<D> {
+        y.fixed_rows::<D>(self.layout().velocity()).into_owned()
+    }
+
+    /// The form that implicit steps of about length `h` should take from here on: by place if the strains relax fast
+    /// against the step and faster than the end does.
+    pub fn suited(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        y: &DVector<f64>,
+        h: f64,
+    ) -> Hold {
+        let nodes = self.rod.grid.nodes().iter().zip(&at.strains);
+        let strains = nodes
+            .zip(&flow.fluidity)
+            .filter_map(|((s, e), c)| Some((c * self.rod.material.tangent(*s, e)?).norm()))
+            .fold(0.0, f64::max);
+        let pose = self.rod.kinematics.pose(&at.shape);
+        let time = y[self.layout().time()];
+        let body = self
+            .body
+            .linearised(time, &pose, &self.velocity(y), &-flow.wrench);
+        let g = self.rod.mobility(at, flow);
+        let end = if loose(&g).next().is_some() {
+            f64::INFINITY
+        } else {
+            relaxation(&body.by_wrench, &g)
+        };
+        let stiff = STIFF[usize::from(self.hold == Hold::Place)];
+        if strains * h > stiff && strains > FASTER * end {
+            Hold::Place
+        } else {
+            Hold::Velocity
+        }
+    }
+
+    fn place<'y>(&self, y: &'y DVector<f64>) -> &'y [f64] {
+        let layout = self.layout();
+        &y.as_slice()[layout.place()..layout.wrench()]
+    }
+
+    /// All but the rows of the wrench.
+    fn write_slope(
+        &self,
+        y: &DVector<f64>,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        out: &mut DVector<f64>,
+    ) -> Option<()> {
+        let layout = self.layout();
+        let velocity = self.velocity(y);
+        let slots = out.as_mut_slice();
+        write(slots, &flow.rates);
+        for (k, (branch, z)) in self
+            .rod
+            .material
+            .branches()
+            .iter()
+            .zip(&at.memory)
+            .enumerate()
+        {
+            let places = slots[(k + 1) * layout.field()..].chunks_exact_mut(M);
+            for ((place, e), z) in places.zip(&at.strains).zip(z) {
+                place.copy_from_slice(((e - z) / branch.time).as_slice());
+            }
+        }
+        let pose = self.rod.kinematics.pose(&at.shape);
+        let time = layout.time();
+        let motion = self.body.motion(y[time], &pose, &velocity, &-flow.wrench);
+        slots[layout.velocity()..time].copy_from_slice(motion.acceleration.as_slice());
+        slots[time] = 1.0;
+        slots[time + 1] = self.rod.dissipated(at, flow);
+        slots[time + 2] = motion.power;
+        slots[time + 3] = motion.loss;
+        place::rates(
+            self.place(y),
+            &velocity,
+            &mut slots[layout.place()..layout.wrench()],
+        );
+        slots[..layout.wrench()]
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(())
+    }
+
+    /// Shape and flow of a state; None outside the law's domain.
+    #[allow(clippy::type_complexity)] // Two things that are always wanted together.
+    pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
+        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
+        let mut flow = self.rod.flow(&at, &self.velocity(y))?;
+        self.hold(y, &at, &mut flow);
+        Some((at, flow))
+    }
+
+    /// A straight inextensible rod holds its end along the clamp whatever the wrench: G is singular, and
+    /// V = int Q^T e_t says nothing of that component of w1. Its derivative does: V_t = (int Q^T e_t)_t, in which e_tt
+    /// has no part; what V has drifted off fades.
+    fn hold(&self, y: &DVector<f64>, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>) {
+        let g = self.rod.mobility(at, flow);
+        for i in loose(&g) {
+            let pose = self.rod.kinematics.pose(&at.shape);
+            let (time, v) = (y[self.layout().time()], self.velocity(y));
+            let n = self.layout().field();
+            let mut convection = DMatrix::zeros(D, n);
+            self.rod
+                .kinematics
+                .convection(&self.rod.grid, &at.shape, &flow.rates, &mut convection);
+            let rates = flow.rates.iter().flat_map(|rate| rate.iter().copied());
+            let bound = convection * DVector::from_iterator(n, rates);
+            let wrench = -flow.wrench;
+            let free = self.body.motion(time, &pose, &v, &wrench).acceleration;
+            let give = self.body.linearised(time, &pose, &v, &wrench).by_wrench;
+            let moved: f64 = (0..flow.rates.len())
+                .map(|k| self.rod.grid.weights()[k] * at.transfer[k].column(i).dot(&flow.rates[k]))
+                .sum();
+            let off = FADES * (v[i] - moved);
+            flow.wrench[i] += (free[i] - bound[i] + off) / give[(i, i)];
+        }
+    }
+}
+
+fn read<const M: usize>(values: &[f64]) -> Vec<Local<M>> {
+    values
+        .chunks_exact(M)
+        .map(Local::from_column_slice)
+        .collect()
+}
+
+fn write<const M: usize>(to: &mut [f64], field: &[Local<M>]) {
+    for (place, value) in to.chunks_exact_mut(M).zip(field) {
+        place.copy_from_slice(value.as_slice());
+    }
+}
+
+impl<K, B, const M: usize, const D: usize> System for ViscousSystem<'_, K, B, M, D>
+where
+    K: Kinematics<M, D>,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    type Linearised = ViscousLinear<M, D>;
+
+    fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        let (at, flow) = self.at(y)?;
+        self.write_slope(y, &at, &flow, out)?;
+        out.rows_mut(self.layout().wrench(), D).fill(0.0);
+        Some(())
+    }
+
+    fn algebraic(&self) -> usize {
+        match self.hold {
+            Hold::Velocity => 0,
+            Hold::Place => D,
+        }
+    }
+
+    fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        if self.hold == Hold::Velocity {
+            return self.slope(y, out);
+        }
+        let layout = self.layout();
+        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
+        let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
+        let flow = self.rod.under(&at, &wrench)?;
+        self.write_slope(y, &at, &flow, out)?;
+        let mut pose = vec![0.0; K::PLACE];
+        self.rod.kinematics.place(&at.shape, &mut pose);
+        let gap = place::gap::<D>(self.place(y), &pose);
+        out.fixed_rows_mut::<D>(layout.wrench()).copy_from(&gap);
+        out.iter().all(|x| x.is_finite()).then_some(())
+    }
+
+    fn settle(&self, y: &mut DVector<f64>) -> Option<()> {
+        let layout = self.layout();
+        let (at, flow) = self.at(y)?;
+        let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
+        self.rod.kinematics.place(&at.shape, slots);
+        y.fixed_rows_mut::<D>(layout.wrench())
+            .copy_from(&flow.wrench);
+        Some(())
+    }
+
+    /// At the wrench that goes with strains and velocity: that of the state may be a poorer one.
+    fn linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
+        let (at, flow) = self.at(y)?;
+        let rod = self.rod.linear(&at, &flow)?;
+        let pose = self.rod.kinematics.pose(&at.shape);
+        let time = y[self.layout().time()];
+        Some(ViscousLinear {
+            layout: self.layout(),
+            relaxing: self
+                .rod
+                .material
+                .branches()
+                .iter()
+                .map(|branch| {
+                    let blocks = rod.fluidity.iter().map(|c| c * branch.modulus).collect();
+                    (blocks, branch.time)
+                })
+                .collect(),
+            body: self
+                .body
+                .linearised(time, &pose, &self.velocity(y), &-flow.wrench),
+            spin: place::spin(self.place(y), &self.velocity(y)),
+            place: self.place(y).to_vec(),
+            hold: self.hold,
+            rod,
+        })
+    }
+
+    /// Strains and memory are judged in the mean over the rod, relative to 1 + their size; so are velocity and energies.
+    fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        let layout = self.layout();
+        let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);
+        let mut sum = 0.0;
+        for k in 0..=layout.branches {
+            for (node, weight) in self.rod.grid.weights().iter().enumerate() {
+                let first = k * layout.field() + node * M;
+                sum += weight * (first..first + M).map(part).sum::<f64>() / M as f64;
+            }
+        }
+        let velocity = layout.velocity();
+        sum += (velocity..velocity + D).map(part).sum::<f64>() / D as f64;
+        let time = layout.time();
+        sum += (time + 1..layout.place()).map(part).sum::<f64>();
+        sum / (2 + layout.branches) as f64
+    }
+}
+
+/// The Jacobian of a [`ViscousSystem`]: blocks by node, of the rank of the end's velocities, and the geometry.
+#[derive(Debug, Clone)]
+pub struct ViscousLinear<const M: usize, const D: usize> {
+    layout: Layout,
+    rod: Linear<M, D>,
+    /// Of every Maxwell branch: d e_t/d z by node, and the time.
+    relaxing: Vec<(Vec<SMatrix<f64, M, M>>, f64)>,
+    body: EndLinear<D>,
+    spin: SMatrix<f64, D, D>,
+    place: Vec<f64>,
+    hold: Hold,
+}
+
+/// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
+#[derive(Debug)]
+pub struct ViscousFactor<T: ComplexField, const M: usize, const D: usize> {
+    linear: ViscousLinear<M, D>,
+    sigma: T,
+    lu: LU<T, Dyn, Dyn>,
+    rows: Vec<f64>,
+    wrench: f64,
+}
+
+impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
+    type Factor<T: ComplexField<RealField = f64> + Copy> = ViscousFactor<T, M, D>;
+
+    /// With the change of velocity dV = follow de - b_l the strains and the wrench obey
+    /// ```text
+    /// (sigma - drift - sum_k relaxing_k/(1 + sigma tau_k)) de - push dw = b_e + ...
+    /// ((sigma - a_V) follow - a_pose gather) de + a_w dw = b_V + (sigma - a_V) b_l.
+    /// ```
+    /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the change
+    /// of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
+    fn shifted<T: ComplexField<RealField = f64> + Copy>(
+        &self,
+        sigma: T,
+    ) -> Option<ViscousFactor<T, M, D>> {
+        let n = self.layout.field();
+        let real = T::from_real;
+        let mut matrix = DMatrix::<T>::zeros(n + D, n + D);
+        for j in 0..n {
+            for i in 0..n {
+                matrix[(i, j)] = real(-self.rod.drift[(i, j)]);
+            }
+            matrix[(j, j)] += sigma;
+        }
+        for (blocks, time) in &self.relaxing {
+            let share = T::one() / (T::one() + sigma * real(*time));
+            for (node, block) in blocks.iter().enumerate() {
+                for (i, j) in pairs::<M>() {
+                    matrix[(node * M + i, node * M + j)] -= real(block[(i, j)]) * share;
+                }
+            }
+        }
+        let largest = self.rod.push.amax();
+        let wrench = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+        for j in 0..D {
+            for i in 0..n {
+                matrix[(i, n + j)] = real(-self.rod.push[(i, j)] * wrench);
+            }
+            for i in 0..D {
+                matrix[(n + i, n + j)] = real(self.body.by_wrench[(i, j)] * wrench);
+            }
+        }
+        let (damped, turning) = (self.damped(sigma), self.turning(sigma));
+        let by_pose = self.body.by_pose.map(real);
+        for j in 0..n {
+            let gather = self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
+            let follow = match self.hold {
+                Hold::Place => turning * gather,
+                Hold::Velocity => {
+                    gather * sigma + self.rod.convection.fixed_view::<D, 1>(0, j).map(real)
+                }
+            };
+            let row = damped * follow - by_pose * gather;
+            matrix.fixed_view_mut::<D, 1>(n, j).copy_from(&row);
+        }
+        // Rows of one size: stiffness and inertia have none in common.
+        let mut rows = vec![0.0; n + D];
+        for (i, row) in rows.iter_mut().enumerate() {
+            let size = (0..n + D)
+                .map(|j| matrix[(i, j)].modulus())
+                .fold(0.0, f64::max);
+            if !(size > 0.0 && size.is_finite()) {
+                return None;
+            }
+            *row = 1.0 / size;
+            for j in 0..n + D {
+                matrix[(i, j)] *= real(*row);
+            }
+        }
+        Some(ViscousFactor {
+            linear: self.clone(),
+            sigma,
+            lu: matrix.lu(),
+            rows,
+            wrench,
+        })
+    }
+
+    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight, by an angle a) the velocity
+    /// relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates take over the rounding of the wrench
+    /// 1/a times; by place the velocity takes over that of the pose at that rate, or of the pose over a step.
+    fn rounding(&self, h: f64) -> f64 {
+        let g = (&self.rod.gather * &self.rod.push)
+            .fixed_view::<D, D>(0, 0)
+            .into_owned();
+        let rate = relaxation(&self.body.by_wrench, &g);
+        POSE * match self.hold {
+            Hold::Velocity => rate.sqrt(),
+            Hold::Place => rate.min(1.0 / h),
+        }
+    }
+
+    fn times(&self, x: &DVector<f64>) -> DVector<f64> {
+        let layout = self.layout;
+        let n = layout.field();
+        let mut out = DVector::zeros(x.len());
+        let e = x.rows(0, n);
+        let mut rate = &self.rod.drift * e;
+        for (k, (blocks, time)) in self.relaxing.iter().enumerate() {
+            let z = x.rows((k + 1) * n, n);
+            for (node, block) in blocks.iter().enumerate() {
+                let pull = block * z.fixed_rows::<M>(node * M);
+                let mut at = rate.fixed_rows_mut::<M>(node * M);
+                at += pull;
+            }
+            out.rows_mut((k + 1) * n, n).copy_from(&((e - z) / *time));
+        }
+        let v = x.fixed_rows::<D>(layout.velocity()).into_owned();
+        let missing = v - &self.rod.convection * e - &self.rod.gather * &rate;
+        let g = (&self.rod.gather * &self.rod.push)
+            .fixed_view::<D, D>(0, 0)
+            .into_owned();
+        let w = solve(&g, &AtEnd::<D>::from_column_slice(missing.as_slice()))
+            .unwrap_or_else(AtEnd::zeros);
+        rate += &self.rod.push * w;
+        out.rows_mut(0, n).copy_from(&rate);
+        let moved = AtEnd::<D>::from_column_slice((&self.rod.gather * e).as_slice());
+        let acceleration =
+            self.body.by_pose * moved + self.body.by_velocity * v - self.body.by_wrench * w;
+        out.fixed_rows_mut::<D>(layout.velocity())
+            .copy_from(&acceleration);
+        out
+    }
+}
+
+impl<const M: usize, const D: usize> ViscousLinear<M, D> {
+    /// sigma - a_V.
+    fn damped<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+        SMatrix::from_diagonal_element(sigma) - self.body.by_velocity.map(T::from_real)
+    }
+
+    /// sigma - spin.
+    fn turning<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+        SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
+    }
+}
+
+/// The rate M^-1 G^-1 at which the velocity of the end comes to what strains and loads make it.
+fn relaxation<const D: usize>(by_wrench: &SMatrix<f64, D, D>, g: &SMatrix<f64, D, D>) -> f64 {
+    let unit = |j: usize| AtEnd::<D>::from_fn(|i, _| f64::from(u8::from(i == j)));
+    (0..D)
+        .filter_map(|j| Some((by_wrench * solve(g, &unit(j))?).norm()))
+        .fold(0.0, f64::max)
+}
+
+fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
+    (0..M).flat_map(|i| (0..M).map(move |j| (i, j)))
+}
+
+impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Factor<T>
+    for ViscousFactor<T, M, D>
+{
+    fn solve(&self, b: &mut DVector<T>) -> bool {
+        let linear = &self.linear;
+        let (layout, relaxing) = (linear.layout, &linear.relaxing);
+        let n = layout.field();
+        let (velocity, time) = (layout.velocity(), layout.time());
+        let real = T::from_real;
+        let mut right = DVector::<T>::zeros(n + D);
+        right.rows_mut(0, n).copy_from(&b.rows(0, n));
+        for (k, (blocks, time)) in relaxing.iter().enumerate() {
+            // dz = (b_z + de/tau)/(sigma + 1/tau)
+            let share = T::one() / (self.sigma + real(1.0 / time));
+            for (node, block) in blocks.iter().enumerate() {
+                for (i, j) in pairs::<M>() {
+                    right[node * M + i] +=
+                        real(block[(i, j)]) * share * b[(k + 1) * n + node * M + j];
+                }
+            }
+        }
+        let placed = layout.place()..layout.wrench();
+        let gathered = |field: &[T]| {
+            let mut sum = SMatrix::<T, D, 1>::zeros();
+            for (column, x) in linear.rod.gather.column_iter().zip(field) {
+                for (sum, g) in sum.iter_mut().zip(column.iter()) {
+                    *sum += real(*g) * *x;
+                }
+            }
+            sum
+        };
+        let (moved, grown) = place::split::<T, D>(&linear.place, &b.as_slice()[placed.clone()]);
+        let missed = -b.fixed_rows::<D>(layout.wrench()).into_owned();
+        let turning = linear.turning(self.sigma);
+        let lag = match linear.hold {
+            Hold::Place => turning * missed + moved,
+            Hold::Velocity => gathered(&b.as_slice()[..n]),
+        };
+        let pushed = b.fixed_rows::<D>(velocity).into_owned() + linear.damped(self.sigma) * lag;
+        right.rows_mut(n, D).copy_from(&pushed);
+        for (value, row) in right.iter_mut().zip(&self.rows) {
+            *value *= real(*row);
+        }
+        if !self.lu.solve_mut(&mut right) {
+            return false;
+        }
+        let followed = gathered(&right.as_slice()[..n]);
+        let (v, twist) = match linear.hold {
+            Hold::Place => (turning * followed - lag, followed - missed),
+            Hold::Velocity => {
+                let mut v = followed * self.sigma - lag;
+                for (column, x) in linear.rod.convection.column_iter().zip(right.iter()) {
+                    for (v, c) in v.iter_mut().zip(column.iter()) {
+                        *v += real(*c) * *x;
+                    }
+                }
+                (v, (moved + v) / self.sigma)
+            }
+        };
+        b.fixed_rows_mut::<D>(velocity).copy_from(&v);
+        for (k, (_, time)) in relaxing.iter().enumerate() {
+            let share = T::one() / (self.sigma + real(1.0 / time));
+            for j in 0..n {
+                let at = (k + 1) * n + j;
+                b[at] = (b[at] + right[j] * real(1.0 / time)) * share;
+            }
+        }
+        b.rows_mut(0, n).copy_from(&right.rows(0, n));
+        for i in time..layout.place() {
+            b[i] /= self.sigma;
+        }
+        let slots = &mut b.as_mut_slice()[placed];
+        place::join(&linear.place, &twist, grown / self.sigma, slots);
+        for i in 0..D {
+            let wrench = &mut b[layout.wrench() + i];
+            *wrench = match linear.hold {
+                Hold::Place => right[n + i] * real(self.wrench),
+                Hold::Velocity => *wrench / self.sigma,
+            };
+        }
+        b.iter().all(|x| x.is_finite())
+    }
+}

@@ -1,0 +1,546 @@
+//! A viscoelastic run, step by step, as an iterator.
+
+use super::layer::{Layer, LayerWatch};
+use super::sample::ViscousSample;
+use crate::body::EndBody;
+use crate::creep::grid::{Grid, more};
+use crate::creep::kinematics::{AtEnd, Kinematics, Local};
+use crate::creep::material::Material;
+use crate::creep::reduced::Reduced;
+use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
+use crate::creep::system::{Hold, ViscousSystem};
+use crate::error::{Error, Result};
+use crate::solve::integrator::{Integrator, Method, Work};
+use std::sync::Arc;
+
+/// What a viscoelastic run is asked to do. Defaults: tolerance 1e-10, method and nodes chosen by the program, 1e7 steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ViscousOptions {
+    /// End of time.
+    pub duration: f64,
+    /// Bound of the error in time and along the rod, relative to 1 + size; the error of a run of a few periods is of this
+    /// order.
+    pub tolerance: f64,
+    /// Explicit or implicit steps.
+    pub method: Method,
+    /// Nodes along the rod.
+    pub nodes: Nodes,
+    /// Most steps.
+    pub max_steps: u64,
+}
+
+impl ViscousOptions {
+    /// Options with defaults, up to the time `duration`.
+    ///
+    /// # Errors
+    /// A duration that is not positive and finite.
+    pub fn new(duration: f64) -> Result<Self> {
+        if !(0.0 < duration && duration < f64::INFINITY) {
+            return Err(Error::domain(format!(
+                "duration = {duration} must be finite and > 0"
+            )));
+        }
+        Ok(Self {
+            duration,
+            tolerance: 1e-10,
+            method: Method::Auto,
+            nodes: Nodes::Adaptive,
+            max_steps: 10_000_000,
+        })
+    }
+
+    /// Sets the tolerance.
+    ///
+    /// # Errors
+    /// A tolerance outside [1e-13, 1e-2].
+    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self> {
+        if !(1e-13..=1e-2).contains(&tolerance) {
+            return Err(Error::domain(format!(
+                "tolerance = {tolerance} must lie in [1e-13, 1e-2] for a viscoelastic rod"
+            )));
+        }
+        self.tolerance = tolerance;
+        Ok(self)
+    }
+
+    /// Sets the nodes.
+    #[must_use]
+    pub fn with_nodes(mut self, nodes: Nodes) -> Self {
+        self.nodes = nodes;
+        self
+    }
+
+    /// Sets the method.
+    #[must_use]
+    pub fn with_method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
+    }
+}
+
+/// The initial data of a viscoelastic run: any strains, any memory, any velocity of the end.
+pub struct ViscousStart<'a, const M: usize, const D: usize> {
+    /// Strains at s in [0, 1].
+    pub strain: &'a dyn Fn(f64) -> Local<M>,
+    /// Strains at which the Maxwell branches are relaxed; None: those of the start.
+    pub relaxed: Option<&'a dyn Fn(f64) -> Local<M>>,
+    /// Velocity of the end.
+    pub velocity: AtEnd<D>,
+}
+
+/// Why a viscoelastic run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ViscousOutcome {
+    /// The end of time was reached.
+    EndOfTime,
+    /// The bound on steps was reached.
+    StepLimit,
+    /// The run cannot go on; the text says where, why and what would help.
+    Stuck(String),
+    /// Told to stop from outside.
+    Interrupted,
+}
+
+impl ViscousOutcome {
+    /// A stable key: end_of_time, step_limit, stuck, interrupted.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::EndOfTime => "end_of_time",
+            Self::StepLimit => "step_limit",
+            Self::Stuck(_) => "stuck",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+impl std::fmt::Display for ViscousOutcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::EndOfTime => "the end of time was reached",
+            Self::StepLimit => "the bound max_steps was reached",
+            Self::Stuck(why) => why,
+            Self::Interrupted => "interrupted",
+        })
+    }
+}
+
+/// What one advance of a run was.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ViscousEvent {
+    /// A step; samples between these times can be asked for now.
+    Step {
+        /// Time at its start.
+        from: f64,
+        /// Time at its end.
+        to: f64,
+    },
+    /// The end; nothing follows.
+    Stop(ViscousOutcome),
+}
+
+/// A step's local error, as a part of the tolerance: the errors of the steps add up.
+const LOCAL: f64 = 0.1;
+/// Local errors below this drown in rounding.
+const FINEST: f64 = 1e-14;
+/// Nodes to begin with.
+const FIRST: usize = 8;
+/// Steps in a row after which nodes that are not needed are given up.
+const PATIENCE: u32 = 12;
+/// A start that misses its velocity by more than this, relative to 1 + its size, is one that the rod cannot follow.
+const FOLLOWS: f64 = 1e-9;
+/// ... beside rounding.
+const ROUNDED: f64 = 1e-13;
+
+/// A viscoelastic run in progress.
+pub struct ViscousRun<'a, K: Kinematics<M, D>, B, const M: usize, const D: usize>
+where
+    B: EndBody<D, Pose = K::Pose>,
+{
+    system: ViscousSystem<'a, K, B, M, D>,
+    integrator: Integrator<ViscousSystem<'a, K, B, M, D>>,
+    options: ViscousOptions,
+    watch: LayerWatch,
+    layers: Vec<Layer>,
+    tail: f64,
+    most_nodes: usize,
+    idle: u32,
+    /// Nodes that the next step should have.
+    wanted: Option<Vec<usize>>,
+    first: ViscousSample<K, M, D>,
+    current: ViscousSample<K, M, D>,
+    stopped: bool,
+    interrupted: bool,
+}
+
+impl<'a, K, B, const M: usize, const D: usize> ViscousRun<'a, K, B, M, D>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    /// A run at time 0.
+    ///
+    /// # Errors
+    /// Strains that are not finite or outside the law's domain, or so rough that [`MOST_NODES`] do not resolve them; a
+    /// velocity that the rod cannot follow (an inextensible straight rod cannot be stretched).
+    pub fn new(
+        kinematics: K,
+        material: Material<M>,
+        body: &'a B,
+        start: &ViscousStart<'_, M, D>,
+        options: ViscousOptions,
+    ) -> Result<Self> {
+        let system = resolved(kinematics, material, body, start, &options)?;
+        let grid = &system.rod.grid;
+        let strains = field(grid, start.strain);
+        let relaxed = start
+            .relaxed
+            .map_or_else(|| strains.clone(), |f| field(grid, f));
+        let memory = vec![relaxed; system.rod.material.branches().len()];
+        let y = system.state(&strains, &memory, &start.velocity);
+        let first = ViscousSample::new(&system, &y).ok_or_else(|| {
+            Error::domain(
+                "the strains at the start are outside the law's domain, or too large for a shape: give strains that the section admits",
+            )
+        })?;
+        let moved = first
+            .flow
+            .rates
+            .iter()
+            .zip(&first.configuration.transfer)
+            .zip(grid.weights())
+            .fold(AtEnd::<D>::zeros(), |sum, ((rate, q), w)| {
+                sum + q.transpose() * rate * *w
+            });
+        let missed = (moved - start.velocity).norm();
+        // Rates are differences of what stresses and wrench would do each for itself: large if the viscosity is small.
+        let parts: f64 = first
+            .flow
+            .fluidity
+            .iter()
+            .zip(&first.configuration.taken)
+            .zip(grid.weights())
+            .map(|((fluidity, taken), w)| w * (fluidity * taken).norm())
+            .sum();
+        if !(missed <= FOLLOWS * (1.0 + start.velocity.norm()) + ROUNDED * parts) {
+            return Err(Error::domain(format!(
+                "the rod cannot follow the velocity {:?} of its end: it is straight and inextensible, or cannot be strained that way; \
+                 it would move at {:?}; change the velocity, or bend the rod a little",
+                start.velocity.as_slice(),
+                moved.as_slice()
+            )));
+        }
+        let tolerance = (LOCAL * options.tolerance).max(FINEST);
+        let integrator = Integrator::new(&system, y, tolerance, options.method, None)
+            .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        let most_nodes = system.rod.grid.len();
+        let watch = LayerWatch::new(&first);
+        Ok(Self {
+            system,
+            integrator,
+            options,
+            watch,
+            layers: Vec::new(),
+            tail: 0.0,
+            most_nodes,
+            idle: 0,
+            wanted: None,
+            current: first.clone(),
+            first,
+            stopped: false,
+            interrupted: false,
+        })
+    }
+
+    /// The state at the start.
+    pub fn first(&self) -> &ViscousSample<K, M, D> {
+        &self.first
+    }
+
+    /// The state now.
+    pub fn now(&self) -> &ViscousSample<K, M, D> {
+        &self.current
+    }
+
+    /// The state at a time within the last step; None outside it.
+    pub fn sample(&mut self, t: f64) -> Option<ViscousSample<K, M, D>> {
+        let to = self.time();
+        if t == to {
+            return Some(self.current.clone());
+        }
+        let span = self.integrator.span();
+        let fraction = 1.0 - (to - t) / span;
+        if !((0.0..=1.0).contains(&fraction)) {
+            return None;
+        }
+        let y = self.integrator.at(&self.system, fraction)?;
+        let mut sample = ViscousSample::new(&self.system, &y)?;
+        sample.t = t;
+        Some(sample)
+    }
+
+    /// Time now.
+    pub fn time(&self) -> f64 {
+        self.integrator.state()[self.system.layout().time()]
+    }
+
+    /// End of time.
+    pub fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    /// Ends the run at its next step.
+    pub fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    /// What it cost so far.
+    pub fn work(&self) -> Work {
+        self.integrator.work()
+    }
+
+    /// The method of the last step.
+    pub fn method(&self) -> Method {
+        self.integrator.method_now()
+    }
+
+    /// Fast passages between states next to equilibrium, those that have ended.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Largest relative size of the last coefficients of a field so far: how well the nodes resolved the strains.
+    pub fn tail(&self) -> f64 {
+        self.tail
+    }
+
+    /// Most nodes so far.
+    pub fn most_nodes(&self) -> usize {
+        self.most_nodes
+    }
+
+    /// The rod.
+    pub fn rod(&self) -> &Reduced<K, M, D> {
+        &self.system.rod
+    }
+
+    fn stop(&mut self, outcome: ViscousOutcome) -> ViscousEvent {
+        self.stopped = true;
+        if let Some(layer) = self.watch.cut(&self.current) {
+            self.layers.push(layer);
+        }
+        ViscousEvent::Stop(outcome)
+    }
+
+    /// Judges the nodes after a step; what it finds is done before the next one, so that the last step can be sampled.
+    fn judge(&mut self) -> std::result::Result<(), String> {
+        let y = self.integrator.state();
+        let strains = self.system.strains(y);
+        let memory = self.system.memory(y);
+        let fields: Vec<_> = std::iter::once(strains.as_slice())
+            .chain(memory.iter().map(Vec::as_slice))
+            .collect();
+        let rod = &self.system.rod;
+        let (tail, mut demand) = demand(&rod.grid, &fields, self.options.tolerance);
+        let defect = rod
+            .kinematics
+            .defect(&rod.grid, &self.current.configuration.shape);
+        if defect > self.options.tolerance.max(ROUNDING) && !matches!(demand, Demand::More(_)) {
+            demand = Demand::More(rod.grid.counts().into_iter().map(more).collect());
+        }
+        self.tail = self.tail.max(tail);
+        if self.options.nodes != Nodes::Adaptive {
+            return Ok(());
+        }
+        match demand {
+            Demand::More(counts) => {
+                self.idle = 0;
+                if counts.iter().any(|n| *n > MOST_NODES) {
+                    return Err(format!(
+                        "at t = {:?} the strains would need more than {MOST_NODES} nodes on an element (their last coefficients are {tail:.1e}, \
+                         relative to 1 + strain): bends have become very sharp, as under enormous end forces; raise the tolerance or the damping, or \
+                         change the loads",
+                        self.time()
+                    ));
+                }
+                self.wanted = Some(counts);
+            }
+            Demand::Fewer(counts) => {
+                self.idle += 1;
+                if self.idle >= PATIENCE {
+                    self.idle = 0;
+                    self.wanted = Some(counts);
+                }
+            }
+            Demand::Enough => self.idle = 0,
+        }
+        Ok(())
+    }
+
+    /// Carries the state over to a grid with so many nodes on the elements.
+    fn regrid(&mut self, counts: &[usize]) -> Option<()> {
+        let y = self.integrator.state();
+        let old = self.system.rod.grid.clone();
+        let grid = Arc::new(Grid::new(&old.breaks(), counts));
+        let carry = |field: &[Local<M>]| old.carried(field, &grid);
+        let strains = carry(&self.system.strains(y));
+        let memory: Vec<_> = self.system.memory(y).iter().map(|z| carry(z)).collect();
+        let integrals = y.as_slice()[self.system.layout().time()..].to_vec();
+        let velocity = self.system.velocity(y);
+        self.most_nodes = self.most_nodes.max(grid.len());
+        self.system.rod.grid = grid;
+        let mut next = self.system.state(&strains, &memory, &velocity);
+        next.as_mut_slice()[self.system.layout().time()..].copy_from_slice(&integrals);
+        self.integrator.restart(&self.system, next, None)
+    }
+
+    /// Changes the form of implicit steps where the other one has become better.
+    fn reform(&mut self) -> Option<()> {
+        let (y, h) = (self.integrator.state(), self.integrator.next_step());
+        let (at, flow) = (&self.current.configuration, &self.current.flow);
+        let suited = self.system.suited(at, flow, y, h);
+        if suited == self.system.hold {
+            return Some(());
+        }
+        self.system.hold = suited;
+        if self.integrator.method_now() == Method::Explicit {
+            return Some(());
+        }
+        let y = y.clone();
+        self.integrator.restart(&self.system, y, None)
+    }
+
+    fn advance(&mut self) -> ViscousEvent {
+        if self.interrupted {
+            return self.stop(ViscousOutcome::Interrupted);
+        }
+        let from = self.time();
+        let left = self.options.duration - from;
+        if !(left > 1e-14 * self.options.duration) {
+            return self.stop(ViscousOutcome::EndOfTime);
+        }
+        if self.work().steps >= self.options.max_steps {
+            return self.stop(ViscousOutcome::StepLimit);
+        }
+        if self.reform().is_none() {
+            return self.stop(ViscousOutcome::Stuck(format!(
+                "at t = {from:?} the end of the rod could not be held: the strains stand at the edge of the section's domain"
+            )));
+        }
+        if let Some(counts) = self.wanted.take()
+            && self.regrid(&counts).is_none()
+        {
+            return self.stop(ViscousOutcome::Stuck(format!(
+                "at t = {from:?} the strains could not be carried to other nodes: they stand at the edge of the section's domain"
+            )));
+        }
+        if self.integrator.step(&self.system, left).is_err() {
+            let why = format!(
+                "the step size collapsed at t = {from:?} (next step {:.1e}, {} nodes, tolerance {:.1e}): the motion is rougher than rounding \
+                 lets it be followed; raise the tolerance, or the damping",
+                self.integrator.next_step(),
+                self.system.rod.grid.len(),
+                self.options.tolerance
+            );
+            return self.stop(ViscousOutcome::Stuck(why));
+        }
+        let to = self.time();
+        if let Some(current) = ViscousSample::new(&self.system, self.integrator.state()) {
+            self.current = current;
+        }
+        if let Some(layer) = self.watch.look(&self.current) {
+            self.layers.push(layer);
+        }
+        if let Err(why) = self.judge() {
+            return self.stop(ViscousOutcome::Stuck(why));
+        }
+        ViscousEvent::Step { from, to }
+    }
+}
+
+impl<K, B, const M: usize, const D: usize> Iterator for ViscousRun<'_, K, B, M, D>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    type Item = ViscousEvent;
+
+    fn next(&mut self) -> Option<ViscousEvent> {
+        (!self.stopped).then(|| self.advance())
+    }
+}
+
+fn field<const M: usize>(grid: &Grid, f: &dyn Fn(f64) -> Local<M>) -> Vec<Local<M>> {
+    grid.nodes().iter().map(|s| f(*s)).collect()
+}
+
+/// The system with as many nodes as the start asks for.
+fn resolved<'a, K, B, const M: usize, const D: usize>(
+    kinematics: K,
+    material: Material<M>,
+    body: &'a B,
+    start: &ViscousStart<'_, M, D>,
+    options: &ViscousOptions,
+) -> Result<ViscousSystem<'a, K, B, M, D>>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    let breaks = material.breaks();
+    let first = match options.nodes {
+        Nodes::Adaptive => FIRST,
+        Nodes::Fixed(nodes) => nodes,
+    };
+    let mut counts = vec![first; breaks.len() + 1];
+    loop {
+        let grid = Grid::new(&breaks, &counts);
+        let strains = field(&grid, start.strain);
+        if let Some(i) = strains
+            .iter()
+            .position(|e| !e.iter().all(|x| x.is_finite()))
+        {
+            return Err(Error::domain(format!(
+                "the strains at s = {} are {:?}; they must be finite",
+                grid.nodes()[i],
+                strains[i].as_slice()
+            )));
+        }
+        let relaxed = start.relaxed.map_or_else(Vec::new, |f| field(&grid, f));
+        let mut fields = vec![strains.as_slice()];
+        if !relaxed.is_empty() {
+            fields.push(&relaxed);
+        }
+        let shape = kinematics.shape(&grid, &strains);
+        let blurred = shape
+            .is_none_or(|shape| kinematics.defect(&grid, &shape) > options.tolerance.max(ROUNDING));
+        let (tail, demand) = demand(&grid, &fields, options.tolerance);
+        let more = match demand {
+            Demand::More(counts) => Some(counts),
+            _ if blurred => Some(grid.counts().into_iter().map(more).collect()),
+            _ => None,
+        };
+        match more {
+            Some(more) if options.nodes == Nodes::Adaptive => {
+                if more.iter().any(|n| *n > MOST_NODES) {
+                    return Err(Error::domain(format!(
+                        "the strains at the start are too rough: {MOST_NODES} nodes on an element leave coefficients of {tail:.1e} (tolerance {:.1e}); \
+                         give smoother strains, or a larger tolerance",
+                        options.tolerance
+                    )));
+                }
+                counts = more;
+            }
+            _ => {
+                let rod = Reduced {
+                    kinematics,
+                    material,
+                    grid: Arc::new(grid),
+                };
+                return Ok(ViscousSystem {
+                    rod,
+                    body,
+                    hold: Hold::Velocity,
+                });
+            }
+        }
+    }
+}

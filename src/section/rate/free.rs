@@ -1,0 +1,93 @@
+//! The strains that are free to change, and what is asked of numbers given for them.
+
+use crate::error::{Error, Result};
+use crate::section::{Compliance, Resultant, Strain};
+use nalgebra::{Matrix6, Vector6};
+
+/// What the strains are called in messages.
+pub(super) const NAMES: [&str; 6] = ["u1", "u2", "u3", "v1", "v2", "v3"];
+
+/// Which strains a compliance holds rigid: those that no resultant changes.
+pub(crate) fn rigid_of(compliance: &Compliance) -> [bool; 6] {
+    let diagonal = match compliance {
+        Compliance::Diagonal(entries) => *entries,
+        Compliance::Full(matrix) => matrix.diagonal(),
+    };
+    std::array::from_fn(|k| diagonal[k] == 0.0)
+}
+
+/// The inverse of the free block of a symmetric positive definite matrix, zero elsewhere; None if it is not positive
+/// definite beyond rounding. Scaled to a unit diagonal, so that units play no part.
+pub(crate) fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option<Matrix6<f64>> {
+    let roots = Vector6::from_fn(|k, _| if rigid[k] { 1.0 } else { matrix[(k, k)].sqrt() });
+    let scaled = Matrix6::from_fn(|i, j| match (i == j, rigid[i] || rigid[j]) {
+        (true, true) => 1.0,
+        (false, true) => 0.0,
+        (_, false) => matrix[(i, j)] / roots[i] / roots[j],
+    });
+    if !scaled.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let inverse = scaled.cholesky()?.inverse();
+    // One step of Newton's iteration for inverses takes off what the elimination left.
+    let inverse = inverse + inverse * (Matrix6::identity() - scaled * inverse);
+    let symmetric = Matrix6::from_fn(|i, j| {
+        if rigid[i] || rigid[j] {
+            0.0
+        } else {
+            0.5 * (inverse[(i, j)] + inverse[(j, i)]) / roots[i] / roots[j]
+        }
+    });
+    symmetric.iter().all(|x| x.is_finite()).then_some(symmetric)
+}
+
+/// With zero rows and columns at the rigid strains.
+pub(super) fn freed(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f64> {
+    matrix.map_with_location(|i, j, entry| if rigid[i] || rigid[j] { 0.0 } else { entry })
+}
+
+/// Six marks from those of v1, v2, v3.
+pub(super) fn six([v1, v2, v3]: [bool; 3]) -> [bool; 6] {
+    [false, false, false, v1, v2, v3]
+}
+
+/// The overstress without reactions, if it is finite.
+pub(super) fn driving(overstress: &Resultant, rigid: [bool; 6]) -> Result<Resultant> {
+    let driving = Vector6::from_fn(|k, _| if rigid[k] { 0.0 } else { overstress[k] });
+    finite("overstress", &driving)?;
+    Ok(driving)
+}
+
+/// Rates that keep the constraints.
+pub(super) fn kept(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
+    finite("strain rates", rate)?;
+    for k in (0..6).filter(|k| rigid[*k]) {
+        if rate[k] != 0.0 {
+            return Err(Error::domain(format!(
+                "the strain {} is held rigid: its rate is {} and must be 0",
+                NAMES[k], rate[k]
+            )));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn finite(name: &str, values: &Vector6<f64>) -> Result<()> {
+    if values.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::domain(format!(
+        "{name} {:?} must be finite",
+        values.as_slice()
+    )))
+}
+
+/// Finite and > 0.
+pub(super) fn positive(name: &str, value: f64) -> Result<()> {
+    if !(0.0 < value && value.is_finite()) {
+        return Err(Error::domain(format!(
+            "{name} = {value} must be finite and > 0"
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,83 @@
+//! Laws of strain-rate type: how fast a section creeps under the part of its resultants that its stored energy does not
+//! take.
+//!
+//! AMV (2.20): the resultants are w = dW/de + D(e, e_t, s), with D monotone in e_t (2.33) and D(e, 0, s) = 0. A
+//! [`RateLaw`] is the inverse (2.37): the rates e_t under a given overstress w - dW/de.
+//!
+//! | law | D(e, e_t, s) | |
+//! |---|---|---|
+//! | [`KelvinVoigt`] | H e_t | H a [`Viscosity`]: diagonal, full, along s, or proportional to the elastic tangent |
+//! | [`Carreau`] | H e_t (1 + e_t.H e_t/onset)^((p-1)/2) | thins (p < 1) or thickens (p > 1) |
+//! | [`FrictionBarrier`] | H e_t + Omega(d) d_t d(d)/de, d = (v3^2 - V^2)/v3 | infinite friction at total compression (2.41) |
+//! | [`Dissipative`] | d(Phi)/d(e_t) | a user's own [`DissipationPotential`] |
+//! | [`SmallViscosity`] | D(e, eta e_t) of another law | (8.1) |
+//!
+//! A [`Viscoelastic`] section joins a stored energy, a rate law and [`Maxwell`] branches. Strains that the elastic law
+//! holds rigid (v1, v2, v3 can be) have rate zero; what belongs to them in an overstress is a reaction and is ignored.
+
+mod carreau;
+mod dissipative;
+mod free;
+mod friction;
+mod kelvin_voigt;
+mod measured;
+mod small;
+mod viscoelastic;
+mod viscosity;
+
+pub use carreau::Carreau;
+pub use dissipative::{DissipationPotential, Dissipative};
+pub use friction::FrictionBarrier;
+pub use kelvin_voigt::KelvinVoigt;
+pub use small::SmallViscosity;
+pub use viscoelastic::{Maxwell, Viscoelastic};
+pub use viscosity::{Viscosity, ViscosityAt};
+
+pub(crate) use free::{inverse_of_free, rigid_of};
+
+use crate::error::Result;
+use crate::section::{Resultant, Strain};
+use nalgebra::Matrix6;
+use std::fmt::Debug;
+
+/// What a rate law gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rate {
+    /// e_t.
+    pub rate: Strain,
+    /// d e_t/d(overstress), positive definite (AMV (2.38)); zero rows and columns where a strain is held rigid.
+    pub by_overstress: Matrix6<f64>,
+    /// d e_t/d e at fixed overstress.
+    pub by_strain: Matrix6<f64>,
+}
+
+/// A rate law of a section. `s` is the arclength from the clamp in the unloaded state, 0 <= s <= L.
+pub trait RateLaw: Debug + Send + Sync {
+    /// The rates under an overstress, to roundoff.
+    ///
+    /// # Errors
+    /// Strains outside the law's domain; no convergence.
+    fn rate(&self, s: f64, e: &Strain, overstress: &Resultant) -> Result<Rate>;
+
+    /// The overstress D(e, e_t, s) at given rates: AMV (2.20) less its elastic part.
+    ///
+    /// # Errors
+    /// As [`RateLaw::rate`]; rates of strains that are held rigid.
+    fn overstress(&self, s: f64, e: &Strain, rate: &Strain) -> Result<Resultant>;
+
+    /// True if the rates are proportional to the overstress.
+    fn is_linear(&self) -> bool;
+
+    /// d e_t/d(overstress), if it is one matrix everywhere and always: it is then formed once.
+    fn uniform_fluidity(&self) -> Option<Matrix6<f64>> {
+        None
+    }
+
+    /// Which strains (u1 .. v3) cannot change.
+    fn rigid(&self) -> [bool; 6];
+
+    /// Interior points in s where the law is not smooth in s, in growing order.
+    fn breaks(&self) -> Vec<f64> {
+        Vec::new()
+    }
+}
