@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::Kinematics;
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
@@ -17,6 +17,7 @@ use snaprod::motion::creep::{
     Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousStart, ViscousSystem,
 };
 use snaprod::section::Linear;
+use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::System;

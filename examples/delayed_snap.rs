@@ -11,12 +11,13 @@
 
 use nalgebra::{Matrix6, Vector1, Vector2};
 use snaprod::body::Body;
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::elastica::Equilibrium;
 use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
 use snaprod::plot::{self, Lines, Series, Trace};
 use snaprod::section::Linear;
+use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -11,7 +11,7 @@
 
 use nalgebra::{Vector1, Vector2};
 use snaprod::body::{Body, TimeForce};
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::creep::{
@@ -23,6 +23,7 @@ use snaprod::plot::{
     Shape, Slope,
 };
 use snaprod::section::Linear;
+use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::body::{Body, EndBody, RigidBody, TimeForce};
 use crate::creep::kinematics::{AtEnd, Local};
-use crate::creep::material::{Material, Units};
+use crate::creep::material::Material;
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::motion::creep::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
@@ -16,6 +16,7 @@ use crate::motion::reduction::{Carried, Reduction, Refusal, Start};
 use crate::motion::{InSpace, Ledger};
 use crate::rod::{End, Problem, Rod, Wrench};
 use crate::section::Strain;
+use crate::section::Units;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 

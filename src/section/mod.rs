@@ -14,6 +14,7 @@ pub(crate) mod newton;
 mod profile;
 pub mod rate;
 mod stored_energy;
+mod units;
 mod varying;
 
 pub use barrier::Barrier;
@@ -22,6 +23,7 @@ pub use linear::Linear;
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Shape};
 pub use stored_energy::{Hyperelastic, StoredEnergy};
+pub use units::Units;
 pub use varying::{Along, Varying};
 
 use crate::error::Result;

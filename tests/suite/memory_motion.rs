@@ -5,11 +5,12 @@ use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector1, Vector2, Ve
 use snaprod::body::{Body, EndBody, RigidBody};
 use snaprod::creep::kernel::{MemoryKernel, Mode};
 use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
 use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
 use snaprod::section::Linear;
+use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::sync::Arc;
 

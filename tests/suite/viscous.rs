@@ -5,7 +5,7 @@ use serde_json::Value;
 use snaprod::body::{Body, TimeForce};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::Local;
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::elastica::{Elastica, Equilibrium};
@@ -15,6 +15,7 @@ use snaprod::motion::creep::{
 };
 use snaprod::motion::{Run, RunEvent, RunOptions};
 use snaprod::section::Linear;
+use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::{Factor, Linearised, System};

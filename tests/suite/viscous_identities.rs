@@ -4,7 +4,7 @@ use nalgebra::{Complex, DVector, Isometry3, Matrix3, Matrix6, SVector, Vector2, 
 use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
@@ -12,6 +12,7 @@ use snaprod::motion::creep::{
     Hold, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
     ViscousSystem,
 };
+use snaprod::section::Units;
 use snaprod::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };

@@ -6,12 +6,13 @@ use nalgebra::{Matrix3, Matrix6, Vector1, Vector2, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::body::{Body, RigidBody, TimeForce};
 use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::material::{Material, Units};
+use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
 use snaprod::motion::creep::{
     Nodes, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
 };
+use snaprod::section::Units;
 use snaprod::section::rate::{
     FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };

@@ -1,9 +1,10 @@
 //! A viscoelastic section in other units.
 
 use super::{Maxwell, Rate, RateLaw, Viscoelastic};
-use crate::creep::material::Units;
 use crate::error::Result;
-use crate::section::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
+use crate::section::{
+    Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear, Units,
+};
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
