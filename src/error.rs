@@ -1,20 +1,31 @@
-//! The one error of the library: opaque, with predicates and a chain of context.
+//! The one error of the library, and the record of a computation that cannot go on.
 
+use std::error::Error as StdError;
 use std::fmt;
+use std::sync::Arc;
 
 /// A specialised result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why a request could not be carried out.
 ///
-/// A run that ends early is not an error but an outcome; an error is a broken request, or numbers
-/// that the mathematics cannot serve. Ask with the predicates; print with `Display`, which gives
-/// the whole chain, outermost first.
-#[derive(Debug, Clone, PartialEq)]
+/// A run that ends early is not an error but an outcome (see [`Stuck`]); an error is a broken request, or numbers that
+/// the mathematics cannot serve. Ask what kind it is with the predicates. `Display` gives the whole chain of causes,
+/// outermost first; [`std::error::Error::source`] gives the next one of them.
+///
+/// ```
+/// use std::error::Error as _;
+///
+/// let error = snaprod::Error::io("no such file").context("reading rod.toml");
+/// assert!(error.is_io());
+/// assert_eq!(error.to_string(), "reading rod.toml: no such file");
+/// assert_eq!(error.source().unwrap().to_string(), "no such file");
+/// ```
+#[derive(Debug, Clone)]
 pub struct Error {
     kind: Kind,
     message: String,
-    context: Vec<String>,
+    source: Option<Arc<dyn StdError + Send + Sync>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,14 +74,24 @@ impl Error {
         Self {
             kind,
             message: message.into(),
-            context: Vec::new(),
+            source: None,
         }
     }
 
-    /// Adds what was being done when this happened.
+    /// An error of the same kind that says what was being done when this one happened, and has this one as its source.
     #[must_use]
-    pub fn context(mut self, doing: impl Into<String>) -> Self {
-        self.context.push(doing.into());
+    pub fn context(self, doing: impl Into<String>) -> Self {
+        Self {
+            kind: self.kind,
+            message: doing.into(),
+            source: Some(Arc::new(self)),
+        }
+    }
+
+    /// Sets the error from which this one came.
+    #[must_use]
+    pub fn caused_by(mut self, source: impl StdError + Send + Sync + 'static) -> Self {
+        self.source = Some(Arc::new(source));
         self
     }
 
@@ -107,11 +128,157 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for doing in self.context.iter().rev() {
-            write!(f, "{doing}: ")?;
+        f.write_str(&self.message)?;
+        match &self.source {
+            Some(source) => write!(f, ": {source}"),
+            None => Ok(()),
         }
-        f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Error {}
+impl StdError for Error {
+    fn source(&self) -> Option<&(dyn StdError + 'static)> {
+        self.source
+            .as_deref()
+            .map(|e| e as &(dyn StdError + 'static))
+    }
+}
+
+/// Errors are equal if they are of one kind and read the same.
+impl PartialEq for Error {
+    fn eq(&self, other: &Self) -> bool {
+        self.kind == other.kind && self.to_string() == other.to_string()
+    }
+}
+
+/// A motion or a continuation that cannot go on: where, why, and what would help.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stuck {
+    /// Where: the time of a motion, the parameter of a continuation, in the units of the computation.
+    pub at: f64,
+    /// Why.
+    pub cause: Cause,
+    /// What would help, as an imperative: "raise the tolerance".
+    pub remedy: String,
+}
+
+/// Why a computation cannot go on.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Cause {
+    /// No step longer than rounding meets the tolerance.
+    StepCollapsed {
+        /// The step that was to be tried next.
+        next: f64,
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// The end is too far for the pace: steps get shorter and shorter.
+    TooSlow {
+        /// Steps that the rest would take at the present pace.
+        steps: f64,
+    },
+    /// The strains stand at the edge of what the section admits.
+    EdgeOfDomain,
+    /// The strains vary too sharply along the rod for the nodes that a grid may have.
+    Unresolved {
+        /// Most nodes on an element.
+        most: usize,
+        /// Size of the last coefficients of the strains, relative to 1 + strain.
+        tail: f64,
+    },
+    /// The energy ledger does not close.
+    Ledger {
+        /// Change of the total, relative to its largest term.
+        relative: f64,
+    },
+    /// A part of the computation failed.
+    Failed(Error),
+}
+
+impl Stuck {
+    /// The record with its remedy.
+    pub fn new(at: f64, cause: Cause, remedy: impl Into<String>) -> Self {
+        Self {
+            at,
+            cause,
+            remedy: remedy.into(),
+        }
+    }
+
+    /// The same with `at` in other units, of which one of the present makes `unit`.
+    #[must_use]
+    pub fn in_units(self, unit: f64) -> Self {
+        Self {
+            at: self.at * unit,
+            ..self
+        }
+    }
+}
+
+/// The cause and the remedy, without the place, whose name and unit the caller knows.
+impl fmt::Display for Stuck {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}", self.cause, self.remedy)
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepCollapsed { next, tolerance } => write!(
+                f,
+                "the step size collapsed (next step {next:.1e}, tolerance {tolerance:.1e})"
+            ),
+            Self::TooSlow { steps } => write!(
+                f,
+                "steps have become so short that the rest would take {steps:.1e} of them"
+            ),
+            Self::EdgeOfDomain => {
+                f.write_str("the strains stand at the edge of what the section admits")
+            }
+            Self::Unresolved { most, tail } => write!(
+                f,
+                "the strains would need more than {most} nodes on an element (their last coefficients are {tail:.1e}, relative to 1 + strain)"
+            ),
+            Self::Ledger { relative } => write!(
+                f,
+                "the energy ledger does not close (relative error {relative:.1e})"
+            ),
+            Self::Failed(error) => error.fmt(f),
+        }
+    }
+}
+
+impl StdError for Stuck {
+    fn source(&self) -> Option<&(dyn StdError + 'static)> {
+        match &self.cause {
+            Cause::Failed(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Catches a context that hides its cause from `source`, or loses its kind, and an error of the system dropped.
+    #[test]
+    fn chain_of_causes_is_walked_by_source() {
+        let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
+        let error = Error::io("cannot open a.toml")
+            .caused_by(missing)
+            .context("the scene");
+        assert!(error.is_io() && !error.is_domain());
+        let opened = error.source().unwrap();
+        let system = opened.source().unwrap();
+        let kind = system.downcast_ref::<std::io::Error>().unwrap().kind();
+        assert_eq!(kind, std::io::ErrorKind::NotFound);
+        assert_eq!(
+            error.to_string(),
+            format!("the scene: cannot open a.toml: {system}")
+        );
+        assert!(system.source().is_none());
+    }
+}
