@@ -1,7 +1,8 @@
 //! `snaprod check SCENE`.
 
 use super::files::{print, print_json};
-use super::{CheckArgs, Ending, Refusal};
+use super::{Ending, Refusal};
+use clap::Args;
 use nalgebra::Isometry3;
 use serde_json::json;
 use snaprod::body::EndBody;
@@ -11,7 +12,16 @@ use snaprod::scene::{
     AnyScene, Faults, MotionSetup, ReadError, Scene, Setup, SpatialMotion, Statics, ViscousSetup,
     WithRun, read_any,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// A scene of motion.
 pub enum Runnable {
@@ -21,9 +31,30 @@ pub enum Runnable {
     Spatial(Box<SpatialMotion>),
 }
 
+/// The scene that a command takes.
+#[derive(Args)]
+pub struct SceneArgs {
+    /// The scene, a TOML file.
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+}
+
+impl SceneArgs {
+    /// The scene, or everything that is wrong with it.
+    pub fn read(&self) -> Result<AnyScene, ReadError> {
+        read_any(&self.path)
+    }
+
+    /// Where to write without --out: out/<name of the scene>.
+    pub fn directory(&self) -> PathBuf {
+        Path::new("out").join(self.path.file_stem().unwrap_or_default())
+    }
+}
+
 /// Reads a scene of motion, or says everything that is wrong with it.
-pub fn read(path: &Path) -> Result<Runnable, Refusal> {
-    match read_any(path).map_err(refuse)? {
+pub fn read(scene: &SceneArgs) -> Result<Runnable, Refusal> {
+    let path = &scene.path;
+    match scene.read().map_err(refuse)? {
         AnyScene::Dynamics(scene) => Ok(Runnable::Planar(scene)),
         AnyScene::SpatialMotion(scene) => Ok(Runnable::Spatial(scene)),
         // Which says what can be done with it.
@@ -35,8 +66,8 @@ pub fn read(path: &Path) -> Result<Runnable, Refusal> {
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
-pub fn read_statics(path: &Path) -> Result<Statics, Refusal> {
-    Statics::read(path).map_err(refuse)
+pub fn read_statics(scene: &SceneArgs) -> Result<Statics, Refusal> {
+    Statics::read(&scene.path).map_err(refuse)
 }
 
 pub fn refuse(e: ReadError) -> Refusal {
@@ -62,8 +93,8 @@ pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
 /// Reports every fault of the scene; a scene without faults is also set up, so that a start with no
 /// equilibrium is found here and not in the run.
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
-    let file = args.scene.display().to_string();
-    match read_any(&args.scene) {
+    let file = args.scene.path.display().to_string();
+    match args.scene.read() {
         Ok(scene) => match start(&scene) {
             Ok(()) => {
                 if args.json {
@@ -79,7 +110,7 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
                         json!({ "scene": file, "valid": false, "faults": [], "start": e.to_string() }),
                     );
                 }
-                Err(no_start(&args.scene, &e))
+                Err(no_start(&args.scene.path, &e))
             }
         },
         Err(ReadError::Scene { faults, .. }) => {

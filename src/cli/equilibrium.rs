@@ -1,43 +1,52 @@
 //! `snaprod equilibrium SCENE`.
 
-use super::check::{no_start, read_statics};
-use super::files::{
-    check_png, exact, json_text, make_directory, number, print, print_json, write_figure,
-    write_whole,
-};
-use super::{Ending, EquilibriumArgs, Refusal};
+use super::check::{SceneArgs, no_start, read_statics};
+use super::files::{exact, json_text, number, print, print_json};
+use super::output::{FigureArgs, Output};
+use super::{Ending, Refusal};
+use clap::Args;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Value, json};
 use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
 use snaprod::rod::{Equilibrium, Path, Problem, RodSection};
 use snaprod::scene::{Statics, Units};
 use std::fmt::Write;
+use std::path::PathBuf;
 
+#[derive(Args)]
+pub struct EquilibriumArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where to write shape.csv, equilibrium.json and equilibrium.svg; nothing is written without it.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the command writes.
+const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
 /// Sections in shape.csv.
 const SECTIONS: usize = 201;
 
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
-    check_png(args.png)?;
     let scene = read_statics(&args.scene)?;
-    let refuse = |e| no_start(&args.scene, &e);
+    let refuse = |e| no_start(&args.scene.path, &e);
     let problem = scene.problem().map_err(refuse)?;
     let found = problem.solve(scene.guess().as_ref()).map_err(refuse)?;
     let object = describe(&problem, &found);
     if let Some(directory) = &args.out {
         let sections = problem.shape(&found.base, SECTIONS).map_err(refuse)?;
-        make_directory(directory)?;
-        write_whole(
-            &directory.join("equilibrium.json"),
-            json_text(object.clone()).as_bytes(),
-        )?;
-        write_whole(&directory.join("shape.csv"), table(&sections).as_bytes())?;
-        write_figure(
-            directory,
-            "equilibrium",
-            &figure(&scene, &found, &sections)?,
-            args.png,
-        )?;
+        let out = Output::open(Some(directory), FILES, args.figures)?;
+        out.write("equilibrium.json", json_text(object.clone()).as_bytes())?;
+        out.write("shape.csv", table(&sections).as_bytes())?;
+        let state = || Ok(figure(&scene, &found, &sections));
+        out.figure("equilibrium", state, rod_state);
+        out.finish()?;
     }
     if args.json {
         print_json(object);
@@ -208,15 +217,11 @@ pub fn units(scene: &Statics) -> RodUnits {
     }
 }
 
-fn figure(
-    scene: &Statics,
-    found: &Equilibrium,
-    sections: &[RodSection],
-) -> Result<String, Refusal> {
+fn figure(scene: &Statics, found: &Equilibrium, sections: &[RodSection]) -> RodState {
     let along = |pick: fn(&RodSection) -> Vector3<f64>| -> Vec<[f64; 3]> {
         sections.iter().map(|s| list(&pick(s))).collect()
     };
-    Ok(rod_state(&RodState {
+    RodState {
         rod: drawn(sections, None, found.index > 0),
         ribbon: 0.03 * scene.rod.length,
         end_force: Some(list(&found.end.force)),
@@ -228,5 +233,5 @@ fn figure(
         stretches: along(|s| s.strain.fixed_rows::<3>(3).into_owned()),
         units: units(scene),
         ..RodState::default()
-    })?)
+    }
 }

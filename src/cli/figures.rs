@@ -1,14 +1,13 @@
 //! Figures of a run, from what was recorded: snapshots, energies, the path on the solution surface.
 
 use super::Refusal;
-use super::files::write_figure;
+use super::output::Output;
 use super::recorder::Branch;
 use snaprod::elastica::{Equilibrium, fold_curve, stable_grid};
 use snaprod::manifold::Sign;
 use snaprod::motion::Sample;
 use snaprod::plot::{self, Curve, Energies, Patch, PathOnSurface, Shape, Snapshots};
 use snaprod::scene::{Scene, Setup, Units};
-use std::path::Path;
 
 /// Shapes drawn at even times, beside those of the first snaps.
 const SHAPES: usize = 9;
@@ -18,32 +17,16 @@ const COLUMNS: usize = 40;
 /// Snaps whose two shapes are drawn.
 const SNAPS: usize = 2;
 
-/// Writes the figures of the first branch that has a motion to show.
-pub fn write(
-    out: &Path,
-    scene: &Scene,
-    setup: &Setup,
-    branches: &[Branch],
-    png: bool,
-) -> Result<(), Refusal> {
+/// Draws the figures of the first branch that has a motion to show.
+pub fn write(out: &Output, scene: &Scene, setup: &Setup, branches: &[Branch]) {
     let Some(line) = line_of(branches) else {
-        return Ok(());
+        return;
     };
     let units = labels(scene);
     let figure = Figure { setup, units, line };
-    write_figure(
-        out,
-        "snapshots",
-        &plot::snapshots(&figure.snapshots()?)?,
-        png,
-    )?;
-    write_figure(out, "energies", &plot::energies(&figure.energies())?, png)?;
-    write_figure(
-        out,
-        "surface",
-        &plot::path_on_surface(&figure.surface()?)?,
-        png,
-    )
+    out.figure("snapshots", || figure.snapshots(), plot::snapshots);
+    out.figure("energies", || Ok(figure.energies()), plot::energies);
+    out.figure("surface", || figure.surface(), plot::path_on_surface);
 }
 
 /// Labels of a planar scene's quantities.

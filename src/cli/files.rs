@@ -1,15 +1,17 @@
-//! Output: numbers, standard output that may be a closed pipe, and files that are written whole or not at all.
+//! Numbers as text, and the standard streams, which may be closed pipes.
 
-use super::Refusal;
 use serde_json::Value;
-use std::fs;
 use std::io::Write;
-use std::path::Path;
 
 /// Prints text; a reader that has gone away is no error, a full disk ends the program.
 pub fn print(text: &str) {
     let mut out = std::io::stdout().lock();
-    if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+    survive(out.write_all(text.as_bytes()).and_then(|()| out.flush()));
+}
+
+/// Goes on after standard output was written, or was closed by its reader; ends the program otherwise.
+pub fn survive(written: std::io::Result<()>) {
+    if let Err(e) = written
         && e.kind() != std::io::ErrorKind::BrokenPipe
     {
         print_error(&format!("error: cannot write to standard output: {e}"));
@@ -62,53 +64,4 @@ pub fn print_json(value: Value) {
 /// Prints text on the error stream; a reader that has gone away is no error.
 pub fn print_error(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
-}
-
-/// Makes a directory and those above it.
-pub fn make_directory(path: &Path) -> Result<(), Refusal> {
-    fs::create_dir_all(path).map_err(|e| {
-        Refusal(format!(
-            "cannot make the directory {}: {e}; choose another with --out",
-            path.display()
-        ))
-    })
-}
-
-/// Writes a file by way of a neighbour, so that it is never seen half written.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
-    let mut draft = path.as_os_str().to_owned();
-    draft.push(".part");
-    let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
-    fs::write(&draft, bytes).map_err(refuse)?;
-    fs::rename(&draft, path).map_err(refuse)
-}
-
-/// Writes a figure, and its PNG where asked.
-pub fn write_figure(directory: &Path, name: &str, svg: &str, png: bool) -> Result<(), Refusal> {
-    write_whole(&directory.join(format!("{name}.svg")), svg.as_bytes())?;
-    if png {
-        write_png(directory, name, svg)?;
-    }
-    Ok(())
-}
-
-#[cfg(feature = "png")]
-fn write_png(directory: &Path, name: &str, svg: &str) -> Result<(), Refusal> {
-    let bytes = snaprod::plot::png(svg, 2.0)?;
-    write_whole(&directory.join(format!("{name}.png")), &bytes)
-}
-
-#[cfg(not(feature = "png"))]
-fn write_png(_: &Path, _: &str, _: &str) -> Result<(), Refusal> {
-    unreachable!("refused by check_png")
-}
-
-/// Refuses `--png` early where the program cannot do it.
-pub fn check_png(asked: bool) -> Result<(), Refusal> {
-    if asked && cfg!(not(feature = "png")) {
-        return Err(Refusal(
-            "--png: this program was built without PNG; build it with `cargo build --release --features png`, or use the SVG files".to_owned(),
-        ));
-    }
-    Ok(())
 }

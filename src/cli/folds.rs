@@ -1,9 +1,20 @@
 //! `snaprod folds`.
 
 use super::files::{exact, print, print_json};
-use super::{Ending, FoldsArgs, Refusal};
+use super::{Ending, Refusal};
+use clap::Args;
 use serde_json::{Value, json};
 use snaprod::elastica::{FoldPoint, fold_curve};
+
+#[derive(Args)]
+pub struct FoldsArgs {
+    /// How many fold curves.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=20))]
+    pub count: u8,
+    /// Print one JSON object instead of CSV.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// The range of |p| that is printed, and the spacing of points in arclength over (p, lambda).
 const P_RANGE: (f64, f64) = (0.01, 8.0);

@@ -1,26 +1,11 @@
-//! Progress of a run on the terminal, and Ctrl-C.
+//! Progress of a run on the terminal.
 
-use super::RunArgs;
 use super::files::number;
+use super::run::RunArgs;
+use super::signals;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-
-/// Set by Ctrl-C; the runs look at it after every step. A process has one signal handler, hence the
-/// one static of the program.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Makes Ctrl-C end the run with what it has.
-pub fn watch_interrupts() {
-    // Without a handler Ctrl-C ends the program as usual: no reason to refuse the run.
-    let _ = ctrlc::set_handler(|| {
-        // The second one does not wait for the step, or the figures, to be done.
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(1);
-        }
-    });
-}
 
 /// A bar that shows how far a run is.
 pub struct Progress {
@@ -60,7 +45,7 @@ impl Progress {
             bar.set_position((1e4 * (now / self.duration)) as u64);
             bar.set_message(format!("{now:.4}"));
         }
-        !INTERRUPTED.load(Ordering::Relaxed)
+        !signals::interrupted()
     }
 
     /// Takes the bar away.

@@ -1,11 +1,65 @@
 //! `snaprod elastica` and `snaprod equilibria`.
 
 use super::files::{number, print, print_json};
-use super::{ElasticaArgs, Ending, EquilibriaArgs, Refusal};
+use super::{Ending, Refusal};
+use clap::Args;
 use serde_json::{Value, json};
 use snaprod::elastica::{Elastica, Equilibrium, Found, Section, equilibria_at, fold_distance};
 use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
 use std::fmt::Write;
+
+#[derive(Args)]
+#[command(allow_negative_numbers = true)]
+pub struct ElasticaArgs {
+    /// lambda = sqrt(|force|) > 0.
+    #[arg(long, requires = "modulus", conflicts_with_all = ["mode", "sign", "k", "beta"])]
+    pub lambda: Option<f64>,
+    /// kappa = sin((theta(1) - alpha)/2), in (-1, 1).
+    #[arg(long, group = "modulus", requires = "lambda")]
+    pub kappa: Option<f64>,
+    /// p, kappa = tanh p: for taut and looped rods.
+    #[arg(long, group = "modulus", requires = "lambda")]
+    pub p: Option<f64>,
+    /// Mode j of the sheet S_j^+-.
+    #[arg(long, requires_all = ["sign", "k", "beta"])]
+    pub mode: Option<u32>,
+    /// Sign of the sheet, + or -.
+    #[arg(long, requires = "mode", value_parser = ["+", "-"], allow_hyphen_values = true)]
+    pub sign: Option<String>,
+    /// The paper's k, in [0, 1).
+    #[arg(long, requires = "mode")]
+    pub k: Option<f64>,
+    /// The paper's beta, in [-pi/2, pi/2].
+    #[arg(long, requires = "mode")]
+    pub beta: Option<f64>,
+    /// Arclengths, in [0, 1], at which to describe the shape.
+    #[arg(long, value_delimiter = ',', num_args = 1..)]
+    pub s: Vec<f64>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct EquilibriaArgs {
+    /// End position x,y (length 1).
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = parse_point)]
+    pub at: [f64; 2],
+    /// Only equilibria with lambda below this, at most 60.
+    #[arg(long, default_value_t = 14.0)]
+    pub lambda_max: f64,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_point(text: &str) -> Result<[f64; 2], String> {
+    let parts: Vec<_> = text.split(',').map(|part| part.trim().parse()).collect();
+    match parts.as_slice() {
+        [Ok(x), Ok(y)] => Ok([*x, *y]),
+        _ => Err("write two numbers with a comma between them, as in 0.5,-0.2".to_owned()),
+    }
+}
 
 /// Describes one equilibrium.
 pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {

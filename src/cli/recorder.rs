@@ -1,13 +1,13 @@
 //! Watches a run: writes the table, keeps what the figures need.
 
+use super::Refusal;
+use super::output::{Output, Table};
 use super::progress::Progress;
-use super::run::trajectory_name;
-use super::table::{COLUMNS, Row, Trajectory};
-use super::{Refusal, RunArgs};
+use super::run::{RunArgs, trajectory_name};
+use super::table::{COLUMNS, Row};
 use snaprod::motion::{Ledger, Observer, Outcome, Sample, Snap};
 use snaprod::scene::{Scales, Scene};
 use snaprod::solve::dop853::Work;
-use std::path::Path;
 
 /// What is kept of one branch.
 #[derive(Debug, Clone)]
@@ -60,7 +60,7 @@ const KEPT: usize = 4000;
 
 /// The observer of one branch.
 pub struct Recorder {
-    table: Option<Trajectory>,
+    table: Table,
     scales: Scales,
     progress: Progress,
     total: f64,
@@ -78,17 +78,11 @@ impl Recorder {
         args: &RunArgs,
         scene: &Scene,
         scales: Scales,
-        out: Option<&Path>,
+        out: &Output,
         id: usize,
         total: f64,
     ) -> Result<Self, Refusal> {
-        let table = match out {
-            Some(out) => Some(Trajectory::create(
-                &out.join(trajectory_name(id)),
-                &COLUMNS,
-            )?),
-            None => None,
-        };
+        let table = out.table(&trajectory_name(id), &COLUMNS)?;
         Ok(Self {
             table,
             scales,
@@ -108,9 +102,7 @@ impl Recorder {
         self.audit(&branch.first.ledger);
         self.audit(&branch.last.ledger);
         self.progress.finish();
-        if let Some(table) = self.table {
-            table.finish()?;
-        }
+        self.table.finish()?;
         Ok(Branch {
             snaps: self.snaps,
             track: self.track,
@@ -141,11 +133,7 @@ impl Recorder {
 
 impl Observer<2> for Recorder {
     fn sample(&mut self, sample: &Sample<2>) -> snaprod::Result<()> {
-        if let Some(table) = &mut self.table {
-            table
-                .row(&Row::from(sample).cells(&self.scales))
-                .map_err(|e| snaprod::Error::io(format!("cannot write trajectory.csv: {e}")))?;
-        }
+        self.table.row(&Row::from(sample).cells(&self.scales))?;
         self.audit(&sample.ledger);
         if self.seen.is_multiple_of(self.stride) {
             self.keep(sample);

@@ -1,13 +1,11 @@
 //! `snaprod run SCENE`: drives the run, writes trajectory.csv, events.json, summary.json and figures.
 
-use super::check::Runnable;
-use super::files::{
-    check_png, json_text, make_directory, number, print, print_error, print_json, rounded,
-    write_whole,
-};
-use super::progress::watch_interrupts;
+use super::check::{Runnable, SceneArgs};
+use super::files::{json_text, number, print, print_error, print_json, rounded};
+use super::output::{FigureArgs, Output};
 use super::recorder::{Branch, Recorder};
-use super::{Ending, Refusal, RunArgs, check, figures, viscous};
+use super::{Ending, Refusal, check, figures, signals, viscous};
+use clap::Args;
 use serde_json::{Value, json};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::{Outcome, Run, Sample, Snap, SnapEnd, drive};
@@ -15,9 +13,25 @@ use snaprod::scene::{Scales, Scene, Setup};
 use snaprod::solve::dop853::Work;
 use std::path::{Path, PathBuf};
 
+#[derive(Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where to write; default out/<name of the scene>, or nothing with --json.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Print the summary with the events as one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors; no progress bar.
+    #[arg(long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+}
+
 /// Runs the scene.
 pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
-    check_png(args.png)?;
     let scene = match check::read(&args.scene)? {
         Runnable::Planar(scene) if scene.rod.damping.is_some() => {
             return viscous::run_planar(args, &scene);
@@ -25,25 +39,19 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
         Runnable::Planar(scene) => scene,
         Runnable::Spatial(scene) => return viscous::run_space(args, &scene),
     };
-    let no_start = |e| check::no_start(&args.scene, &e);
+    let no_start = |e| check::no_start(&args.scene.path, &e);
     let setup = Setup::new(&scene).map_err(no_start)?;
     let root = setup.run().map_err(no_start)?;
-    let out = directory(args);
-    if let Some(out) = &out {
-        make_directory(out)?;
-    }
-    watch_interrupts();
-    let tree = Tree::grow(args, &scene, &setup, root, out.as_deref())?;
+    let out = output(args)?;
+    signals::watch();
+    let tree = Tree::grow(args, &scene, &setup, root, &out)?;
     let summary = tree.summary(&scene, &setup);
-    if let Some(out) = &out {
-        let events = Value::Array(tree.events(&setup.scales));
-        write_whole(&out.join("events.json"), json_text(events).as_bytes())?;
-        write_whole(
-            &out.join("summary.json"),
-            json_text(summary.clone()).as_bytes(),
-        )?;
-        figures::write(out, &scene, &setup, &tree.branches, args.png)?;
-    }
+    let events = Value::Array(tree.events(&setup.scales));
+    out.write("events.json", json_text(events).as_bytes())?;
+    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+    figures::write(&out, &scene, &setup, &tree.branches);
+    out.finish()?;
+    let out = directory(args);
     if args.json {
         let mut object = summary;
         super::query::merge(
@@ -71,8 +79,29 @@ pub fn directory(args: &RunArgs) -> Option<PathBuf> {
     match &args.out {
         Some(out) => Some(out.clone()),
         None if args.json => None,
-        None => Some(Path::new("out").join(args.scene.file_stem().unwrap_or_default())),
+        None => Some(args.scene.directory()),
     }
+}
+
+/// The files of a run of any kind.
+pub fn output(args: &RunArgs) -> Result<Output, Refusal> {
+    const FILES: &[&str] = &[
+        "trajectory.csv",
+        "trajectory-*.csv",
+        "strain.csv",
+        "events.json",
+        "summary.json",
+        "snapshots.*",
+        "energies.*",
+        "surface.*",
+        "strain*.svg",
+        "strain*.png",
+        "layer.*",
+        "losses.*",
+        "shapes.*",
+        "path.*",
+    ];
+    Output::open(directory(args).as_deref(), FILES, args.figures)
 }
 
 /// A run, or under landing = "all" the runs into which it branches, each after its parent.
@@ -88,7 +117,7 @@ impl Tree {
         scene: &Scene,
         setup: &Setup,
         root: Run<'_, Elastica, 2>,
-        out: Option<&Path>,
+        out: &Output,
     ) -> Result<Self, Refusal> {
         let total = root.now().ledger.total();
         let mut waiting = std::collections::VecDeque::from([(None, None, root)]);

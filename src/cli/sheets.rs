@@ -1,7 +1,9 @@
 //! `snaprod sheets`: the figures of the elastica's solution sheets.
 
-use super::files::{check_png, make_directory, print, print_json, write_figure};
-use super::{Ending, Refusal, SheetsArgs};
+use super::files::{print, print_json};
+use super::output::{FigureArgs, Output};
+use super::{Ending, Refusal};
+use clap::Args;
 use serde_json::json;
 use snaprod::elastica::{FoldLine, GridPoint, SheetGrid, StableRegion, sheet_grid, sheet_grid_in};
 use snaprod::manifold::{Sheet, Sign};
@@ -10,6 +12,28 @@ use snaprod::plot::{
     View, energy_landscape, fold_map, phase_portrait, sheets_lambda_alpha, sheets_over_disc,
 };
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct SheetsArgs {
+    /// Modes j, 0 to 3, of the sheets S_j^+- to draw.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0,1",
+        allow_hyphen_values = true
+    )]
+    pub modes: Vec<String>,
+    /// Where to write.
+    #[arg(long, default_value = "figures")]
+    pub out: PathBuf,
+    /// Write a PNG beside every figure (needs the feature `png`).
+    #[arg(long)]
+    pub png: bool,
+    /// Print the list of files as one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Modes that can be drawn.
 const MODES: std::ops::RangeInclusive<u32> = 0..=3;
@@ -21,44 +45,50 @@ const MAP: usize = 241;
 /// Fold curves of the map.
 const FOLDS: usize = 3;
 
+/// What the command writes.
+const FILES: &[&str] = &[
+    "phase_portrait.*",
+    "sheets_lambda_alpha.*",
+    "sheets_over_disc.*",
+    "fold_map.*",
+    "energy_landscape.*",
+];
+
 /// Writes the figures.
 pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
-    check_png(args.png)?;
     let modes = asked_modes(&args.modes)?;
     let folds: Vec<FoldLine> = (1..=FOLDS.max(modes.len() + 1))
         .map(FoldLine::new)
         .collect::<Result<_, _>>()?;
     let region = StableRegion::new()?;
-    let figures = [
-        ("phase_portrait", phase_portrait(&portrait(&modes))?),
-        (
-            "sheets_lambda_alpha",
-            sheets_lambda_alpha(&lambda_alpha(&modes, &folds)?)?,
-        ),
-        (
-            "sheets_over_disc",
-            sheets_over_disc(&over_disc(&modes, &folds)?)?,
-        ),
-        ("fold_map", fold_map(&map(&region, &folds))?),
-        ("energy_landscape", energy_landscape(&landscape(&region)?)?),
-    ];
-    make_directory(&args.out)?;
-    let mut files = Vec::new();
-    for (name, svg) in figures {
-        write_figure(&args.out, name, &svg, args.png)?;
-        files.push(format!("{name}.svg"));
-        if args.png {
-            files.push(format!("{name}.png"));
-        }
-    }
+    let figures = FigureArgs {
+        png: args.png,
+        ..FigureArgs::default()
+    };
+    let out = Output::open(Some(&args.out), FILES, figures)?;
+    let panels = |panels: &Vec<Sheets>| sheets_lambda_alpha(panels);
+    out.figure("phase_portrait", || Ok(portrait(&modes)), phase_portrait);
+    out.figure(
+        "sheets_lambda_alpha",
+        || lambda_alpha(&modes, &folds),
+        panels,
+    );
+    let panels = |panels: &Vec<Sheets>| sheets_over_disc(panels);
+    out.figure("sheets_over_disc", || over_disc(&modes, &folds), panels);
+    out.figure("fold_map", || Ok(map(&region, &folds)), fold_map);
+    out.figure("energy_landscape", || landscape(&region), energy_landscape);
+    let files = out.finish()?;
     if args.json {
         print_json(json!({ "out": args.out, "files": files }));
     } else {
-        for file in files {
+        for file in &files {
             print(&format!("{}\n", args.out.join(file).display()));
         }
     }
-    Ok(Ending::Done)
+    Ok(match files.len() < FILES.len() {
+        true => Ending::Short,
+        false => Ending::Done,
+    })
 }
 
 fn asked_modes(texts: &[String]) -> Result<Vec<u32>, Refusal> {

@@ -1,14 +1,11 @@
 //! trajectory.csv.
 
-use super::Refusal;
 use super::files::exact;
 use nalgebra::Vector2;
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::manifold::Sheet;
 use snaprod::motion::{Ledger, Sample};
 use snaprod::scene::Scales;
-use std::fs::File;
-use std::path::Path;
 
 /// The columns of a planar run, in the scene's units (lam, p, w, mode, sign and index are numbers).
 pub const COLUMNS: [&str; 19] = [
@@ -112,31 +109,4 @@ pub fn energies(ledger: &Ledger, scale: f64) -> [String; 6] {
         ledger.total(),
     ]
     .map(|energy| exact(energy * scale))
-}
-
-/// A trajectory being written, row by row.
-pub struct Trajectory {
-    writer: csv::Writer<File>,
-}
-
-impl Trajectory {
-    /// Starts the file.
-    pub fn create(path: &Path, columns: &[&str]) -> Result<Self, Refusal> {
-        let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
-        let mut writer = csv::Writer::from_path(path).map_err(refuse)?;
-        writer.write_record(columns).map_err(refuse)?;
-        Ok(Self { writer })
-    }
-
-    /// Adds a row.
-    pub fn row(&mut self, cells: &[String]) -> csv::Result<()> {
-        self.writer.write_record(cells)
-    }
-
-    /// Makes sure that all rows are in the file.
-    pub fn finish(mut self) -> Result<(), Refusal> {
-        self.writer
-            .flush()
-            .map_err(|e| Refusal(format!("cannot finish trajectory.csv: {e}")))
-    }
 }

@@ -1,6 +1,6 @@
 //! The program as its users meet it: commands, output, files, exit codes.
 
-use crate::program::{Answer, Place, Table, close, keys};
+use crate::program::{Place, Table, close, keys};
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
@@ -786,10 +786,14 @@ fn extremes_end_well() {
 fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
     let place = Place::new("full");
     let full = fs::OpenOptions::new().write(true).open("/dev/full");
-    let mut command = place.command(&["folds"]);
-    let output = command.stdout(full.unwrap()).output().unwrap();
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    let full = full.unwrap();
+    for word in ["folds", "--help", "--version"] {
+        let mut command = place.command(&[word]);
+        let full = full.try_clone().unwrap();
+        let output = command.stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{word}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    }
 
     let mut command = place.command(&["folds"]);
     let mut child = command
@@ -798,54 +802,6 @@ fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
         .unwrap();
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
-}
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_keeps_what_was_computed() {
-    use std::process::Stdio;
-    use std::time::Duration;
-
-    let place = Place::new("interrupt");
-    let forced = fs::read_to_string(bundled("forced")).unwrap();
-    place.write(
-        "long.toml",
-        &forced.replace("duration = 20.0", "duration = 1e5\nsamples = 1000000"),
-    );
-    let mut child = place
-        .command(&["run", "long.toml", "--out", "out", "--json"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let table = place.join("out/trajectory.csv");
-    let size = || fs::metadata(&table).map_or(0, |m| m.len());
-    while size() == 0 {
-        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let id = child.id().to_string();
-    assert!(
-        Command::new("kill")
-            .args(["-INT", &id])
-            .status()
-            .unwrap()
-            .success()
-    );
-    let summary = Answer::of(child.wait_with_output().unwrap()).json(1);
-    assert_eq!(summary["outcome"], "interrupted");
-    assert!(summary["end"]["t"].as_f64().unwrap() < 1e5);
-    assert_eq!(place.json("out/summary.json")["outcome"], "interrupted");
-    let table = Table::parse(&place.read("out/trajectory.csv"));
-    assert_eq!(table.columns.join(","), TRAJECTORY);
-    let last = *table.column("t").last().unwrap();
-    assert_eq!(Some(last), summary["end"]["t"].as_f64());
-    assert!(
-        place
-            .files("out")
-            .iter()
-            .all(|name| !name.ends_with(".part"))
-    );
 }
 
 /// Catches a query that refuses a legal rod because one of its answers is out of range: a very taut one.

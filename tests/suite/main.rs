@@ -10,6 +10,8 @@ mod cli_motion;
 #[cfg(feature = "cli")]
 mod cli_motion_units;
 #[cfg(feature = "cli")]
+mod cli_output;
+#[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;
 mod dynamics;

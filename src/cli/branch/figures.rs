@@ -5,7 +5,6 @@ use super::super::equilibrium::{drawn, units};
 use super::follow::{Located, Row};
 use snaprod::plot::{
     Branch as Line, BranchDiagram, BranchPanel, RodShapes, Special as Mark, SpecialKind,
-    branch_diagram, rod_shapes,
 };
 use snaprod::scene::{Continue, Second, Statics, Units};
 use snaprod::solve::special::Kind;
@@ -121,12 +120,12 @@ pub fn diagram<const N: usize>(
     wanted: &Continue,
     rows: &[Row],
     located: &[Located<N>],
-) -> Result<String, Refusal> {
+) -> BranchDiagram {
     let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
     let (measured, values) = measure(rows, scene.units, scene.rod.length);
     let energies: Vec<f64> = rows.iter().map(|row| row.state.end.energy).collect();
     let energy = Units::label("stored energy", scene.units.energy());
-    Ok(branch_diagram(&BranchDiagram {
+    BranchDiagram {
         title: String::new(),
         x_label: wanted.parameter.label(scene.units),
         x_range: None,
@@ -135,7 +134,7 @@ pub fn diagram<const N: usize>(
             panel("branch", rows, located, energy, (&ps, &energies)),
         ],
         folds: false,
-    })?)
+    }
 }
 
 /// Fold curves: the second parameter over the first.
@@ -145,21 +144,21 @@ pub fn fold_curves<const M: usize>(
     second: &Second,
     rows: &[Row],
     located: &[Located<M>],
-) -> Result<String, Refusal> {
+) -> BranchDiagram {
     let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
     let qs: Vec<f64> = rows.iter().filter_map(|row| row.q).collect();
     let y_label = second.parameter.label(scene.units);
-    Ok(branch_diagram(&BranchDiagram {
+    BranchDiagram {
         title: String::new(),
         x_label: wanted.parameter.label(scene.units),
         x_range: None,
         panels: vec![panel("fold curve", rows, located, y_label, (&ps, &qs))],
         folds: true,
-    })?)
+    }
 }
 
 /// Shapes along the branches.
-pub fn shapes(scene: &Statics, wanted: &Continue, rows: &[Row]) -> Result<String, Refusal> {
+pub fn shapes(scene: &Statics, wanted: &Continue, rows: &[Row]) -> Result<RodShapes, Refusal> {
     let last = rows.len() - 1;
     let shown = SHAPES.min(rows.len());
     let mut rods = Vec::new();
@@ -173,12 +172,12 @@ pub fn shapes(scene: &Statics, wanted: &Continue, rows: &[Row]) -> Result<String
             row.index.is_some_and(|i| i > 0),
         ));
     }
-    Ok(rod_shapes(&RodShapes {
+    Ok(RodShapes {
         rods,
         value_label: wanted.parameter.label(scene.units),
         ribbon: 0.03 * scene.rod.length,
         triads: false,
         units: units(scene),
         ..RodShapes::default()
-    })?)
+    })
 }

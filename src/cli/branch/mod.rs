@@ -6,30 +6,53 @@ mod folds;
 mod follow;
 mod search;
 
-use super::check::{no_start, read_statics};
-use super::files::{
-    check_png, json_text, make_directory, print, print_json, write_figure, write_whole,
-};
-use super::{BranchArgs, Ending, Refusal};
+use super::check::{SceneArgs, no_start, read_statics};
+use super::files::{json_text, print, print_json};
+use super::output::{FigureArgs, Output};
+use super::{Ending, Refusal};
+use clap::Args;
 use folds::fold_curves;
 use follow::Study;
 use nalgebra::SVector;
 use serde_json::{Value, json};
+use snaprod::plot::{branch_diagram, rod_shapes};
 use snaprod::rod::{
     Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Statical, Taken,
 };
 use snaprod::scene::{Continue, Parameter, Statics};
 use std::fmt::Write;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct BranchArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where to write branch.csv, special_points.json and figures; default out/<name of the scene>.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Print the special points as one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+}
+
+/// What the command writes.
+const FILES: &[&str] = &[
+    "branch.*",
+    "special_points.json",
+    "shapes.*",
+    "fold_curve.*",
+];
 
 /// Follows the branch of the scene, and what was asked beside it, and writes them.
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
-    check_png(args.png)?;
     let scene = read_statics(&args.scene)?;
-    let refuse = |e| no_start(&args.scene, &e);
+    let refuse = |e| no_start(&args.scene.path, &e);
     let Some(wanted) = scene.continuation.clone() else {
         return Err(Refusal(format!(
             "{}: no [continue]: add one that names the parameter, as in\n  [continue]\n  parameter = \"end.load\"\n  from = 0.0\n  to = 1.0",
-            args.scene.display()
+            args.scene.path.display()
         )));
     };
     let at = |p: f64| scene.with(&wanted.parameter, p).problem();
@@ -68,7 +91,7 @@ fn charted(
             there.is_none_or(|there| there.is_alike(chart))
         })
     };
-    let refuse = |e| no_start(&args.scene, &e);
+    let refuse = |e| no_start(&args.scene.path, &e);
     let first = at(&wanted.parameter, wanted.from).map_err(refuse)?;
     let (charted, taken) = first.charted().map_err(refuse)?;
     let of_plane = |problem: &Problem| problem.charted().ok().map(|(chart, _)| chart);
@@ -86,7 +109,7 @@ fn charted(
     } else {
         return Err(Refusal(format!(
             "{}: solve.path = \"{}\" holds at the start of the branch, but not all along it; use \"auto\"",
-            args.scene.display(),
+            args.scene.path.display(),
             taken.path.as_str()
         )));
     };
@@ -117,7 +140,7 @@ fn along<C: Chart<N> + Copy, const N: usize, const M: usize>(
     let family = make(scene, wanted.parameter, wanted.to - wanted.from);
     let x = family
         .unknowns(&start.base, wanted.from)
-        .map_err(|e| no_start(&args.scene, &e))?;
+        .map_err(|e| no_start(&args.scene.path, &e))?;
     study::<_, N, M>(args, scene, wanted, x, make, taken)
 }
 
@@ -138,7 +161,7 @@ fn study<F: Statical<N>, const N: usize, const M: usize>(
     let mut study = Study::new(scene, wanted, &family, stations);
     study
         .through("the scene".to_owned(), x, wanted.from, wanted.both)
-        .map_err(|e| no_start(&args.scene, &e))?;
+        .map_err(|e| no_start(&args.scene.path, &e))?;
     if wanted.switch {
         study.switch();
     }
@@ -177,26 +200,22 @@ fn study<F: Statical<N>, const N: usize, const M: usize>(
             "special_points": points,
         });
     }
-    let out = args.out.clone().unwrap_or_else(|| {
-        let stem = args.scene.file_stem().unwrap_or_default();
-        std::path::Path::new("out").join(stem)
-    });
-    let diagram = figures::diagram(scene, wanted, rows, located)?;
-    let shapes = figures::shapes(scene, wanted, rows)?;
-    make_directory(&out)?;
-    write_whole(&out.join("branch.csv"), files::table(rows).as_bytes())?;
-    let text = json_text(summary.clone());
-    write_whole(&out.join("special_points.json"), text.as_bytes())?;
-    write_figure(&out, "branch", &diagram, args.png)?;
-    write_figure(&out, "shapes", &shapes, args.png)?;
+    let directory = args.out.clone().unwrap_or_else(|| args.scene.directory());
+    let out = Output::open(Some(&directory), FILES, args.figures)?;
+    out.write("branch.csv", files::table(rows).as_bytes())?;
+    out.write("special_points.json", json_text(summary.clone()).as_bytes())?;
+    let diagram = || Ok(figures::diagram(scene, wanted, rows, located));
+    out.figure("branch", diagram, branch_diagram);
+    let shapes = || figures::shapes(scene, wanted, rows);
+    out.figure("shapes", shapes, rod_shapes);
     if let Some((second, folds)) = &folds
         && !folds.rows.is_empty()
     {
-        let table = files::table(&folds.rows);
-        write_whole(&out.join("fold_curve.csv"), table.as_bytes())?;
-        let figure = figures::fold_curves(scene, wanted, second, &folds.rows, &folds.located)?;
-        write_figure(&out, "fold_curve", &figure, args.png)?;
+        out.write("fold_curve.csv", files::table(&folds.rows).as_bytes())?;
+        let curves = figures::fold_curves(scene, wanted, second, &folds.rows, &folds.located);
+        out.figure("fold_curve", || Ok(curves), branch_diagram);
     }
+    out.finish()?;
 
     let fold_curves = folds.iter().flat_map(|(_, folds)| &folds.curves);
     let complete = curves.iter().chain(fold_curves).all(|curve| curve.complete);
@@ -228,7 +247,7 @@ fn study<F: Statical<N>, const N: usize, const M: usize>(
         for remark in remarks {
             let _ = writeln!(text, "remark: {remark}");
         }
-        let _ = writeln!(text, "written: {}", out.display());
+        let _ = writeln!(text, "written: {}", directory.display());
         print(&text);
     }
     Ok(if complete {

@@ -2,7 +2,6 @@
 
 use super::response::{End, Response};
 use super::table::Column;
-use crate::cli::Refusal;
 use snaprod::plot::{self, KernelCurve, KernelFigure};
 use snaprod::scene::Units;
 
@@ -11,8 +10,8 @@ const SAME: f64 = 1e-6;
 /// From this ratio of values on the axes are logarithmic.
 const WIDE: f64 = 300.0;
 
-/// Draws the columns. A welded end has entries of several units: its diagonal is then drawn, against the spring.
-pub fn draw(response: &Response, times: &[f64], columns: &[Column]) -> Result<String, Refusal> {
+/// The columns as they are drawn. A welded end has entries of several units: its diagonal is then drawn, against the spring.
+pub fn data(response: &Response, times: &[f64], columns: &[Column]) -> KernelFigure {
     let kernel = &response.kernel;
     let mixed = response.end == End::Welded;
     let (relaxed, glassy) = (kernel.relaxed(), kernel.glassy());
@@ -80,7 +79,7 @@ pub fn draw(response: &Response, times: &[f64], columns: &[Column]) -> Result<St
             rod: 1.0,
         },
     };
-    Ok(plot::kernel(&KernelFigure {
+    KernelFigure {
         title: "Small motions of the end of the straight rod".into(),
         time: times.to_vec(),
         log: wide(&relaxation),
@@ -89,7 +88,7 @@ pub fn draw(response: &Response, times: &[f64], columns: &[Column]) -> Result<St
         relaxation_label: unit("relaxation R", false),
         creep_label: unit("creep J", true),
         units,
-    })?)
+    }
 }
 
 /// The same to the eye.

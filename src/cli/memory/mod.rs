@@ -5,19 +5,45 @@ mod response;
 mod table;
 mod text;
 
-use super::check::{no_start, refuse};
-use super::files::{
-    check_png, json_text, make_directory, print, print_json, write_figure, write_whole,
-};
-use super::{Ending, MemoryArgs, Refusal};
+use super::check::{SceneArgs, no_start, refuse};
+use super::files::{json_text, print, print_json};
+use super::output::{FigureArgs, Output};
+use super::{Ending, Refusal};
+use clap::Args;
 use response::{End, Response};
 use serde_json::json;
-use snaprod::scene::{AnyScene, FrictionLaw, read_any};
-use std::path::Path;
+use snaprod::plot::kernel;
+use snaprod::scene::{AnyScene, FrictionLaw};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct MemoryArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// First time, in the scene's unit; default a decade before the first relaxation.
+    #[arg(long)]
+    pub from: Option<f64>,
+    /// Last time; default a decade after the last relaxation.
+    #[arg(long)]
+    pub to: Option<f64>,
+    /// How many times, logarithmically spaced, from 2 to 100000.
+    #[arg(long, default_value_t = 201)]
+    pub points: usize,
+    /// Where to write kernel.csv, memory.json and kernel.svg; nothing is written without it.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the command writes.
+const FILES: &[&str] = &["memory.json", "kernel.*"];
 
 /// Describes the response of the end of the scene's rod.
 pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
-    check_png(args.png)?;
     let response = respond(&args.scene)?;
     let times = times(args, response.decades())?;
     let mut object = response.object();
@@ -27,17 +53,12 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
     );
     if let Some(out) = &args.out {
         let columns = table::columns(&response, &times);
-        let drawn = figure::draw(&response, &times, &columns)?;
-        make_directory(out)?;
-        write_whole(
-            &out.join("memory.json"),
-            json_text(object.clone()).as_bytes(),
-        )?;
-        write_whole(
-            &out.join("kernel.csv"),
-            table::csv(&times, &columns).as_bytes(),
-        )?;
-        write_figure(out, "kernel", &drawn, args.png)?;
+        let out = Output::open(Some(out), FILES, args.figures)?;
+        out.write("memory.json", json_text(object.clone()).as_bytes())?;
+        out.write("kernel.csv", table::csv(&times, &columns).as_bytes())?;
+        let data = || Ok(figure::data(&response, &times, &columns));
+        out.figure("kernel", data, kernel);
+        out.finish()?;
     }
     if args.json {
         super::query::merge(&mut object, json!({ "out": args.out }));
@@ -49,9 +70,9 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
 }
 
 /// The response of the end, as the scene's body loads it.
-fn respond(path: &Path) -> Result<Response, Refusal> {
-    let failed = |e: snaprod::Error| no_start(path, &e);
-    match read_any(path).map_err(refuse)? {
+fn respond(given: &SceneArgs) -> Result<Response, Refusal> {
+    let failed = |e: snaprod::Error| no_start(&given.path, &e);
+    match given.read().map_err(refuse)? {
         AnyScene::Dynamics(scene) => {
             let section = scene.viscoelastic().map_err(failed)?;
             let nonlinear = scene
@@ -81,7 +102,7 @@ fn respond(path: &Path) -> Result<Response, Refusal> {
         AnyScene::Statics(_) => Err(Refusal(format!(
             "{}: a scene of statics has no internal friction, and the memory is that of friction: give [rod] damping, as in \
              damping = {{ proportional = 0.05 }}, and [body], [start] and [run] in place of [end]",
-            path.display()
+            given.path.display()
         ))),
     }
 }

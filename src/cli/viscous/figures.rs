@@ -1,7 +1,7 @@
 //! Figures of a viscoelastic run of either kind: energies, strains over (t, s), losses.
 
 use super::recorder::{Moment, Record};
-use super::{Kind, Refusal, Task, places};
+use super::{Kind, Task, places};
 use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
 use snaprod::plot::{self, Energies, LossGroup, SnapLosses, StrainMap};
@@ -71,13 +71,13 @@ pub fn strain<K: Kind>(
     }
 }
 
-/// What the passages dissipated, against what they released; None without passages.
-pub fn losses(task: &Task, layers: &[Layer]) -> Result<Option<String>, Refusal> {
+/// Draws what the passages dissipated, against what they released, if there are any.
+pub fn losses(task: &Task, layers: &[Layer]) {
     let snaps: Vec<&Layer> = snaps(layers).collect();
     if snaps.is_empty() {
-        return Ok(None);
+        return;
     }
-    Ok(Some(plot::dissipated_against_released(&SnapLosses {
+    let losses = SnapLosses {
         groups: vec![LossGroup {
             name: "passages".into(),
             released: snaps
@@ -90,5 +90,7 @@ pub fn losses(task: &Task, layers: &[Layer]) -> Result<Option<String>, Refusal> 
         released_label: "elastic energy released on the way".into(),
         units: task.labels.clone(),
         ..SnapLosses::default()
-    })?))
+    };
+    let draw = plot::dissipated_against_released;
+    task.out.figure("losses", || Ok(losses), draw);
 }

@@ -10,12 +10,10 @@ mod space_figures;
 pub use planar::run as run_planar;
 pub use space::run as run_space;
 
-use super::files::{
-    json_text, make_directory, number, print, print_error, print_json, rounded, write_whole,
-};
-use super::progress::watch_interrupts;
-use super::run::{directory, unit};
-use super::{Ending, Refusal, RunArgs};
+use super::files::{json_text, number, print, print_error, print_json, rounded};
+use super::output::Output;
+use super::run::{RunArgs, output, unit};
+use super::{Ending, Refusal, signals};
 use recorder::Record;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -23,7 +21,6 @@ use snaprod::motion::Ledger;
 use snaprod::motion::creep::{Layer, ViscousOutcome};
 use snaprod::scene::{Scales, Units};
 use snaprod::solve::integrator::Work;
-use std::path::{Path, PathBuf};
 
 /// How the states of a rod are written and drawn. Everything that it gives is in the scene's units.
 trait Kind {
@@ -84,7 +81,7 @@ struct Task<'a> {
     scene: Value,
     /// Labels of figures.
     labels: snaprod::plot::Units,
-    out: Option<PathBuf>,
+    out: Output,
 }
 
 impl<'a> Task<'a> {
@@ -98,11 +95,8 @@ impl<'a> Task<'a> {
     ) -> Result<Self, Refusal> {
         let scene = serde_json::to_value(scene)
             .map_err(|e| Refusal(format!("the scene cannot be written: {e}")))?;
-        let out = directory(args);
-        if let Some(out) = &out {
-            make_directory(out)?;
-        }
-        watch_interrupts();
+        let out = output(args)?;
+        signals::watch();
         let asked = |name: &str| scene["run"][name].as_u64().unwrap_or_default() as usize;
         Ok(Self {
             args,
@@ -143,24 +137,18 @@ struct Done<K: Kind> {
 fn conclude<K: Kind>(
     task: &Task,
     done: &Done<K>,
-    figures: impl FnOnce(&Path) -> Result<(), Refusal>,
+    figures: impl FnOnce(),
 ) -> Result<Ending, Refusal> {
     let summary = done.summary(task);
     let events: Vec<Value> = done.layers.iter().map(layer_json).collect();
-    if let Some(out) = &task.out {
-        write_whole(
-            &out.join("events.json"),
-            json_text(json!(events)).as_bytes(),
-        )?;
-        write_whole(
-            &out.join("summary.json"),
-            json_text(summary.clone()).as_bytes(),
-        )?;
-        figures(out)?;
-    }
+    let out = &task.out;
+    out.write("events.json", json_text(json!(events)).as_bytes())?;
+    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+    figures();
+    out.finish()?;
     if task.args.json {
         let mut object = summary;
-        super::query::merge(&mut object, json!({ "events": events, "out": task.out }));
+        super::query::merge(&mut object, json!({ "events": events, "out": out.path() }));
         print_json(object);
     } else if !task.args.quiet {
         print(&done.text(task));
@@ -275,7 +263,7 @@ impl<K: Kind> Done<K> {
             cost += &format!("; up to {most} nodes, which leave {tail:.1e} of the strains");
         }
         lines.push(cost);
-        if let Some(out) = &task.out {
+        if let Some(out) = task.out.path() {
             lines.push(format!("written to {}", out.display()));
         }
         lines.join("\n") + "\n"

@@ -2,10 +2,10 @@
 
 use super::super::check::no_start;
 use super::super::figures::{labels, path_folds};
-use super::super::files::{rounded, write_figure};
-use super::super::run::unit;
+use super::super::files::rounded;
+use super::super::run::{RunArgs, unit};
 use super::super::table::{COLUMNS, Labels, Row};
-use super::super::{Ending, Refusal, RunArgs};
+use super::super::{Ending, Refusal};
 use super::recorder::{Moment, Recorder};
 use super::{Done, Kind, Task, conclude, energies_json, figures, scaled_layers, scaled_ledger};
 use nalgebra::Vector2;
@@ -18,7 +18,6 @@ use snaprod::motion::Ledger;
 use snaprod::motion::creep::{Layer, ViscousSample, drive_viscous, near_equilibrium};
 use snaprod::plot::{self, Curve, LayerFigure, LayerRun, Shape, Snapshots};
 use snaprod::scene::{Scales, Scene, Units, ViscousSetup};
-use std::path::Path;
 
 type Sample = ViscousSample<Plane, 1, 2>;
 
@@ -29,7 +28,7 @@ const SHAPES: usize = 11;
 
 /// Runs the scene.
 pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
-    let refuse = |e| no_start(&args.scene, &e);
+    let refuse = |e| no_start(&args.scene.path, &e);
     let setup = ViscousSetup::new(scene).map_err(refuse)?;
     let mut run = setup.run().map_err(refuse)?;
     let k = setup.scales;
@@ -59,8 +58,8 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
         notes: Vec::new(),
         further: json!({}),
     };
-    conclude(&task, &done, |out| {
-        draw(out, &task, &done, setup.viscosity, setup.body.is_driven())
+    conclude(&task, &done, || {
+        draw(&task, &done, setup.viscosity, setup.body.is_driven())
     })
 }
 
@@ -191,37 +190,27 @@ impl Kind for Planar {
     }
 }
 
-/// Writes the figures of a run that has a motion to show. `viscosity` is in the run's units.
-fn draw(
-    out: &Path,
-    task: &Task,
-    done: &Done<Planar>,
-    viscosity: f64,
-    driven: bool,
-) -> Result<(), Refusal> {
-    let (record, layers, png) = (&done.record, done.layers.as_slice(), task.args.png);
+/// Draws the figures of a run that has a motion to show. `viscosity` is in the run's units.
+fn draw(task: &Task, done: &Done<Planar>, viscosity: f64, driven: bool) {
+    let (out, record, layers) = (&task.out, &done.record, done.layers.as_slice());
     let (Some(first), Some(last)) = (record.track.first(), record.track.last()) else {
-        return Ok(());
+        return;
     };
     // A run that got nowhere has nothing to draw.
     if !(first.t < last.t) {
-        return Ok(());
+        return;
     }
-    let shapes = plot::snapshots(&snapshots(task, done)?)?;
-    write_figure(out, "snapshots", &shapes, png)?;
-    let energies = figures::energies(task, record, layers, driven);
-    write_figure(out, "energies", &plot::energies(&energies)?, png)?;
-    let strain = figures::strain(task, record, layers, 0, "");
-    write_figure(out, "strain", &plot::strain_map(&strain)?, png)?;
+    out.figure("snapshots", || snapshots(task, done), plot::snapshots);
+    let energies = || Ok(figures::energies(task, record, layers, driven));
+    out.figure("energies", energies, plot::energies);
+    let strain = || Ok(figures::strain(task, record, layers, 0, ""));
+    out.figure("strain", strain, plot::strain_map);
     // The drawn time is stretched by the viscosity in the scene's units: T is time over viscosity.
     let viscosity = viscosity * task.scales.viscosity();
     if let Some(layer) = layer(task, done, viscosity) {
-        write_figure(out, "layer", &plot::layer(&layer)?, png)?;
+        out.figure("layer", || Ok(layer), plot::layer);
     }
-    if let Some(losses) = figures::losses(task, layers)? {
-        write_figure(out, "losses", &losses, png)?;
-    }
-    Ok(())
+    figures::losses(task, layers);
 }
 
 fn shape(moment: &Moment<Drawn>, time: f64) -> Shape {

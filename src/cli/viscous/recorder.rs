@@ -1,14 +1,12 @@
 //! Watches a viscoelastic run: writes the tables, keeps what the figures need.
 
 use super::super::files::exact;
+use super::super::output::Table;
 use super::super::progress::Progress;
-use super::super::table::Trajectory;
 use super::{Kind, Refusal, Task, places};
 use snaprod::creep::kinematics::Kinematics;
 use snaprod::motion::Ledger;
 use snaprod::motion::creep::{ViscousObserver, ViscousSample};
-use std::fs::File;
-use std::path::Path;
 
 /// One moment, for the figures, in the scene's units.
 #[derive(Debug, Clone)]
@@ -47,8 +45,8 @@ const AWAY: f64 = 1e-3;
 /// The observer of a run.
 pub struct Recorder<'k, K: Kind> {
     kind: &'k K,
-    table: Option<Trajectory>,
-    field: Option<csv::Writer<File>>,
+    table: Table,
+    field: Table,
     progress: Progress,
     places: Vec<f64>,
     length: f64,
@@ -95,13 +93,10 @@ impl Thinned {
 impl<'k, K: Kind> Recorder<'k, K> {
     /// A recorder of a run that begins at `first`.
     pub fn new(kind: &'k K, task: &Task, first: &K::Sample) -> Result<Self, Refusal> {
-        let out = task.out.as_deref();
-        let table = out
-            .map(|out| Trajectory::create(&out.join("trajectory.csv"), K::COLUMNS))
-            .transpose()?;
-        let field = out
-            .map(|out| field(&out.join("strain.csv"), &kind.strain_names()))
-            .transpose()?;
+        let table = task.out.table("trajectory.csv", K::COLUMNS)?;
+        let strains = kind.strain_names();
+        let columns = [&["t", "s"], strains.as_slice(), &["dissipation"]].concat();
+        let field = task.out.table("strain.csv", &columns)?;
         let total = kind.ledger(first).1.total();
         Ok(Self {
             kind,
@@ -131,38 +126,23 @@ impl<'k, K: Kind> Recorder<'k, K> {
         self.end_passage();
         self.end_axes(last);
         self.progress.finish();
-        if let Some(table) = self.table {
-            table.finish()?;
-        }
-        if let Some(mut field) = self.field {
-            field
-                .flush()
-                .map_err(|e| Refusal(format!("cannot finish strain.csv: {e}")))?;
-        }
+        self.table.finish()?;
+        self.field.finish()?;
         Ok(self.record)
     }
 
     /// Writes and keeps one of the evenly spaced samples.
     pub fn take(&mut self, sample: &K::Sample) -> snaprod::Result<()> {
-        let refuse = |name: &str, e| snaprod::Error::io(format!("cannot write {name}: {e}"));
-        if let Some(table) = &mut self.table {
-            table
-                .row(&self.kind.row(sample))
-                .map_err(|e| refuse("trajectory.csv", e))?;
-        }
+        self.table.row(&self.kind.row(sample))?;
         self.audit(sample);
         let moment = self.moment(sample);
-        if let Some(field) = &mut self.field {
-            for (i, s) in self.places.iter().enumerate() {
-                let strains = moment.strains.iter().map(|strain| strain[i]);
-                let row = [moment.t, s * self.length]
-                    .into_iter()
-                    .chain(strains)
-                    .chain([moment.dissipation[i]]);
-                field
-                    .write_record(row.map(exact))
-                    .map_err(|e| refuse("strain.csv", e))?;
-            }
+        for (i, s) in self.places.iter().enumerate() {
+            let strains = moment.strains.iter().map(|strain| strain[i]);
+            let row = [moment.t, s * self.length]
+                .into_iter()
+                .chain(strains)
+                .chain([moment.dissipation[i]]);
+            self.field.row(&row.map(exact).collect::<Vec<_>>())?;
         }
         let axis = || (moment.t, self.kind.axis(sample));
         self.axes.push(&mut self.record.axes, axis);
@@ -217,14 +197,6 @@ impl<'k, K: Kind> Recorder<'k, K> {
             self.record.passage = passage;
         }
     }
-}
-
-fn field(path: &Path, strains: &[&str]) -> Result<csv::Writer<File>, Refusal> {
-    let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
-    let mut writer = csv::Writer::from_path(path).map_err(refuse)?;
-    let columns = ["t", "s"].iter().chain(strains).chain(&["dissipation"]);
-    writer.write_record(columns).map_err(refuse)?;
-    Ok(writer)
 }
 
 impl<R, K, const M: usize, const D: usize> ViscousObserver<R, M, D> for Recorder<'_, K>

@@ -48,9 +48,7 @@ pub fn run(task: &Task, setup: &MotionSetup, reduction: &Reduction) -> Result<En
         notes,
         further: further(setup, entry, None),
     };
-    conclude(task, &done, |out| {
-        space_figures::write(out, task, setup, &done)
-    })
+    conclude(task, &done, || space_figures::write(task, setup, &done))
 }
 
 /// Samples the motion at even times.

@@ -3,9 +3,9 @@
 use super::super::check::no_start;
 use super::super::figures::labels_of;
 use super::super::files::{exact, rounded};
-use super::super::run::unit;
+use super::super::run::{RunArgs, unit};
 use super::super::table::energies;
-use super::super::{Ending, Refusal, RunArgs};
+use super::super::{Ending, Refusal};
 use super::recorder::Recorder;
 use super::{Done, Kind, Task, conclude, energies_json, reduced, scaled_layers, space_figures};
 use nalgebra::{Isometry3, Vector3};
@@ -22,7 +22,7 @@ const CURVE: usize = 60;
 
 /// Runs the scene.
 pub fn run(args: &RunArgs, scene: &SpatialMotion) -> Result<Ending, Refusal> {
-    let refuse = |e| no_start(&args.scene, &e);
+    let refuse = |e| no_start(&args.scene.path, &e);
     let setup = MotionSetup::new(scene).map_err(refuse)?;
     let begin = || {
         let k = setup.scales;
@@ -87,9 +87,7 @@ impl<'a, F: Fn() -> Result<Task<'a>, Refusal>> WithRun for Full<'_, F> {
             notes: notes(setup),
             further: further(setup, json!(null), Some(&self.why)),
         };
-        conclude(&task, &done, |out| {
-            space_figures::write(out, &task, setup, &done)
-        })
+        conclude(&task, &done, || space_figures::write(&task, setup, &done))
     }
 }
 

@@ -1,7 +1,5 @@
 //! Figures of a run in space: shapes, path of the end, energies, strains over (t, s).
 
-use super::super::Refusal;
-use super::super::files::write_figure;
 use super::recorder::Moment;
 use super::space::Spatial;
 use super::{Done, Task, figures};
@@ -11,49 +9,41 @@ use snaprod::plot::{
     Lines, RodShapes, RodUnits, Series, SpaceRod, energies, lines, rod_shapes, strain_map,
 };
 use snaprod::scene::{MotionSetup, StrainName, Units};
-use std::path::Path;
 
 /// Strains that stay below this part of the largest one are not drawn.
 const SMALL: f64 = 1e-3;
 
-/// Writes the figures of a run that has a motion to show.
-pub fn write<S: InSpace>(
-    out: &Path,
-    task: &Task,
-    setup: &MotionSetup,
-    done: &Done<Spatial<S>>,
-) -> Result<(), Refusal> {
-    let (record, layers, png) = (&done.record, done.layers.as_slice(), task.args.png);
+/// Draws the figures of a run that has a motion to show.
+pub fn write<S: InSpace>(task: &Task, setup: &MotionSetup, done: &Done<Spatial<S>>) {
+    let (out, record, layers) = (&task.out, &done.record, done.layers.as_slice());
     let (Some(first), Some(last)) = (record.track.first(), record.track.last()) else {
-        return Ok(());
+        return;
     };
     // A run that got nowhere has nothing to draw.
     if !(first.t < last.t) {
-        return Ok(());
+        return;
     }
     let track = &record.track;
     let drawn = drawn_strains(track, setup.strains.names(), task.scales.length);
     // A rod that only stretches is one line at all times.
     if drawn.iter().any(|(_, name)| *name != StrainName::V3) {
-        let shapes = rod_shapes(&shapes(task, &record.axes))?;
-        write_figure(out, "shapes", &shapes, png)?;
+        let shapes = || Ok(shapes(task, &record.axes));
+        out.figure("shapes", shapes, rod_shapes);
     }
-    write_figure(out, "path", &lines(&path(task, track))?, png)?;
-    let data = figures::energies(task, record, layers, setup.is_driven());
-    write_figure(out, "energies", &energies(&data)?, png)?;
+    out.figure("path", || Ok(path(task, track)), lines);
+    let data = || Ok(figures::energies(task, record, layers, setup.is_driven()));
+    out.figure("energies", data, energies);
     for (i, name) in drawn {
-        let label = label(name, task);
-        let mut map = figures::strain(task, record, layers, i, &label);
-        if name == StrainName::V3 {
-            map.strain.iter_mut().flatten().for_each(|v3| *v3 -= 1.0);
-        }
-        let map = strain_map(&map)?;
-        write_figure(out, &format!("strain_{}", name.as_str()), &map, png)?;
+        let map = || {
+            let mut map = figures::strain(task, record, layers, i, &label(name, task));
+            if name == StrainName::V3 {
+                map.strain.iter_mut().flatten().for_each(|v3| *v3 -= 1.0);
+            }
+            Ok(map)
+        };
+        out.figure(&format!("strain_{}", name.as_str()), map, strain_map);
     }
-    if let Some(losses) = figures::losses(task, layers)? {
-        write_figure(out, "losses", &losses, png)?;
-    }
-    Ok(())
+    figures::losses(task, layers);
 }
 
 fn time_label(task: &Task) -> String {

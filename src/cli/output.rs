@@ -1,0 +1,335 @@
+//! The directory that a command writes into.
+//!
+//! Files are written aside, as `name.part`, and take their names together in [`Output::finish`]: a run that is killed, or
+//! whose disk fills up, leaves the files of the run before it whole. A lock keeps a second run out of the directory.
+
+use super::files::print_error;
+use super::{Refusal, signals};
+use clap::Args;
+use std::cell::RefCell;
+use std::fs::{self, File, TryLockError};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// What figures to draw.
+#[derive(Args, Debug, Clone, Copy, Default)]
+pub struct FigureArgs {
+    /// Write a PNG beside every figure (needs the feature `png`).
+    #[arg(long)]
+    pub png: bool,
+    /// Draw no figures.
+    #[arg(long, conflicts_with = "png")]
+    pub no_figures: bool,
+}
+
+impl FigureArgs {
+    /// Refuses `--png` where the program cannot do it.
+    fn check(self) -> Result<(), Refusal> {
+        if self.png && cfg!(not(feature = "png")) {
+            return Err(Refusal(
+                "--png: this program was built without PNG; build it with `cargo build --release --features png`, or use the SVG files".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The files of one command, in a directory or nowhere.
+pub struct Output {
+    place: Option<Place>,
+    figures: FigureArgs,
+}
+
+/// The directory.
+struct Place {
+    directory: PathBuf,
+    /// Names of the files that the command may write, with at most one `*` each.
+    owned: &'static [&'static str],
+    /// Names of the files that are written aside and whole.
+    written: Rc<RefCell<Vec<String>>>,
+    _lock: Option<Lock>,
+}
+
+impl Output {
+    /// Makes the directory and locks it; without one nothing is written, and everything else goes on the same.
+    ///
+    /// `owned` names every file that the command may write, with at most one `*` in a name: those that an earlier run left and
+    /// this one does not write are removed at the end, so that no figure stands beside the table of another run.
+    pub fn open(
+        directory: Option<&Path>,
+        owned: &'static [&'static str],
+        figures: FigureArgs,
+    ) -> Result<Self, Refusal> {
+        figures.check()?;
+        let place = directory.map(|directory| Place::open(directory, owned));
+        Ok(Self {
+            place: place.transpose()?,
+            figures,
+        })
+    }
+
+    /// The directory.
+    pub fn path(&self) -> Option<&Path> {
+        self.place.as_ref().map(|place| place.directory.as_path())
+    }
+
+    /// Starts a table in CSV, to be written row by row.
+    pub fn table<S: AsRef<str>>(&self, name: &str, columns: &[S]) -> Result<Table, Refusal> {
+        let Some(place) = &self.place else {
+            return Ok(Table(None));
+        };
+        let refuse = |e| place.refuse(name, e);
+        let file = File::create(place.draft(name)).map_err(refuse)?;
+        let mut table = Table(Some(Rows {
+            name: name.to_owned(),
+            file: BufWriter::new(file),
+            written: Rc::clone(&place.written),
+        }));
+        table.row(columns)?;
+        Ok(table)
+    }
+
+    /// Writes a file.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Refusal> {
+        let Some(place) = &self.place else {
+            return Ok(());
+        };
+        fs::write(place.draft(name), bytes).map_err(|e| place.refuse(name, e))?;
+        place.written.borrow_mut().push(name.to_owned());
+        Ok(())
+    }
+
+    /// Draws `name.svg` from the data, and `name.png` where asked. Whatever hinders it is a warning: the numbers are worth
+    /// more than their picture. A second Ctrl-C gives it up at once.
+    pub fn figure<D: Send + 'static>(
+        &self,
+        name: &str,
+        data: impl FnOnce() -> Result<D, Refusal>,
+        draw: impl FnOnce(&D) -> snaprod::Result<String> + Send + 'static,
+    ) {
+        if self.place.is_none() || self.figures.no_figures || signals::hurried() {
+            return;
+        }
+        if let Err(Refusal(why)) = self.try_figure(name, data, draw) {
+            print_error(&format!("warning: {name}.svg is missing: {why}"));
+        }
+    }
+
+    fn try_figure<D: Send + 'static>(
+        &self,
+        name: &str,
+        data: impl FnOnce() -> Result<D, Refusal>,
+        draw: impl FnOnce(&D) -> snaprod::Result<String> + Send + 'static,
+    ) -> Result<(), Refusal> {
+        let data = data()?;
+        let png = self.figures.png;
+        let (send, receive) = channel();
+        // Aside, so that a signal need not wait for it.
+        std::thread::spawn(move || {
+            let drawn =
+                draw(&data).and_then(|svg| Ok((png.then(|| raster(&svg)).transpose()?, svg)));
+            // Nobody listens any more after a second Ctrl-C.
+            let _ = send.send(drawn);
+        });
+        let (raster, svg) = loop {
+            match receive.recv_timeout(Duration::from_millis(50)) {
+                Ok(drawn) => break drawn?,
+                Err(RecvTimeoutError::Timeout) if signals::hurried() => return Ok(()),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(Refusal("its drawing broke off".to_owned()));
+                }
+            }
+        };
+        self.write(&format!("{name}.svg"), svg.as_bytes())?;
+        match raster {
+            Some(bytes) => self.write(&format!("{name}.png"), &bytes),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives all files their names, and removes those of an earlier run that this one did not write.
+    pub fn finish(&self) -> Result<Vec<String>, Refusal> {
+        let Some(place) = &self.place else {
+            return Ok(Vec::new());
+        };
+        let written = place.written.take();
+        for name in &written {
+            fs::rename(place.draft(name), place.directory.join(name))
+                .map_err(|e| place.refuse(name, e))?;
+        }
+        place.remove(|name| place.owns(name) && !written.iter().any(|new| new == name));
+        Ok(written)
+    }
+}
+
+impl Place {
+    fn open(directory: &Path, owned: &'static [&'static str]) -> Result<Self, Refusal> {
+        fs::create_dir_all(directory).map_err(|e| {
+            Refusal(format!(
+                "cannot make the directory {}: {e}; choose another with --out",
+                directory.display()
+            ))
+        })?;
+        let place = Self {
+            directory: directory.to_owned(),
+            owned,
+            written: Rc::default(),
+            _lock: Lock::take(directory)?,
+        };
+        place.sweep();
+        Ok(place)
+    }
+
+    /// The file that becomes `name`.
+    fn draft(&self, name: &str) -> PathBuf {
+        debug_assert!(self.owns(name), "{name} is not among the command's files");
+        self.directory.join(format!("{name}{PART}"))
+    }
+
+    fn owns(&self, name: &str) -> bool {
+        self.owned.iter().any(|pattern| matches(pattern, name))
+    }
+
+    /// Removes what a run that was killed had written aside.
+    fn sweep(&self) {
+        self.remove(|name| name.strip_suffix(PART).is_some_and(|name| self.owns(name)));
+    }
+
+    fn remove(&self, which: impl Fn(&str) -> bool) {
+        let entries = fs::read_dir(&self.directory).into_iter().flatten();
+        for entry in entries.flatten() {
+            if entry.file_name().to_str().is_some_and(&which) {
+                // What cannot be removed does not make this run worse.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    fn refuse(&self, name: &str, e: std::io::Error) -> Refusal {
+        let path = self.directory.join(name);
+        Refusal(format!("cannot write {}: {e}", path.display()))
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.sweep();
+    }
+}
+
+/// The end of the name of a file that is being written.
+const PART: &str = ".part";
+
+/// True if the name fits the pattern, whose one `*`, if it has one, stands for anything.
+fn matches(pattern: &str, name: &str) -> bool {
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((head, tail)) => name
+            .strip_prefix(head)
+            .is_some_and(|rest| rest.ends_with(tail)),
+    }
+}
+
+/// A table being written, row by row; nowhere if its output is.
+pub struct Table(Option<Rows>);
+
+struct Rows {
+    name: String,
+    file: BufWriter<File>,
+    written: Rc<RefCell<Vec<String>>>,
+}
+
+impl Table {
+    /// Adds a row. Cells are numbers and names: none needs quotes.
+    pub fn row<S: AsRef<str>>(&mut self, cells: &[S]) -> snaprod::Result<()> {
+        let Some(rows) = &mut self.0 else {
+            return Ok(());
+        };
+        let cells: Vec<&str> = cells.iter().map(AsRef::as_ref).collect();
+        writeln!(rows.file, "{}", cells.join(","))
+            .map_err(|e| snaprod::Error::io(format!("cannot write {}: {e}", rows.name)))
+    }
+
+    /// Makes sure that all rows are in the file. A table that is not finished is not kept.
+    pub fn finish(self) -> Result<(), Refusal> {
+        let Some(mut rows) = self.0 else {
+            return Ok(());
+        };
+        rows.file
+            .flush()
+            .map_err(|e| Refusal(format!("cannot write {}: {e}", rows.name)))?;
+        rows.written.borrow_mut().push(rows.name);
+        Ok(())
+    }
+}
+
+/// A lock on a directory. The system lets go of it when its process ends, however it ends: a lock file that is left behind
+/// locks nobody out.
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    /// Takes the lock; None on a file system that knows no locks.
+    fn take(directory: &Path) -> Result<Option<Self>, Refusal> {
+        let path = directory.join("snaprod.lock");
+        let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
+        let command: Vec<String> = std::env::args_os()
+            .skip(1)
+            .map(|word| word.to_string_lossy().into_owned())
+            .collect();
+        let own = format!(
+            "process {}: snaprod {}\n",
+            std::process::id(),
+            command.join(" ")
+        );
+        loop {
+            let mut file = File::options()
+                .create(true)
+                .truncate(false)
+                .write(true)
+                .open(&path)
+                .map_err(refuse)?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    let other = fs::read_to_string(&path).unwrap_or_default();
+                    return Err(Refusal(format!(
+                        "{} is being written by another run ({}); wait for its end, or choose another directory with --out",
+                        directory.display(),
+                        other.trim()
+                    )));
+                }
+                Err(TryLockError::Error(_)) => return Ok(None),
+            }
+            file.set_len(0)
+                .and_then(|()| file.write_all(own.as_bytes()))
+                .map_err(refuse)?;
+            // Its last holder may have removed the file between the opening and the locking, and somebody made it anew.
+            if fs::read_to_string(&path).is_ok_and(|text| text == own) || cfg!(windows) {
+                return Ok(Some(Self { path, _file: file }));
+            }
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+#[cfg(feature = "png")]
+fn raster(svg: &str) -> snaprod::Result<Vec<u8>> {
+    snaprod::plot::png(svg, 2.0)
+}
+
+#[cfg(not(feature = "png"))]
+fn raster(_: &str) -> snaprod::Result<Vec<u8>> {
+    unreachable!("refused by FigureArgs::check")
+}

@@ -1,0 +1,125 @@
+//! The directory that a command writes into: whole files, one run at a time, signals.
+
+use crate::program::{Answer, Place, Table};
+use std::fs;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+fn bundled(name: &str) -> String {
+    format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A run into out/ that would take for ever, once it has begun its table.
+fn endless(place: &Place) -> Child {
+    let forced = fs::read_to_string(bundled("forced")).unwrap();
+    place.write(
+        "long.toml",
+        &forced.replace("duration = 20.0", "duration = 1e5\nsamples = 1000000"),
+    );
+    let mut child = place
+        .command(&["run", "long.toml", "--out", "out", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let table = place.join("out/trajectory.csv.part");
+    while fs::metadata(&table).map_or(0, |m| m.len()) == 0 {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+fn send(signal: &str, child: &Child) {
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args([signal, &id]).status();
+    assert!(sent.unwrap().success());
+}
+
+/// Catches a run whose work is lost, or whose table is cut in a row, when it is asked to end.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_and_sigterm_keep_what_was_computed() {
+    for signal in ["-INT", "-TERM"] {
+        let place = Place::new(&format!("interrupt{signal}"));
+        let child = endless(&place);
+        send(signal, &child);
+        let summary = Answer::of(child.wait_with_output().unwrap()).json(1);
+        assert_eq!(summary["outcome"], "interrupted");
+        assert!(summary["end"]["t"].as_f64().unwrap() < 1e5);
+        assert_eq!(place.json("out/summary.json")["outcome"], "interrupted");
+        let table = Table::parse(&place.read("out/trajectory.csv"));
+        let last = *table.column("t").last().unwrap();
+        assert_eq!(Some(last), summary["end"]["t"].as_f64());
+        let files = place.files("out");
+        assert!(files.iter().all(|name| !name.ends_with(".part")));
+        assert!(files.contains(&"energies.svg".to_owned()));
+    }
+}
+
+/// Catches two runs that mix their tables in one directory; a lock that outlives its process; and files of the run before
+/// that are lost, or cut, when the next one is killed.
+#[cfg(unix)]
+#[test]
+fn one_run_at_a_time_writes_into_a_directory() {
+    let place = Place::new("lock");
+    let run = || place.run(&["run", &bundled("snap"), "--out", "out", "--no-figures"]);
+    run().text();
+    let mut child = endless(&place);
+    let refused = run();
+    let why = refused.refusal();
+    assert!(why.contains("out is being written by another run"), "{why}");
+    assert!(why.contains(&format!("process {}", child.id())), "{why}");
+    assert!(why.contains("long.toml") && why.contains("--out"), "{why}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(place.files("out").contains(&"snaprod.lock".to_owned()));
+    assert_eq!(place.json("out/summary.json")["outcome"], "end_of_time");
+    run().text();
+    let expected = ["events.json", "summary.json", "trajectory.csv"];
+    assert_eq!(place.files("out"), expected);
+}
+
+/// Catches figures and tables of an earlier run beside those of this one, and files of others that go with them.
+#[test]
+fn files_of_an_earlier_run_go() {
+    let place = Place::new("stale");
+    fs::create_dir(place.join("out")).unwrap();
+    for name in [
+        "trajectory-3.csv",
+        "layer.svg",
+        "strain.csv",
+        "notes.txt",
+        "kernel.csv",
+    ] {
+        place.write(&format!("out/{name}"), "old");
+    }
+    place
+        .run(&["run", &bundled("snap"), "--out", "out", "--no-figures"])
+        .text();
+    let expected = [
+        "events.json",
+        "kernel.csv",
+        "notes.txt",
+        "summary.json",
+        "trajectory.csv",
+    ];
+    assert_eq!(place.files("out"), expected);
+}
+
+/// Catches a finished run that ends with the code of bad input because a picture of it could not be made.
+#[test]
+fn a_figure_that_cannot_be_made_is_a_warning() {
+    let place = Place::new("figure");
+    // Where the figure would be written aside there is a directory.
+    fs::create_dir_all(place.join("out/energies.svg.part/in")).unwrap();
+    let answer = place.run(&["run", &bundled("snap"), "--out", "out"]);
+    assert_eq!(answer.code, 0, "{answer:?}");
+    assert!(answer.stdout.contains("snap at t = "), "{answer:?}");
+    assert!(
+        answer
+            .stderr
+            .starts_with("warning: energies.svg is missing: ")
+    );
+    assert!(place.join("out/surface.svg").exists());
+}
