@@ -5,7 +5,7 @@
 //! 100 oscillations; the three snaps of scenes/three_snaps.toml as the viscosity vanishes.
 
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
-use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
+use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::Kinematics;
 use snaprod::creep::material::Material;
@@ -261,11 +261,9 @@ fn vanishing() {
         .and_then(|b| b.with_dead_force(Vector2::new(-3.7, 0.0)))
         .and_then(|b| b.with_drag(8.0))
         .unwrap()
-        .with_force(TimeForce::Harmonic {
-            amplitude: Vector2::new(0.0, 55.7),
-            angular_frequency: 2.0 * std::f64::consts::PI * 0.119,
-            phase: 0.0,
-        });
+        .with_force(
+            TimeLoad::sine(Vector2::new(0.0, 55.7), std::f64::consts::TAU * 0.119, 0.0).unwrap(),
+        );
     let rest = Equilibrium::from_lambda_kappa(1.923538, 0.7583543).unwrap();
     for tolerance in [1e-8, 1e-10] {
         for eta in [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {

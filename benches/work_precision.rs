@@ -6,7 +6,7 @@
 //! 67 ms for 1e-7 on W, B, H at 0.65-0.8 us a right-hand side; our bar is half of that.
 
 use nalgebra::Vector2;
-use snaprod::body::{Body, TimeForce};
+use snaprod::body::{Body, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
 use snaprod::motion::{Run, RunEvent, RunOptions};
@@ -156,11 +156,7 @@ fn main() {
 /// Loads under which the ledger is watched for 1000 time units.
 fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
     let free = || Body::new(1.0).unwrap();
-    let shaken = TimeForce::Harmonic {
-        amplitude: Vector2::new(0.0, 8.0),
-        angular_frequency: 2.0,
-        phase: 0.0,
-    };
+    let shaken = TimeLoad::sine(Vector2::new(0.0, 8.0), 2.0, 0.0).unwrap();
     [
         ("free", free()),
         (

@@ -10,7 +10,7 @@
 //! `cargo run --release --example vanishing_viscosity -- figures`
 
 use nalgebra::{Vector1, Vector2};
-use snaprod::body::{Body, TimeForce};
+use snaprod::body::{Body, TimeLoad};
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::elastica::{Elastica, Equilibrium};
@@ -89,11 +89,7 @@ fn body() -> snaprod::Result<Body<2>> {
     Ok(Body::new(1.0)?
         .with_dead_force(Vector2::new(DEAD, 0.0))?
         .with_drag(DRAG)?
-        .with_force(TimeForce::Harmonic {
-            amplitude: Vector2::new(0.0, SWING),
-            angular_frequency: TURNING,
-            phase: 0.0,
-        }))
+        .with_force(TimeLoad::sine(Vector2::new(0.0, SWING), TURNING, 0.0)?))
 }
 
 /// The rod at the start.

@@ -1,16 +1,19 @@
 //! What a rod that has no inertia asks of the body at its end.
 
-use super::{Action, Body};
+use super::Body;
 use nalgebra::{Isometry3, SMatrix, SVector, Vector2};
 
 /// A body at the rod's end, whose `D` velocities V it shares.
+///
+/// Poses, velocities and wrenches are seen from the clamp, along its axes: those of the world, if the clamp stands at the
+/// origin and is not turned.
 pub trait EndBody<const D: usize> {
-    /// Pose of the rod's end, in the world frame.
+    /// Pose of the rod's end.
     type Pose;
 
     /// How the body moves at time `t` when the rod acts on it with `rod`, minus the end wrench w1 on the rod.
     ///
-    /// `v` and `rod` are in the world frame; `rod` has power rod . v.
+    /// `rod` has power rod . v, beside what the clamp does where it moves.
     fn motion(
         &self,
         t: f64,
@@ -29,18 +32,22 @@ pub trait EndBody<const D: usize> {
     ) -> EndLinear<D>;
 
     /// Kinetic energy.
-    fn kinetic(&self, pose: &Self::Pose, v: &SVector<f64, D>) -> f64;
+    fn kinetic(&self, t: f64, pose: &Self::Pose, v: &SVector<f64, D>) -> f64;
 
     /// Potential of the constant forces: d(kinetic + potential)/dt = rod . v + power - loss.
-    fn potential(&self, pose: &Self::Pose) -> f64;
+    fn potential(&self, t: f64, pose: &Self::Pose) -> f64;
+
+    /// The first time after `t` at which a load or the motion of the clamp is not smooth, or must not be passed over;
+    /// infinite if none is left.
+    fn next_break(&self, t: f64) -> f64;
 }
 
 /// Motion of the body at the rod's end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndMotion<const D: usize> {
-    /// dV/dt in the world frame.
+    /// dV/dt.
     pub acceleration: SVector<f64, D>,
-    /// Power of the loads that have no potential.
+    /// Power of the loads that have no potential, and of the clamp.
     pub power: f64,
     /// Power lost to drag, >= 0.
     pub loss: f64,
@@ -49,7 +56,7 @@ pub struct EndMotion<const D: usize> {
 /// Derivatives of the acceleration of the body at the rod's end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndLinear<const D: usize> {
-    /// By a twist of the end in the world frame: (dphi, dr) for D = 6, dr for D = 2, 3. The wrench and V stay.
+    /// By a twist of the end: (dphi, dr) for D = 6, dr for D = 2, 3. The wrench and V stay.
     pub by_pose: SMatrix<f64, D, D>,
     /// By V.
     pub by_velocity: SMatrix<f64, D, D>,
@@ -57,22 +64,16 @@ pub struct EndLinear<const D: usize> {
     pub by_wrench: SMatrix<f64, D, D>,
 }
 
-impl<const D: usize> From<Action<D>> for EndMotion<D> {
-    fn from(action: Action<D>) -> Self {
-        Self {
-            acceleration: action.acceleration,
-            power: action.power,
-            loss: action.loss,
-        }
-    }
-}
-
 impl<const D: usize> Body<D> {
-    fn end_linear(&self) -> EndLinear<D> {
-        EndLinear {
+    fn end_linear(&self, t: f64) -> EndLinear<D> {
+        let world = EndLinear {
             by_pose: SMatrix::zeros(),
             by_velocity: SMatrix::from_diagonal_element(-self.drag / self.mass),
             by_wrench: SMatrix::from_diagonal_element(1.0 / self.mass),
+        };
+        match &self.support {
+            None => world,
+            Some(support) => support.at(t).linear(&world),
         }
     }
 }
@@ -84,29 +85,33 @@ impl EndBody<2> for Body<2> {
     fn motion(
         &self,
         t: f64,
-        _: &Vector2<f64>,
+        pose: &Vector2<f64>,
         v: &Vector2<f64>,
         rod: &Vector2<f64>,
     ) -> EndMotion<2> {
-        self.action(t, v, rod).into()
+        self.action(t, pose, v, rod)
     }
 
     fn linearised(
         &self,
-        _: f64,
+        t: f64,
         _: &Vector2<f64>,
         _: &Vector2<f64>,
         _: &Vector2<f64>,
     ) -> EndLinear<2> {
-        self.end_linear()
+        self.end_linear(t)
     }
 
-    fn kinetic(&self, _: &Vector2<f64>, v: &Vector2<f64>) -> f64 {
-        self.kinetic(v)
+    fn kinetic(&self, t: f64, pose: &Vector2<f64>, v: &Vector2<f64>) -> f64 {
+        self.kinetic(t, pose, v)
     }
 
-    fn potential(&self, pose: &Vector2<f64>) -> f64 {
-        self.potential(pose)
+    fn potential(&self, t: f64, pose: &Vector2<f64>) -> f64 {
+        self.potential(t, pose)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        self.next_break(t)
     }
 }
 
@@ -117,28 +122,32 @@ impl EndBody<3> for Body<3> {
     fn motion(
         &self,
         t: f64,
-        _: &Isometry3<f64>,
+        pose: &Isometry3<f64>,
         v: &SVector<f64, 3>,
         rod: &SVector<f64, 3>,
     ) -> EndMotion<3> {
-        self.action(t, v, rod).into()
+        self.action(t, &pose.translation.vector, v, rod)
     }
 
     fn linearised(
         &self,
-        _: f64,
+        t: f64,
         _: &Isometry3<f64>,
         _: &SVector<f64, 3>,
         _: &SVector<f64, 3>,
     ) -> EndLinear<3> {
-        self.end_linear()
+        self.end_linear(t)
     }
 
-    fn kinetic(&self, _: &Isometry3<f64>, v: &SVector<f64, 3>) -> f64 {
-        self.kinetic(v)
+    fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &SVector<f64, 3>) -> f64 {
+        self.kinetic(t, &pose.translation.vector, v)
     }
 
-    fn potential(&self, pose: &Isometry3<f64>) -> f64 {
-        self.potential(&pose.translation.vector)
+    fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
+        self.potential(t, &pose.translation.vector)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        self.next_break(t)
     }
 }

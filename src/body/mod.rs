@@ -1,63 +1,71 @@
 //! The body at the rod's end and the loads on it: a point mass or a rigid body.
 
 mod end_body;
+mod history;
 mod rigid;
+mod spline;
+mod support;
 
 pub use end_body::{EndBody, EndLinear, EndMotion};
+pub use history::History;
 pub use rigid::RigidBody;
+pub use support::{Frame, Support};
 
 use crate::error::{Error, Result};
 use nalgebra::SVector;
-use std::fmt;
-use std::sync::Arc;
 
-/// A force on the body that depends on time alone.
-#[derive(Clone)]
-pub enum TimeForce<const N: usize> {
-    /// amplitude sin(angular_frequency t + phase).
-    Harmonic {
-        /// Vector amplitude.
-        amplitude: SVector<f64, N>,
-        /// In radians per unit of time.
-        angular_frequency: f64,
-        /// In radians.
-        phase: f64,
-    },
-    /// Any smooth function of time. The step control sees only its values: a pulse shorter than a
-    /// step of the motion can be missed.
-    Custom(Arc<dyn Fn(f64) -> SVector<f64, N> + Send + Sync>),
+/// A force or a couple that depends on time alone: direction x history(t), in the world frame.
+#[derive(Debug, Clone)]
+pub struct TimeLoad<const N: usize> {
+    direction: SVector<f64, N>,
+    history: History,
 }
 
-impl<const N: usize> TimeForce<N> {
-    /// The force at time `t`.
+impl<const N: usize> TimeLoad<N> {
+    /// The load direction x history(t).
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn new(direction: SVector<f64, N>, history: History) -> Result<Self> {
+        if !direction.iter().all(|x| x.is_finite()) {
+            return Err(Error::domain(format!(
+                "the direction {:?} of a load in time must be finite",
+                direction.as_slice()
+            )));
+        }
+        Ok(Self { direction, history })
+    }
+
+    /// The load amplitude sin(angular_frequency t + phase).
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn sine(amplitude: SVector<f64, N>, angular_frequency: f64, phase: f64) -> Result<Self> {
+        Self::new(amplitude, History::sine(1.0, angular_frequency, phase)?)
+    }
+
+    /// The load at time `t`.
     pub fn at(&self, t: f64) -> SVector<f64, N> {
-        match self {
-            Self::Harmonic {
-                amplitude,
-                angular_frequency,
-                phase,
-            } => amplitude * (angular_frequency * t + phase).sin(),
-            Self::Custom(f) => f(t),
-        }
+        self.direction * self.history.at(t)
+    }
+
+    /// The first break of the history after `t`; infinite if none is left.
+    pub fn next_break(&self, t: f64) -> f64 {
+        self.history.next_break(t)
     }
 }
 
-impl<const N: usize> fmt::Debug for TimeForce<N> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Harmonic {
-                amplitude,
-                angular_frequency,
-                phase,
-            } => f
-                .debug_struct("Harmonic")
-                .field("amplitude", &amplitude.as_slice())
-                .field("angular_frequency", angular_frequency)
-                .field("phase", phase)
-                .finish(),
-            Self::Custom(_) => f.write_str("Custom(..)"),
-        }
-    }
+/// The sum of loads in time at `t`.
+fn sum_at<const N: usize>(loads: &[TimeLoad<N>], t: f64) -> SVector<f64, N> {
+    loads
+        .iter()
+        .fold(SVector::zeros(), |sum, load| sum + load.at(t))
+}
+
+/// The first of their breaks after `t`.
+fn first_break<const N: usize>(loads: &[TimeLoad<N>], t: f64) -> f64 {
+    let breaks = loads.iter().map(|load| load.next_break(t));
+    breaks.fold(f64::INFINITY, f64::min)
 }
 
 /// A point mass and what acts on it besides the rod.
@@ -67,7 +75,8 @@ pub struct Body<const N: usize> {
     /// Gravity (acceleration) and dead force together: a constant force, with a potential.
     constant: SVector<f64, N>,
     drag: f64,
-    forces: Vec<TimeForce<N>>,
+    forces: Vec<TimeLoad<N>>,
+    support: Option<Support<N>>,
 }
 
 impl<const N: usize> Body<N> {
@@ -86,6 +95,7 @@ impl<const N: usize> Body<N> {
             constant: SVector::zeros(),
             drag: 0.0,
             forces: Vec::new(),
+            support: None,
         })
     }
 
@@ -130,9 +140,22 @@ impl<const N: usize> Body<N> {
 
     /// Adds a force in time.
     #[must_use]
-    pub fn with_force(mut self, force: TimeForce<N>) -> Self {
+    pub fn with_force(mut self, force: TimeLoad<N>) -> Self {
         self.forces.push(force);
         self
+    }
+
+    /// Has the rod clamped in `support`. Loads stay as given, in the world frame; places, velocities and forces of the rod
+    /// are from here on those seen from the clamp, along its axes.
+    #[must_use]
+    pub fn with_support(mut self, support: Support<N>) -> Self {
+        self.support = Some(support);
+        self
+    }
+
+    /// The clamp, if it is not fixed at the origin along the axes of the world.
+    pub fn support(&self) -> Option<&Support<N>> {
+        self.support.as_ref()
     }
 
     /// The mass.
@@ -140,20 +163,37 @@ impl<const N: usize> Body<N> {
         self.mass
     }
 
-    /// Potential of the constant loads at a pose.
-    pub fn potential(&self, pose: &SVector<f64, N>) -> f64 {
+    /// Potential of the constant loads at a pose seen from the clamp.
+    pub fn potential(&self, t: f64, pose: &SVector<f64, N>) -> f64 {
+        let place = match &self.support {
+            Some(support) => support.at(t).place(pose),
+            None => *pose,
+        };
         // Subtracted from zero, so that no load gives 0 and not -0.
-        0.0 - self.constant.dot(pose)
+        0.0 - self.constant.dot(&place)
     }
 
-    /// Kinetic energy.
-    pub fn kinetic(&self, velocity: &SVector<f64, N>) -> f64 {
+    /// Kinetic energy, of a velocity seen from the clamp.
+    pub fn kinetic(&self, t: f64, pose: &SVector<f64, N>, velocity: &SVector<f64, N>) -> f64 {
+        let velocity = match &self.support {
+            Some(support) => support.at(t).absolute(pose, velocity),
+            None => *velocity,
+        };
         0.5 * self.mass * velocity.norm_squared()
     }
 
-    /// True if a force in time does work.
+    /// The loads at time `t` besides drag, along the axes of the clamp.
+    pub fn load(&self, t: f64) -> SVector<f64, N> {
+        let load = self.constant + sum_at(&self.forces, t);
+        match &self.support {
+            Some(support) => support.at(t).inward(&load),
+            None => load,
+        }
+    }
+
+    /// True if a force in time or a moving clamp does work.
     pub fn is_driven(&self) -> bool {
-        !self.forces.is_empty()
+        !self.forces.is_empty() || self.support.as_ref().is_some_and(|s| !s.is_fixed())
     }
 
     /// True if drag dissipates.
@@ -161,17 +201,40 @@ impl<const N: usize> Body<N> {
         self.drag > 0.0
     }
 
-    /// What acts at time `t` and velocity `v` under the rod's force.
+    /// The first time after `t` at which a load or the motion of the clamp is not smooth, or must not be passed over;
+    /// infinite if none is left.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let clamp = self.support.as_ref();
+        let clamp = clamp.map_or(f64::INFINITY, |support| support.next_break(t));
+        first_break(&self.forces, t).min(clamp)
+    }
+
+    /// What acts at time `t` under the rod's force; place, velocity and force are seen from the clamp.
     #[inline]
-    pub fn action(&self, t: f64, v: &SVector<f64, N>, rod: &SVector<f64, N>) -> Action<N> {
+    pub fn action(
+        &self,
+        t: f64,
+        pose: &SVector<f64, N>,
+        v: &SVector<f64, N>,
+        rod: &SVector<f64, N>,
+    ) -> EndMotion<N> {
+        match &self.support {
+            None => self.free_action(t, v, rod),
+            Some(support) => {
+                let world = |v: &_, rod: &_| self.free_action(t, v, rod);
+                support.at(t).motion(pose, v, rod, world)
+            }
+        }
+    }
+
+    /// The same in the world.
+    #[inline]
+    fn free_action(&self, t: f64, v: &SVector<f64, N>, rod: &SVector<f64, N>) -> EndMotion<N> {
         let mut force = rod + self.constant;
         let mut power = 0.0;
         let mut loss = 0.0;
-        if self.is_driven() {
-            let driving = self
-                .forces
-                .iter()
-                .fold(SVector::zeros(), |sum: SVector<f64, N>, f| sum + f.at(t));
+        if !self.forces.is_empty() {
+            let driving = sum_at(&self.forces, t);
             force += driving;
             power = driving.dot(v);
         }
@@ -179,21 +242,10 @@ impl<const N: usize> Body<N> {
             force -= v * self.drag;
             loss = self.drag * v.norm_squared();
         }
-        Action {
+        EndMotion {
             acceleration: force / self.mass,
             power,
             loss,
         }
     }
-}
-
-/// Acceleration of the body, power of the driving forces, loss to drag.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Action<const N: usize> {
-    /// Sum of forces over mass.
-    pub acceleration: SVector<f64, N>,
-    /// Driving forces times velocity.
-    pub power: f64,
-    /// drag |v|^2.
-    pub loss: f64,
 }

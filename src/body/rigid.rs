@@ -1,8 +1,8 @@
 //! A rigid body welded to the rod's end: AMV (2.15)-(2.17).
 
-use super::{Body, EndBody, EndLinear, EndMotion, TimeForce};
+use super::{Body, EndBody, EndLinear, EndMotion, Frame, Support, TimeLoad, first_break, sum_at};
 use crate::error::{Error, Result};
-use nalgebra::{Isometry3, Matrix3, Matrix6, SVector, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 /// A rigid body welded to the end of a rod in space, and what acts on it besides the rod.
 ///
@@ -11,7 +11,8 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, SVector, Vector3, Vector6};
 /// ```text
 /// mass (r1 + R1 c)'' = -n1 + forces,       (R1 J R1^T omega)' = -m1 + R1 c x n1 + couples       AMV (2.15), (2.16).
 /// ```
-/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame.
+/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame; on a clamp that is tilted
+/// or moves ([`RigidBody::with_support`]) those of the rod are seen from the clamp.
 #[derive(Debug, Clone)]
 pub struct RigidBody {
     /// The motion of the centre of mass.
@@ -20,7 +21,9 @@ pub struct RigidBody {
     inertia: Matrix3<f64>,
     inverse_inertia: Matrix3<f64>,
     couple: Vector3<f64>,
+    couples: Vec<TimeLoad<3>>,
     rotational_drag: f64,
+    support: Option<Support<3>>,
 }
 
 impl RigidBody {
@@ -51,7 +54,9 @@ impl RigidBody {
             inertia: symmetric,
             inverse_inertia,
             couple: Vector3::zeros(),
+            couples: Vec::new(),
             rotational_drag: 0.0,
+            support: None,
         })
     }
 
@@ -118,9 +123,28 @@ impl RigidBody {
 
     /// Adds a force in time at the centre of mass, in the world frame.
     #[must_use]
-    pub fn with_force(mut self, force: TimeForce<3>) -> Self {
+    pub fn with_force(mut self, force: TimeLoad<3>) -> Self {
         self.centre = self.centre.with_force(force);
         self
+    }
+
+    /// Adds a couple in time, in the world frame.
+    #[must_use]
+    pub fn with_couple(mut self, couple: TimeLoad<3>) -> Self {
+        self.couples.push(couple);
+        self
+    }
+
+    /// Has the rod clamped in `support`, as [`Body::with_support`].
+    #[must_use]
+    pub fn with_support(mut self, support: Support<3>) -> Self {
+        self.support = Some(support);
+        self
+    }
+
+    /// The clamp, if it is not fixed at the origin along the axes of the world.
+    pub fn support(&self) -> Option<&Support<3>> {
+        self.support.as_ref()
     }
 
     /// The mass.
@@ -155,7 +179,10 @@ impl RigidBody {
 
     /// True if a load without a potential can do work.
     pub fn is_driven(&self) -> bool {
-        self.centre.is_driven() || self.couple != Vector3::zeros()
+        self.centre.is_driven()
+            || self.couple != Vector3::zeros()
+            || !self.couples.is_empty()
+            || self.support.as_ref().is_some_and(|s| !s.is_fixed())
     }
 
     /// True if drag dissipates.
@@ -178,13 +205,20 @@ impl RigidBody {
         }
     }
 
-    /// The angular acceleration under the wrench (m, n) of the rod.
-    fn spin(&self, at: &Placed, m: &Vector3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
+    /// The angular acceleration at time `t` under the wrench (m, n) of the rod.
+    fn spin(&self, t: f64, at: &Placed, m: &Vector3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
         at.inverse
-            * (m - at.c.cross(n) + self.couple
+            * (m - at.c.cross(n) + self.couple_at(t)
                 - at.omega * self.rotational_drag
                 - at.omega.cross(&(at.inertia * at.omega)))
     }
+}
+
+/// What a clamp shows of a body at one moment: its frame, the pose of the end in the world, and its place in the frame.
+struct Seen {
+    frame: Frame<6>,
+    pose: Isometry3<f64>,
+    place: Vector6<f64>,
 }
 
 /// The body in the world frame.
@@ -224,10 +258,22 @@ fn finite(what: &str, v: &Vector3<f64>) -> Result<()> {
     )))
 }
 
-impl EndBody<6> for RigidBody {
-    type Pose = Isometry3<f64>;
+impl RigidBody {
+    fn couple_at(&self, t: f64) -> Vector3<f64> {
+        self.couple + sum_at(&self.couples, t)
+    }
 
-    fn motion(
+    /// The body as the clamp sees it, unless the clamp's frame is the world's.
+    fn seen(&self, t: f64, pose: &Isometry3<f64>) -> Option<Seen> {
+        let frame = self.support.as_ref()?.at(t);
+        Some(Seen {
+            frame: frame.of_poses(),
+            pose: frame.pose() * pose,
+            place: joined(&Vector3::zeros(), &pose.translation.vector),
+        })
+    }
+
+    fn free_motion(
         &self,
         t: f64,
         pose: &Isometry3<f64>,
@@ -236,26 +282,26 @@ impl EndBody<6> for RigidBody {
     ) -> EndMotion<6> {
         let at = self.placed(pose, v);
         let (m, n) = halves(rod);
-        let spin = self.spin(&at, &m, &n);
-        let action = self.centre.action(t, &at.centre, &n);
+        let spin = self.spin(t, &at, &m, &n);
+        let action = self.centre.free_action(t, &at.centre, &n);
         let end = action.acceleration - spin.cross(&at.c) - at.omega.cross(&at.omega.cross(&at.c));
         EndMotion {
             acceleration: joined(&spin, &end),
-            power: action.power + self.couple.dot(&at.omega),
+            power: action.power + self.couple_at(t).dot(&at.omega),
             loss: action.loss + self.rotational_drag * at.omega.norm_squared(),
         }
     }
 
-    fn linearised(
+    fn free_linear(
         &self,
-        _: f64,
+        t: f64,
         pose: &Isometry3<f64>,
-        v: &SVector<f64, 6>,
-        rod: &SVector<f64, 6>,
+        v: &Vector6<f64>,
+        rod: &Vector6<f64>,
     ) -> EndLinear<6> {
         let at = self.placed(pose, v);
         let (m, n) = halves(rod);
-        let spin = self.spin(&at, &m, &n);
+        let spin = self.spin(t, &at, &m, &n);
         let (c, omega, inertia) = (at.c.cross_matrix(), at.omega.cross_matrix(), &at.inertia);
         let identity = Matrix3::identity();
         let slowing = self.centre.drag / self.mass();
@@ -284,13 +330,72 @@ impl EndBody<6> for RigidBody {
         }
     }
 
-    fn kinetic(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
+    fn free_kinetic(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
         let at = self.placed(pose, v);
-        self.centre.kinetic(&at.centre) + 0.5 * at.omega.dot(&(at.inertia * at.omega))
+        self.centre.kinetic(0.0, &at.c, &at.centre) + 0.5 * at.omega.dot(&(at.inertia * at.omega))
     }
 
-    fn potential(&self, pose: &Isometry3<f64>) -> f64 {
+    fn free_potential(&self, pose: &Isometry3<f64>) -> f64 {
+        let centre = pose.translation.vector + pose.rotation * self.offset;
+        self.centre.potential(0.0, &centre)
+    }
+}
+
+impl EndBody<6> for RigidBody {
+    type Pose = Isometry3<f64>;
+
+    fn motion(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        v: &Vector6<f64>,
+        rod: &Vector6<f64>,
+    ) -> EndMotion<6> {
+        match self.seen(t, pose) {
+            None => self.free_motion(t, pose, v, rod),
+            Some(at) => {
+                let world = |v: &_, rod: &_| self.free_motion(t, &at.pose, v, rod);
+                at.frame.motion(&at.place, v, rod, world)
+            }
+        }
+    }
+
+    fn linearised(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        v: &Vector6<f64>,
+        rod: &Vector6<f64>,
+    ) -> EndLinear<6> {
+        match self.seen(t, pose) {
+            None => self.free_linear(t, pose, v, rod),
+            Some(at) => {
+                let (v, rod) = (at.frame.absolute(&at.place, v), at.frame.outward(rod));
+                at.frame.linear(&self.free_linear(t, &at.pose, &v, &rod))
+            }
+        }
+    }
+
+    fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
+        match self.seen(t, pose) {
+            None => self.free_kinetic(pose, v),
+            Some(at) => self.free_kinetic(&at.pose, &at.frame.absolute(&at.place, v)),
+        }
+    }
+
+    fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
+        match self.seen(t, pose) {
+            None => self.free_potential(pose),
+            Some(at) => self.free_potential(&at.pose),
+        }
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        let clamp = self.support.as_ref();
+        let clamp = clamp.map_or(f64::INFINITY, |support| support.next_break(t));
         self.centre
-            .potential(&(pose.translation.vector + pose.rotation * self.offset))
+            .next_break(t)
+            .min(first_break(&self.couples, t))
+            .min(clamp)
     }
 }

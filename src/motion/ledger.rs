@@ -15,7 +15,7 @@ pub struct Ledger {
     pub potential: f64,
     /// Lost in snaps and to drag, so far.
     pub dissipated: f64,
-    /// Done by the forces in time, so far.
+    /// Done by the forces in time and by the clamp, so far.
     pub work: f64,
 }
 
@@ -28,9 +28,9 @@ impl Ledger {
         snapped: f64,
     ) -> Self {
         Self {
-            kinetic: body.kinetic(&phase.v),
+            kinetic: body.kinetic(phase.t, &at.pose, &phase.v),
             elastic: at.energy,
-            potential: body.potential(&at.pose),
+            potential: body.potential(phase.t, &at.pose),
             dissipated: snapped + phase.drag_loss,
             work: phase.work,
         }

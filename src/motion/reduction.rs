@@ -129,6 +129,9 @@ impl Reduction {
         start: &Start,
     ) -> Result<Self, Refusal> {
         let refuse = |why: String| Err(Refusal(why));
+        if carried.support().is_some_and(|clamp| !clamp.is_fixed()) {
+            return refuse("the clamp moves".into());
+        }
         let Some(strain) = start.strains.first() else {
             return refuse("no strains are given at the start".into());
         };

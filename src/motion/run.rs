@@ -448,7 +448,8 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         {
             return Some(self.stop(Outcome::Stuck(why)));
         }
-        let Some(progress) = self.motion.step(self.options.duration) else {
+        let end = self.body.next_break(from).min(self.options.duration);
+        let Some(progress) = self.motion.step(end) else {
             let here = self.now();
             return Some(self.stop(Outcome::Stuck(format!(
                 "the step size collapsed at t = {}, pose {:?}, chart point {:?}: the motion runs into a singular point of the model \

@@ -20,11 +20,11 @@ use nalgebra::SVector;
 pub struct Phase<const N: usize> {
     /// Chart point.
     pub q: SVector<f64, N>,
-    /// Velocity of the body.
+    /// Velocity of the body, seen from the clamp.
     pub v: SVector<f64, N>,
     /// Time.
     pub t: f64,
-    /// Work done by the forces in time.
+    /// Work done by the forces in time and by the clamp.
     pub work: f64,
     /// Energy lost to drag.
     pub drag_loss: f64,
@@ -246,6 +246,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     y: &Phase<N>,
 ) -> Option<Phase<N>> {
     let ManifoldPoint {
+        pose,
         force,
         jacobian,
         pace,
@@ -254,7 +255,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     let (det, along) = adjugate_times(&jacobian, &y.v);
     let slow = orientation / (det * det + pace * pace).sqrt();
     let rate = slow * det;
-    let action = body.action(y.t, &y.v, &force);
+    let action = body.action(y.t, &pose, &y.v, &force);
     Some(Phase {
         q: along * slow,
         v: action.acceleration * rate,

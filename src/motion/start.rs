@@ -87,7 +87,7 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
         return Ok(regular);
     }
     let orientation = below.signum();
-    let action = body.action(phase.t, &phase.v, &at.force);
+    let action = body.action(phase.t, &at.pose, &phase.v, &at.force);
     let (_, pushed) = adjugate_times(&at.jacobian, &action.acceleration);
     // On the fold adj(Dg) v = c kernel; s c < 0 leads to the lower side, where t can grow.
     let drift = orientation * across.dot(&upward);
@@ -130,7 +130,9 @@ fn from_rest<M: Multivalued<N>, const N: usize>(
     step: &SVector<f64, N>,
 ) -> Option<Phase<N>> {
     let q = phase.q;
-    let start = body.action(phase.t, &phase.v, &at.force).acceleration;
+    let start = body
+        .action(phase.t, &at.pose, &phase.v, &at.force)
+        .acceleration;
     // Along q - sigma step the pose moves by bend sigma^2 / 2: sigma = FIRST_STEP is reached at dt.
     let bend = (manifold.point(&(q - step))?.pose - at.pose) * 2.0;
     let pull = start.dot(&bend) / bend.norm_squared();
@@ -151,10 +153,17 @@ fn from_rest<M: Multivalued<N>, const N: usize>(
             .ok()?
             .q;
         let there = manifold.point(&arrived)?;
-        later = body.action(phase.t + dt, &v, &there.force).acceleration;
+        later = body
+            .action(phase.t + dt, &there.pose, &v, &there.force)
+            .acceleration;
         v = phase.v + (start + later) * (0.5 * dt);
     }
-    let average = body.action(phase.t + 0.5 * dt, &((phase.v + v) * 0.5), &at.force);
+    let average = body.action(
+        phase.t + 0.5 * dt,
+        &at.pose,
+        &((phase.v + v) * 0.5),
+        &at.force,
+    );
     Some(Phase {
         q: arrived,
         v,

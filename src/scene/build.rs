@@ -1,7 +1,7 @@
 //! From a scene to what the library runs: body, start and options, in units of the rod.
 
 use super::{Dimensionless, Landing, Place, Scales, Scene, Sheet, SheetName};
-use crate::body::{Body, TimeForce};
+use crate::body::{Body, TimeLoad};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
@@ -78,11 +78,11 @@ pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
         .with_dead_force(plain.dead.into())?
         .with_drag(plain.drag)?;
     for force in &plain.forces {
-        body = body.with_force(TimeForce::Harmonic {
-            amplitude: Vector2::from(force.direction) * force.amplitude,
-            angular_frequency: force.angular_frequency,
-            phase: force.phase,
-        });
+        body = body.with_force(TimeLoad::sine(
+            Vector2::from(force.direction) * force.amplitude,
+            force.angular_frequency,
+            force.phase,
+        )?);
     }
     Ok(body)
 }

@@ -6,7 +6,7 @@ use super::{
     EndLoad, EndPose, Harmonic, Joint, Relaxed, Scales, SpatialDimensionless, SpatialMotion,
     SpatialPlace, StrainField, StrainName,
 };
-use crate::body::{Body, EndBody, RigidBody, TimeForce};
+use crate::body::{Body, EndBody, RigidBody, TimeLoad};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
@@ -409,17 +409,18 @@ impl Inward {
         Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
     }
 
-    fn force(&self, force: &Harmonic<3>) -> TimeForce<3> {
-        TimeForce::Harmonic {
-            amplitude: self.vector(&force.direction) * force.amplitude,
-            angular_frequency: force.angular_frequency,
-            phase: force.phase,
-        }
+    fn forces(&self, forces: &[Harmonic<3>]) -> Result<Vec<TimeLoad<3>>> {
+        let inward = |force: &Harmonic<3>| {
+            let amplitude = self.vector(&force.direction) * force.amplitude;
+            TimeLoad::sine(amplitude, force.angular_frequency, force.phase)
+        };
+        forces.iter().map(inward).collect()
     }
 }
 
 fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
     let (gravity, dead) = (inward.vector(&plain.gravity), inward.vector(&plain.dead));
+    let forces = inward.forces(&plain.forces)?;
     match &plain.body.joint {
         Joint::Ball => {
             let body = Body::new(1.0)?
@@ -427,10 +428,7 @@ fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
                 .with_dead_force(dead)?
                 .with_drag(plain.drag)?;
             Ok(Carried::BallJoint(
-                plain
-                    .forces
-                    .iter()
-                    .fold(body, |body, force| body.with_force(inward.force(force))),
+                forces.into_iter().fold(body, Body::with_force),
             ))
         }
         Joint::Weld { offset, inertia } => {
@@ -443,10 +441,7 @@ fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
                 .with_dead_couple(inward.vector(&plain.couple))?
                 .with_drag(plain.drag)?;
             Ok(Carried::Welded(
-                plain
-                    .forces
-                    .iter()
-                    .fold(body, |body, force| body.with_force(inward.force(force))),
+                forces.into_iter().fold(body, RigidBody::with_force),
             ))
         }
     }

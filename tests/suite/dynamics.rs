@@ -1,7 +1,7 @@
 //! Motions with snaps: reference runs, ledger, starts on folds, walls, symmetries.
 
 use nalgebra::{Vector2, vector};
-use snaprod::body::{Body, TimeForce};
+use snaprod::body::{Body, TimeLoad};
 use snaprod::elastica::chart::amplitude;
 use snaprod::elastica::{Elastica, FoldPoint, equilibria_at, fold_at, fold_curve, folds};
 use snaprod::manifold::{EquilibriumManifold, Multivalued};
@@ -181,11 +181,7 @@ fn the_ledger_closes_over_a_long_run_with_snaps() {
         .unwrap()
         .with_gravity(vector![0.5, -1.0])
         .unwrap()
-        .with_force(TimeForce::Harmonic {
-            amplitude: vector![-14.0, 12.0],
-            angular_frequency: 2.0,
-            phase: 0.3,
-        });
+        .with_force(TimeLoad::sine(vector![-14.0, 12.0], 2.0, 0.3).unwrap());
     for (body, duration, least) in [(free(), 60.0, 3), (driven, 60.0, 5)] {
         let track = track(&body, q, v, duration, 1e-12, []);
         assert!(track.snaps.len() >= least, "{} snaps", track.snaps.len());

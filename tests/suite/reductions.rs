@@ -6,7 +6,7 @@ use nalgebra::{
     Vector6,
 };
 use snaprod::Result;
-use snaprod::body::{Body, RigidBody, TimeForce};
+use snaprod::body::{Body, RigidBody, TimeLoad};
 use snaprod::motion::reduction::{Carried, Kind, ReducedSample, Reduction, Start};
 use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
 use snaprod::section::{Along, Barrier, Linear, Resultant, SectionLaw, Strain, Varying};
@@ -299,11 +299,7 @@ fn a_barrier_keeps_the_energy_balance() {
     let body = welded(1.0)
         .with_drag(0.1)
         .expect("a drag")
-        .with_force(TimeForce::Harmonic {
-            amplitude: world(0.0, 0.0, 0.8),
-            angular_frequency: 2.0,
-            phase: 0.4,
-        });
+        .with_force(TimeLoad::sine(world(0.0, 0.0, 0.8), 2.0, 0.4).unwrap());
     let start = moving(still(), world(0.0, 0.0, -2.0));
     let carried = Carried::Welded(body);
     let reduction = recognise(&section, &carried, straight(0.0, 0.5), start).expect("it is");

@@ -6,7 +6,7 @@ use crate::reductions::{
 };
 use crate::support::assert_close;
 use nalgebra::Vector3;
-use snaprod::body::TimeForce;
+use snaprod::body::{History, TimeLoad};
 use snaprod::motion::reduction::{Carried, Kind};
 use snaprod::section::Strain;
 use std::sync::Arc;
@@ -112,12 +112,23 @@ fn a_load_can_be_made_for_shear() {
     let section = plain();
     let mass = 0.7;
     let driven = |factor: fn(f64) -> f64| {
-        let force = move |t: f64| {
-            let (x, y, lambda) = path(t);
-            let f = |q: [f64; 3]| mass * q[2] + lambda * q[0];
-            world(f(x) * factor(t), 0.0, f(y))
+        let force = move |q: [f64; 3], lambda: f64| [mass * q[2] + lambda * q[0], 0.0, 0.0];
+        let across = move |t| {
+            let (x, _, lambda) = path(t);
+            force(x, lambda).map(|f| f * factor(t))
         };
-        Carried::Welded(welded(mass).with_force(TimeForce::Custom(Arc::new(force))))
+        let along = move |t| {
+            let (_, y, lambda) = path(t);
+            force(y, lambda)
+        };
+        let load = |direction, history: History| TimeLoad::new(direction, history).unwrap();
+        let across = History::custom(across, Vec::new()).unwrap();
+        let along = History::custom(along, Vec::new()).unwrap();
+        Carried::Welded(
+            welded(mass)
+                .with_force(load(world(1.0, 0.0, 0.0), across))
+                .with_force(load(world(0.0, 0.0, 1.0), along)),
+        )
     };
     let (x, y, _) = path(0.0);
     let strain = Strain::new(0.0, 0.0, 0.0, x[0], 0.0, y[0]);

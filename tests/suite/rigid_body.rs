@@ -2,7 +2,7 @@
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
-use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
+use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
 
 fn inertia() -> Matrix3<f64> {
     Matrix3::new(0.7, 0.1, -0.05, 0.1, 0.9, 0.2, -0.05, 0.2, 1.1)
@@ -17,11 +17,7 @@ fn body() -> RigidBody {
         .and_then(|b| b.with_drag(0.4))
         .and_then(|b| b.with_rotational_drag(0.25))
         .expect("a body")
-        .with_force(TimeForce::Harmonic {
-            amplitude: Vector3::new(1.0, -2.0, 0.5),
-            angular_frequency: 3.0,
-            phase: 0.2,
-        })
+        .with_force(TimeLoad::sine(Vector3::new(1.0, -2.0, 0.5), 3.0, 0.2).unwrap())
 }
 
 fn pose() -> Isometry3<f64> {
@@ -101,7 +97,7 @@ fn momenta_change_as_the_loads_say() {
     let energy = |h: f64| {
         let pose1 = moved(&pose, &(v * h + motion.acceleration * (0.5 * h * h)));
         let v1 = v + motion.acceleration * h;
-        body.kinetic(&pose1, &v1) + body.potential(&pose1)
+        body.kinetic(t, &pose1, &v1) + body.potential(t, &pose1)
     };
     let rate = (energy(h) - energy(-h)) / (2.0 * h);
     let want = rod.dot(&v) + motion.power - motion.loss;
@@ -153,13 +149,13 @@ fn a_point_mass_on_a_ball_joint_is_a_body() {
     let want = (rod - v * 0.5) / 2.0 + Vector3::new(0.0, 0.0, -3.0);
     assert!((motion.acceleration - want).amax() < 1e-15);
     assert_close(
-        end.potential(&pose()),
+        end.potential(0.0, &pose()),
         2.0 * 3.0 * 0.9,
         1e-15,
         1.0,
         "potential",
     );
-    assert_close(end.kinetic(&pose(), &v), 6.0, 1e-15, 1.0, "kinetic");
+    assert_close(end.kinetic(0.0, &pose(), &v), 6.0, 1e-15, 1.0, "kinetic");
     let linear = end.linearised(0.0, &pose(), &v, &rod);
     assert_eq!(linear.by_pose, Matrix3::zeros());
     assert_eq!(linear.by_velocity, Matrix3::identity() * -0.25);

@@ -2,7 +2,7 @@
 
 use gauss_quad::GaussLegendre;
 use nalgebra::Vector1;
-use snaprod::body::{Body, TimeForce};
+use snaprod::body::{Body, TimeLoad};
 use snaprod::manifold::truss::Truss;
 use snaprod::manifold::{EquilibriumManifold, Multivalued, Sheet, Sign};
 use snaprod::motion::{LandingRule, Outcome, Run, RunEvent, RunOptions, Sample, Snap};
@@ -368,11 +368,7 @@ fn fold_time_against_quadrature() {
 fn ledger_closes() {
     let truss = SOFT.truss();
     let free = || Body::new(1.0).unwrap();
-    let drive = TimeForce::Harmonic {
-        amplitude: one(0.9),
-        angular_frequency: 0.31,
-        phase: 0.4,
-    };
+    let drive = TimeLoad::sine(one(0.9), 0.31, 0.4).unwrap();
     let cases = [
         ("free", free(), 8.0, 60.0, 4),
         (
@@ -654,11 +650,9 @@ fn landing_rules() {
 #[test]
 fn every_tolerance_works() {
     let truss = SOFT.truss();
-    let body = Body::new(1.0).unwrap().with_force(TimeForce::Harmonic {
-        amplitude: one(1.1),
-        angular_frequency: 1.3,
-        phase: FRAC_PI_3,
-    });
+    let body = Body::new(1.0)
+        .unwrap()
+        .with_force(TimeLoad::sine(one(1.1), 1.3, FRAC_PI_3).unwrap());
     for digits in 2..=14 {
         let tolerance = 10_f64.powi(-digits);
         let mut run =

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DVector, Matrix6, Vector1, Vector2};
 use serde_json::Value;
-use snaprod::body::{Body, TimeForce};
+use snaprod::body::{Body, TimeLoad};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::Local;
 use snaprod::creep::material::Material;
@@ -119,11 +119,14 @@ fn planar_runs_agree_with_independent_ones() {
             .and_then(|b| b.with_drag(number(&reference["drag"])))
             .unwrap();
         if pair(&reference["amplitude"]).norm() > 0.0 {
-            body = body.with_force(TimeForce::Harmonic {
-                amplitude: pair(&reference["amplitude"]),
-                angular_frequency: number(&reference["angular_frequency"]),
-                phase: 0.0,
-            });
+            body = body.with_force(
+                TimeLoad::sine(
+                    pair(&reference["amplitude"]),
+                    number(&reference["angular_frequency"]),
+                    0.0,
+                )
+                .unwrap(),
+            );
         }
         let rows: Vec<&Value> = reference["rows"]
             .as_array()
@@ -326,11 +329,14 @@ fn three_snaps() -> (Body<2>, Equilibrium) {
         .and_then(|b| b.with_dead_force(Vector2::new(-3.7, 0.0)))
         .and_then(|b| b.with_drag(8.0))
         .unwrap()
-        .with_force(TimeForce::Harmonic {
-            amplitude: Vector2::new(0.0, 55.7),
-            angular_frequency: 2.0 * std::f64::consts::PI * 0.119,
-            phase: 0.0,
-        });
+        .with_force(
+            TimeLoad::sine(
+                Vector2::new(0.0, 55.7),
+                2.0 * std::f64::consts::PI * 0.119,
+                0.0,
+            )
+            .unwrap(),
+        );
     (
         body,
         Equilibrium::from_lambda_kappa(1.923538, 0.7583543).unwrap(),

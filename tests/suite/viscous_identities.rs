@@ -1,7 +1,7 @@
 //! Viscoelastic rods: the Jacobian, and identities that hold along every run.
 
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Matrix6, SVector, Vector2, Vector3, Vector6};
-use snaprod::body::{Body, EndBody, RigidBody, TimeForce};
+use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::{Kinematics, Local};
 use snaprod::creep::material::Material;
@@ -133,12 +133,8 @@ fn welded() -> RigidBody {
         .with_force(force())
 }
 
-fn force() -> TimeForce<3> {
-    TimeForce::Harmonic {
-        amplitude: Vector3::new(0.3, 0.2, -0.4),
-        angular_frequency: 2.0,
-        phase: 0.1,
-    }
+fn force() -> TimeLoad<3> {
+    TimeLoad::sine(Vector3::new(0.3, 0.2, -0.4), 2.0, 0.1).unwrap()
 }
 
 fn point() -> Body<3> {

@@ -4,7 +4,7 @@ use crate::support::{self, assert_close, close, json, list, number, rows};
 use crate::viscous_identities::sampled;
 use nalgebra::{Matrix3, Matrix6, Vector1, Vector2, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::body::{Body, RigidBody, TimeForce};
+use snaprod::body::{Body, RigidBody, TimeLoad};
 use snaprod::creep::kinematics::{Kinematics, Local};
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
@@ -90,11 +90,9 @@ fn planar_references() {
             })
             .expect("a body");
         if amplitude != Vector2::zeros() {
-            body = body.with_force(TimeForce::Harmonic {
-                amplitude,
-                angular_frequency: number(run, "angular_frequency"),
-                phase: 0.0,
-            });
+            body = body.with_force(
+                TimeLoad::sine(amplitude, number(run, "angular_frequency"), 0.0).unwrap(),
+            );
         }
         let start = ViscousStart {
             strain: &|s| Vector1::new(polynomial(&curvature, s)),

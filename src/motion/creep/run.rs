@@ -433,6 +433,9 @@ where
                 "at t = {from:?} the strains could not be carried to other nodes: they stand at the edge of the section's domain"
             )));
         }
+        // A break that rounding has left ahead is behind.
+        let past = from + 1e-14 * self.options.duration;
+        let left = left.min(self.system.body.next_break(past) - from);
         if self.integrator.step(&self.system, left).is_err() {
             let why = format!(
                 "the step size collapsed at t = {from:?} (next step {:.1e}, {} nodes, tolerance {:.1e}): the motion is rougher than rounding \

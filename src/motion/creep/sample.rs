@@ -47,9 +47,9 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             t: y[time],
             grid: system.rod.grid.clone(),
             ledger: Ledger {
-                kinetic: system.body.kinetic(&pose, &velocity),
+                kinetic: system.body.kinetic(y[time], &pose, &velocity),
                 elastic: configuration.energy,
-                potential: system.body.potential(&pose),
+                potential: system.body.potential(y[time], &pose),
                 dissipated: y[time + 1] + y[time + 3],
                 work: y[time + 2],
             },

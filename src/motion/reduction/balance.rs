@@ -1,7 +1,7 @@
 //! Forces on the body in a motion with strains that are the same all along the rod.
 
 use super::{Carried, Reduction};
-use crate::body::{EndBody, EndMotion};
+use crate::body::{EndBody, EndMotion, Support};
 use crate::error::{Error, Result};
 use crate::section::rate::Viscoelastic;
 use crate::section::{Resultant, Strain};
@@ -238,17 +238,32 @@ impl Carried {
         }
     }
 
-    pub(super) fn kinetic(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
+    pub(super) fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
         match self {
-            Self::Welded(body) => body.kinetic(pose, v),
-            Self::BallJoint(body) => EndBody::kinetic(body, pose, &lower(v)),
+            Self::Welded(body) => body.kinetic(t, pose, v),
+            Self::BallJoint(body) => EndBody::kinetic(body, t, pose, &lower(v)),
         }
     }
 
-    pub(super) fn potential(&self, pose: &Isometry3<f64>) -> f64 {
+    pub(super) fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
         match self {
-            Self::Welded(body) => body.potential(pose),
-            Self::BallJoint(body) => EndBody::potential(body, pose),
+            Self::Welded(body) => body.potential(t, pose),
+            Self::BallJoint(body) => EndBody::potential(body, t, pose),
+        }
+    }
+
+    pub(super) fn next_break(&self, t: f64) -> f64 {
+        match self {
+            Self::Welded(body) => body.next_break(t),
+            Self::BallJoint(body) => EndBody::next_break(body, t),
+        }
+    }
+
+    /// The clamp, if the body knows one.
+    pub(super) fn support(&self) -> Option<&Support<3>> {
+        match self {
+            Self::Welded(body) => body.support(),
+            Self::BallJoint(body) => body.support(),
         }
     }
 }

@@ -130,9 +130,11 @@ impl Reduction {
             velocity: balance.velocity,
             resultants: balance.resultants,
             ledger: Ledger {
-                kinetic: self.carried.kinetic(&balance.pose, &balance.velocity),
+                kinetic: self
+                    .carried
+                    .kinetic(at.time, &balance.pose, &balance.velocity),
                 elastic: balance.stored,
-                potential: self.carried.potential(&balance.pose),
+                potential: self.carried.potential(at.time, &balance.pose),
                 dissipated: packed[1],
                 work: packed[2],
             },
@@ -215,7 +217,13 @@ impl ReducedRun<'_> {
                      that are closer in time"
                 )));
             }
-            self.advance(until - now)?;
+            // A break that rounding has left ahead is behind.
+            let next = self
+                .motion
+                .reduction
+                .carried
+                .next_break(now + 1e-14 * until);
+            self.advance(until.min(next) - now)?;
         }
         self.motion
             .reduction

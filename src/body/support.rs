@@ -1,0 +1,299 @@
+//! The clamp: where it is, how it is turned and how it moves, and what that does to a body seen from it.
+
+use super::{EndLinear, EndMotion, History};
+use crate::error::{Error, Result};
+use nalgebra::{
+    Isometry3, Matrix2, Matrix3, Rotation3, SMatrix, SVector, Translation3, UnitQuaternion,
+    Vector2, Vector3,
+};
+
+/// The clamp of a rod in a space of `N` dimensions, tilted and moving.
+///
+/// Its axes (the rod leaves along the first one in the plane, along d3 in space) stand in the world as
+/// ```text
+/// R(t) = exp(angle(t) A) R0,     c(t) = c0 + sum_k direction_k history_k(t),
+/// ```
+/// with A the cross matrix of a fixed unit axis of the world, through the clamp; in the plane the axis is its normal.
+///
+/// A run describes rod and body as seen from the clamp, with components along its axes: there the rod is the rod of a
+/// fixed clamp. Only the body notices, which [`Frame`] accounts for.
+#[derive(Debug, Clone)]
+pub struct Support<const N: usize> {
+    position: SVector<f64, N>,
+    rotation: SMatrix<f64, N, N>,
+    moves: Vec<(SVector<f64, N>, History)>,
+    /// A and the angle.
+    turning: Option<(SMatrix<f64, N, N>, History)>,
+}
+
+impl<const N: usize> Support<N> {
+    fn standing(position: SVector<f64, N>, rotation: SMatrix<f64, N, N>) -> Result<Self> {
+        if !position.iter().chain(&rotation).all(|x| x.is_finite()) {
+            return Err(Error::domain(format!(
+                "the clamp's position {:?} and rotation {:?} must be finite",
+                position.as_slice(),
+                rotation.as_slice()
+            )));
+        }
+        Ok(Self {
+            position,
+            rotation,
+            moves: Vec::new(),
+            turning: None,
+        })
+    }
+
+    /// Adds a translation direction x history(t).
+    ///
+    /// # Errors
+    /// A direction that is not finite; a history without a continuous second derivative ([`History::is_smooth`]), for a jump
+    /// of the clamp's velocity would be a blow.
+    pub fn with_translation(
+        mut self,
+        direction: SVector<f64, N>,
+        history: History,
+    ) -> Result<Self> {
+        if !direction.iter().all(|x| x.is_finite()) {
+            return Err(Error::domain(format!(
+                "the direction {:?} of the clamp's motion must be finite",
+                direction.as_slice()
+            )));
+        }
+        smooth(&history)?;
+        self.moves.push((direction, history));
+        Ok(self)
+    }
+
+    fn turned(mut self, axis: SMatrix<f64, N, N>, angle: History) -> Result<Self> {
+        smooth(&angle)?;
+        self.turning = Some((axis, angle));
+        Ok(self)
+    }
+
+    /// True if the clamp only stands.
+    pub fn is_fixed(&self) -> bool {
+        self.moves.is_empty() && self.turning.is_none()
+    }
+
+    /// The first break of its motion after `t`; infinite if none is left.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let histories = self.moves.iter().map(|(_, history)| history);
+        histories
+            .chain(self.turning.iter().map(|(_, angle)| angle))
+            .map(|history| history.next_break(t))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The clamp's frame at time `t`.
+    pub fn at(&self, t: f64) -> Frame<N> {
+        let mut origin = self.position;
+        let (mut velocity, mut acceleration) = (SVector::zeros(), SVector::zeros());
+        for (direction, history) in &self.moves {
+            let [place, rate, change] = history.with_rates(t);
+            origin += direction * place;
+            velocity += direction * rate;
+            acceleration += direction * change;
+        }
+        let mut turn = self.rotation;
+        let (mut spin, mut spin_rate) = (SMatrix::zeros(), SMatrix::zeros());
+        if let Some((axis, history)) = &self.turning {
+            let [angle, rate, change] = history.with_rates(t);
+            // exp(angle A) = 1 + sin A + (1 - cos) A^2; A commutes with it.
+            let (sin, half) = (angle.sin(), (0.5 * angle).sin());
+            turn += (axis * sin + axis * axis * (2.0 * half * half)) * self.rotation;
+            let along = self.rotation.transpose() * axis * self.rotation;
+            (spin, spin_rate) = (along * rate, along * change);
+        }
+        Frame {
+            velocity: turn.tr_mul(&velocity),
+            acceleration: turn.tr_mul(&acceleration),
+            centrifugal: spin_rate + spin * spin,
+            coriolis: spin * 2.0,
+            turn,
+            origin,
+            spin,
+        }
+    }
+}
+
+impl Support<2> {
+    /// A clamp in the plane at `position`; the rod leaves it at `angle` from the x axis, in radians.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn new(position: Vector2<f64>, angle: f64) -> Result<Self> {
+        let (sin, cos) = angle.sin_cos();
+        Self::standing(position, Matrix2::new(cos, -sin, sin, cos))
+    }
+
+    /// Turns the clamp by angle(t), in radians, about the normal of the plane through it.
+    ///
+    /// # Errors
+    /// As [`Support::with_translation`].
+    pub fn with_turning(self, angle: History) -> Result<Self> {
+        self.turned(Matrix2::new(0.0, -1.0, 1.0, 0.0), angle)
+    }
+}
+
+impl Support<3> {
+    /// A clamp in space: position, and rotation from its axes (d1, d2, d3) to the world's.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    pub fn new(position: Vector3<f64>, rotation: &UnitQuaternion<f64>) -> Result<Self> {
+        Self::standing(position, rotation.to_rotation_matrix().into_inner())
+    }
+
+    /// Turns the clamp by angle(t), in radians, about an axis of the world through it.
+    ///
+    /// # Errors
+    /// As [`Support::with_translation`]; an axis of no direction.
+    pub fn with_turning(self, axis: &Vector3<f64>, angle: History) -> Result<Self> {
+        match axis.try_normalize(f64::MIN_POSITIVE) {
+            Some(axis) if axis.iter().all(|x| x.is_finite()) => {
+                self.turned(axis.cross_matrix(), angle)
+            }
+            _ => Err(Error::domain(format!(
+                "the axis {:?} about which the clamp turns must be finite and not zero",
+                axis.as_slice()
+            ))),
+        }
+    }
+
+    /// The clamp's pose at time `t`.
+    pub fn pose(&self, t: f64) -> Isometry3<f64> {
+        self.at(t).pose()
+    }
+}
+
+fn smooth(history: &History) -> Result<()> {
+    if history.is_smooth() {
+        return Ok(());
+    }
+    Err(Error::domain(format!(
+        "the motion {history:?} of the clamp must have a continuous acceleration: use a constant rate, a sine, or a smooth table"
+    )))
+}
+
+/// A moving frame at one moment, for quantities of `D` components: places x, velocities v and forces seen from it, along
+/// its axes.
+///
+/// In the world they are c + T x, V = T (v + A x + d), T f, and accelerations are
+/// ```text
+/// T^T V' = v' + B x + C v + e,     A = T^T T',  d = T^T c',  e = T^T c'',  B = A' + A^2,  C = 2 A.
+/// ```
+/// For the 6 velocities (omega, r') of a pose the same holds with x = (0, r) and blocks made for it ([`Frame::of_poses`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame<const D: usize> {
+    turn: SMatrix<f64, D, D>,
+    origin: SVector<f64, D>,
+    spin: SMatrix<f64, D, D>,
+    velocity: SVector<f64, D>,
+    centrifugal: SMatrix<f64, D, D>,
+    coriolis: SMatrix<f64, D, D>,
+    acceleration: SVector<f64, D>,
+}
+
+impl<const D: usize> Frame<D> {
+    /// The place in the world.
+    pub fn place(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
+        self.origin + self.turn * x
+    }
+
+    /// Components of a vector along the axes of the world.
+    pub fn outward(&self, f: &SVector<f64, D>) -> SVector<f64, D> {
+        self.turn * f
+    }
+
+    /// Components of a vector along the axes of the frame.
+    pub fn inward(&self, f: &SVector<f64, D>) -> SVector<f64, D> {
+        self.turn.tr_mul(f)
+    }
+
+    /// Velocity of the frame itself at a place, along its axes.
+    pub fn carried(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
+        self.spin * x + self.velocity
+    }
+
+    /// The velocity in the world of what moves at `v` as seen from the frame.
+    pub fn absolute(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
+        self.turn * (v + self.carried(x))
+    }
+
+    /// The velocity seen from the frame of what moves at `v` in the world.
+    pub fn relative(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
+        self.turn.tr_mul(v) - self.carried(x)
+    }
+
+    /// The motion seen from the frame of a body whose `motion` in the world follows from velocity and force of the rod there.
+    ///
+    /// The power has that of the support: the force of the rod on the body times the velocity of the frame. For the elastic
+    /// energy falls by rod . v while the body gains rod . (v + A x + d).
+    #[inline]
+    pub fn motion(
+        &self,
+        x: &SVector<f64, D>,
+        v: &SVector<f64, D>,
+        rod: &SVector<f64, D>,
+        motion: impl FnOnce(&SVector<f64, D>, &SVector<f64, D>) -> EndMotion<D>,
+    ) -> EndMotion<D> {
+        let world = motion(&self.absolute(x, v), &self.outward(rod));
+        EndMotion {
+            acceleration: self.inward(&world.acceleration)
+                - self.centrifugal * x
+                - self.coriolis * v
+                - self.acceleration,
+            power: world.power + rod.dot(&self.carried(x)),
+            loss: world.loss,
+        }
+    }
+
+    /// The derivatives of the acceleration of [`Frame::motion`] from those of the motion in the world.
+    pub fn linear(&self, world: &EndLinear<D>) -> EndLinear<D> {
+        let seen = |m: &SMatrix<f64, D, D>| self.turn.tr_mul(&(m * self.turn));
+        let by_velocity = seen(&world.by_velocity);
+        EndLinear {
+            by_pose: seen(&world.by_pose) + by_velocity * self.spin - self.centrifugal,
+            by_velocity: by_velocity - self.coriolis,
+            by_wrench: seen(&world.by_wrench),
+        }
+    }
+}
+
+impl Frame<3> {
+    /// The frame's pose in the world.
+    pub fn pose(&self) -> Isometry3<f64> {
+        let turn = Rotation3::from_matrix_unchecked(self.turn);
+        Isometry3::from_parts(
+            Translation3::from(self.origin),
+            UnitQuaternion::from_rotation_matrix(&turn),
+        )
+    }
+
+    /// The frame for poses: rotations, then places.
+    ///
+    /// With Omega the spin vector, omega = T (omega_seen + Omega), and T^T omega' = omega_seen' + Omega x omega_seen + Omega'.
+    pub fn of_poses(&self) -> Frame<6> {
+        let blocks = |rotation: &Matrix3<f64>, place: &Matrix3<f64>| {
+            let mut m = SMatrix::<f64, 6, 6>::zeros();
+            m.fixed_view_mut::<3, 3>(0, 0).copy_from(rotation);
+            m.fixed_view_mut::<3, 3>(3, 3).copy_from(place);
+            m
+        };
+        let stacked = |a: &Vector3<f64>, b: &Vector3<f64>| {
+            SVector::<f64, 6>::from_fn(|i, _| if i < 3 { a[i] } else { b[i - 3] })
+        };
+        let vector = |m: &Matrix3<f64>| Vector3::new(m.m32, m.m13, m.m21);
+        let none = Matrix3::zeros();
+        let spin_rate = self.centrifugal - self.spin * self.spin;
+        Frame {
+            turn: blocks(&self.turn, &self.turn),
+            origin: stacked(&Vector3::zeros(), &self.origin),
+            spin: blocks(&none, &self.spin),
+            velocity: stacked(&vector(&self.spin), &self.velocity),
+            centrifugal: blocks(&none, &self.centrifugal),
+            coriolis: blocks(&self.spin, &self.coriolis),
+            acceleration: stacked(&vector(&spin_rate), &self.acceleration),
+        }
+    }
+}
