@@ -76,7 +76,7 @@ pub struct Body<const N: usize> {
     constant: SVector<f64, N>,
     drag: f64,
     forces: Vec<TimeLoad<N>>,
-    support: Option<Support<N>>,
+    support: Option<Box<Support<N>>>,
 }
 
 impl<const N: usize> Body<N> {
@@ -149,13 +149,13 @@ impl<const N: usize> Body<N> {
     /// are from here on those seen from the clamp, along its axes.
     #[must_use]
     pub fn with_support(mut self, support: Support<N>) -> Self {
-        self.support = Some(support);
+        self.support = Some(Box::new(support));
         self
     }
 
     /// The clamp, if it is not fixed at the origin along the axes of the world.
     pub fn support(&self) -> Option<&Support<N>> {
-        self.support.as_ref()
+        self.support.as_deref()
     }
 
     /// The mass.

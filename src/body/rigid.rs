@@ -23,7 +23,7 @@ pub struct RigidBody {
     couple: Vector3<f64>,
     couples: Vec<TimeLoad<3>>,
     rotational_drag: f64,
-    support: Option<Support<3>>,
+    support: Option<Box<Support<3>>>,
 }
 
 impl RigidBody {
@@ -138,13 +138,13 @@ impl RigidBody {
     /// Has the rod clamped in `support`, as [`Body::with_support`].
     #[must_use]
     pub fn with_support(mut self, support: Support<3>) -> Self {
-        self.support = Some(support);
+        self.support = Some(Box::new(support));
         self
     }
 
     /// The clamp, if it is not fixed at the origin along the axes of the world.
     pub fn support(&self) -> Option<&Support<3>> {
-        self.support.as_ref()
+        self.support.as_deref()
     }
 
     /// The mass.

@@ -39,6 +39,7 @@ use std::fmt;
 
 /// What the end of the rod carries.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // A run holds one.
 pub enum Carried {
     /// A rigid body welded to the end.
     Welded(RigidBody),
