@@ -16,7 +16,8 @@
 //! * [`motion`]: motion on a sheet, snaps, ledger, runs; [`motion::creep`]: motion of a viscoelastic rod with its
 //!   body; [`motion::reduction`]: motions of it that are exactly those of a spring and a dashpot.
 //! * [`math`], [`solve`]: elliptic kernels; DOP853 with events, Radau IIA, bracketed roots, Newton, continuation.
-//! * `scene` (feature `scene`): TOML scenes. `plot` (feature `plot`): SVG figures from data.
+//! * `scene` (feature `scene`): TOML scenes. `study` (feature `scene`): what a person asks of a scene, as records.
+//!   `plot` (feature `plot`): SVG figures from data.
 //!
 //! Units are those of the rod: length 1, bending stiffness 1; forces are in EI/L^2, energies in EI/L, times
 //! in sqrt(mu L^3/EI), viscosities in EI times that.
@@ -36,6 +37,8 @@ pub mod rod;
 pub mod scene;
 pub mod section;
 pub mod solve;
+#[cfg(feature = "scene")]
+pub mod study;
 
 pub use error::{Error, Result};
 

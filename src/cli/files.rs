@@ -1,6 +1,7 @@
 //! Numbers as text, and the standard streams, which may be closed pipes.
 
 use serde_json::Value;
+pub use snaprod::study::exact;
 use std::io::Write;
 
 /// Prints text; a reader that has gone away is no error, a full disk ends the program.
@@ -19,14 +20,7 @@ pub fn survive(written: std::io::Result<()>) {
     }
 }
 
-/// A number in full precision, for tables: with an exponent where its digits would be many zeros, and
-/// no minus before a zero.
-pub fn exact(x: f64) -> String {
-    // -0.0 + 0.0 is 0.0.
-    format!("{:?}", x + 0.0)
-}
-
-/// The same for text, where a whole number needs no ".0".
+/// The same as [`exact`] for text, where a whole number needs no ".0".
 pub fn number(x: f64) -> String {
     let text = exact(x);
     text.strip_suffix(".0").unwrap_or(&text).to_owned()

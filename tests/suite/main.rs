@@ -37,6 +37,8 @@ mod plot_viscous;
 mod plot_viscous_data;
 #[cfg(feature = "cli")]
 mod program;
+#[cfg(feature = "scene")]
+mod records;
 mod reductions;
 mod reductions_shear;
 mod rigid_body;

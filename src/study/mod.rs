@@ -1,0 +1,28 @@
+//! What a person asks of a rod: a scene goes in, records come out.
+//!
+//! Every study takes a scene and [`Hooks`], and returns plain data: [`Table`]s of typed columns that know their names,
+//! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
+//! made from these records.
+
+pub mod record;
+
+pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
+
+/// What a study asks, and tells, while it works. Every method has a default, so that a caller implements what it needs.
+pub trait Hooks {
+    /// Asked after every step of the work; true ends the study, which returns what it has and says that it was
+    /// interrupted.
+    fn interrupted(&mut self) -> bool {
+        false
+    }
+
+    /// Told after every step of the work: the fraction that is done, in [0, 1], and the time or the parameter reached, in
+    /// the scene's units.
+    fn progress(&mut self, _fraction: f64, _at: f64) {}
+}
+
+/// Hooks of a caller who waits for the end.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Hooks for Silent {}
