@@ -17,7 +17,6 @@ use snaprod::motion::creep::{
     Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousStart, ViscousSystem,
 };
 use snaprod::section::Linear;
-use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::System;
@@ -31,7 +30,7 @@ fn bending(eta: f64) -> Material<1> {
     let rate = KelvinVoigt::new(Viscosity::diagonal([eta; 2], eta).unwrap());
     let elastic = Linear::diagonal([1.0; 2], 1.0).unwrap();
     let law = Viscoelastic::new(Arc::new(elastic), Arc::new(rate)).unwrap();
-    Material::new(law, Units::ONE, [0]).unwrap()
+    Material::new(law, [0]).unwrap()
 }
 
 /// r and v at t = 3 of the reference.
@@ -209,7 +208,7 @@ fn spatial(eta: f64) -> Material<3> {
     let rate = KelvinVoigt::new(Viscosity::diagonal([eta, 1.3 * eta], 0.7 * eta).unwrap());
     let elastic = Linear::diagonal([1.0, 1.3], 0.7).unwrap();
     let law = Viscoelastic::new(Arc::new(elastic), Arc::new(rate)).unwrap();
-    Material::new(law, Units::ONE, [0, 1, 2]).unwrap()
+    Material::new(law, [0, 1, 2]).unwrap()
 }
 
 fn rigid() -> RigidBody {

@@ -17,7 +17,6 @@ use snaprod::elastica::Equilibrium;
 use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
 use snaprod::plot::{self, Lines, Series, Trace};
 use snaprod::section::Linear;
-use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -141,7 +140,7 @@ fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Opti
         relaxed: None,
         velocity: Vector2::zeros(),
     };
-    let material = Material::new(law, Units::ONE, [0])?;
+    let material = Material::new(law, [0])?;
     let options = ViscousOptions::new(1e4)?.with_tolerance(1e-9)?;
     let mut run = ViscousRun::new(Plane, material, &body, &start, options)?;
     while let Some(ViscousEvent::Step { from, to }) = run.next() {

@@ -23,7 +23,6 @@ use snaprod::plot::{
     Shape, Slope,
 };
 use snaprod::section::Linear;
-use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -186,7 +185,7 @@ impl Viscous {
             velocity: Vector2::zeros(),
         };
         let options = ViscousOptions::new(DURATION)?.with_tolerance(1e-10)?;
-        let material = Material::new(law, Units::ONE, [0])?;
+        let material = Material::new(law, [0])?;
         let mut run = ViscousRun::new(Plane, material, &body, &start, options)?;
         let mut found = Self {
             eta,

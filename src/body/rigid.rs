@@ -2,6 +2,7 @@
 
 use super::{Body, EndBody, EndLinear, EndMotion, Frame, Support, TimeLoad, first_break, sum_at};
 use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 /// A rigid body welded to the end of a rod in space, and what acts on it besides the rod.
@@ -230,18 +231,6 @@ struct Placed {
     omega: Vector3<f64>,
     /// Velocity of the centre of mass.
     centre: Vector3<f64>,
-}
-
-/// (first three, last three).
-fn halves(v: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        v.fixed_rows::<3>(0).into_owned(),
-        v.fixed_rows::<3>(3).into_owned(),
-    )
-}
-
-fn joined(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 
 fn blocks(rows: [[Matrix3<f64>; 2]; 2]) -> Matrix6<f64> {

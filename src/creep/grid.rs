@@ -3,7 +3,7 @@
 //! A field is a polynomial on each element, given by its values at the element's Gauss nodes: integrals are exact to
 //! degree 2n - 1, and the coefficients in Legendre polynomials say how well it is resolved.
 
-use gauss_quad::GaussLegendre;
+use crate::math::gauss::{Rule, legendre};
 use nalgebra::{DMatrix, SVector};
 use std::ops::Range;
 
@@ -59,26 +59,13 @@ impl Grid {
     }
 
     fn push(&mut self, from: f64, to: f64, count: usize) {
-        let rule = GaussLegendre::new(count.try_into().expect("at least FEWEST"));
-        let mut pairs: Vec<_> = rule.as_node_weight_pairs().to_vec();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let rule = Rule::new(count);
         let length = to - from;
         let first = self.s.len();
-        for &(x, weight) in &pairs {
-            self.s.push(from + length * 0.5 * (1.0 + x));
-            self.weights.push(length * 0.5 * weight);
-        }
-        let table: Vec<Vec<f64>> = pairs.iter().map(|&(x, _)| legendre(x, count + 1)).collect();
-        // f = sum_k (2k+1)/2 <f, P_k> P_k and int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
-        let integrate = DMatrix::from_fn(count, count, |i, j| {
-            let sum: f64 = (1..count)
-                .map(|k| (table[i][k + 1] - table[i][k - 1]) * table[j][k])
-                .sum();
-            length * 0.25 * pairs[j].1 * (1.0 + pairs[i].0 + sum)
-        });
-        let modes = DMatrix::from_fn(count, count, |k, j| {
-            (k as f64 + 0.5) * pairs[j].1 * table[j][k]
-        });
+        self.s.extend(rule.nodes.iter().map(|x| from + length * x));
+        self.weights.extend(rule.weights.iter().map(|w| length * w));
+        let (integrate, modes) = rule.matrices();
+        let integrate = integrate * length;
         let half = count / 2;
         let mirrored = |i: usize, j: usize, sign: f64| {
             0.5 * (integrate[(i, j)] + sign * integrate[(i, count - 1 - j)])
@@ -391,17 +378,4 @@ fn multiply_add<const K: usize>(
             *o += x[0] * a[i] + x[1] * b[i] + x[2] * c[i] + x[3] * d[i];
         }
     }
-}
-
-/// P_0 .. P_{count - 1} at x.
-fn legendre(x: f64, count: usize) -> Vec<f64> {
-    let mut values = vec![1.0; count];
-    if count > 1 {
-        values[1] = x;
-    }
-    for k in 1..count.saturating_sub(1) {
-        let n = k as f64;
-        values[k + 1] = ((2.0 * n + 1.0) * x * values[k] - n * values[k - 1]) / (n + 1.0);
-    }
-    values
 }

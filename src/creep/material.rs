@@ -1,17 +1,16 @@
-//! A viscoelastic section without dimensions, seen through those of its strains that can change.
+//! A viscoelastic section in the units of the rod, seen through those of its strains that can change.
 
 use super::kinematics::Local;
 use crate::error::{Error, Result};
+use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
-use crate::section::{Strain, Units};
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
-/// A viscoelastic section law without dimensions, reduced to `M` strains that can change.
+/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` strains that can change.
 #[derive(Debug, Clone)]
 pub struct Material<const M: usize> {
     law: Viscoelastic,
     active: [usize; M],
-    units: Units,
     /// Strains without load at the clamp; the values of the inactive ones hold all along the rod.
     rest: Strain,
     /// Of linear laws that are the same all along.
@@ -56,11 +55,11 @@ pub struct Creep<const M: usize> {
 }
 
 impl<const M: usize> Material<M> {
-    /// The law `law` in `units`, for the strains `active` (places among u1 .. v3, in growing order).
+    /// The law `law`, in the units of the rod, for the strains `active` (places among u1 .. v3, in growing order).
     ///
     /// # Errors
     /// An active strain that the law holds rigid; a law that has no unloaded state.
-    pub fn new(law: Viscoelastic, units: Units, active: [usize; M]) -> Result<Self> {
+    pub fn new(law: Viscoelastic, active: [usize; M]) -> Result<Self> {
         let rigid = law.rate.rigid();
         if let Some(i) = active.iter().find(|i| rigid[**i]) {
             return Err(Error::domain(format!(
@@ -70,7 +69,6 @@ impl<const M: usize> Material<M> {
         let mut material = Self {
             rest: law.elastic.unloaded(0.0)?,
             active,
-            units,
             hoisted: None,
             branches: Vec::new(),
             law,
@@ -80,18 +78,17 @@ impl<const M: usize> Material<M> {
             .branches
             .iter()
             .map(|branch| Branch {
-                modulus: material.stiffness_in(&branch.modulus),
-                time: branch.time / units.time,
+                modulus: material.among(&branch.modulus),
+                time: branch.time,
             })
             .collect();
         if material.law.elastic.uniform_linear().is_some()
             && let Some(fluidity) = material.law.rate.uniform_fluidity()
         {
             material.hoisted = Some(Hoisted {
-                stiffness: material
-                    .stiffness_in(&material.law.elastic.free(0.0, &material.rest)?.tangent),
-                rest: material.inward(&material.rest),
-                fluidity: material.fluidity_in(&fluidity),
+                stiffness: material.among(&material.law.elastic.free(0.0, &material.rest)?.tangent),
+                rest: material.active_of(&material.rest),
+                fluidity: material.among(&fluidity),
             });
         }
         Ok(material)
@@ -102,7 +99,7 @@ impl<const M: usize> Material<M> {
         &self.active
     }
 
-    /// The law in the user's units.
+    /// The law.
     pub fn law(&self) -> &Viscoelastic {
         &self.law
     }
@@ -114,8 +111,8 @@ impl<const M: usize> Material<M> {
 
     /// Where the law is not smooth, in (0, 1).
     pub fn breaks(&self) -> Vec<f64> {
-        let scaled = self.law.breaks().into_iter().map(|s| s / self.units.length);
-        scaled.filter(|s| *s > 1e-12 && *s < 1.0 - 1e-12).collect()
+        let breaks = self.law.breaks().into_iter();
+        breaks.filter(|s| *s > 1e-12 && *s < 1.0 - 1e-12).collect()
     }
 
     /// True if the rates are proportional to the overstress.
@@ -133,42 +130,26 @@ impl<const M: usize> Material<M> {
     /// # Errors
     /// As the law's.
     pub fn unloaded(&self, s: f64) -> Result<Local<M>> {
-        Ok(self.inward(&self.law.elastic.unloaded(s * self.units.length)?))
+        Ok(self.active_of(&self.law.elastic.unloaded(s)?))
     }
 
-    /// Length of a strain's unit: L for u, 1 for v.
-    fn span(&self, i: usize) -> f64 {
-        if i < 3 { self.units.length } else { 1.0 }
+    /// The active ones of all strains (or of resultants, or of rates).
+    pub fn active_of(&self, e: &Strain) -> Local<M> {
+        Local::from_fn(|a, _| e[self.active[a]])
     }
 
-    /// Active strains, without dimensions.
-    pub fn inward(&self, e: &Strain) -> Local<M> {
-        Local::from_fn(|a, _| e[self.active[a]] * self.span(self.active[a]))
-    }
-
-    /// All strains in the user's units.
-    pub fn outward(&self, e: &Local<M>) -> Strain {
+    /// All strains: the active ones, and the others as they are without load.
+    pub fn all(&self, e: &Local<M>) -> Strain {
         let mut all = self.rest;
         for (a, &i) in self.active.iter().enumerate() {
-            all[i] = e[a] / self.span(i);
+            all[i] = e[a];
         }
         all
     }
 
-    fn stiffness_in(&self, k: &Matrix6<f64>) -> SMatrix<f64, M, M> {
-        let unit = self.units.length * self.units.length / self.units.stiffness;
-        SMatrix::from_fn(|a, b| {
-            let (i, j) = (self.active[a], self.active[b]);
-            k[(i, j)] * unit / self.span(i) / self.span(j)
-        })
-    }
-
-    fn fluidity_in(&self, c: &Matrix6<f64>) -> SMatrix<f64, M, M> {
-        let unit = self.units.time * self.units.stiffness / (self.units.length * self.units.length);
-        SMatrix::from_fn(|a, b| {
-            let (i, j) = (self.active[a], self.active[b]);
-            c[(i, j)] * unit * self.span(i) * self.span(j)
-        })
+    /// Rows and columns of the active strains.
+    fn among(&self, k: &Matrix6<f64>) -> SMatrix<f64, M, M> {
+        SMatrix::from_fn(|a, b| k[(self.active[a], self.active[b])])
     }
 
     /// Stored energy and its resultants at s in [0, 1]; None outside the law's domain.
@@ -182,18 +163,10 @@ impl<const M: usize> Material<M> {
                 resultants,
             });
         }
-        let unit = self.units.length * self.units.length / self.units.stiffness;
-        let free = self
-            .law
-            .elastic
-            .free(s * self.units.length, &self.outward(e))
-            .ok()?;
+        let free = self.law.elastic.free(s, &self.all(e)).ok()?;
         Some(Stored {
-            energy: free.energy * unit,
-            resultants: Local::from_fn(|a, _| {
-                let i = self.active[a];
-                free.resultants[i] * unit / self.span(i)
-            }),
+            energy: free.energy,
+            resultants: self.active_of(&free.resultants),
         })
     }
 
@@ -202,12 +175,8 @@ impl<const M: usize> Material<M> {
         if let Some(h) = &self.hoisted {
             return Some(h.stiffness);
         }
-        let free = self
-            .law
-            .elastic
-            .free(s * self.units.length, &self.outward(e))
-            .ok()?;
-        Some(self.stiffness_in(&free.tangent))
+        let free = self.law.elastic.free(s, &self.all(e)).ok()?;
+        Some(self.among(&free.tangent))
     }
 
     /// The rates under an overstress.
@@ -220,27 +189,15 @@ impl<const M: usize> Material<M> {
                 by_strain: SMatrix::zeros(),
             });
         }
-        let unit = self.units.length * self.units.length / self.units.stiffness;
-        let mut local = Vector6::zeros();
+        let mut over = Vector6::zeros();
         for (a, &i) in self.active.iter().enumerate() {
-            local[i] = overstress[a] / unit * self.span(i);
+            over[i] = overstress[a];
         }
-        let rate = self
-            .law
-            .rate
-            .rate(s * self.units.length, &self.outward(e), &local)
-            .ok()?;
-        let time = self.units.time;
+        let found = self.law.rate.rate(s, &self.all(e), &over).ok()?;
         Some(Creep {
-            rate: Local::from_fn(|a, _| {
-                let i = self.active[a];
-                rate.rate[i] * time * self.span(i)
-            }),
-            fluidity: self.fluidity_in(&rate.by_overstress),
-            by_strain: SMatrix::from_fn(|a, b| {
-                let (i, j) = (self.active[a], self.active[b]);
-                rate.by_strain[(i, j)] * time * self.span(i) / self.span(j)
-            }),
+            rate: self.active_of(&found.rate),
+            fluidity: self.among(&found.by_overstress),
+            by_strain: self.among(&found.by_strain),
         })
     }
 }

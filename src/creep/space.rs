@@ -12,12 +12,10 @@ mod turn;
 
 use super::grid::{Element, Grid};
 use super::kinematics::{AtEnd, Kinematics, Local};
+use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::section::Strain;
-use nalgebra::{
-    DMatrix, Isometry3, Matrix3, Quaternion, SMatrix, SVector, Translation3, UnitQuaternion,
-    Vector3, Vector4,
-};
-use turn::{Scratch, Turn, frame, integrate, spin, turn};
+use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
+use turn::{Scratch, integrate, turn};
 
 /// Rods in space.
 ///
@@ -94,8 +92,7 @@ fn free_v(strains: usize) -> std::ops::Range<usize> {
 }
 
 fn pose(position: Vector3<f64>, p: &Turn) -> Isometry3<f64> {
-    let rotation = UnitQuaternion::new_normalize(Quaternion::from_vector(*p));
-    Isometry3::from_parts(Translation3::from(position), rotation)
+    Isometry3::from_parts(Translation3::from(position), unit(p))
 }
 
 /// (A_ij) for all i of a column j: what a value at node j adds to the integrals up to the nodes.
@@ -183,7 +180,7 @@ impl<const M: usize, const D: usize> Space<M, D> {
         let sums = grid.integral_at(&changes, s);
         pose(
             sums.fixed_rows::<3>(0).into_owned(),
-            &(sums.fixed_rows::<4>(3) + Vector4::w()),
+            &(sums.fixed_rows::<4>(3) + identity()),
         )
     }
 
@@ -212,7 +209,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         let u: Vec<Vector3<f64>> = strains.iter().map(curvature).collect();
         let mut p = vec![Vector4::zeros(); n];
         let mut scratch = Scratch::new(n);
-        let (mut at, mut defect) = (Vector4::w(), 0.0_f64);
+        let (mut at, mut defect) = (identity(), 0.0_f64);
         for element in grid.elements() {
             let nodes = element.nodes();
             let (u, p) = (&u[nodes.clone()], &mut p[nodes]);

@@ -4,7 +4,7 @@ use super::chart::{ChartPoint, Integrals, Modulus, amplitude};
 use super::model::P_MAX;
 use crate::error::{Error, Result};
 use crate::manifold::{Sheet, Sign};
-use gauss_quad::GaussLegendre;
+use crate::math::gauss::Rule;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Below this load the end position is integrated instead of taken as a difference of terms of size
@@ -258,10 +258,10 @@ fn slight_tip(p: f64, i: &Integrals) -> (f64, f64) {
     let w = i.s.atan2(i.c);
     let Modulus { kap, kap_c } = Modulus::new(p);
     // 20 nodes: the nearest singularity, |Im t| ~ kap', leaves an error of 2.8^-40.
-    let rule = GaussLegendre::new(20.try_into().expect("20 is not zero"));
+    let rule = Rule::new(20);
     let (mut one_minus_x, mut y, mut length) = (0.0, 0.0, 0.0);
-    for &(node, weight) in rule.as_node_weight_pairs() {
-        let t = 0.5 * w * (1.0 + node);
+    for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
+        let t = w * node;
         let (st, ct) = t.sin_cos();
         let d = kap_c.hypot(kap * st);
         let difference = (w - t).sin() * (w + t).sin();

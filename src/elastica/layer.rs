@@ -10,7 +10,7 @@ use super::equilibrium::Equilibrium;
 use super::model::Elastica;
 use crate::error::{Error, Result};
 use crate::manifold::{EquilibriumManifold, Multivalued, invert_near};
-use gauss_quad::GaussLegendre;
+use crate::math::gauss::Rule;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 type Field = DVector<f64>;
@@ -110,28 +110,10 @@ struct Rod {
 
 impl Rod {
     fn new(held: Vector2<f64>, nodes: usize) -> Self {
-        let rule = GaussLegendre::new(nodes.try_into().expect("nodes is not zero"));
-        let mut pairs: Vec<_> = rule.as_node_weight_pairs().to_vec();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let s = Field::from_fn(nodes, |i, _| 0.5 * (1.0 + pairs[i].0));
-        let weights = Field::from_fn(nodes, |i, _| 0.5 * pairs[i].1);
-        // f = sum_k (2k+1)/2 <f, P_k> P_k and int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
-        let legendre = |x: f64| {
-            let mut values = vec![0.0; nodes + 1];
-            (values[0], values[1]) = (1.0, x);
-            for k in 1..nodes {
-                let n = k as f64;
-                values[k + 1] = ((2.0 * n + 1.0) * x * values[k] - n * values[k - 1]) / (n + 1.0);
-            }
-            values
-        };
-        let table: Vec<_> = pairs.iter().map(|&(x, _)| legendre(x)).collect();
-        let integrate = DMatrix::from_fn(nodes, nodes, |i, j| {
-            let sum: f64 = (1..nodes)
-                .map(|k| (table[i][k + 1] - table[i][k - 1]) * table[j][k])
-                .sum();
-            0.5 * weights[j] * (1.0 + pairs[i].0 + sum)
-        });
+        let rule = Rule::new(nodes);
+        let (integrate, _) = rule.matrices();
+        let s = Field::from_vec(rule.nodes);
+        let weights = Field::from_vec(rule.weights);
         Self {
             outer: DMatrix::from_fn(nodes, nodes, |i, j| integrate[(i, j)] - weights[j]),
             held,

@@ -6,6 +6,7 @@ use super::reduction::ReducedSample;
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::{Kinematics, Local};
 use crate::creep::space::{Curve, Space};
+use crate::math::se3::joined;
 use crate::section::Strain;
 use nalgebra::{Isometry3, Rotation3, Vector3, Vector6};
 
@@ -64,7 +65,7 @@ impl<const M: usize, const D: usize> InSpace for ViscousSample<Space<M, D>, M, D
                     sum + frame * rate.fixed_rows::<3>(0) * *weight
                 })
         };
-        stacked(&spin, &velocity)
+        joined(&spin, &velocity)
     }
 
     fn action(&self) -> Vector6<f64> {
@@ -74,7 +75,7 @@ impl<const M: usize, const D: usize> InSpace for ViscousSample<Space<M, D>, M, D
         } else {
             Vector3::zeros()
         };
-        -stacked(&couple, &force)
+        -joined(&couple, &force)
     }
 
     fn ledger(&self) -> Ledger {
@@ -140,10 +141,6 @@ impl InSpace for ReducedSample {
         let grid = Grid::uniform(points.max(8));
         framed(Space::<6, 6>::new().shape(&grid, &vec![self.strain; grid.len()]))
     }
-}
-
-fn stacked(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 
 /// The sections of a curve, with those at its ends.

@@ -6,9 +6,10 @@
 
 use super::chart::Chart;
 use super::line::{self, Section, Wrench};
-use super::problem::{Problem, halves};
+use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
+use crate::math::se3::halves;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// The force on the end, along the directors there, in units B/L^2.

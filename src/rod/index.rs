@@ -13,9 +13,9 @@
 
 use super::Problem;
 use super::line::Wrench;
-use super::problem::halves;
 use super::variations::{Variations, variations};
 use crate::error::{Error, Result};
+use crate::math::se3::halves;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 

@@ -1,11 +1,12 @@
 //! The rod as an equilibrium manifold (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in dimension 6.
 
 use super::free_end::FreeEndTrial;
-use super::problem::{End, Problem, halves, rotation_vector};
+use super::problem::{End, Problem};
 use super::scaled_law::ScaledLaw;
 use super::{Rod, line};
 use crate::error::Result;
 use crate::manifold::{EquilibriumManifold, ManifoldPoint};
+use crate::math::se3::{halves, joined, rotation_vector};
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
 /// A rod that holds a point: chart q = force on the rod's end along its directors, in units B/L^2; pose = position of the
@@ -111,8 +112,8 @@ impl EquilibriumManifold<6> for Welded {
         );
         let (m, n) = (turn * m * -couple, turn * n * -force);
         Some(ManifoldPoint {
-            pose: stacked(&turned, &place),
-            force: stacked(&m, &n),
+            pose: joined(&turned, &place),
+            force: joined(&m, &n),
             energy: at.energy() * couple,
             jacobian,
             pace: length.powi(3) / (1.0 + q.norm()),
@@ -131,13 +132,9 @@ impl EquilibriumManifold<6> for Welded {
     fn gap(&self, at: &ManifoldPoint<6>, pose: &Vector6<f64>) -> Vector6<f64> {
         let rotation = |pose: &Vector6<f64>| Rotation3::new(halves(pose).0);
         let turn = rotation(pose) * rotation(&at.pose).inverse();
-        stacked(
+        joined(
             &rotation_vector(turn.matrix()),
             &(halves(pose).1 - halves(&at.pose).1),
         )
     }
-}
-
-fn stacked(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }

@@ -28,7 +28,7 @@ pub use planar::Plane;
 pub use problem::{End, Problem};
 
 use crate::error::{Error, Result};
-use crate::section::{SectionLaw, Strain};
+use crate::section::{SectionLaw, Strain, Units, measured};
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
@@ -40,6 +40,8 @@ use std::sync::Arc;
 pub struct Rod {
     length: f64,
     stiffness: f64,
+    /// As it was given, in the user's units.
+    section: Arc<dyn SectionLaw>,
     law: ScaledLaw,
     clamp: Isometry3<f64>,
 }
@@ -94,10 +96,16 @@ impl Rod {
                 "the section is rigid or limp in bending; its flexural compliance must be positive and finite",
             ));
         }
+        let units = Units {
+            length,
+            stiffness,
+            time: 1.0,
+        };
         Ok(Self {
             length,
             stiffness,
-            law: ScaledLaw::new(law, length, stiffness)?,
+            law: ScaledLaw::new(measured(law.clone(), units))?,
+            section: law,
             clamp: Isometry3::identity(),
         })
     }
@@ -116,7 +124,7 @@ impl Rod {
 
     /// The section law.
     pub fn law(&self) -> &Arc<dyn SectionLaw> {
-        self.law.law()
+        &self.section
     }
 
     /// The bending stiffness B that the numerics scale with: 2/(C11 + C22) at the unloaded clamp.

@@ -12,6 +12,7 @@ use super::line::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
+use crate::math::se3::{halves, rotation_vector};
 use nalgebra::{Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6};
 use std::f64::consts::TAU;
 
@@ -69,7 +70,7 @@ impl Plane {
 
     /// The part of a base wrench that lies in the plane, and whether it is all.
     pub(super) fn part(&self, b: &Wrench) -> (Vector3<f64>, bool) {
-        let (m, n) = super::problem::halves(b);
+        let (m, n) = halves(b);
         let f = self.flat(&n);
         let x = Vector3::new(self.normal.dot(&m), f.x, f.y);
         let whole = (self.wrench(&x) - b).norm() <= 1e-9 * (1.0 + b.norm());
@@ -95,7 +96,7 @@ impl Problem {
             }
         }
         if let Some(rotation) = &self.orientation {
-            along.push(super::problem::rotation_vector(rotation));
+            along.push(rotation_vector(rotation));
         }
         let mut normals = Vec::new();
         let compliance = law.flexures();

@@ -4,7 +4,8 @@ use super::line::{self, Wrench};
 use super::path::Path;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+use crate::math::se3::{halves, rotation_vector};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 /// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
 /// (a clamp) or free under a couple (a ball joint, a free end).
@@ -278,20 +279,6 @@ impl Problem {
         let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
         self.rod.outward(&end, b)
     }
-}
-
-/// (m(0), n).
-pub(super) fn halves(b: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        b.fixed_rows::<3>(0).into_owned(),
-        b.fixed_rows::<3>(3).into_owned(),
-    )
-}
-
-/// The rotation vector of a rotation, of length at most pi.
-pub(super) fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
-    // Closed form: an iteration from the identity would stall half a turn away.
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis()
 }
 
 /// d(rotation vector)/d(spin): I - [phi]x/2 + c [phi]x^2.

@@ -1,21 +1,20 @@
-//! Section laws without dimensions: length 1, a bending stiffness 1, seen from either end of the rod.
+//! The section law that a rod integrates: in the units of the rod, seen from either end of it, with an imperfection.
 
 use crate::error::{Error, Result};
 use crate::section::{Compliance, SectionLaw, UniformLinear};
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Pieces end and begin so far beside a break, in parts of the length: a law that jumps has two values there, and which it
 /// gives at the place itself would be chance. What is left out is of the size of rounding.
 const BESIDE: f64 = 4e-15;
 
-/// A section law in dimension-free form, its inverse hoisted if it is linear and uniform.
+/// A section law in the units of the rod, its inverse hoisted if it is linear and uniform.
 #[derive(Debug, Clone)]
 pub(super) struct ScaledLaw {
-    law: std::sync::Arc<dyn SectionLaw>,
+    law: Arc<dyn SectionLaw>,
     hoisted: Option<UniformLinear>,
-    length: f64,
-    stiffness: f64,
     /// Between the places where the law is not smooth: from and to, in [0, 1].
     pieces: Vec<(f64, f64)>,
     /// Flexures and twist added to the law's: the imperfection of a continuation.
@@ -25,12 +24,9 @@ pub(super) struct ScaledLaw {
 }
 
 impl ScaledLaw {
-    pub(super) fn new(
-        law: std::sync::Arc<dyn SectionLaw>,
-        length: f64,
-        stiffness: f64,
-    ) -> Result<Self> {
-        let mut breaks: Vec<f64> = law.breaks().iter().map(|s| s / length).collect();
+    /// `law` is in the units of the rod.
+    pub(super) fn new(law: Arc<dyn SectionLaw>) -> Result<Self> {
+        let mut breaks = law.breaks();
         if breaks.windows(2).any(|pair| !(pair[0] < pair[1])) || breaks.iter().any(|s| s.is_nan()) {
             return Err(Error::domain(format!(
                 "the section law's breaks {breaks:?} (in s/length) are not in growing order"
@@ -40,25 +36,13 @@ impl ScaledLaw {
         let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BESIDE));
         let to = breaks.iter().map(|s| s - BESIDE).chain([1.0]);
         let pieces = from.zip(to).filter(|(from, to)| from < to).collect();
-        let mut scaled = Self {
-            hoisted: None,
+        Ok(Self {
+            hoisted: law.uniform_linear(),
             law,
-            length,
-            stiffness,
             pieces,
             bend: Vector3::zeros(),
             sense: 1.0,
-        };
-        scaled.hoisted = scaled.law.uniform_linear().map(|linear| UniformLinear {
-            rest: scaled.strain_in(&linear.rest),
-            compliance: scaled.compliance_in(&linear.compliance),
-        });
-        Ok(scaled)
-    }
-
-    /// The law in the user's units.
-    pub(super) fn law(&self) -> &std::sync::Arc<dyn SectionLaw> {
-        &self.law
+        })
     }
 
     /// The law with flexures and twist added.
@@ -87,7 +71,7 @@ impl ScaledLaw {
         reversed
     }
 
-    /// The law without dimensions, if it is linear and uniform.
+    /// The law, if it is linear and uniform.
     pub(super) fn uniform(&self) -> Option<&UniformLinear> {
         self.hoisted.as_ref()
     }
@@ -122,25 +106,6 @@ impl ScaledLaw {
         same.then(|| Vector3::new(rest[0], rest[1], 0.0))
     }
 
-    fn strain_in(&self, e: &Vector6<f64>) -> Vector6<f64> {
-        let l = self.length;
-        Vector6::new(l * e[0], l * e[1], l * e[2], e[3], e[4], e[5])
-    }
-
-    fn compliance_in(&self, c: &Compliance) -> Compliance {
-        let (b, l) = (self.stiffness, self.length);
-        // u L = C_uu (B/L) L m; v = C_vv (B/L^2) n.
-        let weight = |i: usize| if i < 3 { 1.0 } else { 1.0 / l };
-        match c {
-            Compliance::Diagonal(c) => {
-                Compliance::Diagonal(Vector6::from_fn(|i, _| b * weight(i).powi(2) * c[i]))
-            }
-            Compliance::Full(c) => Compliance::Full(Matrix6::from_fn(|i, j| {
-                b * weight(i) * weight(j) * c[(i, j)]
-            })),
-        }
-    }
-
     /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
     #[inline]
     pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {
@@ -152,27 +117,16 @@ impl ScaledLaw {
                 compliance: Cow::Borrowed(&linear.compliance),
             });
         }
-        let (b, l) = (self.stiffness, self.length);
-        let (couple, force) = (b / l, b / (l * l));
-        let user = Vector6::new(
-            couple * w[0],
-            couple * w[1],
-            couple * w[2],
-            force * w[3],
-            force * w[4],
-            force * w[5],
-        );
         let s = if self.sense < 0.0 { 1.0 - s } else { s };
-        let inverse = self.law.inverse(s * l, &user)?;
-        let mut strain = self.strain_in(&inverse.strain);
+        let inverse = self.law.inverse(s, w)?;
+        let mut strain = inverse.strain;
         for i in 0..3 {
             strain[i] += self.bend[i];
         }
-        let compliance = self.compliance_in(&inverse.compliance);
         Ok(Response {
             strain: strain * self.sense,
-            energy: inverse.energy / force,
-            compliance: Cow::Owned(compliance.times(self.sense)),
+            energy: inverse.energy,
+            compliance: Cow::Owned(inverse.compliance.times(self.sense)),
         })
     }
 }

@@ -10,7 +10,6 @@ use crate::elastica::Equilibrium;
 use crate::error::{Error, Result};
 use crate::motion::creep::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
 use crate::section::Linear;
-use crate::section::Units;
 use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
 use crate::solve::integrator;
 use nalgebra::{Matrix6, Vector1, Vector2};
@@ -88,7 +87,7 @@ impl ViscousSetup {
         let law = section(1.0, plain.viscosity, plain.power, &plain.relaxation)?;
         Ok(Self {
             body: body(&plain)?,
-            material: Material::new(law, Units::ONE, [BENDING])?,
+            material: Material::new(law, [BENDING])?,
             viscosity: plain.viscosity,
             strain,
             relaxed,

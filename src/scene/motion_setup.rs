@@ -267,12 +267,12 @@ impl MotionSetup {
         T: WithRun,
     {
         let places = Space::<M, D>::places();
-        let material = Material::new(self.section.clone(), self.units(), places)?;
+        let material = Material::new(self.section.measured(self.units()), places)?;
         let local = |field: &SpaceField, x: f64| -> Local<M> {
             // NaN is refused by the run, which says where.
-            field
-                .at(x)
-                .map_or(Local::repeat(f64::NAN), |strain| material.inward(&strain))
+            field.at(x).map_or(Local::repeat(f64::NAN), |strain| {
+                material.active_of(&self.units().strain_in(&strain))
+            })
         };
         let relaxed = self.relaxed.as_ref().map(|field| |x: f64| local(field, x));
         let start = ViscousStart {
@@ -308,8 +308,7 @@ impl MotionSetup {
     /// [`Refusal`]: why it is not; a start that cannot be evaluated.
     pub fn reduction(&self) -> Result<std::result::Result<Reduction, Refusal>> {
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
-            let strain = field.at(x)?;
-            Ok(strain.map_with_location(|i, _, e| if i < 3 { e * self.scales.length } else { e }))
+            Ok(self.units().strain_in(&field.at(x)?))
         };
         let sampled = |field: &SpaceField| -> Result<Vec<Strain>> {
             PROBES.iter().map(|x| scaled(field, *x)).collect()
@@ -381,9 +380,8 @@ impl MotionSetup {
 
     /// The strains at places in [0, 1], in growing order, in the scene's units.
     pub fn strains(&self, at: &impl InSpace, places: &[f64]) -> Vec<Strain> {
-        let length = self.scales.length;
-        let outward = |e: Strain| e.map_with_location(|i, _, e| if i < 3 { e / length } else { e });
-        at.strains_at(places).into_iter().map(outward).collect()
+        let strains = at.strains_at(places);
+        strains.iter().map(|e| self.units().strain_out(e)).collect()
     }
 
     /// A pose of the clamp's frame and the run's units in the world frame and the scene's units.

@@ -10,20 +10,21 @@
 
 mod barrier;
 mod linear;
+mod measured;
 pub(crate) mod newton;
 mod profile;
 pub mod rate;
 mod stored_energy;
-mod units;
 mod varying;
 
 pub use barrier::Barrier;
 pub use linear::Linear;
+pub use measured::Units;
+pub(crate) use measured::measured;
 /// Numbers that carry their derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Shape};
 pub use stored_energy::{Hyperelastic, StoredEnergy};
-pub use units::Units;
 pub use varying::{Along, Varying};
 
 use crate::error::Result;

@@ -10,7 +10,6 @@ use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
 use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
 use snaprod::section::Linear;
-use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::sync::Arc;
 
@@ -154,7 +153,7 @@ fn a_small_planar_motion_remembers_by_the_kernel() {
             relaxed: None,
             velocity: Vector2::zeros(),
         };
-        let material = Material::new(law.clone(), Units::ONE, [0]).unwrap();
+        let material = Material::new(law.clone(), [0]).unwrap();
         let run = ViscousRun::new(Plane, material, &body, &start, options(duration)).unwrap();
         let lateral = |w: DVector<f64>| DVector::from_element(1, w[1] / a);
         wrenches(run).into_iter().map(lateral).collect::<Vec<_>>()
@@ -204,7 +203,7 @@ fn a_small_motion_in_space_remembers_by_the_kernel() {
             relaxed: None,
             velocity: Vector6::from(velocity) * a,
         };
-        let material = Material::new(law.clone(), Units::ONE, [0, 1, 2, 3, 4, 5]).unwrap();
+        let material = Material::new(law.clone(), [0, 1, 2, 3, 4, 5]).unwrap();
         let run = ViscousRun::new(
             Space::<6, 6>::new(),
             material,

@@ -15,7 +15,6 @@ use snaprod::motion::creep::{
 };
 use snaprod::motion::{Run, RunEvent, RunOptions};
 use snaprod::section::Linear;
-use snaprod::section::Units;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::{Factor, Linearised, System};
@@ -54,7 +53,7 @@ fn material(eta: f64, branches: &[(f64, f64)]) -> Material<1> {
             .with_branch(Maxwell::new(modulus, time).unwrap())
             .unwrap();
     }
-    Material::new(law, Units::ONE, [0]).unwrap()
+    Material::new(law, [0]).unwrap()
 }
 
 fn options(duration: f64, tolerance: f64) -> ViscousOptions {

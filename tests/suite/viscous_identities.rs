@@ -12,7 +12,6 @@ use snaprod::motion::creep::{
     Hold, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
     ViscousSystem,
 };
-use snaprod::section::Units;
 use snaprod::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
@@ -164,7 +163,7 @@ fn differentiates<K, B, const M: usize, const D: usize>(
     let system = ViscousSystem {
         rod: Reduced {
             kinematics,
-            material: Material::new(law, Units::ONE, active).expect("a material"),
+            material: Material::new(law, active).expect("a material"),
             grid: grid.clone(),
         },
         body,
@@ -259,7 +258,7 @@ fn viscosity_along_the_rod_cuts_the_grid() {
             Viscosity::along(varying).expect("a viscosity"),
         )),
     );
-    let material = Material::new(law.expect("a section"), Units::ONE, [0]).expect("a material");
+    let material = Material::new(law.expect("a section"), [0]).expect("a material");
     assert_eq!(material.breaks(), [0.3]);
 }
 
@@ -280,7 +279,7 @@ fn keeps<const M: usize>(active: [usize; M], law: Viscoelastic) {
     let options = ViscousOptions::new(RUN)
         .and_then(|o| o.with_tolerance(1e-11))
         .expect("options");
-    let material = Material::new(law, Units::ONE, active).expect("a material");
+    let material = Material::new(law, active).expect("a material");
     let mut run = ViscousRun::new(space, material.clone(), &body, &start, options).expect("a run");
     let h = 1.5e-3;
     let centres = [0.2, 0.55, 1.1];
@@ -396,7 +395,7 @@ fn scene(
         velocity: Vector6::new(spin.x, spin.y, spin.z, v.x, v.y, v.z),
     };
     let options = ViscousOptions::new(2.0).expect("options");
-    let material = Material::new(law.expect("a section"), Units::ONE, all).expect("a material");
+    let material = Material::new(law.expect("a section"), all).expect("a material");
     let mut run =
         ViscousRun::new(Space::<6, 6>::new(), material, &body, &start, options).expect("a run");
     let (samples, outcome) = sampled(&mut run, &[0.3, 1.0, 2.0]);

@@ -12,7 +12,6 @@ use snaprod::creep::space::Space;
 use snaprod::motion::creep::{
     Nodes, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
 };
-use snaprod::section::Units;
 use snaprod::section::rate::{
     FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
@@ -43,7 +42,7 @@ fn flexible(bending: [f64; 2], torsion: f64, viscosity: [f64; 3]) -> Viscoelasti
 /// The planar rod with EI = 1.
 fn planar(eta: f64) -> Material<1> {
     let law = flexible([1.0, 1.0], 1.0, [eta; 3]);
-    Material::new(law, Units::ONE, [0]).expect("a material")
+    Material::new(law, [0]).expect("a material")
 }
 
 fn assert_row(got: &[f64], row: &Value, key: &str, tolerance: f64) {
@@ -194,7 +193,7 @@ fn prony_reference() {
     };
     let table = rows(&data, "rows", 20);
     let times = times(table);
-    let material = Material::new(law, Units::ONE, [0]).expect("a material");
+    let material = Material::new(law, [0]).expect("a material");
     let options = options(times[times.len() - 1], 1e-11);
     let mut run = ViscousRun::new(Plane, material, &body, &start, options).expect("a run");
     let (samples, outcome) = sampled(&mut run, &times);
@@ -242,7 +241,7 @@ fn spatial_references() {
         relaxed: None,
         velocity: support::vector3(free, "velocity"),
     };
-    let material = Material::new(law, Units::ONE, [0, 1, 2]).expect("a material");
+    let material = Material::new(law, [0, 1, 2]).expect("a material");
     let mut run = ViscousRun::new(
         Space::<3, 3>::new(),
         material,
@@ -290,7 +289,7 @@ fn spatial_references() {
         relaxed: None,
         velocity: Vector6::new(omega.x, omega.y, omega.z, v.x, v.y, v.z),
     };
-    let material = Material::new(law, Units::ONE, [0, 1, 2, 3, 4, 5]).expect("a material");
+    let material = Material::new(law, [0, 1, 2, 3, 4, 5]).expect("a material");
     let mut run = ViscousRun::new(
         Space::<6, 6>::new(),
         material,
@@ -356,7 +355,7 @@ fn the_plane_inside_space() {
         velocity: lifted(&v),
     };
     let law = flexible([2.0, 1.0], 0.7, [0.3, 0.1, 0.2]);
-    let material = Material::new(law, Units::ONE, [0, 1, 2]).expect("a material");
+    let material = Material::new(law, [0, 1, 2]).expect("a material");
     let mut run = ViscousRun::new(
         Space::<3, 3>::new(),
         material,
@@ -402,7 +401,7 @@ fn the_plane_inside_space() {
             relaxed: None,
             velocity: lifted(&v),
         };
-        let material = Material::new(law.expect("a section"), Units::ONE, [0, 1, 2, 3, 4, 5]);
+        let material = Material::new(law.expect("a section"), [0, 1, 2, 3, 4, 5]);
         let mut run = ViscousRun::new(
             Space::<6, 3>::new(),
             material.expect("a material"),
@@ -466,7 +465,7 @@ fn thrown<const M: usize>(
         relaxed: None,
         velocity,
     };
-    let material = Material::new(law, Units::ONE, active).expect("a material");
+    let material = Material::new(law, active).expect("a material");
     let space = Space::<M, 6>::new();
     let options = options(1.0, tolerance);
     let mut run = ViscousRun::new(space, material, &body, &start, options).expect("a run");
@@ -653,7 +652,7 @@ fn straight_starts() {
 
     // In space the same.
     let law = flexible([1.3, 1.0], 0.7, [0.1; 3]);
-    let material = Material::new(law, Units::ONE, [0, 1, 2]).expect("a material");
+    let material = Material::new(law, [0, 1, 2]).expect("a material");
     let body = Body::<3>::new(1.0).expect("a body");
     let start = ViscousStart {
         strain: &|_| Vector3::zeros(),

@@ -5,10 +5,8 @@
 //! as the polynomials resolve the rotation, and at the end of the element twice as good.
 
 use crate::creep::grid::{Element, Grid};
-use nalgebra::{DMatrix, Matrix3, Quaternion, SVector, Vector3, Vector4};
-
-/// A quaternion as the vector (i, j, k, w).
-pub(super) type Turn = Vector4<f64>;
+use crate::math::se3::{Turn, conjugate, exponential, product, spin};
+use nalgebra::{DMatrix, SVector, Vector3};
 
 /// A defect that says nothing more than: too few nodes.
 const COARSE: f64 = 0.5;
@@ -16,65 +14,6 @@ const COARSE: f64 = 0.5;
 /// Corrections after which the iteration is given up: two or three will do, five on nodes that barely resolve p, fifteen
 /// where they do not at all.
 const CORRECTIONS: usize = 40;
-
-/// p o u/2.
-pub(super) fn spin(p: &Turn, u: &Vector3<f64>) -> Turn {
-    Vector4::new(
-        0.5 * (p.w * u.x + p.y * u.z - p.z * u.y),
-        0.5 * (p.w * u.y + p.z * u.x - p.x * u.z),
-        0.5 * (p.w * u.z + p.x * u.y - p.y * u.x),
-        -0.5 * (p.x * u.x + p.y * u.y + p.z * u.z),
-    )
-}
-
-fn product(a: &Turn, b: &Turn) -> Turn {
-    (Quaternion::from_vector(*a) * Quaternion::from_vector(*b)).coords
-}
-
-fn conjugate(p: &Turn) -> Turn {
-    Vector4::new(-p.x, -p.y, -p.z, p.w)
-}
-
-/// R of p, orthonormal to rounding whatever |p|.
-pub(super) fn frame(p: &Turn) -> Matrix3<f64> {
-    let q = p * (2.0 / p.norm_squared());
-    let (xx, yy, zz) = (q.x * p.x, q.y * p.y, q.z * p.z);
-    let (xy, yz, zx) = (q.x * p.y, q.y * p.z, q.z * p.x);
-    let (wx, wy, wz) = (q.w * p.x, q.w * p.y, q.w * p.z);
-    Matrix3::new(
-        1.0 - (yy + zz),
-        xy - wz,
-        zx + wy,
-        xy + wz,
-        1.0 - (zz + xx),
-        yz - wx,
-        zx - wy,
-        yz + wx,
-        1.0 - (xx + yy),
-    )
-}
-
-/// The quaternion of the rotation vector `angle`.
-fn exponential(angle: &Vector3<f64>) -> Turn {
-    let square = 0.25 * angle.norm_squared();
-    let (ratio, cos) = if square < 0.06 {
-        // The next terms are below 1e-15.
-        let series = |a: f64, b: f64, c: f64, d: f64, e: f64| {
-            1.0 - square / a
-                * (1.0 - square / b * (1.0 - square / c * (1.0 - square / d * (1.0 - square / e))))
-        };
-        (
-            series(6.0, 20.0, 42.0, 72.0, 110.0),
-            series(2.0, 12.0, 30.0, 56.0, 90.0),
-        )
-    } else {
-        let half = square.sqrt();
-        let (sin, cos) = half.sin_cos();
-        (sin / half, cos)
-    };
-    let v = angle * (0.5 * ratio);
-    Vector4::new(v.x, v.y, v.z, cos)
-}
 
 /// out_i = sum_j a_ij f_j, four rows at a time.
 pub(super) fn integrate<const K: usize>(

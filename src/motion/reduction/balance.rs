@@ -3,6 +3,7 @@
 use super::{Carried, Reduction};
 use crate::body::{EndBody, EndMotion, Support};
 use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined, turned};
 use crate::section::rate::Viscoelastic;
 use crate::section::{Resultant, Strain};
 use nalgebra::{
@@ -269,24 +270,15 @@ impl Carried {
 }
 
 fn upper(v: &Vector6<f64>) -> Vector3<f64> {
-    v.fixed_rows::<3>(0).into_owned()
+    halves(v).0
 }
 
 fn lower(v: &Vector6<f64>) -> Vector3<f64> {
-    v.fixed_rows::<3>(3).into_owned()
-}
-
-fn joined(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+    halves(v).1
 }
 
 fn beneath(b: &Vector3<f64>) -> Vector6<f64> {
     joined(&Vector3::zeros(), b)
-}
-
-/// Both halves turned.
-pub(super) fn turned(turn: &UnitQuaternion<f64>, v: &Vector6<f64>) -> Vector6<f64> {
-    joined(&(turn * upper(v)), &(turn * lower(v)))
 }
 
 impl Reduction {

@@ -1,8 +1,9 @@
 //! The motion of the body in an exact reduction.
 
-use super::balance::{Balance, State, turned};
+use super::balance::{Balance, State};
 use super::{HELD, Reduction};
 use crate::error::{Error, Result};
+use crate::math::se3::turned;
 use crate::motion::Ledger;
 use crate::section::{Resultant, Strain};
 use crate::solve::integrator::{Integrator, Method, Work};

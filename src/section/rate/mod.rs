@@ -20,7 +20,6 @@ mod dissipative;
 mod free;
 mod friction;
 mod kelvin_voigt;
-mod measured;
 mod small;
 mod viscoelastic;
 mod viscosity;

@@ -1,35 +1,49 @@
-//! A viscoelastic section in other units.
+//! Section laws in the units of the rod: the one place where a law's numbers change their units.
 
-use super::{Maxwell, Rate, RateLaw, Viscoelastic};
+use super::rate::{Maxwell, Rate, RateLaw, Viscoelastic};
+use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::Result;
-use crate::section::{
-    Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear, Units,
-};
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
+/// The units in which a rod is made dimensionless: lengths are measured by `length`, times by `time`, forces by
+/// stiffness/length^2 and couples by stiffness/length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    /// Length of the rod.
+    pub length: f64,
+    /// A bending stiffness.
+    pub stiffness: f64,
+    /// A time; elastic laws do not use it.
+    pub time: f64,
+}
+
+/// The same law measured by `units`. A law that is in these units already is handed back as it is.
+pub(crate) fn measured(law: Arc<dyn SectionLaw>, units: Units) -> Arc<dyn SectionLaw> {
+    match units.length == 1.0 && units.stiffness == 1.0 {
+        true => law,
+        false => Arc::new(Measured { law, units }),
+    }
+}
+
 impl Viscoelastic {
-    /// The same section measured by `units`: lengths in units of their length L, resultants in those of stiffness/L and
-    /// stiffness/L^2, times in that of their time.
+    /// The same section measured by `units`. A section that is in these units already is handed back as it is.
     #[must_use]
     pub fn measured(&self, units: Units) -> Self {
+        if units == Units::ONE {
+            return self.clone();
+        }
+        let branch = |branch: &Maxwell| Maxwell {
+            modulus: units.stiffness_in(&branch.modulus),
+            time: branch.time / units.time,
+        };
         Self {
-            elastic: Arc::new(Measured {
-                law: self.elastic.clone(),
-                units,
-            }),
+            elastic: measured(self.elastic.clone(), units),
             rate: Arc::new(Measured {
                 law: self.rate.clone(),
                 units,
             }),
-            branches: self
-                .branches
-                .iter()
-                .map(|branch| Maxwell {
-                    modulus: units.stiffness_in(&branch.modulus),
-                    time: branch.time / units.time,
-                })
-                .collect(),
+            branches: self.branches.iter().map(branch).collect(),
         }
     }
 }
@@ -41,8 +55,15 @@ struct Measured<T: ?Sized> {
     units: Units,
 }
 
-/// "in": from the law's own units; "out": to them.
+/// "in": from the law's own units to those of the rod; "out": back to the law's own.
 impl Units {
+    /// Everything is 1: the law is in the units of the rod already.
+    pub const ONE: Self = Self {
+        length: 1.0,
+        stiffness: 1.0,
+        time: 1.0,
+    };
+
     /// Length of a strain's unit: L for u, 1 for v.
     fn span(&self, i: usize) -> f64 {
         if i < 3 { self.length } else { 1.0 }
@@ -53,11 +74,13 @@ impl Units {
         self.stiffness / (self.length * self.length)
     }
 
-    fn strain_in(&self, e: &Strain) -> Strain {
+    /// Strains in units of the rod: flexures and twist times its length.
+    pub fn strain_in(&self, e: &Strain) -> Strain {
         e.map_with_location(|i, _, e| e * self.span(i))
     }
 
-    fn strain_out(&self, e: &Strain) -> Strain {
+    /// Strains in the law's own units.
+    pub fn strain_out(&self, e: &Strain) -> Strain {
         e.map_with_location(|i, _, e| e / self.span(i))
     }
 

@@ -1,0 +1,62 @@
+//! Gauss-Legendre rules and what spectral methods form at their nodes.
+
+use gauss_quad::GaussLegendre;
+use nalgebra::DMatrix;
+
+/// A Gauss-Legendre rule on [0, 1]: exact for polynomials of degree 2 n - 1, to rounding.
+#[derive(Debug, Clone)]
+pub struct Rule {
+    /// The nodes, in growing order in (0, 1).
+    pub nodes: Vec<f64>,
+    /// Their weights, which add up to 1.
+    pub weights: Vec<f64>,
+    /// The nodes on [-1, 1], on which Legendre polynomials live.
+    centred: Vec<f64>,
+}
+
+impl Rule {
+    /// The rule of `count` >= 1 nodes.
+    pub fn new(count: usize) -> Self {
+        let rule = GaussLegendre::new(count.max(1).try_into().expect("not zero"));
+        let mut pairs: Vec<_> = rule.as_node_weight_pairs().to_vec();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self {
+            nodes: pairs.iter().map(|(x, _)| 0.5 * (1.0 + x)).collect(),
+            weights: pairs.iter().map(|(_, weight)| 0.5 * weight).collect(),
+            centred: pairs.into_iter().map(|(x, _)| x).collect(),
+        }
+    }
+
+    /// (integrate, modes): with f the values of a function at the nodes, (integrate f)_i is its integral from 0 to node i,
+    /// and (modes f)_k its coefficient of the Legendre polynomial P_k, both exact for polynomials of degree n - 1.
+    pub fn matrices(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        let count = self.nodes.len();
+        let table: Vec<Vec<f64>> = (self.centred.iter())
+            .map(|x| legendre(*x, count + 1))
+            .collect();
+        // f = sum_k (2k+1)/2 <f, P_k> P_k and int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
+        let integrate = DMatrix::from_fn(count, count, |i, j| {
+            let sum: f64 = (1..count)
+                .map(|k| (table[i][k + 1] - table[i][k - 1]) * table[j][k])
+                .sum();
+            0.5 * self.weights[j] * (1.0 + self.centred[i] + sum)
+        });
+        let modes = DMatrix::from_fn(count, count, |k, j| {
+            (2 * k + 1) as f64 * self.weights[j] * table[j][k]
+        });
+        (integrate, modes)
+    }
+}
+
+/// P_0(x) .. P_{count-1}(x), the Legendre polynomials, by their recurrence.
+pub fn legendre(x: f64, count: usize) -> Vec<f64> {
+    let mut values = vec![1.0; count];
+    if count > 1 {
+        values[1] = x;
+    }
+    for k in 1..count.saturating_sub(1) {
+        let n = k as f64;
+        values[k + 1] = ((2.0 * n + 1.0) * x * values[k] - n * values[k - 1]) / (n + 1.0);
+    }
+    values
+}
