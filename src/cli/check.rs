@@ -8,10 +8,7 @@ use serde_json::json;
 use snaprod::body::EndBody;
 use snaprod::creep::space::Space;
 use snaprod::motion::creep::ViscousRun;
-use snaprod::scene::{
-    AnyScene, Faults, MotionSetup, ReadError, Scene, Setup, SpatialMotion, Statics, ViscousSetup,
-    WithRun, read_any,
-};
+use snaprod::scene::{Faults, MotionSetup, ReadError, Scene, Setup, ViscousSetup, WithRun};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -28,7 +25,7 @@ pub enum Runnable {
     /// Planar.
     Planar(Box<Scene>),
     /// In space.
-    Spatial(Box<SpatialMotion>),
+    Spatial(Box<Scene>),
 }
 
 /// The scene that a command takes.
@@ -41,8 +38,8 @@ pub struct SceneArgs {
 
 impl SceneArgs {
     /// The scene, or everything that is wrong with it.
-    pub fn read(&self) -> Result<AnyScene, ReadError> {
-        read_any(&self.path)
+    pub fn read(&self) -> Result<Scene, ReadError> {
+        Scene::read(&self.path)
     }
 
     /// Where to write without --out: out/<name of the scene>.
@@ -52,22 +49,20 @@ impl SceneArgs {
 }
 
 /// Reads a scene of motion, or says everything that is wrong with it.
-pub fn read(scene: &SceneArgs) -> Result<Runnable, Refusal> {
-    let path = &scene.path;
-    match scene.read().map_err(refuse)? {
-        AnyScene::Dynamics(scene) => Ok(Runnable::Planar(scene)),
-        AnyScene::SpatialMotion(scene) => Ok(Runnable::Spatial(scene)),
-        // Which says what can be done with it.
-        AnyScene::Statics(_) => match Scene::read(path) {
-            Ok(scene) => Ok(Runnable::Planar(Box::new(scene))),
-            Err(e) => Err(refuse(e)),
-        },
-    }
+pub fn read(given: &SceneArgs) -> Result<Runnable, Refusal> {
+    let scene = Box::new(given.read().map_err(refuse)?);
+    scene.run().map_err(|e| no_start(&given.path, &e))?;
+    Ok(match scene.is_planar() {
+        true => Runnable::Planar(scene),
+        false => Runnable::Spatial(scene),
+    })
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
-pub fn read_statics(scene: &SceneArgs) -> Result<Statics, Refusal> {
-    Statics::read(&scene.path).map_err(refuse)
+pub fn read_statics(given: &SceneArgs) -> Result<Scene, Refusal> {
+    let scene = given.read().map_err(refuse)?;
+    scene.end().map_err(|e| no_start(&given.path, &e))?;
+    Ok(scene)
 }
 
 pub fn refuse(e: ReadError) -> Refusal {
@@ -124,16 +119,14 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
 }
 
 /// What only setting up can find.
-fn start(scene: &AnyScene) -> snaprod::Result<()> {
-    match scene {
-        AnyScene::Dynamics(scene) if scene.rod.damping.is_some() => {
-            ViscousSetup::new(scene).and_then(|setup| setup.run().map(drop))
-        }
-        AnyScene::Dynamics(scene) => Setup::new(scene).and_then(|setup| setup.run().map(drop)),
-        AnyScene::Statics(scene) => scene.problem().map(drop),
-        AnyScene::SpatialMotion(scene) => {
-            MotionSetup::new(scene).and_then(|setup| setup.with_run(Begun))
-        }
+fn start(scene: &Scene) -> snaprod::Result<()> {
+    if !scene.is_motion() {
+        return scene.problem().map(drop);
+    }
+    match (scene.is_planar(), scene.rod.damping.is_some()) {
+        (true, true) => ViscousSetup::new(scene)?.run().map(drop),
+        (true, false) => Setup::new(scene)?.run().map(drop),
+        (false, _) => MotionSetup::new(scene)?.with_run(Begun),
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Value, json};
 use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
 use snaprod::rod::{Equilibrium, Path, Problem, RodSection};
-use snaprod::scene::{Statics, Units};
+use snaprod::scene::{Scene, Units};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -205,7 +205,7 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
 }
 
 /// The units of figures.
-pub fn units(scene: &Statics) -> RodUnits {
+pub fn units(scene: &Scene) -> RodUnits {
     match scene.units {
         Units::Si => RodUnits::si(),
         // Any consistent system: no symbol is right but those of the scene's own numbers.
@@ -217,7 +217,7 @@ pub fn units(scene: &Statics) -> RodUnits {
     }
 }
 
-fn figure(scene: &Statics, found: &Equilibrium, sections: &[RodSection]) -> RodState {
+fn figure(scene: &Scene, found: &Equilibrium, sections: &[RodSection]) -> RodState {
     let along = |pick: fn(&RodSection) -> Vector3<f64>| -> Vec<[f64; 3]> {
         sections.iter().map(|s| list(&pick(s))).collect()
     };

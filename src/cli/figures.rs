@@ -31,9 +31,10 @@ pub fn write(out: &Output, scene: &Scene, setup: &Setup, branches: &[Branch]) {
 
 /// Labels of a planar scene's quantities.
 pub fn labels(scene: &Scene) -> plot::Units {
-    let rod = &scene.rod;
-    let natural = rod.length == 1.0 && rod.bending_stiffness == 1.0 && scene.body.mass == 1.0;
-    labels_of(scene.units, rod.length, natural)
+    let natural = scene
+        .scales()
+        .is_ok_and(|k| [k.length, k.stiffness(), k.mass] == [1.0; 3]);
+    labels_of(scene.units, scene.rod.length, natural)
 }
 
 /// Labels for a rod of this length. Of dimensionless quantities only those of a rod of unit length, stiffness and mass

@@ -86,7 +86,7 @@ impl Recorder {
         Ok(Self {
             table,
             scales,
-            progress: Progress::new(args, scene.run.duration, scales.time),
+            progress: Progress::new(args, scene.run()?.duration, scales.time),
             total,
             snaps: Vec::new(),
             track: Vec::new(),

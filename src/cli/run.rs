@@ -129,11 +129,11 @@ impl Tree {
             let id = tree.branches.len();
             let first = run.now();
             let mut recorder = Recorder::new(args, scene, setup.scales, out, id, total)?;
-            let outcome = drive(&mut run, scene.run.samples, &mut recorder)?;
+            let outcome = drive(&mut run, scene.run()?.samples, &mut recorder)?;
             if let Outcome::Branched(snaps) = &outcome {
                 for snap in snaps {
                     // The bound counts whole runs: a fork replaces one by several.
-                    if tree.branches.len() + waiting.len() + 1 < scene.run.branches {
+                    if tree.branches.len() + waiting.len() + 1 < scene.run()?.branches {
                         waiting.push_back((Some(id), Some(*snap), run.branch(snap)?));
                     } else {
                         tree.cut += 1;
@@ -159,7 +159,8 @@ impl Tree {
         if self.cut > 0 {
             return Some(format!(
                 "{} branches were not followed: the bound branches = {} was reached; raise it in [run]",
-                self.cut, scene.run.branches
+                self.cut,
+                scene.run().map_or(0, |run| run.branches)
             ));
         }
         self.branches
@@ -344,11 +345,11 @@ fn why_short(branch: &Branch, scene: &Scene, setup: &Setup) -> String {
     let why = match &branch.outcome {
         Outcome::StepLimit => format!(
             "the bound max_steps = {} was reached; raise it in [run]",
-            scene.run.max_steps
+            setup.options.max_steps
         ),
         Outcome::SnapLimit => format!(
             "the bound max_snaps = {} was reached; raise it in [run]",
-            scene.run.max_snaps
+            setup.options.max_snaps
         ),
         // The library's text has its own units, and says when and where by itself.
         Outcome::Stuck(why) if k.length == 1.0 && k.time == 1.0 => return why.clone(),

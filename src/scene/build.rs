@@ -1,12 +1,13 @@
 //! From a scene to what the library runs: body, start and options, in units of the rod.
 
-use super::{Dimensionless, Landing, Place, Scales, Scene, Sheet, SheetName};
+use super::{Dimensionless, Force, Landing, Place, Scales, Scene, Sheet, SheetName};
 use crate::body::{Body, TimeLoad};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::motion::{LandingRule, Run, RunOptions};
-use nalgebra::Vector2;
+use nalgebra::{SVector, Vector2};
+use std::f64::consts::TAU;
 
 /// A scene made ready to run: length, stiffness and mass are 1.
 #[derive(Debug, Clone)]
@@ -41,23 +42,23 @@ impl Setup {
                 "rod.damping: a viscoelastic rod has strains of its own, and no elastic run; leave it out",
             ));
         }
-        let plain = scene.dimensionless();
+        let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = RunOptions::new(plain.duration)?
-            .with_tolerance(scene.run.tolerance)?
-            .with_landing(match scene.run.landing {
+            .with_tolerance(run.tolerance)?
+            .with_landing(match run.landing {
                 Landing::Viscous => LandingRule::Viscous,
                 Landing::Lowest => LandingRule::Lowest,
                 Landing::All => LandingRule::All,
                 Landing::Named(sheet) => LandingRule::Named(sheet),
             });
-        options.max_steps = scene.run.max_steps as u64;
-        options.max_snaps = scene.run.max_snaps as u64;
+        options.max_steps = run.max_steps as u64;
+        options.max_snaps = run.max_snaps as u64;
         Ok(Self {
             body: body(&plain)?,
-            start: start(scene, &plain.place)?,
-            velocity: plain.velocity.into(),
+            start: start(scene, &plain.start.place)?,
+            velocity: in_plane(plain.start.velocity),
             options,
-            scales: Scales::of(scene),
+            scales: scene.scales()?,
         })
     }
 
@@ -73,18 +74,30 @@ impl Setup {
 
 /// The mass and its loads.
 pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
-    let mut body = Body::new(1.0)?
-        .with_gravity(plain.gravity.into())?
-        .with_dead_force(plain.dead.into())?
-        .with_drag(plain.drag)?;
-    for force in &plain.forces {
-        body = body.with_force(TimeLoad::sine(
-            Vector2::from(force.direction) * force.amplitude,
-            force.angular_frequency,
-            force.phase,
-        )?);
-    }
-    Ok(body)
+    let loads = &plain.loads;
+    let body = Body::new(1.0)?
+        .with_gravity(in_plane(loads.gravity))?
+        .with_dead_force(in_plane(loads.dead))?
+        .with_drag(loads.drag)?;
+    let forces = in_time(&loads.force, in_plane)?;
+    Ok(forces.into_iter().fold(body, Body::with_force))
+}
+
+/// A vector of the plane.
+pub(super) fn in_plane([x, y, _]: [f64; 3]) -> Vector2<f64> {
+    Vector2::new(x, y)
+}
+
+/// Forces in time, their directions led by `inward` into the frame of the run.
+pub(super) fn in_time<const N: usize>(
+    forces: &[Force],
+    inward: impl Fn([f64; 3]) -> SVector<f64, N>,
+) -> Result<Vec<TimeLoad<N>>> {
+    let one = |force: &Force| {
+        let amplitude = inward(force.direction) * force.amplitude;
+        TimeLoad::sine(amplitude, TAU * force.frequency, force.phase)
+    };
+    forces.iter().map(one).collect()
 }
 
 /// The equilibrium at the start.
@@ -92,8 +105,11 @@ pub(super) fn start(scene: &Scene, place: &Place) -> Result<Equilibrium> {
     match place {
         Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa),
         Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p),
-        Place::Position { position, sheet } => at_position(scene, *position, sheet),
-        Place::Curvature { .. } => Err(Error::domain(
+        Place::Position {
+            position: [x, y, _],
+            sheet,
+        } => at_position(scene, [*x, *y], sheet),
+        _ => Err(Error::domain(
             "curvature is the start of a rod with damping; an elastic rod starts from an equilibrium",
         )),
     }
@@ -192,17 +208,21 @@ fn at_position(scene: &Scene, position: [f64; 2], sheet: &Sheet) -> Result<Equil
 
 /// The position as the scene has it.
 fn asked(scene: &Scene) -> String {
-    let Place::Position { position, .. } = &scene.start.place else {
+    let Place::Position {
+        position: [x, y, _],
+        ..
+    } = &scene.start.place
+    else {
         return String::new();
     };
     let unit = scene.units.length();
     let space = if unit.is_empty() { "" } else { " " };
-    format!("position = {position:?}{space}{unit}")
+    format!("position = [{x:?}, {y:?}]{space}{unit}")
 }
 
 /// One line that names equilibria, their energies in the scene's units.
 fn list(scene: &Scene, found: &[Candidate]) -> String {
-    let scale = Scales::of(scene).energy;
+    let scale = scene.scales().map_or(f64::NAN, |scales| scales.energy);
     let unit = scene.units.energy();
     let space = if unit.is_empty() { "" } else { " " };
     let one = |c: &Candidate| {

@@ -1,6 +1,7 @@
-//! From a scene of motion in space to its viscoelastic section.
+//! From a scene to its viscoelastic section.
 
-use super::{FrictionLaw, SpatialMaxwell, SpatialMotion, StrainMatrix};
+use super::build_viscous::{ELASTIC, planar_section};
+use super::{Damping, FrictionLaw, Maxwell as SceneMaxwell, Scene, Section, StrainMatrix};
 use crate::error::{Error, Result};
 use crate::section::SectionLaw;
 use crate::section::rate::{
@@ -9,17 +10,25 @@ use crate::section::rate::{
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
-impl SpatialMotion {
-    /// The section of the rod, in the scene's units: stored energy, friction, Maxwell branches.
+impl Scene {
+    /// The section of the rod, in the scene's units: stored energy, friction, Maxwell branches. In the plane only
+    /// u1, bending, is meant.
     ///
     /// # Errors
-    /// As [`SpatialMotion::cosserat_rod`]; matrices that are not positive definite in the strains that the section does
+    /// A scene without damping; as [`Scene::cosserat_rod`]; matrices that are not positive definite in the strains that the section does
     /// not hold rigid; Maxwell branches in proportion to a section that varies along the rod.
     pub fn viscoelastic(&self) -> Result<Viscoelastic> {
+        let Some(damping) = &self.rod.damping else {
+            return Err(Error::domain(format!(
+                "{ELASTIC} no section that creeps or remembers; write damping > 0"
+            )));
+        };
+        if let Section::Bending(bending) = self.rod.section {
+            return planar_section(&self.rod, bending, damping);
+        }
         let rod = self.cosserat_rod()?;
         let elastic = rod.law().clone();
-        let rate = self
-            .rate_law(&elastic, rod.reference_stiffness())
+        let rate = rate_law(damping, &elastic, rod.reference_stiffness())
             .map_err(|e| e.context("rod.damping"))?;
         let mut law = Viscoelastic::new(elastic, rate)?;
         for (i, branch) in self.rod.relaxation.iter().enumerate() {
@@ -30,35 +39,36 @@ impl SpatialMotion {
         }
         Ok(law)
     }
+}
 
-    fn rate_law(&self, elastic: &Arc<dyn SectionLaw>, bending: f64) -> Result<Arc<dyn RateLaw>> {
-        let damping = &self.rod.damping;
-        let viscosity = match (&damping.viscosity, damping.viscosity.rows()) {
-            (StrainMatrix::Proportional(time), _) => {
-                Viscosity::proportional(elastic.clone(), *time)?
-            }
-            (_, Some(rows)) => full(&rows, elastic.rigid())?,
-            (_, None) => return Err(Error::domain("a viscosity must have rows")),
-        };
-        Ok(match damping.law {
-            FrictionLaw::Linear => Arc::new(KelvinVoigt::new(viscosity)),
-            FrictionLaw::Power(power) => {
-                let StrainMatrix::Proportional(time) = damping.viscosity else {
-                    return Err(Error::domain(
-                        "a power of the rate needs a viscosity in proportion to the section: write `proportional = 0.05`",
-                    ));
-                };
-                // e_t.H e_t/onset = e_t.K e_t/(B rate^2) with H = time K.
-                let onset = time * bending * power.rate * power.rate;
-                Arc::new(Carreau::new(viscosity, onset, power.exponent)?)
-            }
-            FrictionLaw::Barrier(barrier) => Arc::new(FrictionBarrier::new(
-                viscosity,
-                barrier.half_widths,
-                barrier.strength,
-            )?),
-        })
-    }
+fn rate_law(
+    damping: &Damping,
+    elastic: &Arc<dyn SectionLaw>,
+    bending: f64,
+) -> Result<Arc<dyn RateLaw>> {
+    let viscosity = match (&damping.viscosity, damping.viscosity.rows()) {
+        (StrainMatrix::Proportional(time), _) => Viscosity::proportional(elastic.clone(), *time)?,
+        (_, Some(rows)) => full(&rows, elastic.rigid())?,
+        (_, None) => return Err(Error::domain("a viscosity must have rows")),
+    };
+    Ok(match damping.law {
+        FrictionLaw::Linear => Arc::new(KelvinVoigt::new(viscosity)),
+        FrictionLaw::Power(power) => {
+            let StrainMatrix::Proportional(time) = damping.viscosity else {
+                return Err(Error::domain(
+                    "a power of the rate needs a viscosity in proportion to the section: write `proportional = 0.05`",
+                ));
+            };
+            // e_t.H e_t/onset = e_t.K e_t/(B rate^2) with H = time K.
+            let onset = time * bending * power.rate * power.rate;
+            Arc::new(Carreau::new(viscosity, onset, power.exponent)?)
+        }
+        FrictionLaw::Barrier(barrier) => Arc::new(FrictionBarrier::new(
+            viscosity,
+            barrier.half_widths,
+            barrier.strength,
+        )?),
+    })
 }
 
 /// A viscosity matrix; rows and columns of strains that are rigid have no effect.
@@ -71,7 +81,7 @@ fn full(rows: &[[f64; 6]; 6], rigid: [bool; 3]) -> Result<Viscosity> {
     Viscosity::full(matrix)?.held(rigid)
 }
 
-fn maxwell(law: &Viscoelastic, branch: &SpatialMaxwell) -> Result<Maxwell> {
+fn maxwell(law: &Viscoelastic, branch: &SceneMaxwell) -> Result<Maxwell> {
     match (&branch.stiffness, branch.stiffness.rows()) {
         (_, Some(rows)) => Maxwell::new(without(&rows, law.elastic.rigid()), branch.time),
         (StrainMatrix::Proportional(0.0), _) => Maxwell::new(Matrix6::zeros(), branch.time),

@@ -1,27 +1,28 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use super::{
-    Along, Barrier, BarrierTerm, Clamp, Component, CosseratRod, Diagonal, Full, Orientation,
-    Section, Shape, Shaped, SpatialMotion, Statics, Stiffness, Transverse,
+    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Rod as SceneRod, Scene,
+    Section, Shape, Shaped, Stiffness, Transverse,
 };
 use crate::error::{Error, Result};
 use crate::rod::{End, Problem, Rod, Wrench};
 use crate::section::{self, Linear, Material, Profile, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
 
-impl Statics {
+impl Scene {
     /// The problem of the scene, in the scene's units.
     ///
     /// # Errors
-    /// A law that is not convex, an end out of reach; what [`Statics::parse`] cannot see from the numbers alone.
+    /// A scene of motion; a law that is not convex, an end out of reach; what [`Scene::parse`] cannot see from the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
-        let rod = self.rod.build(&self.clamp)?;
+        let held = self.end()?;
+        let rod = self.cosserat_rod()?;
         let end = End {
-            position: self.end.position.map(Component::held),
-            orientation: self.end.orientation.as_ref().map(rotation),
-            force: self.end.applied_force().into(),
-            couple: self.end.applied_couple().into(),
-            follower: self.end.follower,
+            position: held.position.map(Component::held),
+            orientation: held.orientation.as_ref().map(rotation),
+            force: held.applied_force().into(),
+            couple: held.applied_couple().into(),
+            follower: held.follower,
         };
         // Equilibria are solved a digit better than asked for.
         Ok(Problem::new(rod, end, 0.1 * self.solve.tolerance)?.with_path(self.solve.path))
@@ -31,31 +32,26 @@ impl Statics {
     pub fn guess(&self) -> Option<Wrench> {
         self.start.wrench.map(Vector6::from)
     }
-}
 
-impl SpatialMotion {
     /// The rod of the scene, in the scene's units.
     ///
     /// # Errors
-    /// What [`SpatialMotion::parse`] cannot see from the numbers alone: flexure or twist held rigid, a law that has no
+    /// A planar scene; what [`Scene::parse`] cannot see from the numbers alone: flexure or twist held rigid, a law that has no
     /// unloaded state.
     pub fn cosserat_rod(&self) -> Result<Rod> {
-        self.rod.elastic.build(&self.clamp)
+        let position = self.clamp.position.into();
+        let rod = self.rod.unclamped()?;
+        Ok(rod.with_clamp(position, rotation(&self.clamp.orientation)))
     }
 }
 
-impl CosseratRod {
-    /// The rod, in the scene's units.
-    pub(super) fn build(&self, clamp: &Clamp) -> Result<Rod> {
-        let position = clamp.position.into();
-        Ok(self
-            .unclamped()?
-            .with_clamp(position, rotation(&clamp.orientation)))
-    }
-
+impl SceneRod {
     fn unclamped(&self) -> Result<Rod> {
         let length = self.length;
         match &self.section {
+            Section::Bending(_) => Err(Error::domain(
+                "rod.model = \"elastica\" is a rod in the plane; one in space is \"cosserat\"",
+            )),
             Section::Diagonal(law) => match self.uniform(law)? {
                 Some(law) => Rod::new(length, law),
                 None => Rod::new(length, self.varying(law)?),

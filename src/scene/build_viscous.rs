@@ -1,7 +1,10 @@
 //! From a planar scene with damping to a viscoelastic run, in units of the rod.
 
-use super::build::{body, start};
-use super::{Method, Place, PowerLaw, Relaxed, Scales, Scene};
+use super::build::{body, in_plane, start};
+use super::{
+    Damping, FrictionLaw, Maxwell as SceneMaxwell, Method, Place, PowerLaw, Relaxed, Scales, Scene,
+    StrainMatrix,
+};
 use crate::body::Body;
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
@@ -63,37 +66,48 @@ impl ViscousSetup {
     /// A scene without damping; a start position with no equilibrium as asked for, or with several; scales at which the
     /// law is not one of doubles.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let plain = scene.dimensionless();
-        if !(plain.viscosity > 0.0) {
+        let (plain, run) = (scene.dimensionless()?, scene.run()?);
+        let viscosity = plain.viscosity();
+        if !(viscosity > 0.0) {
             return Err(Error::domain(format!(
                 "{ELASTIC} no strains of its own to be followed; write damping > 0"
             )));
         }
         let mut options = ViscousOptions::new(plain.duration)?
-            .with_tolerance(scene.run.tolerance)
+            .with_tolerance(run.tolerance)
             .map_err(|e| e.context("[run]"))?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(method(scene.run.method));
-        options.max_steps = scene.run.max_steps as u64;
-        let strain = match &plain.place {
+            .with_method(method(run.method));
+        options.max_steps = run.max_steps as u64;
+        let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
             place => Field::Equilibrium(Box::new(start(scene, place)?)),
         };
-        let relaxed = match plain.relaxed.clone() {
+        let relaxed = match plain.start.relaxed.clone() {
             Relaxed::Start => None,
             Relaxed::Unloaded => Some(Field::Polynomial(vec![0.0])),
-            Relaxed::At(curvature) => Some(Field::Polynomial(curvature)),
+            Relaxed::Curvature(curvature) => Some(Field::Polynomial(curvature)),
+            Relaxed::Strain(_) => {
+                return Err(Error::domain(
+                    "start.relaxed: strains are for a rod in space",
+                ));
+            }
         };
-        let law = section(1.0, plain.viscosity, plain.power, &plain.relaxation)?;
+        let law = section(
+            1.0,
+            viscosity,
+            plain.damping.as_ref().and_then(power),
+            &plain.relaxation,
+        )?;
         Ok(Self {
             body: body(&plain)?,
             material: Material::new(law, [BENDING])?,
-            viscosity: plain.viscosity,
+            viscosity,
             strain,
             relaxed,
-            velocity: plain.velocity.into(),
+            velocity: in_plane(plain.start.velocity),
             options,
-            scales: Scales::of(scene),
+            scales: scene.scales()?,
         })
     }
 
@@ -119,29 +133,28 @@ impl ViscousSetup {
     }
 }
 
-impl Scene {
-    /// The section of the rod, in the scene's units; of its strains only u1, bending in the plane, is meant.
-    ///
-    /// # Errors
-    /// A scene without damping; numbers at which the law is not one of doubles.
-    pub fn viscoelastic(&self) -> Result<Viscoelastic> {
-        let rod = &self.rod;
-        let Some(damping) = rod.damping else {
-            return Err(Error::domain(format!(
-                "{ELASTIC} no section that creeps or remembers; write damping > 0"
-            )));
-        };
-        let bending = rod.bending_stiffness;
-        section(
-            bending,
-            damping.viscosity(bending),
-            damping.power,
-            &rod.relaxation,
-        )
+/// The section of a planar rod, in the scene's units; of its strains only u1, bending in the plane, is meant.
+pub(super) fn planar_section(
+    rod: &super::Rod,
+    bending: f64,
+    damping: &Damping,
+) -> Result<Viscoelastic> {
+    section(
+        bending,
+        damping.viscosity(bending),
+        power(damping),
+        &rod.relaxation,
+    )
+}
+
+fn power(damping: &Damping) -> Option<PowerLaw> {
+    match damping.law {
+        FrictionLaw::Power(power) => Some(power),
+        FrictionLaw::Linear | FrictionLaw::Barrier(_) => None,
     }
 }
 
-const ELASTIC: &str = "rod.damping is missing or 0: an elastic rod has";
+pub(super) const ELASTIC: &str = "rod.damping is missing or 0: an elastic rod has";
 
 /// A section of this bending stiffness and viscosity. Of it only bending in the plane moves; the other stiffnesses are
 /// not used.
@@ -149,7 +162,7 @@ fn section(
     bending: f64,
     viscosity: f64,
     power: Option<PowerLaw>,
-    relaxation: &[super::Maxwell],
+    relaxation: &[SceneMaxwell],
 ) -> Result<Viscoelastic> {
     let friction = Viscosity::diagonal([viscosity; 2], viscosity)?;
     let rate: Arc<dyn RateLaw> = match power {
@@ -163,7 +176,11 @@ fn section(
     let mut law = Viscoelastic::new(Arc::new(elastic), rate)?;
     for branch in relaxation {
         let mut modulus = Matrix6::zeros();
-        modulus[(BENDING, BENDING)] = branch.stiffness;
+        modulus[(BENDING, BENDING)] = match branch.stiffness {
+            StrainMatrix::Bending(stiffness) => stiffness,
+            StrainMatrix::Proportional(share) => share * bending,
+            _ => f64::NAN,
+        };
         law = law.with_branch(Maxwell::new(modulus, branch.time)?)?;
     }
     Ok(law)

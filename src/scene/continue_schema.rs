@@ -5,7 +5,7 @@ use super::fault::FaultKind;
 use super::reader::{Need, Rule, Spec, Table, nearest};
 use super::schema::SILENT;
 use super::statics_schema::{REACH, out_of_reach};
-use super::{Continue, Parameter, Second, Statics};
+use super::{Continue, Parameter, Scene, Second};
 
 use Need::{Or, Required};
 
@@ -48,7 +48,7 @@ const STEP: Rule = Rule {
 };
 
 /// Reads `[continue]`. `scene` is the rest of the scene; `None` if that has faults, and then only the table itself is read.
-pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Continue> {
+pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Continue> {
     let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
@@ -102,8 +102,8 @@ pub(super) fn continuation(table: &Table, scene: Option<&Statics>) -> Option<Con
 }
 
 /// A path to a number of the scene.
-fn parameter(table: &Table, scene: Option<&Statics>) -> Option<Parameter> {
-    let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Statics::parameters);
+fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
+    let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Scene::parameters);
     let paths: Vec<String> = all.iter().map(Parameter::to_string).collect();
     let allowed = format!("one of {}", paths.join(", "));
     let example = Required("parameter = \"end.force[0]\"");
@@ -153,11 +153,7 @@ fn absence(parameter: Parameter) -> &'static str {
 }
 
 /// `from` and `to` of a branch, where the scene can be.
-fn ends(
-    table: &Table,
-    scene: Option<&Statics>,
-    parameter: Option<Parameter>,
-) -> Option<(f64, f64)> {
+fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> Option<(f64, f64)> {
     let rule = match parameter {
         Some(parameter) if parameter.is_positive() => SIZE,
         _ => VALUE,
@@ -234,7 +230,7 @@ fn points(table: &Table, default: usize) -> Option<usize> {
     table.count("points", (2, 1_000_000), default)
 }
 
-fn second(table: &Table, scene: Option<&Statics>, first: Option<Parameter>) -> Option<Second> {
+fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Option<Second> {
     let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);

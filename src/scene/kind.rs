@@ -6,18 +6,18 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// `rod.model`, whatever it is.
-pub(super) fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
+fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
     document.get("rod")?.get_ref().as_table()?.get("model")
 }
 
 /// Tables of a rod in space at rest.
-pub(super) const STATICS: [&str; 3] = ["end", "solve", "continue"];
+const STATICS: [&str; 3] = ["end", "solve", "continue"];
 /// Tables, and fields of the rod, of a rod in space in motion.
 const MOTION: ([&str; 3], [&str; 3]) =
     (["body", "loads", "run"], ["damping", "relaxation", "nodes"]);
 
 /// True if a rod in space is rather in motion than at rest: more of that is there.
-pub(super) fn is_motion(document: &DeTable) -> bool {
+fn is_motion(document: &DeTable) -> bool {
     let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
     let (tables, fields) = MOTION;
     let count = |names: [&str; 3], table: &DeTable| {
@@ -37,11 +37,7 @@ pub(super) enum Kind {
 }
 
 /// The kind of a scene; where `rod.model` does not say it, what else is there decides.
-pub(super) fn guess_kind(text: &str) -> Kind {
-    let Ok(document) = DeTable::parse(text) else {
-        return Kind::Planar;
-    };
-    let document = document.get_ref();
+pub(super) fn kind_of(document: &DeTable) -> Kind {
     match (guess_model(document), is_motion(document)) {
         (Model::Elastica, _) => Kind::Planar,
         (Model::Cosserat, true) => Kind::Motion,

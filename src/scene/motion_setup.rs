@@ -1,12 +1,12 @@
 //! A scene of motion in space made ready to run.
 
+use super::build::in_time;
 use super::build_rod::rotation;
 use super::build_viscous::method;
 use super::{
-    EndLoad, EndPose, Harmonic, Joint, Relaxed, Scales, SpatialDimensionless, SpatialMotion,
-    SpatialPlace, StrainField, StrainName,
+    Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
 };
-use crate::body::{Body, EndBody, RigidBody, TimeLoad};
+use crate::body::{Body, EndBody, RigidBody};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
@@ -178,17 +178,17 @@ impl MotionSetup {
     /// Finds the start and scales everything.
     ///
     /// # Errors
-    /// As [`SpatialMotion::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
+    /// As [`Scene::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
     /// for which no equilibrium is found.
-    pub fn new(scene: &SpatialMotion) -> Result<Self> {
+    pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
-        let plain = scene.dimensionless()?;
+        let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = ViscousOptions::new(plain.duration)
-            .and_then(|options| options.with_tolerance(scene.run.tolerance))
+            .and_then(|options| options.with_tolerance(run.tolerance))
             .map_err(|e| e.context("[run]"))?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(method(scene.run.method));
-        options.max_steps = scene.run.max_steps as u64;
+            .with_method(method(run.method));
+        options.max_steps = run.max_steps as u64;
         let rod = scene.cosserat_rod()?;
         let clamp = Isometry3::from_parts(
             Vector3::from(scene.clamp.position).into(),
@@ -200,15 +200,15 @@ impl MotionSetup {
         };
         let (strain, start_index) = match end(&scene.start.place) {
             None => match &scene.start.place {
-                SpatialPlace::Strain(given) => (field(given), None),
+                Place::Strain { strain: given } => (field(given), None),
                 _ => (field(&StrainField::default()), None),
             },
-            Some(end) => equilibrium(&rod, end, scene.run.tolerance)?,
+            Some(end) => equilibrium(&rod, end, run.tolerance)?,
         };
         let relaxed = match &scene.start.relaxed {
             Relaxed::Start => None,
-            Relaxed::Unloaded => Some(field(&StrainField::default())),
-            Relaxed::At(given) => Some(field(given)),
+            Relaxed::Strain(given) => Some(field(given)),
+            Relaxed::Unloaded | Relaxed::Curvature(_) => Some(field(&StrainField::default())),
         };
         let inward = Inward(clamp);
         Ok(Self {
@@ -406,25 +406,18 @@ impl Inward {
         let (a, b) = (self.vector(a), self.vector(b));
         Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
     }
-
-    fn forces(&self, forces: &[Harmonic<3>]) -> Result<Vec<TimeLoad<3>>> {
-        let inward = |force: &Harmonic<3>| {
-            let amplitude = self.vector(&force.direction) * force.amplitude;
-            TimeLoad::sine(amplitude, force.angular_frequency, force.phase)
-        };
-        forces.iter().map(inward).collect()
-    }
 }
 
-fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
-    let (gravity, dead) = (inward.vector(&plain.gravity), inward.vector(&plain.dead));
-    let forces = inward.forces(&plain.forces)?;
+fn carried(plain: &Dimensionless, inward: &Inward) -> Result<Carried> {
+    let loads = &plain.loads;
+    let (gravity, dead) = (inward.vector(&loads.gravity), inward.vector(&loads.dead));
+    let forces = in_time(&loads.force, |v| inward.vector(&v))?;
     match &plain.body.joint {
         Joint::Ball => {
             let body = Body::new(1.0)?
                 .with_gravity(gravity)?
                 .with_dead_force(dead)?
-                .with_drag(plain.drag)?;
+                .with_drag(loads.drag)?;
             Ok(Carried::BallJoint(
                 forces.into_iter().fold(body, Body::with_force),
             ))
@@ -436,8 +429,8 @@ fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
                 .with_centre((*offset).into())?
                 .with_gravity(gravity)?
                 .with_dead_force(dead)?
-                .with_dead_couple(inward.vector(&plain.couple))?
-                .with_drag(plain.drag)?;
+                .with_dead_couple(inward.vector(&loads.couple))?
+                .with_drag(loads.drag)?;
             Ok(Carried::Welded(
                 forces.into_iter().fold(body, RigidBody::with_force),
             ))
@@ -446,19 +439,21 @@ fn carried(plain: &SpatialDimensionless, inward: &Inward) -> Result<Carried> {
 }
 
 /// The end condition of which the start is an equilibrium.
-fn end(place: &SpatialPlace) -> Option<End> {
+fn end(place: &Place) -> Option<End> {
     match place {
-        SpatialPlace::Strain(_) => None,
-        SpatialPlace::Equilibrium(EndLoad { force, couple }) => {
-            Some(End::load((*force).into(), (*couple).into()))
-        }
-        SpatialPlace::Pose(EndPose {
-            position,
-            orientation,
-        }) => Some(match orientation {
+        Place::Equilibrium {
+            equilibrium: EndLoad { force, couple },
+        } => Some(End::load((*force).into(), (*couple).into())),
+        Place::Pose {
+            pose: EndPose {
+                position,
+                orientation,
+            },
+        } => Some(match orientation {
             None => End::ball((*position).into()),
             Some(orientation) => End::pose((*position).into(), rotation(orientation)),
         }),
+        _ => None,
     }
 }
 

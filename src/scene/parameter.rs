@@ -1,6 +1,6 @@
-//! Parameters of a scene of statics: dotted paths to its numbers.
+//! Parameters of a scene: dotted paths to its numbers.
 
-use super::{Along, Component, Orientation, Section, Statics, Stiffness, Units};
+use super::{Along, Component, Orientation, Scene, Section, Stiffness, Units};
 use crate::error::Error;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -157,15 +157,15 @@ impl Serialize for Parameter {
     }
 }
 
-impl Statics {
-    /// The value of a parameter; NaN where the scene has no such number ([`Statics::has`]).
+impl Scene {
+    /// The value of a parameter; NaN where the scene has no such number ([`Scene::has`]).
     pub fn value(&self, parameter: &Parameter) -> f64 {
         let mut scene = self.clone();
         scene.slot(parameter).map_or(f64::NAN, |slot| *slot)
     }
 
     /// The scene with another value of a parameter, which is not checked; the same scene where it has no such
-    /// number ([`Statics::has`]).
+    /// number ([`Scene::has`]).
     #[must_use]
     pub fn with(&self, parameter: &Parameter, value: f64) -> Self {
         let mut scene = self.clone();
@@ -190,11 +190,11 @@ impl Statics {
 
     /// Where the number is.
     fn slot(&mut self, parameter: &Parameter) -> Option<&mut f64> {
-        let (end, clamp, rod) = (&mut self.end, &mut self.clamp, &mut self.rod);
+        let (end, clamp, rod) = (self.end.as_mut(), &mut self.clamp, &mut self.rod);
         let linear = match &mut rod.section {
             Section::Diagonal(linear) => Some(linear),
             Section::Barrier(law) => Some(&mut law.linear),
-            Section::Full(_) | Section::Shaped(_) => None,
+            Section::Bending(_) | Section::Full(_) | Section::Shaped(_) => None,
         };
         let angle = |orientation| match orientation {
             Some(&mut Orientation::Rotation(ref mut rotation)) => Some(&mut rotation.angle),
@@ -205,25 +205,27 @@ impl Statics {
             _ => None,
         };
         match *parameter {
-            EndForce(i) => match end.position.get(i)? {
-                Component::Free => end.force.get_mut(i),
-                Component::Held(_) => None,
-            },
-            EndCouple(i) => match end.orientation {
-                None => end.couple.get_mut(i),
-                Some(_) => None,
-            },
+            EndForce(i) => {
+                let end = end?;
+                let free = *end.position.get(i)? == Component::Free;
+                free.then(|| end.force.get_mut(i)).flatten()
+            }
+            EndCouple(i) => {
+                let end = end.filter(|end| end.orientation.is_none())?;
+                end.couple.get_mut(i)
+            }
             // A factor of nothing is no parameter.
             EndLoad => {
+                let end = end?;
                 let mut loads = end.force.iter().chain(&end.couple);
                 let any = loads.any(|x| *x != 0.0);
                 any.then_some(&mut end.load)
             }
-            EndPosition(i) => match end.position.get_mut(i)? {
+            EndPosition(i) => match end?.position.get_mut(i)? {
                 Component::Held(x) => Some(x),
                 Component::Free => None,
             },
-            EndAngle => angle(end.orientation.as_mut()),
+            EndAngle => angle(end?.orientation.as_mut()),
             ClampPosition(i) => clamp.position.get_mut(i),
             ClampAngle => angle(Some(&mut clamp.orientation)),
             Length => {

@@ -1,13 +1,16 @@
 //! From the user's units to those of the library, and back.
 
-use super::{Force, Maxwell, Place, PowerLaw, Relaxed, Scene};
-use std::f64::consts::TAU;
+use super::{
+    Body, Clamp, Damping, EndLoad, EndPose, Force, FrictionBarrier, FrictionLaw, Joint, Loads,
+    Maxwell, Place, PowerLaw, Relaxed, Scene, Section, Start, StrainField, StrainMatrix,
+};
+use crate::Result;
 
 /// The library's units of each quantity, measured in the user's: a value in the scene is the
 /// library's number times the scale.
 ///
-/// The library's units are those in which the rod's length L, its bending stiffness EI and the
-/// body's mass m are 1. All others follow: force EI/L^2, energy EI/L, and, from
+/// The library's units are those in which the rod's length L, its bending stiffness EI (in space its reference stiffness,
+/// [`Rod::reference_stiffness`](crate::rod::Rod::reference_stiffness)) and the body's mass m are 1. All others follow: force EI/L^2, energy EI/L, and, from
 /// mass * length / time^2 = force, time sqrt(m L^3/EI).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
@@ -30,12 +33,6 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// The scales of a planar scene's rod and body.
-    pub fn of(scene: &Scene) -> Self {
-        let rod = &scene.rod;
-        Self::new(rod.length, rod.bending_stiffness, scene.body.mass)
-    }
-
     /// The scales of a length, a bending stiffness and a mass.
     pub fn new(length: f64, stiffness: f64, mass: f64) -> Self {
         let energy = stiffness / length;
@@ -68,16 +65,6 @@ impl Scales {
         1.0 / self.length / self.time
     }
 
-    /// A force in the library's units.
-    pub(super) fn harmonic<const N: usize>(&self, force: &Force<N>) -> Harmonic<N> {
-        Harmonic {
-            direction: force.unit(),
-            amplitude: force.amplitude / self.force,
-            angular_frequency: TAU * (force.frequency * self.time),
-            phase: force.phase,
-        }
-    }
-
     /// True if no scale over- or underflows.
     pub(super) fn are_normal(&self) -> bool {
         let all = [self.length, self.force, self.energy, self.mass];
@@ -86,133 +73,223 @@ impl Scales {
     }
 }
 
-/// The start, the loads and the duration of a scene in the library's units: L = EI = m = 1.
+/// A scene of motion in the library's units: length, bending stiffness and mass are 1. The elastic law of the section is
+/// left to [`Viscoelastic::measured`](crate::section::rate::Viscoelastic::measured).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dimensionless {
-    /// The shape at the start; a position is in units of L, a curvature in units of 1/L.
-    pub place: Place,
-    /// Viscosity eta of the rod, > 0; 0 if it is elastic.
-    pub viscosity: f64,
-    /// How the friction departs from being linear.
-    pub power: Option<PowerLaw>,
+    /// Friction; a proportional one is a time.
+    pub damping: Option<Damping>,
     /// Maxwell branches.
     pub relaxation: Vec<Maxwell>,
-    /// Where they are relaxed at the start.
-    pub relaxed: Relaxed<Vec<f64>>,
-    /// Velocity at the start.
-    pub velocity: [f64; 2],
-    /// Acceleration of gravity, which is also its force.
-    pub gravity: [f64; 2],
-    /// Constant force.
-    pub dead: [f64; 2],
-    /// Drag coefficient: force -drag * velocity.
-    pub drag: f64,
-    /// Sinusoidal forces.
-    pub forces: Vec<Harmonic>,
+    /// The pose of the base.
+    pub clamp: Clamp,
+    /// The body; its mass is 1.
+    pub body: Body,
+    /// The start.
+    pub start: Start,
+    /// The loads. Gravity is also its force; directions are unit vectors.
+    pub loads: Loads,
     /// Duration.
     pub duration: f64,
 }
 
-/// A force direction * amplitude * sin(angular_frequency * t + phase), in the plane or in space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Harmonic<const N: usize = 2> {
-    /// Unit vector.
-    pub direction: [f64; N],
-    /// Amplitude.
-    pub amplitude: f64,
-    /// Angular frequency >= 0: 2 pi times the frequency.
-    pub angular_frequency: f64,
-    /// Phase in radians.
-    pub phase: f64,
+impl Scene {
+    /// The scales of length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass.
+    ///
+    /// # Errors
+    /// As [`Scene::body`] and, in space, [`Scene::cosserat_rod`].
+    pub fn scales(&self) -> Result<Scales> {
+        let stiffness = match self.rod.section {
+            Section::Bending(stiffness) => stiffness,
+            _ => self.cosserat_rod()?.reference_stiffness(),
+        };
+        Ok(Scales::new(self.rod.length, stiffness, self.body()?.mass))
+    }
+
+    /// The scene in the library's units; [`Scene::scales`] leads back.
+    ///
+    /// # Errors
+    /// As [`Scene::scales`].
+    pub fn dimensionless(&self) -> Result<Dimensionless> {
+        let scales = self.scales()?;
+        let over = |scale: f64| move |x: f64| x / scale;
+        // Couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
+        let size = |i: usize| if i < 3 { 1.0 } else { scales.length };
+        let stiffness = |i: usize, j: usize| size(i) * size(j) / scales.stiffness();
+        let viscosity = |i, j| stiffness(i, j) / scales.time;
+        let damping = |damping: &Damping| Damping {
+            viscosity: damping.viscosity.scaled(viscosity, 1.0 / scales.time),
+            law: match damping.law {
+                FrictionLaw::Linear => FrictionLaw::Linear,
+                FrictionLaw::Power(power) => FrictionLaw::Power(PowerLaw {
+                    rate: power.rate * scales.length * scales.time,
+                    ..power
+                }),
+                FrictionLaw::Barrier(barrier) => FrictionLaw::Barrier(FrictionBarrier {
+                    strength: barrier.strength * viscosity(5, 5),
+                    half_widths: barrier.half_widths.map(over(scales.length)),
+                }),
+            },
+        };
+        let branch = |branch: &Maxwell| Maxwell {
+            stiffness: branch.stiffness.scaled(stiffness, 1.0),
+            time: branch.time / scales.time,
+        };
+        let body = self.body()?;
+        let inertia = scales.mass * scales.length * scales.length;
+        let joint = match &body.joint {
+            Joint::Ball => Joint::Ball,
+            Joint::Weld { offset, inertia: j } => Joint::Weld {
+                offset: offset.map(over(scales.length)),
+                inertia: j.map(|row| row.map(over(inertia))),
+            },
+        };
+        let loads = &self.loads;
+        let force = |force: &Force| Force {
+            direction: force.unit(),
+            amplitude: force.amplitude / scales.force,
+            frequency: force.frequency * scales.time,
+            phase: force.phase,
+        };
+        Ok(Dimensionless {
+            damping: self.rod.damping.as_ref().map(damping),
+            relaxation: self.rod.relaxation.iter().map(branch).collect(),
+            clamp: Clamp {
+                position: self.clamp.position.map(over(scales.length)),
+                ..self.clamp
+            },
+            body: Body { mass: 1.0, joint },
+            start: start(&self.start, &scales),
+            loads: Loads {
+                gravity: loads.gravity.map(over(scales.acceleration)),
+                dead: loads.dead.map(over(scales.force)),
+                couple: loads.couple.map(over(scales.energy)),
+                drag: loads.drag / scales.drag,
+                force: loads.force.iter().map(force).collect(),
+            },
+            duration: self.run()?.duration / scales.time,
+        })
+    }
 }
 
-impl<const N: usize> Harmonic<N> {
-    /// The force at time `t`.
-    pub fn at(&self, t: f64) -> [f64; N] {
-        let size = self.amplitude * (self.angular_frequency * t + self.phase).sin();
-        self.direction.map(|component| component * size)
+fn start(start: &Start, scales: &Scales) -> Start {
+    let over = |scale: f64| move |x: f64| x / scale;
+    let curvature = |field: &Vec<f64>| field.iter().map(|c| c * scales.length).collect();
+    let strain = |field: &StrainField| {
+        let scaled = |i: usize| {
+            let by = if i < 3 { scales.length } else { 1.0 };
+            Some(field.0[i].as_ref()?.iter().map(|c| c * by).collect())
+        };
+        StrainField(std::array::from_fn(scaled))
+    };
+    let place = match &start.place {
+        Place::Position { position, sheet } => Place::Position {
+            position: position.map(over(scales.length)),
+            sheet: sheet.clone(),
+        },
+        Place::Curvature { curvature: c } => Place::Curvature {
+            curvature: curvature(c),
+        },
+        Place::Strain { strain: field } => Place::Strain {
+            strain: strain(field),
+        },
+        Place::Equilibrium { equilibrium } => Place::Equilibrium {
+            equilibrium: EndLoad {
+                force: equilibrium.force.map(over(scales.force)),
+                couple: equilibrium.couple.map(over(scales.energy)),
+            },
+        },
+        Place::Pose { pose } => Place::Pose {
+            pose: EndPose {
+                position: pose.position.map(over(scales.length)),
+                ..*pose
+            },
+        },
+        chart @ (Place::Kappa { .. } | Place::P { .. }) => chart.clone(),
+    };
+    Start {
+        place,
+        relaxed: match &start.relaxed {
+            Relaxed::Curvature(field) => Relaxed::Curvature(curvature(field)),
+            Relaxed::Strain(field) => Relaxed::Strain(strain(field)),
+            other => other.clone(),
+        },
+        velocity: start.velocity.map(over(scales.velocity)),
+        angular_velocity: start.angular_velocity.map(|w| w * scales.time),
+        wrench: start.wrench,
     }
 }
 
 impl Dimensionless {
-    /// True if every number is finite, with its square, as energies and powers have it, and the duration
-    /// is not 0.
-    pub(super) fn is_finite(&self) -> bool {
-        let field = |field: &Vec<f64>| field.iter().all(|c| (c * c).is_finite());
-        let start = match &self.place {
-            Place::Curvature { curvature } => field(curvature),
-            _ => true,
-        };
-        let relaxed = match &self.relaxed {
-            Relaxed::At(curvature) => field(curvature),
-            _ => true,
-        };
-        let power = self.power.iter().map(|power| power.rate);
-        let branches = self.relaxation.iter();
-        let friction = self.viscosity == 0.0 || self.viscosity.is_normal();
-        let memory = branches.clone().all(|branch| branch.stiffness.is_finite())
-            && power
-                .chain(branches.map(|branch| branch.time))
-                .all(f64::is_normal);
-        let vectors = [self.velocity, self.gravity, self.dead];
-        let harmonics = self.forces.iter();
-        vectors.iter().flatten().all(|x| (x * x).is_finite())
-            && harmonics
-                .flat_map(|f| [f.amplitude, f.angular_frequency])
-                .all(|x| (x * x).is_finite())
-            && (self.drag * self.drag).is_finite()
-            && self.duration > 0.0
-            && self.duration.is_finite()
-            && (start && relaxed && friction && memory)
+    /// Viscosity eta of a planar rod; 0 if it is elastic.
+    pub fn viscosity(&self) -> f64 {
+        self.damping
+            .as_ref()
+            .map_or(0.0, |damping| damping.viscosity(1.0))
     }
-}
 
-impl Scene {
-    /// The scene in the library's units; [`Scales::of`] leads back.
-    pub fn dimensionless(&self) -> Dimensionless {
-        let scales = Scales::of(self);
-        let over = |scale: f64| move |x: f64| x / scale;
-        let place = match &self.start.place {
-            Place::Position { position, sheet } => Place::Position {
-                position: position.map(over(scales.length)),
-                sheet: sheet.clone(),
-            },
-            Place::Curvature { curvature } => Place::Curvature {
-                curvature: curvature.iter().map(|c| c * scales.length).collect(),
-            },
-            chart => chart.clone(),
-        };
-        let rod = &self.rod;
-        let viscosity = |damping: super::Damping| match damping.size {
-            super::Friction::Viscosity(viscosity) => viscosity / scales.stiffness() / scales.time,
-            super::Friction::Proportional(time) => time / scales.time,
-        };
-        let power = |power: PowerLaw| PowerLaw {
-            rate: power.rate * scales.length * scales.time,
-            ..power
-        };
-        let branch = |branch: &Maxwell| Maxwell {
-            stiffness: branch.stiffness / scales.stiffness(),
-            time: branch.time / scales.time,
-        };
-        let field = |field: Vec<f64>| field.iter().map(|c| c * scales.length).collect();
-        let loads = &self.loads;
-        Dimensionless {
-            place,
-            viscosity: rod.damping.map_or(0.0, viscosity),
-            power: rod.damping.and_then(|damping| damping.power).map(power),
-            relaxation: rod.relaxation.iter().map(branch).collect(),
-            relaxed: self.start.relaxed.clone().map(field),
-            velocity: self.start.velocity.map(over(scales.velocity)),
-            gravity: loads.gravity.map(over(scales.acceleration)),
-            dead: loads.dead.map(over(scales.force)),
-            drag: loads.drag / scales.drag,
-            forces: loads
-                .force
-                .iter()
-                .map(|force| scales.harmonic(force))
-                .collect(),
-            duration: self.run.duration / scales.time,
+    /// True if every number is finite, with its square, as energies and powers have it, and none that is > 0 underflows.
+    pub(super) fn is_finite(&self) -> bool {
+        let (mut numbers, mut positive) = (Vec::new(), vec![self.duration]);
+        if let Some(damping) = &self.damping {
+            numbers.extend(damping.viscosity.numbers());
+            match damping.law {
+                FrictionLaw::Linear => {}
+                FrictionLaw::Power(power) => positive.push(power.rate),
+                FrictionLaw::Barrier(FrictionBarrier {
+                    strength,
+                    half_widths,
+                }) => positive.extend([strength, half_widths[0], half_widths[1]]),
+            }
+            if let StrainMatrix::Bending(x) | StrainMatrix::Proportional(x) = damping.viscosity {
+                positive.push(x);
+            }
         }
+        for branch in &self.relaxation {
+            numbers.extend(branch.stiffness.numbers());
+            positive.push(branch.time);
+        }
+        if let Joint::Weld { offset, inertia } = &self.body.joint {
+            numbers.extend(offset);
+            numbers.extend(inertia.as_flattened());
+            positive.extend([0, 1, 2].map(|i| inertia[i][i]));
+        }
+        let Start {
+            place,
+            relaxed,
+            velocity,
+            angular_velocity,
+            ..
+        } = &self.start;
+        match place {
+            Place::Kappa { .. } | Place::P { .. } => {}
+            Place::Position { position, .. } => numbers.extend(position),
+            Place::Curvature { curvature } => numbers.extend(curvature),
+            Place::Strain { strain } => numbers.extend(strain.0.iter().flatten().flatten()),
+            Place::Equilibrium { equilibrium: load } => {
+                numbers.extend(load.force.iter().chain(&load.couple))
+            }
+            Place::Pose { pose } => numbers.extend(pose.position),
+        }
+        match relaxed {
+            Relaxed::Start | Relaxed::Unloaded => {}
+            Relaxed::Curvature(field) => numbers.extend(field),
+            Relaxed::Strain(field) => numbers.extend(field.0.iter().flatten().flatten()),
+        }
+        let loads = &self.loads;
+        let vectors = [
+            self.clamp.position,
+            *velocity,
+            *angular_velocity,
+            loads.gravity,
+            loads.dead,
+            loads.couple,
+        ];
+        numbers.extend(vectors.as_flattened());
+        numbers.push(loads.drag);
+        for force in &loads.force {
+            numbers.extend([force.amplitude, force.frequency]);
+        }
+        numbers.iter().all(|x| (x * x).is_finite()) && positive.iter().all(|x| x.is_normal())
     }
 }

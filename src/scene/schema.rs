@@ -1,15 +1,15 @@
 //! What a scene may hold: fields, sets, defaults, and what they require of each other.
 
 use super::fault::{FaultKind, Faults};
-use super::kind::model_of;
+use super::kind::{Kind, kind_of};
 use super::reader::{Need, Reader, Rule, Spec, Table};
 use super::viscous_schema::{
     Memory, curvature, damping, landing_is_free, method, planar_nodes, planar_relaxation,
     planar_relaxed,
 };
 use super::{
-    Body, Force, Landing, Loads, Model, Place, Rod, Run, Scales, Scene, Sheet, SheetName, Start,
-    Units,
+    Body, Clamp, Force, Joint, Landing, Loads, Model, Place, Rest, Rod, Run, Scene, Section, Sheet,
+    SheetName, Solve, Start, Units, spatial_schema, statics_schema,
 };
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -87,7 +87,7 @@ const LANDING: Spec = Spec {
     barred: &[],
 };
 /// Where a field that stands in the wrong table may belong.
-const HOMES: [&Spec; 6] = [&TOP, &ROD, &BODY, &START, &LOADS, &RUN];
+pub(super) const HOMES: [&Spec; 6] = [&TOP, &ROD, &BODY, &START, &LOADS, &RUN];
 
 pub(super) const SILENT: fn(f64) -> Option<&'static str> = |_| None;
 pub(super) const FINITE: Rule = Rule {
@@ -140,18 +140,17 @@ pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
 /// Reads a scene, or every fault of it.
 pub(super) fn scene(text: &str) -> Result<Scene, Faults> {
     read(text, |reader, document| {
-        if let Some(value) = model_of(document)
-            && value.get_ref().as_str() == Some("cosserat")
-        {
-            let hint = "it is a rod in space: in a scene of statics, for `snaprod equilibrium` and `snaprod \
-                        branch`, or with [body] and [run] one of motion";
-            let (kind, hint) = (FaultKind::Value, Some(hint.to_owned()));
-            reader.fault(kind, "rod.model", value.span(), r#""elastica""#, hint);
-            return None;
-        }
         // Missing tables are reported at the end of the text, where they can be added.
-        let top = Table::open(reader, "", document, text.len(), &TOP, &HOMES);
-        resolve(&top)
+        let top = |spec, homes| Table::open(reader, "", document, text.len(), spec, homes);
+        match kind_of(document) {
+            Kind::Planar => resolve(&top(&TOP, &HOMES)),
+            Kind::Statics => {
+                statics_schema::resolve(&top(&statics_schema::TOP, &statics_schema::HOMES))
+            }
+            Kind::Motion => {
+                spatial_schema::resolve(&top(&spatial_schema::TOP, &spatial_schema::HOMES))
+            }
+        }
     })
 }
 
@@ -187,12 +186,16 @@ fn resolve(top: &Table) -> Option<Scene> {
     let scene = Scene {
         units: units?,
         rod: rod?,
-        body: body?,
+        clamp: Clamp::default(),
+        body: Some(body?),
+        end: None,
         start: start?,
         loads: loads?,
-        run: run?,
+        run: Some(run?),
+        solve: Solve::default(),
+        continuation: None,
     };
-    if !(Scales::of(&scene).are_normal() && scene.dimensionless().is_finite()) {
+    if !is_normal(&scene) {
         top.reader.record(
             FaultKind::Value,
             rod_table.map_or(0, |table| table.at),
@@ -206,6 +209,15 @@ fn resolve(top: &Table) -> Option<Scene> {
         return None;
     }
     Some(scene)
+}
+
+/// True if the scales, and all that is measured by them, are numbers. A rod that cannot be made is for those who make it to
+/// refuse.
+pub(super) fn is_normal(scene: &Scene) -> bool {
+    match (scene.scales(), scene.dimensionless()) {
+        (Ok(scales), Ok(plain)) => scales.are_normal() && plain.is_finite(),
+        _ => true,
+    }
 }
 
 pub(super) fn units(top: &Table) -> Option<Units> {
@@ -261,7 +273,8 @@ fn rod(table: &Table) -> Option<Rod> {
     Some(Rod {
         model: model?,
         length: length?,
-        bending_stiffness: bending_stiffness?,
+        section: Section::Bending(bending_stiffness?),
+        rest: Rest::default(),
         damping: damping?,
         relaxation: relaxation?,
         nodes: nodes?,
@@ -270,11 +283,14 @@ fn rod(table: &Table) -> Option<Rod> {
 
 fn body(table: &Table) -> Option<Body> {
     let mass = table.number("mass", POSITIVE, Required("mass = 1.0"));
-    Some(Body { mass: mass? })
+    Some(Body {
+        mass: mass?,
+        joint: Joint::Ball,
+    })
 }
 
 fn start(table: &Table, length: Option<f64>, memory: Option<Memory>) -> Option<Start> {
-    let velocity = table.vector("velocity", FINITE, Or([0.0; 2]));
+    let velocity = table.vector("velocity", FINITE, Or([0.0; 2])).map(in_plane);
     let lambda = table.optional("lambda", LAMBDA);
     let kappa = table.optional("kappa", KAPPA);
     let p = table.optional("p", P);
@@ -307,7 +323,10 @@ fn start(table: &Table, length: Option<f64>, memory: Option<Memory>) -> Option<S
     let place = match (lambda, kappa, p, position, curvature) {
         (Some(lambda), Some(kappa), None, None, None) => Place::Kappa { lambda, kappa },
         (Some(lambda), None, Some(p), None, None) => Place::P { lambda, p },
-        (None, None, None, Some(position), None) => Place::Position { position, sheet },
+        (None, None, None, Some(position), None) => Place::Position {
+            position: in_plane(position),
+            sheet,
+        },
         (None, None, None, None, Some(curvature)) => Place::Curvature { curvature },
         // `one_place` has reported every other case.
         _ => return None,
@@ -316,7 +335,13 @@ fn start(table: &Table, length: Option<f64>, memory: Option<Memory>) -> Option<S
         place,
         relaxed,
         velocity,
+        ..Start::default()
     })
+}
+
+/// A vector of the plane.
+fn in_plane([x, y]: [f64; 2]) -> [f64; 3] {
+    [x, y, 0.0]
 }
 
 /// True if exactly one equilibrium, position or strain field is named; else the faults.
@@ -450,24 +475,25 @@ fn loads(table: &Table) -> Option<Loads> {
     let gravity = table.vector("gravity", FINITE, Or([0.0; 2]));
     let dead = table.vector("dead", FINITE, Or([0.0; 2]));
     let drag = table.number("drag", NON_NEGATIVE, Or(0.0));
-    let force = forces(table);
+    let force = forces::<2>(table);
     Some(Loads {
-        gravity: gravity?,
-        dead: dead?,
+        gravity: in_plane(gravity?),
+        dead: in_plane(dead?),
+        couple: [0.0; 3],
         drag: drag?,
         force: force?,
     })
 }
 
 /// Reads `loads.force`.
-pub(super) fn forces<const N: usize>(loads: &Table) -> Option<Vec<Force<N>>> {
+pub(super) fn forces<const N: usize>(loads: &Table) -> Option<Vec<Force>> {
     let reader = loads.reader;
     loads.read("force", "", Or(Vec::new()), |field, value| {
         let DeValue::Array(array) = value.get_ref() else {
-            return Some(vec![force(reader, field, value)?]);
+            return Some(vec![force::<N>(reader, field, value)?]);
         };
-        let read = |(i, value)| force(reader, &format!("{field}[{i}]"), value);
-        let forces: Vec<Option<Force<N>>> = array.iter().enumerate().map(read).collect();
+        let read = |(i, value)| force::<N>(reader, &format!("{field}[{i}]"), value);
+        let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
         forces.into_iter().collect()
     })
 }
@@ -476,7 +502,7 @@ fn force<'a, const N: usize>(
     reader: &'a Reader<'a>,
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
-) -> Option<Force<N>> {
+) -> Option<Force> {
     let (allowed, words, example) = match N {
         2 => (
             "a table such as { direction = [0.0, 1.0], amplitude = 0.5, frequency = 2.0 }, or an array of them",
@@ -493,12 +519,14 @@ fn force<'a, const N: usize>(
     let table = reader.table(field, value, &FORCE, &[], allowed)?;
     let (allowed, example) = (words, Required(example));
     let direction = table.read("direction", allowed, example, |field, value| {
-        let direction = reader.vector(field, value, FINITE)?;
+        let direction: [f64; N] = reader.vector(field, value, FINITE)?;
         if direction == [0.0; N] {
             reader.fault(FaultKind::Value, field, value.span(), allowed, None);
             return None;
         }
-        Some(direction)
+        Some(std::array::from_fn(|i| {
+            direction.get(i).copied().unwrap_or(0.0)
+        }))
     });
     let amplitude = table.number("amplitude", FINITE, Required("amplitude = 0.5"));
     let frequency = table.number("frequency", NON_NEGATIVE, Required("frequency = 2.0"));
@@ -541,6 +569,7 @@ fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         duration: duration?,
         tolerance: tolerance?,
         method: method?,
+        reduce: true,
         landing: landing?,
         branches: branches?,
         samples: samples?,

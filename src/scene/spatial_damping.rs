@@ -6,7 +6,7 @@ use super::matrix_schema::{definite, rows};
 use super::reader::{Need, Reader, Rule, Spec, Table};
 use super::schema::NON_NEGATIVE;
 use super::viscous_schema::{power, relaxation, relaxation_time};
-use super::{FrictionBarrier, FrictionLaw, SpatialDamping, SpatialMaxwell, StrainMatrix};
+use super::{Damping, FrictionBarrier, FrictionLaw, Maxwell, StrainMatrix};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -74,7 +74,7 @@ const SPRING: Kind = Kind {
 };
 
 /// Reads `rod.damping`. `rigid`: the strains that the section holds, if the section was read.
-pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<SpatialDamping> {
+pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Damping> {
     let reader = rod.reader;
     let Some(value) = rod.get("damping") else {
         let hint = "write `damping = { proportional = 0.05 }` in [rod]; the motion of elastic rods in space is planned";
@@ -89,7 +89,7 @@ pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<SpatialDa
             bare_number(reader, &field, value);
             None
         }
-        _ => Some(SpatialDamping {
+        _ => Some(Damping {
             viscosity: matrix(reader, &field, value, rigid, &FRICTION)?,
             law: FrictionLaw::Linear,
         }),
@@ -117,7 +117,7 @@ fn by_table<'a>(
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
     rigid: Option<[bool; 6]>,
-) -> Option<SpatialDamping> {
+) -> Option<Damping> {
     let table = reader.table(field, value, &DAMPING, &[], FORMS)?;
     let time = table.optional("proportional", SIZE);
     let viscosity = table.read("viscosity", "", Or(None), |field, value| {
@@ -156,7 +156,7 @@ fn by_table<'a>(
             None
         }
     };
-    Some(SpatialDamping {
+    Some(Damping {
         viscosity: viscosity?,
         law: law?,
     })
@@ -246,7 +246,7 @@ fn array_matrix(
 }
 
 /// Reads `rod.relaxation`.
-pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<SpatialMaxwell>> {
+pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<Maxwell>> {
     let allowed = "an array of tables such as { stiffness = { proportional = 0.5 }, time = 2.0 }, one for each Maxwell \
                    branch";
     relaxation(rod, allowed, |table| {
@@ -255,7 +255,7 @@ pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<Spat
             matrix(table.reader, field, value, rigid, &SPRING)
         });
         let time = relaxation_time(table);
-        Some(SpatialMaxwell {
+        Some(Maxwell {
             stiffness: stiffness?,
             time: time?,
         })

@@ -1,18 +1,17 @@
 //! What a scene of motion in space may hold: fields, sets, defaults, and what they require of each other.
 
 use super::along_schema::{SIZE, VALUE, not_positive};
-use super::fault::{FaultKind, Faults};
-use super::kind::{STATICS, is_motion, model_of};
+use super::fault::FaultKind;
 use super::matrix_schema::{definite, rows};
 use super::reader::{Need, Reader, Rule, Spec, Table};
-use super::schema::{self, NON_NEGATIVE, POSITIVE, TOLERANCE, forces, open, required, units};
+use super::schema::{NON_NEGATIVE, POSITIVE, TOLERANCE, forces, is_normal, open, required, units};
 use super::section_schema::{REST, SECTION};
 use super::spatial_damping::{branches, damping};
 use super::statics_schema::{CLAMP, REACH, clamp, cosserat_rod, norm, orientation, too_far};
 use super::viscous_schema::{Memory, method, nodes, polynomial, relaxed};
 use super::{
-    Clamp, CosseratRod, EndLoad, EndPose, Joint, Run, SpatialBody, SpatialLoads, SpatialMotion,
-    SpatialPlace, SpatialRun, SpatialStart, StrainField, StrainName, ViscousRod,
+    Body, Clamp, EndLoad, EndPose, Joint, Landing, Loads, Place, Relaxed, Rod, Run, Scene, Solve,
+    Start, StrainField, StrainName,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -21,7 +20,7 @@ use Need::{Or, Required};
 
 const KEEP_ONE: &str = "with [body] and [run] the scene is one of motion, with [end], [solve] or [continue] one of statics: keep one of \
                         the two";
-const TOP: Spec = Spec {
+pub(super) const TOP: Spec = Spec {
     name: "",
     fields: &["units", "rod", "clamp", "body", "start", "loads", "run"],
     barred: &[
@@ -96,7 +95,7 @@ const RUN: Spec = Spec {
     )],
 };
 /// Where a field that stands in the wrong table may belong.
-const HOMES: [&Spec; 9] = [
+pub(super) const HOMES: [&Spec; 9] = [
     &TOP, &ROD, &SECTION, &REST, &CLAMP, &BODY, &START, &LOADS, &RUN,
 ];
 
@@ -109,46 +108,8 @@ const MOMENT: Rule = Rule {
     },
 };
 
-/// Reads a scene of motion in space, or every fault of it.
-pub(super) fn motion(text: &str) -> Result<SpatialMotion, Faults> {
-    schema::read(text, |reader, document| {
-        if let Some(value) = model_of(document)
-            && value.get_ref().as_str() == Some("elastica")
-        {
-            let hint =
-                Some("this is a scene of the planar elastica, not of a rod in space".to_owned());
-            reader.fault(
-                FaultKind::Value,
-                "rod.model",
-                value.span(),
-                r#""cosserat""#,
-                hint,
-            );
-            return None;
-        }
-        let statics = STATICS
-            .iter()
-            .find_map(|name| Some((name, document.get(*name)?)));
-        let tables = ["body", "run"]
-            .iter()
-            .any(|name| document.contains_key(*name));
-        if let (Some((name, value)), false, false) = (statics, tables, is_motion(document)) {
-            let hint = "this is a scene of statics: use `snaprod equilibrium` or `snaprod branch`; one of motion has \
-                        [body] and [run]";
-            let (kind, at, hint) = (
-                FaultKind::Conflict,
-                value.span().start,
-                Some(hint.to_owned()),
-            );
-            reader.record(kind, at, name, None, "left out of a motion", hint);
-            return None;
-        }
-        resolve(&Table::open(reader, "", document, text.len(), &TOP, &HOMES))
-    })
-}
-
 /// Reads everything before it gives up anything.
-fn resolve(top: &Table) -> Option<SpatialMotion> {
+pub(super) fn resolve(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod_table = required(top, &ROD, &HOMES, "model = \"cosserat\"");
     let memory = rod_table.as_ref().map(Memory::of);
@@ -168,29 +129,27 @@ fn resolve(top: &Table) -> Option<SpatialMotion> {
         memory,
     };
     let start = match top.get("start") {
-        None => Some(SpatialStart::default()),
+        None => Some(Start::default()),
         Some(value) => open(top, value, &START, &HOMES).and_then(|table| start(&table, known)),
     };
     let loads = match top.get("loads") {
-        None => Some(SpatialLoads::default()),
+        None => Some(Loads::default()),
         Some(value) => open(top, value, &LOADS, &HOMES).and_then(|table| loads(&table, weld)),
     };
     let run = required(top, &RUN, &HOMES, "duration = 3.0").and_then(|table| run(&table));
-    let scene = SpatialMotion {
+    let scene = Scene {
         units: units?,
         rod: rod?,
         clamp: clamp?,
-        body: body?,
+        body: Some(body?),
+        end: None,
         start: start?,
         loads: loads?,
-        run: run?,
+        run: Some(run?),
+        solve: Solve::default(),
+        continuation: None,
     };
-    // A rod that cannot be made is for those who make it to refuse.
-    let normal = match (scene.scales(), scene.dimensionless()) {
-        (Ok(scales), Ok(plain)) => scales.are_normal() && plain.is_finite(),
-        _ => true,
-    };
-    if !normal {
+    if !is_normal(&scene) {
         top.reader.record(
             FaultKind::Value,
             rod_table.map_or(0, |table| table.at),
@@ -208,25 +167,25 @@ fn resolve(top: &Table) -> Option<SpatialMotion> {
 /// What the start must know of the rest of the scene, as far as that was read.
 #[derive(Clone, Copy)]
 struct Known<'k> {
-    elastic: Option<&'k CosseratRod>,
+    elastic: Option<&'k Rod>,
     clamp: Option<&'k Clamp>,
     weld: Option<bool>,
     memory: Option<Memory>,
 }
 
 /// The elastic rod, whatever is wrong with its friction, and the rod.
-fn rod(table: &Table) -> (Option<CosseratRod>, Option<ViscousRod>) {
+fn rod(table: &Table) -> (Option<Rod>, Option<Rod>) {
     let parts = cosserat_rod(table, &HOMES);
     let rigid = parts.section.as_ref().map(|section| section.rigid());
     let (damping, relaxation) = (damping(table, rigid), branches(table, rigid));
     let nodes = nodes(table);
     let elastic = parts.rod();
     let whole = || {
-        Some(ViscousRod {
-            elastic: elastic.clone()?,
-            damping: damping?,
+        Some(Rod {
+            damping: Some(damping?),
             relaxation: relaxation?,
             nodes: nodes?,
+            ..elastic.clone()?
         })
     };
     let rod = whole();
@@ -242,7 +201,7 @@ fn joint(body: &Table) -> Option<bool> {
     })
 }
 
-fn body(table: &Table, weld: Option<bool>) -> Option<SpatialBody> {
+fn body(table: &Table, weld: Option<bool>) -> Option<Body> {
     let reader = table.reader;
     let mass = table.number("mass", SIZE, Required("mass = 1.0"));
     let offset = table.vector("offset", VALUE, Or([0.0; 3]));
@@ -275,7 +234,7 @@ fn body(table: &Table, weld: Option<bool>) -> Option<SpatialBody> {
             Joint::Ball
         }
     };
-    Some(SpatialBody { mass: mass?, joint })
+    Some(Body { mass: mass?, joint })
 }
 
 fn inertia(
@@ -319,34 +278,36 @@ fn turning(table: &Table, name: &str, weld: Option<bool>) -> Option<[f64; 3]> {
     None
 }
 
-fn start(table: &Table, known: Known) -> Option<SpatialStart> {
+fn start(table: &Table, known: Known) -> Option<Start> {
     let reader = table.reader;
     let velocity = table.vector("velocity", VALUE, Or([0.0; 3]));
     let angular_velocity = turning(table, "angular_velocity", known.weld);
     let words = "a strain field such as { u1 = [0.5, -0.5] }";
     let relaxed = relaxed(table, known.memory, words, |field, value| {
-        strain(reader, field, value, known.elastic)
+        strain(reader, field, value, known.elastic).map(Relaxed::Strain)
     });
-    let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<SpatialPlace>| {
+    let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| {
         table.read(name, "", Or(None), |field, value| {
             parse(field, value).map(Some)
         })
     };
     let by_strain = place("strain", &|field, value| {
-        strain(reader, field, value, known.elastic).map(SpatialPlace::Strain)
+        strain(reader, field, value, known.elastic).map(|strain| Place::Strain { strain })
     });
     let by_load = place("equilibrium", &|field, value| {
         let allowed = "a table such as { force = [0.0, 0.0, -1.0] }";
         let table = reader.table(field, value, &EQUILIBRIUM, &[], allowed)?;
         let force = table.vector("force", VALUE, Or([0.0; 3]));
         let couple = turning(&table, "couple", known.weld);
-        Some(SpatialPlace::Equilibrium(EndLoad {
-            force: force?,
-            couple: couple?,
-        }))
+        Some(Place::Equilibrium {
+            equilibrium: EndLoad {
+                force: force?,
+                couple: couple?,
+            },
+        })
     });
     let by_pose = place("pose", &|field, value| {
-        pose(reader, field, value, known).map(SpatialPlace::Pose)
+        pose(reader, field, value, known).map(|pose| Place::Pose { pose })
     });
     let names = ["strain", "equilibrium", "pose"];
     let given: Vec<&str> = names
@@ -366,11 +327,12 @@ fn start(table: &Table, known: Known) -> Option<SpatialStart> {
         }
     }
     let place = by_strain?.or(by_load?).or(by_pose?);
-    Some(SpatialStart {
-        place: place.unwrap_or(SpatialStart::default().place),
+    Some(Start {
+        place: place.unwrap_or_default(),
         relaxed: relaxed?,
         velocity: velocity?,
         angular_velocity: angular_velocity?,
+        wrench: None,
     })
 }
 
@@ -378,7 +340,7 @@ fn strain<'a>(
     reader: &'a Reader<'a>,
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
-    rod: Option<&CosseratRod>,
+    rod: Option<&Rod>,
 ) -> Option<StrainField> {
     let allowed = "a table such as { u1 = [0.5, -0.5] }: polynomials in s / length";
     let table = reader.table(field, value, &STRAIN, &[], allowed)?;
@@ -470,13 +432,13 @@ fn pose<'a>(
     })
 }
 
-fn loads(table: &Table, weld: Option<bool>) -> Option<SpatialLoads> {
+fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
     let gravity = table.vector("gravity", VALUE, Or([0.0; 3]));
     let dead = table.vector("dead", VALUE, Or([0.0; 3]));
     let couple = turning(table, "couple", weld);
     let drag = table.number("drag", NON_NEGATIVE, Or(0.0));
-    let force = forces(table);
-    Some(SpatialLoads {
+    let force = forces::<3>(table);
+    Some(Loads {
         gravity: gravity?,
         dead: dead?,
         couple: couple?,
@@ -485,21 +447,24 @@ fn loads(table: &Table, weld: Option<bool>) -> Option<SpatialLoads> {
     })
 }
 
-fn run(table: &Table) -> Option<SpatialRun> {
+fn run(table: &Table) -> Option<Run> {
     let duration = table.number("duration", POSITIVE, Required("duration = 3.0"));
-    let tolerance = table.number("tolerance", TOLERANCE, Or(SpatialRun::TOLERANCE));
+    let tolerance = table.number("tolerance", TOLERANCE, Or(Run::TOLERANCE_IN_SPACE));
     let method = method(table, None);
     let reduce = table.read("reduce", "true or false", Or(true), |field, value| {
         table.reader.flag(field, value)
     });
     let samples = table.count("samples", (2, 10_000_000), Run::SAMPLES);
     let max_steps = table.count("max_steps", (1, 1_000_000_000), Run::MAX_STEPS);
-    Some(SpatialRun {
+    Some(Run {
         duration: duration?,
         tolerance: tolerance?,
         method: method?,
         reduce: reduce?,
+        landing: Landing::Viscous,
+        branches: Run::BRANCHES,
         samples: samples?,
         max_steps: max_steps?,
+        max_snaps: Run::MAX_SNAPS,
     })
 }

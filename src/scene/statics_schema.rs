@@ -2,14 +2,13 @@
 
 use super::along_schema::{SIZE, VALUE};
 use super::continue_schema::{CONTINUE, continuation};
-use super::fault::{FaultKind, Faults};
-use super::kind::{STATICS, is_motion, model_of};
+use super::fault::FaultKind;
 use super::reader::{Need, Reader, Rule, Spec, Table};
-use super::schema::{self, ON_CIRCLE, SILENT, units};
+use super::schema::{ON_CIRCLE, SILENT, units};
 use super::section_schema::{REST, SECTION, rest, rest_inside_barrier, section};
 use super::{
-    Clamp, Component, CosseratRod, End, Guess, Model, Orientation, Rest, Rotation, Section, Solve,
-    Statics,
+    Clamp, Component, End, Loads, Model, Orientation, Rest, Rod, Rotation, Scene, Section, Solve,
+    Start,
 };
 use crate::rod::Path;
 use toml::Spanned;
@@ -17,7 +16,7 @@ use toml::de::DeValue;
 
 use Need::{Or, Required};
 
-const TOP: Spec = Spec {
+pub(super) const TOP: Spec = Spec {
     name: "",
     fields: &["units", "rod", "clamp", "end", "start", "solve", "continue"],
     barred: &[
@@ -84,7 +83,7 @@ const SOLVE: Spec = Spec {
     barred: &[],
 };
 /// Where a field that stands in the wrong table may belong.
-const HOMES: [&Spec; 9] = [
+pub(super) const HOMES: [&Spec; 9] = [
     &TOP, &ROD, &SECTION, &REST, &END, &CLAMP, &START, &SOLVE, &CONTINUE,
 ];
 
@@ -96,48 +95,8 @@ const TOLERANCE: Rule = Rule {
 /// How far the norm of a quaternion may be from 1: numbers that were rounded to 7 digits are meant well.
 const UNIT: f64 = 1e-6;
 
-/// Reads a scene of statics, or every fault of it.
-pub(super) fn statics(text: &str) -> Result<Statics, Faults> {
-    schema::read(text, |reader, document| {
-        if let Some(value) = model_of(document)
-            && value.get_ref().as_str() == Some("elastica")
-        {
-            let hint = "this is a scene of dynamics: use `snaprod run`; in statics the planar elastica is a rod \
-                        with rigid shear and axial";
-            let (kind, hint) = (FaultKind::Value, Some(hint.to_owned()));
-            reader.fault(kind, "rod.model", value.span(), r#""cosserat""#, hint);
-            return None;
-        }
-        if is_motion(document)
-            && !document
-                .keys()
-                .any(|key| STATICS.contains(&key.get_ref().as_ref()))
-            && let Some(value) = document.get("body").or(document.get("run"))
-        {
-            let name = if document.contains_key("body") {
-                "body"
-            } else {
-                "run"
-            };
-            let hint = "this is a scene of motion: use `snaprod run`; one of statics has [end]";
-            let (kind, hint) = (FaultKind::Conflict, Some(hint.to_owned()));
-            reader.record(
-                kind,
-                value.span().start,
-                name,
-                None,
-                "left out of statics",
-                hint,
-            );
-            return None;
-        }
-        let top = Table::open(reader, "", document, text.len(), &TOP, &HOMES);
-        resolve(&top)
-    })
-}
-
 /// Reads everything before it gives up anything.
-fn resolve(top: &Table) -> Option<Statics> {
+pub(super) fn resolve(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod = match top.get("rod") {
         Some(value) => open(top, value, &ROD).and_then(|table| rod(&table)),
@@ -163,20 +122,26 @@ fn resolve(top: &Table) -> Option<Statics> {
             None
         }
     };
-    let start = part(top, &START, Guess::default(), |table| {
+    let start = part(top, &START, Start::default(), |table| {
         let wrench = table.read("wrench", "", Or(None), |field, value| {
             table.reader.vector(field, value, VALUE).map(Some)
         });
-        Some(Guess { wrench: wrench? })
+        Some(Start {
+            wrench: wrench?,
+            ..Start::default()
+        })
     });
     let solve = part(top, &SOLVE, Solve::default(), solve);
     let whole = || {
-        Some(Statics {
+        Some(Scene {
             units: units?,
             rod: rod?,
             clamp: clamp?,
-            end: end?,
+            body: None,
+            end: Some(end?),
             start: start?,
+            loads: Loads::default(),
+            run: None,
             solve: solve?,
             continuation: None,
         })
@@ -208,7 +173,7 @@ fn part<'a, T>(
     }
 }
 
-fn rod(table: &Table) -> Option<CosseratRod> {
+fn rod(table: &Table) -> Option<Rod> {
     cosserat_rod(table, &HOMES).rod()
 }
 
@@ -221,12 +186,15 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    pub fn rod(self) -> Option<CosseratRod> {
-        Some(CosseratRod {
+    pub fn rod(self) -> Option<Rod> {
+        Some(Rod {
             model: self.model?,
             length: self.length?,
             section: self.section?,
             rest: self.rest?,
+            damping: None,
+            relaxation: Vec::new(),
+            nodes: None,
         })
     }
 }
@@ -520,13 +488,14 @@ fn solve(table: &Table) -> Option<Solve> {
 }
 
 /// Why the end cannot be where it is held, if the rod does not stretch.
-pub(super) fn out_of_reach(scene: &Statics) -> Option<String> {
+pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
     if !scene.rod.section.is_inextensible() {
         return None;
     }
     let base = scene.clamp.position;
+    let end = scene.end.as_ref()?;
     // The components that are free may be as near as can be.
-    let apart = |i: usize| scene.end.position[i].held().map_or(0.0, |x| x - base[i]);
+    let apart = |i: usize| end.position[i].held().map_or(0.0, |x| x - base[i]);
     too_far(norm(&[apart(0), apart(1), apart(2)]), scene.rod.length)
 }
 
@@ -549,7 +518,7 @@ pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
 pub(super) const REACH: &str =
     "nearer to the clamp than the length of the rod, which can neither stretch nor shear";
 
-fn in_reach(top: &Table, scene: &Statics) -> bool {
+fn in_reach(top: &Table, scene: &Scene) -> bool {
     let Some(hint) = out_of_reach(scene) else {
         return true;
     };

@@ -3,7 +3,7 @@
 use super::fault::FaultKind;
 use super::reader::{Need, Reader, Rule, Spec, Table};
 use super::schema::{FINITE, NON_NEGATIVE, POSITIVE};
-use super::{Damping, Friction, Landing, Maxwell, Method, PowerLaw, Relaxed};
+use super::{Damping, FrictionLaw, Landing, Maxwell, Method, PowerLaw, Relaxed, StrainMatrix};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -101,9 +101,10 @@ pub(super) fn damping(rod: &Table) -> Option<Option<Damping>> {
         match value.get_ref() {
             DeValue::Table(_) => {
                 let table = reader.table(field, value, &DAMPING, &[], ETA.allowed)?;
-                let (size, power) = (friction(&table), power(&table));
-                let (size, power) = (size?, power?);
-                return Some(Some(Damping { size, power }));
+                let (viscosity, power) = (friction(&table), power(&table));
+                let (viscosity, law) = (viscosity?, power?);
+                let law = law.map_or(FrictionLaw::Linear, FrictionLaw::Power);
+                return Some(Some(Damping { viscosity, law }));
             }
             DeValue::Array(_) => {
                 let hint = "matrices are for the six strains of a Cosserat rod";
@@ -113,17 +114,19 @@ pub(super) fn damping(rod: &Table) -> Option<Option<Damping>> {
             _ => {}
         }
         let viscosity = reader.number(field, value, ETA)?;
-        let size = Friction::Viscosity(viscosity);
-        Some((viscosity != 0.0).then_some(Damping { size, power: None }))
+        Some((viscosity != 0.0).then_some(Damping {
+            viscosity: StrainMatrix::Bending(viscosity),
+            law: FrictionLaw::Linear,
+        }))
     })
 }
 
-fn friction(table: &Table) -> Option<Friction> {
+fn friction(table: &Table) -> Option<StrainMatrix> {
     let viscosity = table.optional("viscosity", POSITIVE_SIZE);
     let time = table.optional("proportional", POSITIVE_SIZE);
     match (viscosity?, time?) {
-        (Some(viscosity), None) => Some(Friction::Viscosity(viscosity)),
-        (None, Some(time)) => Some(Friction::Proportional(time)),
+        (Some(viscosity), None) => Some(StrainMatrix::Bending(viscosity)),
+        (None, Some(time)) => Some(StrainMatrix::Proportional(time)),
         (Some(_), Some(_)) => {
             let hint = "viscosity = proportional * bending_stiffness: keep one of them";
             table.conflict("proportional", &["viscosity"], hint);
@@ -201,7 +204,7 @@ pub(super) fn planar_relaxation(rod: &Table) -> Option<Vec<Maxwell>> {
         let stiffness = table.number("stiffness", NON_NEGATIVE, Required("stiffness = 0.5"));
         let time = relaxation_time(table);
         Some(Maxwell {
-            stiffness: stiffness?,
+            stiffness: StrainMatrix::Bending(stiffness?),
             time: time?,
         })
     })
@@ -248,12 +251,12 @@ pub(super) fn curvature(start: &Table, memory: Option<Memory>) -> Option<Option<
 }
 
 /// Reads `start.relaxed`, a strain field in it by `strain`.
-pub(super) fn relaxed<'a, T>(
+pub(super) fn relaxed<'a>(
     start: &Table<'a>,
     memory: Option<Memory>,
     field_words: &str,
-    strain: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
-) -> Option<Relaxed<T>> {
+    strain: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<Relaxed>,
+) -> Option<Relaxed> {
     let reader = start.reader;
     if memory.is_some_and(|memory| !memory.relaxes)
         && let Some(value) = start.get("relaxed")
@@ -268,7 +271,7 @@ pub(super) fn relaxed<'a, T>(
         match value.get_ref() {
             DeValue::Boolean(true) => Some(Relaxed::Start),
             DeValue::Boolean(false) => Some(Relaxed::Unloaded),
-            DeValue::Array(_) | DeValue::Table(_) => strain(field, value).map(Relaxed::At),
+            DeValue::Array(_) | DeValue::Table(_) => strain(field, value),
             other => {
                 let quoted = matches!(other.as_str(), Some("true" | "false"));
                 let hint = quoted.then_some("leave out the quotes");
@@ -283,10 +286,10 @@ pub(super) fn relaxed<'a, T>(
 }
 
 /// Reads `start.relaxed` of a planar rod.
-pub(super) fn planar_relaxed(start: &Table, memory: Option<Memory>) -> Option<Relaxed<Vec<f64>>> {
+pub(super) fn planar_relaxed(start: &Table, memory: Option<Memory>) -> Option<Relaxed> {
     let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
     relaxed(start, memory, words, |field, value| {
-        polynomial(start.reader, field, value, FINITE)
+        polynomial(start.reader, field, value, FINITE).map(Relaxed::Curvature)
     })
 }
 

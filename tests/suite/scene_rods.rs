@@ -4,9 +4,8 @@ use crate::scene::{check_faults, damaged};
 use crate::support::SAMPLE;
 use proptest::prelude::*;
 use snaprod::scene::{
-    Along, AnyScene, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid,
-    Rotation, Scene, Section, Shape, Statics, Stiffness, StrainName, Transverse, parse_any,
-    read_any,
+    Along, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid, Rotation, Scene,
+    Section, Shape, Stiffness, StrainName, Transverse,
 };
 use std::path::Path;
 
@@ -48,12 +47,12 @@ at = [0.0, 1.25]
 second = { parameter = "rod.rest.twist", from = -1.5, to = 2, max_step = 0.2 }
 "#;
 
-fn parse(text: &str) -> Statics {
-    Statics::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
+fn parse(text: &str) -> Scene {
+    Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
 }
 
 fn faults(text: &str) -> Vec<Fault> {
-    match Statics::parse(text) {
+    match Scene::parse(text) {
         Ok(scene) => panic!("accepted: {scene:?}\n{text}"),
         Err(faults) => faults.as_slice().to_vec(),
     }
@@ -107,9 +106,10 @@ fn sample_is_accepted() {
     assert_eq!(law.axial, Stiffness::Elastic(constant(300.0)));
     assert_eq!(scene.clamp.orientation.quaternion(), [1.0, 0.0, 0.0, 0.0]);
     assert_eq!(scene.clamp.position, [0.0; 3]);
-    assert_eq!(scene.end.force, [1.0, -2.0, 0.5]);
-    assert_eq!(scene.end.couple, [0.3, 0.2, -0.8]);
-    assert!(scene.end.is_loaded() && !scene.end.follower && scene.end.load == 1.0);
+    assert_eq!(scene.end().unwrap().force, [1.0, -2.0, 0.5]);
+    assert_eq!(scene.end().unwrap().couple, [0.3, 0.2, -0.8]);
+    let end = scene.end().unwrap();
+    assert!(end.is_loaded() && !end.follower && end.load == 1.0);
     assert_eq!(
         (scene.solve.tolerance, scene.solve.path),
         (1e-10, snaprod::rod::Path::Auto)
@@ -130,7 +130,7 @@ fn every_field_and_default() {
         (&Stiffness::Rigid, &Stiffness::Rigid)
     );
     assert!(scene.rod.section.is_inextensible());
-    assert_eq!(scene.end, snaprod::scene::End::default());
+    assert_eq!(scene.end, Some(snaprod::scene::End::default()));
     let scene = parse(&format!(
         "{text}\nforce=[0,0,1]\n[continue]\nparameter='load'\nto=3"
     ));
@@ -153,14 +153,17 @@ fn every_field_and_default() {
 
     let scene = parse(BRANCH);
     assert_eq!(
-        scene.end.position,
+        scene.end().unwrap().position,
         [Component::Held(0.5), Component::Free, Component::Held(1.0)]
     );
     assert_eq!(
-        (scene.end.held_position(), scene.end.orientation),
+        (
+            scene.end().unwrap().held_position(),
+            scene.end().unwrap().orientation
+        ),
         (None, None)
     );
-    assert_eq!(scene.end.applied_force(), [0.0, 1.5, 0.0]);
+    assert_eq!(scene.end().unwrap().applied_force(), [0.0, 1.5, 0.0]);
     let quarter = std::f64::consts::FRAC_PI_2;
     let turned = Rotation {
         axis: [0.0, 1.0, 0.0],
@@ -277,7 +280,7 @@ fn sections_in_all_forms() {
 /// Catches an end condition that reads as another.
 #[test]
 fn ends_in_all_forms() {
-    let of = |lines: &str| parse(&end(lines)).end;
+    let of = |lines: &str| parse(&end(lines)).end.unwrap();
     let ball = of("position = [0.5, 0.1, 0.5]\ncouple = [0, 0, 1]");
     assert_eq!(
         (ball.held_position(), ball.orientation),
@@ -301,6 +304,7 @@ fn ends_in_all_forms() {
     // Seven digits of a unit quaternion are one; it is then made one.
     let q = parse(&end("quaternion = [0.7071068, 0, 0.7071068, 0]"))
         .end
+        .unwrap()
         .orientation
         .unwrap()
         .quaternion();
@@ -350,11 +354,9 @@ fn scene_files_are_accepted() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     for name in ["cantilever", "lateral", "twist"] {
         let path = folder.join(format!("{name}.toml"));
-        let read = read_any(&path).unwrap_or_else(|error| panic!("{error}"));
-        assert!(matches!(read, AnyScene::Statics(_)));
+        let read = Scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(!read.is_motion());
     }
-    let snap = read_any(&folder.join("snap.toml")).unwrap();
-    assert!(matches!(snap, AnyScene::Dynamics(_)));
 }
 
 /// (text, line, field, kind, words of the message): each text has this one fault.
@@ -373,7 +375,6 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (sample("length = 1.0", "length = 1e-50"), 3, "rod.length", Value, "units"),
         (sample("length = 1.0", "lenght = 1.0"), 3, "rod.lenght", Unknown, "did you mean `length`"),
         (sample("\"cosserat\"", "\"coserat\""), 2, "rod.model", Value, "did you mean \"cosserat\""),
-        (sample("\"cosserat\"", "\"elastica\""), 2, "rod.model", Value, "snaprod run"),
         (sample("length = 1.0", "length = 1.0\ndamping = 1"), 4, "rod.damping", Conflict, "no rates"),
         (sample("length = 1.0", "length = 1.0\ntorsion = 1"), 4, "rod.torsion", Unknown, "belongs in [rod.section]"),
         (format!("{SAMPLE}[body]\nmass = 1"), 16, "body", Conflict, "keep one of the two"),
@@ -491,7 +492,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
 fn every_fault_has_its_message_and_line() {
     let mut wrong = String::new();
     for (text, line, field, kind, words) in bad() {
-        let found = match Statics::parse(&text) {
+        let found = match Scene::parse(&text) {
             Ok(_) => {
                 wrong += &format!("accepted: {field} {words}\n");
                 continue;
@@ -551,38 +552,6 @@ step = 2
     ];
     let expected = expected.map(|(line, field)| (line, field.to_owned()));
     assert_eq!(seen, expected);
-}
-
-/// Catches a scene that goes to the wrong reader, and readers that do not say which is the right one.
-#[test]
-fn each_kind_of_scene_has_its_reader() {
-    let dynamics =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/snap.toml"))
-            .unwrap();
-    assert!(matches!(parse_any(&dynamics), Ok(AnyScene::Dynamics(_))));
-    assert!(matches!(parse_any(SAMPLE), Ok(AnyScene::Statics(_))));
-    let crossed = Scene::parse(SAMPLE).unwrap_err();
-    assert_eq!(
-        (crossed.as_slice().len(), crossed.as_slice()[0].line),
-        (1, 2)
-    );
-    assert!(
-        crossed.to_string().contains("snaprod equilibrium")
-            && crossed.to_string().contains("snaprod branch")
-    );
-    let crossed = faults(&dynamics);
-    assert_eq!((crossed.len(), crossed[0].field.as_str()), (1, "rod.model"));
-    // A slip in the model, or no model, is one fault of the kind that was meant.
-    for (text, field) in [
-        (edit(SAMPLE, "\"cosserat\"", "\"Cosserat\""), "rod.model"),
-        (edit(SAMPLE, "model = \"cosserat\"\n", ""), "rod.model"),
-        (edit(&dynamics, "\"elastica\"", "\"elastic\""), "rod.model"),
-        (edit(&dynamics, "model = \"elastica\"\n", ""), "rod.model"),
-    ] {
-        let found = parse_any(&text).unwrap_err();
-        assert_eq!(found.as_slice().len(), 1, "{found}");
-        assert_eq!(found.as_slice()[0].field, field);
-    }
 }
 
 /// Catches a path that names another number than it says: `with` must change exactly what `value` reads, and
@@ -697,7 +666,7 @@ fn polynomial_stiffness_is_positive() {
                 -2.0 * a
             );
             let text = edit(SAMPLE, "torsion = 0.7", &torsion);
-            assert_eq!(Statics::parse(&text).is_ok(), b > 0.0, "{torsion}");
+            assert_eq!(Scene::parse(&text).is_ok(), b > 0.0, "{torsion}");
         }
     }
 }
@@ -763,10 +732,10 @@ const FRAGMENTS: [&str; 32] = [
 /// Accepted, and then written and read as the same; or refused with at least one fault, each on a line of the
 /// text.
 fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
-    match Statics::from_bytes(bytes) {
+    match Scene::from_bytes(bytes) {
         Ok(scene) => {
             let written = toml::to_string(&scene).unwrap();
-            let again = Statics::parse(&written);
+            let again = Scene::parse(&written);
             prop_assert_eq!(again.as_ref(), Ok(&scene), "{}", written);
             Ok(())
         }

@@ -6,7 +6,7 @@ use super::follow::{Located, Row};
 use snaprod::plot::{
     Branch as Line, BranchDiagram, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
-use snaprod::scene::{Continue, Second, Statics, Units};
+use snaprod::scene::{Continue, Scene, Second, Units};
 use snaprod::solve::special::Kind;
 
 /// More branches than this have no names in a figure.
@@ -116,7 +116,7 @@ fn panel<const N: usize>(
 
 /// The bifurcation diagram: a measure of the rods and their energy over the parameter.
 pub fn diagram<const N: usize>(
-    scene: &Statics,
+    scene: &Scene,
     wanted: &Continue,
     rows: &[Row],
     located: &[Located<N>],
@@ -139,7 +139,7 @@ pub fn diagram<const N: usize>(
 
 /// Fold curves: the second parameter over the first.
 pub fn fold_curves<const M: usize>(
-    scene: &Statics,
+    scene: &Scene,
     wanted: &Continue,
     second: &Second,
     rows: &[Row],
@@ -158,7 +158,7 @@ pub fn fold_curves<const M: usize>(
 }
 
 /// Shapes along the branches.
-pub fn shapes(scene: &Statics, wanted: &Continue, rows: &[Row]) -> Result<RodShapes, Refusal> {
+pub fn shapes(scene: &Scene, wanted: &Continue, rows: &[Row]) -> Result<RodShapes, Refusal> {
     let last = rows.len() - 1;
     let shown = SHAPES.min(rows.len());
     let mut rods = Vec::new();

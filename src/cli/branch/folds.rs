@@ -3,7 +3,7 @@
 use super::follow::{Curve, Located, Row, SAME, Study, TYPICAL, number_labels, signed};
 use nalgebra::SVector;
 use snaprod::rod::{State, Statical};
-use snaprod::scene::{Parameter, Second, Statics};
+use snaprod::scene::{Parameter, Scene, Second};
 use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
 use snaprod::solve::fold_curve::{Crossed, Family2, FoldCurve};
 use snaprod::solve::special::{Kind, Special};
@@ -33,7 +33,7 @@ struct Window<'a, S> {
 pub fn fold_curves<F, const N: usize, const M: usize>(
     study: &mut Study<'_, F, N>,
     second: &Second,
-    make: &impl Fn(&Statics, Parameter, f64) -> F,
+    make: &impl Fn(&Scene, Parameter, f64) -> F,
 ) -> Folds<M>
 where
     F: Statical<N>,

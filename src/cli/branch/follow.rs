@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 use snaprod::rod::{State, Statical};
-use snaprod::scene::{Continue, Statics};
+use snaprod::scene::{Continue, Scene};
 use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
 use snaprod::solve::special::{Kind, Special};
 use snaprod::solve::switching::switch;
@@ -50,7 +50,7 @@ pub struct Curve {
 
 /// Branches of one scene.
 pub struct Study<'a, F, const N: usize> {
-    pub scene: &'a Statics,
+    pub scene: &'a Scene,
     pub wanted: &'a Continue,
     pub family: &'a F,
     pub rows: Vec<Row>,
@@ -64,12 +64,7 @@ pub struct Study<'a, F, const N: usize> {
 }
 
 impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
-    pub fn new(
-        scene: &'a Statics,
-        wanted: &'a Continue,
-        family: &'a F,
-        stations: Vec<f64>,
-    ) -> Self {
+    pub fn new(scene: &'a Scene, wanted: &'a Continue, family: &'a F, stations: Vec<f64>) -> Self {
         Self {
             scene,
             wanted,

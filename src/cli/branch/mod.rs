@@ -19,7 +19,7 @@ use snaprod::plot::{branch_diagram, rod_shapes};
 use snaprod::rod::{
     Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Statical, Taken,
 };
-use snaprod::scene::{Continue, Parameter, Statics};
+use snaprod::scene::{Continue, Parameter, Scene};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -73,7 +73,7 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
 /// problems in the range too, and if nothing is asked for that may lead out of it.
 fn charted(
     args: &BranchArgs,
-    scene: &Statics,
+    scene: &Scene,
     wanted: &Continue,
     start: &Equilibrium,
 ) -> Result<(Charted, Taken), Refusal> {
@@ -126,13 +126,13 @@ fn charted(
 /// Follows everything in one chart, N unknowns; M = N + 1.
 fn along<C: Chart<N> + Copy, const N: usize, const M: usize>(
     args: &BranchArgs,
-    scene: &Statics,
+    scene: &Scene,
     wanted: &Continue,
     start: &Equilibrium,
     chart: C,
     taken: &Taken,
 ) -> Result<Ending, Refusal> {
-    let make = |scene: &Statics, parameter: Parameter, span: f64| {
+    let make = |scene: &Scene, parameter: Parameter, span: f64| {
         let scene = scene.clone();
         let problem = move |p: f64| scene.with(&parameter, p).problem();
         RodFamily::in_chart(problem, parameter.changes_rod(), span, chart)
@@ -147,10 +147,10 @@ fn along<C: Chart<N> + Copy, const N: usize, const M: usize>(
 /// Everything about the branch through `x`, with N unknowns; M = N + 1.
 fn study<F: Statical<N>, const N: usize, const M: usize>(
     args: &BranchArgs,
-    scene: &Statics,
+    scene: &Scene,
     wanted: &Continue,
     x: SVector<f64, N>,
-    make: impl Fn(&Statics, Parameter, f64) -> F,
+    make: impl Fn(&Scene, Parameter, f64) -> F,
     taken: &Taken,
 ) -> Result<Ending, Refusal> {
     let family = make(scene, wanted.parameter, wanted.to - wanted.from);

@@ -13,7 +13,7 @@ use clap::Args;
 use response::{End, Response};
 use serde_json::json;
 use snaprod::plot::kernel;
-use snaprod::scene::{AnyScene, FrictionLaw};
+use snaprod::scene::FrictionLaw;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -72,39 +72,23 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
 /// The response of the end, as the scene's body loads it.
 fn respond(given: &SceneArgs) -> Result<Response, Refusal> {
     let failed = |e: snaprod::Error| no_start(&given.path, &e);
-    match given.read().map_err(refuse)? {
-        AnyScene::Dynamics(scene) => {
-            let section = scene.viscoelastic().map_err(failed)?;
-            let nonlinear = scene
-                .rod
-                .damping
-                .is_some_and(|damping| damping.power.is_some());
-            Response::new(
-                &section,
-                scene.rod.length,
-                End::Planar,
-                scene.units,
-                nonlinear,
-            )
-            .map_err(failed)
-        }
-        AnyScene::SpatialMotion(scene) => {
-            let section = scene.viscoelastic().map_err(failed)?;
-            let end = if scene.body.joint.is_weld() {
-                End::Welded
-            } else {
-                End::Ball
-            };
-            let nonlinear = scene.rod.damping.law != FrictionLaw::Linear;
-            let length = scene.rod.elastic.length;
-            Response::new(&section, length, end, scene.units, nonlinear).map_err(failed)
-        }
-        AnyScene::Statics(_) => Err(Refusal(format!(
+    let scene = given.read().map_err(refuse)?;
+    let Some(body) = &scene.body else {
+        return Err(Refusal(format!(
             "{}: a scene of statics has no internal friction, and the memory is that of friction: give [rod] damping, as in \
              damping = {{ proportional = 0.05 }}, and [body], [start] and [run] in place of [end]",
             given.path.display()
-        ))),
-    }
+        )));
+    };
+    let section = scene.viscoelastic().map_err(failed)?;
+    let end = match (scene.is_planar(), body.joint.is_weld()) {
+        (true, _) => End::Planar,
+        (false, true) => End::Welded,
+        (false, false) => End::Ball,
+    };
+    let damping = scene.rod.damping.as_ref();
+    let nonlinear = damping.is_some_and(|damping| damping.law != FrictionLaw::Linear);
+    Response::new(&section, scene.rod.length, end, scene.units, nonlinear).map_err(failed)
 }
 
 /// Most times in a table.

@@ -44,7 +44,7 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
         units: scene.units,
     };
     let mut recorder = Recorder::new(&kind, &task, run.first())?;
-    let outcome = drive_viscous(&mut run, scene.run.samples, &mut recorder)?;
+    let outcome = drive_viscous(&mut run, scene.run()?.samples, &mut recorder)?;
     let done = Done {
         record: recorder.finish(run.now())?,
         outcome,

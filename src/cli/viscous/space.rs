@@ -14,14 +14,14 @@ use snaprod::body::EndBody;
 use snaprod::creep::space::Space;
 use snaprod::motion::creep::{ViscousRun, ViscousSample, drive_viscous};
 use snaprod::motion::{InSpace, Ledger};
-use snaprod::scene::{MotionSetup, MotionState, SpatialMotion, WithRun};
+use snaprod::scene::{MotionSetup, MotionState, Scene, WithRun};
 use std::marker::PhantomData;
 
 /// Points of a drawn axis.
 const CURVE: usize = 60;
 
 /// Runs the scene.
-pub fn run(args: &RunArgs, scene: &SpatialMotion) -> Result<Ending, Refusal> {
+pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let refuse = |e| no_start(&args.scene.path, &e);
     let setup = MotionSetup::new(scene).map_err(refuse)?;
     let begin = || {
@@ -35,7 +35,7 @@ pub fn run(args: &RunArgs, scene: &SpatialMotion) -> Result<Ending, Refusal> {
             labels_of(scene.units, k.length, natural),
         )
     };
-    let why = if scene.run.reduce {
+    let why = if scene.run()?.reduce {
         match setup.reduction().map_err(refuse)? {
             Ok(reduction) => return reduced::run(&begin()?, &setup, &reduction),
             Err(refusal) => refusal.to_string(),

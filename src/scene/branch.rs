@@ -1,0 +1,116 @@
+//! How equilibria are solved, and the branch to follow.
+
+use super::Parameter;
+use crate::rod::Path;
+use serde::Serialize;
+
+/// How to solve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Solve {
+    /// Tolerance of the equilibria, relative, in [1e-13, 1e-4]; default [`Solve::TOLERANCE`].
+    pub tolerance: f64,
+    /// The path of the computation; default [`Path::Auto`].
+    pub path: Path,
+}
+
+impl Solve {
+    /// Default tolerance.
+    pub const TOLERANCE: f64 = 1e-10;
+}
+
+impl Default for Solve {
+    fn default() -> Self {
+        Self {
+            tolerance: Self::TOLERANCE,
+            path: Path::Auto,
+        }
+    }
+}
+
+/// A branch of equilibria in one parameter of the scene.
+///
+/// Steps are lengths along the branch, measured so that a change of the parameter alone by |to - from| has
+/// length 1, and so does a change of the base wrench by [`Continue::TYPICAL`] of the rod's own units (B/L for the
+/// couple, B/L^2 for the force, B a bending stiffness). Hence 0.01 is at least 100 steps from `from` to `to`, and more
+/// where the wrench changes much.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Continue {
+    /// What varies.
+    pub parameter: Parameter,
+    /// Its first value; default the one in the scene.
+    pub from: f64,
+    /// The value at which the branch ends, not `from`.
+    pub to: f64,
+    /// First step; default [`Continue::STEP`], or the nearest that the bounds allow.
+    pub step: f64,
+    /// Shortest step, in (0, `max_step`]; default [`Continue::MIN_STEP`].
+    pub min_step: f64,
+    /// Longest step, at most 1; default [`Continue::MAX_STEP`].
+    pub max_step: f64,
+    /// A branch ends after so many points, 2..=1_000_000; default [`Continue::POINTS`].
+    pub points: usize,
+    /// Follow the branches that leave at branch points; default false.
+    pub switch: bool,
+    /// Also go the other way from `from`, as far as to 2 from - to; default false.
+    pub both: bool,
+    /// Look for branches that do not meet this one (deflation); default false.
+    pub deflate: bool,
+    /// Values of the parameter that the branch hits exactly.
+    pub at: Vec<f64>,
+    /// A second parameter: the curves of folds in both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second: Option<Second>,
+}
+
+impl Continue {
+    /// The change of the base wrench, in B/L and B/L^2, that counts as much as the whole way of the parameter.
+    pub const TYPICAL: f64 = 10.0;
+    /// Default first step.
+    pub const STEP: f64 = 0.01;
+    /// Default shortest step.
+    pub const MIN_STEP: f64 = 1e-8;
+    /// Default longest step.
+    pub const MAX_STEP: f64 = 0.1;
+    /// Default number of points.
+    pub const POINTS: usize = 200;
+
+    /// Least and greatest value of the parameter on the branch.
+    pub fn range(&self) -> (f64, f64) {
+        let first = if self.both {
+            2.0 * self.from - self.to
+        } else {
+            self.from
+        };
+        (first.min(self.to), first.max(self.to))
+    }
+}
+
+/// The second parameter of fold curves.
+///
+/// The curves go through the folds of the branch, where this parameter has its value in the scene, and are followed
+/// in both directions as long as both parameters stay in their ranges. Steps are measured as in [`Continue`], with
+/// |to - from| of this parameter as length 1, and the way of the first parameter counting as much.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Second {
+    /// What varies, not the first parameter.
+    pub parameter: Parameter,
+    /// One end of its range; default the value in the scene.
+    pub from: f64,
+    /// The other end, not `from`. The value in the scene lies between them, or is one of them.
+    pub to: f64,
+    /// First step; default [`Continue::STEP`], or the nearest that the bounds allow.
+    pub step: f64,
+    /// Shortest step; default [`Continue::MIN_STEP`].
+    pub min_step: f64,
+    /// Longest step; default [`Second::MAX_STEP`].
+    pub max_step: f64,
+    /// A curve ends after so many points in each direction; default [`Second::POINTS`].
+    pub points: usize,
+}
+
+impl Second {
+    /// Default longest step: smooth in a figure.
+    pub const MAX_STEP: f64 = 0.05;
+    /// Default number of points.
+    pub const POINTS: usize = 400;
+}

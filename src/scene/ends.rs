@@ -1,0 +1,167 @@
+//! The two ends of a rod: the clamp, what holds or loads the free end, and the body there.
+
+use serde::Serialize;
+
+/// The pose of the base. Default: at the origin, the directors along the world axes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+pub struct Clamp {
+    /// Position.
+    pub position: [f64; 3],
+    /// Orientation of the directors d1, d2, d3 in the world.
+    #[serde(flatten)]
+    pub orientation: Orientation,
+}
+
+/// A rotation that takes the world axes to the directors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Orientation {
+    /// A unit quaternion [w, x, y, z].
+    Quaternion([f64; 4]),
+    /// By axis and angle; the angle can be the parameter of a branch.
+    Rotation(Rotation),
+}
+
+impl Default for Orientation {
+    fn default() -> Self {
+        Self::Quaternion([1.0, 0.0, 0.0, 0.0])
+    }
+}
+
+impl Orientation {
+    /// As a quaternion [w, x, y, z].
+    pub fn quaternion(&self) -> [f64; 4] {
+        match self {
+            Self::Quaternion(q) => *q,
+            Self::Rotation(Rotation { axis, angle }) => {
+                let (sin, cos) = (0.5 * angle).sin_cos();
+                [cos, axis[0] * sin, axis[1] * sin, axis[2] * sin]
+            }
+        }
+    }
+}
+
+/// A rotation about an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Rotation {
+    /// Unit vector in the world frame.
+    pub axis: [f64; 3],
+    /// Angle in radians, of any size.
+    pub angle: f64,
+}
+
+/// What holds or loads the end, s = L: `[end]` may be empty, but not left out.
+///
+/// Nothing held: a load. The position alone held: a ball joint. Position and orientation held: a clamp. The
+/// orientation alone: guided. Single components of the position may be free.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct End {
+    /// Position, each component held or free.
+    #[serde(skip_serializing_if = "all_free")]
+    pub position: [Component; 3],
+    /// Orientation of the directors at the end, if it is held; in the world, not relative to the clamp.
+    #[serde(flatten)]
+    pub orientation: Option<Orientation>,
+    /// Force applied to the rod; 0 in held components.
+    pub force: [f64; 3],
+    /// Couple applied to the rod; 0 if the orientation is held.
+    pub couple: [f64; 3],
+    /// Common factor of force and couple; default 1.
+    pub load: f64,
+    /// False (the default): force and couple in the world frame. True: in the frame of the directors at the end.
+    pub follower: bool,
+}
+
+fn all_free(position: &[Component; 3]) -> bool {
+    *position == [Component::Free; 3]
+}
+
+impl Default for End {
+    fn default() -> Self {
+        Self {
+            position: [Component::Free; 3],
+            orientation: None,
+            force: [0.0; 3],
+            couple: [0.0; 3],
+            load: 1.0,
+            follower: false,
+        }
+    }
+}
+
+impl End {
+    /// True if neither a component of the position nor the orientation is held.
+    pub fn is_loaded(&self) -> bool {
+        all_free(&self.position) && self.orientation.is_none()
+    }
+
+    /// The position, if every component is held.
+    pub fn held_position(&self) -> Option<[f64; 3]> {
+        let [x, y, z] = self.position.map(Component::held);
+        Some([x?, y?, z?])
+    }
+
+    /// Force times [`End::load`].
+    pub fn applied_force(&self) -> [f64; 3] {
+        self.force.map(|x| self.load * x)
+    }
+
+    /// Couple times [`End::load`].
+    pub fn applied_couple(&self) -> [f64; 3] {
+        self.couple.map(|x| self.load * x)
+    }
+}
+
+/// A component of the position of the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Component {
+    /// Free: the component of the force is given.
+    Free,
+    /// Held here.
+    #[serde(untagged)]
+    Held(f64),
+}
+
+impl Component {
+    /// Where it is held, if it is.
+    pub fn held(self) -> Option<f64> {
+        match self {
+            Self::Free => None,
+            Self::Held(x) => Some(x),
+        }
+    }
+}
+
+/// The body at the end of the rod.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Body {
+    /// Mass > 0.
+    pub mass: f64,
+    /// How it is fixed to the end; in the plane [`Joint::Ball`].
+    #[serde(flatten)]
+    pub joint: Joint,
+}
+
+/// How the body is fixed to the end of the rod.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "joint", rename_all = "lowercase")]
+pub enum Joint {
+    /// A point mass on an end that is free to turn.
+    Ball,
+    /// A rigid body welded to the end (the default).
+    Weld {
+        /// Its centre of mass, from the end of the rod, in components along the directors there; default 0.
+        offset: [f64; 3],
+        /// Its inertia about the centre of mass, in components along the directors, symmetric positive definite; in a
+        /// scene also the three numbers of its diagonal.
+        inertia: [[f64; 3]; 3],
+    },
+}
+
+impl Joint {
+    /// True for [`Joint::Weld`].
+    pub fn is_weld(&self) -> bool {
+        matches!(self, Self::Weld { .. })
+    }
+}

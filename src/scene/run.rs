@@ -1,0 +1,74 @@
+//! How long and how accurately a motion is followed, and what a snap does.
+
+use serde::Serialize;
+
+/// How long, how accurately, and what a snap does.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Run {
+    /// Duration > 0.
+    pub duration: f64,
+    /// Tolerance of the time steps, relative, in [1e-14, 1e-2]; default [`Run::TOLERANCE`], in space
+    /// [`Run::TOLERANCE_IN_SPACE`].
+    pub tolerance: f64,
+    /// How the run steps through time, only with damping; default [`Method::Auto`].
+    pub method: Method,
+    /// In space: whether a longitudinal, twisting or shearing motion of a uniform rod is integrated as the body's ordinary
+    /// differential equation, which is exact ([`Reduction`](crate::motion::reduction::Reduction)); default true.
+    pub reduce: bool,
+    /// Where a snapping rod lands; default [`Landing::Viscous`], and nothing else with damping.
+    pub landing: Landing,
+    /// Bound on the number of branches under [`Landing::All`], 1..=10000; default
+    /// [`Run::BRANCHES`]. Without effect under the other landings.
+    pub branches: usize,
+    /// Number of equally spaced times, both ends counted, at which the motion is written,
+    /// 2..=10_000_000; default [`Run::SAMPLES`].
+    pub samples: usize,
+    /// The run stops after so many steps, 1..=1_000_000_000; default [`Run::MAX_STEPS`].
+    pub max_steps: usize,
+    /// The run stops at the next snap after so many, 0..=1_000_000_000; default
+    /// [`Run::MAX_SNAPS`].
+    pub max_snaps: usize,
+}
+
+impl Run {
+    /// Default tolerance in the plane.
+    pub const TOLERANCE: f64 = 1e-10;
+    /// Default tolerance in space.
+    pub const TOLERANCE_IN_SPACE: f64 = 1e-8;
+    /// Default bound on branches.
+    pub const BRANCHES: usize = 64;
+    /// Default number of samples.
+    pub const SAMPLES: usize = 400;
+    /// Default bound on steps.
+    pub const MAX_STEPS: usize = 10_000_000;
+    /// Default bound on snaps.
+    pub const MAX_SNAPS: usize = 100_000;
+}
+
+/// To which equilibrium, of those at the position of a fold, the rod falls.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Landing {
+    /// To the one that a rod of small viscosity reaches, the body held fixed (the default).
+    Viscous,
+    /// To the stable one of lowest elastic energy.
+    Lowest,
+    /// To every stable one: the run branches.
+    All,
+    /// To the stable one of this sheet.
+    #[serde(untagged)]
+    Named(crate::manifold::Sheet),
+}
+
+/// How a viscoelastic run steps through time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The program chooses (the default).
+    #[default]
+    Auto,
+    /// Explicit steps, bounded by the fastest decay of a strain.
+    Explicit,
+    /// Implicit steps, for stiff rods: small viscosity, fine grids.
+    Implicit,
+}

@@ -1,0 +1,76 @@
+//! The system of units of a scene, for labels.
+
+use serde::Serialize;
+
+/// The system of units, for labels: it changes no number. Top-level `units = "si"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Units {
+    /// Any consistent system; labels carry no symbol.
+    #[default]
+    Dimensionless,
+    /// Metre, kilogram, second.
+    Si,
+}
+
+impl Units {
+    /// Symbol of length; like every symbol here, empty if dimensionless.
+    pub fn length(self) -> &'static str {
+        self.si("m")
+    }
+
+    /// Symbol of force.
+    pub fn force(self) -> &'static str {
+        self.si("N")
+    }
+
+    /// Symbol of couple.
+    pub fn couple(self) -> &'static str {
+        self.si("N m")
+    }
+
+    /// Symbol of bending and torsional stiffness.
+    pub fn flexural(self) -> &'static str {
+        self.si("N m²")
+    }
+
+    /// Symbol of curvature and twist.
+    pub fn curvature(self) -> &'static str {
+        self.si("rad/m")
+    }
+
+    /// Symbol of energy.
+    pub fn energy(self) -> &'static str {
+        self.si("J")
+    }
+
+    /// Symbol of time.
+    pub fn time(self) -> &'static str {
+        self.si("s")
+    }
+
+    /// Symbol of mass.
+    pub fn mass(self) -> &'static str {
+        self.si("kg")
+    }
+
+    /// Symbol of velocity.
+    pub fn velocity(self) -> &'static str {
+        self.si("m/s")
+    }
+
+    /// A label for an axis or a column: `x [m]`, or `x` if the symbol is empty.
+    pub fn label(name: &str, symbol: &str) -> String {
+        match symbol {
+            "" => name.to_owned(),
+            _ => format!("{name} [{symbol}]"),
+        }
+    }
+
+    fn si(self, symbol: &'static str) -> &'static str {
+        match self {
+            Self::Dimensionless => "",
+            Self::Si => symbol,
+        }
+    }
+}
