@@ -73,7 +73,7 @@ pub fn refuse(e: ReadError) -> Refusal {
 }
 
 fn report(file: &str, faults: &Faults) -> Refusal {
-    let count = match faults.as_slice().len() {
+    let count = match faults.count() {
         1 => "one fault".to_owned(),
         n => format!("{n} faults"),
     };

@@ -2,7 +2,7 @@
 
 use super::Along;
 use super::fault::FaultKind;
-use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::reader::{Need, Reader, Rule, Short, Spec, Table};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -112,12 +112,14 @@ fn by_points(table: &Table, rule: Rule, length: Option<f64>) -> Option<Along> {
         let grows = s.len() >= 2 && s.windows(2).all(|pair| pair[0] < pair[1]);
         let wrong = match (s.first().copied(), s.last().copied(), length) {
             (Some(first), Some(last), _) if !grows || first != 0.0 => Some(format!(
-                "it has {} elements, from {first} to {last}; a jump is a short ramp",
-                s.len()
+                "it has {} elements, from {} to {}; a jump is a short ramp",
+                s.len(),
+                Short(first),
+                Short(last)
             )),
-            (_, Some(last), Some(length)) if !((last - length).abs() <= ROUNDING * length) => {
-                Some(format!("it ends at {last}, the rod at {length}"))
-            }
+            (_, Some(last), Some(length)) if !((last - length).abs() <= ROUNDING * length) => Some(
+                format!("it ends at {}, the rod at {}", Short(last), Short(length)),
+            ),
             (Some(_), ..) => None,
             _ => Some("it is empty".to_owned()),
         };

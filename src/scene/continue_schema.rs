@@ -2,7 +2,7 @@
 
 use super::along_schema::{SIZE, VALUE};
 use super::fault::FaultKind;
-use super::reader::{Need, Rule, Spec, Table, nearest};
+use super::reader::{Need, Rule, Short, Spec, Table, nearest};
 use super::schema::SILENT;
 use super::statics_schema::{REACH, out_of_reach};
 use super::{Continue, Parameter, Scene, Second};
@@ -93,6 +93,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
         .position(|x| !(least <= *x && *x <= most));
     let element = |i: usize| table.get("at")?.get_ref().as_array()?.get(i);
     if let Some((i, value)) = outside.and_then(|i| Some((i, element(i)?))) {
+        let (least, most) = (Short(least), Short(most));
         let allowed = format!("between {least} and {most}, where the branch goes");
         let field = format!("continue.at[{i}]");
         reader.fault(FaultKind::Value, &field, value.span(), allowed, None);
@@ -178,12 +179,12 @@ fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> O
     }
     let to = to?;
     if from == to {
-        let value = table.get("to")?;
+        let (value, shown) = (table.get("to")?, Short(from));
         let hint = match table.get("from") {
             Some(_) => "a branch goes from one value to another".to_owned(),
-            None => format!("{parameter} = {from} in the scene, where the branch begins"),
+            None => format!("{parameter} = {shown} in the scene, where the branch begins"),
         };
-        let allowed = format!("another number than `from`, {from}");
+        let allowed = format!("another number than `from`, {shown}");
         let (kind, field) = (FaultKind::Value, table.field("to"));
         table
             .reader
@@ -248,6 +249,7 @@ fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Opt
     if !(from.min(to) <= here && here <= from.max(to)) {
         // The default of `from` is the value of the scene: it is written.
         let value = table.get("from")?;
+        let here = Short(here);
         let allowed =
             format!("such that {here}, the value in the scene, lies between `from` and `to`");
         let hint = "the curves begin at the folds of the branch, which has that value".to_owned();

@@ -29,10 +29,13 @@ pub enum FaultKind {
 pub struct Fault {
     /// The kind of fault.
     pub kind: FaultKind,
-    /// Line in the text, from 1. A missing table is reported at the last line.
+    /// Line in the text, from 1; 0 in an override. A missing table is reported at the last line.
     pub line: usize,
-    /// Column in that line, in characters, from 1.
+    /// Column in that line, in characters, from 1; 0 in an override.
     pub column: usize,
+    /// The override that is at fault, `rod.damping=0.2`, if it is not the text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
     /// Path of the field, as in `body.mass` or `loads.force[1].direction`; empty for a syntax fault.
     pub field: String,
     /// What was written, shortened to one line; `None` where nothing was.
@@ -45,7 +48,10 @@ pub struct Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: ", self.line, self.column)?;
+        match &self.set {
+            Some(set) => write!(f, "--set {set}: ")?,
+            None => write!(f, "{}:{}: ", self.line, self.column)?,
+        }
         let found = match (self.field.as_str(), &self.value) {
             (field, None) => field.to_owned(),
             ("", Some(value)) => value.clone(),
@@ -74,25 +80,38 @@ impl fmt::Display for Fault {
 /// [`Faults::in_file`] puts the file's name before each.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
-pub struct Faults(Vec<Fault>);
+pub struct Faults {
+    list: Vec<Fault>,
+    /// Faults beyond those of the list.
+    #[serde(skip)]
+    more: usize,
+}
+
+/// Faults that are printed.
+const PRINTED: usize = 100;
 
 impl Faults {
-    /// Sorts by place.
-    pub(super) fn new(mut faults: Vec<Fault>) -> Self {
-        faults.sort_by_key(|fault| (fault.line, fault.column));
-        Self(faults)
+    /// Sorts by place; `more` faults were counted and not kept.
+    pub(super) fn new(mut list: Vec<Fault>, more: usize) -> Self {
+        list.sort_by_key(|fault| (fault.line, fault.column));
+        Self { list, more }
     }
 
-    /// The faults, in the order of the text.
+    /// The faults, in the order of the text; of very many the first 1000 that were found.
     pub fn as_slice(&self) -> &[Fault] {
-        &self.0
+        &self.list
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.list.len() + self.more
     }
 
     /// The same report with `file:` before every line, the form that editors can jump to.
     pub fn in_file<'a>(&'a self, file: &'a str) -> impl fmt::Display + 'a {
         Report {
             file: Some(file),
-            faults: &self.0,
+            faults: self,
         }
     }
 }
@@ -102,7 +121,7 @@ impl<'a> IntoIterator for &'a Faults {
     type IntoIter = std::slice::Iter<'a, Fault>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.0.iter()
+        self.list.iter()
     }
 }
 
@@ -110,7 +129,7 @@ impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let report = Report {
             file: None,
-            faults: &self.0,
+            faults: self,
         };
         report.fmt(f)
     }
@@ -120,21 +139,24 @@ impl std::error::Error for Faults {}
 
 struct Report<'a> {
     file: Option<&'a str>,
-    faults: &'a [Fault],
+    faults: &'a Faults,
 }
 
 impl fmt::Display for Report<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, fault) in self.faults.iter().enumerate() {
+        for (i, fault) in self.faults.into_iter().take(PRINTED).enumerate() {
             if i > 0 {
                 f.write_str("\n")?;
             }
-            if let Some(file) = self.file {
+            if let (Some(file), None) = (self.file, &fault.set) {
                 write!(f, "{file}:")?;
             }
             write!(f, "{fault}")?;
         }
-        Ok(())
+        match self.faults.count().saturating_sub(PRINTED) {
+            0 => Ok(()),
+            more => write!(f, "\nand {more} more faults"),
+        }
     }
 }
 

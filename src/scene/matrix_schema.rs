@@ -2,7 +2,7 @@
 
 use super::along_schema::{ROUNDING, VALUE};
 use super::fault::FaultKind;
-use super::reader::{Reader, Rule};
+use super::reader::{Reader, Rule, Short};
 use nalgebra::{DMatrix, SymmetricEigen};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -38,7 +38,7 @@ pub(super) fn definite<const N: usize>(
     for &i in free {
         if !(diagonal.holds)(rows[i][i]) {
             let hint = (diagonal.hint)(rows[i][i]).unwrap_or(consequence);
-            let hint = format!("it is {}: {hint}", rows[i][i]);
+            let hint = format!("it is {}: {hint}", Short(rows[i][i]));
             return refuse(&format!("{field}[{i}][{i}]"), diagonal.allowed, hint);
         }
     }
@@ -46,6 +46,7 @@ pub(super) fn definite<const N: usize>(
         for &j in free.iter().filter(|j| **j < i) {
             let (a, b) = (rows[i][j], rows[j][i]);
             if !((a - b).abs() <= ROUNDING * (rows[i][i] * rows[j][j]).sqrt()) {
+                let (a, b) = (Short(a), Short(b));
                 let hint =
                     format!("row {i}, column {j} is {a}, row {j}, column {i} is {b} (from 0)");
                 return refuse(field, "symmetric", hint);

@@ -75,6 +75,7 @@ mod scales;
 mod schema;
 mod section;
 mod section_schema;
+mod sources;
 mod spatial_damping;
 mod spatial_schema;
 mod start;
@@ -164,7 +165,27 @@ impl Scene {
     /// # Errors
     /// Every fault of the scene; only a syntax fault (not TOML at all) comes alone.
     pub fn parse(text: &str) -> std::result::Result<Self, Faults> {
-        schema::scene(text)
+        Self::parse_with(text, &[])
+    }
+
+    /// Reads a scene from TOML text in which `overrides` replace or add fields, each `path=value`: a dotted path into the
+    /// document, `loads.force[0].amplitude`, and a value in TOML syntax.
+    ///
+    /// ```
+    /// # let text = "[rod]\nmodel = 'elastica'\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n[start]\n\
+    /// #     lambda = 6.3\nkappa = 0.6\n[run]\nduration = 3.0";
+    /// use snaprod::scene::Scene;
+    /// let scene = Scene::parse_with(text, &["body.mass=2.0", "rod.damping={ proportional = 0.1 }"])?;
+    /// assert_eq!(scene.body()?.mass, 2.0);
+    /// let faults = Scene::parse_with(text, &["body.mass=-2"]).unwrap_err();
+    /// assert!(faults.to_string().starts_with("--set body.mass=-2: body.mass = -2: must be"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scene::parse`]; a fault in an override names it instead of a line ([`Fault::set`]).
+    pub fn parse_with(text: &str, overrides: &[&str]) -> std::result::Result<Self, Faults> {
+        schema::scene(&sources::Sources::new(text, overrides))
     }
 
     /// Reads a scene from bytes, which must be UTF-8.
@@ -180,11 +201,21 @@ impl Scene {
     /// # Errors
     /// The file cannot be read, or the scene has faults.
     pub fn read(path: &Path) -> std::result::Result<Self, ReadError> {
+        Self::read_with(path, &[])
+    }
+
+    /// Reads a scene from a file, as [`Scene::parse_with`].
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn read_with(path: &Path, overrides: &[&str]) -> std::result::Result<Self, ReadError> {
         let file = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|error| {
             ReadError::File(Error::io(error.to_string()).context(format!("reading {file}")))
         })?;
-        Self::from_bytes(&bytes).map_err(|faults| ReadError::Scene { file, faults })
+        utf8(&bytes)
+            .and_then(|text| Self::parse_with(text, overrides))
+            .map_err(|faults| ReadError::Scene { file, faults })
     }
 
     /// True if the rod lies in the plane: `rod.model = "elastica"`.
@@ -236,9 +267,9 @@ fn at_rest() -> Error {
 /// The text, or one syntax fault at the first byte that is not UTF-8.
 fn utf8(bytes: &[u8]) -> std::result::Result<&str, Faults> {
     std::str::from_utf8(bytes).map_err(|error| {
-        let text = String::from_utf8_lossy(bytes);
-        let reader = reader::Reader::new(&text);
+        let sources = sources::Sources::new(&String::from_utf8_lossy(bytes), &[]);
+        let reader = reader::Reader::new(&sources);
         reader.syntax(error.valid_up_to(), "the text is not UTF-8 from here on");
-        Faults::new(reader.into_faults())
+        reader.into_faults()
     })
 }

@@ -30,8 +30,8 @@ impl Serialize for Scene {
         if self.is_planar() {
             // The only method of an elastic run, and there not to be written.
             let run = tables.get_mut("run").and_then(Value::as_object_mut);
-            if let Some(run) = run.filter(|run| run["method"] == "auto") {
-                run.remove("method");
+            if let Some(run) = run {
+                run.retain(|name, value| !(name == "method" && value == "auto"));
             }
         }
         let mut scene = Value::Object(tables);

@@ -3,8 +3,10 @@
 //! serde stops at the first error; here a reader that fails records a [`Fault`] and gives `None`,
 //! and the caller goes on. Invariant: `None` means that a fault was recorded.
 
-use super::fault::{Fault, FaultKind};
-use std::cell::RefCell;
+use super::fault::{Fault, FaultKind, Faults};
+use super::sources::{Place, Refused, Sources, apply};
+use std::cell::{Cell, RefCell};
+use std::fmt;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -43,52 +45,68 @@ pub(super) enum Need<T> {
     Or(T),
 }
 
-/// The text and the faults found in it so far.
+/// Faults that are kept with their texts; more are only counted.
+const KEPT: usize = 1000;
+
+/// The text, what overrides it, and the faults found in them so far.
 pub(super) struct Reader<'a> {
-    text: &'a str,
+    text: &'a Sources,
     faults: RefCell<Vec<Fault>>,
+    more: Cell<usize>,
 }
 
 impl<'a> Reader<'a> {
-    pub fn new(text: &'a str) -> Self {
+    pub fn new(text: &'a Sources) -> Self {
         Self {
             text,
             faults: RefCell::default(),
+            more: Cell::new(0),
         }
     }
 
-    pub fn into_faults(self) -> Vec<Fault> {
-        self.faults.into_inner()
+    pub fn into_faults(self) -> Faults {
+        Faults::new(self.faults.into_inner(), self.more.get())
     }
 
     pub fn is_clean(&self) -> bool {
         self.faults.borrow().is_empty()
     }
 
-    /// The document, or one syntax fault.
+    /// True if another fault would only be counted, and its words need not be found.
+    fn is_full(&self) -> bool {
+        self.faults.borrow().len() >= KEPT
+    }
+
+    /// The document with its overrides, or the syntax faults.
     pub fn document(&self) -> Option<DeTable<'a>> {
-        match DeTable::parse(self.text) {
-            Ok(document) => Some(document.into_inner()),
+        let mut document = match DeTable::parse(self.text.document()) {
+            Ok(document) => document.into_inner(),
             Err(error) => {
                 let at = error.span().map_or(0, |span| span.start);
                 self.syntax(at, error.message());
-                None
+                return None;
+            }
+        };
+        for (start, text) in self.text.overrides() {
+            if let Err(Refused { at, message }) = apply(&mut document, start, text) {
+                self.syntax(at, &message);
             }
         }
+        self.is_clean().then_some(document)
     }
 
     /// Records that the text is not TOML from byte `at` on.
     pub fn syntax(&self, at: usize, message: &str) {
-        let at = floor(self.text, at);
-        let (before, after) = self.text.split_at(at);
-        let start = before.rfind('\n').map_or(0, |feed| feed + 1);
-        let end = at + after.find('\n').unwrap_or(after.len());
-        self.record(FaultKind::Syntax, at, "", Some(start..end), message, None);
+        let line = self.text.line_around(at);
+        self.record(FaultKind::Syntax, at, "", Some(line), message, None);
     }
 
-    /// Line of byte `at`, from 1.
-    pub fn line(&self, at: usize) -> usize {
-        position(self.text, at).0
+    /// Where byte `at` is, in words.
+    pub fn place(&self, at: usize) -> String {
+        match self.text.place(at) {
+            Place::Text { line, .. } => format!("line {line}"),
+            Place::Override(text) => format!("--set {}", shorten(text)),
+        }
     }
 
     /// Records a fault in the value at `span`.
@@ -113,11 +131,19 @@ impl<'a> Reader<'a> {
         allowed: impl Into<String>,
         hint: Option<String>,
     ) {
-        let (line, column) = position(self.text, at);
+        if self.is_full() {
+            self.more.set(self.more.get() + 1);
+            return;
+        }
+        let ((line, column), set) = match self.text.place(at) {
+            Place::Text { line, column } => ((line, column), None),
+            Place::Override(text) => ((0, 0), Some(shorten(text))),
+        };
         self.faults.borrow_mut().push(Fault {
             kind,
             line,
             column,
+            set,
             field: field.to_owned(),
             value: value.and_then(|span| self.text.get(span)).map(shorten),
             allowed: allowed.into(),
@@ -325,6 +351,10 @@ impl<'a> Table<'a> {
             if spec.fields.contains(&name) {
                 continue;
             }
+            if reader.is_full() {
+                reader.more.set(reader.more.get() + 1);
+                continue;
+            }
             let field = table.field(name);
             // The text of a table would only repeat its name.
             let shown = (!value.get_ref().is_table()).then(|| value.span());
@@ -378,10 +408,10 @@ impl<'a> Table<'a> {
         self.entries.get(written)
     }
 
-    /// Line of a field, if it was given.
-    pub fn line_of(&self, name: &str) -> Option<usize> {
-        self.get(name)
-            .map(|value| self.reader.line(value.span().start))
+    /// Where a field is, in words, if it was given.
+    fn place_of(&self, name: &str) -> Option<String> {
+        let value = self.get(name)?;
+        Some(self.reader.place(value.span().start))
     }
 
     /// Reports a required field that is absent.
@@ -401,14 +431,14 @@ impl<'a> Table<'a> {
     pub fn conflict(&self, name: &str, others: &[&str], hint: &str) {
         let Some(value) = self.get(name) else { return };
         let named = |other: &&str| {
-            let line = self.line_of(other)?;
-            Some(format!("{} (line {line})", self.field(other)))
+            let place = self.place_of(other)?;
+            Some(format!("{} ({place})", self.field(other)))
         };
         let others: Vec<String> = others.iter().filter_map(named).collect();
         let verb = if others.len() == 1 { "is" } else { "are" };
-        let line = self.reader.line(value.span().start);
+        let place = self.reader.place(value.span().start);
         let allowed = format!(
-            "left out (line {line}) where {} {verb} given",
+            "left out ({place}) where {} {verb} given",
             others.join(" and ")
         );
         let (field, hint) = (self.field(name), Some(hint.to_owned()));
@@ -478,25 +508,6 @@ fn vector_words(count: usize) -> &'static str {
     }
 }
 
-/// The character boundary at or before byte `at`. The end of a text that ends in a line feed counts
-/// as the end of its last line, so that every fault is on a line that exists.
-fn floor(text: &str, at: usize) -> usize {
-    let end = text.len() - usize::from(text.ends_with('\n'));
-    let mut at = at.min(end);
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    at
-}
-
-/// Line and column of byte `at`, both from 1.
-fn position(text: &str, at: usize) -> (usize, usize) {
-    let before = &text[..floor(text, at)];
-    let line = before.matches('\n').count() + 1;
-    let start = before.rfind('\n').map_or(0, |feed| feed + 1);
-    (line, before[start..].chars().count() + 1)
-}
-
 /// The nearest of `names` to `word`, if near enough for a typing slip: one edit, and one more for
 /// every four letters; or one name that contains the other.
 pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
@@ -516,7 +527,7 @@ pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> O
 }
 
 /// One line of at most [`EXCERPT`] characters.
-fn shorten(text: &str) -> String {
+pub(super) fn shorten(text: &str) -> String {
     // Taken first, so that a huge value costs nothing.
     let head: String = text.chars().take(4 * EXCERPT).collect();
     let line = head.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -541,5 +552,17 @@ fn kind_of(value: &DeValue) -> &'static str {
         DeValue::Datetime(_) => "a date",
         DeValue::Array(_) => "an array",
         DeValue::Table(_) => "a table",
+    }
+}
+
+/// A number of a message, which prints in a few characters whatever its size.
+pub(super) struct Short(pub f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) {
+            true => self.0.fmt(f),
+            false => fmt::LowerExp::fmt(&self.0, f),
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::fault::{FaultKind, Faults};
 use super::kind::{Kind, kind_of};
-use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::reader::{Need, Reader, Rule, Short, Spec, Table};
+use super::sources::Sources;
 use super::viscous_schema::{
     Memory, curvature, damping, landing_is_free, method, planar_nodes, planar_relaxation,
     planar_relaxed,
@@ -138,10 +139,11 @@ const MODES: (usize, usize) = (0, 3000);
 pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
 
 /// Reads a scene, or every fault of it.
-pub(super) fn scene(text: &str) -> Result<Scene, Faults> {
-    read(text, |reader, document| {
+pub(super) fn scene(sources: &Sources) -> Result<Scene, Faults> {
+    read(sources, |reader, document| {
         // Missing tables are reported at the end of the text, where they can be added.
-        let top = |spec, homes| Table::open(reader, "", document, text.len(), spec, homes);
+        let end = sources.document().len().saturating_sub(1);
+        let top = |spec, homes| Table::open(reader, "", document, end, spec, homes);
         match kind_of(document) {
             Kind::Planar => resolve(&top(&TOP, &HOMES)),
             Kind::Statics => {
@@ -156,14 +158,14 @@ pub(super) fn scene(text: &str) -> Result<Scene, Faults> {
 
 /// Resolves a document, or gives every fault of it.
 pub(super) fn read<T>(
-    text: &str,
+    sources: &Sources,
     resolve: impl FnOnce(&Reader, &DeTable) -> Option<T>,
 ) -> Result<T, Faults> {
-    let reader = Reader::new(text);
+    let reader = Reader::new(sources);
     let document = reader.document();
     match document.and_then(|document| resolve(&reader, &document)) {
         Some(scene) if reader.is_clean() => Ok(scene),
-        _ => Err(Faults::new(reader.into_faults())),
+        _ => Err(reader.into_faults()),
     }
 }
 
@@ -409,6 +411,7 @@ fn reachable(
 ) -> bool {
     let [x, y] = position.map(|component| component / length);
     let distance = x.hypot(y);
+    let shown = Short(distance);
     if distance < 1.0 - ON_CIRCLE {
         return true;
     }
@@ -417,10 +420,12 @@ fn reachable(
          a little inside"
             .to_owned()
     } else {
-        format!("the rod cannot reach so far: |r| / length = {distance:.6}")
+        format!("the rod cannot reach so far: |r| / length = {shown:.6}")
     };
-    let allowed =
-        format!("inside the disc of radius {length}, the length of the rod, around the clamp");
+    let allowed = format!(
+        "inside the disc of radius {}, the length of the rod, around the clamp",
+        Short(length)
+    );
     reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
     false
 }

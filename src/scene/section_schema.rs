@@ -3,7 +3,7 @@
 use super::along_schema::{ALONG_WORDS, SIZE, SIZES, STIFFNESS, VALUE, along};
 use super::fault::FaultKind;
 use super::matrix_schema::{definite, rows};
-use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::reader::{Need, Reader, Rule, Short, Spec, Table};
 use super::schema::SILENT;
 use super::{
     Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Rest, Rigid, Section, Shape, Shaped,
@@ -385,7 +385,7 @@ fn tube(table: &Table) -> Option<Shape> {
         });
     }
     let value = table.get("thickness")?;
-    let allowed = format!("less than the outer radius, {outer_radius}");
+    let allowed = format!("less than the outer radius, {}", Short(outer_radius));
     let hint = Some("a tube without a hole is a circle".to_owned());
     let field = table.field("thickness");
     table
@@ -459,7 +459,7 @@ pub(super) fn rest_inside_barrier(
     };
     let hint = format!(
         "at s = {s:.6} it is {:.6} already without load (AMV (2.7))",
-        shortest(s)
+        Short(shortest(s))
     );
     let allowed =
         "so small that sqrt((h2 u1)^2 + (h1 u2)^2) < 1, h1 and h2 the half widths of the barrier";

@@ -3,7 +3,7 @@
 use super::along_schema::{SIZE, VALUE};
 use super::continue_schema::{CONTINUE, continuation};
 use super::fault::FaultKind;
-use super::reader::{Need, Reader, Rule, Spec, Table};
+use super::reader::{Need, Reader, Rule, Short, Spec, Table};
 use super::schema::{ON_CIRCLE, SILENT, units};
 use super::section_schema::{REST, SECTION, rest, rest_inside_barrier, section};
 use super::{
@@ -276,7 +276,8 @@ fn quaternion(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<
     let hint = match size {
         0.0 => "it is zero; no rotation is [1, 0, 0, 0]".to_owned(),
         _ => format!(
-            "its norm is {size:.9}: divide it by that, or write rotation = {{ axis = [..], angle = .. }}"
+            "its norm is {:.9}: divide it by that, or write rotation = {{ axis = [..], angle = .. }}",
+            Short(size)
         ),
     };
     let allowed = "a rotation: a quaternion [w, x, y, z] with w^2 + x^2 + y^2 + z^2 = 1, to 1e-6";
@@ -502,6 +503,7 @@ pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
 /// Why the end of a rod that does not stretch cannot be at such a distance of the clamp.
 pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
     let ratio = distance / length;
+    let (distance, length) = (Short(distance), Short(length));
     if ratio < 1.0 - ON_CIRCLE {
         return None;
     }
