@@ -1,15 +1,16 @@
 //! `snaprod equilibrium SCENE`.
 
 use super::check::{SceneArgs, no_start, read_statics};
-use super::files::{exact, json_text, number, print, print_json};
+use super::files::{json_text, number, print, print_json};
 use super::output::{FigureArgs, Output};
 use super::{Ending, Refusal};
 use clap::Args;
-use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
-use serde_json::{Value, json};
+use nalgebra::Vector3;
+use snaprod::math::se3::halves;
 use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
-use snaprod::rod::{Equilibrium, Path, Problem, RodSection};
-use snaprod::scene::{Scene, Units};
+use snaprod::rod::{Path, RodSection};
+use snaprod::scene::Units;
+use snaprod::study::{self, EquilibriumRecord, equilibrium::resultants};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -29,82 +30,28 @@ pub struct EquilibriumArgs {
 
 /// What the command writes.
 const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
-/// Sections in shape.csv.
-const SECTIONS: usize = 201;
-
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     let scene = read_statics(&args.scene)?;
-    let refuse = |e| no_start(&args.scene.path, &e);
-    let problem = scene.problem().map_err(refuse)?;
-    let found = problem.solve(scene.guess().as_ref()).map_err(refuse)?;
-    let object = describe(&problem, &found);
+    let record = study::equilibrium(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
+    let summary = record.summary();
     if let Some(directory) = &args.out {
-        let sections = problem.shape(&found.base, SECTIONS).map_err(refuse)?;
         let out = Output::open(Some(directory), FILES, args.figures)?;
-        out.write("equilibrium.json", json_text(object.clone()).as_bytes())?;
-        out.write("shape.csv", table(&sections).as_bytes())?;
-        let state = || Ok(figure(&scene, &found, &sections));
-        out.figure("equilibrium", state, rod_state);
+        out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
+        out.write("shape.csv", record.shape()?.csv().as_bytes())?;
+        out.figure("equilibrium", || Ok(figure(&record)), rod_state);
         out.finish()?;
     }
     if args.json {
-        print_json(object);
+        print_json(summary);
     } else {
-        print(&text(&problem, &found));
+        print(&text(&record));
     }
     Ok(Ending::Done)
 }
 
-/// [w, x, y, z] of the directors, w >= 0.
-pub fn quaternion(section: &RodSection) -> [f64; 4] {
-    let q =
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(section.directors));
-    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-    [q.w, q.i, q.j, q.k].map(|x| sign * x)
-}
-
-pub fn halves(wrench: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        wrench.fixed_rows::<3>(0).into_owned(),
-        wrench.fixed_rows::<3>(3).into_owned(),
-    )
-}
-
-pub fn list(x: &Vector3<f64>) -> [f64; 3] {
-    (*x).into()
-}
-
-fn describe(problem: &Problem, found: &Equilibrium) -> Value {
-    let (couple, force) = halves(&found.base);
-    let route = &found.route;
-    json!({
-        "position": list(&found.end.position),
-        "quaternion": quaternion(&found.end),
-        "base_force": list(&force),
-        "base_couple": list(&couple),
-        "tip_force": list(&found.end.force),
-        "tip_couple": list(&found.end.couple),
-        "energy": found.end.energy,
-        "index": found.index,
-        "stable": problem.is_conservative().then_some(found.index == 0),
-        "conservative": problem.is_conservative(),
-        "residual": found.residual,
-        "path": {
-            "kind": found.taken.path.as_str(),
-            "why": found.taken.why,
-            "uniform": problem.rod().hoists_inverse(),
-            "from_guess": route.from_guess,
-            "continuation_steps": route.steps,
-            "bent_start": route.imperfect,
-            "newton_steps": route.iterations,
-            "evaluations": route.evaluations,
-            "smallest_damping": route.damping,
-        },
-    })
-}
-
-fn text(problem: &Problem, found: &Equilibrium) -> String {
+fn text(record: &EquilibriumRecord) -> String {
+    let found = &record.found;
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<15}{value}");
@@ -112,13 +59,13 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
     let three = |x: &Vector3<f64>| format!("{}, {}, {}", number(x.x), number(x.y), number(x.z));
     let (couple, force) = halves(&found.base);
     line("position", three(&found.end.position));
-    line("quaternion", quaternion(&found.end).map(number).join(", "));
+    line("quaternion", record.quaternion().map(number).join(", "));
     line("base force", three(&force));
     line("base couple", three(&couple));
     line("tip force", three(&found.end.force));
     line("tip couple", three(&found.end.couple));
     line("energy", number(found.end.energy));
-    let meaning = match (problem.is_conservative(), found.index) {
+    let meaning = match (record.conservative, found.index) {
         (false, _) => {
             "of the same load kept dead; the load is not conservative: this does not decide stability"
         }
@@ -153,7 +100,7 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
                 Path::ClosedForm => "in closed form",
                 Path::Auto | Path::Spatial => "in space",
             },
-            if problem.rod().hoists_inverse() {
+            if record.uniform {
                 "inverse law formed once (uniform, linear)"
             } else {
                 "inverse law at every section"
@@ -162,30 +109,6 @@ fn text(problem: &Problem, found: &Equilibrium) -> String {
         ),
     );
     line("", format!("because {}", found.taken.why));
-    text
-}
-
-fn table(sections: &[RodSection]) -> String {
-    let mut text = String::from(
-        "s,x,y,z,d1x,d1y,d1z,d2x,d2y,d2z,d3x,d3y,d3z,u1,u2,u3,v1,v2,v3,m1,m2,m3,n1,n2,n3,energy\n",
-    );
-    for section in sections {
-        let (m, n) = (
-            section.directors.transpose() * section.couple,
-            section.directors.transpose() * section.force,
-        );
-        let row: Vec<String> = std::iter::once(section.s)
-            .chain(section.position.iter().copied())
-            .chain(section.directors.iter().copied())
-            .chain(section.strain.iter().copied())
-            .chain(m.iter().copied())
-            .chain(n.iter().copied())
-            .chain([section.energy])
-            .map(exact)
-            .collect();
-        text.push_str(&row.join(","));
-        text.push('\n');
-    }
     text
 }
 
@@ -205,8 +128,8 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
 }
 
 /// The units of figures.
-pub fn units(scene: &Scene) -> RodUnits {
-    match scene.units {
+pub fn units(units: Units) -> RodUnits {
+    match units {
         Units::Si => RodUnits::si(),
         // Any consistent system: no symbol is right but those of the scene's own numbers.
         Units::Dimensionless => RodUnits {
@@ -217,21 +140,22 @@ pub fn units(scene: &Scene) -> RodUnits {
     }
 }
 
-fn figure(scene: &Scene, found: &Equilibrium, sections: &[RodSection]) -> RodState {
+fn figure(record: &EquilibriumRecord) -> RodState {
+    let (sections, found) = (&record.sections, &record.found);
     let along = |pick: fn(&RodSection) -> Vector3<f64>| -> Vec<[f64; 3]> {
-        sections.iter().map(|s| list(&pick(s))).collect()
+        sections.iter().map(|s| pick(s).into()).collect()
     };
     RodState {
         rod: drawn(sections, None, found.index > 0),
-        ribbon: 0.03 * scene.rod.length,
-        end_force: Some(list(&found.end.force)),
-        end_couple: Some(list(&found.end.couple)),
+        ribbon: 0.03 * record.length,
+        end_force: Some(found.end.force.into()),
+        end_couple: Some(found.end.couple.into()),
         s: sections.iter().map(|s| s.s).collect(),
-        couples: along(|s| s.directors.transpose() * s.couple),
-        forces: along(|s| s.directors.transpose() * s.force),
+        couples: along(|s| resultants(s).0),
+        forces: along(|s| resultants(s).1),
         curvatures: along(|s| s.strain.fixed_rows::<3>(0).into_owned()),
         stretches: along(|s| s.strain.fixed_rows::<3>(3).into_owned()),
-        units: units(scene),
+        units: units(record.units),
         ..RodState::default()
     }
 }

@@ -30,6 +30,23 @@ pub fn interrupted() -> bool {
     COUNT.load(Ordering::Relaxed) > 0
 }
 
+/// The signals as hooks of a study.
+pub struct Signals;
+
+impl Signals {
+    /// Makes the signals end a study with what it has.
+    pub fn watched() -> Self {
+        watch();
+        Self
+    }
+}
+
+impl snaprod::study::Hooks for Signals {
+    fn interrupted(&mut self) -> bool {
+        interrupted()
+    }
+}
+
 /// True if figures are not waited for any longer.
 pub fn hurried() -> bool {
     COUNT.load(Ordering::Relaxed) > 1

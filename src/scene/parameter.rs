@@ -84,9 +84,9 @@ impl Parameter {
         self.is_positive() || matches!(self, Curvature(_) | Twist)
     }
 
-    /// Its path with its unit, for the axes of figures.
-    pub fn label(self, units: Units) -> String {
-        let symbol = match self {
+    /// Its unit's symbol.
+    pub fn unit(self, units: Units) -> &'static str {
+        match self {
             // An angle is in radians whatever the other units are.
             EndAngle | ClampAngle => "rad",
             EndLoad => "",
@@ -95,8 +95,12 @@ impl Parameter {
             EndPosition(_) | ClampPosition(_) | Length => units.length(),
             Bending(_) | Torsion => units.flexural(),
             Curvature(_) | Twist => units.curvature(),
-        };
-        Units::label(&self.to_string(), symbol)
+        }
+    }
+
+    /// Its path with its unit, for the axes of figures.
+    pub fn label(self, units: Units) -> String {
+        Units::label(&self.to_string(), self.unit(units))
     }
 }
 

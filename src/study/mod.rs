@@ -4,8 +4,13 @@
 //! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
 //! made from these records.
 
+pub mod branch;
+pub mod equilibrium;
 pub mod record;
+mod space;
 
+pub use branch::{BranchRecord, branch};
+pub use equilibrium::{EquilibriumRecord, equilibrium};
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
 
 /// What a study asks, and tells, while it works. Every method has a default, so that a caller implements what it needs.

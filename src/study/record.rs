@@ -245,6 +245,22 @@ impl Table {
         }
     }
 
+    /// The values of a column of integers; none if there is no such column.
+    pub fn integers(&self, name: &str) -> &[Option<i64>] {
+        match self.column(name).map(|column| &column.values) {
+            Some(Values::Integers(list)) => list,
+            _ => &[],
+        }
+    }
+
+    /// The values of a column of words; none if there is no such column.
+    pub fn words(&self, name: &str) -> &[Cow<'static, str>] {
+        match self.column(name).map(|column| &column.values) {
+            Some(Values::Words(list)) => list,
+            _ => &[],
+        }
+    }
+
     /// The column of this name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)

@@ -1,53 +1,48 @@
 //! Figures of branches: the bifurcation diagram, fold curves, shapes.
 
-use super::super::Refusal;
 use super::super::equilibrium::{drawn, units};
-use super::follow::{Located, Row};
 use snaprod::plot::{
     Branch as Line, BranchDiagram, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
-use snaprod::scene::{Continue, Scene, Second, Units};
+use snaprod::scene::Units;
 use snaprod::solve::special::Kind;
+use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
 
 /// More branches than this have no names in a figure.
 const MOST_NAMES: usize = 8;
 /// If there are more special points than this, only those of the first branch have labels.
 const MOST_LABELS: usize = 16;
-/// Shapes in the figure of shapes.
-const SHAPES: usize = 12;
 
 /// The component of the end's position that shows most beside the parameter itself, or else of the base couple: its name, and its
 /// value on all rows.
-fn measure(rows: &[Row], units: Units, length: f64) -> (String, Vec<f64>) {
-    let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
-    let position = |k: usize| rows.iter().map(|row| row.state.end.position[k]).collect();
-    let couple = |k: usize| rows.iter().map(|row| row.state.base[k]).collect();
-    let own = rows.iter().take_while(|row| row.curve == 0).count();
-    let score = |values: &Vec<f64>| {
-        let bent = bend(&ps, values);
+fn measure(record: &BranchRecord) -> (String, &[f64]) {
+    let (table, units) = (&record.branches.points, record.units);
+    let ps = table.reals("parameter");
+    let own = record
+        .branches
+        .numbers()
+        .iter()
+        .take_while(|n| **n == Some(0))
+        .count();
+    let score = |values: &[f64]| {
+        let bent = bend(ps, values);
         // The scene's own branch counts more than those found beside it; what follows the parameter shows little.
         span(&bent[..own]) + 0.5 * span(&bent) + 1e-3 * span(values)
     };
-    let best = |lists: [Vec<f64>; 3]| {
-        let scored = lists.into_iter().enumerate();
-        scored
-            .map(|(k, values)| (score(&values), k, values))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
+    let best = |columns: [&'static str; 3]| {
+        let scored = columns.map(|name| (score(table.reals(name)), name));
+        let most = scored.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        most.unwrap_or((0.0, columns[0]))
     };
-    let name = |what: &str, k: usize| format!("{what}{}", ["x", "y", "z"][k]);
-    let end = best([position(0), position(1), position(2)]);
+    let (shown, name) = best(["x", "y", "z"]);
     // A held component is constant or the parameter.
-    if let Some((_, k, values)) = end.filter(|(score, ..)| *score > 2e-3 * length) {
-        let name = format!("{} of the end", name("", k));
-        return (Units::label(&name, units.length()), values);
+    if shown > 2e-3 * record.length {
+        let label = Units::label(&format!("{name} of the end"), units.length());
+        return (label, table.reals(name));
     }
-    match best([couple(0), couple(1), couple(2)]) {
-        Some((_, k, values)) => (
-            Units::label(&name("base couple m", k), units.couple()),
-            values,
-        ),
-        None => (String::new(), Vec::new()),
-    }
+    let (_, name) = best(["base_mx", "base_my", "base_mz"]);
+    let label = name.replace("base_", "base couple ");
+    (Units::label(&label, units.couple()), table.reals(name))
 }
 
 fn span(values: &[f64]) -> f64 {
@@ -66,17 +61,13 @@ fn bend(x: &[f64], y: &[f64]) -> Vec<f64> {
 }
 
 /// A panel of lines and marks: `x` and `y` of each row. `name` says what the lines are.
-fn panel<const N: usize>(
-    name: &str,
-    rows: &[Row],
-    located: &[Located<N>],
-    y_label: String,
-    (x, y): (&[f64], &[f64]),
-) -> BranchPanel {
-    let last = rows.iter().map(|row| row.curve).max().unwrap_or(0);
+fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> BranchPanel {
+    let numbers = set.numbers();
+    let last = set.curves.len().saturating_sub(1);
     let named = (1..MOST_NAMES).contains(&last);
+    let indices = set.points.integers("index");
     let line = |number: usize| {
-        let own = || (0..rows.len()).filter(move |&i| rows[i].curve == number);
+        let own = || (0..numbers.len()).filter(move |&i| numbers[i] == Some(number as i64));
         Line {
             name: match named {
                 true => format!("{name} {number}"),
@@ -84,13 +75,13 @@ fn panel<const N: usize>(
             },
             x: own().map(|i| x[i]).collect(),
             y: own().map(|i| y[i]).collect(),
-            index: own().map(|i| rows[i].index).collect(),
+            index: own().map(|i| indices[i].map(|n| n as usize)).collect(),
             colour: None,
         }
     };
-    let mark = |at: &Located<N>| {
-        let i = rows.iter().position(|row| row.label == at.label)?;
-        let kind = match at.special.kind {
+    let mark = |at: &SpecialPoint| {
+        let i = set.row(at)?;
+        let kind = match at.kind {
             Kind::Fold => SpecialKind::Fold,
             Kind::BranchPoint => SpecialKind::BranchPoint,
             Kind::Cusp => SpecialKind::Cusp,
@@ -100,7 +91,7 @@ fn panel<const N: usize>(
             x: x[i],
             y: y[i],
             kind,
-            label: match at.curve == 0 || located.len() <= MOST_LABELS {
+            label: match at.curve == 0 || set.specials.len() <= MOST_LABELS {
                 true => at.label.clone(),
                 false => String::new(),
             },
@@ -110,74 +101,53 @@ fn panel<const N: usize>(
         y_label,
         y_range: None,
         branches: (0..=last).map(line).collect(),
-        specials: located.iter().filter_map(mark).collect(),
+        specials: set.specials.iter().filter_map(mark).collect(),
     }
 }
 
 /// The bifurcation diagram: a measure of the rods and their energy over the parameter.
-pub fn diagram<const N: usize>(
-    scene: &Scene,
-    wanted: &Continue,
-    rows: &[Row],
-    located: &[Located<N>],
-) -> BranchDiagram {
-    let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
-    let (measured, values) = measure(rows, scene.units, scene.rod.length);
-    let energies: Vec<f64> = rows.iter().map(|row| row.state.end.energy).collect();
-    let energy = Units::label("stored energy", scene.units.energy());
+pub fn diagram(record: &BranchRecord) -> BranchDiagram {
+    let set = &record.branches;
+    let ps = set.points.reals("parameter");
+    let (measured, values) = measure(record);
+    let energy = Units::label("stored energy", record.units.energy());
     BranchDiagram {
         title: String::new(),
-        x_label: wanted.parameter.label(scene.units),
+        x_label: record.parameter.label(record.units),
         x_range: None,
         panels: vec![
-            panel("branch", rows, located, measured, (&ps, &values)),
-            panel("branch", rows, located, energy, (&ps, &energies)),
+            panel("branch", set, measured, ps, values),
+            panel("branch", set, energy, ps, set.points.reals("energy")),
         ],
         folds: false,
     }
 }
 
 /// Fold curves: the second parameter over the first.
-pub fn fold_curves<const M: usize>(
-    scene: &Scene,
-    wanted: &Continue,
-    second: &Second,
-    rows: &[Row],
-    located: &[Located<M>],
-) -> BranchDiagram {
-    let ps: Vec<f64> = rows.iter().map(|row| row.p).collect();
-    let qs: Vec<f64> = rows.iter().filter_map(|row| row.q).collect();
-    let y_label = second.parameter.label(scene.units);
+pub fn fold_curves(record: &BranchRecord, folds: &FoldCurves) -> BranchDiagram {
+    let points = &folds.curves.points;
+    let (ps, qs) = (points.reals("parameter"), points.reals("second"));
+    let y_label = folds.second.label(record.units);
     BranchDiagram {
         title: String::new(),
-        x_label: wanted.parameter.label(scene.units),
+        x_label: record.parameter.label(record.units),
         x_range: None,
-        panels: vec![panel("fold curve", rows, located, y_label, (&ps, &qs))],
+        panels: vec![panel("fold curve", &folds.curves, y_label, ps, qs)],
         folds: true,
     }
 }
 
 /// Shapes along the branches.
-pub fn shapes(scene: &Scene, wanted: &Continue, rows: &[Row]) -> Result<RodShapes, Refusal> {
-    let last = rows.len() - 1;
-    let shown = SHAPES.min(rows.len());
-    let mut rods = Vec::new();
-    for k in 0..shown {
-        let row = &rows[k * last / (shown - 1).max(1)];
-        let problem = scene.with(&wanted.parameter, row.p).problem()?;
-        let sections = problem.shape(&row.state.base, 121)?;
-        rods.push(drawn(
-            &sections,
-            Some(row.p),
-            row.index.is_some_and(|i| i > 0),
-        ));
-    }
-    Ok(RodShapes {
-        rods,
-        value_label: wanted.parameter.label(scene.units),
-        ribbon: 0.03 * scene.rod.length,
+pub fn shapes(record: &BranchRecord) -> RodShapes {
+    let shapes = record.shapes.iter();
+    RodShapes {
+        rods: shapes
+            .map(|shape| drawn(&shape.sections, Some(shape.parameter), shape.unstable))
+            .collect(),
+        value_label: record.parameter.label(record.units),
+        ribbon: 0.03 * record.length,
         triads: false,
-        units: units(scene),
+        units: units(record.units),
         ..RodShapes::default()
-    })
+    }
 }

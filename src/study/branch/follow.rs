@@ -1,11 +1,14 @@
 //! Branches followed one after the other, and what they left behind.
 
+use super::record::CurveRecord;
+use crate::error::Result;
+use crate::rod::{State, Statical};
+use crate::scene::{Continue, Scene};
+use crate::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
+use crate::solve::special::{Kind, Special};
+use crate::solve::switching::switch;
+use crate::study::Hooks;
 use nalgebra::SVector;
-use snaprod::rod::{State, Statical};
-use snaprod::scene::{Continue, Scene};
-use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
-use snaprod::solve::special::{Kind, Special};
-use snaprod::solve::switching::switch;
 
 /// The size of the wrench that counts as much as the whole range of the parameter.
 pub const TYPICAL: f64 = Continue::TYPICAL;
@@ -38,14 +41,32 @@ pub struct Located<const N: usize> {
     pub backward: bool,
 }
 
-/// A branch (or fold curve) that was followed.
-pub struct Curve {
-    /// Where it began, in words.
-    pub origin: String,
-    /// How its ends were met, in words.
-    pub ends: Vec<String>,
-    /// True if it was followed as far as was asked.
-    pub complete: bool,
+/// The caller's hooks, and whether they have asked to stop.
+pub struct Watch<'a> {
+    hooks: &'a mut dyn Hooks,
+    from: f64,
+    to: f64,
+    pub interrupted: bool,
+}
+
+impl<'a> Watch<'a> {
+    /// The progress of a branch is how much of the way of its parameter is behind it.
+    pub fn new(hooks: &'a mut dyn Hooks, wanted: &Continue) -> Self {
+        Self {
+            hooks,
+            from: wanted.from,
+            to: wanted.to,
+            interrupted: false,
+        }
+    }
+
+    /// True if the study is to end, at this value of the parameter.
+    pub fn stops(&mut self, p: f64) -> bool {
+        let fraction = ((p - self.from) / (self.to - self.from)).clamp(0.0, 1.0);
+        self.hooks.progress(fraction, p);
+        self.interrupted |= self.hooks.interrupted();
+        self.interrupted
+    }
 }
 
 /// Branches of one scene.
@@ -55,8 +76,9 @@ pub struct Study<'a, F, const N: usize> {
     pub family: &'a F,
     pub rows: Vec<Row>,
     pub located: Vec<Located<N>>,
-    pub curves: Vec<Curve>,
+    pub curves: Vec<CurveRecord>,
     pub remarks: Vec<String>,
+    pub watch: Watch<'a>,
     /// Values of the parameter at which branches are compared: every branch hits them.
     stations: Vec<f64>,
     /// (p, unknowns) there.
@@ -64,7 +86,13 @@ pub struct Study<'a, F, const N: usize> {
 }
 
 impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
-    pub fn new(scene: &'a Scene, wanted: &'a Continue, family: &'a F, stations: Vec<f64>) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        wanted: &'a Continue,
+        family: &'a F,
+        stations: Vec<f64>,
+        watch: Watch<'a>,
+    ) -> Self {
         Self {
             scene,
             wanted,
@@ -73,6 +101,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
             located: Vec::new(),
             curves: Vec::new(),
             remarks: Vec::new(),
+            watch,
             stations,
             landed: Vec::new(),
         }
@@ -128,7 +157,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         x: SVector<f64, N>,
         p: f64,
         both: bool,
-    ) -> snaprod::Result<()> {
+    ) -> Result<()> {
         let family = self.family;
         // Backward first, so that the rows are in order.
         let ways: &[Direction] = match both {
@@ -154,7 +183,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
 
     fn follow(&mut self, origin: String, branches: Vec<(bool, Branch<'_, F, N>)>) {
         let number = self.curves.len();
-        self.curves.push(Curve {
+        self.curves.push(CurveRecord {
             origin,
             ends: Vec::new(),
             complete: true,
@@ -163,18 +192,20 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         for (i, (backward, branch)) in branches.into_iter().enumerate() {
             let first = self.rows.len();
             for item in branch {
-                match item {
+                let p = match item {
                     // The start is there already when the branch was followed the other way.
-                    Item::Point(point) if i > 0 && point.role == Role::Start => {}
+                    Item::Point(point) if i > 0 && point.role == Role::Start => continue,
                     Item::Point(point) => {
                         if point.role != Role::Step {
                             self.landed.push((point.p, point.x));
                         }
                         self.add(number, &point, backward, String::new());
+                        point.p
                     }
                     Item::Special(special) => {
                         // A name for now: they are numbered along the branch.
                         let name = format!("#{}", self.located.len());
+                        let p = special.point.p;
                         self.add(number, &special.point, backward, name.clone());
                         self.located.push(Located {
                             label: name,
@@ -182,17 +213,26 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                             special,
                             backward,
                         });
+                        p
                     }
                     Item::Stop(stop) => {
                         let last = self.rows[first..].last().map(|row| row.p);
                         let (complete, words) = self.ended(number, &stop, backward, last);
-                        self.curves[number].ends.push(words);
-                        self.curves[number].complete &= complete;
+                        self.curves[number].end(complete, words);
+                        break;
                     }
+                };
+                if self.watch.stops(p) {
+                    let words = self.short(number, backward, &format!("it was interrupted at {p}"));
+                    self.curves[number].end(false, words);
+                    break;
                 }
             }
             if backward {
                 self.rows[first..].reverse();
+            }
+            if self.watch.interrupted {
+                break;
             }
         }
         let stem = |special: &Special<N>| match special.kind {
@@ -222,6 +262,15 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         }
     }
 
+    fn short(&self, number: usize, backward: bool, why: &str) -> String {
+        let Continue { parameter, to, .. } = self.wanted;
+        let aim = match (number, backward) {
+            (0, false) => format!("{parameter} = {to}"),
+            _ => format!("the ends of the range of {parameter}"),
+        };
+        format!("branch {number} ended short of {aim}: {why}")
+    }
+
     /// How an end was met, and whether it is as far as was asked.
     fn ended(
         &self,
@@ -237,16 +286,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
             points,
             ..
         } = self.wanted;
-        let short = |why: String| {
-            let aim = match (number, backward) {
-                (0, false) => format!("{parameter} = {to}"),
-                _ => format!("the ends of the range of {parameter}"),
-            };
-            (
-                false,
-                format!("branch {number} ended short of {aim}: {why}"),
-            )
-        };
+        let short = |why: String| (false, self.short(number, backward, &why));
         let last = last.unwrap_or(*from);
         match stop {
             Stop::LeftAtStart if number == 0 && !backward => short(format!(
@@ -275,7 +315,8 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         let mut starts = Vec::new();
         for at in self.located.iter().filter(|at| at.curve == 0) {
             let kind = at.special.kind;
-            if !matches!(kind, Kind::BranchPoint | Kind::StabilityChange) {
+            if !matches!(kind, Kind::BranchPoint | Kind::StabilityChange) || self.watch.interrupted
+            {
                 continue;
             }
             match switch(family, &at.special, TYPICAL * AWAY, &options) {
@@ -302,6 +343,9 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         self.stations
             .extend(starts.iter().map(|(_, start)| start.p));
         for (k, (label, start)) in starts.iter().enumerate() {
+            if self.watch.interrupted {
+                return;
+            }
             if self.knows(start.p, &start.x) {
                 continue;
             }

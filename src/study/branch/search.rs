@@ -1,11 +1,11 @@
 //! Branches that do not meet those known, by deflation.
 
 use super::follow::{Study, TYPICAL};
+use super::record::DeflationRecord;
+use crate::rod::Statical;
+use crate::scene::Continue;
+use crate::solve::deflation::{self, further};
 use nalgebra::SVector;
-use serde_json::{Value, json};
-use snaprod::rod::Statical;
-use snaprod::scene::Continue;
-use snaprod::solve::deflation::{self, further};
 
 /// Values of the parameter at which further equilibria are sought.
 const VALUES: usize = 5;
@@ -29,7 +29,7 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
 }
 
 /// Searches, follows what is found, and reports.
-pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> Value {
+pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> DeflationRecord {
     let values = values(study.wanted);
     let parameter = study.wanted.parameter;
     // Rods have equilibria of any order, at ever larger wrenches.
@@ -46,6 +46,9 @@ pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> Va
             }
         }
         for guess in guesses {
+            if study.watch.stops(p) {
+                break 'values;
+            }
             let options = deflation::Options::default();
             let known = study.known(p);
             let search = match further(study.family, p, &known, &[guess], &options) {
@@ -86,5 +89,10 @@ pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> Va
          force in B/L^2) up to {bound:.3}; there may be more",
         values.len(),
     ));
-    json!({ "found": found, "values": values, "largest_wrench": bound, "evaluations": evaluations })
+    DeflationRecord {
+        found,
+        values,
+        largest_wrench: bound,
+        evaluations,
+    }
 }

@@ -1,18 +1,20 @@
 //! Fold curves in two parameters.
 
-use super::follow::{Curve, Located, Row, SAME, Study, TYPICAL, number_labels, signed};
+use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, signed};
+use super::record::{self, CurveRecord, CurveSet};
+use crate::error::Result;
+use crate::rod::{State, Statical};
+use crate::scene::{Parameter, Scene, Second};
+use crate::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
+use crate::solve::fold_curve::{Crossed, Family2, FoldCurve};
+use crate::solve::special::{Kind, Special};
 use nalgebra::SVector;
-use snaprod::rod::{State, Statical};
-use snaprod::scene::{Parameter, Scene, Second};
-use snaprod::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
-use snaprod::solve::fold_curve::{Crossed, Family2, FoldCurve};
-use snaprod::solve::special::{Kind, Special};
 
 /// Curves of folds.
-pub struct Folds<const M: usize> {
-    pub rows: Vec<Row>,
-    pub located: Vec<Located<M>>,
-    pub curves: Vec<Curve>,
+struct Folds<const M: usize> {
+    rows: Vec<Row>,
+    located: Vec<Located<M>>,
+    curves: Vec<CurveRecord>,
     /// (x, p) where the curves pass the scene's value of the second parameter.
     landed: Vec<SVector<f64, M>>,
 }
@@ -34,7 +36,7 @@ pub fn fold_curves<F, const N: usize, const M: usize>(
     study: &mut Study<'_, F, N>,
     second: &Second,
     make: &impl Fn(&Scene, Parameter, f64) -> F,
-) -> Folds<M>
+) -> Result<CurveSet>
 where
     F: Statical<N>,
 {
@@ -77,10 +79,10 @@ where
         let y = FoldCurve::<(), N, M>::unknowns(&point.x, point.p / unit);
         // A curve that comes back to this value of q may pass through other folds of the branch.
         let same = |z: &SVector<f64, M>| (y - z).norm() <= SAME * (1.0 + y.norm());
-        if this.landed.iter().any(same) {
+        if study.watch.interrupted || this.landed.iter().any(same) {
             continue;
         }
-        this.curves.push(Curve {
+        this.curves.push(CurveRecord {
             origin: fold.label.clone(),
             ends: Vec::new(),
             complete: true,
@@ -91,13 +93,15 @@ where
             (Direction::Forward, second.to),
         ] {
             // At an end of the range only the other way leads into it.
-            if window.here == end {
+            if window.here == end || study.watch.interrupted {
                 continue;
             }
             let again = this.rows.len() > row;
             match Branch::new(&family, y, window.here, options(direction)) {
                 Ok(branch) => {
-                    this.follow(branch, &family, &window, (direction, again), &mut remarks)
+                    let way = (direction, again);
+                    let watch = &mut study.watch;
+                    this.follow(branch, &family, &window, way, watch, &mut remarks);
                 }
                 Err(e) => remarks.push(format!("fold curve through {}: {e}", fold.label)),
             }
@@ -112,7 +116,12 @@ where
         ));
     }
     study.remarks.extend(remarks);
-    this
+    let first = |at: &Located<M>| Some(at.special.point.x[M - 1]);
+    Ok(CurveSet {
+        points: record::table(scene, wanted, Some(second), &this.rows)?,
+        curves: this.curves,
+        specials: this.located.iter().map(|at| at.record(first(at))).collect(),
+    })
 }
 
 impl<const M: usize> Folds<M> {
@@ -123,9 +132,10 @@ impl<const M: usize> Folds<M> {
         family: &FoldCurve<'_, F, N, M>,
         window: &Window<S>,
         (direction, again): (Direction, bool),
+        watch: &mut Watch<'_>,
         remarks: &mut Vec<String>,
     ) where
-        S: Fn(&SVector<f64, N>, f64, f64) -> snaprod::Result<State>,
+        S: Fn(&SVector<f64, N>, f64, f64) -> Result<State>,
     {
         let number = self.curves.len() - 1;
         let backward = direction == Direction::Backward;
@@ -187,6 +197,14 @@ impl<const M: usize> Folds<M> {
                 }),
                 Err(e) => remarks.push(format!("fold curve {number}: {e}")),
             }
+            if watch.stops(p) {
+                let name = window.second.parameter;
+                self.end(
+                    false,
+                    format!("fold curve {number} was interrupted at {name} = {q}"),
+                );
+                break;
+            }
         }
         if backward {
             self.rows[first..].reverse();
@@ -195,8 +213,7 @@ impl<const M: usize> Folds<M> {
 
     fn end(&mut self, complete: bool, words: String) {
         if let Some(curve) = self.curves.last_mut() {
-            curve.complete &= complete;
-            curve.ends.push(words);
+            curve.end(complete, words);
         }
     }
 }

@@ -1,0 +1,195 @@
+//! Branches of equilibria in one parameter of a scene of statics: the branch of `[continue]` with its special points, the
+//! branches that cross it, those found beside it by deflation, and the curves of its folds in a second parameter.
+
+mod folds;
+mod follow;
+mod record;
+mod search;
+
+pub use record::{
+    BranchRecord, CurveRecord, CurveSet, DeflationRecord, FoldCurves, ShapeRecord, SpecialPoint,
+};
+
+use super::Hooks;
+use crate::error::{Error, Result};
+use crate::rod::{Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Statical, Taken};
+use crate::scene::{Continue, Parameter, Scene};
+use folds::fold_curves;
+use follow::{Study, Watch};
+use nalgebra::SVector;
+
+/// Follows the branch that the scene's `[continue]` describes, and what it asks for beside it.
+///
+/// A branch that ends short of what was asked is no error: its points are in the record, with the reason. An interrupt keeps
+/// the points found so far.
+///
+/// ```
+/// use snaprod::scene::Scene;
+/// use snaprod::study::{Silent, branch};
+/// let column = Scene::parse(
+///     r#"
+///     [rod]
+///     model = "cosserat"
+///     length = 1.0
+///     [rod.section]
+///     bending = [1.5, 1.0]
+///     torsion = 0.8
+///     [end]
+///     force = [0.0, 0.0, -1.0]
+///     [continue]
+///     parameter = "end.load"
+///     from = 0.0
+///     to = 3.0
+///     "#,
+/// )?;
+/// let record = branch(&column, &mut Silent)?;
+/// let euler = &record.branches.specials[0];
+/// let quarter = std::f64::consts::PI.powi(2) / 4.0;
+/// assert!((euler.parameter - quarter).abs() <= euler.precision);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A scene without `[continue]`; no equilibrium at its start; a path of computation that does not hold along the branch.
+pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
+    let Some(wanted) = &scene.continuation else {
+        return Err(Error::domain(
+            "no [continue]: add one that names the parameter, as in\n  [continue]\n  parameter = \"end.load\"\n  from = 0.0\n  to = 1.0",
+        ));
+    };
+    let first = scene.with(&wanted.parameter, wanted.from).problem()?;
+    let start = first.solve(scene.guess().as_ref())?;
+    let (charted, taken) = charted(scene, wanted, &start)?;
+    let task = Task {
+        scene,
+        wanted,
+        start,
+        taken,
+    };
+    match charted {
+        Charted::Spatial(chart) => task.along::<_, 6, 7>(chart, hooks),
+        Charted::FreeEnd(chart) => task.along::<_, 3, 4>(chart, hooks),
+        Charted::Planar(chart) => task.along::<_, 3, 4>(chart, hooks),
+        Charted::ClosedForm(chart) => task.along::<_, 2, 3>(chart, hooks),
+    }
+}
+
+/// The chart that holds all along the branch: the one of its start, if the equilibrium found lies in it, if it is that of other
+/// problems in the range too, and if nothing is asked for that may lead out of it.
+fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Charted, Taken)> {
+    let at = |parameter: &Parameter, p: f64| scene.with(parameter, p).problem();
+    let range = |parameter: Parameter, from: f64, to: f64| {
+        [from, 0.37 * from + 0.63 * to, to].map(|p| (parameter, p))
+    };
+    let mut others = range(wanted.parameter, wanted.from, wanted.to).to_vec();
+    if let Some(second) = &wanted.second {
+        others.extend(range(second.parameter, second.from, second.to));
+    }
+    let holds = |chart: &Charted, of: &dyn Fn(&Problem) -> Option<Charted>| {
+        others.iter().all(|(parameter, p)| {
+            let there = at(parameter, *p).ok().and_then(|problem| of(&problem));
+            there.is_none_or(|there| there.is_alike(chart))
+        })
+    };
+    let first = at(&wanted.parameter, wanted.from)?;
+    let (charted, taken) = first.charted()?;
+    let of_plane = |problem: &Problem| problem.charted().ok().map(|(chart, _)| chart);
+    let leaves = wanted.switch || wanted.deflate;
+    let why = if taken.path == Path::Spatial {
+        taken.why
+    } else if scene.solve.path == Path::Auto && start.taken.path != taken.path {
+        start.taken.why.clone()
+    } else if holds(&charted, &of_plane) && !(scene.solve.path == Path::Auto && leaves) {
+        return Ok((charted, taken));
+    } else if scene.solve.path == Path::Auto && leaves {
+        "other branches may leave the plane of the data".to_owned()
+    } else if scene.solve.path == Path::Auto {
+        "the data are planar at the start of the branch, but not all along it".to_owned()
+    } else {
+        return Err(Error::domain(format!(
+            "solve.path = \"{}\" holds at the start of the branch, but not all along it; use \"auto\"",
+            taken.path.as_str()
+        )));
+    };
+    let reduced = first.charted_in_space();
+    let chart = if holds(&reduced, &|problem| Some(problem.charted_in_space())) {
+        reduced
+    } else {
+        Charted::Spatial(Spatial)
+    };
+    let path = Path::Spatial;
+    Ok((chart, Taken { path, why }))
+}
+
+/// What is to be followed, and from where.
+struct Task<'a> {
+    scene: &'a Scene,
+    wanted: &'a Continue,
+    start: Equilibrium,
+    taken: Taken,
+}
+
+impl Task<'_> {
+    /// Follows everything in one chart, N unknowns; M = N + 1.
+    fn along<C: Chart<N> + Copy, const N: usize, const M: usize>(
+        self,
+        chart: C,
+        hooks: &mut dyn Hooks,
+    ) -> Result<BranchRecord> {
+        let make = |scene: &Scene, parameter: Parameter, span: f64| {
+            let scene = scene.clone();
+            let problem = move |p: f64| scene.with(&parameter, p).problem();
+            RodFamily::in_chart(problem, parameter.changes_rod(), span, chart)
+        };
+        let wanted = self.wanted;
+        let family = make(self.scene, wanted.parameter, wanted.to - wanted.from);
+        let x = family.unknowns(&self.start.base, wanted.from)?;
+        self.study::<_, N, M>(&family, x, make, hooks)
+    }
+
+    /// Everything about the branch through `x`, with N unknowns; M = N + 1.
+    fn study<F: Statical<N>, const N: usize, const M: usize>(
+        self,
+        family: &F,
+        x: SVector<f64, N>,
+        make: impl Fn(&Scene, Parameter, f64) -> F,
+        hooks: &mut dyn Hooks,
+    ) -> Result<BranchRecord> {
+        let (scene, wanted) = (self.scene, self.wanted);
+        let stations = match wanted.deflate {
+            true => search::values(wanted),
+            false => Vec::new(),
+        };
+        let watch = Watch::new(hooks, wanted);
+        let mut study = Study::new(scene, wanted, family, stations, watch);
+        study.through("the scene".to_owned(), x, wanted.from, wanted.both)?;
+        if wanted.switch {
+            study.switch();
+        }
+        let deflation = wanted.deflate.then(|| search::search(&mut study));
+        let fold_curves = match &wanted.second {
+            Some(second) => Some(FoldCurves {
+                second: second.parameter,
+                curves: fold_curves::<F, N, M>(&mut study, second, &make)?,
+            }),
+            None => None,
+        };
+        let shapes = record::shapes(scene, wanted, &study.rows);
+        Ok(BranchRecord {
+            parameter: wanted.parameter,
+            units: scene.units,
+            length: scene.rod.length,
+            taken: self.taken,
+            branches: CurveSet {
+                points: record::table(scene, wanted, None, &study.rows)?,
+                curves: study.curves,
+                specials: study.located.iter().map(|at| at.record(None)).collect(),
+            },
+            fold_curves,
+            deflation,
+            shapes,
+            remarks: study.remarks,
+            interrupted: study.watch.interrupted,
+        })
+    }
+}

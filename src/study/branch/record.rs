@@ -1,0 +1,354 @@
+//! What a study of branches returns.
+
+use super::follow::{Located, Row, signed};
+use crate::error::Result;
+use crate::rod::{RodSection, Taken};
+use crate::scene::{Continue, Parameter, Scene, Second, Units};
+use crate::solve::special::{Kind, Status};
+use crate::study::record::{Cell, Column, Table};
+use crate::study::space;
+use serde_json::{Value, json};
+
+/// Branches of equilibria, with what was found on them and beside them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BranchRecord {
+    /// The parameter that varies along the branches.
+    pub parameter: Parameter,
+    /// The units of every quantity.
+    pub units: Units,
+    /// Length of the rod.
+    pub length: f64,
+    /// How the equilibria were computed, and why so.
+    pub taken: Taken,
+    /// The branches: the scene's own first, then those that cross it, then those found by deflation.
+    pub branches: CurveSet,
+    /// The curves of folds in two parameters, if they were asked for.
+    pub fold_curves: Option<FoldCurves>,
+    /// The search by deflation, if it was asked for.
+    pub deflation: Option<DeflationRecord>,
+    /// The rod at a few points of the branches, evenly chosen.
+    pub shapes: Vec<ShapeRecord>,
+    /// What else is to be known, in sentences.
+    pub remarks: Vec<String>,
+    /// True if the caller interrupted the study: what was found until then is here.
+    pub interrupted: bool,
+}
+
+/// Curves that were followed, and the special points on them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveSet {
+    /// A row for each point and special point, curve after curve.
+    pub points: Table,
+    /// The curves, by number.
+    pub curves: Vec<CurveRecord>,
+    /// The special points, in the order of the rows.
+    pub specials: Vec<SpecialPoint>,
+}
+
+/// The curves of folds in the parameter and a second one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoldCurves {
+    /// The second parameter.
+    pub second: Parameter,
+    /// The curves.
+    pub curves: CurveSet,
+}
+
+/// A branch (or fold curve) that was followed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveRecord {
+    /// Where it began, in words.
+    pub origin: String,
+    /// How its ends were met, in words.
+    pub ends: Vec<String>,
+    /// True if it was followed as far as was asked.
+    pub complete: bool,
+}
+
+/// A special point of a branch or of a fold curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpecialPoint {
+    /// Its name, the one of its row in the table: "LP1".
+    pub label: String,
+    /// What it is.
+    pub kind: Kind,
+    /// The number of its curve.
+    pub curve: usize,
+    /// Why its place is a guess, if it is one.
+    pub doubt: Option<String>,
+    /// Value of the parameter.
+    pub parameter: f64,
+    /// Value of the second parameter, on a fold curve.
+    pub second: Option<f64>,
+    /// Arclength along its curve, in the measure of [`Continue`].
+    pub arclength: f64,
+    /// The arclengths between which it lies.
+    pub interval: [f64; 2],
+    /// Bound of the error of the parameter; on a fold curve, of the second parameter.
+    pub precision: f64,
+    /// Estimated error of the arclength.
+    pub arclength_precision: f64,
+    /// Morse index before and after, in the direction of growing arclength.
+    pub index: [Option<usize>; 2],
+}
+
+/// What deflation looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeflationRecord {
+    /// Branches found.
+    pub found: usize,
+    /// Values of the parameter at which further equilibria were sought.
+    pub values: Vec<f64>,
+    /// Size of the base wrenches sought, couple in B/L, force in B/L^2.
+    pub largest_wrench: f64,
+    /// Evaluations of the rod.
+    pub evaluations: usize,
+}
+
+/// The rod at one point of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeRecord {
+    /// Value of the parameter.
+    pub parameter: f64,
+    /// True if the equilibrium is known to be unstable.
+    pub unstable: bool,
+    /// Evenly spaced sections.
+    pub sections: Vec<RodSection>,
+}
+
+/// How many shapes a record holds, and sections a shape.
+const SHAPES: usize = 12;
+const SECTIONS: usize = 121;
+
+/// Shapes of evenly chosen rows. They are for the eye: one that cannot be had is left out.
+pub(super) fn shapes(scene: &Scene, wanted: &Continue, rows: &[Row]) -> Vec<ShapeRecord> {
+    let shown = SHAPES.min(rows.len());
+    let shape = |k: usize| {
+        let row = &rows[k * (rows.len() - 1) / (shown - 1).max(1)];
+        let problem = scene.with(&wanted.parameter, row.p).problem().ok()?;
+        Some(ShapeRecord {
+            parameter: row.p,
+            unstable: row.index.is_some_and(|i| i > 0),
+            sections: problem.shape(&row.state.base, SECTIONS).ok()?,
+        })
+    };
+    (0..shown).filter_map(shape).collect()
+}
+
+/// The rows of branches, or of fold curves over a second parameter.
+pub(super) fn table(
+    scene: &Scene,
+    wanted: &Continue,
+    second: Option<&Second>,
+    rows: &[Row],
+) -> Result<Table> {
+    let units = scene.units;
+    let parameter =
+        |name: &'static str, of: Parameter| Column::reals(name, of.unit(units), of.to_string());
+    let (name, curve) = match second {
+        Some(_) => (
+            "fold_curve",
+            Column::integers("curve", "number of the fold curve"),
+        ),
+        None => ("branch", Column::integers("branch", "number of the branch")),
+    };
+    let mut columns = vec![curve, parameter("parameter", wanted.parameter)];
+    columns.extend(second.map(|second| parameter("second", second.parameter)));
+    columns.push(Column::reals(
+        "arclength",
+        "",
+        "length along the curve, the whole range of the parameter counting as 1",
+    ));
+    columns.extend(space::pose_columns(units));
+    columns.extend(space::wrench_columns("base", units));
+    columns.extend(space::wrench_columns("tip", units));
+    columns.extend([
+        Column::reals("energy", units.energy(), "elastic energy of the rod"),
+        Column::integers("index", "Morse index: 0 is stable"),
+        Column::reals(
+            "residual",
+            "",
+            "size of the equations left over, in units of the rod",
+        ),
+        Column::words("label", "name of the special point"),
+    ]);
+    let mut table = Table::new(name, columns);
+    for row in rows {
+        let end = &row.state.end;
+        let mut cells: Vec<Cell> = vec![row.curve.into(), row.p.into()];
+        cells.extend(row.q.map(Cell::Real));
+        let numbers = std::iter::once(row.arclength)
+            .chain(space::pose(end))
+            .chain(space::wrench(&row.state.base))
+            .chain(space::tip_wrench(end))
+            .chain([end.energy]);
+        cells.extend(numbers.map(Cell::Real));
+        cells.extend([
+            row.index.into(),
+            row.state.residual.into(),
+            row.label.clone().into(),
+        ]);
+        table.push(&cells)?;
+    }
+    Ok(table)
+}
+
+impl<const N: usize> Located<N> {
+    /// As plain data; on a fold curve the second parameter is the one that was followed, and the first is given.
+    pub(super) fn record(&self, first: Option<f64>) -> SpecialPoint {
+        let special = &self.special;
+        let along = |s: f64| signed(self.backward, s);
+        let (a, b) = special.interval;
+        let (before, after) = special.index;
+        SpecialPoint {
+            label: self.label.clone(),
+            kind: special.kind,
+            curve: self.curve,
+            doubt: match &special.status {
+                Status::Converged => None,
+                Status::Guess(why) => Some(why.clone()),
+            },
+            parameter: first.unwrap_or(special.point.p),
+            second: first.map(|_| special.point.p),
+            arclength: along(special.point.arclength),
+            interval: [along(a).min(along(b)), along(a).max(along(b))],
+            precision: special.error_p,
+            arclength_precision: signed(false, special.error_s),
+            index: match self.backward {
+                true => [after, before],
+                false => [before, after],
+            },
+        }
+    }
+}
+
+impl SpecialPoint {
+    /// What it is called: a fold of a fold curve is a turning point, where two folds of the branches meet.
+    pub fn kind_name(&self) -> String {
+        match (self.kind, self.second) {
+            (Kind::Fold, Some(_)) => "turning point".to_owned(),
+            (kind, _) => kind.to_string(),
+        }
+    }
+
+    fn summary(&self) -> Value {
+        let status = match &self.doubt {
+            Some(_) => "guess",
+            None => "converged",
+        };
+        let mut object = json!({
+            "label": self.label,
+            "kind": self.kind_name(),
+            "status": status,
+            "reason": self.doubt,
+            "parameter": self.parameter,
+            "arclength": self.arclength,
+            "interval": self.interval,
+        });
+        match self.second {
+            Some(second) => {
+                object["curve"] = self.curve.into();
+                object["second"] = second.into();
+                object["precision"] =
+                    json!({ "second": self.precision, "arclength": self.arclength_precision });
+            }
+            None => {
+                object["branch"] = self.curve.into();
+                object["precision"] =
+                    json!({ "parameter": self.precision, "arclength": self.arclength_precision });
+                object["index_before"] = self.index[0].into();
+                object["index_after"] = self.index[1].into();
+            }
+        }
+        object
+    }
+}
+
+impl CurveRecord {
+    pub(super) fn end(&mut self, complete: bool, words: String) {
+        self.complete &= complete;
+        self.ends.push(words);
+    }
+}
+
+impl CurveSet {
+    /// True if every curve was followed as far as was asked.
+    pub fn is_complete(&self) -> bool {
+        self.curves.iter().all(|curve| curve.complete)
+    }
+
+    /// The number of the curve of each row.
+    pub fn numbers(&self) -> &[Option<i64>] {
+        let first = self.points.columns.first();
+        first.map_or(&[], |column| self.points.integers(&column.name))
+    }
+
+    /// The row of a special point.
+    pub fn row(&self, at: &SpecialPoint) -> Option<usize> {
+        let labels = self.points.words("label");
+        labels.iter().position(|label| *label == at.label)
+    }
+
+    fn curve_summaries(&self) -> Value {
+        let numbers = self.numbers();
+        let one = |(number, curve): (usize, &CurveRecord)| {
+            let own = numbers.iter().filter(|n| **n == Some(number as i64));
+            json!({
+                "number": number,
+                "from": curve.origin,
+                "points": own.count(),
+                "ends": curve.ends,
+                "complete": curve.complete,
+            })
+        };
+        self.curves.iter().enumerate().map(one).collect()
+    }
+
+    fn special_summaries(&self) -> Value {
+        self.specials.iter().map(SpecialPoint::summary).collect()
+    }
+}
+
+impl BranchRecord {
+    /// True if everything was followed as far as was asked.
+    pub fn is_complete(&self) -> bool {
+        let folds = self.fold_curves.as_ref();
+        !self.interrupted
+            && self.branches.is_complete()
+            && folds.is_none_or(|folds| folds.curves.is_complete())
+    }
+
+    /// All but the tables and shapes, as JSON.
+    pub fn summary(&self) -> Value {
+        let branches = &self.branches;
+        let ends = branches.curves.iter().flat_map(|curve| &curve.ends);
+        let mut summary = json!({
+            "parameter": self.parameter.to_string(),
+            "path": { "kind": self.taken.path.as_str(), "why": self.taken.why },
+            "points": branches.points.rows(),
+            "branches": branches.curve_summaries(),
+            "special_points": branches.special_summaries(),
+            "complete": branches.is_complete(),
+            "stop": ends.collect::<Vec<_>>(),
+            "interrupted": self.interrupted,
+            "remarks": self.remarks,
+        });
+        if let Some(search) = &self.deflation {
+            summary["deflation"] = json!({
+                "found": search.found,
+                "values": search.values,
+                "largest_wrench": search.largest_wrench,
+                "evaluations": search.evaluations,
+            });
+        }
+        if let Some(folds) = &self.fold_curves {
+            summary["fold_curves"] = json!({
+                "second": folds.second.to_string(),
+                "points": folds.curves.points.rows(),
+                "curves": folds.curves.curve_summaries(),
+                "special_points": folds.curves.special_summaries(),
+            });
+        }
+        summary
+    }
+}

@@ -1,0 +1,137 @@
+//! One equilibrium of a scene of statics.
+
+use super::record::{Cell, Column, Table};
+use super::space::quaternion;
+use crate::error::Result;
+use crate::math::se3::halves;
+use crate::rod::{Equilibrium, RodSection};
+use crate::scene::{Scene, Units};
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+
+/// An equilibrium with its shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EquilibriumRecord {
+    /// The units of every quantity.
+    pub units: Units,
+    /// Length of the rod.
+    pub length: f64,
+    /// Base wrench, end, index, and how it was found.
+    pub found: Equilibrium,
+    /// True if the loads have a potential, so that the index decides stability.
+    pub conservative: bool,
+    /// True if the inverse of the section law was formed once, the law being linear and uniform.
+    pub uniform: bool,
+    /// Evenly spaced sections, from the clamp to the end.
+    pub sections: Vec<RodSection>,
+}
+
+/// Sections of the shape.
+const SECTIONS: usize = 201;
+
+/// Solves the scene and describes its equilibrium.
+///
+/// # Errors
+/// Data that make no problem; no equilibrium found.
+pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
+    let problem = scene.problem()?;
+    let found = problem.solve(scene.guess().as_ref())?;
+    Ok(EquilibriumRecord {
+        units: scene.units,
+        length: scene.rod.length,
+        conservative: problem.is_conservative(),
+        uniform: problem.rod().hoists_inverse(),
+        sections: problem.shape(&found.base, SECTIONS)?,
+        found,
+    })
+}
+
+/// (couple, force) along the directors.
+pub fn resultants(section: &RodSection) -> (Vector3<f64>, Vector3<f64>) {
+    let back = section.directors.transpose();
+    (back * section.couple, back * section.force)
+}
+
+impl EquilibriumRecord {
+    /// All but the shape, as JSON.
+    pub fn summary(&self) -> Value {
+        let (found, route) = (&self.found, &self.found.route);
+        let (base_couple, base_force) = halves(&found.base);
+        json!({
+            "position": found.end.position.as_slice(),
+            "quaternion": self.quaternion(),
+            "base_force": base_force.as_slice(),
+            "base_couple": base_couple.as_slice(),
+            "tip_force": found.end.force.as_slice(),
+            "tip_couple": found.end.couple.as_slice(),
+            "energy": found.end.energy,
+            "index": found.index,
+            "stable": self.conservative.then_some(found.index == 0),
+            "conservative": self.conservative,
+            "residual": found.residual,
+            "path": {
+                "kind": found.taken.path.as_str(),
+                "why": found.taken.why,
+                "uniform": self.uniform,
+                "from_guess": route.from_guess,
+                "continuation_steps": route.steps,
+                "bent_start": route.imperfect,
+                "newton_steps": route.iterations,
+                "evaluations": route.evaluations,
+                "smallest_damping": route.damping,
+            },
+        })
+    }
+
+    /// [w, x, y, z] of the directors at the end, w >= 0.
+    pub fn quaternion(&self) -> [f64; 4] {
+        quaternion(&self.found.end)
+    }
+
+    /// The shape: a row for each section.
+    ///
+    /// # Errors
+    /// None that is known of.
+    pub fn shape(&self) -> Result<Table> {
+        let units = self.units;
+        let (length, curvature) = (units.length(), units.curvature());
+        let (couple, force) = (units.couple(), units.force());
+        let mut columns = vec![Column::reals("s", length, "arclength of the unloaded rod")];
+        let mut three = |names: [&'static str; 3], unit: &'static str, meaning: &'static str| {
+            columns.extend(names.map(|name| Column::reals(name, unit, meaning)));
+        };
+        three(["x", "y", "z"], length, "position of the centreline");
+        three(["d1x", "d1y", "d1z"], "", "director d1");
+        three(["d2x", "d2y", "d2z"], "", "director d2");
+        three(["d3x", "d3y", "d3z"], "", "director d3, across the section");
+        three(
+            ["u1", "u2", "u3"],
+            curvature,
+            "curvature, or twist, about the director",
+        );
+        three(
+            ["v1", "v2", "v3"],
+            "",
+            "shear, or stretch, along the director",
+        );
+        three(["m1", "m2", "m3"], couple, "couple about the director");
+        three(["n1", "n2", "n3"], force, "force along the director");
+        let energy = "energy stored between the clamp and here";
+        columns.push(Column::reals("energy", units.energy(), energy));
+        let mut table = Table::new("shape", columns);
+        for section in &self.sections {
+            let (m, n) = resultants(section);
+            let row: Vec<Cell> = std::iter::once(section.s)
+                .chain(section.position.iter().copied())
+                .chain(section.directors.iter().copied())
+                .chain(section.strain.iter().copied())
+                .chain(m.iter().copied())
+                .chain(n.iter().copied())
+                .chain([section.energy])
+                .map(Cell::Real)
+                .collect();
+            table.push(&row)?;
+        }
+        Ok(table)
+    }
+}
