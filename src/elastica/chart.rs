@@ -156,7 +156,7 @@ impl Integrals {
     }
 }
 
-/// (lam, B) of the taut limit: lam = p + ln(2 tan(w/2)), B = 1 - cos w (theory: the rod is an arc of
+/// (lam, B) of the taut limit: lam = p + ln(2 tan(w/2)), B = 1 - cos w (theory 2.3: the rod is an arc of
 /// a separatrix, exact up to exp(-2 lam)).
 fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
     let half = s / (1.0 + c);

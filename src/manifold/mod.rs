@@ -2,7 +2,7 @@
 //!
 //! Do not ask "given the pose, what is the force?" (many answers, and folds where answers merge);
 //! ask "given q, what are pose and force?". Everything that follows, folds, index, inversion,
-//! motion, jumps, is written once over this map (theory: q -> g(q), w(q), U(q), dU = -w . dg).
+//! motion, jumps, is written once over this map (theory 1: q -> g(q), w(q), U(q), dU = -w . dg).
 
 pub mod truss;
 

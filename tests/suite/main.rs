@@ -14,6 +14,7 @@ mod cli_output;
 #[cfg(feature = "cli")]
 mod cli_statics;
 mod continuation;
+mod documents;
 mod dynamics;
 mod elastica;
 mod elliptic;
@@ -35,6 +36,8 @@ mod plot_rods_data;
 mod plot_viscous;
 #[cfg(feature = "plot")]
 mod plot_viscous_data;
+#[cfg(feature = "cli")]
+mod printed;
 #[cfg(feature = "cli")]
 mod program;
 #[cfg(feature = "scene")]

@@ -1,0 +1,96 @@
+//! The documents: what comments cite is there, and every data file says where it comes from.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn rust_files(directory: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(directory).expect("a directory") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            rust_files(&path, files);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+/// The number that `text` begins with, such as 2.5.
+fn section(text: &str) -> Option<String> {
+    let number: String = text
+        .chars()
+        .take_while(|c| c.is_ascii_digit() || *c == '.')
+        .collect();
+    let number = number.trim_end_matches('.').to_owned();
+    (!number.is_empty()).then_some(number)
+}
+
+/// Catches a comment that cites a section of the theory, or a benchmark, that readers cannot find.
+#[test]
+fn citations_lead_to_headings() {
+    let theory = read(&root().join("docs/theory.md"));
+    let headings: Vec<String> = theory
+        .lines()
+        .filter(|line| line.starts_with("##"))
+        .filter_map(|line| section(line.trim_start_matches(['#', ' '])))
+        .collect();
+    let benchmarks = read(&root().join("docs/rods.md"));
+    let mut files = Vec::new();
+    for directory in ["src", "tests", "examples", "benches"] {
+        rust_files(&root().join(directory), &mut files);
+    }
+    let mut cited = 0;
+    for path in files {
+        let text = read(&path);
+        for (at, _) in text.match_indices("theory ") {
+            let rest = &text[at + "theory ".len()..];
+            let rest = rest.strip_prefix("Sec. ").unwrap_or(rest);
+            if let Some(number) = section(rest) {
+                cited += 1;
+                assert!(
+                    headings.contains(&number),
+                    "{}: theory {number} is not in docs/theory.md",
+                    path.display()
+                );
+            }
+        }
+        for (at, _) in text.match_indices("benchmark B") {
+            let name: String = text[at + "benchmark ".len()..]
+                .chars()
+                .take_while(char::is_ascii_alphanumeric)
+                .collect();
+            assert!(
+                benchmarks.contains(&format!("| {name} |")),
+                "{}: benchmark {name} is not in docs/rods.md",
+                path.display()
+            );
+        }
+    }
+    assert!(cited >= 15, "only {cited} citations found");
+}
+
+/// Catches reference data without a recipe, and a recipe that tools/README.md does not put in order.
+#[test]
+fn data_and_tools_are_listed() {
+    let list = read(&root().join("tools/README.md"));
+    for directory in ["tests/data", "tools"] {
+        for entry in fs::read_dir(root().join(directory)).expect("a directory") {
+            let entry = entry.expect("an entry");
+            let name = entry.file_name().into_string().expect("a name");
+            // What Python leaves behind.
+            if name != "README.md" && name != "__pycache__" {
+                assert!(
+                    list.contains(&format!("`{name}`")),
+                    "tools/README.md has no line for {directory}/{name}"
+                );
+            }
+        }
+    }
+}

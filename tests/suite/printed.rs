@@ -1,0 +1,175 @@
+//! What README and docs print is what the program prints.
+//!
+//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output, in their order; a line
+//! `...` stands for lines left out at that place. Every command is run here, and every line looked for.
+
+use crate::program::{Answer, Place};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The documents with examples.
+fn documents() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = vec![root.join("README.md")];
+    for entry in fs::read_dir(root.join("docs")).expect("docs") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|e| e == "md") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// The fenced blocks of a language.
+fn blocks(text: &str, language: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if line.strip_prefix("```") == Some(language) {
+            let block: Vec<&str> = lines.by_ref().take_while(|l| *l != "```").collect();
+            found.push(block.join("\n"));
+        }
+    }
+    found
+}
+
+/// A line as text with a `#` for every number, and the numbers as they are written.
+fn parts(line: &str) -> (String, Vec<String>) {
+    let chars: Vec<char> = line
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .chars()
+        .collect();
+    let digit = |i: usize| chars.get(i).is_some_and(char::is_ascii_digit);
+    let (mut text, mut numbers, mut i) = (String::new(), Vec::new(), 0);
+    while i < chars.len() {
+        let signed = chars[i] == '-' && digit(i + 1) && (i == 0 || !chars[i - 1].is_alphanumeric());
+        if !signed && !digit(i) {
+            text.push(chars[i]);
+            i += 1;
+            continue;
+        }
+        let start = i;
+        i += 1;
+        while digit(i) || (chars.get(i) == Some(&'.') && digit(i + 1)) {
+            i += 1;
+        }
+        let exponent = usize::from(matches!(chars.get(i + 1), Some('-' | '+')));
+        if chars.get(i) == Some(&'e') && digit(i + 1 + exponent) {
+            i += 1 + exponent;
+            while digit(i) {
+                i += 1;
+            }
+        }
+        text.push('#');
+        numbers.push(chars[start..i].iter().collect());
+    }
+    (text, numbers)
+}
+
+/// One unit of the last digit written.
+fn last_digit(number: &str) -> f64 {
+    let decimals = number.split_once('.').map_or(0, |(_, after)| after.len());
+    10f64.powi(-(decimals as i32))
+}
+
+/// True if two numbers of a line say the same: an estimate of an error (1.6e-11) up to a factor of 30, a count of work up to a
+/// tenth, any other up to the last digit written, or ten times the uncertainty that follows it.
+fn same(written: &str, printed: &str, counts: bool, uncertainty: Option<f64>) -> bool {
+    let [a, b]: [f64; 2] = [written, printed].map(|n| n.parse().expect("a number"));
+    if written.contains("e-") || printed.contains("e-") {
+        return a.signum() == b.signum() && a.abs() <= 30.0 * b.abs() && b.abs() <= 30.0 * a.abs();
+    }
+    if counts && !written.contains('.') {
+        return (a - b).abs() <= 0.1 * a.abs();
+    }
+    (a - b).abs() <= 2.0 * last_digit(written) + 10.0 * uncertainty.unwrap_or(0.0)
+        || written == printed
+}
+
+fn agree(written: &str, printed: &str) -> bool {
+    let ((text, numbers), (other, values)) = (parts(written), parts(printed));
+    let counts = written.contains("right-hand sides") || written.contains("points of the branch");
+    text == other
+        && numbers.iter().zip(&values).enumerate().all(|(i, (a, b))| {
+            let place = text.match_indices('#').nth(i).map_or(0, |(at, _)| at);
+            let uncertain = text[place..].starts_with("# +- #");
+            let bound = || numbers[i + 1].parse::<f64>().ok();
+            same(a, b, counts, if uncertain { bound() } else { None })
+        })
+}
+
+/// The lines that the program printed, on either stream.
+fn lines(answer: &Answer) -> Vec<&str> {
+    answer.stdout.lines().chain(answer.stderr.lines()).collect()
+}
+
+fn run(command: &str, place: &Place) -> Answer {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let out = place.join("out").display().to_string();
+    let mut arguments: Vec<&str> = command.split_whitespace().collect();
+    if let Some(at) = arguments.iter().position(|a| *a == "--out") {
+        arguments[at + 1] = &out;
+    } else if matches!(arguments[0], "run" | "branch") {
+        arguments.extend(["--out", &out]);
+    }
+    let output = place.command(&arguments).current_dir(root).output();
+    Answer::of(output.expect("the program"))
+}
+
+/// Catches printed examples that the program does not print any more.
+#[test]
+fn printed_examples_are_what_the_program_prints() {
+    let place = Place::new("printed");
+    let mut seen = 0;
+    for path in documents() {
+        let text = fs::read_to_string(&path).expect("a document");
+        for block in blocks(&text, "console") {
+            let mut printed = Vec::new();
+            let mut command = "";
+            for line in block.lines() {
+                if let Some(wanted) = line.strip_prefix("$ snaprod ") {
+                    command = wanted;
+                    let answer = run(command, &place);
+                    printed = lines(&answer)
+                        .into_iter()
+                        .rev()
+                        .map(str::to_owned)
+                        .collect();
+                    seen += 1;
+                    continue;
+                }
+                // The lines still to come are at the end of `printed`.
+                let at = printed.iter().rposition(|p: &String| agree(line, p));
+                match (line, at) {
+                    ("...", _) => {}
+                    (_, Some(at)) => printed.truncate(at),
+                    (_, None) => panic!(
+                        "{}: snaprod {command} does not print\n{line}\nbut\n{}",
+                        path.display(),
+                        printed.iter().rev().cloned().collect::<Vec<_>>().join("\n")
+                    ),
+                }
+            }
+        }
+    }
+    assert!(seen >= 8, "only {seen} commands found");
+}
+
+/// Catches a scene in the documents that the program refuses.
+#[test]
+fn printed_scenes_check() {
+    let place = Place::new("printed-scenes");
+    let mut seen = 0;
+    for path in documents() {
+        let text = fs::read_to_string(&path).expect("a document");
+        for scene in blocks(&text, "toml").iter().filter(|b| b.contains("[rod]")) {
+            place.write("scene.toml", scene);
+            let answer = place.run(&["check", "scene.toml"]);
+            assert_eq!(answer.code, 0, "{}: {answer:?}\n{scene}", path.display());
+            seen += 1;
+        }
+    }
+    assert!(seen >= 1);
+}
