@@ -55,7 +55,7 @@ def motion(exe, name):
     rows = ['[' + ','.join([mp.nstr(mpf(r[0]), 4)] + [number(u) for u in r[1:5]]) + ']' for r in fine]
     head = dict(motion=name, about='mu = 1, at rest at t = 0 on the equilibrium of lowest energy at (%s), dead load (%s); rows t, x, y, vx, vy' % tuple(s.replace(' ', ', ') for s in (place, load)),
                 accuracy='difference of two runs (tolerances %g and %g a step) %s, energy %s' % (tol, 1000 * tol, show(two_runs), show(drift)),
-                method='tools/ref_motion.py, tools/ref_motion.c', p=start[0], w=start[1], turns=int(turns), largest_force=round(float(lam) ** 2, 1))
+                method='tools/ref_motion.py, tools/ref_motion.c', p=start[0], w=start[1], turns=int(turns), largest_force_at_a_step=round(float(lam) ** 2, 1))
     return json.dumps(head)[:-1] + ', "rows":[\n' + ',\n'.join(rows) + '\n]}\n'
 
 
