@@ -9,6 +9,7 @@ mod figures;
 mod files;
 mod folds;
 mod memory;
+mod new;
 mod output;
 mod progress;
 mod query;
@@ -55,6 +56,12 @@ enum Command {
     Memory(memory::MemoryArgs),
     /// Checks a scene and reports every fault at once.
     Check(check::CheckArgs),
+    /// Writes a commented scene to start from.
+    New(new::NewArgs),
+    /// Prints completions for a shell.
+    Completions(new::CompletionArgs),
+    /// Prints the manual for man: `snaprod man | man -l -`.
+    Man,
 }
 
 /// How a command ended.
@@ -95,6 +102,9 @@ pub fn main() -> ExitCode {
         Command::Branch(args) => branch::branch(args),
         Command::Memory(args) => memory::memory(args),
         Command::Check(args) => check::check(args),
+        Command::New(args) => new::new(args),
+        Command::Completions(args) => new::completions(args),
+        Command::Man => new::man(),
     };
     match ending {
         Ok(Ending::Done) => ExitCode::SUCCESS,

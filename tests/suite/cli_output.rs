@@ -123,3 +123,27 @@ fn a_figure_that_cannot_be_made_is_a_warning() {
     );
     assert!(place.join("out/surface.svg").exists());
 }
+
+/// Catches a scene to start from that does not run, and one that is written over somebody's own.
+#[test]
+fn new_scenes_are_sound() {
+    let place = Place::new("new");
+    for name in [
+        "strip",
+        "catapult",
+        "silicone-arm",
+        "buckled-strip",
+        "branch",
+    ] {
+        let file = format!("{name}.toml");
+        let answer = place.run(&["new", name, "--out", &file]);
+        assert_eq!(answer.text(), format!("{file}\n"));
+        assert_eq!(place.run(&["new", name]).text(), place.read(&file));
+        place.run(&["check", &file]).text();
+        let again = place.run(&["new", name, "--out", &file]);
+        assert!(again.refusal().contains("exists already"), "{again:?}");
+    }
+    place.run(&["completions", "bash"]).text();
+    let manual = place.run(&["man"]);
+    assert!(manual.text().matches("\n.TH ").count() > 10, "{manual:?}");
+}
