@@ -34,12 +34,16 @@ pub struct SceneArgs {
     /// The scene, a TOML file.
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
+    /// Replace or add a field of the scene, as in --set rod.damping=0.2; may be repeated.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
 }
 
 impl SceneArgs {
     /// The scene, or everything that is wrong with it.
     pub fn read(&self) -> Result<Scene, ReadError> {
-        Scene::read(&self.path)
+        let set: Vec<&str> = self.set.iter().map(String::as_str).collect();
+        Scene::read_with(&self.path, &set)
     }
 
     /// Where to write without --out: out/<name of the scene>.

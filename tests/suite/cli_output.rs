@@ -147,3 +147,24 @@ fn new_scenes_are_sound() {
     let manual = place.run(&["man"]);
     assert!(manual.text().matches("\n.TH ").count() > 10, "{manual:?}");
 }
+
+/// Catches an override that some command leaves out, or a fault in one that is not said to be its own.
+#[test]
+fn every_command_that_takes_a_scene_takes_overrides() {
+    let place = Place::new("set");
+    let bad = "rod.length=-1";
+    for command in ["run", "check", "equilibrium", "branch", "memory"] {
+        let refused = place.run(&[command, &bundled("twist"), "--set", bad]);
+        assert!(
+            refused.refusal().contains("--set rod.length=-1: "),
+            "{command}: {refused:?}"
+        );
+    }
+    let given = ["--set", "body.mass=2.0", "--set", "run.duration=0.01"];
+    let file = bundled("snap");
+    let mut words = vec!["run", file.as_str(), "--json"];
+    words.extend(given);
+    let summary = place.run(&words).json(0);
+    assert_eq!(summary["scene"]["body"]["mass"], 2.0);
+    assert_eq!(summary["end"]["t"], 0.01);
+}
