@@ -278,7 +278,8 @@ impl Element {
         &self.integrate
     }
 
-    /// Coefficients in P_k(2x - 1) of the polynomial through values at its nodes.
+    /// int_0^{s_i} f at the nodes of the element into `out`, given int f `before` it and its own `total`.
+    ///
     /// Fields split into parts symmetric and antisymmetric about the middle: with nodes i and i' that mirror each other,
     /// int to s_i' = total - (symmetric part) + (antisymmetric part) of int to s_i.
     fn integrate_into<const K: usize>(
@@ -315,6 +316,7 @@ impl Element {
         }
     }
 
+    /// Coefficients in P_k(2x - 1) of the polynomial through values at its nodes.
     pub(super) fn coefficients<const K: usize>(
         &self,
         f: &[SVector<f64, K>],

@@ -79,6 +79,11 @@ pub struct Linear<const M: usize, const D: usize> {
 const REFINEMENTS: usize = 2;
 /// Most steps of Newton's method for a wrench.
 const MOST: usize = 60;
+/// Newton's method for a wrench ends when its decrement (the square of the error) is below this part of the powers; the
+/// last, linear correction then leaves an error of this order.
+const CONVERGED: f64 = 1e-19;
+/// A decrement below this part of the powers that falls no more is rounding.
+const ROUNDED: f64 = 1e-12;
 /// Eigenvalues of G, scaled to a unit diagonal, below this part of the largest count as zero.
 const SINGULAR: f64 = 1e-13;
 /// Diagonal entries of G below this part of the largest count as zero: the rod is straight, and the wrench along it is
@@ -139,28 +144,43 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             }
             return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
         }
-        for step in 0..MOST {
+        // Convergence is judged by powers, in which a wrench counts as much as it does. A wrench along a rod that is
+        // straight to within an angle a is not known better than to rounding/a, and need not be.
+        let mut before = f64::INFINITY;
+        for _ in 0..MOST {
             let change = solve(&g, &-residual)?;
-            let slope = residual.dot(&change);
-            // Along the step the gradient of a convex function grows: it must not overshoot.
-            let (mut next, mut fraction) = (self.under(at, &(flow.wrench + change))?, 1.0);
-            let (mut after, mut g_after) = self.imbalance(at, &next, v);
-            while !(after.dot(&change) <= -0.9 * slope) && fraction > 1e-10 {
-                fraction *= 0.5;
-                next = self.under(at, &(flow.wrench + change * fraction))?;
-                (after, g_after) = self.imbalance(at, &next, v);
-            }
-            let moved = change.norm() * fraction;
-            let size = flow.wrench.norm().max(next.wrench.norm());
-            let better = after.norm() < residual.norm();
-            (flow, residual, g) = (next, after, g_after);
-            if moved <= 1e-15 * size || (step > 0 && !better && moved <= 1e-11 * size) {
-                let change = solve(&g, &-residual)?;
+            let decrement = -residual.dot(&change);
+            let power = self.power(at, &flow);
+            let settled = decrement <= CONVERGED * power;
+            if settled || (decrement <= ROUNDED * power && !(decrement < 0.1 * before)) {
                 self.load(at, &mut flow, &change);
-                return Some(flow);
+                return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
+            }
+            before = decrement;
+            // Along the step the gradient of a convex function grows: it must not overshoot.
+            let mut fraction = 1.0;
+            loop {
+                let next = self.under(at, &(flow.wrench + change * fraction))?;
+                let (after, g_after) = self.imbalance(at, &next, v);
+                if after.dot(&change) <= 0.9 * decrement || fraction < 1e-10 {
+                    (flow, residual, g) = (next, after, g_after);
+                    break;
+                }
+                fraction *= 0.5;
             }
         }
         None
+    }
+
+    /// What the stresses that are taken up and the overstress would dissipate each for itself: the measure of rounding.
+    fn power(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
+        let nodes = at.taken.iter().zip(&flow.overstress).zip(&flow.fluidity);
+        nodes
+            .zip(self.grid.weights())
+            .map(|(((taken, over), c), weight)| {
+                weight * (taken.dot(&(c * taken)) + over.dot(&(c * over)))
+            })
+            .sum()
     }
 
     /// Adds to the wrench, and what that adds to overstress and rates to first order.
@@ -194,6 +214,14 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             flow.by_strain.push(creep.by_strain);
         }
         Some(flow)
+    }
+
+    /// int Q^T e_t, the velocity at which the rates move the end.
+    pub fn moved(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> AtEnd<D> {
+        let nodes = at.transfer.iter().zip(&flow.rates).zip(self.grid.weights());
+        nodes.fold(AtEnd::zeros(), |sum, ((q, rate), weight)| {
+            sum + q.transpose() * rate * *weight
+        })
     }
 
     /// int Q^T e_t - V, and G.

@@ -3,18 +3,21 @@
 //! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then time,
 //! energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1 of the end.
 //!
-//! Explicit steps take the equations as theory Sec. 5 has them: w1 follows from e and V by the positive definite G, and
-//! place and wrench in the state are idle. For small viscosities eta the strain rates are then small differences of terms of
-//! size 1/eta that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for
-//! steps up to eta^(1/3). Implicit steps of such rods ([`Hold::Place`]) therefore take the equations of which these are the
-//! derivative: the place moves at V, and w1 is what keeps the end of the rod there,
+//! The equations of theory Sec. 5 are solved in one of three forms ([`Hold`]), which differ in how the wrench w1 is found:
+//!
+//! * From strains and velocity, by the positive definite G (5.10). Explicit steps always do this; place and wrench in the
+//!   state are then idle.
+//! * As an unknown of its own, beside strains and velocity, in the equation int Q^T e_t = V. An inextensible rod that is
+//!   straight to within an angle a has G ~ a^2 along the clamp: an error d of the velocity becomes d/a^2 in the wrench of
+//!   the first form and d/a in the stresses, which a friction law that is not linear does not forgive. With w1 unknown the
+//!   equations have nothing of size 1/a, and implicit steps pass through the straight rod.
+//! * From the place of the end. For small viscosities eta the strain rates are small differences of terms of size 1/eta
+//!   that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for steps up
+//!   to eta^(1/3). The equations of which the others are the derivative have nothing of size 1/eta beside e_t itself, and
+//!   become those of the elastic rod as eta -> 0:
 //! ```text
-//! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place,
+//! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place.
 //! ```
-//! which has nothing of size 1/eta beside e_t itself, and becomes the equations of the elastic rod as eta -> 0. Where the end
-//! gives way slowly instead, at a rate M^-1 G^-1 above that of the strains (large viscosities, inextensible rods nearly
-//! straight), a velocity is known better than the change of a place, and implicit steps keep the first form
-//! ([`Hold::Velocity`]).
 
 use crate::body::{EndBody, EndLinear};
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
@@ -38,11 +41,12 @@ pub struct Layout {
     pub place: usize,
 }
 
-/// Rounding of a pose.
+/// Rounding of a pose, relative to the rod's length.
 const POSE: f64 = 5e-16;
-/// The rate at which the velocity of the end of a straight rod comes back to what the rod allows.
+/// The rate at which the velocity of the end along a straight inextensible rod, where it has drifted off by errors of the
+/// steps, returns to the velocity that the strain rates give it.
 const FADES: f64 = 10.0;
-/// Time, dissipated, work, loss to drag.
+/// Numbers in a state that are integrals over time: time itself, energy dissipated, work, loss to drag.
 const INTEGRALS: usize = 4;
 
 impl Layout {
@@ -82,19 +86,24 @@ impl Layout {
     }
 }
 
-/// By what implicit steps find the wrench on the end.
+/// The equation from which implicit steps find the wrench w1 on the end (see the module's head).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
-    /// The end moves at V: int Q^T e_t = V.
+    /// The end moves at V, int Q^T e_t = V, solved for w1 at every evaluation of the slope.
     Velocity,
-    /// The end is where V has brought it.
+    /// The same equation, solved for w1 together with the strains and the velocity of an implicit step.
+    Together,
+    /// The end is where V has brought it: pose(e) = place.
     Place,
 }
 
-/// Steps are by place while the strains relax faster than the end by this factor, and ...
+/// [`Hold::Place`] is chosen only while the strains relax faster than the velocity of the end by this factor.
 const FASTER: f64 = 3.0;
-/// ... so fast against the step: at first, and to stay.
+/// [`Hold::Place`] is chosen when the fastest relaxation rate of the strains, times the step, exceeds the first number; it
+/// is left when that product has fallen below the second.
 const STIFF: [f64; 2] = [1e3, 1e2];
+/// [`Hold::Together`], likewise, for the relaxation rate of the velocity of the end.
+const TIGHT: [f64; 2] = [1e3, 1e2];
 
 /// A viscoelastic rod and the body on its end.
 #[derive(Debug)]
@@ -162,7 +171,8 @@ where
     }
 
     /// The form that implicit steps of about length `h` should take from here on: by place if the strains relax fast
-    /// against the step and faster than the end does.
+    /// against the step and faster than the velocity of the end does; together if that velocity relaxes fast against the
+    /// step, as that of a nearly straight inextensible rod.
     pub fn suited(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -187,8 +197,11 @@ where
             relaxation(&body.by_wrench, &g)
         };
         let stiff = STIFF[usize::from(self.hold == Hold::Place)];
+        let tight = TIGHT[usize::from(self.hold == Hold::Together)];
         if strains * h > stiff && strains > FASTER * end {
             Hold::Place
+        } else if end * h > tight {
+            Hold::Together
         } else {
             Hold::Velocity
         }
@@ -241,6 +254,20 @@ where
             .iter()
             .all(|x| x.is_finite())
             .then_some(())
+    }
+
+    /// The state at the end of an implicit step with the velocity that its strains and wrench make, which the step meets
+    /// up to the tolerance of Newton's iteration: small in the velocity, not in the wrench that would follow from it where
+    /// G is small.
+    pub fn reconciled(&self, mut y: DVector<f64>) -> Option<DVector<f64>> {
+        if self.hold == Hold::Together {
+            let layout = self.layout();
+            let at = self.rod.configuration(self.strains(&y), self.memory(&y))?;
+            let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
+            let moved = self.rod.moved(&at, &self.rod.under(&at, &wrench)?);
+            y.fixed_rows_mut::<D>(layout.velocity()).copy_from(&moved);
+        }
+        Some(y)
     }
 
     /// Shape and flow of a state; None outside the law's domain.
@@ -309,7 +336,7 @@ where
     fn algebraic(&self) -> usize {
         match self.hold {
             Hold::Velocity => 0,
-            Hold::Place => D,
+            Hold::Together | Hold::Place => D,
         }
     }
 
@@ -322,9 +349,14 @@ where
         let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
         let flow = self.rod.under(&at, &wrench)?;
         self.write_slope(y, &at, &flow, out)?;
-        let mut pose = vec![0.0; K::PLACE];
-        self.rod.kinematics.place(&at.shape, &mut pose);
-        let gap = place::gap::<D>(self.place(y), &pose);
+        let gap = match self.hold {
+            Hold::Velocity | Hold::Together => self.rod.moved(&at, &flow) - self.velocity(y),
+            Hold::Place => {
+                let mut pose = vec![0.0; K::PLACE];
+                self.rod.kinematics.place(&at.shape, &mut pose);
+                place::gap::<D>(self.place(y), &pose)
+            }
+        };
         out.fixed_rows_mut::<D>(layout.wrench()).copy_from(&gap);
         out.iter().all(|x| x.is_finite()).then_some(())
     }
@@ -456,7 +488,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
             let gather = self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
             let follow = match self.hold {
                 Hold::Place => turning * gather,
-                Hold::Velocity => {
+                Hold::Velocity | Hold::Together => {
                     gather * sigma + self.rod.convection.fixed_view::<D, 1>(0, j).map(real)
                 }
             };
@@ -495,7 +527,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
             .into_owned();
         let rate = relaxation(&self.body.by_wrench, &g);
         POSE * match self.hold {
-            Hold::Velocity => rate.sqrt(),
+            Hold::Velocity | Hold::Together => rate.sqrt(),
             Hold::Place => rate.min(1.0 / h),
         }
     }
@@ -594,6 +626,7 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
         let lag = match linear.hold {
             Hold::Place => turning * missed + moved,
             Hold::Velocity => gathered(&b.as_slice()[..n]),
+            Hold::Together => gathered(&b.as_slice()[..n]) + missed,
         };
         let pushed = b.fixed_rows::<D>(velocity).into_owned() + linear.damped(self.sigma) * lag;
         right.rows_mut(n, D).copy_from(&pushed);
@@ -606,7 +639,7 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
         let followed = gathered(&right.as_slice()[..n]);
         let (v, twist) = match linear.hold {
             Hold::Place => (turning * followed - lag, followed - missed),
-            Hold::Velocity => {
+            Hold::Velocity | Hold::Together => {
                 let mut v = followed * self.sigma - lag;
                 for (column, x) in linear.rod.convection.column_iter().zip(right.iter()) {
                     for (v, c) in v.iter_mut().zip(column.iter()) {
@@ -633,8 +666,8 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
         for i in 0..D {
             let wrench = &mut b[layout.wrench() + i];
             *wrench = match linear.hold {
-                Hold::Place => right[n + i] * real(self.wrench),
                 Hold::Velocity => *wrench / self.sigma,
+                Hold::Together | Hold::Place => right[n + i] * real(self.wrench),
             };
         }
         b.iter().all(|x| x.is_finite())

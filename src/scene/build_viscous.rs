@@ -81,7 +81,14 @@ impl ViscousSetup {
         options.max_steps = run.max_steps as u64;
         let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
-            place => Field::Equilibrium(Box::new(start(scene, place)?)),
+            place => {
+                let rod = start(scene, place)?;
+                // A rod drawn to its full reach has no arclength that double precision holds.
+                rod.section(0.5).map_err(|e| {
+                    e.context("[start]: the rod is held so near to its full reach that it cannot be followed; start further inside")
+                })?;
+                Field::Equilibrium(Box::new(rod))
+            }
         };
         let relaxed = match plain.start.relaxed.clone() {
             Relaxed::Start => None,

@@ -174,6 +174,13 @@ impl<S: System> Integrator<S> {
         Some(())
     }
 
+    /// Changes to Radau IIA, unless the caller has fixed the method: for a system known to be stiff from here on.
+    pub fn stiffen(&mut self, system: &S) {
+        if self.method == Method::Auto && !self.implicit {
+            self.switch(system, self.span);
+        }
+    }
+
     /// Takes one step of at most `h_max`.
     ///
     /// # Errors
@@ -395,24 +402,6 @@ impl<S: System> Integrator<S> {
             self.dense = self.last.dense(f, self.explicit.work_mut());
         }
         Some(self.dense.as_ref()?.at(x))
-    }
-
-    /// A cheap look at the fraction `x` in [0, 1] of the last step, for searches that end with [`Integrator::at`]: no
-    /// slopes, order 3.
-    pub fn glance(&self, x: f64) -> DVector<f64> {
-        if self.span == 0.0 {
-            return self.state().clone();
-        }
-        if self.implicit {
-            return self.radau.at(x);
-        }
-        // Cubic Hermite.
-        let (h, y) = (self.span, 1.0 - x);
-        let mut state = self.from() * (y * y * (1.0 + 2.0 * x));
-        state.axpy(x * x * (3.0 - 2.0 * x), self.state(), 1.0);
-        state.axpy(h * x * y * y, &self.last.stage_slopes()[0], 1.0);
-        state.axpy(-h * x * x * y, self.last.end_slope(), 1.0);
-        state
     }
 
     /// Work so far.

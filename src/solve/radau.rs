@@ -153,11 +153,6 @@ impl<L: Linearised> Radau<L> {
         self.jacobian.as_ref()
     }
 
-    /// Whether the Jacobian in use is that at the current state.
-    pub fn is_fresh(&self) -> bool {
-        self.fresh
-    }
-
     /// Evaluates the Jacobian at the current state; None if it has none there.
     pub fn refresh<S: System<Linearised = L>>(&mut self, system: &S) -> Option<()> {
         if !self.fresh {
@@ -331,11 +326,6 @@ impl<L: Linearised> Radau<L> {
             }
         }
         size
-    }
-
-    /// The collocation polynomial at the fraction `x` in [0, 1] of the last step: order 3 only, an error of order h^4.
-    pub fn at(&self, x: f64) -> DVector<f64> {
-        &self.from + combined(collocation(x), &self.stages)
     }
 
     /// The state at the fraction `x` in [0, 1] of the last step by a step of that length: as accurate as the steps, at

@@ -63,6 +63,7 @@ mod scene_viscous;
 mod sections;
 mod sections_nonlinear;
 mod stiff;
+mod straight_starts;
 mod support;
 mod truss;
 mod viscous;

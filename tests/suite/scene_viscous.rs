@@ -2,7 +2,7 @@
 
 use snaprod::scene::{
     Damping, Fault, FaultKind, FrictionLaw, Landing, Maxwell, Method, Place, PowerLaw, Relaxed,
-    Scene, StrainMatrix,
+    Scene, StrainMatrix, ViscousSetup,
 };
 use std::path::Path;
 
@@ -319,4 +319,23 @@ fn planar_si_scales() {
         lambda.dimensionless().unwrap().start.place.chart(),
         Some((2.0, 0.5))
     );
+}
+
+/// Catches a rod at almost its full reach that starts with strains of NaN, or straight without a word because the bend
+/// at its clamp falls between the nodes.
+#[test]
+fn full_reach_is_refused_with_the_reason() {
+    for (position, why) in [
+        ("[0.0, 0.49999999999]", "full reach"),
+        ("[0.3, 0.3999999]", "full reach"),
+    ] {
+        let start = format!("position = {position}\nsheet = \"lowest\"");
+        let text = edit(PLANAR, "curvature = [1.5, -1.5]", &start);
+        let text = edit(&text, "relaxed = [0.25]\n", "");
+        let text = edit(&text, "nodes = 24\n", "");
+        let setup = ViscousSetup::new(&planar(&text));
+        let error = setup.and_then(|setup| setup.run().map(|_| ())).unwrap_err();
+        let error = error.to_string();
+        assert!(error.contains(why) && !error.contains("NaN"), "{error}");
+    }
 }

@@ -170,6 +170,12 @@ type Slope<'a> = dyn Fn(&DVector<f64>, &mut DVector<f64>) -> Option<()> + 'a;
 /// compared with differences of its own balance.
 #[test]
 fn jacobian_is_that_of_the_slope_and_of_the_balance() {
+    for hold in [Hold::Velocity, Hold::Together, Hold::Place] {
+        jacobian_in_the_form(hold);
+    }
+}
+
+fn jacobian_in_the_form(hold: Hold) {
     let body = Body::new(1.3).unwrap().with_drag(0.4).unwrap();
     let system = ViscousSystem {
         rod: Reduced {
@@ -178,7 +184,7 @@ fn jacobian_is_that_of_the_slope_and_of_the_balance() {
             grid: Arc::new(Grid::new(&[0.4], &[6, 7])),
         },
         body: &body,
-        hold: Hold::Place,
+        hold,
     };
     let field = |f: &dyn Fn(f64) -> f64| -> Vec<_> {
         system

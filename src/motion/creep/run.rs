@@ -11,6 +11,7 @@ use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use crate::creep::system::{Hold, ViscousSystem};
 use crate::error::{Error, Result};
 use crate::solve::integrator::{Integrator, Method, Work};
+use nalgebra::DVector;
 use std::sync::Arc;
 
 /// What a viscoelastic run is asked to do. Defaults: tolerance 1e-10, method and nodes chosen by the program, 1e7 steps.
@@ -146,9 +147,13 @@ const FINEST: f64 = 1e-14;
 const FIRST: usize = 8;
 /// Steps in a row after which nodes that are not needed are given up.
 const PATIENCE: u32 = 12;
+/// A start is looked at down to distances 2^-NEAREST from the ends of the elements.
+const NEAREST: i32 = 45;
+/// Strains between nodes that are off by this, relative to 1 + the largest at the nodes, show a bend that the nodes miss.
+const FAR: f64 = 1e-3;
 /// A start that misses its velocity by more than this, relative to 1 + its size, is one that the rod cannot follow.
 const FOLLOWS: f64 = 1e-9;
-/// ... beside rounding.
+/// Rounding of that velocity, relative to what the stresses and the wrench would each make the end move at alone.
 const ROUNDED: f64 = 1e-13;
 
 /// A viscoelastic run in progress.
@@ -202,15 +207,7 @@ where
                 "the strains at the start are outside the law's domain, or too large for a shape: give strains that the section admits",
             )
         })?;
-        let moved = first
-            .flow
-            .rates
-            .iter()
-            .zip(&first.configuration.transfer)
-            .zip(grid.weights())
-            .fold(AtEnd::<D>::zeros(), |sum, ((rate, q), w)| {
-                sum + q.transpose() * rate * *w
-            });
+        let moved = system.rod.moved(&first.configuration, &first.flow);
         let missed = (moved - start.velocity).norm();
         // Rates are differences of what stresses and wrench would do each for itself: large if the viscosity is small.
         let parts: f64 = first
@@ -273,9 +270,18 @@ where
             return None;
         }
         let y = self.integrator.at(&self.system, fraction)?;
-        let mut sample = ViscousSample::new(&self.system, &y)?;
+        let mut sample = self.sample_of(y)?;
         sample.t = t;
         Some(sample)
+    }
+
+    /// The sample of a state within the last step, or at its end.
+    fn sample_of(&self, y: DVector<f64>) -> Option<ViscousSample<K, M, D>> {
+        let y = match self.integrator.method_now() {
+            Method::Implicit => self.system.reconciled(y)?,
+            _ => y,
+        };
+        ViscousSample::new(&self.system, &y)
     }
 
     /// Time now.
@@ -403,6 +409,9 @@ where
         }
         self.system.hold = suited;
         if self.integrator.method_now() == Method::Explicit {
+            if suited == Hold::Together {
+                self.integrator.stiffen(&self.system);
+            }
             return Some(());
         }
         let y = y.clone();
@@ -447,7 +456,7 @@ where
             return self.stop(ViscousOutcome::Stuck(why));
         }
         let to = self.time();
-        if let Some(current) = ViscousSample::new(&self.system, self.integrator.state()) {
+        if let Some(current) = self.sample_of(self.integrator.state().clone()) {
             self.current = current;
         }
         if let Some(layer) = self.watch.look(&self.current) {
@@ -474,6 +483,28 @@ where
 
 fn field<const M: usize>(grid: &Grid, f: &dyn Fn(f64) -> Local<M>) -> Vec<Local<M>> {
     grid.nodes().iter().map(|s| f(*s)).collect()
+}
+
+/// A place where the polynomials through the values at the nodes are far from the field: a bend so short that it falls
+/// between nodes leaves no trace in their coefficients. Looked for where such bends are, near the ends of the elements.
+fn missed<const M: usize>(
+    grid: &Grid,
+    f: &dyn Fn(f64) -> Local<M>,
+    values: &[Local<M>],
+) -> Option<f64> {
+    let size = 1.0 + values.iter().map(Local::amax).fold(0.0, f64::max);
+    grid.elements().iter().find_map(|element| {
+        let length = element.to() - element.from();
+        let near = (1..NEAREST).map(|k| length * 0.5f64.powi(k));
+        let mut places: Vec<f64> = near
+            .flat_map(|d| [element.from() + d, element.to() - d])
+            .collect();
+        places.sort_by(f64::total_cmp);
+        let seen = grid.at_each(values, &places);
+        let mut both = places.iter().zip(seen);
+        both.find(|(s, seen)| !((f(**s) - seen).amax() <= FAR * size))
+            .map(|(s, _)| *s)
+    })
 }
 
 /// The system with as many nodes as the start asks for.
@@ -515,20 +546,30 @@ where
         let shape = kinematics.shape(&grid, &strains);
         let blurred = shape
             .is_none_or(|shape| kinematics.defect(&grid, &shape) > options.tolerance.max(ROUNDING));
+        let missed = missed(&grid, start.strain, &strains)
+            .or_else(|| start.relaxed.and_then(|f| missed(&grid, f, &relaxed)));
         let (tail, demand) = demand(&grid, &fields, options.tolerance);
         let more = match demand {
             Demand::More(counts) => Some(counts),
-            _ if blurred => Some(grid.counts().into_iter().map(more).collect()),
+            _ if blurred || missed.is_some() => Some(grid.counts().into_iter().map(more).collect()),
             _ => None,
         };
         match more {
             Some(more) if options.nodes == Nodes::Adaptive => {
                 if more.iter().any(|n| *n > MOST_NODES) {
-                    return Err(Error::domain(format!(
-                        "the strains at the start are too rough: {MOST_NODES} nodes on an element leave coefficients of {tail:.1e} (tolerance {:.1e}); \
-                         give smoother strains, or a larger tolerance",
-                        options.tolerance
-                    )));
+                    return Err(Error::domain(match missed {
+                        Some(s) => format!(
+                            "the strains at the start are too rough: {MOST_NODES} nodes on an element do not see those at s = {s:e}, {:?}; a rod \
+                             that is held at almost its full reach is straight but for such a bend, far shorter than the rod: start further inside, or \
+                             give smoother strains",
+                            (start.strain)(s).as_slice()
+                        ),
+                        None => format!(
+                            "the strains at the start are too rough: {MOST_NODES} nodes on an element leave coefficients of {tail:.1e} (tolerance {:.1e}); \
+                             give smoother strains, or a larger tolerance",
+                            options.tolerance
+                        ),
+                    }));
                 }
                 counts = more;
             }
