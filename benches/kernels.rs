@@ -18,7 +18,7 @@ fn main() {
 /// Chart points along a line of which every call is another one, as in a motion.
 const LINE: usize = 1000;
 
-/// Position, force, energy and first derivatives at one chart point; bar: 200 ns.
+/// Position, force, energy and first derivatives at one chart point; aim: 200 ns.
 #[divan::bench(args = [0.5, 1.3, 2.5, 4.0], sample_count = 200)]
 fn chart_point(bencher: Bencher, w: f64) {
     bencher.counter(LINE).bench(|| {
@@ -29,7 +29,7 @@ fn chart_point(bencher: Bencher, w: f64) {
     });
 }
 
-/// Right-hand sides of motion W with everything that the integrator adds; bar: 0.4 us each.
+/// Right-hand sides of motion W with everything that the integrator adds; aim: 0.4 us each.
 #[divan::bench(sample_count = 50)]
 fn right_hand_side_with_integrator(bencher: Bencher) {
     let body = Body::new(1.0)
@@ -49,7 +49,7 @@ fn right_hand_side_with_integrator(bencher: Bencher) {
     bencher.counter(run() as usize).bench(run);
 }
 
-/// sn, cn, dn in one call; bar: 80 ns.
+/// sn, cn, dn in one call; aim: 80 ns.
 #[divan::bench(args = [0.9, 0.5, 0.1, 1e-2, 1e-4, 1e-8], sample_count = 200)]
 fn jacobi_sn_cn_dn(bencher: Bencher, kc: f64) {
     bencher.counter(LINE).bench(|| {
@@ -60,7 +60,7 @@ fn jacobi_sn_cn_dn(bencher: Bencher, kc: f64) {
     });
 }
 
-/// The equilibrium at a neighbouring pose, from a warm start; bar: 1 us.
+/// The equilibrium at a neighbouring pose, from a warm start; aim: 1 us.
 #[divan::bench(args = [1e-3, 1e-5], sample_count = 200)]
 fn warm_inversion(bencher: Bencher, away: f64) {
     let q = Vector2::new(0.7, 2.2);
@@ -72,7 +72,7 @@ fn warm_inversion(bencher: Bencher, away: f64) {
     });
 }
 
-/// All equilibria at a point, lambda < 14; bar: 2 ms.
+/// All equilibria at a point, lambda < 14; aim: 2 ms.
 #[divan::bench(args = [(0.3, -0.5), (0.5, 0.0), (-0.3, 0.0), (0.9, 0.0), (0.1, -0.14), (0.9995, 0.01)], sample_count = 30)]
 fn all_equilibria(bencher: Bencher, at: (f64, f64)) {
     bencher.bench(|| {

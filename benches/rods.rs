@@ -19,7 +19,7 @@ fn sample() -> Rod {
     Rod::new(1.0, law).unwrap()
 }
 
-/// Equilibrium with its 6 x 6 tangent under a moderate wrench, by tolerance; bar: 30 us at an accuracy of 1e-10.
+/// Equilibrium with its 6 x 6 tangent under a moderate wrench, by tolerance; aim: 30 us at an accuracy of 1e-10.
 #[divan::bench(args = [1e-6, 1e-8, 1e-10, 1e-12], sample_count = 200)]
 fn end_with_tangent(bencher: Bencher, tolerance: f64) {
     let rod = sample();
@@ -51,7 +51,7 @@ fn held_at(y: f64) -> Result<Problem> {
     Problem::new(rod, End::ball(Vector3::new(y, 0.0, 0.6)), 1e-11)
 }
 
-/// 200 points of its branch, with index and special points; bar: 100 ms, and AUTO's 55-156 us a point (planar, no index).
+/// 200 points of its branch, with index and special points; aim: 100 ms, and AUTO's 55-156 us a point (planar, no index).
 fn branch<C: Chart<N> + Copy + Sync, const N: usize>(bencher: Bencher, chart: C) {
     let start = held_at(0.3).and_then(|p| p.solve(None)).unwrap();
     let options = Options {

@@ -3,7 +3,7 @@
 //! For motions W, B, H (references of 30 digits) and the snap run (reference in quadruple precision): error at
 //! the end, work and time for each tolerance, and what 1e-7 costs, by interpolation. The peer, a
 //! compiled closed form (C++, Boost, RKF78, chart coordinates as state) takes about 8 ms, 150 ms and
-//! 67 ms for 1e-7 on W, B, H at 0.65-0.8 us a right-hand side; our bar is half of that.
+//! 67 ms for 1e-7 on W, B, H at 0.65-0.8 us a right-hand side; our aim is half of that.
 
 use nalgebra::Vector2;
 use snaprod::body::{Body, TimeLoad};
@@ -132,7 +132,7 @@ fn main() {
         }
         if let (Some(peer), Some((evaluations, ms))) = (problem.peer_ms, cost_of(1e-7, &curve)) {
             notes.push(format!(
-                "{}: 1e-7 costs {evaluations:.0} right-hand sides (peer about {:.0}: ratio {:.2}) and {ms:.2} ms (peer about {peer}: ratio {:.2}); bar 0.5",
+                "{}: 1e-7 costs {evaluations:.0} right-hand sides (peer about {:.0}: ratio {:.2}) and {ms:.2} ms (peer about {peer}: ratio {:.2}); aim 0.5",
                 problem.name,
                 peer * PEER_PER_MS,
                 evaluations / (peer * PEER_PER_MS),

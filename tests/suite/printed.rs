@@ -3,7 +3,7 @@
 //! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output, in their order; a line
 //! `...` stands for lines left out at that place. Every command is run here, and every line looked for.
 
-use crate::program::{Answer, Place};
+use crate::program::{Answer, Place, parts};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -31,41 +31,6 @@ fn blocks(text: &str, language: &str) -> Vec<String> {
         }
     }
     found
-}
-
-/// A line as text with a `#` for every number, and the numbers as they are written.
-fn parts(line: &str) -> (String, Vec<String>) {
-    let chars: Vec<char> = line
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
-        .chars()
-        .collect();
-    let digit = |i: usize| chars.get(i).is_some_and(char::is_ascii_digit);
-    let (mut text, mut numbers, mut i) = (String::new(), Vec::new(), 0);
-    while i < chars.len() {
-        let signed = chars[i] == '-' && digit(i + 1) && (i == 0 || !chars[i - 1].is_alphanumeric());
-        if !signed && !digit(i) {
-            text.push(chars[i]);
-            i += 1;
-            continue;
-        }
-        let start = i;
-        i += 1;
-        while digit(i) || (chars.get(i) == Some(&'.') && digit(i + 1)) {
-            i += 1;
-        }
-        let exponent = usize::from(matches!(chars.get(i + 1), Some('-' | '+')));
-        if chars.get(i) == Some(&'e') && digit(i + 1 + exponent) {
-            i += 1 + exponent;
-            while digit(i) {
-                i += 1;
-            }
-        }
-        text.push('#');
-        numbers.push(chars[start..i].iter().collect());
-    }
-    (text, numbers)
 }
 
 /// One unit of the last digit written.

@@ -154,3 +154,38 @@ pub fn keys(value: &Value, expected: &[&str]) {
         assert!(value.get(key).is_some(), "no {key} in {value}");
     }
 }
+
+/// A line as text with a `#` for every number, and the numbers as they are written.
+pub fn parts(line: &str) -> (String, Vec<String>) {
+    let chars: Vec<char> = line
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+        .chars()
+        .collect();
+    let digit = |i: usize| chars.get(i).is_some_and(char::is_ascii_digit);
+    let (mut text, mut numbers, mut i) = (String::new(), Vec::new(), 0);
+    while i < chars.len() {
+        let signed = chars[i] == '-' && digit(i + 1) && (i == 0 || !chars[i - 1].is_alphanumeric());
+        if !signed && !digit(i) {
+            text.push(chars[i]);
+            i += 1;
+            continue;
+        }
+        let start = i;
+        i += 1;
+        while digit(i) || (chars.get(i) == Some(&'.') && digit(i + 1)) {
+            i += 1;
+        }
+        let exponent = usize::from(matches!(chars.get(i + 1), Some('-' | '+')));
+        if chars.get(i) == Some(&'e') && digit(i + 1 + exponent) {
+            i += 1 + exponent;
+            while digit(i) {
+                i += 1;
+            }
+        }
+        text.push('#');
+        numbers.push(chars[start..i].iter().collect());
+    }
+    (text, numbers)
+}
