@@ -9,7 +9,7 @@ use snaprod::body::Body;
 use snaprod::elastica::{Elastica, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
-use snaprod::motion::{Run, RunEvent, RunOptions};
+use snaprod::motion::{Event, Options, Run};
 
 fn main() {
     divan::main();
@@ -37,13 +37,10 @@ fn right_hand_side_with_integrator(bencher: Bencher) {
         .with_dead_force(Vector2::new(-8.0, -2.0))
         .unwrap();
     let q = Elastica.stable_at(&Vector2::new(-0.2, 0.5)).unwrap()[0];
-    let options = RunOptions::new(20.0)
-        .unwrap()
-        .with_tolerance(1e-10)
-        .unwrap();
+    let options = Options::new(20.0).unwrap().with_tolerance(1e-10).unwrap();
     let run = || {
         let mut run = Run::new(&Elastica, &body, q, Vector2::zeros(), options).unwrap();
-        while !matches!(run.next(), Some(RunEvent::Stop(_))) {}
+        while !matches!(run.next(), Some(Event::Stop(_))) {}
         run.work().evaluations
     };
     bencher.counter(run() as usize).bench(run);

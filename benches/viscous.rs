@@ -13,9 +13,8 @@ use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
 use snaprod::elastica::Equilibrium;
-use snaprod::motion::creep::{
-    Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousStart, ViscousSystem,
-};
+use snaprod::motion::creep::{Hold, ViscousRun, ViscousStart, ViscousSystem};
+use snaprod::motion::{Event, Nodes, Options};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
@@ -58,7 +57,7 @@ where
     B: EndBody<D, Pose = K::Pose>,
 {
     let outcome = run.by_ref().last();
-    let Some(ViscousEvent::Stop(outcome)) = outcome else {
+    let Some(Event::Stop(outcome)) = outcome else {
         panic!("a run ends with a stop");
     };
     assert_eq!(outcome.key(), "end_of_time", "{outcome}");
@@ -85,7 +84,7 @@ fn planar() {
             if method == Method::Explicit && tolerance != 1e-10 {
                 continue;
             }
-            let options = ViscousOptions::new(3.0)
+            let options = Options::new(3.0)
                 .and_then(|o| o.with_tolerance(tolerance))
                 .unwrap()
                 .with_nodes(nodes)
@@ -222,7 +221,7 @@ fn cantilever() {
     println!("\nspatial cantilever, 16 nodes, tolerance 1e-8, 100 oscillations: seconds");
     let body = rigid();
     for eta in [0.1, 0.01, 0.001, 1e-4] {
-        let options = ViscousOptions::new(100.0 * 2.0 * std::f64::consts::PI / 3f64.sqrt())
+        let options = Options::new(100.0 * 2.0 * std::f64::consts::PI / 3f64.sqrt())
             .and_then(|o| o.with_tolerance(1e-8))
             .unwrap()
             .with_nodes(Nodes::Fixed(16));
@@ -266,7 +265,7 @@ fn vanishing() {
     let rest = Equilibrium::from_lambda_kappa(1.923538, 0.7583543).unwrap();
     for tolerance in [1e-8, 1e-10] {
         for eta in [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
-            let options = ViscousOptions::new(15.5)
+            let options = Options::new(15.5)
                 .and_then(|o| o.with_tolerance(tolerance))
                 .unwrap();
             let start = ViscousStart {

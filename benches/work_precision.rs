@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use snaprod::body::{Body, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
-use snaprod::motion::{Run, RunEvent, RunOptions};
+use snaprod::motion::{Event, Options, Run};
 use std::time::Instant;
 
 /// A problem: body, start, velocity, duration, state (r, v) at the end, the peer's milliseconds.
@@ -83,12 +83,12 @@ impl Problem {
     }
 
     fn run(&self, tolerance: f64) -> ([f64; 4], u64, u64) {
-        let options = RunOptions::new(self.duration)
+        let options = Options::new(self.duration)
             .unwrap()
             .with_tolerance(tolerance)
             .unwrap();
         let mut run = Run::new(&Elastica, &self.body, self.q, self.v, options).unwrap();
-        while !matches!(run.next(), Some(RunEvent::Stop(_))) {}
+        while !matches!(run.next(), Some(Event::Stop(_))) {}
         let end = run.now();
         let state = [end.pose[0], end.pose[1], end.phase.v[0], end.phase.v[1]];
         (state, run.work().evaluations, run.work().steps)
@@ -173,15 +173,12 @@ fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
 /// One line on how the ledger closes from the start of the snap run, at tolerance 1e-12.
 fn ledger(name: &str, body: &Body<2>) -> String {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
-    let options = RunOptions::new(1000.0)
-        .unwrap()
-        .with_tolerance(1e-12)
-        .unwrap();
+    let options = Options::new(1000.0).unwrap().with_tolerance(1e-12).unwrap();
     let q = Vector2::new(start.p, start.w);
     let mut run = Run::new(&Elastica, body, q, Vector2::new(0.0, -0.5), options).unwrap();
     let total = run.now().ledger.total();
     let clock = Instant::now();
-    while !matches!(run.next(), Some(RunEvent::Stop(_))) {}
+    while !matches!(run.next(), Some(Event::Stop(_))) {}
     let end = run.now();
     let error = (end.ledger.total() - total).abs();
     format!(

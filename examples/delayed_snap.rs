@@ -14,7 +14,8 @@ use snaprod::body::Body;
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::elastica::Equilibrium;
-use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
+use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::{Event, Options};
 use snaprod::plot::{self, Lines, Series, Trace};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
@@ -141,9 +142,12 @@ fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Opti
         velocity: Vector2::zeros(),
     };
     let material = Material::new(law, [0])?;
-    let options = ViscousOptions::new(1e4)?.with_tolerance(1e-9)?;
+    let options = Options::new(1e4)?.with_tolerance(1e-9)?;
     let mut run = ViscousRun::new(Plane, material, &body, &start, options)?;
-    while let Some(ViscousEvent::Step { from, to }) = run.next() {
+    while let Some(event) = run.next() {
+        let Event::Step { from, to } = event else {
+            continue;
+        };
         let now = run.now();
         if now.pose.y < 0.0 {
             // At rest, and the forces on the mass balance.

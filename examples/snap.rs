@@ -5,18 +5,18 @@
 use nalgebra::Vector2;
 use snaprod::body::Body;
 use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::motion::{Run, RunEvent, RunOptions};
+use snaprod::motion::{Event, Options, Run};
 
 fn main() -> snaprod::Result<()> {
     let body = Body::new(1.0)?;
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6)?;
-    let options = RunOptions::new(3.0)?.with_tolerance(1e-12)?;
+    let options = Options::new(3.0)?.with_tolerance(1e-12)?;
     let q = Vector2::new(start.p, start.w);
     let mut run = Run::new(&Elastica, &body, q, Vector2::new(0.0, -0.5), options)?;
     let energy = run.now().ledger.total();
 
     for event in &mut run {
-        if let RunEvent::Snap(snap) = event {
+        if let Event::Snap(snap) = event {
             println!(
                 "snap at t = {:.12} from {} to {}: {:.9} released",
                 snap.t, snap.from.sheet, snap.to.sheet, snap.released

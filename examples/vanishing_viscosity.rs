@@ -14,10 +14,8 @@ use snaprod::body::{Body, TimeLoad};
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::motion::creep::{
-    Layer, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart,
-};
-use snaprod::motion::{Run, RunEvent, RunOptions, Snap};
+use snaprod::motion::creep::{Layer, ViscousRun, ViscousSample, ViscousStart};
+use snaprod::motion::{Event, Options, Run, Snap};
 use snaprod::plot::{
     self, Convergence, ConvergenceSeries, Curve, LayerFigure, LayerRun, LossRun, LossesOverTime,
     Shape, Slope,
@@ -98,14 +96,14 @@ fn rest() -> snaprod::Result<Equilibrium> {
 
 /// What is kept of the elastic run.
 struct Elastic {
-    snaps: Vec<Snap<2>>,
+    snaps: Vec<Snap>,
     /// Positions at the times of [`times`].
     positions: Vec<Vector2<f64>>,
     velocities: Vec<Vector2<f64>>,
 }
 
 /// The times at which states are compared, rising: before each snap, soon after it, after it.
-fn times(snaps: &[Snap<2>]) -> Vec<f64> {
+fn times(snaps: &[Snap]) -> Vec<f64> {
     (0..snaps.len())
         .flat_map(|k| [BEFORE[k], snaps[k].t + SOON, AFTER[k]])
         .collect()
@@ -114,14 +112,14 @@ fn times(snaps: &[Snap<2>]) -> Vec<f64> {
 impl Elastic {
     fn run() -> Result<Self, Failure> {
         let (body, rest) = (body()?, rest()?);
-        let options = RunOptions::new(DURATION)?.with_tolerance(1e-12)?;
+        let options = Options::new(DURATION)?.with_tolerance(1e-12)?;
         let start = Vector2::new(rest.p, rest.w);
         let mut run = Run::new(&Elastica, &body, start, Vector2::zeros(), options)?;
-        let (mut snaps, mut positions) = (Vec::<Snap<2>>::new(), Vec::new());
+        let (mut snaps, mut positions) = (Vec::<Snap>::new(), Vec::new());
         let mut velocities = Vec::new();
         while let Some(event) = run.next() {
             match event {
-                RunEvent::Step { to, .. } => loop {
+                Event::Step { to, .. } => loop {
                     let k = positions.len() / 3;
                     let next = match positions.len() % 3 {
                         0 => BEFORE.get(k).copied(),
@@ -135,8 +133,9 @@ impl Elastic {
                     positions.push(sample.pose);
                     velocities.push(sample.phase.v);
                 },
-                RunEvent::Snap(snap) => snaps.push(snap),
-                RunEvent::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time"),
+                Event::Snap(snap) => snaps.push(snap),
+                Event::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time"),
+                _ => {}
             }
         }
         assert!(snaps.len() == 3 && positions.len() == 9);
@@ -184,7 +183,7 @@ impl Viscous {
             relaxed: None,
             velocity: Vector2::zeros(),
         };
-        let options = ViscousOptions::new(DURATION)?.with_tolerance(1e-10)?;
+        let options = Options::new(DURATION)?.with_tolerance(1e-10)?;
         let material = Material::new(law, [0])?;
         let mut run = ViscousRun::new(Plane, material, &body, &start, options)?;
         let mut found = Self {
@@ -200,8 +199,13 @@ impl Viscous {
         let mut next = times.iter().peekable();
         let snap = elastic.snaps[0].t;
         while let Some(event) = run.next() {
-            let ViscousEvent::Step { to, .. } = event else {
-                break;
+            let to = match event {
+                Event::Step { to, .. } => to,
+                Event::Layer(layer) => {
+                    found.layers.extend(layer.whole.then_some(layer));
+                    continue;
+                }
+                _ => break,
             };
             found.lost.push([to, run.now().friction]);
             while let Some(t) = next.next_if(|t| **t <= to * (1.0 + 1e-14)) {
@@ -216,12 +220,6 @@ impl Viscous {
             }
         }
         assert!((run.time() - DURATION).abs() < 1e-9 && next.peek().is_none());
-        found.layers = run
-            .layers()
-            .iter()
-            .filter(|layer| layer.whole)
-            .copied()
-            .collect();
         Ok(found)
     }
 
@@ -434,8 +432,8 @@ fn layer(elastic: &Elastic, runs: &[Viscous]) -> Result<LayerFigure, Failure> {
         ))
     };
     let mut figure = LayerFigure {
-        fold: curve(snap.from.q)?,
-        landing: curve(snap.to.q)?,
+        fold: curve([snap.from.q[0], snap.from.q[1]].into())?,
+        landing: curve([snap.to.q[0], snap.to.q[1]].into())?,
         released: Some(snap.released),
         ..LayerFigure::default()
     };

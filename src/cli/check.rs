@@ -3,12 +3,9 @@
 use super::files::{print, print_json};
 use super::{Ending, Refusal};
 use clap::Args;
-use nalgebra::Isometry3;
 use serde_json::json;
-use snaprod::body::EndBody;
-use snaprod::creep::space::Space;
-use snaprod::motion::creep::ViscousRun;
-use snaprod::scene::{Faults, MotionSetup, ReadError, Scene, Setup, ViscousSetup, WithRun};
+use snaprod::scene::{Faults, ReadError, Scene};
+use snaprod::study::run::Prepared;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -18,14 +15,6 @@ pub struct CheckArgs {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
-}
-
-/// A scene of motion.
-pub enum Runnable {
-    /// Planar.
-    Planar(Box<Scene>),
-    /// In space.
-    Spatial(Box<Scene>),
 }
 
 /// The scene that a command takes.
@@ -53,13 +42,10 @@ impl SceneArgs {
 }
 
 /// Reads a scene of motion, or says everything that is wrong with it.
-pub fn read(given: &SceneArgs) -> Result<Runnable, Refusal> {
-    let scene = Box::new(given.read().map_err(refuse)?);
+pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
+    let scene = given.read().map_err(refuse)?;
     scene.run().map_err(|e| no_start(&given.path, &e))?;
-    Ok(match scene.is_planar() {
-        true => Runnable::Planar(scene),
-        false => Runnable::Spatial(scene),
-    })
+    Ok(scene)
 }
 
 /// Reads a scene of statics, or says everything that is wrong with it.
@@ -127,22 +113,5 @@ fn start(scene: &Scene) -> snaprod::Result<()> {
     if !scene.is_motion() {
         return scene.problem().map(drop);
     }
-    match (scene.is_planar(), scene.rod.damping.is_some()) {
-        (true, true) => ViscousSetup::new(scene)?.run().map(drop),
-        (true, false) => Setup::new(scene)?.run().map(drop),
-        (false, _) => MotionSetup::new(scene)?.with_run(Begun),
-    }
-}
-
-/// A run that has begun is all that is asked for.
-struct Begun;
-
-impl WithRun for Begun {
-    type Output = ();
-
-    fn with<B, const M: usize, const D: usize>(self, _: ViscousRun<'_, Space<M, D>, B, M, D>)
-    where
-        B: EndBody<D, Pose = Isometry3<f64>>,
-    {
-    }
+    Prepared::new(scene)?.motion().map(drop)
 }

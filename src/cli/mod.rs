@@ -5,7 +5,6 @@
 mod branch;
 mod check;
 mod equilibrium;
-mod figures;
 mod files;
 mod folds;
 mod memory;
@@ -13,12 +12,10 @@ mod new;
 mod output;
 mod progress;
 mod query;
-mod recorder;
 mod run;
+mod run_text;
 mod sheets;
 mod signals;
-mod table;
-mod viscous;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;

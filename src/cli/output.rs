@@ -6,11 +6,11 @@
 use super::files::print_error;
 use super::{Refusal, signals};
 use clap::Args;
+use snaprod::study::{Cell, Csv, Sink, Table};
 use std::cell::RefCell;
 use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -49,7 +49,7 @@ struct Place {
     /// Names of the files that the command may write, with at most one `*` each.
     owned: &'static [&'static str],
     /// Names of the files that are written aside and whole.
-    written: Rc<RefCell<Vec<String>>>,
+    written: RefCell<Vec<String>>,
     _lock: Option<Lock>,
 }
 
@@ -71,25 +71,17 @@ impl Output {
         })
     }
 
-    /// The directory.
-    pub fn path(&self) -> Option<&Path> {
-        self.place.as_ref().map(|place| place.directory.as_path())
+    /// The tables of a study, each to be written as `name.csv` while it works.
+    pub fn tables(&self) -> Tables<'_> {
+        Tables {
+            output: self,
+            open: Vec::new(),
+        }
     }
 
-    /// Starts a table in CSV, to be written row by row.
-    pub fn table<S: AsRef<str>>(&self, name: &str, columns: &[S]) -> Result<Table, Refusal> {
-        let Some(place) = &self.place else {
-            return Ok(Table(None));
-        };
-        let refuse = |e| place.refuse(name, e);
-        let file = File::create(place.draft(name)).map_err(refuse)?;
-        let mut table = Table(Some(Rows {
-            name: name.to_owned(),
-            file: BufWriter::new(file),
-            written: Rc::clone(&place.written),
-        }));
-        table.row(columns)?;
-        Ok(table)
+    /// True if figures are to be drawn.
+    pub fn draws(&self) -> bool {
+        self.place.is_some() && !self.figures.no_figures && !signals::hurried()
     }
 
     /// Writes a file.
@@ -110,7 +102,7 @@ impl Output {
         data: impl FnOnce() -> Result<D, Refusal>,
         draw: impl FnOnce(&D) -> snaprod::Result<String> + Send + 'static,
     ) {
-        if self.place.is_none() || self.figures.no_figures || signals::hurried() {
+        if !self.draws() {
             return;
         }
         if let Err(Refusal(why)) = self.try_figure(name, data, draw) {
@@ -177,7 +169,7 @@ impl Place {
         let place = Self {
             directory: directory.to_owned(),
             owned,
-            written: Rc::default(),
+            written: RefCell::default(),
             _lock: Lock::take(directory)?,
         };
         place.sweep();
@@ -234,37 +226,47 @@ fn matches(pattern: &str, name: &str) -> bool {
     }
 }
 
-/// A table being written, row by row; nowhere if its output is.
-pub struct Table(Option<Rows>);
-
-struct Rows {
-    name: String,
-    file: BufWriter<File>,
-    written: Rc<RefCell<Vec<String>>>,
+/// Tables being written, row by row; nowhere if their output is. Those that are not finished are not kept.
+pub struct Tables<'o> {
+    output: &'o Output,
+    open: Vec<(String, Csv<BufWriter<File>>)>,
 }
 
-impl Table {
-    /// Adds a row. Cells are numbers and names: none needs quotes.
-    pub fn row<S: AsRef<str>>(&mut self, cells: &[S]) -> snaprod::Result<()> {
-        let Some(rows) = &mut self.0 else {
-            return Ok(());
-        };
-        let cells: Vec<&str> = cells.iter().map(AsRef::as_ref).collect();
-        writeln!(rows.file, "{}", cells.join(","))
-            .map_err(|e| snaprod::Error::io(format!("cannot write {}: {e}", rows.name)))
+impl Sink for Tables<'_> {
+    fn begin(&mut self, table: Table) -> snaprod::Result<usize> {
+        if let Some(place) = &self.output.place {
+            let name = format!("{}.csv", table.name);
+            let csv = File::create(place.draft(&name))
+                .and_then(|file| Csv::new(BufWriter::new(file), &table))
+                .map_err(|e| broken(&name, e))?;
+            self.open.push((name, csv));
+        }
+        Ok(self.open.len().saturating_sub(1))
     }
 
-    /// Makes sure that all rows are in the file. A table that is not finished is not kept.
+    fn row(&mut self, table: usize, cells: &[Cell]) -> snaprod::Result<()> {
+        match self.open.get_mut(table) {
+            None => Ok(()),
+            Some((name, csv)) => csv.row(cells).map_err(|e| broken(name, e)),
+        }
+    }
+}
+
+impl Tables<'_> {
+    /// Makes sure that all rows are in the files.
     pub fn finish(self) -> Result<(), Refusal> {
-        let Some(mut rows) = self.0 else {
-            return Ok(());
-        };
-        rows.file
-            .flush()
-            .map_err(|e| Refusal(format!("cannot write {}: {e}", rows.name)))?;
-        rows.written.borrow_mut().push(rows.name);
+        for (name, csv) in self.open {
+            csv.finish().map_err(|e| broken(&name, e))?;
+            if let Some(place) = &self.output.place {
+                place.written.borrow_mut().push(name);
+            }
+        }
         Ok(())
     }
+}
+
+fn broken(name: &str, e: std::io::Error) -> snaprod::Error {
+    snaprod::Error::io(format!("cannot write {name}")).caused_by(e)
 }
 
 /// A lock on a directory. The system lets go of it when its process ends, however it ends: a lock file that is left behind

@@ -28,6 +28,11 @@ impl PlaneShape {
         &self.positions
     }
 
+    /// (cos theta, sin theta) at the nodes.
+    pub fn tangents(&self) -> &[Vector2<f64>] {
+        &self.tangents
+    }
+
     /// Position of the end.
     pub fn end(&self) -> Vector2<f64> {
         self.end

@@ -16,6 +16,9 @@ pub struct Elastica;
 /// Load below which the search for stable equilibria is exhaustive.
 const STABLE_LAMBDA: f64 = 14.0;
 
+/// Load above which a rod that is bent at the clamp alone counts as taut.
+const TAUT_LAMBDA: f64 = 20.0;
+
 /// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
 /// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
 /// it wherever the force lam^2 can be represented.
@@ -56,6 +59,18 @@ impl EquilibriumManifold<2> for Elastica {
 impl Multivalued<2> for Elastica {
     fn sheet(&self, q: &Vector2<f64>) -> Sheet {
         sheet(q[0], q[1])
+    }
+
+    /// Taut rods, w = |gam|/2 with gam the direction of the pull, lam = |p| + ln(2 tan(w/2)), are elementary up to
+    /// exp(-2 lam) (theory 2.3); those with loops have w within exp(p - lam) of a multiple of pi.
+    fn tautness(&self, q: &Vector2<f64>) -> Option<f64> {
+        let (p, w) = (q[0], q[1]);
+        // The logarithm is below 3.4: lam is only asked for where it can be large.
+        if !(p.abs() > TAUT_LAMBDA - 3.4 && w < 3.0) {
+            return None;
+        }
+        let lam = ChartPoint::new(p, w).integrals.lam;
+        (lam > TAUT_LAMBDA).then_some(lam)
     }
 
     /// Exhaustive for loads lam < 14. Above, the stable rods are straight up to bends of width 1/lam:

@@ -100,6 +100,12 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// The sheet on which `q` lies.
     fn sheet(&self, q: &SVector<f64, N>) -> Sheet;
 
+    /// lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces; None elsewhere, and in
+    /// models that have no taut state.
+    fn tautness(&self, _q: &SVector<f64, N>) -> Option<f64> {
+        None
+    }
+
     /// Every stable equilibrium at `pose`, by energy, lowest first.
     ///
     /// # Errors

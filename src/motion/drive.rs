@@ -1,82 +1,127 @@
-//! The loop over a run that samples it at even times and tells an observer.
+//! A motion seen from outside, whatever model is integrated, and the loop that samples it at even times.
 
-use super::run::{Outcome, Run, RunEvent, Sample};
+use super::event::{Event, Outcome};
 use super::snap::Snap;
-use crate::error::Result;
-use crate::manifold::Multivalued;
+use super::state::{Seen, State};
+use crate::error::{Error, Result};
+use crate::solve::integrator::Work;
 
-/// Who watches a run.
-pub trait Observer<const N: usize> {
+/// A motion step by step, in the units of the rod: what every model offers to those who drive and record it.
+pub trait Motion<'a> {
+    /// Goes on to the next event; None after [`Event::Stop`].
+    fn advance(&mut self) -> Option<Event>;
+
+    /// The state that the motion was given; it may lie a first small step before what is integrated, as at a fold.
+    fn given(&self) -> Seen<'_>;
+
+    /// The state now.
+    fn now(&self) -> Seen<'_>;
+
+    /// The state just before the last snap, which left pose and velocity as they were.
+    fn before_snap(&self) -> Option<Seen<'_>> {
+        None
+    }
+
+    /// The state at a time within the last step; None outside it.
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>>;
+
+    /// End of time.
+    fn duration(&self) -> f64;
+
+    /// Ends the motion at its next step, with [`Outcome::Interrupted`].
+    fn interrupt(&mut self);
+
+    /// What it cost so far.
+    fn work(&self) -> Work;
+
+    /// How the strains along the rod are resolved; None for a model that has no strains of its own to follow.
+    fn resolution(&self) -> Option<Resolution> {
+        None
+    }
+
+    /// The motion that follows from `snap`, one of those of [`Outcome::Branched`].
+    ///
+    /// # Errors
+    /// A snap that is not of this motion; a model that does not branch.
+    fn branch(&self, _snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
+        Err(Error::domain("this motion does not branch"))
+    }
+}
+
+/// How the strains along the rod were resolved so far.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Most nodes.
+    pub most_nodes: usize,
+    /// Largest relative size of the last coefficients of a field.
+    pub tail: f64,
+}
+
+/// Who watches a motion.
+pub trait Observer {
     /// One of the evenly spaced samples.
     ///
     /// # Errors
     /// Whatever keeps the observer from taking it; the run then ends with that error.
-    fn sample(&mut self, sample: &Sample<N>) -> Result<()>;
+    fn sample(&mut self, state: &dyn State) -> Result<()>;
 
-    /// A snap, with the state of the run just before and just after it.
+    /// Every event but the stop, steps included, with the motion as it stands after it.
     ///
     /// # Errors
     /// As above.
-    fn snap(&mut self, snap: &Snap<N>, before: &Sample<N>, after: &Sample<N>) -> Result<()>;
+    fn event(&mut self, _event: &Event, _motion: &dyn Motion<'_>) -> Result<()> {
+        Ok(())
+    }
 
     /// Asked after every step; false interrupts the run.
     fn go_on(&mut self, time: f64) -> bool;
 }
 
-/// Drives `run` to its end: `samples` >= 2 samples at even times over [start, duration], first and
-/// last included; a run that ends early adds its last state.
+/// Drives `motion` to its end: `samples` >= 2 samples at even times over [0, duration], first and last included; one that
+/// ends early adds its last state. A branch that starts in the middle has no samples before its start.
 ///
 /// # Errors
 /// Those of the observer.
-pub fn drive<M: Multivalued<N>, const N: usize>(
-    run: &mut Run<'_, M, N>,
+pub fn drive(
+    motion: &mut dyn Motion<'_>,
     samples: usize,
-    observer: &mut impl Observer<N>,
-) -> Result<Outcome<N>> {
+    observer: &mut dyn Observer,
+) -> Result<Outcome> {
     let last = samples.max(2) - 1;
-    let duration = run.duration();
-    let time_of = |k: usize| {
-        if k == last {
-            duration
-        } else {
-            duration * k as f64 / last as f64
+    let duration = motion.duration();
+    let time_of = |k: usize| duration * k as f64 / last as f64;
+    let mut next = {
+        let given = motion.given();
+        let next = (0..last).find(|&k| time_of(k) >= given.time());
+        match next.unwrap_or(last) {
+            k if time_of(k) == given.time() => {
+                observer.sample(&*given)?;
+                k + 1
+            }
+            k => k,
         }
     };
-    // A branch starts in the middle: the samples before it belong to its parent.
-    let given = run.given();
-    let mut next = (0..=last)
-        .find(|&k| time_of(k) >= given.phase.t)
-        .unwrap_or(last);
-    if time_of(next) == given.phase.t {
-        observer.sample(&given)?;
-        next += 1;
-    }
-    let mut before = run.now();
-    // `before` is kept only where a snap follows.
-    while let Some(event) = run.next() {
+    while let Some(event) = motion.advance() {
         match event {
-            RunEvent::Step { to, .. } => {
-                while next <= last && time_of(next) <= to {
-                    if let Some(sample) = run.sample(time_of(next)) {
-                        observer.sample(&sample)?;
-                    }
-                    next += 1;
-                }
-                if run.at_fold() {
-                    before = run.now();
-                }
-                if !observer.go_on(to) {
-                    run.interrupt();
-                }
-            }
-            RunEvent::Snap(snap) => {
-                observer.snap(&snap, &before, &run.now())?;
-            }
-            RunEvent::Stop(outcome) => {
+            Event::Stop(outcome) => {
                 if next <= last {
-                    observer.sample(&run.now())?;
+                    observer.sample(&*motion.now())?;
                 }
                 return Ok(outcome);
+            }
+            event => {
+                if let Event::Step { to, .. } = event {
+                    while next < last && time_of(next) <= to {
+                        if let Some(state) = motion.sample(time_of(next)) {
+                            observer.sample(&*state)?;
+                        }
+                        next += 1;
+                    }
+                    if !observer.go_on(to) {
+                        motion.interrupt();
+                    }
+                }
+                observer.event(&event, motion)?;
             }
         }
     }

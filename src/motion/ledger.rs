@@ -36,6 +36,17 @@ impl Ledger {
         }
     }
 
+    /// The ledger in other units, of which one of the present makes `energy`.
+    pub fn scaled(&self, energy: f64) -> Self {
+        Self {
+            kinetic: self.kinetic * energy,
+            elastic: self.elastic * energy,
+            potential: self.potential * energy,
+            dissipated: self.dissipated * energy,
+            work: self.work * energy,
+        }
+    }
+
     /// What should not change.
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.potential + self.dissipated - self.work
@@ -52,5 +63,69 @@ impl Ledger {
         ]
         .into_iter()
         .fold(0.0, |most, term| most.max(term.abs()))
+    }
+}
+
+/// How well a ledger closes over all states that were looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closing {
+    /// What the total should stay.
+    total: f64,
+    /// Largest term so far.
+    pub largest: f64,
+    /// Largest change of the total so far.
+    pub error: f64,
+}
+
+/// Tolerances of the run by which its ledger may be open.
+const ALLOWED: f64 = 1e3;
+/// Tolerances below this drown in rounding.
+const FINEST: f64 = 1e-13;
+
+impl Closing {
+    /// Nothing looked at yet; the total should stay `total`.
+    pub fn new(total: f64) -> Self {
+        Self {
+            total,
+            largest: 0.0,
+            error: 0.0,
+        }
+    }
+
+    /// Looks at one state.
+    pub fn look(&mut self, ledger: &Ledger) {
+        self.largest = self.largest.max(ledger.largest());
+        let error = (ledger.total() - self.total).abs();
+        // NaN is an error, too.
+        self.error = if error >= 0.0 {
+            self.error.max(error)
+        } else {
+            f64::INFINITY
+        };
+    }
+
+    /// The error relative to the largest term.
+    pub fn relative(&self) -> f64 {
+        self.error / self.largest.max(f64::MIN_POSITIVE)
+    }
+
+    /// The same in other units, of which one of the present makes `energy`.
+    pub fn scaled(&self, energy: f64) -> Self {
+        Self {
+            total: self.total * energy,
+            largest: self.largest * energy,
+            error: self.error * energy,
+        }
+    }
+
+    /// False if the run cannot be trusted: with E the largest term, in the units of the rod, EI/L, the error is beyond 1000
+    /// tolerances of E + sqrt(E).
+    ///
+    /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities and strains is one
+    /// of sqrt(2 E) tolerances in the energy where E is small (x dx with x^2/2 = E), and of E where it is large: that is what a
+    /// sound run may gather step by step, whatever the size of its energies.
+    pub fn is_closed(&self, tolerance: f64) -> bool {
+        let size = self.largest + self.largest.sqrt();
+        self.error <= ALLOWED * tolerance.max(FINEST) * size
     }
 }

@@ -1,18 +1,31 @@
-//! The body's motion: on a sheet, through its fold, onto the next; exact reductions of viscoelastic rods.
+//! The body's motion, whatever rod it hangs on: one vocabulary, one way to drive it.
+//!
+//! * [`Options`]: what a run is asked to do; [`Event`]: what happens in it; [`Outcome`]: why it ends; [`Ledger`]: the energies
+//!   at one moment; [`State`]: what any state shows.
+//! * [`Motion`]: a motion seen from outside, whichever model is integrated; [`drive`] samples it and tells an [`Observer`].
+//! * [`Run`]: an elastic rod, whose state is a point of the equilibrium manifold: motion on a sheet ([`OnSheet`]), through its
+//!   fold, by a [`Snap`] onto the next.
+//! * [`creep`]: a viscoelastic rod, whose state is the field of its strains.
+//! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 
 pub mod creep;
 mod drive;
-mod in_space;
+mod event;
 mod ledger;
+mod options;
 pub mod reduction;
 mod run;
 mod sheet;
 mod snap;
 mod start;
+mod state;
 
-pub use drive::{Observer, drive};
-pub use in_space::InSpace;
-pub use ledger::Ledger;
-pub use run::{Outcome, Run, RunEvent, RunOptions, Sample};
-pub use sheet::{Motion, Phase, Progress};
+pub use crate::error::{Cause, Stuck};
+pub use drive::{Motion, Observer, Resolution, drive};
+pub use event::{Bounce, Event, Outcome};
+pub use ledger::{Closing, Ledger};
+pub use options::{Nodes, Options};
+pub use run::{Run, Sample};
+pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
+pub use state::{Labels, Seen, State};

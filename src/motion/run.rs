@@ -1,138 +1,19 @@
 //! A run: motion on a sheet, snap at the fold, motion on the next sheet, as an iterator.
 
+use super::drive::Motion;
+use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
-use super::sheet::{Motion, Phase, Progress};
+use super::options::Options;
+use super::sheet::{OnSheet, Phase, Progress};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
+use super::state::{Seen, State};
 use crate::body::Body;
-use crate::error::{Error, Result};
+use crate::error::{Cause, Error, Result};
 use crate::manifold::{Multivalued, Sheet};
 use crate::solve::dop853::Work;
-use nalgebra::SVector;
-
-/// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RunOptions {
-    /// End of time.
-    pub duration: f64,
-    /// Ten times the bound of the local error of each step, relative to 1 + size, in chart, velocity and
-    /// time: the error of a smooth run of a few periods is of this order.
-    pub tolerance: f64,
-    /// Where snaps land.
-    pub landing: LandingRule,
-    /// Most steps.
-    pub max_steps: u64,
-    /// Most snaps.
-    pub max_snaps: u64,
-}
-
-impl RunOptions {
-    /// Options with defaults, up to the time `duration`.
-    ///
-    /// # Errors
-    /// A duration that is not positive and finite.
-    pub fn new(duration: f64) -> Result<Self> {
-        if !(0.0 < duration && duration < f64::INFINITY) {
-            return Err(Error::domain(format!(
-                "duration = {duration} must be finite and > 0"
-            )));
-        }
-        Ok(Self {
-            duration,
-            tolerance: 1e-10,
-            landing: LandingRule::Viscous,
-            max_steps: 10_000_000,
-            max_snaps: 100_000,
-        })
-    }
-
-    /// Sets the tolerance.
-    ///
-    /// # Errors
-    /// A tolerance outside [1e-14, 1e-2].
-    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self> {
-        if !(1e-14..=1e-2).contains(&tolerance) {
-            return Err(Error::domain(format!(
-                "tolerance = {tolerance} must lie in [1e-14, 1e-2]"
-            )));
-        }
-        self.tolerance = tolerance;
-        Ok(self)
-    }
-
-    /// Sets the landing rule.
-    #[must_use]
-    pub fn with_landing(mut self, landing: LandingRule) -> Self {
-        self.landing = landing;
-        self
-    }
-}
-
-/// Why a run ended.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Outcome<const N: usize> {
-    /// The end of time was reached.
-    EndOfTime,
-    /// At a fold the landing rule found no stable equilibrium.
-    NoStableEquilibrium,
-    /// At a fold under the rule `All`: each snap continues in a run of its own.
-    Branched(Vec<Snap<N>>),
-    /// The bound on steps was reached.
-    StepLimit,
-    /// The bound on snaps was reached.
-    SnapLimit,
-    /// The run cannot go on; the text says why and what would help.
-    Stuck(String),
-    /// Told to stop from outside.
-    Interrupted,
-}
-
-impl<const N: usize> Outcome<N> {
-    /// A stable key: end_of_time, no_stable_equilibrium, branched, step_limit, snap_limit, stuck, interrupted.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::EndOfTime => "end_of_time",
-            Self::NoStableEquilibrium => "no_stable_equilibrium",
-            Self::Branched(_) => "branched",
-            Self::StepLimit => "step_limit",
-            Self::SnapLimit => "snap_limit",
-            Self::Stuck(_) => "stuck",
-            Self::Interrupted => "interrupted",
-        }
-    }
-}
-
-impl<const N: usize> std::fmt::Display for Outcome<N> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::EndOfTime => f.write_str("the end of time was reached"),
-            Self::NoStableEquilibrium => f.write_str(
-                "the rod ran out of its sheet and the landing rule leaves no stable equilibrium at this pose; landing = \"viscous\" always finds one if there is one",
-            ),
-            Self::Branched(snaps) => write!(f, "the run branched into {}", snaps.len()),
-            Self::StepLimit => f.write_str("the bound max_steps was reached"),
-            Self::SnapLimit => f.write_str("the bound max_snaps was reached"),
-            Self::Stuck(why) => f.write_str(why),
-            Self::Interrupted => f.write_str("interrupted"),
-        }
-    }
-}
-
-/// What one advance of a run was.
-#[derive(Debug, Clone, PartialEq)]
-pub enum RunEvent<const N: usize> {
-    /// A step; samples between these times can be asked for now.
-    Step {
-        /// Time at its start.
-        from: f64,
-        /// Time at its end.
-        to: f64,
-    },
-    /// A snap.
-    Snap(Snap<N>),
-    /// The end; nothing follows.
-    Stop(Outcome<N>),
-}
+use crate::solve::integrator;
+use nalgebra::{DVector, SVector};
 
 /// The state of a run at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -158,13 +39,19 @@ const STRETCH: u64 = 50_000;
 pub struct Run<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
-    options: RunOptions,
-    motion: Motion<'a, M, N>,
+    options: Options,
+    motion: OnSheet<'a, M, N>,
     index: usize,
     snapped: f64,
     snaps: u64,
     past: Work,
     pending: Option<f64>,
+    /// While the rod is taut: true if the body still moves outward.
+    outward: Option<bool>,
+    /// An event of the last step that is to be told.
+    found: Option<Event>,
+    /// The state just before the last snap.
+    before_snap: Option<Sample<N>>,
     stopped: bool,
     interrupted: bool,
     /// The state it was asked to start from.
@@ -184,7 +71,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         body: &'a Body<N>,
         q: SVector<f64, N>,
         v: SVector<f64, N>,
-        options: RunOptions,
+        options: Options,
     ) -> Result<Self> {
         let zero = Phase {
             q,
@@ -200,7 +87,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         manifold: &'a M,
         body: &'a Body<N>,
         phase: Phase<N>,
-        options: RunOptions,
+        options: Options,
         snapped: f64,
         snaps: u64,
     ) -> Result<Self> {
@@ -225,30 +112,41 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
             }
         };
-        Ok(Self {
+        let mut run = Self {
             manifold,
             body,
             options,
-            motion: Motion::new(manifold, body, phase, orientation, options.tolerance)?,
+            motion: OnSheet::new(manifold, body, phase, orientation, options.tolerance)?,
             index,
             snapped,
             snaps,
             past: Work::default(),
             pending,
+            outward: None,
+            found: None,
+            before_snap: None,
             stopped: false,
             interrupted: false,
             given,
             milestone: (0, phase.t),
-        })
+        };
+        run.outward = run.moves_outward();
+        Ok(run)
     }
 
     /// The run that follows from `snap`, one of those of [`Outcome::Branched`].
     ///
     /// # Errors
     /// A snap that is not of this run's manifold.
-    pub fn branch(&self, snap: &Snap<N>) -> Result<Self> {
+    pub fn branch(&self, snap: &Snap) -> Result<Self> {
+        if snap.to.q.len() != N {
+            return Err(Error::domain(format!(
+                "the snap lands at the chart point {:?}, which is none of this manifold",
+                snap.to.q.as_slice()
+            )));
+        }
         let phase = Phase {
-            q: snap.to.q,
+            q: SVector::from_column_slice(snap.to.q.as_slice()),
             ..*self.motion.phase()
         };
         Self::start(
@@ -288,11 +186,6 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         self.options.duration
     }
 
-    /// True if the run stands at a fold and will snap next.
-    pub fn at_fold(&self) -> bool {
-        self.pending.is_some()
-    }
-
     /// Ends the run at its next step, with [`Outcome::Interrupted`].
     pub fn interrupt(&mut self) {
         self.interrupted = true;
@@ -329,36 +222,63 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
     }
 
-    /// Looks back over the last stretch of steps: at that rate, would the run end within max_steps? A
-    /// mass that settles on the straight rod oscillates ever faster, without bound.
-    fn hopeless(&mut self, steps: u64) -> Option<String> {
+    /// Looks back over the last stretch of steps: how many more, at that rate, would the run take, if too many? A mass that
+    /// settles on the straight rod oscillates ever faster, without bound.
+    fn hopeless(&mut self, steps: u64) -> Option<f64> {
         let (before, since) = self.milestone;
         let time = self.time();
         self.milestone = (steps, time);
         let per_time = (steps - before) as f64 / (time - since);
         let needed = per_time * (self.options.duration - time);
-        if needed <= 2.0 * self.options.max_steps as f64 {
-            return None;
-        }
-        let here = self.now();
-        Some(format!(
-            "at t = {time:?}, pose {:?}, the last {} steps advanced time by {:.2e}: the end would take {needed:.1e} more steps, beyond max_steps = {}; \
-             the motion's own time has become too short for the time asked, as under enormous loads or for a mass that settles on the straight rod at (1, 0); \
-             change the loads, end earlier, or raise max_steps",
-            here.pose.as_slice(),
-            steps - before,
-            time - since,
-            self.options.max_steps
-        ))
+        (needed > 2.0 * self.options.max_steps as f64).then_some(needed)
     }
 
-    fn stop(&mut self, outcome: Outcome<N>) -> RunEvent<N> {
+    /// While the rod is taut: does the body move against its pull?
+    fn moves_outward(&self) -> Option<bool> {
+        let phase = self.motion.phase();
+        self.manifold.tautness(&phase.q)?;
+        let at = self.manifold.point(&phase.q)?;
+        Some(at.force.dot(&phase.v) < 0.0)
+    }
+
+    /// The bounce within the last step, if the body was turned round there: its stored energy went through a maximum on
+    /// a taut rod.
+    fn bounce(&mut self) -> Option<Bounce> {
+        let now = self.moves_outward();
+        let turned = match (self.outward, now) {
+            (Some(true), Some(false) | None) | (None, Some(false)) => true,
+            (Some(false) | None, _) | (Some(true), Some(true)) => false,
+        };
+        self.outward = now;
+        if !turned {
+            return None;
+        }
+        let energy = |phase: &Phase<N>| self.manifold.point(&phase.q).map_or(0.0, |at| at.energy);
+        let there = self.motion.largest(energy)?;
+        let lambda = self.manifold.tautness(&there.q)?;
+        let at = self.manifold.point(&there.q)?;
+        Some(Bounce {
+            t: there.t,
+            pose: dynamic(&at.pose),
+            velocity: dynamic(&there.v),
+            lambda,
+            elastic: at.energy,
+            mass: self.body.mass(),
+        })
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
         self.stopped = true;
-        RunEvent::Stop(outcome)
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
     }
 
     /// At a fold: finds the landings and, unless the run branches, goes on from there.
-    fn snap(&mut self, time_error: f64) -> Result<RunEvent<N>> {
+    fn snap(&mut self, time_error: f64) -> Result<Event> {
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
         }
@@ -366,7 +286,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let here = self.describe(phase);
         let landed = landings(self.manifold, &phase.q, self.options.landing)?;
         let mut snaps = Vec::with_capacity(landed.len());
-        for q in landed {
+        for &q in &landed {
             let elastic = self
                 .manifold
                 .point(&q)
@@ -375,16 +295,16 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             snaps.push(Snap {
                 t: phase.t,
                 time_error,
-                pose: here.pose,
-                velocity: phase.v,
+                pose: dynamic(&here.pose),
+                velocity: dynamic(&phase.v),
                 from: SnapEnd {
-                    q: phase.q,
+                    q: dynamic(&phase.q),
                     sheet: here.sheet,
                     index: self.index,
                     elastic: here.ledger.elastic,
                 },
                 to: SnapEnd {
-                    q,
+                    q: dynamic(&q),
                     sheet: self.manifold.sheet(&q),
                     index: self.manifold.index(&q)?,
                     elastic,
@@ -398,41 +318,48 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if self.options.landing == LandingRule::All {
             return Ok(self.stop(Outcome::Branched(snaps)));
         }
-        let snap = snaps[0];
+        let (snap, q) = (snaps.swap_remove(0), landed[0]);
+        self.before_snap = Some(here);
         self.past = self.work();
         self.snapped += snap.released;
         self.snaps += 1;
         self.index = snap.to.index;
-        self.motion = Motion::new(
+        self.motion = OnSheet::new(
             self.manifold,
             self.body,
-            Phase {
-                q: snap.to.q,
-                ..phase
-            },
-            orientation(self.manifold, &snap.to.q)?,
+            Phase { q, ..phase },
+            orientation(self.manifold, &q)?,
             self.options.tolerance,
         )?;
-        Ok(RunEvent::Snap(snap))
+        self.outward = self.moves_outward();
+        Ok(Event::Snap(snap))
     }
 }
 
-impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
-    type Item = RunEvent<N>;
+fn dynamic<const N: usize>(v: &SVector<f64, N>) -> DVector<f64> {
+    DVector::from_column_slice(v.as_slice())
+}
 
-    fn next(&mut self) -> Option<RunEvent<N>> {
+impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
         if self.stopped {
             return None;
+        }
+        if let Some(event) = self.found.take() {
+            return Some(event);
         }
         if self.interrupted {
             return Some(self.stop(Outcome::Interrupted));
         }
         if let Some(time_error) = self.pending.take() {
-            let t = self.time();
-            return Some(
-                self.snap(time_error)
-                    .unwrap_or_else(|e| self.stop(Outcome::Stuck(format!("snap at t = {t}: {e}")))),
-            );
+            return Some(self.snap(time_error).unwrap_or_else(|e| {
+                self.stuck(
+                    Cause::Failed(e.context("the snap")),
+                    "change the start a little, or the landing rule",
+                )
+            }));
         }
         let from = self.time();
         if from >= self.options.duration {
@@ -444,27 +371,81 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         }
         if self.options.max_steps > 20 * STRETCH
             && steps >= self.milestone.0 + STRETCH
-            && let Some(why) = self.hopeless(steps)
+            && let Some(steps) = self.hopeless(steps)
         {
-            return Some(self.stop(Outcome::Stuck(why)));
+            return Some(self.stuck(
+                Cause::TooSlow { steps },
+                "the motion's own time has become too short for the time asked, as under enormous loads or for a mass that settles \
+                 on the straight rod at (1, 0): change the loads, end earlier, or raise max_steps",
+            ));
         }
         let end = self.body.next_break(from).min(self.options.duration);
         let Some(progress) = self.motion.step(end) else {
-            let here = self.now();
-            return Some(self.stop(Outcome::Stuck(format!(
-                "the step size collapsed at t = {}, pose {:?}, chart point {:?}: the motion runs into a singular point of the model \
-                 (for the elastica: the straight rod at (1, 0)); start from another pose or velocity",
-                here.phase.t,
-                here.pose.as_slice(),
-                here.phase.q.as_slice()
-            ))));
+            let cause = Cause::StepCollapsed {
+                next: self.motion.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return Some(self.stuck(
+                cause,
+                "the motion runs into a singular point of the model (for the elastica the straight rod, at full length along the \
+                 clamp): start from another pose or velocity",
+            ));
         };
         if let Progress::Fold { time_error } = progress {
             self.pending = Some(time_error);
         }
-        Some(RunEvent::Step {
+        self.found = self.bounce().map(Event::Bounce);
+        Some(Event::Step {
             from,
             to: self.time(),
         })
+    }
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> Motion<'a> for Run<'a, M, N>
+where
+    Sample<N>: State,
+{
+    fn advance(&mut self) -> Option<Event> {
+        self.next()
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.given()))
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.now()))
+    }
+
+    fn before_snap(&self) -> Option<Seen<'_>> {
+        self.before_snap.as_ref().map(|state| Seen::Kept(state))
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration()
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupt();
+    }
+
+    fn work(&self) -> integrator::Work {
+        let work = self.work();
+        integrator::Work {
+            evaluations: work.evaluations,
+            steps: work.steps,
+            rejected: work.rejected,
+            samples: work.dense,
+            ..integrator::Work::default()
+        }
+    }
+
+    fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
+        Ok(Box::new(self.branch(snap)?))
     }
 }

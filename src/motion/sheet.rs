@@ -69,7 +69,7 @@ pub enum Progress {
 }
 
 /// A motion on one sheet, step by step.
-pub struct Motion<'a, M, const N: usize> {
+pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
     orientation: f64,
@@ -87,6 +87,9 @@ const SUSPICIOUS: f64 = 0.1;
 /// Samples of a suspicious step.
 const SAMPLES: usize = 12;
 
+/// Sections of a step at a largest value, which is then exact to rounding: its place to the root of that.
+const GOLDEN_SECTIONS: usize = 40;
+
 /// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up, and the run's
 /// error is to be of the order of the tolerance, not a multiple of it.
 const LOCAL: f64 = 0.1;
@@ -95,7 +98,7 @@ const ON_TIME: f64 = 1e-12;
 /// Local errors below this drown in rounding.
 const FINEST: f64 = 1e-14;
 
-impl<'a, M: Multivalued<N>, const N: usize> Motion<'a, M, N> {
+impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1.
     ///
     /// # Errors
@@ -133,6 +136,11 @@ impl<'a, M: Multivalued<N>, const N: usize> Motion<'a, M, N> {
     /// What it cost.
     pub fn work(&self) -> Work {
         self.solver.work()
+    }
+
+    /// The length of the next step, in the motion's own time.
+    pub fn next_step(&self) -> f64 {
+        self.solver.next_step()
     }
 
     /// One step, at most to time `end`, or to the fold if that comes first. None: the step size has
@@ -203,6 +211,27 @@ impl<'a, M: Multivalued<N>, const N: usize> Motion<'a, M, N> {
                 None
             }
         }
+    }
+
+    /// The state within the last step at which `measure` is largest, by golden sections; nothing is counted as work.
+    pub fn largest(&self, measure: impl Fn(&Phase<N>) -> f64) -> Option<Phase<N>> {
+        let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
+        let mut step = self.last.clone()?;
+        let dense = step.dense(
+            |y| slope(manifold, body, orientation, y),
+            &mut Work::default(),
+        )?;
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..GOLDEN_SECTIONS {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if measure(&dense.at(a)) >= measure(&dense.at(b)) {
+                high = b;
+            } else {
+                low = a;
+            }
+        }
+        Some(dense.at(0.5 * (low + high)))
     }
 
     fn rewind(&mut self, step: Step<Phase<N>>) {

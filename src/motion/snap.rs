@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
-use nalgebra::SVector;
+use nalgebra::{DVector, SVector};
 
 /// Where a rod lands that has run out of its sheet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -20,10 +20,10 @@ pub enum LandingRule {
 }
 
 /// One end of a snap.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SnapEnd<const N: usize> {
-    /// Chart point.
-    pub q: SVector<f64, N>,
+#[derive(Debug, Clone, PartialEq)]
+pub struct SnapEnd {
+    /// Chart point, for the elastica (p, w).
+    pub q: DVector<f64>,
     /// Its sheet.
     pub sheet: Sheet,
     /// Its Morse index (for the fold itself: on the side it was reached from).
@@ -33,20 +33,20 @@ pub struct SnapEnd<const N: usize> {
 }
 
 /// A snap: a jump of the rod at a fold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Snap<const N: usize> {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snap {
     /// Time.
     pub t: f64,
     /// Uncertainty of the time from locating the fold, without the integration's own error.
     pub time_error: f64,
     /// Pose, the same before and after.
-    pub pose: SVector<f64, N>,
+    pub pose: DVector<f64>,
     /// Velocity, the same before and after.
-    pub velocity: SVector<f64, N>,
+    pub velocity: DVector<f64>,
     /// The fold.
-    pub from: SnapEnd<N>,
+    pub from: SnapEnd,
     /// The landing.
-    pub to: SnapEnd<N>,
+    pub to: SnapEnd,
     /// Energy dissipated in the layer: elastic before minus after.
     pub released: f64,
 }

@@ -48,6 +48,8 @@ mod palette;
 mod png;
 mod portrait;
 mod rod3;
+#[cfg(feature = "scene")]
+mod run;
 mod scene;
 mod space;
 mod state;
@@ -71,6 +73,8 @@ pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
 pub use rod3::{RodShapes, RodUnits, SpaceRod, rod_shapes};
+#[cfg(feature = "scene")]
+pub use run::{RunFigure, first_folds, labels, run_figures};
 pub use state::{RodState, rod_state};
 pub use surfaces::{
     PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,

@@ -5,7 +5,7 @@ use crate::body::{Body, TimeLoad};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
-use crate::motion::{LandingRule, Run, RunOptions};
+use crate::motion::{LandingRule, Options, Run};
 use nalgebra::{SVector, Vector2};
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ pub struct Setup {
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
     /// What to run.
-    pub options: RunOptions,
+    pub options: Options,
     /// The way back to the scene's units.
     pub scales: Scales,
 }
@@ -43,7 +43,7 @@ impl Setup {
             ));
         }
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
-        let mut options = RunOptions::new(plain.duration)?
+        let mut options = Options::new(plain.duration)?
             .with_tolerance(run.tolerance)?
             .with_landing(match run.landing {
                 Landing::Viscous => LandingRule::Viscous,

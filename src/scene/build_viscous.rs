@@ -11,7 +11,8 @@ use crate::creep::material::Material;
 use crate::creep::plane::Plane;
 use crate::elastica::Equilibrium;
 use crate::error::{Error, Result};
-use crate::motion::creep::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::motion::creep::{ViscousRun, ViscousStart};
+use crate::motion::{Nodes, Options};
 use crate::section::Linear;
 use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
 use crate::solve::integrator;
@@ -34,7 +35,7 @@ pub struct ViscousSetup {
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
     /// What to run.
-    pub options: ViscousOptions,
+    pub options: Options,
     /// The way back to the scene's units.
     pub scales: Scales,
 }
@@ -73,7 +74,7 @@ impl ViscousSetup {
                 "{ELASTIC} no strains of its own to be followed; write damping > 0"
             )));
         }
-        let mut options = ViscousOptions::new(plain.duration)?
+        let mut options = Options::new(plain.duration)?
             .with_tolerance(run.tolerance)
             .map_err(|e| e.context("[run]"))?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))

@@ -89,7 +89,7 @@ pub use build_viscous::ViscousSetup;
 pub use ends::{Body, Clamp, Component, End, Joint, Orientation, Rotation};
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use loads::{Force, Loads};
-pub use motion_setup::{MotionSetup, MotionState, Moving, SpaceField, WithRun};
+pub use motion_setup::{MotionSetup, Moving, SpaceField};
 pub use parameter::Parameter;
 pub use rod::{Damping, FrictionBarrier, FrictionLaw, Maxwell, Model, PowerLaw, Rod, StrainMatrix};
 pub use run::{Landing, Method, Run};

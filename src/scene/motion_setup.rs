@@ -11,9 +11,9 @@ use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
-use crate::motion::creep::{Nodes, ViscousOptions, ViscousRun, ViscousStart};
+use crate::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
 use crate::motion::reduction::{Carried, Reduction, Refusal, Start};
-use crate::motion::{InSpace, Ledger};
+use crate::motion::{Motion, Nodes, Options, State};
 use crate::rod::{End, Problem, Rod, Wrench};
 use crate::section::Strain;
 use crate::section::Units;
@@ -39,7 +39,7 @@ pub struct MotionSetup {
     /// The Morse index of the equilibrium at the start, if it is one.
     pub start_index: Option<usize>,
     /// What to run.
-    pub options: ViscousOptions,
+    pub options: Options,
     /// The way back to the scene's units.
     pub scales: Scales,
     /// The pose of the base, in the scene's units.
@@ -141,39 +141,6 @@ impl SpaceField {
     }
 }
 
-/// What is done with the run of a [`MotionSetup`], whatever its strains and its joint.
-pub trait WithRun {
-    /// What comes of it.
-    type Output;
-
-    /// Does it.
-    fn with<B, const M: usize, const D: usize>(
-        self,
-        run: ViscousRun<'_, Space<M, D>, B, M, D>,
-    ) -> Self::Output
-    where
-        B: EndBody<D, Pose = Isometry3<f64>>;
-}
-
-/// A state of a motion in the world frame and the scene's units.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MotionState {
-    /// Time.
-    pub t: f64,
-    /// Pose of the end of the rod.
-    pub pose: Isometry3<f64>,
-    /// Velocity of the end.
-    pub velocity: Vector3<f64>,
-    /// Angular velocity of the end's directors.
-    pub angular_velocity: Vector3<f64>,
-    /// Force of the rod on the body.
-    pub force: Vector3<f64>,
-    /// Couple of the rod on the body, about the end.
-    pub couple: Vector3<f64>,
-    /// Energies.
-    pub ledger: Ledger,
-}
-
 impl MotionSetup {
     /// Finds the start and scales everything.
     ///
@@ -183,7 +150,7 @@ impl MotionSetup {
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
-        let mut options = ViscousOptions::new(plain.duration)
+        let mut options = Options::new(plain.duration)
             .and_then(|options| options.with_tolerance(run.tolerance))
             .map_err(|e| e.context("[run]"))?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
@@ -225,46 +192,43 @@ impl MotionSetup {
         })
     }
 
-    /// Makes the run, and hands it to `then`.
+    /// The motion from its start, with the kinematics that its strains and its joint ask for.
     ///
     /// # Errors
     /// As [`ViscousRun::new`].
-    pub fn with_run<T: WithRun>(&self, then: T) -> Result<T::Output> {
+    pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         match &self.carried {
-            Carried::Welded(body) => self.with_body(body, self.velocity, then),
+            Carried::Welded(body) => self.with_body(body, self.velocity),
             Carried::BallJoint(body) => {
                 let velocity = self.velocity.fixed_rows::<3>(3).into_owned();
-                self.with_body(body, velocity, then)
+                self.with_body(body, velocity)
             }
         }
     }
 
-    fn with_body<B, T, const D: usize>(
-        &self,
-        body: &B,
+    fn with_body<'a, B, const D: usize>(
+        &'a self,
+        body: &'a B,
         velocity: AtEnd<D>,
-        then: T,
-    ) -> Result<T::Output>
+    ) -> Result<Box<dyn Motion<'a> + 'a>>
     where
         B: EndBody<D, Pose = Isometry3<f64>>,
-        T: WithRun,
     {
         match self.strains {
-            Moving::Flexure => self.with_strains::<B, T, 3, D>(body, velocity, then),
-            Moving::Stretch => self.with_strains::<B, T, 4, D>(body, velocity, then),
-            Moving::All => self.with_strains::<B, T, 6, D>(body, velocity, then),
+            Moving::Flexure => self.with_strains::<B, 3, D>(body, velocity),
+            Moving::Stretch => self.with_strains::<B, 4, D>(body, velocity),
+            Moving::All => self.with_strains::<B, 6, D>(body, velocity),
         }
     }
 
-    fn with_strains<B, T, const M: usize, const D: usize>(
-        &self,
-        body: &B,
+    fn with_strains<'a, B, const M: usize, const D: usize>(
+        &'a self,
+        body: &'a B,
         velocity: AtEnd<D>,
-        then: T,
-    ) -> Result<T::Output>
+    ) -> Result<Box<dyn Motion<'a> + 'a>>
     where
         B: EndBody<D, Pose = Isometry3<f64>>,
-        T: WithRun,
+        ViscousSample<Space<M, D>, M, D>: State,
     {
         let places = Space::<M, D>::places();
         let material = Material::new(self.section.measured(self.units()), places)?;
@@ -288,7 +252,7 @@ impl MotionSetup {
             self.options,
         )
         .map_err(|e| e.context(self.start_words()))?;
-        Ok(then.with(run))
+        Ok(Box::new(run))
     }
 
     /// In what a fault of the start is given.
@@ -346,48 +310,6 @@ impl MotionSetup {
             stiffness: self.scales.stiffness(),
             time: self.scales.time,
         }
-    }
-
-    /// A state in the world frame and the scene's units.
-    pub fn state(&self, at: &impl InSpace) -> MotionState {
-        let k = &self.scales;
-        let turned = |pair: Vector6<f64>, i: usize, scale: f64| {
-            self.clamp.rotation * pair.fixed_rows::<3>(i).into_owned() * scale
-        };
-        let (twist, action, ledger) = (at.twist(), at.action(), at.ledger());
-        MotionState {
-            t: at.time() * k.time,
-            pose: self.outward(&at.pose()),
-            velocity: turned(twist, 3, k.velocity),
-            angular_velocity: turned(twist, 0, 1.0 / k.time),
-            force: turned(action, 3, k.force),
-            couple: turned(action, 0, k.energy),
-            ledger: Ledger {
-                kinetic: ledger.kinetic * k.energy,
-                elastic: ledger.elastic * k.energy,
-                potential: ledger.potential * k.energy,
-                dissipated: ledger.dissipated * k.energy,
-                work: ledger.work * k.energy,
-            },
-        }
-    }
-
-    /// Sections from the clamp to the end in the world frame and the scene's units, as [`InSpace::sections`].
-    pub fn sections(&self, at: &impl InSpace, points: usize) -> Vec<Isometry3<f64>> {
-        let sections = at.sections(points);
-        sections.iter().map(|pose| self.outward(pose)).collect()
-    }
-
-    /// The strains at places in [0, 1], in growing order, in the scene's units.
-    pub fn strains(&self, at: &impl InSpace, places: &[f64]) -> Vec<Strain> {
-        let strains = at.strains_at(places);
-        strains.iter().map(|e| self.units().strain_out(e)).collect()
-    }
-
-    /// A pose of the clamp's frame and the run's units in the world frame and the scene's units.
-    fn outward(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
-        let position = pose.translation.vector * self.scales.length;
-        self.clamp * Isometry3::from_parts(position.into(), pose.rotation)
     }
 }
 

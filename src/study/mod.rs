@@ -7,6 +7,7 @@
 pub mod branch;
 pub mod equilibrium;
 pub mod record;
+pub mod run;
 mod space;
 
 pub use branch::{BranchRecord, branch};

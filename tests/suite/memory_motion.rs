@@ -8,7 +8,8 @@ use snaprod::creep::kinematics::{Kinematics, Local};
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
-use snaprod::motion::creep::{ViscousEvent, ViscousOptions, ViscousRun, ViscousStart};
+use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::{Event, Options};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use std::sync::Arc;
@@ -28,7 +29,7 @@ where
     let last = run.duration();
     let mut found = vec![flat(&run.first().flow.wrench)];
     while let Some(event) = run.next() {
-        if let ViscousEvent::Step { to, .. } = event {
+        if let Event::Step { to, .. } = event {
             while found.len() < SAMPLES {
                 let t = last * found.len() as f64 / (SAMPLES - 1) as f64;
                 let t = if to >= t * (1.0 - 1e-13) {
@@ -118,8 +119,8 @@ fn sum(parts: &[(f64, &[DVector<f64>])]) -> Vec<DVector<f64>> {
     (0..SAMPLES).map(at).collect()
 }
 
-fn options(duration: f64) -> ViscousOptions {
-    ViscousOptions::new(duration)
+fn options(duration: f64) -> Options {
+    Options::new(duration)
         .unwrap()
         .with_tolerance(1e-13)
         .unwrap()

@@ -7,7 +7,8 @@ use snaprod::creep::kinematics::Local;
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
-use snaprod::motion::creep::{ViscousOptions, ViscousOutcome, ViscousRun, ViscousStart};
+use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::{Options, Outcome};
 use snaprod::section::Linear;
 use snaprod::section::rate::{Carreau, RateLaw, Viscoelastic, Viscosity};
 use std::sync::Arc;
@@ -36,7 +37,7 @@ fn thrown(p: f64, bend: f64, tolerance: f64) -> End {
     };
     let mut run = ViscousRun::new(Plane, material, &body, &start, options(1.0, tolerance)).unwrap();
     let (_, outcome) = sampled(&mut run, &[]);
-    assert_eq!(outcome, ViscousOutcome::EndOfTime);
+    assert_eq!(outcome, Outcome::EndOfTime);
     let work = run.work();
     assert!(
         2 * work.rejected <= work.steps + 20,
@@ -47,8 +48,8 @@ fn thrown(p: f64, bend: f64, tolerance: f64) -> End {
     (last.pose, last.velocity, opened)
 }
 
-fn options(duration: f64, tolerance: f64) -> ViscousOptions {
-    let options = ViscousOptions::new(duration).and_then(|o| o.with_tolerance(tolerance));
+fn options(duration: f64, tolerance: f64) -> Options {
+    let options = Options::new(duration).and_then(|o| o.with_tolerance(tolerance));
     let mut options = options.unwrap();
     options.max_steps = 2000;
     options
@@ -85,7 +86,7 @@ fn power_laws_leave_the_straight_rod() {
         let mut run =
             ViscousRun::new(kinematics, material, &body, &start, options(1.0, 1e-8)).unwrap();
         let (_, outcome) = sampled(&mut run, &[]);
-        assert_eq!(outcome, ViscousOutcome::EndOfTime);
+        assert_eq!(outcome, Outcome::EndOfTime);
         let end: &Isometry3<f64> = &run.now().pose;
         let across = Vector3::new(0.6, 0.8, 0.0) * -at.y;
         let off = (end.translation.vector - across - Vector3::z() * at.x).norm();
@@ -116,7 +117,7 @@ fn strip_let_go() {
     let options = options(1.0 / time, 1e-10);
     let mut run = ViscousRun::new(Plane, material, &body, &start, options).unwrap();
     let (_, outcome) = sampled(&mut run, &[]);
-    assert_eq!(outcome, ViscousOutcome::EndOfTime);
+    assert_eq!(outcome, Outcome::EndOfTime);
     let off = run.now().pose * length - Vector2::new(0.261_597_932_3, -0.133_441_459_7);
     assert!(off.amax() <= 1e-10, "off by {off:?} m");
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector1;
 use snaprod::body::{Body, TimeLoad};
 use snaprod::manifold::truss::Truss;
 use snaprod::manifold::{EquilibriumManifold, Multivalued, Sheet, Sign};
-use snaprod::motion::{LandingRule, Outcome, Run, RunEvent, RunOptions, Sample, Snap};
+use snaprod::motion::{Event, LandingRule, Options, Outcome, Run, Sample, Snap};
 use std::f64::consts::FRAC_PI_3;
 
 const UPPER: Sheet = Sheet {
@@ -100,8 +100,8 @@ fn one(x: f64) -> Vector1<f64> {
     Vector1::new(x)
 }
 
-fn options(duration: f64, tolerance: f64) -> RunOptions {
-    RunOptions::new(duration)
+fn options(duration: f64, tolerance: f64) -> Options {
+    Options::new(duration)
         .unwrap()
         .with_tolerance(tolerance)
         .unwrap()
@@ -117,12 +117,12 @@ fn close(what: &str, got: f64, want: f64, relative: f64) {
     );
 }
 
-fn first_snap<M: Multivalued<1>>(run: &mut Run<M, 1>) -> Snap<1> {
+fn first_snap<M: Multivalued<1>>(run: &mut Run<M, 1>) -> Snap {
     for event in run {
         match event {
-            RunEvent::Snap(snap) => return snap,
-            RunEvent::Stop(outcome) => panic!("no snap: {outcome}"),
-            RunEvent::Step { .. } => {}
+            Event::Snap(snap) => return snap,
+            Event::Stop(outcome) => panic!("no snap: {outcome}"),
+            _ => {}
         }
     }
     unreachable!()
@@ -132,13 +132,14 @@ fn first_snap<M: Multivalued<1>>(run: &mut Run<M, 1>) -> Snap<1> {
 fn finish<M: Multivalued<1>>(
     run: &mut Run<M, 1>,
     mut each: impl FnMut(&Sample<1>),
-) -> (Vec<Snap<1>>, Outcome<1>) {
+) -> (Vec<Snap>, Outcome) {
     let mut snaps = vec![];
     loop {
         match run.next().expect("a run ends with a stop") {
-            RunEvent::Snap(snap) => snaps.push(snap),
-            RunEvent::Stop(outcome) => return (snaps, outcome),
-            RunEvent::Step { from, to } => assert!(to > from, "time stood still: {from} -> {to}"),
+            Event::Snap(snap) => snaps.push(snap),
+            Event::Stop(outcome) => return (snaps, outcome),
+            Event::Step { from, to } => assert!(to > from, "time stood still: {from} -> {to}"),
+            other => panic!("a truss has none of these: {other:?}"),
         }
         each(&run.now());
     }
@@ -521,7 +522,7 @@ fn starts_on_a_fold() {
             for v in [-0.4, -3.0] {
                 let mut run =
                     Run::new(&truss, &body, start, one(side * v), options(1.0, 1e-10)).unwrap();
-                let Some(RunEvent::Snap(snap)) = run.next() else {
+                let Some(Event::Snap(snap)) = run.next() else {
                     panic!("no snap")
                 };
                 assert_eq!(snap.t, 0.0);
@@ -533,7 +534,7 @@ fn starts_on_a_fold() {
                 .with_dead_force(one(side * -2.0))
                 .unwrap();
             let mut run = Run::new(&truss, &pressed, start, one(0.0), options(1.0, 1e-10)).unwrap();
-            let Some(RunEvent::Snap(snap)) = run.next() else {
+            let Some(Event::Snap(snap)) = run.next() else {
                 panic!("no snap from rest")
             };
             close("landing", snap.to.q[0], side * SOFT.landing(), 1e-13);

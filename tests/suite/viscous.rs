@@ -10,10 +10,9 @@ use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::creep::{
-    Hold, Nodes, ViscousEvent, ViscousOptions, ViscousRun, ViscousSample, ViscousStart,
-    ViscousSystem, near_equilibrium,
+    Hold, Layer, ViscousRun, ViscousSample, ViscousStart, ViscousSystem, near_equilibrium,
 };
-use snaprod::motion::{Run, RunEvent, RunOptions};
+use snaprod::motion::{Event, Nodes, Options, Run};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
@@ -56,8 +55,8 @@ fn material(eta: f64, branches: &[(f64, f64)]) -> Material<1> {
     Material::new(law, [0]).unwrap()
 }
 
-fn options(duration: f64, tolerance: f64) -> ViscousOptions {
-    ViscousOptions::new(duration)
+fn options(duration: f64, tolerance: f64) -> Options {
+    Options::new(duration)
         .and_then(|o| o.with_tolerance(tolerance))
         .unwrap()
 }
@@ -75,20 +74,27 @@ fn start<'a>(
 
 /// The samples of a run at rising times; the run must reach its end.
 fn samples(run: &mut Planar, times: &[f64]) -> Vec<Sample> {
-    let mut found = Vec::new();
+    watched(run, times).0
+}
+
+/// The same, and the layers of the run.
+fn watched(run: &mut Planar, times: &[f64]) -> (Vec<Sample>, Vec<Layer>) {
+    let (mut found, mut layers) = (Vec::new(), Vec::new());
     while let Some(event) = run.next() {
         match event {
-            ViscousEvent::Step { to, .. } => {
+            Event::Step { to, .. } => {
                 while found.len() < times.len() && times[found.len()] <= to * (1.0 + 1e-14) {
                     let t = times[found.len()].min(to);
                     found.push(run.sample(t).expect("inside the step"));
                 }
             }
-            ViscousEvent::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time", "{outcome}"),
+            Event::Layer(layer) => layers.push(layer),
+            Event::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time", "{outcome}"),
+            other => panic!("a viscoelastic rod has none of these: {other:?}"),
         }
     }
     assert_eq!(found.len(), times.len());
-    found
+    (found, layers)
 }
 
 /// |found - wanted| <= bound; a NaN fails.
@@ -387,7 +393,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
     let (body, rest) = three_snaps();
     let times = [5.3, 7.5, 9.5, 11.7, 13.7, 15.5];
     let elastic = {
-        let options = RunOptions::new(15.5)
+        let options = Options::new(15.5)
             .and_then(|o| o.with_tolerance(1e-12))
             .unwrap();
         let q = Vector2::new(rest.p, rest.w);
@@ -395,14 +401,15 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
         let (mut found, mut snaps) = (Vec::new(), Vec::new());
         while let Some(event) = run.next() {
             match event {
-                RunEvent::Step { to, .. } => {
+                Event::Step { to, .. } => {
                     while found.len() < times.len() && times[found.len()] <= to {
                         let sample = run.sample(times[found.len()]).unwrap();
                         found.push((sample.pose, sample.ledger));
                     }
                 }
-                RunEvent::Snap(snap) => snaps.push(snap),
-                RunEvent::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time"),
+                Event::Snap(snap) => snaps.push(snap),
+                Event::Stop(outcome) => assert_eq!(outcome.key(), "end_of_time"),
+                _ => {}
             }
         }
         assert_eq!(snaps.len(), 3);
@@ -421,7 +428,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
         )
         .unwrap();
         let total = run.first().ledger.total();
-        let found = samples(&mut run, &times);
+        let (found, layers) = watched(&mut run, &times);
         let ledger = run.now().ledger;
         near(
             ledger.total(),
@@ -439,7 +446,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
             .zip(&elastic.0)
             .map(|(s, (pose, _))| (s.pose - pose).norm())
             .collect();
-        let snaps: Vec<_> = run.layers().iter().filter(|l| l.whole).collect();
+        let snaps: Vec<_> = layers.iter().filter(|l| l.whole).collect();
         assert_eq!(snaps.len(), 3, "eta = {eta}: {snaps:?}");
         let late = snaps
             .iter()

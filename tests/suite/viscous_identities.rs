@@ -8,10 +8,8 @@ use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
-use snaprod::motion::creep::{
-    Hold, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
-    ViscousSystem,
-};
+use snaprod::motion::creep::{Hold, ViscousRun, ViscousSample, ViscousStart, ViscousSystem};
+use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
@@ -23,7 +21,7 @@ use std::sync::Arc;
 pub fn sampled<K, B, const M: usize, const D: usize>(
     run: &mut ViscousRun<'_, K, B, M, D>,
     times: &[f64],
-) -> (Vec<ViscousSample<K, M, D>>, ViscousOutcome)
+) -> (Vec<ViscousSample<K, M, D>>, Outcome)
 where
     K: Kinematics<M, D> + Clone,
     B: EndBody<D, Pose = K::Pose>,
@@ -31,14 +29,15 @@ where
     let mut samples = Vec::new();
     while let Some(event) = run.next() {
         match event {
-            ViscousEvent::Step { to, .. } => {
+            Event::Step { to, .. } => {
                 while let Some(t) = times.get(samples.len())
                     && *t <= to * (1.0 + 1e-14)
                 {
                     samples.push(run.sample(t.min(to)).expect("a sample in the last step"));
                 }
             }
-            ViscousEvent::Stop(outcome) => return (samples, outcome),
+            Event::Stop(outcome) => return (samples, outcome),
+            _ => {}
         }
     }
     panic!("the run was over before it began")
@@ -276,7 +275,7 @@ fn keeps<const M: usize>(active: [usize; M], law: Viscoelastic) {
         relaxed: None,
         velocity: Vector6::new(0.3, -0.4, 0.2, 0.5, 0.3, -0.2),
     };
-    let options = ViscousOptions::new(RUN)
+    let options = Options::new(RUN)
         .and_then(|o| o.with_tolerance(1e-11))
         .expect("options");
     let material = Material::new(law, active).expect("a material");
@@ -288,7 +287,7 @@ fn keeps<const M: usize>(active: [usize; M], law: Viscoelastic) {
         .flat_map(|t| (-3..=3).map(move |k| t + f64::from(k) * h))
         .collect();
     let (samples, outcome) = sampled(&mut run, &times);
-    assert_eq!(outcome, ViscousOutcome::EndOfTime);
+    assert_eq!(outcome, Outcome::EndOfTime);
     let total = run.first().ledger.total();
     for (window, t) in samples.chunks_exact(7).zip(centres) {
         let what = format!("M = {M}, t = {t}");
@@ -394,12 +393,12 @@ fn scene(
         relaxed: None,
         velocity: Vector6::new(spin.x, spin.y, spin.z, v.x, v.y, v.z),
     };
-    let options = ViscousOptions::new(2.0).expect("options");
+    let options = Options::new(2.0).expect("options");
     let material = Material::new(law.expect("a section"), all).expect("a material");
     let mut run =
         ViscousRun::new(Space::<6, 6>::new(), material, &body, &start, options).expect("a run");
     let (samples, outcome) = sampled(&mut run, &[0.3, 1.0, 2.0]);
-    assert_eq!((outcome, samples.len()), (ViscousOutcome::EndOfTime, 3));
+    assert_eq!((outcome, samples.len()), (Outcome::EndOfTime, 3));
     let energies = |s: &ViscousSample<_, 6, 6>| [s.ledger.elastic, s.ledger.dissipated];
     (
         samples.iter().map(|s| s.pose).collect(),

@@ -9,9 +9,8 @@ use snaprod::creep::kinematics::{Kinematics, Local};
 use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
-use snaprod::motion::creep::{
-    Nodes, ViscousEvent, ViscousOptions, ViscousOutcome, ViscousRun, ViscousSample, ViscousStart,
-};
+use snaprod::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
+use snaprod::motion::{Event, Nodes, Options, Outcome};
 use snaprod::section::rate::{
     FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
@@ -25,8 +24,8 @@ fn polynomial(coefficients: &[f64], s: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * s + c)
 }
 
-fn options(duration: f64, tolerance: f64) -> ViscousOptions {
-    ViscousOptions::new(duration)
+fn options(duration: f64, tolerance: f64) -> Options {
+    Options::new(duration)
         .and_then(|o| o.with_tolerance(tolerance))
         .expect("options")
 }
@@ -104,7 +103,7 @@ fn planar_references() {
         let material = planar(number(run, "eta"));
         let mut motion = ViscousRun::new(Plane, material, &body, &start, options).expect("a run");
         let (samples, outcome) = sampled(&mut motion, &times);
-        assert_eq!(outcome, ViscousOutcome::EndOfTime);
+        assert_eq!(outcome, Outcome::EndOfTime);
         let first = motion.first().ledger;
         for (x, row) in samples.iter().zip(table) {
             let lost = number(row, "dissipated") + number(row, "drag_loss");
@@ -149,7 +148,7 @@ fn nodes_and_methods_agree() {
             .with_method(method);
         let mut run = ViscousRun::new(Plane, planar(0.1), &body, &start, options).expect("a run");
         let (_, outcome) = sampled(&mut run, &[]);
-        assert_eq!(outcome, ViscousOutcome::EndOfTime);
+        assert_eq!(outcome, Outcome::EndOfTime);
         assert_row(run.now().pose.as_slice(), last, "r", bound);
         assert_row(run.now().velocity.as_slice(), last, "v", bound);
     }
@@ -197,7 +196,7 @@ fn prony_reference() {
     let options = options(times[times.len() - 1], 1e-11);
     let mut run = ViscousRun::new(Plane, material, &body, &start, options).expect("a run");
     let (samples, outcome) = sampled(&mut run, &times);
-    assert_eq!(outcome, ViscousOutcome::EndOfTime);
+    assert_eq!(outcome, Outcome::EndOfTime);
     assert_eq!(samples.len(), table.len());
     for (x, row) in samples.iter().zip(table) {
         assert_row(x.pose.as_slice(), row, "r", 1e-10);
@@ -411,7 +410,7 @@ fn the_plane_inside_space() {
         )
         .expect("a run");
         let (found, outcome) = sampled(&mut run, &[0.6, last]);
-        assert_eq!(outcome, ViscousOutcome::EndOfTime);
+        assert_eq!(outcome, Outcome::EndOfTime);
         let both = found.iter().zip(&want);
         both.map(|(x, r)| (x.pose.translation.vector - r).norm())
             .fold(0.0, f64::max)
@@ -456,7 +455,7 @@ fn thrown<const M: usize>(
     law: Viscoelastic,
     velocity: Vector6<f64>,
     tolerance: f64,
-) -> (Vector3<f64>, Vector3<f64>, ViscousOutcome, f64) {
+) -> (Vector3<f64>, Vector3<f64>, Outcome, f64) {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.12, 0.2));
     let body = RigidBody::new(1.0, inertia).expect("a body");
     let straight = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
@@ -473,7 +472,7 @@ fn thrown<const M: usize>(
     let (mut outcome, mut drift) = (None, 0.0_f64);
     let places: Vec<f64> = (0..=16).map(|k| f64::from(k) / 16.0).collect();
     while let Some(event) = run.next() {
-        if let ViscousEvent::Stop(end) = event {
+        if let Event::Stop(end) = event {
             outcome = Some(end);
         }
         let now = run.now();
@@ -540,7 +539,7 @@ fn impacts_onto_the_barrier() {
                 thrown([0, 1, 2, 3, 4, 5], law(true), along, 1e-10),
             ];
             for (r, v, outcome, drift) in ends {
-                assert_eq!(outcome, ViscousOutcome::EndOfTime, "{what}");
+                assert_eq!(outcome, Outcome::EndOfTime, "{what}");
                 assert_close(r.z, want.x, 1e-9, 1.0, &what);
                 assert_close(v.z, want.y, 1e-9, speed, &what);
                 assert!(drift <= 1e-10, "{what}: drift {drift:e}");
@@ -548,24 +547,21 @@ fn impacts_onto_the_barrier() {
             }
             let oblique = Vector6::new(0.3, 0.1, 0.2, 0.3, 0.2, -1.0) * speed;
             let (_, _, outcome, drift) = thrown([0, 1, 2, 5], law(false), oblique, 1e-6);
-            assert_eq!(outcome, ViscousOutcome::EndOfTime, "{what}");
+            assert_eq!(outcome, Outcome::EndOfTime, "{what}");
             assert!(drift <= 1e-6, "{what}: drift {drift:e}");
             let all = [0, 1, 2, 3, 4, 5];
             let (_, _, outcome, drift) = thrown(all, law(true), oblique, 1e-6);
-            assert_eq!(outcome, ViscousOutcome::EndOfTime, "{what}");
+            assert_eq!(outcome, Outcome::EndOfTime, "{what}");
             assert!(drift <= 1e-6, "{what}: drift {drift:e}");
         }
         // Down to 1e-8 of its length with friction; elasticity alone would let it down to exp(-480).
         let along = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -100.0);
         let (_, _, outcome, drift) = thrown([0, 1, 2, 5], law(false), along, 1e-8);
         if friction {
-            assert_eq!(outcome, ViscousOutcome::EndOfTime, "{what}");
+            assert_eq!(outcome, Outcome::EndOfTime, "{what}");
             assert!(drift <= 1e-8, "{what}: drift {drift:e}");
         } else {
-            assert!(
-                matches!(outcome, ViscousOutcome::Stuck(_)),
-                "{what}: {outcome}"
-            );
+            assert!(matches!(outcome, Outcome::Stuck(_)), "{what}: {outcome}");
         }
     }
 }
@@ -576,7 +572,7 @@ fn whole(
     body: &Body<2>,
     strain: &dyn Fn(f64) -> f64,
     velocity: [f64; 2],
-    options: ViscousOptions,
+    options: Options,
 ) -> std::result::Result<(ViscousSample<Plane, 1, 2>, f64, u64), String> {
     let start = ViscousStart {
         strain: &|s| Vector1::new(strain(s)),
@@ -586,7 +582,7 @@ fn whole(
     let mut run = ViscousRun::new(Plane, planar(eta), body, &start, options.capped())
         .map_err(|e| e.to_string())?;
     let (_, outcome) = sampled(&mut run, &[]);
-    assert_eq!(outcome, ViscousOutcome::EndOfTime);
+    assert_eq!(outcome, Outcome::EndOfTime);
     let drift = (run.now().ledger.total() - run.first().ledger.total()).abs();
     Ok((run.now().clone(), drift, run.work().steps))
 }
@@ -596,7 +592,7 @@ trait Capped {
     fn capped(self) -> Self;
 }
 
-impl Capped for ViscousOptions {
+impl Capped for Options {
     fn capped(mut self) -> Self {
         self.max_steps = 5000;
         self
@@ -663,7 +659,7 @@ fn straight_starts() {
     let mut run =
         ViscousRun::new(Space::<3, 3>::new(), material, &body, &start, options).expect("a run");
     let (_, outcome) = sampled(&mut run, &[]);
-    assert_eq!(outcome, ViscousOutcome::EndOfTime);
+    assert_eq!(outcome, Outcome::EndOfTime);
     let off = (run.now().pose.translation.vector - lifted(&want.pose)).norm();
     assert!(off <= 3e-9, "in space: off by {off:e}");
 }

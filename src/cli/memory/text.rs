@@ -2,7 +2,7 @@
 
 use super::response::{End, ROUNDING, Response, Term};
 use crate::cli::files::number;
-use crate::cli::run::unit as with_space;
+use crate::cli::run_text::unit as with_space;
 use nalgebra::Matrix6;
 use std::fmt::Write;
 use std::path::Path;

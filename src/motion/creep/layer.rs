@@ -22,6 +22,21 @@ pub struct Layer {
     pub whole: bool,
 }
 
+impl Layer {
+    /// The layer in other units, of which one of the present makes `time` and `energy`.
+    pub fn scaled(&self, time: f64, energy: f64) -> Self {
+        Self {
+            from: self.from * time,
+            to: self.to * time,
+            peak: self.peak * time,
+            elastic_from: self.elastic_from * energy,
+            elastic_to: self.elastic_to * energy,
+            dissipated: self.dissipated * energy,
+            whole: self.whole,
+        }
+    }
+}
+
 /// A layer begins above the first distance from equilibrium and ends below the second one
 /// ([`ViscousSample::distance`]).
 const LEAVES: f64 = 0.1;

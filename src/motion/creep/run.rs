@@ -1,6 +1,6 @@
 //! A viscoelastic run, step by step, as an iterator.
 
-use super::layer::{Layer, LayerWatch};
+use super::layer::LayerWatch;
 use super::sample::ViscousSample;
 use crate::body::EndBody;
 use crate::creep::grid::{Grid, more};
@@ -9,75 +9,11 @@ use crate::creep::material::Material;
 use crate::creep::reduced::Reduced;
 use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use crate::creep::system::{Hold, ViscousSystem};
-use crate::error::{Error, Result};
+use crate::error::{Cause, Error, Result};
+use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::integrator::{Integrator, Method, Work};
 use nalgebra::DVector;
 use std::sync::Arc;
-
-/// What a viscoelastic run is asked to do. Defaults: tolerance 1e-10, method and nodes chosen by the program, 1e7 steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ViscousOptions {
-    /// End of time.
-    pub duration: f64,
-    /// Bound of the error in time and along the rod, relative to 1 + size; the error of a run of a few periods is of this
-    /// order.
-    pub tolerance: f64,
-    /// Explicit or implicit steps.
-    pub method: Method,
-    /// Nodes along the rod.
-    pub nodes: Nodes,
-    /// Most steps.
-    pub max_steps: u64,
-}
-
-impl ViscousOptions {
-    /// Options with defaults, up to the time `duration`.
-    ///
-    /// # Errors
-    /// A duration that is not positive and finite.
-    pub fn new(duration: f64) -> Result<Self> {
-        if !(0.0 < duration && duration < f64::INFINITY) {
-            return Err(Error::domain(format!(
-                "duration = {duration} must be finite and > 0"
-            )));
-        }
-        Ok(Self {
-            duration,
-            tolerance: 1e-10,
-            method: Method::Auto,
-            nodes: Nodes::Adaptive,
-            max_steps: 10_000_000,
-        })
-    }
-
-    /// Sets the tolerance.
-    ///
-    /// # Errors
-    /// A tolerance outside [1e-13, 1e-2].
-    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self> {
-        if !(1e-13..=1e-2).contains(&tolerance) {
-            return Err(Error::domain(format!(
-                "tolerance = {tolerance} must lie in [1e-13, 1e-2] for a viscoelastic rod"
-            )));
-        }
-        self.tolerance = tolerance;
-        Ok(self)
-    }
-
-    /// Sets the nodes.
-    #[must_use]
-    pub fn with_nodes(mut self, nodes: Nodes) -> Self {
-        self.nodes = nodes;
-        self
-    }
-
-    /// Sets the method.
-    #[must_use]
-    pub fn with_method(mut self, method: Method) -> Self {
-        self.method = method;
-        self
-    }
-}
 
 /// The initial data of a viscoelastic run: any strains, any memory, any velocity of the end.
 pub struct ViscousStart<'a, const M: usize, const D: usize> {
@@ -89,56 +25,6 @@ pub struct ViscousStart<'a, const M: usize, const D: usize> {
     pub velocity: AtEnd<D>,
 }
 
-/// Why a viscoelastic run ended.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ViscousOutcome {
-    /// The end of time was reached.
-    EndOfTime,
-    /// The bound on steps was reached.
-    StepLimit,
-    /// The run cannot go on; the text says where, why and what would help.
-    Stuck(String),
-    /// Told to stop from outside.
-    Interrupted,
-}
-
-impl ViscousOutcome {
-    /// A stable key: end_of_time, step_limit, stuck, interrupted.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Self::EndOfTime => "end_of_time",
-            Self::StepLimit => "step_limit",
-            Self::Stuck(_) => "stuck",
-            Self::Interrupted => "interrupted",
-        }
-    }
-}
-
-impl std::fmt::Display for ViscousOutcome {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::EndOfTime => "the end of time was reached",
-            Self::StepLimit => "the bound max_steps was reached",
-            Self::Stuck(why) => why,
-            Self::Interrupted => "interrupted",
-        })
-    }
-}
-
-/// What one advance of a run was.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ViscousEvent {
-    /// A step; samples between these times can be asked for now.
-    Step {
-        /// Time at its start.
-        from: f64,
-        /// Time at its end.
-        to: f64,
-    },
-    /// The end; nothing follows.
-    Stop(ViscousOutcome),
-}
-
 /// A step's local error, as a part of the tolerance: the errors of the steps add up.
 const LOCAL: f64 = 0.1;
 /// Local errors below this drown in rounding.
@@ -147,6 +33,8 @@ const FINEST: f64 = 1e-14;
 const FIRST: usize = 8;
 /// Steps in a row after which nodes that are not needed are given up.
 const PATIENCE: u32 = 12;
+/// Tolerances below this leave no room for the errors along the rod.
+const LEAST_TOLERANCE: f64 = 1e-13;
 /// A start is looked at down to distances 2^-NEAREST from the ends of the elements.
 const NEAREST: i32 = 45;
 /// Strains between nodes that are off by this, relative to 1 + the largest at the nodes, show a bend that the nodes miss.
@@ -163,9 +51,10 @@ where
 {
     system: ViscousSystem<'a, K, B, M, D>,
     integrator: Integrator<ViscousSystem<'a, K, B, M, D>>,
-    options: ViscousOptions,
+    options: Options,
     watch: LayerWatch,
-    layers: Vec<Layer>,
+    /// An event of the last step that is to be told.
+    found: Option<Event>,
     tail: f64,
     most_nodes: usize,
     idle: u32,
@@ -186,14 +75,20 @@ where
     ///
     /// # Errors
     /// Strains that are not finite or outside the law's domain, or so rough that [`MOST_NODES`] do not resolve them; a
-    /// velocity that the rod cannot follow (an inextensible straight rod cannot be stretched).
+    /// velocity that the rod cannot follow (an inextensible straight rod cannot be stretched); a tolerance below 1e-13.
     pub fn new(
         kinematics: K,
         material: Material<M>,
         body: &'a B,
         start: &ViscousStart<'_, M, D>,
-        options: ViscousOptions,
+        options: Options,
     ) -> Result<Self> {
+        if !(options.tolerance >= LEAST_TOLERANCE) {
+            return Err(Error::domain(format!(
+                "tolerance = {} must lie in [1e-13, 1e-2] for a viscoelastic rod",
+                options.tolerance
+            )));
+        }
         let system = resolved(kinematics, material, body, start, &options)?;
         let grid = &system.rod.grid;
         let strains = field(grid, start.strain);
@@ -236,7 +131,7 @@ where
             integrator,
             options,
             watch,
-            layers: Vec::new(),
+            found: None,
             tail: 0.0,
             most_nodes,
             idle: 0,
@@ -309,11 +204,6 @@ where
         self.integrator.method_now()
     }
 
-    /// Fast passages between states next to equilibrium, those that have ended.
-    pub fn layers(&self) -> &[Layer] {
-        &self.layers
-    }
-
     /// Largest relative size of the last coefficients of a field so far: how well the nodes resolved the strains.
     pub fn tail(&self) -> f64 {
         self.tail
@@ -329,16 +219,29 @@ where
         &self.system.rod
     }
 
-    fn stop(&mut self, outcome: ViscousOutcome) -> ViscousEvent {
-        self.stopped = true;
-        if let Some(layer) = self.watch.cut(&self.current) {
-            self.layers.push(layer);
+    /// The end; a layer that ends with the run is told before it.
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        let stop = Event::Stop(outcome);
+        let cut = || self.watch.cut(&self.current).map(Event::Layer);
+        match self.found.take().or_else(cut) {
+            Some(layer) => {
+                self.found = Some(stop);
+                layer
+            }
+            None => {
+                self.stopped = true;
+                stop
+            }
         }
-        ViscousEvent::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
     }
 
     /// Judges the nodes after a step; what it finds is done before the next one, so that the last step can be sampled.
-    fn judge(&mut self) -> std::result::Result<(), String> {
+    fn judge(&mut self) -> std::result::Result<(), Cause> {
         let y = self.integrator.state();
         let strains = self.system.strains(y);
         let memory = self.system.memory(y);
@@ -361,12 +264,10 @@ where
             Demand::More(counts) => {
                 self.idle = 0;
                 if counts.iter().any(|n| *n > MOST_NODES) {
-                    return Err(format!(
-                        "at t = {:?} the strains would need more than {MOST_NODES} nodes on an element (their last coefficients are {tail:.1e}, \
-                         relative to 1 + strain): bends have become very sharp, as under enormous end forces; raise the tolerance or the damping, or \
-                         change the loads",
-                        self.time()
-                    ));
+                    return Err(Cause::Unresolved {
+                        most: MOST_NODES,
+                        tail,
+                    });
                 }
                 self.wanted = Some(counts);
             }
@@ -418,54 +319,52 @@ where
         self.integrator.restart(&self.system, y, None)
     }
 
-    fn advance(&mut self) -> ViscousEvent {
+    fn go_on(&mut self) -> Event {
+        if let Some(event) = self.found.take() {
+            self.stopped = matches!(event, Event::Stop(_));
+            return event;
+        }
         if self.interrupted {
-            return self.stop(ViscousOutcome::Interrupted);
+            return self.stop(Outcome::Interrupted);
         }
         let from = self.time();
         let left = self.options.duration - from;
         if !(left > 1e-14 * self.options.duration) {
-            return self.stop(ViscousOutcome::EndOfTime);
+            return self.stop(Outcome::EndOfTime);
         }
         if self.work().steps >= self.options.max_steps {
-            return self.stop(ViscousOutcome::StepLimit);
+            return self.stop(Outcome::StepLimit);
         }
-        if self.reform().is_none() {
-            return self.stop(ViscousOutcome::Stuck(format!(
-                "at t = {from:?} the end of the rod could not be held: the strains stand at the edge of the section's domain"
-            )));
-        }
-        if let Some(counts) = self.wanted.take()
-            && self.regrid(&counts).is_none()
-        {
-            return self.stop(ViscousOutcome::Stuck(format!(
-                "at t = {from:?} the strains could not be carried to other nodes: they stand at the edge of the section's domain"
-            )));
+        let held = self.reform();
+        let wanted = self.wanted.take();
+        if held.is_none() || wanted.is_some_and(|counts| self.regrid(&counts).is_none()) {
+            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
         // A break that rounding has left ahead is behind.
         let past = from + 1e-14 * self.options.duration;
         let left = left.min(self.system.body.next_break(past) - from);
         if self.integrator.step(&self.system, left).is_err() {
-            let why = format!(
-                "the step size collapsed at t = {from:?} (next step {:.1e}, {} nodes, tolerance {:.1e}): the motion is rougher than rounding \
-                 lets it be followed; raise the tolerance, or the damping",
-                self.integrator.next_step(),
-                self.system.rod.grid.len(),
-                self.options.tolerance
+            let cause = Cause::StepCollapsed {
+                next: self.integrator.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return self.stuck(
+                cause,
+                "the motion is rougher than rounding lets it be followed: raise the tolerance, or the damping",
             );
-            return self.stop(ViscousOutcome::Stuck(why));
         }
         let to = self.time();
         if let Some(current) = self.sample_of(self.integrator.state().clone()) {
             self.current = current;
         }
-        if let Some(layer) = self.watch.look(&self.current) {
-            self.layers.push(layer);
+        self.found = self.watch.look(&self.current).map(Event::Layer);
+        if let Err(cause) = self.judge() {
+            return self.stuck(
+                cause,
+                "bends have become very sharp, as under enormous end forces: raise the tolerance or the damping, or change the loads",
+            );
         }
-        if let Err(why) = self.judge() {
-            return self.stop(ViscousOutcome::Stuck(why));
-        }
-        ViscousEvent::Step { from, to }
+        Event::Step { from, to }
     }
 }
 
@@ -474,10 +373,52 @@ where
     K: Kinematics<M, D> + Clone,
     B: EndBody<D, Pose = K::Pose>,
 {
-    type Item = ViscousEvent;
+    type Item = Event;
 
-    fn next(&mut self) -> Option<ViscousEvent> {
-        (!self.stopped).then(|| self.advance())
+    fn next(&mut self) -> Option<Event> {
+        (!self.stopped).then(|| self.go_on())
+    }
+}
+
+impl<'a, K, B, const M: usize, const D: usize> Motion<'a> for ViscousRun<'a, K, B, M, D>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+    ViscousSample<K, M, D>: State,
+{
+    fn advance(&mut self) -> Option<Event> {
+        self.next()
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Kept(self.first())
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Kept(self.now())
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration()
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupt();
+    }
+
+    fn work(&self) -> Work {
+        self.work()
+    }
+
+    fn resolution(&self) -> Option<Resolution> {
+        Some(Resolution {
+            most_nodes: self.most_nodes,
+            tail: self.tail,
+        })
     }
 }
 
@@ -513,7 +454,7 @@ fn resolved<'a, K, B, const M: usize, const D: usize>(
     material: Material<M>,
     body: &'a B,
     start: &ViscousStart<'_, M, D>,
-    options: &ViscousOptions,
+    options: &Options,
 ) -> Result<ViscousSystem<'a, K, B, M, D>>
 where
     K: Kinematics<M, D> + Clone,

@@ -1,0 +1,216 @@
+//! What `snaprod run` prints of a run.
+
+use super::files::{number, rounded};
+use snaprod::motion::creep::Layer;
+use snaprod::motion::{Outcome, Snap};
+use snaprod::scene::Units;
+use snaprod::study::run::{Branch, Kind, RunRecord, Spring};
+use std::path::Path;
+
+/// Snaps, or passages, that are told one by one.
+const SHOWN: usize = 20;
+
+/// The symbol of a unit, behind a number.
+pub fn unit(symbol: &str) -> String {
+    if symbol.is_empty() {
+        String::new()
+    } else {
+        format!(" {symbol}")
+    }
+}
+
+/// The text of a run whose files are in `out`.
+pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
+    let u = record.units;
+    let mut lines = Vec::new();
+    lines.extend(record.warning().map(|why| format!("note: {why}")));
+    if let Some(Ok(found)) = &record.spring {
+        lines.push(spring(found, u));
+    }
+    for branch in &record.branches {
+        if record.branches.len() > 1 {
+            lines.push(match branch.parent {
+                None => "branch 0".to_owned(),
+                Some(parent) => format!("branch {} (from branch {parent})", branch.id),
+            });
+        }
+        let snaps: Vec<&Snap> = branch.entered.iter().chain(&branch.snaps).collect();
+        lines.extend(snaps.iter().take(SHOWN).map(|s| snap(record, s)));
+        if snaps.len() > SHOWN {
+            lines.push(format!("... and {} more snaps", snaps.len() - SHOWN));
+        }
+        let passages: Vec<&Layer> = record.passages().collect();
+        lines.extend(passages.iter().take(SHOWN).map(|l| passage(l, u)));
+        if passages.len() > SHOWN {
+            lines.push(format!("... and {} more of these", passages.len() - SHOWN));
+        }
+        lines.push(format!(
+            "t = {}{}: {}; {}",
+            number(match branch.outcome {
+                // The time of a rod with strains is this one to rounding.
+                Outcome::EndOfTime => record.duration,
+                _ => branch.last.t,
+            }),
+            unit(u.time()),
+            if branch.outcome.is_complete() {
+                branch.outcome.to_string()
+            } else {
+                // The reason follows on the error stream.
+                format!("ended short ({})", branch.outcome.key())
+            },
+            place(record, branch),
+        ));
+        lines.extend(cost(record, branch));
+    }
+    lines.extend(bounces(record));
+    if let Some(out) = out {
+        lines.push(match record.strain_stride {
+            None | Some(1) => format!("written to {}", out.display()),
+            Some(n) => format!(
+                "written to {} (strain.csv has one in {n} samples; --all-strain writes all)",
+                out.display()
+            ),
+        });
+    }
+    lines.join("\n") + "\n"
+}
+
+fn snap(record: &RunRecord, snap: &Snap) -> String {
+    let (k, u) = (&record.scales, record.units);
+    format!(
+        "snap at t = {}{}: {} -> {}, released {}{}{}",
+        rounded(snap.t * k.time, 12),
+        unit(u.time()),
+        snap.from.sheet,
+        snap.to.sheet,
+        rounded(snap.released * k.energy, 9),
+        unit(u.energy()),
+        // Rules other than "viscous" choose from all that is stable, whatever its energy.
+        if snap.released < 0.0 {
+            " (the landing lies higher: a rod left to itself does not get there)"
+        } else {
+            ""
+        }
+    )
+}
+
+fn passage(layer: &Layer, u: Units) -> String {
+    format!(
+        "away from equilibrium from t = {} to {}{}, most at {}: dissipated {}{}, elastic energy released {}{}",
+        rounded(layer.from, 6),
+        rounded(layer.to, 6),
+        unit(u.time()),
+        rounded(layer.peak, 6),
+        rounded(layer.dissipated, 6),
+        unit(u.energy()),
+        rounded(layer.elastic_from - layer.elastic_to, 6),
+        unit(u.energy()),
+    )
+}
+
+/// Where a branch ended: position and velocity of the end, in the plane with the sheet that the rod is on or near.
+fn place(record: &RunRecord, branch: &Branch) -> String {
+    let u = record.units;
+    let (axes, decimals) = match record.kind {
+        Kind::Space => (3, 9),
+        Kind::Sheet | Kind::Planar => (2, 12),
+    };
+    let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
+        let parts: Vec<String> = v.iter().take(axes).map(|x| rounded(*x, decimals)).collect();
+        format!("({}){}", parts.join(", "), unit(symbol))
+    };
+    let end = &branch.last;
+    let on = match (record.kind, &end.labels) {
+        (Kind::Space, _) => String::new(),
+        (Kind::Sheet, Some(labels)) => format!(", {}", labels.sheet),
+        (_, Some(labels)) => format!(", near {}", labels.sheet),
+        (_, None) => ", near no equilibrium".to_owned(),
+    };
+    format!(
+        "r = {}, v = {}{on}",
+        vector(&end.position(), u.length()),
+        vector(&end.velocity, u.velocity()),
+    )
+}
+
+/// How well the ledger closes, and what the branch cost.
+fn cost(record: &RunRecord, branch: &Branch) -> Vec<String> {
+    let energy = unit(record.units.energy());
+    let closing = format!(
+        "energy ledger closes to {:.1e}{energy} ({:.1e} of its largest term)",
+        branch.closing.error,
+        branch.closing.relative()
+    );
+    let work = &branch.work;
+    let Some(nodes) = branch.resolution else {
+        return vec![format!(
+            "{closing}; {} steps, {} right-hand sides",
+            work.steps, work.evaluations
+        )];
+    };
+    vec![
+        format!(
+            "dissipated {}{energy}; {closing}",
+            rounded(branch.last.ledger.dissipated, 9)
+        ),
+        format!(
+            "{} steps, {} of them implicit, {} right-hand sides; up to {} nodes, which leave {:.1e} of the strains",
+            work.steps, work.implicit_steps, work.evaluations, nodes.most_nodes, nodes.tail
+        ),
+    ]
+}
+
+/// What friction would do to the bounces of an elastic rod.
+fn bounces(record: &RunRecord) -> Option<String> {
+    let (count, hardest) = record.bounces();
+    let hardest = hardest?;
+    let units = match record.units {
+        Units::Dimensionless => "",
+        Units::Si => " N m^2 s",
+    };
+    Some(format!(
+        "{count} {} of the taut rod, lambda up to {:.3e}: friction changes them unless the rod's viscosity is far below {:.1e}{units}, at which \
+         the hardest one would lose its energy",
+        if count == 1 { "bounce" } else { "bounces" },
+        hardest.lambda,
+        hardest.viscosity() * record.scales.viscosity(),
+    ))
+}
+
+/// The spring and dashpot that the rod is.
+fn spring(of: &Spring, u: Units) -> String {
+    let parts = of.moving.iter().enumerate().map(|(a, name)| {
+        // Per radian, or per length.
+        let per = |angle: &str, length: &str| match u {
+            Units::Dimensionless => String::new(),
+            Units::Si if Spring::is_angle(name) => unit(angle),
+            Units::Si => unit(length),
+        };
+        format!(
+            "{name}: spring {}{}, dashpot {}{}",
+            rounded(of.stiffness[a][a], 9),
+            per("N m/rad", "N/m"),
+            rounded(of.dashpot[a][a], 9),
+            per("N m s/rad", "N s/m"),
+        )
+    });
+    let modes = of.modes.iter().map(|mode| {
+        format!(
+            "natural angular frequency {}{}, damping ratio {}",
+            rounded(mode.natural_frequency, 9),
+            if u == Units::Si { " rad/s" } else { "" },
+            rounded(mode.damping_ratio, 6),
+        )
+    });
+    let branches = match of.branches.len() {
+        0 => None,
+        1 => Some("one Maxwell branch beside".to_owned()),
+        n => Some(format!("{n} Maxwell branches beside")),
+    };
+    let all: Vec<String> = parts.chain(branches).chain(modes).collect();
+    format!(
+        "{} motion: the rod is exactly a spring and a dashpot; {}",
+        of.kind,
+        all.join("; ")
+    )
+}

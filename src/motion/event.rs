@@ -1,0 +1,125 @@
+//! What happens in a run, and why it ends.
+
+use super::creep::Layer;
+use super::snap::Snap;
+use crate::error::{Cause, Stuck};
+use nalgebra::DVector;
+
+/// What one advance of a run was.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// A step; states between these times can be asked for now.
+    Step {
+        /// Time at its start.
+        from: f64,
+        /// Time at its end.
+        to: f64,
+    },
+    /// An elastic rod jumped at a fold.
+    Snap(Snap),
+    /// A viscoelastic rod passed from one equilibrium to the neighbourhood of another, or came to rest near one.
+    Layer(Layer),
+    /// The body was thrown back by an elastic rod that had become taut, within the last step.
+    Bounce(Bounce),
+    /// The end; nothing follows.
+    Stop(Outcome),
+}
+
+/// The body thrown back at the end of its tether: a taut rod turned its outward motion round.
+///
+/// The rod is bent over a length 1/lambda near the clamp alone, and there fast: friction that the elastic rod leaves out
+/// matters more than anywhere else. See [`Bounce::loss`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bounce {
+    /// When the body was farthest out.
+    pub t: f64,
+    /// Pose there.
+    pub pose: DVector<f64>,
+    /// Velocity there, across the pull.
+    pub velocity: DVector<f64>,
+    /// lambda = sqrt(|force|) there, its largest value.
+    pub lambda: f64,
+    /// Stored energy there: the kinetic energy of the radial motion, m v^2/2.
+    pub elastic: f64,
+    /// The body's mass.
+    pub mass: f64,
+}
+
+impl Bounce {
+    /// Radial speed v with which the body came: m v^2/2 is all stored where it turns round.
+    pub fn speed(&self) -> f64 {
+        (2.0 * self.elastic / self.mass).sqrt()
+    }
+
+    /// What a Kelvin-Voigt rod of viscosity `eta` loses in this bounce, relative to the energy m v^2/2 of the radial
+    /// motion: (16/15) eta lambda^2/(m v), to leading order where it is small, and up to a factor of 1.2 for pulls across
+    /// the clamp (theory-mass 2). The elastic bounce is physical only if this is far below 1.
+    pub fn loss(&self, eta: f64) -> f64 {
+        eta / self.viscosity()
+    }
+
+    /// The viscosity at which [`Bounce::loss`] is 1: eta* = m v/((16/15) lambda^2).
+    pub fn viscosity(&self) -> f64 {
+        self.mass * self.speed() / (16.0 / 15.0 * self.lambda * self.lambda)
+    }
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// The end of time was reached.
+    EndOfTime,
+    /// At a fold the landing rule found no stable equilibrium.
+    NoStableEquilibrium,
+    /// At a fold under the rule `All`: each snap continues in a run of its own.
+    Branched(Vec<Snap>),
+    /// The bound on steps was reached.
+    StepLimit,
+    /// The bound on snaps was reached.
+    SnapLimit,
+    /// The run cannot go on.
+    Stuck(Stuck),
+    /// Told to stop from outside.
+    Interrupted,
+}
+
+impl Outcome {
+    /// A run that cannot go on after the time `at`.
+    pub(super) fn stuck(at: f64, cause: Cause, remedy: impl Into<String>) -> Self {
+        Self::Stuck(Stuck::new(at, cause, remedy))
+    }
+
+    /// A stable key: end_of_time, no_stable_equilibrium, branched, step_limit, snap_limit, stuck, interrupted.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::EndOfTime => "end_of_time",
+            Self::NoStableEquilibrium => "no_stable_equilibrium",
+            Self::Branched(_) => "branched",
+            Self::StepLimit => "step_limit",
+            Self::SnapLimit => "snap_limit",
+            Self::Stuck(_) => "stuck",
+            Self::Interrupted => "interrupted",
+        }
+    }
+
+    /// True if nothing is missing of what was asked: the end of time, or branches that go on by themselves.
+    pub fn is_complete(&self) -> bool {
+        matches!(self, Self::EndOfTime | Self::Branched(_))
+    }
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::EndOfTime => f.write_str("the end of time was reached"),
+            Self::NoStableEquilibrium => f.write_str(
+                "the rod ran out of its sheet and the landing rule leaves no stable equilibrium at this pose; landing = \"viscous\" always finds one if there is one",
+            ),
+            Self::Branched(snaps) => write!(f, "the run branched into {}", snaps.len()),
+            Self::StepLimit => f.write_str("the bound max_steps was reached"),
+            Self::SnapLimit => f.write_str("the bound max_snaps was reached"),
+            Self::Stuck(stuck) => stuck.fmt(f),
+            Self::Interrupted => f.write_str("interrupted"),
+        }
+    }
+}

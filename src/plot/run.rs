@@ -1,0 +1,557 @@
+//! The figures of a run, from its record.
+
+use super::{
+    Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch, PathOnSurface, RodShapes,
+    RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap, Units,
+};
+use crate::elastica::{Equilibrium, fold_curve, stable_grid};
+use crate::error::Result;
+use crate::manifold::Sign;
+use crate::motion::Ledger;
+use crate::motion::creep::Layer;
+use crate::scene;
+use crate::study::run::{Branch, Frame, Kind, Moment, RunRecord, places};
+use nalgebra::Isometry3;
+
+/// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
+const SHAPES_ON_SHEET: usize = 9;
+const SHAPES: usize = 11;
+/// Snaps whose two shapes are drawn.
+const SNAPS: usize = 2;
+/// Points of the solution surface along p and along lam.
+const ROWS: usize = 56;
+const COLUMNS: usize = 40;
+/// Columns of a strain map.
+const MAP_COLUMNS: usize = 400;
+/// Decades of the dissipation density that are told apart.
+const DECADES: f64 = 8.0;
+/// Strains that stay below this part of the largest one are not drawn.
+const SMALL: f64 = 1e-3;
+
+/// The data of a figure of a run.
+#[derive(Debug, Clone)]
+pub enum RunFigure {
+    /// The rod in a plane at several times.
+    Snapshots(Snapshots),
+    /// The ledger against time.
+    Energies(Energies),
+    /// An elastic motion on its sheets.
+    Surface(PathOnSurface),
+    /// The rod in space at several times.
+    Shapes(RodShapes),
+    /// The position of the end of a rod in space.
+    Path(Lines),
+    /// A strain over time and arclength.
+    Strain(StrainMap),
+    /// The passage through which the rod dissipated most, in stretched time.
+    Layer(LayerFigure),
+    /// What passages dissipated, against what they released.
+    Losses(SnapLosses),
+}
+
+impl RunFigure {
+    /// The figure as an SVG document.
+    ///
+    /// # Errors
+    /// Data without anything to show.
+    pub fn draw(&self) -> Result<String> {
+        match self {
+            Self::Snapshots(data) => super::snapshots(data),
+            Self::Energies(data) => super::energies(data),
+            Self::Surface(data) => super::path_on_surface(data),
+            Self::Shapes(data) => super::rod_shapes(data),
+            Self::Path(data) => super::lines(data),
+            Self::Strain(data) => super::strain_map(data),
+            Self::Layer(data) => super::layer(data),
+            Self::Losses(data) => super::dissipated_against_released(data),
+        }
+    }
+}
+
+/// The figures of a run, each with the name of its file; none if the run got nowhere. Of a run that branched the line from
+/// the trunk to the last branch is drawn.
+pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
+    let line = Line::of(record);
+    let goes_on = match (line.track.first(), line.track.last()) {
+        (Some(first), Some(last)) => first.moment.t < last.moment.t,
+        _ => false,
+    };
+    if !goes_on {
+        return Vec::new();
+    }
+    let energies = || {
+        (
+            "energies".to_owned(),
+            Ok(RunFigure::Energies(line.energies())),
+        )
+    };
+    let losses = || {
+        line.losses()
+            .map(|data| ("losses".to_owned(), Ok(RunFigure::Losses(data))))
+    };
+    let snapshots = || {
+        (
+            "snapshots".to_owned(),
+            line.snapshots().map(RunFigure::Snapshots),
+        )
+    };
+    match record.kind {
+        Kind::Sheet => vec![
+            snapshots(),
+            energies(),
+            ("surface".to_owned(), line.surface().map(RunFigure::Surface)),
+        ],
+        Kind::Planar => {
+            let strain = RunFigure::Strain(line.strain(0, ""));
+            let layer = line
+                .layer()
+                .map(|data| ("layer".to_owned(), Ok(RunFigure::Layer(data))));
+            let first = [snapshots(), energies(), ("strain".to_owned(), Ok(strain))];
+            first.into_iter().chain(layer).chain(losses()).collect()
+        }
+        Kind::Space => {
+            let drawn = line.drawn_strains();
+            // A rod that only stretches is one line at all times.
+            let bends = drawn.iter().any(|i| record.strains[*i].1 != 5);
+            let shapes = bends.then(|| ("shapes".to_owned(), Ok(RunFigure::Shapes(line.shapes()))));
+            let path = ("path".to_owned(), Ok(RunFigure::Path(line.path())));
+            let strains = drawn.iter().map(|i| {
+                let (name, _) = record.strains[*i];
+                (
+                    format!("strain_{name}"),
+                    Ok(RunFigure::Strain(line.named_strain(*i))),
+                )
+            });
+            let first = shapes.into_iter().chain([path, energies()]);
+            first.chain(strains).chain(losses()).collect()
+        }
+    }
+}
+
+/// Labels for a scene's units and a rod of this length. Of dimensionless quantities only those of a rod of unit length,
+/// stiffness and mass (`natural`) have the natural ones, the others none.
+pub fn labels(units: scene::Units, length: f64, natural: bool) -> Units {
+    match units {
+        scene::Units::Si => Units::si(length),
+        scene::Units::Dimensionless if natural => Units::default(),
+        scene::Units::Dimensionless => Units {
+            length: String::new(),
+            time: String::new(),
+            energy: String::new(),
+            rod: length,
+        },
+    }
+}
+
+/// Where an elastic rod can run out of its sheet: the first fold, both halves, for it may swing over.
+///
+/// # Errors
+/// As [`fold_curve`].
+pub fn first_folds(length: f64) -> Result<Vec<Curve>> {
+    let half = fold_curve(1, 0.02, 6.0, 0.05)?;
+    let fold = |side: f64| {
+        let points = half.iter();
+        Curve::new(points.map(|f| [f.equilibrium.x * length, side * f.equilibrium.y * length]))
+    };
+    Ok(vec![fold(1.0), fold(-1.0)])
+}
+
+/// What the figures show: one motion, and its snaps by time and place.
+struct Line<'r> {
+    record: &'r RunRecord,
+    track: Vec<Frame>,
+    snaps: Vec<(f64, [f64; 2])>,
+    units: Units,
+}
+
+impl<'r> Line<'r> {
+    /// The line of branches from the trunk to the last one that was run.
+    fn of(record: &'r RunRecord) -> Self {
+        let k = &record.scales;
+        let mut ids = vec![record.last().id];
+        while let Some(parent) = ids.last().and_then(|id| record.branches[*id].parent) {
+            ids.push(parent);
+        }
+        let mut track: Vec<Frame> = Vec::new();
+        let mut snaps = Vec::new();
+        for branch in ids.iter().rev().map(|id| &record.branches[*id]) {
+            for snap in branch.entered.iter().chain(&branch.snaps) {
+                let place = [snap.pose[0] * k.length, snap.pose[1] * k.length];
+                snaps.push((snap.t * k.time, place));
+            }
+            if branch.parent.is_some() {
+                track.push(bare(&branch.first));
+            }
+            track.extend_from_slice(&branch.track);
+            let last = track.last().map(|frame| frame.moment.t);
+            if record.kind == Kind::Sheet && last.is_none_or(|t| t < branch.last.t) {
+                track.push(bare(&branch.last));
+            }
+        }
+        let natural = k.length == 1.0 && k.stiffness() == 1.0 && k.mass == 1.0;
+        let mut line = Self {
+            record,
+            track,
+            snaps,
+            units: labels(record.units, k.length, natural),
+        };
+        if !line.track.is_empty() {
+            let peaks = record.passages().map(|layer| layer.peak);
+            let passed: Vec<_> = peaks.map(|t| (t, line.at(t).place())).collect();
+            line.snaps.extend(passed);
+        }
+        line
+    }
+
+    /// The first frame from this time on.
+    fn at(&self, t: f64) -> &Frame {
+        let next = self.track.partition_point(|frame| frame.moment.t < t);
+        &self.track[next.min(self.track.len() - 1)]
+    }
+
+    fn times(&self) -> Vec<f64> {
+        self.track.iter().map(|frame| frame.moment.t).collect()
+    }
+
+    fn snap_times(&self) -> Vec<f64> {
+        self.snaps.iter().map(|(t, _)| *t).collect()
+    }
+
+    fn length(&self) -> f64 {
+        self.record.scales.length
+    }
+
+    fn snapshots(&self) -> Result<Snapshots> {
+        let (start, end) = (
+            self.track[0].moment.t,
+            self.track[self.track.len() - 1].moment.t,
+        );
+        let sheet = self.record.kind == Kind::Sheet;
+        let count = if sheet { SHAPES_ON_SHEET } else { SHAPES };
+        let even = |i: usize| start + (end - start) * i as f64 / (count - 1) as f64;
+        let mut chosen: Vec<&Frame> = (0..count).map(|i| self.at(even(i))).collect();
+        if sheet {
+            for (t, _) in self.snaps.iter().take(SNAPS) {
+                chosen.extend(self.track.iter().filter(|frame| frame.moment.t == *t));
+            }
+            chosen.sort_by(|a, b| a.moment.t.total_cmp(&b.moment.t));
+        }
+        let shapes: Result<Vec<Shape>> = chosen
+            .iter()
+            .map(|frame| {
+                Ok(Shape {
+                    time: frame.moment.t,
+                    axis: self.axis(frame)?,
+                })
+            })
+            .collect();
+        Ok(Snapshots {
+            shapes: shapes?,
+            path: Curve::new(self.track.iter().map(Frame::place)),
+            folds: first_folds(self.length())?,
+            snaps: self.snaps.iter().map(|(_, at)| *at).collect(),
+            units: self.units.clone(),
+        })
+    }
+
+    /// The axis of a rod in a plane.
+    fn axis(&self, frame: &Frame) -> Result<Curve> {
+        if self.record.kind != Kind::Sheet {
+            return Ok(Curve::new(frame.axis.iter().copied()));
+        }
+        let (rod, length) = (rod(&frame.moment)?, self.length());
+        let sections = rod.curve(120);
+        Ok(Curve::new(
+            sections.iter().map(|s| [s.x * length, s.y * length]),
+        ))
+    }
+
+    /// The path over the disc on the stable part of the solution surface, height theta(1): the two halves up to the first
+    /// fold, which are their rims.
+    fn surface(&self) -> Result<PathOnSurface> {
+        let length = self.length();
+        let place = |x: f64, y: f64, theta1: f64| [x * length, y * length, theta1];
+        let mut patches = Vec::new();
+        for (colour, side, name) in [
+            (0, Sign::Plus, "stable, κ > 0"),
+            (1, Sign::Minus, "stable, κ < 0"),
+        ] {
+            let points = stable_grid(side, ROWS, COLUMNS)?;
+            patches.push(Patch {
+                name: name.into(),
+                colour,
+                rows: ROWS,
+                columns: COLUMNS,
+                points: points.iter().map(|g| place(g.x, g.y, g.theta1)).collect(),
+            });
+        }
+        let mut path = Vec::new();
+        let mut jumps = Vec::new();
+        let mut last: Option<&Moment> = None;
+        for moment in self.track.iter().map(|frame| &frame.moment) {
+            let rod = rod(moment)?;
+            let here = place(rod.x, rod.y, rod.theta1);
+            // The two sides of a snap share their time.
+            if last.is_some_and(|l| l.t == moment.t && l.labels != moment.labels) {
+                jumps.push([path[path.len() - 1], here]);
+                path.push([f64::NAN; 3]);
+            }
+            path.push(here);
+            last = Some(moment);
+        }
+        Ok(PathOnSurface {
+            patches,
+            path,
+            jumps,
+            units: self.units.clone(),
+            ..PathOnSurface::default()
+        })
+    }
+
+    fn energies(&self) -> Energies {
+        let ledgers: Vec<&Ledger> = self.track.iter().map(|f| &f.moment.ledger).collect();
+        let first = ledgers[0].total();
+        let column = |f: &dyn Fn(&Ledger) -> f64| ledgers.iter().map(|l| f(l)).collect();
+        // A term that is zero throughout is left out.
+        let or_none = |f: &dyn Fn(&Ledger) -> f64| {
+            let used = ledgers.iter().any(|l| f(l) != 0.0);
+            if used { column(f) } else { Vec::new() }
+        };
+        Energies {
+            time: self.times(),
+            kinetic: column(&|l| l.kinetic),
+            elastic: column(&|l| l.elastic),
+            potential: or_none(&|l| l.potential),
+            dissipated: or_none(&|l| l.dissipated),
+            work: if self.record.driven {
+                column(&|l| l.work)
+            } else {
+                Vec::new()
+            },
+            total: column(&|l| l.kinetic + l.elastic + l.potential),
+            error: column(&|l| l.total() - first),
+            snaps: self.snap_times(),
+            units: self.units.clone(),
+        }
+    }
+
+    /// One of the strains over (t, s), with the dissipation density where there is any.
+    fn strain(&self, strain: usize, label: &str) -> StrainMap {
+        let stride = self.track.len().div_ceil(MAP_COLUMNS).max(1);
+        let columns: Vec<&Frame> = self.track.iter().step_by(stride).collect();
+        let dissipates = columns
+            .iter()
+            .any(|f| f.dissipation.iter().any(|d| *d > 0.0));
+        let dissipation = columns.iter().map(|f| f.dissipation.clone());
+        StrainMap {
+            time: columns.iter().map(|f| f.moment.t).collect(),
+            s: places().iter().map(|s| s * self.length()).collect(),
+            strain: columns.iter().map(|f| f.strains[strain].clone()).collect(),
+            strain_label: label.to_owned(),
+            dissipation: dissipation.filter(|_| dissipates).collect(),
+            decades: Some(DECADES),
+            snaps: self.snap_times(),
+            units: self.units.clone(),
+            ..StrainMap::default()
+        }
+    }
+
+    /// One of the strains of a rod in space, the stretch without its 1.
+    fn named_strain(&self, i: usize) -> StrainMap {
+        let (what, turns) = match self.record.strains[i].1 {
+            0 => ("flexure u1", true),
+            1 => ("flexure u2", true),
+            2 => ("twist u3", true),
+            3 => ("shear v1", false),
+            4 => ("shear v2", false),
+            _ => ("stretch v3 − 1", false),
+        };
+        let label = match self.units.length.as_str() {
+            length if turns && !length.is_empty() => labelled(what, &format!("1/{length}")),
+            _ => what.to_owned(),
+        };
+        let mut map = self.strain(i, &label);
+        if self.record.strains[i].1 == 5 {
+            map.strain.iter_mut().flatten().for_each(|v3| *v3 -= 1.0);
+        }
+        map
+    }
+
+    /// The flexures and the twist that are not small beside the largest of them; if there are none, the shear or stretch
+    /// that changes most.
+    fn drawn_strains(&self) -> Vec<usize> {
+        let values = |i: usize| {
+            let frames = self.track.iter();
+            frames.flat_map(move |f| f.strains[i].iter().copied())
+        };
+        let size = |i: usize| values(i).fold(0.0_f64, |most, x| most.max(x.abs()));
+        let turning: Vec<f64> = (0..3).map(size).collect();
+        let largest = turning.iter().copied().fold(0.0, f64::max);
+        if largest * self.length() > SMALL {
+            return (0..3).filter(|i| turning[*i] > SMALL * largest).collect();
+        }
+        let span = |i: usize| {
+            let (low, high) = values(i).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+                (a.min(x), b.max(x))
+            });
+            high - low
+        };
+        let most = (0..self.record.strains.len())
+            .map(|i| (if i < 3 { self.length() } else { 1.0 } * span(i), i))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        most.map(|(_, i)| i).into_iter().collect()
+    }
+
+    fn time_label(&self) -> String {
+        labelled("time", &self.units.time)
+    }
+
+    fn shapes(&self) -> RodShapes {
+        let frame = |section: &Isometry3<f64>| {
+            let frame = *section.rotation.to_rotation_matrix().matrix();
+            std::array::from_fn(|j| frame.column(j).into_owned().into())
+        };
+        let axes = self.record.branches.iter().flat_map(|b: &Branch| &b.axes);
+        let rods = axes.map(|(t, sections)| SpaceRod {
+            points: sections
+                .iter()
+                .map(|s| s.translation.vector.into())
+                .collect(),
+            directors: sections.iter().map(frame).collect(),
+            value: Some(*t),
+            ..SpaceRod::default()
+        });
+        RodShapes {
+            rods: rods.collect(),
+            value_label: self.time_label(),
+            ribbon: 0.03 * self.length(),
+            triads: false,
+            units: match self.record.units {
+                scene::Units::Si => RodUnits::si(),
+                scene::Units::Dimensionless => RodUnits {
+                    length: String::new(),
+                    force: String::new(),
+                    couple: String::new(),
+                },
+            },
+            ..RodShapes::default()
+        }
+    }
+
+    /// Position of the end over time.
+    fn path(&self) -> Lines {
+        let series = |(i, name): (usize, &str)| Series {
+            name: name.to_owned(),
+            x: self.times(),
+            y: self.track.iter().map(|f| f.moment.position()[i]).collect(),
+            ..Series::default()
+        };
+        Lines {
+            x_label: self.time_label(),
+            y_label: labelled("position of the end", &self.units.length),
+            series: ["x", "y", "z"]
+                .into_iter()
+                .enumerate()
+                .map(series)
+                .collect(),
+            ..Lines::default()
+        }
+    }
+
+    /// The passage with the largest loss, in time over viscosity from where the rod dissipated most.
+    fn layer(&self) -> Option<LayerFigure> {
+        let viscosity = self.record.viscosity?;
+        let passage = &self.record.last().passage;
+        let (begin, end) = (passage.first()?.moment.t, passage.last()?.moment.t);
+        let layer: &Layer = self
+            .record
+            .passages()
+            .find(|l| begin <= l.peak && l.peak <= end)?;
+        let stretched = |t: f64| (t - layer.peak) / viscosity;
+        let inside: Vec<&Frame> = passage
+            .iter()
+            .filter(|f| (layer.from..=layer.to).contains(&f.moment.t))
+            .collect();
+        let (fold, landing) = (inside.first()?, inside.last()?);
+        // Even in the energy that is lost: that is where the shape changes.
+        let lost = |f: &Frame| f.moment.friction;
+        let (low, high) = (lost(fold), lost(landing));
+        let curve = |f: &Frame| Curve::new(f.axis.iter().copied());
+        let shapes = (1..SHAPES - 1)
+            .filter_map(|i| {
+                let level = low + (high - low) * i as f64 / (SHAPES - 1) as f64;
+                inside.iter().find(|f| lost(f) >= level)
+            })
+            .map(|f| Shape {
+                time: stretched(f.moment.t),
+                axis: curve(f),
+            })
+            .collect();
+        Some(LayerFigure {
+            fold: curve(fold),
+            landing: curve(landing),
+            shapes,
+            runs: vec![LayerRun {
+                eta: viscosity,
+                stretched: inside.iter().map(|f| stretched(f.moment.t)).collect(),
+                elastic: inside.iter().map(|f| f.moment.ledger.elastic).collect(),
+                dissipated: inside.iter().map(|f| lost(f) - low).collect(),
+            }],
+            units: self.units.clone(),
+            ..LayerFigure::default()
+        })
+    }
+
+    /// What the passages dissipated, against what they released; None without passages.
+    fn losses(&self) -> Option<SnapLosses> {
+        let passages: Vec<&Layer> = self.record.passages().collect();
+        if passages.is_empty() {
+            return None;
+        }
+        let released = passages.iter().map(|l| l.elastic_from - l.elastic_to);
+        Some(SnapLosses {
+            groups: vec![LossGroup {
+                name: "passages".into(),
+                released: released.collect(),
+                dissipated: passages.iter().map(|l| l.dissipated).collect(),
+                labels: (1..=passages.len()).map(|i| i.to_string()).collect(),
+            }],
+            released_label: "elastic energy released on the way".into(),
+            units: self.units.clone(),
+            ..SnapLosses::default()
+        })
+    }
+}
+
+impl Frame {
+    /// Position of the end in the plane.
+    fn place(&self) -> [f64; 2] {
+        let r = self.moment.position();
+        [r.x, r.y]
+    }
+}
+
+/// A frame of a rod on a sheet.
+fn bare(moment: &Moment) -> Frame {
+    Frame {
+        moment: moment.clone(),
+        strains: Vec::new(),
+        dissipation: Vec::new(),
+        axis: Vec::new(),
+    }
+}
+
+/// The elastica that a rod is on.
+fn rod(moment: &Moment) -> Result<Equilibrium> {
+    let named = moment.labels.map(|labels| (labels.p, labels.w));
+    let (p, w) = named.unwrap_or((f64::NAN, f64::NAN));
+    Equilibrium::new(p, w)
+}
+
+/// "name (unit)", or the name alone.
+fn labelled(name: &str, unit: &str) -> String {
+    match unit {
+        "" => name.to_owned(),
+        _ => format!("{name} ({unit})"),
+    }
+}

@@ -1,0 +1,127 @@
+//! Runs a scene of motion, and under landing = "all" every run into which it branches.
+
+mod prepared;
+mod record;
+mod recorder;
+mod spring;
+mod summary;
+mod table;
+
+pub use prepared::{Kind, Prepared};
+pub use record::{Bounds, Branch, Frame, Moment, RunRecord};
+pub use spring::{Spring, SpringBranch, SpringMode};
+pub use table::trajectory_name;
+
+use super::{Hooks, Sink};
+use crate::error::Result;
+use crate::motion::{Outcome, drive};
+use recorder::Recorder;
+use std::collections::VecDeque;
+
+/// How much of the strain field is written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Fields {
+    /// Nothing.
+    None,
+    /// Every so many samples: some 400 of them, evenly spaced.
+    #[default]
+    Some,
+    /// Every sample.
+    All,
+}
+
+/// The places along the rod, in parts of its length, at which fields are written and drawn.
+pub fn places() -> Vec<f64> {
+    const ROWS: usize = 61;
+    (0..ROWS).map(|i| i as f64 / (ROWS - 1) as f64).collect()
+}
+
+/// Runs a scene to its end.
+///
+/// Rows of the tables `trajectory` (and `trajectory-1`, ... of branches) and `strain` go to `sink` as the run goes on.
+/// A run that ends early is no error: [`RunRecord::reason`] says why. One whose energy ledger does not close
+/// ([`Closing`](crate::motion::Closing)) counts as ended early, too.
+///
+/// ```
+/// use snaprod::scene::Scene;
+/// use snaprod::study::{Silent, Table, run};
+/// let scene = Scene::parse(
+///     r#"
+///     [rod]
+///     model = "elastica"
+///     length = 1.0
+///     bending_stiffness = 1.0
+///     [body]
+///     mass = 1.0
+///     [start]
+///     lambda = 6.3
+///     kappa = 0.6
+///     velocity = [0.0, -0.5]
+///     [run]
+///     duration = 1.0
+///     "#,
+/// )?;
+/// let mut tables: Vec<Table> = Vec::new();
+/// let prepared = run::Prepared::new(&scene)?;
+/// let record = run::run(&prepared, run::Fields::Some, &mut tables, &mut Silent)?;
+/// assert!((record.branches[0].snaps[0].t - 0.025570197858).abs() < 1e-10);
+/// assert_eq!(tables[0].rows(), 400);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A start from which no run can go; rows that the sink refuses.
+pub fn run(
+    prepared: &Prepared,
+    fields: Fields,
+    sink: &mut dyn Sink,
+    hooks: &mut dyn Hooks,
+) -> Result<RunRecord> {
+    let root = prepared.motion()?;
+    let spring = prepared.spring()?;
+    let total = root.now().ledger().total();
+    let mut waiting = VecDeque::from([(None, None, root)]);
+    let (mut branches, mut cut) = (Vec::new(), 0);
+    while let Some((parent, entered, mut motion)) = waiting.pop_front() {
+        let id = branches.len();
+        let (first, ledger) = (prepared.moment(&*motion.now()), motion.now().ledger());
+        let mut recorder = Recorder::new(prepared, sink, hooks, fields, (id, ledger), total)?;
+        let outcome = drive(&mut *motion, prepared.samples, &mut recorder)?;
+        if let Outcome::Branched(snaps) = &outcome {
+            for snap in snaps {
+                // The bound counts whole runs: a fork replaces one by several.
+                if branches.len() + waiting.len() + 1 < prepared.branches {
+                    waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
+                } else {
+                    cut += 1;
+                }
+            }
+        }
+        let last = prepared.moment(&*motion.now());
+        let branch = Branch::new(id, parent, entered, (first, last), outcome, &*motion);
+        branches.push(recorder.finish(&*motion, branch));
+    }
+    Ok(RunRecord {
+        kind: prepared.kind(),
+        units: prepared.units,
+        scales: prepared.scales,
+        scene: prepared.scene.clone(),
+        duration: prepared.duration,
+        bounds: Bounds {
+            steps: prepared.max_steps,
+            snaps: prepared.max_snaps,
+            branches: prepared.branches,
+        },
+        start_index: match prepared.kind() {
+            Kind::Sheet => branches.first().and_then(Branch::index_of_start),
+            Kind::Planar | Kind::Space => prepared.index_of_start(),
+        },
+        branches,
+        cut,
+        driven: prepared.is_driven(),
+        spring,
+        viscosity: prepared.viscosity(),
+        strains: prepared.strains(),
+        strain_stride: recorder::stride(prepared, fields),
+    })
+}

@@ -1,0 +1,211 @@
+//! A scene of motion made ready to run, whichever model it is of.
+
+use super::record::Moment;
+use super::spring::Spring;
+use crate::error::{Error, Result};
+use crate::motion::{Motion, State};
+use crate::scene::{MotionSetup, Scales, Scene, Setup, StrainName, Units, ViscousSetup};
+use crate::section::Strain;
+use nalgebra::{Isometry3, Vector3, Vector6};
+
+/// A scene of motion made ready to run: the model, and the way back to the scene's units.
+pub struct Prepared {
+    model: Model,
+    /// The scene's units.
+    pub units: Units,
+    /// The way back to them.
+    pub scales: Scales,
+    /// The pose of the base, in the scene's units.
+    pub clamp: Isometry3<f64>,
+    /// The scene as it was read, with its defaults.
+    pub scene: serde_json::Value,
+    pub(super) samples: usize,
+    pub(super) branches: usize,
+    pub(super) duration: f64,
+    pub(super) tolerance: f64,
+    pub(super) max_steps: usize,
+    pub(super) max_snaps: usize,
+    reduce: bool,
+}
+
+enum Model {
+    /// An elastic rod in a plane.
+    Elastic(Setup),
+    /// A viscoelastic rod in a plane.
+    Planar(ViscousSetup),
+    /// A viscoelastic rod in space.
+    Space(Box<MotionSetup>),
+}
+
+/// What kind of rod runs, as far as tables and figures differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Elastic, in a plane: a point on a sheet.
+    Sheet,
+    /// Viscoelastic, in a plane.
+    Planar,
+    /// Viscoelastic, in space.
+    Space,
+}
+
+impl Prepared {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// Whatever keeps the scene from running: no equilibrium at the start as asked for, or several; strains held rigid in a
+    /// combination that has no kinematics; numbers at which a law is not one of doubles.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let run = scene.run()?;
+        let model = match (scene.is_planar(), &scene.rod.damping) {
+            (true, None) => Model::Elastic(Setup::new(scene)?),
+            (true, Some(_)) => Model::Planar(ViscousSetup::new(scene)?),
+            (false, _) => Model::Space(Box::new(MotionSetup::new(scene)?)),
+        };
+        let (scales, clamp) = match &model {
+            Model::Elastic(setup) => (setup.scales, Isometry3::identity()),
+            Model::Planar(setup) => (setup.scales, Isometry3::identity()),
+            Model::Space(setup) => (setup.scales, setup.clamp),
+        };
+        Ok(Self {
+            model,
+            units: scene.units,
+            scales,
+            clamp,
+            scene: serde_json::to_value(scene)
+                .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
+            samples: run.samples,
+            branches: run.branches,
+            duration: run.duration,
+            tolerance: run.tolerance,
+            max_steps: run.max_steps,
+            max_snaps: run.max_snaps,
+            reduce: run.reduce,
+        })
+    }
+
+    /// What kind of rod runs.
+    pub fn kind(&self) -> Kind {
+        match &self.model {
+            Model::Elastic(_) => Kind::Sheet,
+            Model::Planar(_) => Kind::Planar,
+            Model::Space(_) => Kind::Space,
+        }
+    }
+
+    /// The motion from its start.
+    ///
+    /// # Errors
+    /// A start from which it cannot go.
+    pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
+        match &self.model {
+            Model::Elastic(setup) => Ok(Box::new(setup.run()?)),
+            Model::Planar(setup) => Ok(Box::new(setup.run()?)),
+            Model::Space(setup) => setup.motion(),
+        }
+    }
+
+    /// True if forces in time do work on the body.
+    pub fn is_driven(&self) -> bool {
+        match &self.model {
+            Model::Elastic(setup) => setup.body.is_driven(),
+            Model::Planar(setup) => setup.body.is_driven(),
+            Model::Space(setup) => setup.is_driven(),
+        }
+    }
+
+    /// The viscosity of a planar rod at small rates, in the scene's units.
+    pub fn viscosity(&self) -> Option<f64> {
+        match &self.model {
+            Model::Planar(setup) => Some(setup.viscosity * self.scales.viscosity()),
+            Model::Elastic(_) | Model::Space(_) => None,
+        }
+    }
+
+    /// The Morse index of the equilibrium at the start of a rod in space, if it is one.
+    pub(super) fn index_of_start(&self) -> Option<usize> {
+        match &self.model {
+            Model::Space(setup) => setup.start_index,
+            Model::Elastic(_) | Model::Planar(_) => None,
+        }
+    }
+
+    /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.
+    ///
+    /// # Errors
+    /// A start that cannot be evaluated.
+    pub(super) fn spring(&self) -> Result<Option<Result<Spring, String>>> {
+        let Model::Space(setup) = &self.model else {
+            return Ok(None);
+        };
+        if !self.reduce {
+            return Ok(Some(Err("[run] reduce = false".to_owned())));
+        }
+        Ok(Some(match setup.reduction()? {
+            Ok(reduction) => Ok(Spring::new(&reduction, &self.scales)?),
+            Err(refusal) => Err(refusal.to_string()),
+        }))
+    }
+
+    /// Names of the strains that move, with their places among (u1, .. v3).
+    pub(super) fn strains(&self) -> Vec<(&'static str, usize)> {
+        match &self.model {
+            Model::Elastic(_) => Vec::new(),
+            Model::Planar(_) => vec![("curvature", StrainName::U1 as usize)],
+            Model::Space(setup) => {
+                let names = setup.strains.names().iter();
+                names.map(|name| (name.as_str(), *name as usize)).collect()
+            }
+        }
+    }
+
+    /// A state in the world frame and the scene's units.
+    pub(super) fn moment(&self, state: &dyn State) -> Moment {
+        let k = &self.scales;
+        let turned = |pair: Vector6<f64>, i: usize, scale: f64| -> Vector3<f64> {
+            self.clamp.rotation * pair.fixed_rows::<3>(i).into_owned() * scale
+        };
+        let (twist, action, ledger) = (state.twist(), state.action(), state.ledger());
+        Moment {
+            t: state.time() * k.time,
+            pose: self.outward(&state.pose()),
+            velocity: turned(twist, 3, k.velocity),
+            angular_velocity: turned(twist, 0, 1.0 / k.time),
+            force: turned(action, 3, k.force),
+            couple: turned(action, 0, k.energy),
+            ledger: ledger.scaled(k.energy),
+            total: ledger.total() * k.energy,
+            friction: state.friction() * k.energy,
+            labels: state.equilibrium(),
+        }
+    }
+
+    /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
+    pub(super) fn sections(&self, state: &dyn State, points: usize) -> Vec<Isometry3<f64>> {
+        let sections = state.sections(points);
+        sections.iter().map(|pose| self.outward(pose)).collect()
+    }
+
+    /// Each of the strains that move at places in [0, 1], in growing order, in the scene's units.
+    pub(super) fn strains_at(&self, state: &dyn State, places: &[f64]) -> Vec<Vec<f64>> {
+        let (all, length) = (state.strains_at(places), self.scales.length);
+        let outward = |e: &Strain, i: usize| if i < 3 { e[i] / length } else { e[i] };
+        let moving = self.strains().into_iter();
+        moving
+            .map(|(_, i)| all.iter().map(|e| outward(e, i)).collect())
+            .collect()
+    }
+
+    /// Dissipation per length and time at places in [0, 1], in growing order, in the scene's units.
+    pub(super) fn dissipation_at(&self, state: &dyn State, places: &[f64]) -> Vec<f64> {
+        let k = &self.scales;
+        let density = k.energy / k.length / k.time;
+        let values = state.dissipation_at(places);
+        values.iter().map(|d| d * density).collect()
+    }
+
+    /// A pose of the clamp's frame and the run's units in the world frame and the scene's units.
+    fn outward(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let position = pose.translation.vector * self.scales.length;
+        self.clamp * Isometry3::from_parts(position.into(), pose.rotation)
+    }
+}

@@ -1,0 +1,275 @@
+//! What a run leaves behind, in the scene's units.
+
+use super::prepared::Kind;
+use super::spring::Spring;
+use crate::motion::creep::Layer;
+use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
+use crate::scene::{Scales, Units};
+use crate::solve::integrator::Work;
+use nalgebra::{Isometry3, Vector3};
+
+/// A run that has ended, or, under landing = "all", the runs into which it branched.
+#[derive(Debug, Clone)]
+pub struct RunRecord {
+    /// What kind of rod ran.
+    pub kind: Kind,
+    /// The scene's units.
+    pub units: Units,
+    /// The units of the rod in those of the scene.
+    pub scales: Scales,
+    /// The scene, with its defaults.
+    pub scene: serde_json::Value,
+    /// The end of time that was asked for.
+    pub duration: f64,
+    /// The bounds max_steps, max_snaps and branches of the scene.
+    pub bounds: Bounds,
+    /// Each after its parent; the first is the trunk.
+    pub branches: Vec<Branch>,
+    /// Snaps whose branches were not followed because the bound was reached.
+    pub cut: usize,
+    /// True if forces in time do work on the body.
+    pub driven: bool,
+    /// The Morse index of the equilibrium at the start, if it is one and known.
+    pub start_index: Option<usize>,
+    /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.
+    pub spring: Option<Result<Spring, String>>,
+    /// The viscosity of a planar rod.
+    pub viscosity: Option<f64>,
+    /// The strains that the track holds: names, and places among (u1, .. v3).
+    pub strains: Vec<(&'static str, usize)>,
+    /// What part of the samples the strain table holds: one in so many; None if there is no such table.
+    pub strain_stride: Option<usize>,
+}
+
+/// Bounds of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bounds {
+    /// Most steps.
+    pub steps: usize,
+    /// Most snaps.
+    pub snaps: usize,
+    /// Most branches.
+    pub branches: usize,
+}
+
+/// One run: the trunk, or what follows from a snap.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    /// Number, in the order in which the branches are run; 0 is the trunk.
+    pub id: usize,
+    /// The branch it forks from.
+    pub parent: Option<usize>,
+    /// The snap by which it was entered, in the units of the rod.
+    pub entered: Option<Snap>,
+    /// Its first state.
+    pub first: Moment,
+    /// Its last state.
+    pub last: Moment,
+    /// How it ended; times in the units of the rod.
+    pub outcome: Outcome,
+    /// Its cost.
+    pub work: Work,
+    /// How the strains were resolved, if the rod has any of its own.
+    pub resolution: Option<Resolution>,
+    /// Its own snaps, in the units of the rod.
+    pub snaps: Vec<Snap>,
+    /// Passages far from equilibrium, in the scene's units.
+    pub layers: Vec<Layer>,
+    /// Bounces of a taut rod, in the units of the rod: the first of them.
+    pub bounces: Vec<Bounce>,
+    /// How many there were.
+    pub bounce_count: usize,
+    /// The bounce that friction would change most.
+    pub hardest: Option<Bounce>,
+    /// How well its ledger closes, in the scene's units.
+    pub closing: Closing,
+    /// Samples for figures, thinned, with both sides of every snap.
+    pub track: Vec<Frame>,
+    /// Ends of the steps of the passage through which a planar rod dissipated most, thinned.
+    pub passage: Vec<Frame>,
+    /// Time and axis of a few samples of a rod in space.
+    pub axes: Vec<(f64, Vec<Isometry3<f64>>)>,
+}
+
+impl Branch {
+    /// A branch of which nothing was recorded yet but its ends and its cost.
+    pub(super) fn new(
+        id: usize,
+        parent: Option<usize>,
+        entered: Option<Snap>,
+        (first, last): (Moment, Moment),
+        outcome: Outcome,
+        motion: &dyn Motion<'_>,
+    ) -> Self {
+        Self {
+            id,
+            parent,
+            entered,
+            closing: Closing::new(first.ledger.total()),
+            first,
+            last,
+            outcome,
+            work: motion.work(),
+            resolution: motion.resolution(),
+            snaps: Vec::new(),
+            layers: Vec::new(),
+            bounces: Vec::new(),
+            bounce_count: 0,
+            hardest: None,
+            track: Vec::new(),
+            passage: Vec::new(),
+            axes: Vec::new(),
+        }
+    }
+
+    /// The Morse index of its first state, if that is named.
+    pub(super) fn index_of_start(&self) -> Option<usize> {
+        self.first.labels.map(|labels| labels.index)
+    }
+}
+
+/// A state in the world frame and the scene's units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moment {
+    /// Time.
+    pub t: f64,
+    /// Pose of the end of the rod.
+    pub pose: Isometry3<f64>,
+    /// Velocity of the end.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity of the end's directors.
+    pub angular_velocity: Vector3<f64>,
+    /// Force of the rod on the body.
+    pub force: Vector3<f64>,
+    /// Couple of the rod on the body, about the end.
+    pub couple: Vector3<f64>,
+    /// Energies.
+    pub ledger: Ledger,
+    /// What should not change: [`Ledger::total`].
+    pub total: f64,
+    /// Energy dissipated by friction in the rod so far.
+    pub friction: f64,
+    /// The equilibrium of the elastica that the rod is in, or near.
+    pub labels: Option<Labels>,
+}
+
+impl Moment {
+    /// Position of the end.
+    pub fn position(&self) -> Vector3<f64> {
+        self.pose.translation.vector
+    }
+}
+
+/// A state as figures show it, in the scene's units.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// The state.
+    pub moment: Moment,
+    /// Each strain that moves, at the places of the strain field; empty for an elastic rod.
+    pub strains: Vec<Vec<f64>>,
+    /// Dissipation per length and time, at the same places.
+    pub dissipation: Vec<f64>,
+    /// The axis of a planar rod with strains.
+    pub axis: Vec<[f64; 2]>,
+}
+
+impl RunRecord {
+    /// The branch that ran last.
+    pub fn last(&self) -> &Branch {
+        // A record is made of one branch at least.
+        &self.branches[self.branches.len() - 1]
+    }
+
+    /// A stable key of how the run ended: that of [`Outcome::key`] of the first branch that fell short, branch_limit, or
+    /// end_of_time.
+    pub fn outcome(&self) -> &'static str {
+        if self.cut > 0 {
+            return "branch_limit";
+        }
+        self.short().map_or("end_of_time", |b| b.outcome.key())
+    }
+
+    /// Why the run fell short of what was asked, in the scene's units; None if it did not.
+    pub fn reason(&self) -> Option<String> {
+        if self.cut > 0 {
+            return Some(format!(
+                "{} branches were not followed: the bound branches = {} was reached; raise it in [run]",
+                self.cut, self.bounds.branches
+            ));
+        }
+        self.short().map(|branch| self.why(branch))
+    }
+
+    fn short(&self) -> Option<&Branch> {
+        self.branches.iter().find(|b| !b.outcome.is_complete())
+    }
+
+    fn why(&self, branch: &Branch) -> String {
+        let k = &self.scales;
+        let why = match &branch.outcome {
+            Outcome::StepLimit => format!(
+                "the bound max_steps = {} was reached; raise it in [run]",
+                self.bounds.steps
+            ),
+            Outcome::SnapLimit => format!(
+                "the bound max_snaps = {} was reached; raise it in [run]",
+                self.bounds.snaps
+            ),
+            Outcome::Stuck(stuck) => stuck.clone().in_units(k.time).to_string(),
+            outcome => outcome.to_string(),
+        };
+        let end = &branch.last;
+        let place: Vec<String> = end.position().iter().map(|x| format!("{x:.6}")).collect();
+        let axes = if self.kind == Kind::Space { 3 } else { 2 };
+        let spaced = |unit: &str| match unit {
+            "" => String::new(),
+            _ => format!(" {unit}"),
+        };
+        let at = match branch.outcome {
+            Outcome::Stuck(_) => format!(
+                ", end of the rod at ({}){}",
+                place[..axes].join(", "),
+                spaced(self.units.length())
+            ),
+            _ => String::new(),
+        };
+        let t = crate::study::exact(end.t);
+        let t = t.strip_suffix(".0").unwrap_or(&t);
+        format!("at t = {t}{}{at}: {why}", spaced(self.units.time()))
+    }
+
+    /// The largest change of a ledger's total, and the largest one relative to its ledger's largest term.
+    pub fn energy_error(&self) -> (f64, f64) {
+        self.branches.iter().fold((0.0, 0.0), |(a, b), branch| {
+            let closing = &branch.closing;
+            (closing.error.max(a), closing.relative().max(b))
+        })
+    }
+
+    /// What is to be said of an unstable start.
+    pub fn warning(&self) -> Option<String> {
+        let index = self.start_index.filter(|index| *index > 0)?;
+        Some(match self.kind {
+            Kind::Space => format!(
+                "the equilibrium at the start has Morse index {index}: it is not stable, and the rod leaves it as rounding or loads will"
+            ),
+            Kind::Sheet | Kind::Planar => format!(
+                "the start has Morse index {index}: it is not stable, a real rod would leave it at once; the run follows the sheet as asked"
+            ),
+        })
+    }
+
+    /// How many bounces there were, and the one that friction would change most.
+    pub fn bounces(&self) -> (usize, Option<&Bounce>) {
+        let count = self.branches.iter().map(|b| b.bounce_count).sum();
+        let hardest = self.branches.iter().filter_map(|b| b.hardest.as_ref());
+        let hardest = hardest.min_by(|a, b| a.viscosity().total_cmp(&b.viscosity()));
+        (count, hardest)
+    }
+
+    /// Layers that ended next to equilibrium with less elastic energy: the snaps of a rod with friction.
+    pub fn passages(&self) -> impl Iterator<Item = &Layer> {
+        let layers = self.branches.iter().flat_map(|branch| &branch.layers);
+        layers.filter(|layer| layer.whole && layer.elastic_to < layer.elastic_from)
+    }
+}

@@ -1,0 +1,324 @@
+//! Watches a motion: writes the tables, keeps what figures show.
+
+use super::prepared::{Kind, Prepared};
+use super::record::{Branch, Frame};
+use super::table;
+use super::{Fields, places};
+use crate::error::Result;
+use crate::motion::creep::Layer;
+use crate::motion::{
+    Bounce, Cause, Closing, Event, Ledger, Motion, Observer, Outcome, Snap, State, Stuck,
+};
+use crate::study::{Cell, Hooks, Sink};
+use nalgebra::Isometry3;
+
+/// Most samples kept of a rod on a sheet and of one with strains; beyond, every second one is dropped.
+const KEPT_ON_SHEET: usize = 4000;
+const KEPT: usize = 1200;
+const KEPT_OF_PASSAGE: usize = 400;
+const AXES: usize = 10;
+/// A passage is kept while the rod is farther than this from equilibrium.
+const AWAY: f64 = 1e-3;
+/// Points of a drawn axis.
+const CURVE: usize = 60;
+/// Bounces that are kept one by one.
+const BOUNCES: usize = 1000;
+/// Samples of which the strain field is written, unless all are asked for.
+const INSTANTS: usize = 401;
+
+/// The observer of one branch.
+pub(super) struct Recorder<'r> {
+    prepared: &'r Prepared,
+    sink: &'r mut dyn Sink,
+    hooks: &'r mut dyn Hooks,
+    places: Vec<f64>,
+    trajectory: usize,
+    strain: Option<Strain>,
+    closing: Closing,
+    snaps: Vec<Snap>,
+    layers: Vec<Layer>,
+    bounces: Vec<Bounce>,
+    bounce_count: usize,
+    hardest: Option<Bounce>,
+    track: Thinned<Frame>,
+    axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
+    passage: Thinned<Frame>,
+    best: Vec<Frame>,
+}
+
+/// The strain table: of every `stride`-th sample.
+struct Strain {
+    table: usize,
+    stride: usize,
+    seen: usize,
+}
+
+/// A list that keeps every so many of what it is shown.
+struct Thinned<T> {
+    list: Vec<T>,
+    stride: usize,
+    seen: usize,
+    most: usize,
+}
+
+impl<T> Thinned<T> {
+    fn new(most: usize) -> Self {
+        Self {
+            list: Vec::new(),
+            stride: 1,
+            seen: 0,
+            most,
+        }
+    }
+
+    fn show(&mut self, item: impl FnOnce() -> T) {
+        if self.seen.is_multiple_of(self.stride) {
+            self.keep(item());
+        }
+        self.seen += 1;
+    }
+
+    fn keep(&mut self, item: T) {
+        self.list.push(item);
+        if self.list.len() > self.most {
+            let mut odd = false;
+            self.list.retain(|_| {
+                odd = !odd;
+                odd
+            });
+            self.stride *= 2;
+        }
+    }
+}
+
+/// One in so many samples makes up the strain table.
+pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
+    match fields {
+        _ if prepared.strains().is_empty() => None,
+        Fields::None => None,
+        Fields::All => Some(1),
+        Fields::Some => Some((prepared.samples - 1).div_ceil(INSTANTS - 1).max(1)),
+    }
+}
+
+impl<'r> Recorder<'r> {
+    /// A recorder of the branch `id`, whose first ledger is `first`; `total` is what the ledger should keep, in the units of the rod.
+    pub fn new(
+        prepared: &'r Prepared,
+        sink: &'r mut dyn Sink,
+        hooks: &'r mut dyn Hooks,
+        fields: Fields,
+        (id, first): (usize, Ledger),
+        total: f64,
+    ) -> Result<Self> {
+        let mut closing = Closing::new(total);
+        closing.look(&first);
+        let trajectory = sink.begin(table::trajectory(prepared, id))?;
+        let strain = match stride(prepared, fields) {
+            None => None,
+            Some(stride) => Some(Strain {
+                table: sink.begin(table::strain(prepared))?,
+                stride,
+                seen: 0,
+            }),
+        };
+        let kept = match prepared.kind() {
+            Kind::Sheet => KEPT_ON_SHEET,
+            Kind::Planar | Kind::Space => KEPT,
+        };
+        Ok(Self {
+            prepared,
+            sink,
+            hooks,
+            places: places(),
+            trajectory,
+            strain,
+            closing,
+            snaps: Vec::new(),
+            layers: Vec::new(),
+            bounces: Vec::new(),
+            bounce_count: 0,
+            hardest: None,
+            track: Thinned::new(kept),
+            axes: Thinned::new(AXES),
+            passage: Thinned::new(KEPT_OF_PASSAGE),
+            best: Vec::new(),
+        })
+    }
+
+    /// Hands over what was kept; `branch` has the rest.
+    pub fn finish(mut self, motion: &dyn Motion<'_>, branch: Branch) -> Branch {
+        let last = motion.now();
+        self.end_passage();
+        self.end_axes(&*last);
+        self.closing.look(&last.ledger());
+        Branch {
+            outcome: self.audited(branch.outcome, last.time()),
+            snaps: self.snaps,
+            layers: self.layers,
+            bounces: self.bounces,
+            bounce_count: self.bounce_count,
+            hardest: self.hardest,
+            closing: self.closing.scaled(self.prepared.scales.energy),
+            track: self.track.list,
+            passage: self.best,
+            axes: self.axes.list,
+            ..branch
+        }
+    }
+
+    /// The outcome; a run that is complete but for its ledger is not: none ends well that has lost or made energy.
+    fn audited(&self, outcome: Outcome, at: f64) -> Outcome {
+        if outcome != Outcome::EndOfTime || self.closing.is_closed(self.prepared.tolerance) {
+            return outcome;
+        }
+        let relative = self.closing.relative();
+        Outcome::Stuck(Stuck::new(
+            at,
+            Cause::Ledger { relative },
+            "do not trust the motion: lower the tolerance, or end before the error arises (column `total` of the trajectory)",
+        ))
+    }
+
+    fn frame(&self, state: &dyn State) -> Frame {
+        let prepared = self.prepared;
+        let moment = prepared.moment(state);
+        if prepared.kind() == Kind::Sheet {
+            return Frame {
+                moment,
+                strains: Vec::new(),
+                dissipation: Vec::new(),
+                axis: Vec::new(),
+            };
+        }
+        let axis = match prepared.kind() {
+            Kind::Planar => prepared.sections(state, CURVE),
+            Kind::Sheet | Kind::Space => Vec::new(),
+        };
+        Frame {
+            moment,
+            strains: prepared.strains_at(state, &self.places),
+            dissipation: prepared.dissipation_at(state, &self.places),
+            axis: axis
+                .iter()
+                .map(|at| [at.translation.x, at.translation.y])
+                .collect(),
+        }
+    }
+
+    /// Writes the strain field of a state.
+    fn write_strain(&mut self, table: usize, frame: &Frame) -> Result<()> {
+        let length = self.prepared.scales.length;
+        for (i, s) in self.places.iter().enumerate() {
+            let strains = frame.strains.iter().map(|strain| strain[i]);
+            let row = [frame.moment.t, s * length].into_iter().chain(strains);
+            let row: Vec<Cell> = row.chain([frame.dissipation[i]]).map(Cell::Real).collect();
+            self.sink.row(table, &row)?;
+        }
+        Ok(())
+    }
+
+    /// The last axis in its place, or instead of one that is near in time.
+    fn end_axes(&mut self, last: &dyn State) {
+        if self.prepared.kind() != Kind::Space {
+            return;
+        }
+        let t = last.time() * self.prepared.scales.time;
+        let axes = &mut self.axes.list;
+        if let [.., (before, _), (near, _)] = axes.as_slice()
+            && t - near < 0.5 * (near - before)
+        {
+            axes.pop();
+        }
+        axes.push((t, self.prepared.sections(last, CURVE)));
+    }
+
+    /// Keeps the passage if more was dissipated in it than in those before.
+    fn end_passage(&mut self) {
+        let passage = std::mem::replace(&mut self.passage, Thinned::new(KEPT_OF_PASSAGE)).list;
+        let lost = |passage: &[Frame]| match passage {
+            [first, .., last] => last.moment.ledger.dissipated - first.moment.ledger.dissipated,
+            _ => 0.0,
+        };
+        if lost(&passage) > lost(&self.best) {
+            self.best = passage;
+        }
+    }
+
+    /// The end of a step of a rod with strains. (On a sheet a state would have to be made to be looked at.)
+    fn step(&mut self, now: &dyn State) {
+        self.closing.look(&now.ledger());
+        if self.prepared.kind() != Kind::Planar {
+            return;
+        }
+        if now.distance() > AWAY {
+            let mut passage = std::mem::replace(&mut self.passage, Thinned::new(0));
+            passage.show(|| self.frame(now));
+            self.passage = passage;
+        } else if !self.passage.list.is_empty() {
+            self.end_passage();
+        }
+    }
+}
+
+impl Observer for Recorder<'_> {
+    fn sample(&mut self, state: &dyn State) -> Result<()> {
+        let frame = self.frame(state);
+        let row = table::row(self.prepared.kind(), &frame.moment);
+        self.sink.row(self.trajectory, &row)?;
+        self.closing.look(&state.ledger());
+        if let Some(strain) = &mut self.strain {
+            let written = strain.seen.is_multiple_of(strain.stride);
+            strain.seen += 1;
+            let table = strain.table;
+            if written {
+                self.write_strain(table, &frame)?;
+            }
+        }
+        if self.prepared.kind() == Kind::Space {
+            let prepared = self.prepared;
+            let axis = || (frame.moment.t, prepared.sections(state, CURVE));
+            self.axes.show(axis);
+        }
+        self.track.show(|| frame);
+        Ok(())
+    }
+
+    fn event(&mut self, event: &Event, motion: &dyn Motion<'_>) -> Result<()> {
+        match event {
+            Event::Step { .. } if motion.resolution().is_some() => self.step(&*motion.now()),
+            Event::Snap(snap) => {
+                self.snaps.push(snap.clone());
+                for state in [motion.before_snap(), Some(motion.now())]
+                    .into_iter()
+                    .flatten()
+                {
+                    self.closing.look(&state.ledger());
+                    self.track.keep(self.frame(&*state));
+                }
+            }
+            Event::Layer(layer) => {
+                let k = &self.prepared.scales;
+                self.layers.push(layer.scaled(k.time, k.energy));
+            }
+            Event::Bounce(bounce) => {
+                self.bounce_count += 1;
+                let softer = |other: &Bounce| other.viscosity() <= bounce.viscosity();
+                if !self.hardest.as_ref().is_some_and(softer) {
+                    self.hardest = Some(bounce.clone());
+                }
+                if self.bounces.len() < BOUNCES {
+                    self.bounces.push(bounce.clone());
+                }
+            }
+            Event::Step { .. } | Event::Stop(_) => {}
+        }
+        Ok(())
+    }
+
+    fn go_on(&mut self, time: f64) -> bool {
+        let (t, duration) = (time * self.prepared.scales.time, self.prepared.duration);
+        self.hooks.progress(t / duration, t);
+        !self.hooks.interrupted()
+    }
+}

@@ -1,0 +1,97 @@
+//! The spring and dashpot that some rods in space are exactly, in the scene's units.
+
+use crate::error::Result;
+use crate::motion::reduction::Reduction;
+use crate::scene::{Scales, StrainName};
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+/// The spring and dashpot that a rod is exactly, per displacement of the end, and per angle for u3: AMV (6.3).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spring {
+    /// The kind of motion: longitudinal, twisting or shearing.
+    pub kind: String,
+    /// The strains that move.
+    pub moving: Vec<&'static str>,
+    /// True if every motion that starts in this way is exact, by symmetry; false if this one is by exception.
+    pub by_symmetry: bool,
+    /// Stiffness, a row for each strain that moves.
+    pub stiffness: Vec<Vec<f64>>,
+    /// Dashpot.
+    pub dashpot: Vec<Vec<f64>>,
+    /// Maxwell branches.
+    pub branches: Vec<SpringBranch>,
+    /// The body's inertia against the strains.
+    pub mass: Vec<Vec<f64>>,
+    /// The body's own drag.
+    pub drag: Vec<Vec<f64>>,
+    /// Modes without damping, by frequency.
+    pub modes: Vec<SpringMode>,
+}
+
+/// A spring in series with a dashpot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpringBranch {
+    /// Its stiffness.
+    pub stiffness: Vec<Vec<f64>>,
+    /// Its relaxation time.
+    pub time: f64,
+}
+
+/// A mode of mass and spring.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpringMode {
+    /// In radians per unit of time.
+    pub natural_frequency: f64,
+    /// Share of critical damping by dashpot and drag.
+    pub damping_ratio: f64,
+}
+
+impl Spring {
+    /// The equivalent of `reduction`, whose units have these scales.
+    ///
+    /// # Errors
+    /// Laws that cannot be evaluated on the unloaded rod.
+    pub(super) fn new(reduction: &Reduction, k: &Scales) -> Result<Self> {
+        let of = reduction.equivalent()?;
+        let moved = |a: usize| match of.moving[a] {
+            0..3 => 1.0,
+            _ => k.length,
+        };
+        // Entries are energies over displacements and angles, times a power of time.
+        let matrix = |matrix: &DMatrix<f64>, time: f64| -> Vec<Vec<f64>> {
+            let entry = |a, b| matrix[(a, b)] * k.energy * time / moved(a) / moved(b);
+            (0..matrix.nrows())
+                .map(|a| (0..matrix.ncols()).map(|b| entry(a, b)).collect())
+                .collect()
+        };
+        let branches = of
+            .branches
+            .iter()
+            .map(|(modulus, relaxation)| SpringBranch {
+                stiffness: matrix(modulus, 1.0),
+                time: relaxation * k.time,
+            });
+        let modes = of.modes.iter().map(|mode| SpringMode {
+            natural_frequency: mode.natural_frequency / k.time,
+            damping_ratio: mode.damping_ratio,
+        });
+        let names = of.moving.iter().map(|i| StrainName::ALL[*i].as_str());
+        Ok(Self {
+            kind: of.kind.to_string(),
+            moving: names.collect(),
+            by_symmetry: reduction.is_identical(),
+            stiffness: matrix(&of.stiffness, 1.0),
+            dashpot: matrix(&of.dashpot, k.time),
+            branches: branches.collect(),
+            mass: matrix(&of.mass, k.time * k.time),
+            drag: matrix(&of.drag, k.time),
+            modes: modes.collect(),
+        })
+    }
+
+    /// True if this strain turns sections: its spring is one of angles.
+    pub fn is_angle(name: &str) -> bool {
+        name.starts_with('u')
+    }
+}

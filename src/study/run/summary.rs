@@ -1,0 +1,228 @@
+//! A run's record as JSON: summary.json and events.json.
+
+use super::prepared::Kind;
+use super::record::{Branch, Moment, RunRecord};
+use super::table::trajectory_name;
+use crate::elastica::Equilibrium;
+use crate::motion::creep::Layer;
+use crate::motion::{Bounce, Snap, SnapEnd};
+use crate::solve::integrator::Work;
+use serde_json::{Map, Value, json};
+
+impl RunRecord {
+    /// What came of the run: outcome, first and last state, errors, cost, scales, the resolved scene.
+    pub fn summary(&self) -> Value {
+        let k = &self.scales;
+        let (root, last) = (&self.branches[0], self.last());
+        let reason = self.reason();
+        let (absolute, relative) = self.energy_error();
+        let mut summary = object(json!({
+            "outcome": self.outcome(),
+            "complete": reason.is_none(),
+            "reason": reason,
+            "units": self.units,
+            "start": self.state(&root.first),
+            "end": self.state(&last.last),
+            "energy_error": { "absolute": absolute, "relative": relative },
+            "work": self.work(),
+            "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
+            "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
+            "scene": self.scene,
+        }));
+        let mut add = |key: &str, value: Value| summary.insert(key.to_owned(), value);
+        match self.kind {
+            Kind::Sheet => {
+                let snaps = |b: &Branch| b.snaps.len() + usize::from(b.entered.is_some());
+                add(
+                    "snaps",
+                    json!(self.branches.iter().map(snaps).sum::<usize>()),
+                );
+                add("start_index", json!(self.start_index));
+            }
+            Kind::Planar | Kind::Space => {
+                let layers = self.branches.iter().map(|b| b.layers.len());
+                add("layers", json!(layers.sum::<usize>()));
+                let nodes = last.resolution;
+                add(
+                    "nodes",
+                    json!(nodes.map(|n| json!({ "most": n.most_nodes, "tail": n.tail }))),
+                );
+            }
+        }
+        if let Some(spring) = &self.spring {
+            add("reduction", json!(spring.as_ref().ok()));
+            add("not_reduced", json!(spring.as_ref().err()));
+            if self.start_index.is_some() {
+                add("start_index", json!(self.start_index));
+            }
+        }
+        if let Some(warning) = self.warning() {
+            add("warning", json!(warning));
+        }
+        if let (count, Some(hardest)) = self.bounces() {
+            let listed = self.branches.iter().flat_map(|b| &b.bounces);
+            let listed: Vec<Value> = listed.map(|bounce| self.bounce(bounce)).collect();
+            add(
+                "bounces",
+                json!({ "count": count, "hardest": self.bounce(hardest), "first": listed }),
+            );
+        }
+        if self.branches.len() > 1 {
+            let branches: Vec<Value> = self.branches.iter().map(|b| self.branch(b)).collect();
+            add("branches", json!(branches));
+        }
+        Value::Object(summary)
+    }
+
+    /// Snaps, or layers, in the order of time along each branch.
+    pub fn events(&self) -> Vec<Value> {
+        let several = self.branches.len() > 1;
+        let mut events = Vec::new();
+        for branch in &self.branches {
+            for snap in branch.entered.iter().chain(&branch.snaps) {
+                let mut event = object(self.snap(snap));
+                if several {
+                    event.insert("branch".to_owned(), json!(branch.id));
+                    event.insert("parent".to_owned(), json!(branch.parent));
+                }
+                events.push(Value::Object(event));
+            }
+            events.extend(branch.layers.iter().map(layer));
+        }
+        events
+    }
+
+    fn branch(&self, branch: &Branch) -> Value {
+        json!({
+            "branch": branch.id,
+            "parent": branch.parent,
+            "outcome": branch.outcome.key(),
+            "from": branch.first.t,
+            "end": self.state(&branch.last),
+            "trajectory": trajectory_name(branch.id) + ".csv",
+        })
+    }
+
+    fn state(&self, at: &Moment) -> Value {
+        let (r, v, f) = (at.position(), at.velocity, at.force);
+        let ledger = &at.ledger;
+        let mut state = object(json!({
+            "t": at.t,
+            "x": r.x, "y": r.y,
+            "vx": v.x, "vy": v.y,
+            "fx": f.x, "fy": f.y,
+            "kinetic": ledger.kinetic,
+            "elastic": ledger.elastic,
+            "potential": ledger.potential,
+            "dissipated": ledger.dissipated,
+            "work": ledger.work,
+            "total": at.total,
+        }));
+        let labels = at.labels.as_ref();
+        let (q, w, m) = (at.pose.rotation, at.angular_velocity, at.couple);
+        state.extend(object(match self.kind {
+            Kind::Space => json!({
+                "z": r.z, "vz": v.z, "fz": f.z,
+                "qw": q.w, "qx": q.i, "qy": q.j, "qz": q.k,
+                "wx": w.x, "wy": w.y, "wz": w.z,
+                "mx": m.x, "my": m.y, "mz": m.z,
+            }),
+            Kind::Sheet | Kind::Planar => json!({
+                "lam": labels.map(|l| l.lambda()),
+                "p": labels.map(|l| l.p),
+                "w": labels.map(|l| l.w),
+                "mode": labels.map(|l| l.sheet.mode),
+                "sign": labels.map(|l| l.sheet.sign.as_str()),
+                "index": labels.map(|l| l.index),
+            }),
+        }));
+        Value::Object(state)
+    }
+
+    fn snap(&self, snap: &Snap) -> Value {
+        let k = &self.scales;
+        let end = |e: &SnapEnd| {
+            json!({
+                "lam": Equilibrium::new(e.q[0], e.q[1]).ok().map(|e| e.lambda),
+                "p": e.q[0],
+                "w": e.q[1],
+                "mode": e.sheet.mode,
+                "sign": e.sheet.sign.as_str(),
+                "index": e.index,
+                "elastic": e.elastic * k.energy,
+            })
+        };
+        json!({
+            "kind": "snap",
+            "t": snap.t * k.time,
+            "x": snap.pose[0] * k.length,
+            "y": snap.pose[1] * k.length,
+            "vx": snap.velocity[0] * k.velocity,
+            "vy": snap.velocity[1] * k.velocity,
+            "from": end(&snap.from),
+            "to": end(&snap.to),
+            "released": snap.released * k.energy,
+            "time_error": snap.time_error * k.time,
+        })
+    }
+
+    fn bounce(&self, bounce: &Bounce) -> Value {
+        let k = &self.scales;
+        json!({
+            "kind": "bounce",
+            "t": bounce.t * k.time,
+            "x": bounce.pose[0] * k.length,
+            "y": bounce.pose[1] * k.length,
+            "vx": bounce.velocity[0] * k.velocity,
+            "vy": bounce.velocity[1] * k.velocity,
+            "lam": bounce.lambda,
+            "elastic": bounce.elastic * k.energy,
+            "viscosity": bounce.viscosity() * k.viscosity(),
+        })
+    }
+
+    fn work(&self) -> Value {
+        let sum = |f: fn(&Work) -> u64| self.branches.iter().map(|b| f(&b.work)).sum::<u64>();
+        let (evaluations, steps) = (sum(|w| w.evaluations), sum(|w| w.steps));
+        let rejected = sum(|w| w.rejected);
+        match self.kind {
+            Kind::Sheet => json!({
+                "evaluations": evaluations,
+                "steps": steps,
+                "rejected": rejected,
+                "dense": sum(|w| w.samples),
+            }),
+            Kind::Planar | Kind::Space => json!({
+                "evaluations": evaluations,
+                "steps": steps,
+                "implicit_steps": sum(|w| w.implicit_steps),
+                "rejected": rejected,
+                "jacobians": sum(|w| w.jacobians),
+                "factorisations": sum(|w| w.factorisations),
+                "iterations": sum(|w| w.iterations),
+            }),
+        }
+    }
+}
+
+fn layer(layer: &Layer) -> Value {
+    json!({
+        "kind": "layer",
+        "from": layer.from,
+        "to": layer.to,
+        "peak": layer.peak,
+        "elastic_from": layer.elastic_from,
+        "elastic_to": layer.elastic_to,
+        "released": layer.elastic_from - layer.elastic_to,
+        "dissipated": layer.dissipated,
+        "whole": layer.whole,
+    })
+}
+
+/// The entries of a JSON object.
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}

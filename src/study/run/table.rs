@@ -1,0 +1,154 @@
+//! The tables of a run: trajectory and strain field.
+
+use super::prepared::{Kind, Prepared};
+use super::record::Moment;
+use crate::study::{Cell, Column, Table};
+
+/// The name of a branch's trajectory, without the ending.
+pub fn trajectory_name(branch: usize) -> String {
+    match branch {
+        0 => "trajectory".to_owned(),
+        _ => format!("trajectory-{branch}"),
+    }
+}
+
+/// The trajectory of a branch, without rows.
+pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
+    let u = prepared.units;
+    let axes: &[(&str, &str)] = match prepared.kind() {
+        Kind::Sheet | Kind::Planar => &[("x", "x"), ("y", "y")],
+        Kind::Space => &[("x", "x"), ("y", "y"), ("z", "z")],
+    };
+    let vector = |prefix: &str, unit: &'static str, meaning: &str| -> Vec<Column> {
+        let name = |axis: &str| format!("{prefix}{axis}");
+        let column = |(axis, along): &(&str, &str)| {
+            Column::reals(name(axis), unit, format!("{meaning}, along {along}"))
+        };
+        axes.iter().map(column).collect()
+    };
+    let mut columns = vec![Column::reals("t", u.time(), "time")];
+    columns.extend(vector("", u.length(), "position of the end"));
+    let velocity = vector("v", u.velocity(), "velocity of the end");
+    let force = vector("f", u.force(), "force of the rod on the body");
+    if prepared.kind() == Kind::Space {
+        let part = |name, which| {
+            Column::reals(
+                name,
+                "",
+                format!("quaternion of the end's directors, {which}"),
+            )
+        };
+        columns.extend([
+            part("qw", "scalar part"),
+            part("qx", "along x"),
+            part("qy", "along y"),
+            part("qz", "along z"),
+        ]);
+        columns.extend(velocity);
+        let per_time = match u.time() {
+            "" => "",
+            _ => "rad/s",
+        };
+        columns.extend(vector(
+            "w",
+            per_time,
+            "angular velocity of the end's directors",
+        ));
+        columns.extend(force);
+        columns.extend(vector("m", u.couple(), "couple of the rod on the body"));
+    } else {
+        columns.extend(velocity);
+        columns.extend([
+            Column::reals(
+                "lam",
+                "",
+                "lambda = L sqrt(force/EI) of the equilibrium that the rod is in or near",
+            ),
+            Column::reals("p", "", "its chart coordinate p, kappa = tanh p"),
+            Column::reals("w", "", "its chart coordinate w"),
+            Column::integers("mode", "the mode j of its sheet S_j^+-"),
+            Column::words("sign", "the sign of its sheet"),
+            Column::integers("index", "its Morse index: 0 is stable"),
+        ]);
+        columns.extend(force);
+    }
+    let energy = |name, meaning| Column::reals(name, u.energy(), meaning);
+    columns.extend([
+        energy("kinetic", "kinetic energy of the body"),
+        energy("elastic", "energy stored in the rod"),
+        energy("potential", "potential of gravity and constant loads"),
+        energy("dissipated", "dissipated so far"),
+        energy("work", "work of the forces in time so far"),
+        energy(
+            "total",
+            "kinetic + elastic + potential + dissipated - work, which should not change",
+        ),
+    ]);
+    Table::new(trajectory_name(branch), columns)
+}
+
+/// The row of a state.
+pub(super) fn row(kind: Kind, at: &Moment) -> Vec<Cell> {
+    let real = Cell::Real;
+    let axes = if kind == Kind::Space { 3 } else { 2 };
+    let mut cells = vec![real(at.t)];
+    let r = at.pose.translation.vector;
+    cells.extend(r.iter().take(axes).copied().map(real));
+    if kind == Kind::Space {
+        let q = at.pose.rotation;
+        cells.extend([q.w, q.i, q.j, q.k].map(real));
+        for v in [at.velocity, at.angular_velocity, at.force, at.couple] {
+            cells.extend(v.iter().copied().map(real));
+        }
+    } else {
+        cells.extend(at.velocity.iter().take(axes).copied().map(real));
+        let labels = at.labels.as_ref();
+        cells.extend([
+            labels.map(|l| l.lambda()).into(),
+            labels.map(|l| l.p).into(),
+            labels.map(|l| l.w).into(),
+            labels.map(|l| l.sheet.mode as usize).into(),
+            labels.map(|l| l.sheet.sign.as_str()).into(),
+            labels.map(|l| l.index).into(),
+        ]);
+        cells.extend(at.force.iter().take(axes).copied().map(real));
+    }
+    let ledger = &at.ledger;
+    cells.extend([
+        real(ledger.kinetic),
+        real(ledger.elastic),
+        real(ledger.potential),
+        real(ledger.dissipated),
+        real(ledger.work),
+        real(at.total),
+    ]);
+    cells
+}
+
+/// The strain field over time and arclength, without rows.
+pub(super) fn strain(prepared: &Prepared) -> Table {
+    let u = prepared.units;
+    let mut columns = vec![
+        Column::reals("t", u.time(), "time"),
+        Column::reals("s", u.length(), "arclength from the clamp, unstrained"),
+    ];
+    for (name, i) in prepared.strains() {
+        let (unit, meaning) = match i {
+            0 | 1 => (u.curvature(), "flexure"),
+            2 => (u.curvature(), "twist"),
+            3 | 4 => ("", "shear"),
+            _ => ("", "stretch"),
+        };
+        columns.push(Column::reals(name, unit, meaning));
+    }
+    let power = match u.energy() {
+        "" => "",
+        _ => "W/m",
+    };
+    columns.push(Column::reals(
+        "dissipation",
+        power,
+        "power dissipated per length",
+    ));
+    Table::new("strain", columns)
+}
