@@ -1,6 +1,7 @@
 //! The integration tests, one binary.
 
 mod arrows;
+mod clamps;
 #[cfg(feature = "cli")]
 mod cli;
 #[cfg(feature = "cli")]
