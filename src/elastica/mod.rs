@@ -9,6 +9,7 @@ pub mod folds;
 pub mod inversion;
 pub mod layer;
 pub mod model;
+mod settled;
 mod slight;
 pub mod stable;
 
@@ -17,4 +18,5 @@ pub use equilibrium::{Equilibrium, Section};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use inversion::{Found, equilibria_at};
 pub use model::Elastica;
+pub use settled::settled;
 pub use stable::{FoldLine, StableRegion};

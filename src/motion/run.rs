@@ -379,8 +379,7 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                  on the straight rod at (1, 0): change the loads, end earlier, or raise max_steps",
             ));
         }
-        let end = self.body.next_break(from).min(self.options.duration);
-        let Some(progress) = self.motion.step(end) else {
+        let Some(progress) = self.motion.step(self.options.duration) else {
             let cause = Cause::StepCollapsed {
                 next: self.motion.next_step(),
                 tolerance: self.options.tolerance,

@@ -143,9 +143,39 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.solver.next_step()
     }
 
-    /// One step, at most to time `end`, or to the fold if that comes first. None: the step size has
-    /// collapsed; the state stays where it was.
+    /// One step, at most to time `end`, to the next break of the loads, or to the fold if that comes first. None: the step
+    /// size has collapsed; the state stays where it was.
     pub fn step(&mut self, end: f64) -> Option<Progress> {
+        let next = self.body.next_break(self.phase().t);
+        if next < end {
+            return self.step_to_break(next);
+        }
+        self.step_to(end)
+    }
+
+    /// The same towards a break. Time is one of the integrated variables, so that inner stages of the step that ends there
+    /// may lie behind it: that step is taken again under the control of its error, which shortens it if what they see
+    /// matters.
+    fn step_to_break(&mut self, at: f64) -> Option<Progress> {
+        let from = (*self.solver.state(), *self.solver.slope());
+        let progress = self.step_to(at)?;
+        let ended = self.last.as_ref().map(|step| step.h);
+        let (Progress::Arrived, Some(h)) = (progress, ended) else {
+            return Some(progress);
+        };
+        self.solver.rewind(from.0, from.1);
+        let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
+        let f = |y: &Phase<N>| slope(manifold, body, orientation, y);
+        let mut step = self.solver.step(f, h).ok()?;
+        if step.h == h {
+            step.to.t = at;
+            self.solver.rewind(step.to, *step.end_slope());
+        }
+        self.last = Some(step);
+        Some(Progress::Moved)
+    }
+
+    fn step_to(&mut self, end: f64) -> Option<Progress> {
         let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
         let f = |y: &Phase<N>| slope(manifold, body, orientation, y);
         self.dense = None;

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::elastica::curvature::TipDerivatives;
-use snaprod::elastica::{Elastica, Equilibrium, fold_at, fold_curve, fold_distance};
+use snaprod::elastica::{Elastica, Equilibrium, fold_at, fold_curve, fold_distance, settled};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, Sign, adjugate_times};
 use std::f64::consts::PI;
 
@@ -388,4 +388,39 @@ proptest! {
         prop_assert_eq!(det > 0.0, index % 2 == 0, "index {} det {}", index, det);
         prop_assert_eq!(Elastica.sheet(&q).sign, Sign::of(e.kappa * e.w.sin()));
     }
+}
+
+/// Catches a rod at rest that does not carry its load, that is not stable, or that leans to the wrong side: under loads from
+/// slight to enormous in all directions, and the cantilevers of the literature (transverse dead load, Mattiasson 1981; column
+/// beyond Euler's load at 1.5 times it, pushed over a little).
+#[test]
+fn a_settled_rod_carries_its_load() {
+    for size in [1e-8, 1e-3, 0.5, 3.0, 40.0, 2500.0, 1e5] {
+        for k in 1..24 {
+            let angle = f64::from(k) * std::f64::consts::PI / 12.0;
+            if k == 12 {
+                continue;
+            }
+            let load = size * Vector2::new(angle.cos(), angle.sin());
+            let rod = settled(&load).unwrap().expect("a bent rod");
+            let off = (Vector2::from(rod.force) + load).norm();
+            assert!(off <= 1e-12 * size, "{load}: off by {off:e}");
+            assert!(rod.y * load.y > 0.0 && rod.w < std::f64::consts::FRAC_PI_2);
+            assert_eq!(Elastica.index(&Vector2::new(rod.p, rod.w)).unwrap(), 0);
+        }
+    }
+    let rod = settled(&Vector2::new(0.0, -10.0)).unwrap().unwrap();
+    assert!((rod.one_minus_x - 0.5549955978).abs() < 1e-9 && (rod.y + 0.8106090249).abs() < 1e-9);
+    let euler = std::f64::consts::PI * std::f64::consts::PI / 4.0;
+    let rod = settled(&Vector2::new(-1.518388793 * euler, 1e-9)).unwrap();
+    let rod = rod.unwrap();
+    assert!(
+        (rod.x - 0.3489893004).abs() < 1e-7 && (rod.y - 0.7915395965).abs() < 1e-7,
+        "{rod:?}"
+    );
+    assert!(settled(&Vector2::new(-2.0, 0.0)).unwrap().is_none());
+    assert!(settled(&Vector2::new(30.0, 0.0)).unwrap().is_none());
+    assert!(
+        settled(&Vector2::new(-2.5, 0.0)).is_err() && settled(&Vector2::new(0.0, 1e6)).is_err()
+    );
 }
