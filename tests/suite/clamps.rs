@@ -10,8 +10,8 @@ use snaprod::creep::plane::Plane;
 use snaprod::creep::space::Space;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
-use snaprod::motion::creep::{ViscousOptions, ViscousRun, ViscousStart};
-use snaprod::motion::{Outcome, Run, RunEvent, RunOptions, Sample};
+use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::{Event, Options, Outcome, Run, Sample};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
@@ -47,7 +47,7 @@ fn elastic(
     duration: f64,
     tolerance: f64,
 ) -> (Sample<2>, u64, f64) {
-    let options = RunOptions::new(duration)
+    let options = Options::new(duration)
         .and_then(|o| o.with_tolerance(tolerance))
         .unwrap();
     let mut run = Run::new(&Elastica, body, q, v, options).unwrap();
@@ -57,7 +57,7 @@ fn elastic(
         let ledger = run.now().ledger;
         opened = opened.max((ledger.total() - first.total()).abs());
         largest = largest.max(ledger.largest());
-        if let RunEvent::Stop(outcome) = event {
+        if let Event::Stop(outcome) = event {
             assert_eq!(outcome, Outcome::EndOfTime);
         }
     }
@@ -84,7 +84,7 @@ fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair
         relaxed: None,
         velocity: v,
     };
-    let options = ViscousOptions::new(times[times.len() - 1])
+    let options = Options::new(times[times.len() - 1])
         .and_then(|o| o.with_tolerance(1e-11))
         .unwrap()
         .with_method(method);
@@ -252,7 +252,7 @@ fn the_plane_on_a_turning_clamp_lies_inside_space() {
         relaxed: None,
         velocity: lifted(v),
     };
-    let options = ViscousOptions::new(1.5)
+    let options = Options::new(1.5)
         .and_then(|o| o.with_tolerance(1e-11))
         .unwrap();
     let material = material([0, 1, 2]);
@@ -313,7 +313,7 @@ fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
             .and_then(|b| b.with_dead_force(vector![0.0, -load])?.with_drag(3.0))
             .unwrap()
             .with_support(clamp.clone());
-        let options = RunOptions::new(0.6 / rate).unwrap();
+        let options = Options::new(0.6 / rate).unwrap();
         let mut run = Run::new(&Elastica, &body, start, Pair::zeros(), options).unwrap();
         // It has snapped back when it leans to the other side of the vertical.
         while run.next().is_some() {
