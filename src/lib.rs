@@ -23,7 +23,15 @@
 //! in sqrt(mu L^3/EI), viscosities in EI times that.
 #![warn(missing_docs)]
 
+#[cfg(feature = "cli")]
+extern crate self as snaprod;
+
 pub mod body;
+// The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by
+// its name, as any other user does.
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod creep;
 pub mod elastica;
 pub mod error;

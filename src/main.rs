@@ -1,9 +1,5 @@
-//! The `snaprod` program: parses, calls the library, writes.
+//! The `snaprod` program.
 
-mod cli;
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    cli::main()
+fn main() -> std::process::ExitCode {
+    snaprod::cli::main()
 }
