@@ -20,7 +20,7 @@ pub struct Grid {
 pub struct Element {
     from: f64,
     to: f64,
-    /// Its nodes among those of the grid.
+    /// Indices of its nodes among those of the grid.
     nodes: Range<usize>,
     /// int_from^{s_i} of the polynomial through values at the nodes; row i, column j.
     integrate: DMatrix<f64>,

@@ -13,7 +13,7 @@ pub struct Material<const M: usize> {
     active: [usize; M],
     /// Strains without load at the clamp; the values of the inactive ones hold all along the rod.
     rest: Strain,
-    /// Of linear laws that are the same all along.
+    /// Stiffness, rest and fluidity of a law that is linear and the same all along the rod, formed once.
     hoisted: Option<Hoisted<M>>,
     branches: Vec<Branch<M>>,
 }
@@ -37,16 +37,16 @@ pub struct Branch<const M: usize> {
 /// Energy and resultants of the stored energy, without the Maxwell branches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored<const M: usize> {
-    /// W.
+    /// Stored energy W per length.
     pub energy: f64,
-    /// dW/de.
+    /// Its resultants dW/de.
     pub resultants: Local<M>,
 }
 
 /// Rates under an overstress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Creep<const M: usize> {
-    /// e_t.
+    /// Strain rates e_t.
     pub rate: Local<M>,
     /// d e_t/d(overstress).
     pub fluidity: SMatrix<f64, M, M>,
@@ -128,7 +128,7 @@ impl<const M: usize> Material<M> {
     /// The active strains without load.
     ///
     /// # Errors
-    /// As the law's.
+    /// A law that has no unloaded state at s.
     pub fn unloaded(&self, s: f64) -> Result<Local<M>> {
         Ok(self.active_of(&self.law.elastic.unloaded(s)?))
     }
@@ -170,7 +170,7 @@ impl<const M: usize> Material<M> {
         })
     }
 
-    /// d^2W/de^2.
+    /// The tangent stiffness d^2W/de^2 at s in [0, 1]; None outside the law's domain.
     pub fn tangent(&self, s: f64, e: &Local<M>) -> Option<SMatrix<f64, M, M>> {
         if let Some(h) = &self.hoisted {
             return Some(h.stiffness);
@@ -179,7 +179,7 @@ impl<const M: usize> Material<M> {
         Some(self.among(&free.tangent))
     }
 
-    /// The rates under an overstress.
+    /// The strain rates under an overstress, with their derivatives; None outside the law's domain.
     #[inline]
     pub fn creep(&self, s: f64, e: &Local<M>, overstress: &Local<M>) -> Option<Creep<M>> {
         if let Some(h) = &self.hoisted {

@@ -130,7 +130,8 @@ impl Kinematics<1, 2> for Plane {
         out.copy_from_slice(shape.end.as_slice());
     }
 
-    /// The last Legendre coefficients of (cos theta, sin theta), which the positions take over n times smaller.
+    /// The last Legendre coefficients of (cos theta, sin theta), over the number n of nodes: integration makes coefficients of
+    /// degree n smaller by about n.
     fn defect(&self, grid: &Grid, shape: &PlaneShape) -> f64 {
         let tails = grid.tails(&shape.tangents);
         let sizes = tails.iter().zip(grid.counts());

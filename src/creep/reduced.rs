@@ -63,19 +63,20 @@ pub struct Flow<const M: usize, const D: usize> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Linear<const M: usize, const D: usize> {
-    /// (n M) x (n M).
+    /// d e_t/d e at fixed memory and wrench, (n M) x (n M) for n nodes of M strains.
     pub drift: DMatrix<f64>,
-    /// dR_i, by node.
+    /// d e_t/d(overstress) at the nodes.
     pub fluidity: Vec<SMatrix<f64, M, M>>,
-    /// (n M) x D: dR_i Q_i.
+    /// d e_t/d w1, (n M) x D: the fluidity times Q_i at node i.
     pub push: DMatrix<f64>,
     /// D x (n M): weight_i Q_i^T; also the change of the end's pose with the strains.
     pub gather: DMatrix<f64>,
-    /// D x (n M).
+    /// Change of the end's velocity with the strains at fixed rates, D x (n M).
     pub convection: DMatrix<f64>,
 }
 
-/// Solutions for the wrench of a linear law: the second takes off the rounding of the first.
+/// How often the linear equations for the wrench of a linear law are solved: the second solution takes off the rounding
+/// error that the first leaves.
 const REFINEMENTS: usize = 2;
 /// Most steps of Newton's method for a wrench.
 const MOST: usize = 60;
@@ -135,7 +136,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             for step in 0..REFINEMENTS {
                 let change = solve(&g, &-residual)?;
                 if step == 0 && !self.material.is_constant() {
-                    // How the rates change with the strains depends on the overstress.
+                    // The derivatives of the rates by the strains depend on the overstress: they are taken at the final one.
                     flow = self.under(at, &change)?;
                 } else {
                     self.load(at, &mut flow, &change);
@@ -157,7 +158,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
                 return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
             }
             before = decrement;
-            // Along the step the gradient of a convex function grows: it must not overshoot.
+            // Along the step the slope of a convex function grows from -decrement towards zero. A step on which it comes out
+            // positive by as much has gone too far and is halved.
             let mut fraction = 1.0;
             loop {
                 let next = self.under(at, &(flow.wrench + change * fraction))?;

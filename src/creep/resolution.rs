@@ -10,7 +10,7 @@ pub enum Nodes {
     /// As many as the tolerance asks for, at every time.
     #[default]
     Adaptive,
-    /// So many on every element.
+    /// The same given number on every element, at all times.
     Fixed(usize),
 }
 
@@ -21,14 +21,14 @@ const MARGIN: f64 = 0.03;
 /// Tails below this, relative to 1 + the largest strain, are rounding.
 pub const ROUNDING: f64 = 3e-14;
 
-/// What the tails of some fields ask for, each element for itself.
+/// What the last Legendre coefficients ("tails") of some fields ask for, each element for itself.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Demand {
-    /// More nodes, as counted.
+    /// These numbers of nodes on the elements, some larger than now.
     More(Vec<usize>),
-    /// Fewer nodes would do.
+    /// These numbers of nodes on the elements would do, some smaller than now.
     Fewer(Vec<usize>),
-    /// Neither.
+    /// The nodes are as many as the fields need.
     Enough,
 }
 

@@ -70,7 +70,7 @@ fn curvature<const M: usize>(strain: &Local<M>) -> Vector3<f64> {
     strain.fixed_rows::<3>(0).into_owned()
 }
 
-/// R v.
+/// The tangent r' = R v of the centreline.
 fn tangent<const M: usize>(directors: &Matrix3<f64>, strain: &Local<M>) -> Vector3<f64> {
     if M == 3 {
         directors.column(2).into_owned()
@@ -162,7 +162,8 @@ impl<const M: usize, const D: usize> Space<M, D> {
         strains: &[Local<M>],
         s: f64,
     ) -> Isometry3<f64> {
-        // Both from integrals of what changes them: they leave the clamp and meet the end as the nodes have it.
+        // Position and rotation are integrals of their rates of change along the rod, so that they agree with the clamp and
+        // with the end as the quadrature of the nodes has it.
         let changes: Vec<SVector<f64, 7>> = curve
             .turns
             .iter()

@@ -26,18 +26,18 @@ use crate::creep::reduced::{Configuration, Flow, Linear, Reduced, loose, solve};
 use crate::solve::system::{Factor, Linearised, System};
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU, SMatrix};
 
-/// Where what stands in a state.
+/// Where the parts of a state stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Strains at a node.
+    /// Number of strains at a node.
     pub strains: usize,
-    /// Maxwell branches.
+    /// Number of Maxwell branches.
     pub branches: usize,
-    /// Velocities of the end.
+    /// Number of velocities of the end.
     pub end: usize,
-    /// Numbers that hold its pose.
+    /// How many numbers hold the pose of the end.
     pub place: usize,
 }
 
@@ -80,7 +80,7 @@ impl Layout {
         self.wrench() + self.end
     }
 
-    /// Never true.
+    /// Never true: a state holds time at least.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -212,7 +212,7 @@ where
         &y.as_slice()[layout.place()..layout.wrench()]
     }
 
-    /// All but the rows of the wrench.
+    /// Writes the rates of all components of a state but the end wrench.
     fn write_slope(
         &self,
         y: &DVector<f64>,
@@ -423,7 +423,7 @@ where
 pub struct ViscousLinear<const M: usize, const D: usize> {
     layout: Layout,
     rod: Linear<M, D>,
-    /// Of every Maxwell branch: d e_t/d z by node, and the time.
+    /// For every Maxwell branch: d e_t/d z at the nodes, and its relaxation time.
     relaxing: Vec<(Vec<SMatrix<f64, M, M>>, f64)>,
     body: EndLinear<D>,
     spin: SMatrix<f64, D, D>,
@@ -495,7 +495,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
             let row = damped * follow - by_pose * gather;
             matrix.fixed_view_mut::<D, 1>(n, j).copy_from(&row);
         }
-        // Rows of one size: stiffness and inertia have none in common.
+        // Rows are scaled to one size: those of the strains are rates, those of the body forces over masses.
         let mut rows = vec![0.0; n + D];
         for (i, row) in rows.iter_mut().enumerate() {
             let size = (0..n + D)
@@ -566,18 +566,18 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
 }
 
 impl<const M: usize, const D: usize> ViscousLinear<M, D> {
-    /// sigma - a_V.
+    /// sigma - a_V, where a_V is the change of the end's acceleration with its velocity.
     fn damped<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.body.by_velocity.map(T::from_real)
     }
 
-    /// sigma - spin.
+    /// sigma - spin, which takes a change of the end's place to that of its velocity (see [`place::spin`]).
     fn turning<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
     }
 }
 
-/// The rate M^-1 G^-1 at which the velocity of the end comes to what strains and loads make it.
+/// The rate M^-1 G^-1 at which the velocity of the end relaxes to the one that strains and loads determine.
 fn relaxation<const D: usize>(by_wrench: &SMatrix<f64, D, D>, g: &SMatrix<f64, D, D>) -> f64 {
     let unit = |j: usize| AtEnd::<D>::from_fn(|i, _| f64::from(u8::from(i == j)));
     (0..D)

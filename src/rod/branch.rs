@@ -63,7 +63,7 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
     /// The problem at p.
     ///
     /// # Errors
-    /// Those of the closure.
+    /// The errors of the closure that makes the problem at p.
     pub fn problem(&self, p: f64) -> Result<Problem> {
         (self.problem)(p)
     }
@@ -108,7 +108,7 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Family<N> for R
                 Ok(chart.residual(problem, &chart.bare_trial(problem, x)?))
             })?
         } else {
-            // The end of the rod stays; only what it is compared with moves.
+            // The parameter changes the end condition alone: the rod is integrated once for both differences.
             self.difference(p, |problem| Ok(chart.residual(problem, &trial)))?
         };
         Ok(Linearised {

@@ -85,7 +85,8 @@ impl Search {
         }
     }
 
-    /// An unstable answer is none where a stable one was refused for want of digits.
+    /// Replaces an unstable answer by the refusal of a stable one that double precision did not hold, if there was one: the
+    /// unstable equilibrium is then not what was asked for.
     pub(super) fn verdict(&self, found: Result<Equilibrium>) -> Result<Equilibrium> {
         match (&found, &*self.heavy.borrow()) {
             (Ok(found), Some(why)) if found.index > 0 => Err(why.clone()),

@@ -77,19 +77,20 @@ impl Problem {
     }
 }
 
-/// Tolerance of a first count.
+/// Tolerance of the integration for a first, rough count; it is repeated more tightly if an eigenvalue is near zero.
 const ROUGH: f64 = 1e-7;
 
 /// An index, and how far the eigenvalue nearest to zero is from it, relative to the others.
 struct Count {
     index: usize,
     margin: f64,
-    /// What the integration makes of a zero.
+    /// Error of the eigenvalues by the integration: one that is smaller cannot be told from zero.
     noise: f64,
 }
 
 impl Count {
-    /// The index at given n.
+    /// The index among variations that keep the force n: the conjugate points between clamp and end, counted by the angle of
+    /// det(P + i kappa J).
     fn at_given_force<const K: usize>(
         along: &Variations<K>,
         b: &Wrench,
@@ -100,7 +101,8 @@ impl Count {
         let (j, p) = along.conjugate(b);
         let (mut remainders, mut margin) = (0.0, f64::INFINITY);
         for angle in angles(&(along.weight * j), &p)? {
-            // Where the count steps: at pi if clamped, at pi/2 if free. Neutral is not yet unstable.
+            // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one
+            // (free end). An angle that just reaches it is neutral, and does not count.
             let step = if clamped { 0.0 } else { FRAC_PI_2 };
             let beyond = (angle - zero - step).rem_euclid(PI);
             margin = margin.min(beyond).min(PI - beyond);
@@ -122,7 +124,8 @@ impl Count {
 
 /// The angles of a Lagrangian plane (X, Y), modulo pi.
 fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
-    // Turned so that none of the three is near a right angle: of four turns one does.
+    // An angle near a right angle has no finite tangent. The plane is turned by the one of four angles that keeps all three
+    // farthest from it.
     let turned = |turn: f64| {
         let (sin, cos) = turn.sin_cos();
         (x * cos - y * sin, x * sin + y * cos)

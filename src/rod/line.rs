@@ -53,7 +53,7 @@ impl<const K: usize> Section<K> {
         self.s
     }
 
-    /// The same section, said to be at `s`: the other side of a break.
+    /// The same section with its arclength set to `s`: used to step over a break of the law.
     pub(super) fn at(&self, s: f64) -> Self {
         Self { s, ..*self }
     }

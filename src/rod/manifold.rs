@@ -33,7 +33,7 @@ impl BallJointed {
     /// `tolerance` is that of the integration along the rod, in [1e-14, 1e-3].
     ///
     /// # Errors
-    /// A tolerance outside its set.
+    /// A tolerance outside [1e-14, 1e-3].
     pub fn new(rod: Rod, tolerance: f64) -> Result<Self> {
         check(&rod, tolerance)?;
         Ok(Self {
@@ -48,7 +48,7 @@ impl Welded {
     /// `tolerance` is that of the integration along the rod, in [1e-14, 1e-3].
     ///
     /// # Errors
-    /// A tolerance outside its set.
+    /// A tolerance outside [1e-14, 1e-3].
     pub fn new(rod: Rod, tolerance: f64) -> Result<Self> {
         check(&rod, tolerance)?;
         Ok(Self { rod, tolerance })

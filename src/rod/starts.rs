@@ -18,7 +18,7 @@ const IMPERFECTIONS: [[f64; 3]; 4] = [
     [-0.12, -0.22, 0.015],
     [0.7, 0.4, 0.05],
 ];
-/// Those that stay in a plane.
+/// Intrinsic flexures that keep the rod in a plane.
 const PLANAR_IMPERFECTIONS: [f64; 3] = [0.25, -0.25, 0.8];
 
 /// Where a path begins.

@@ -36,7 +36,7 @@ pub struct Barrier {
     base: Linear,
     half_widths: [f64; 2],
     strength: f64,
-    /// J.
+    /// The diagonal of J, (h2^2, h1^2, 0, 0, 0, -1), with q = -e.J e (see the module's head).
     cone: Vector6<f64>,
     /// q at rest.
     q_rest: f64,

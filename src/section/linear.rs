@@ -157,7 +157,7 @@ impl Linear {
         &self.compliance
     }
 
-    /// The checked law: what every way of building one ends in.
+    /// Checks the numbers and forms the inverse; every constructor ends here.
     pub(super) fn of(stiffness: Matrix6<f64>, rigid: [bool; 3], rest: Strain) -> Result<Self> {
         Ok(Self {
             compliance: compliance(&stiffness, rigid)?,

@@ -42,14 +42,14 @@ pub type Resultant = Vector6<f64>;
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Compliance {
-    /// Only diagonal entries.
+    /// A diagonal matrix, given by its diagonal.
     Diagonal(Vector6<f64>),
-    /// Any.
+    /// A full symmetric matrix.
     Full(Matrix6<f64>),
 }
 
 impl Compliance {
-    /// As a matrix.
+    /// The compliance as a 6 x 6 matrix.
     pub fn matrix(&self) -> Matrix6<f64> {
         match self {
             Self::Diagonal(entries) => Matrix6::from_diagonal(entries),
@@ -57,7 +57,7 @@ impl Compliance {
         }
     }
 
-    /// A multiple.
+    /// The compliance times a number.
     pub(super) fn times(self, factor: f64) -> Self {
         match self {
             Self::Diagonal(entries) => Self::Diagonal(entries * factor),
@@ -91,7 +91,7 @@ pub struct Inverse {
 /// What a law gives of the strains that can change: [`SectionLaw::free`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Free {
-    /// W.
+    /// Stored energy W per length.
     pub energy: f64,
     /// dW/de; zero for rigid strains.
     pub resultants: Resultant,
@@ -124,7 +124,7 @@ impl Free {
 pub struct UniformLinear {
     /// Strains without load.
     pub rest: Strain,
-    /// C.
+    /// Compliance C.
     pub compliance: Compliance,
 }
 

@@ -37,7 +37,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// A.
+    /// Area A.
     pub fn area(&self) -> f64 {
         match *self {
             Self::Circle { radius } => PI * radius * radius,
@@ -156,7 +156,7 @@ impl Material {
         Ok(Self { young, shear })
     }
 
-    /// E.
+    /// Young's modulus E.
     pub fn young(&self) -> f64 {
         self.young
     }

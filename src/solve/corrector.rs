@@ -147,7 +147,7 @@ impl<'a, F: Family<N>, const N: usize> Space<'a, F, N> {
             };
             if last || length <= rounding {
                 let sign = slant.signum();
-                // The last correction is all that noise lets one know.
+                // At the level of noise the length of the last correction is the only estimate of the error.
                 let measured = noise || finish == Finish::Evaluated;
                 let error = if measured { length } else { next.min(length) };
                 return Ok(Corrected {

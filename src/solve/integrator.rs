@@ -43,7 +43,8 @@ pub struct Work {
 const STIFF: f64 = 6.1;
 /// Above this step times eigenvalue, the interpolant of DOP853 is much poorer than its steps.
 const POOR: f64 = 2.0;
-/// Stiff steps that call for Radau, at first and at most; as many easy ones in a row as RELIEF start the count again.
+/// Number of steps limited by stability after which Radau takes over: at first, and at most after changes that were not
+/// worth it. RELIEF steps in a row that are not limited start the count again.
 const PATIENCE: u32 = 12;
 const PATIENCE_LIMIT: u32 = 400;
 const RELIEF: u32 = 6;
@@ -53,11 +54,11 @@ const LONGER: f64 = 3.0;
 const STRIDE: u64 = 4;
 /// Error estimate of Radau for a step h, over h^4 y''''.
 const RADAU_ERROR: f64 = 0.00458;
-/// DOP853 would be stable with the steps of Radau below this step times spectral radius ...
+/// Below this product of step and spectral radius DOP853 would be stable with the steps of Radau.
 const EASY: f64 = 3.0;
-/// ... and takes over after so many of them in a row.
+/// Number of such steps in a row after which DOP853 takes over.
 const CALM: u32 = 4;
-/// A stay with Radau shorter than this was not worth it: more patience next time.
+/// If Radau was used for fewer steps than this, the change to it was not worth its cost: the next one waits twice as long.
 const SHORT_STAY: u64 = 60;
 
 /// An integration in progress. The system is handed to every call, so that its owner may change it in between;
@@ -75,11 +76,11 @@ pub struct Integrator<S: System> {
     votes: u32,
     relief: u32,
     patience: u32,
-    /// Lengths between the last slopes, STRIDE steps apart, and the slopes.
+    /// The last slopes, STRIDE steps apart, each with the length walked since the one before.
     trail: Vec<(f64, DVector<f64>)>,
-    /// Length since the last of them.
+    /// Length walked since the last of them.
     walked: f64,
-    /// Steps of Radau when it took over.
+    /// How many steps Radau had taken when it last took over.
     since: u64,
     /// Spectral radius, the number of the Jacobian that it belongs to, and the vector of its power iteration.
     radius: (u64, f64),
@@ -141,7 +142,7 @@ impl<S: System> Integrator<S> {
     /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
     pub fn restart(&mut self, system: &S, y: DVector<f64>, first_step: Option<f64>) -> Option<()> {
         let h = first_step.unwrap_or(self.next_step());
-        // What was learnt of the stiffness holds on: who restarts often would never change the method.
+        // The votes are kept over a restart: a run that restarts often would otherwise never change its method.
         let (votes, relief) = (self.votes, self.relief);
         self.place(system, y, h)?;
         (self.votes, self.relief) = (votes, relief);
@@ -223,7 +224,7 @@ impl<S: System> Integrator<S> {
             let longer = self.smoothness(system).filter(|&h| h > LONGER);
             if longer.is_some() || size.is_some_and(|size| size > STIFF) {
                 self.relief = 0;
-                // A look over many steps is as good as a vote of half of them.
+                // Smoothness is judged over many steps: one such judgement counts as PATIENCE votes.
                 self.votes += if longer.is_some() { PATIENCE } else { 1 };
                 if self.votes >= self.patience {
                     self.switch(system, self.span);
@@ -245,7 +246,7 @@ impl<S: System> Integrator<S> {
         if self.votes < CALM {
             return;
         }
-        // The Jacobian in use may be old.
+        // The Jacobian in use may be that of an earlier state: a new one decides.
         if self.radau.refresh(system).is_none() || h * self.radius() > EASY {
             self.votes = 0;
             return;
@@ -289,7 +290,7 @@ impl<S: System> Integrator<S> {
         let y = self.state();
         let size = 6.0 * system.mean_square(&third, y, y).sqrt();
         let step = (estimate_bound(self.tolerance) / (RADAU_ERROR * size)).powf(0.25);
-        // A smooth stretch of three strides shows no more than a few times its length.
+        // Slopes along three strides say nothing about steps of more than a few times their length.
         let taken = (at / (3 * STRIDE) as f64).max(self.explicit.next_step());
         Some(step.min(10.0 * at) / taken)
     }
@@ -312,7 +313,7 @@ impl<S: System> Integrator<S> {
         let h = if h > 0.0 { h } else { self.next_step() };
         self.implicit = !self.implicit;
         if self.place(system, y, h).is_none() {
-            // The other method has no footing here.
+            // The other method cannot start at this state.
             self.implicit = !self.implicit;
             return;
         }

@@ -40,7 +40,7 @@ const STALL: f64 = 1e-14;
 /// The estimated error is of order h^4, the true one of order h^6 where the solution is smooth: to bound the latter by
 /// the tolerance, the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program.
 const ESTIMATE: f64 = 0.1;
-/// Part of the tolerance left to Newton's iteration.
+/// The part of the tolerance that the error of Newton's iteration may take up.
 const NEWTON: f64 = 0.03;
 /// Increments of the stages that are rounding, in units of the state's scale.
 const ROUNDING: f64 = 1e-13;
@@ -81,8 +81,9 @@ pub struct Radau<L: Linearised> {
 }
 
 impl<L: Linearised> Radau<L> {
-    /// Starts at `state`, settled, with its `slope` in the form of [`System::balance`]; `h` is a first guess that the error control corrects. The error of each step
-    /// is kept near `tolerance`, in units of the root of [`System::mean_square`]; 1e-13 is the finest that makes sense.
+    /// Starts at `state`, settled, with its `slope` in the form of [`System::balance`]; `h` is a first guess that the error
+    /// control corrects. The error of each step is kept near `tolerance`, in units of the root of
+    /// [`System::mean_square`]; 1e-13 is the finest that makes sense.
     pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
         let n = state.len();
         let newton = NEWTON * tolerance.min(estimate_bound(tolerance));
@@ -209,7 +210,7 @@ impl<L: Linearised> Radau<L> {
                     extrapolate = false;
                     continue;
                 }
-                // A better Jacobian before a shorter step.
+                // The same step is tried with the Jacobian of the current state before it is shortened.
                 Outcome::Slow(_) if !self.fresh => {
                     self.worn = true;
                     continue;
@@ -232,12 +233,12 @@ impl<L: Linearised> Radau<L> {
             } else {
                 f64::INFINITY
             };
-            // More iterations than usual: a little shorter.
+            // The more iterations this step took, the more cautious the next one.
             let most = 2.0 * Newton::most();
             let safety = SAFETY * (1.0 + most) / (self.newton.iterations as f64 + most);
             let mut factor = safety * error.max(1e-10).powf(-0.25);
             if error < 1.0 {
-                // Gustafsson's predictive controller: it sees errors grow.
+                // Gustafsson's predictive controller: it extrapolates the growth of the error from step to step.
                 if let Some(before) = self.accepted {
                     let change = before.error.max(0.01) / (error * error).max(1e-20);
                     factor = factor.min(SAFETY * h / before.h * change.powf(0.25));

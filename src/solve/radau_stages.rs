@@ -148,7 +148,7 @@ impl Newton {
         }
     }
 
-    /// Takes larger increments for rounding: where a step has been taken, a part of it must not fail for that.
+    /// Takes larger increments for rounding: a sample inside a step that was accepted must not fail for rounding.
     pub(super) fn loosen(&mut self) {
         self.floor *= 100.0;
     }
@@ -170,7 +170,7 @@ impl Newton {
     ) -> Outcome {
         let n = y.len();
         let h = factors.h;
-        // Up to the tolerance: beyond, the step is to be shorter.
+        // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
         let mut at = DVector::zeros(n);

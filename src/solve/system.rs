@@ -101,7 +101,7 @@ pub(super) fn spectral_radius<L: Linearised>(
     if vector.len() != dimension {
         *vector = DVector::zeros(dimension);
     }
-    // A little of everything, lest a direction that has become dominant is missing.
+    // A small part of every direction is added: the vector of the last iteration may lack the one that is dominant now.
     let share = 0.1 / (dimension.max(1) as f64).sqrt();
     for (i, x) in vector.iter_mut().enumerate() {
         *x += share * (1.0 + 2.0 * i as f64 * i as f64).sin();

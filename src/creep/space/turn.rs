@@ -8,7 +8,7 @@ use crate::creep::grid::{Element, Grid};
 use crate::math::se3::{Turn, conjugate, exponential, product, spin};
 use nalgebra::{DMatrix, SVector, Vector3};
 
-/// A defect that says nothing more than: too few nodes.
+/// The defect reported where the nodes are too few for any estimate.
 const COARSE: f64 = 0.5;
 
 /// Corrections after which the iteration is given up: two or three will do, five on nodes that barely resolve p, fifteen
@@ -91,7 +91,7 @@ pub(super) fn turn(
         *p /= norm;
     }
     if !(defect < COARSE) {
-        // Far too few nodes for a collocation: any rotations will do until there are more.
+        // Far too few nodes for a collocation: the defect asks for more, and until then these rotations serve.
         end = guess(grid, element, start, u, p, &mut scratch.angles);
     }
     (end / end.norm(), defect)

@@ -70,7 +70,7 @@ impl Carreau {
             }
             before = off.abs();
         }
-        // The logarithm holds a large y to fewer digits: the last steps in y itself.
+        // exp(log y) has fewer digits than y where log y is large: the last two steps are taken in y itself.
         let mut y = log.exp();
         for _ in 0..2 {
             let ratio = t / (y * self.factor(y));

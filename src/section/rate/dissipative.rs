@@ -59,7 +59,7 @@ pub trait DissipationPotential: Debug + Send + Sync {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dissipative<P>(P);
 
-/// Rates that an overstress of zero may have: rounding.
+/// Rates at zero overstress (slope over curvature of the potential at rest) up to this size are rounding.
 const STILL: f64 = 1e-12;
 
 impl<P: DissipationPotential> Dissipative<P> {
@@ -130,7 +130,7 @@ impl<P: DissipationPotential> Here<'_, P> {
         ))
     }
 
-    /// D(e, 0) = 0.
+    /// Checks that the potential has no slope at rest, D(e, 0) = 0.
     fn still(&self) -> Result<()> {
         let (slope, curvature) = self.inside(&Strain::zeros())?;
         let rigid = six(self.rigid());
@@ -159,7 +159,7 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
         };
         match Convexity::of(&slope, self.rigid()) {
             Convexity::Strict => {}
-            // A step that went too far: a shorter one will do.
+            // Rounding hides whether the potential is convex at these trial rates: the step was too long and is shortened.
             Convexity::Hidden(_) => return Ok(None),
             Convexity::Lost(smallest, strain) => {
                 return Err(self.not_convex(rate, smallest, strain));

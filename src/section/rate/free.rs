@@ -41,7 +41,7 @@ pub(crate) fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option
     symmetric.iter().all(|x| x.is_finite()).then_some(symmetric)
 }
 
-/// With zero rows and columns at the rigid strains.
+/// The matrix with zero rows and columns at the rigid strains.
 pub(super) fn freed(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f64> {
     matrix.map_with_location(|i, j, entry| if rigid[i] || rigid[j] { 0.0 } else { entry })
 }
@@ -82,7 +82,7 @@ pub(super) fn finite(name: &str, values: &Vector6<f64>) -> Result<()> {
     )))
 }
 
-/// Finite and > 0.
+/// Refuses a number that is not finite and > 0, by its name.
 pub(super) fn positive(name: &str, value: f64) -> Result<()> {
     if !(0.0 < value && value.is_finite()) {
         return Err(Error::domain(format!(

@@ -115,7 +115,7 @@ impl RateLaw for FrictionBarrier {
         let inverse = self.viscosity.at(s)?.inverse;
         let depth = self.at(e)?;
         let across = inverse * depth.slope;
-        // 1/Omega, so that nothing is lost where Omega is infinite.
+        // Written with 1/Omega, which is 0 at total compression, where Omega is infinite.
         let give = depth.value / self.strength;
         let c = depth.slope.dot(&across);
         let share = give / (give + c);

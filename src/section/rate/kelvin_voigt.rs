@@ -30,12 +30,12 @@ impl KelvinVoigt {
     /// H = time x (elastic tangent at the unloaded strains): [`Viscosity::proportional`].
     ///
     /// # Errors
-    /// As there.
+    /// As [`Viscosity::proportional`].
     pub fn proportional(law: Arc<dyn SectionLaw>, time: f64) -> Result<Self> {
         Viscosity::proportional(law, time).map(Self)
     }
 
-    /// H.
+    /// The viscosity H.
     pub fn viscosity(&self) -> &Viscosity {
         &self.0
     }
