@@ -260,7 +260,42 @@ impl<const D: usize> Frame<D> {
     }
 }
 
+impl Frame<2> {
+    /// The same in space, whose x and y are the plane's.
+    pub fn in_space(&self) -> Frame<3> {
+        let matrix = |m: &Matrix2<f64>, normal: f64| {
+            let mut lifted = Matrix3::zeros();
+            lifted.fixed_view_mut::<2, 2>(0, 0).copy_from(m);
+            lifted[(2, 2)] = normal;
+            lifted
+        };
+        let vector = |v: &Vector2<f64>| Vector3::new(v.x, v.y, 0.0);
+        Frame {
+            turn: matrix(&self.turn, 1.0),
+            origin: vector(&self.origin),
+            spin: matrix(&self.spin, 0.0),
+            velocity: vector(&self.velocity),
+            centrifugal: matrix(&self.centrifugal, 0.0),
+            coriolis: matrix(&self.coriolis, 0.0),
+            acceleration: vector(&self.acceleration),
+        }
+    }
+}
+
 impl Frame<3> {
+    /// A frame that stands.
+    pub fn standing(pose: &Isometry3<f64>) -> Self {
+        Self {
+            turn: pose.rotation.to_rotation_matrix().into_inner(),
+            origin: pose.translation.vector,
+            spin: Matrix3::zeros(),
+            velocity: Vector3::zeros(),
+            centrifugal: Matrix3::zeros(),
+            coriolis: Matrix3::zeros(),
+            acceleration: Vector3::zeros(),
+        }
+    }
+
     /// The frame's pose in the world.
     pub fn pose(&self) -> Isometry3<f64> {
         let turn = Rotation3::from_matrix_unchecked(self.turn);

@@ -6,7 +6,7 @@ use super::build_viscous::method;
 use super::{
     Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
 };
-use crate::body::{Body, EndBody, RigidBody};
+use crate::body::{Body, EndBody, Frame, RigidBody};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
@@ -301,6 +301,21 @@ impl MotionSetup {
         match &self.carried {
             Carried::Welded(body) => body.is_driven(),
             Carried::BallJoint(body) => body.is_driven(),
+        }
+    }
+
+    /// The clamp's frame at time `t`, in the units of the rod.
+    pub fn clamp(&self, t: f64) -> Frame<3> {
+        let support = match &self.carried {
+            Carried::Welded(body) => body.support(),
+            Carried::BallJoint(body) => body.support(),
+        };
+        match support {
+            Some(support) => support.at(t),
+            None => {
+                let position = self.clamp.translation.vector / self.scales.length;
+                Frame::standing(&Isometry3::from_parts(position.into(), self.clamp.rotation))
+            }
         }
     }
 

@@ -98,7 +98,14 @@ pub fn run(
             }
         }
         let last = prepared.moment(&*motion.now());
-        let branch = Branch::new(id, parent, entered, (first, last), outcome, &*motion);
+        let branch = Branch::new(
+            id,
+            parent,
+            entered.map(|snap| prepared.snap(&snap)),
+            (first, last),
+            outcome,
+            &*motion,
+        );
         branches.push(recorder.finish(&*motion, branch));
     }
     Ok(RunRecord {

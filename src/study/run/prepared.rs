@@ -2,11 +2,13 @@
 
 use super::record::Moment;
 use super::spring::Spring;
+use crate::body::{Frame, Support};
 use crate::error::{Error, Result};
-use crate::motion::{Motion, State};
+use crate::math::se3::joined;
+use crate::motion::{Bounce, Motion, Snap, State};
 use crate::scene::{MotionSetup, Scales, Scene, Setup, StrainName, Units, ViscousSetup};
 use crate::section::Strain;
-use nalgebra::{Isometry3, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Vector3};
 
 /// A scene of motion made ready to run: the model, and the way back to the scene's units.
 pub struct Prepared {
@@ -15,8 +17,6 @@ pub struct Prepared {
     pub units: Units,
     /// The way back to them.
     pub scales: Scales,
-    /// The pose of the base, in the scene's units.
-    pub clamp: Isometry3<f64>,
     /// The scene as it was read, with its defaults.
     pub scene: serde_json::Value,
     pub(super) samples: usize,
@@ -61,16 +61,15 @@ impl Prepared {
             (true, Some(_)) => Model::Planar(ViscousSetup::new(scene)?),
             (false, _) => Model::Space(Box::new(MotionSetup::new(scene)?)),
         };
-        let (scales, clamp) = match &model {
-            Model::Elastic(setup) => (setup.scales, Isometry3::identity()),
-            Model::Planar(setup) => (setup.scales, Isometry3::identity()),
-            Model::Space(setup) => (setup.scales, setup.clamp),
+        let scales = match &model {
+            Model::Elastic(setup) => setup.scales,
+            Model::Planar(setup) => setup.scales,
+            Model::Space(setup) => setup.scales,
         };
         Ok(Self {
             model,
             units: scene.units,
             scales,
-            clamp,
             scene: serde_json::to_value(scene)
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             samples: run.samples,
@@ -160,18 +159,18 @@ impl Prepared {
 
     /// A state in the world frame and the scene's units.
     pub(super) fn moment(&self, state: &dyn State) -> Moment {
-        let k = &self.scales;
-        let turned = |pair: Vector6<f64>, i: usize, scale: f64| -> Vector3<f64> {
-            self.clamp.rotation * pair.fixed_rows::<3>(i).into_owned() * scale
-        };
-        let (twist, action, ledger) = (state.twist(), state.action(), state.ledger());
+        let (k, ledger, pose) = (&self.scales, state.ledger(), state.pose());
+        let clamp = self.clamp(state.time());
+        let (frame, end) = (clamp.of_poses(), pose.translation.vector);
+        let twist = frame.absolute(&joined(&Vector3::zeros(), &end), &state.twist());
+        let action = frame.outward(&state.action());
         Moment {
             t: state.time() * k.time,
-            pose: self.outward(&state.pose()),
-            velocity: turned(twist, 3, k.velocity),
-            angular_velocity: turned(twist, 0, 1.0 / k.time),
-            force: turned(action, 3, k.force),
-            couple: turned(action, 0, k.energy),
+            pose: self.outward(&clamp, &pose),
+            velocity: twist.fixed_rows::<3>(3) * k.velocity,
+            angular_velocity: twist.fixed_rows::<3>(0) / k.time,
+            force: action.fixed_rows::<3>(3) * k.force,
+            couple: action.fixed_rows::<3>(0) * k.energy,
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
             friction: state.friction() * k.energy,
@@ -182,7 +181,9 @@ impl Prepared {
     /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
     pub(super) fn sections(&self, state: &dyn State, points: usize) -> Vec<Isometry3<f64>> {
         let sections = state.sections(points);
-        sections.iter().map(|pose| self.outward(pose)).collect()
+        let clamp = self.clamp(state.time());
+        let outward = |pose| self.outward(&clamp, pose);
+        sections.iter().map(outward).collect()
     }
 
     /// Each of the strains that move at places in [0, 1], in growing order, in the scene's units.
@@ -203,9 +204,55 @@ impl Prepared {
         values.iter().map(|d| d * density).collect()
     }
 
-    /// A pose of the clamp's frame and the run's units in the world frame and the scene's units.
-    fn outward(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    /// A snap as the world sees it.
+    pub(super) fn snap(&self, snap: &Snap) -> Snap {
+        let (pose, velocity) = self.planar_outward(snap.t, &snap.pose, &snap.velocity);
+        Snap {
+            pose,
+            velocity,
+            ..snap.clone()
+        }
+    }
+
+    /// A bounce as the world sees it.
+    pub(super) fn bounce(&self, bounce: &Bounce) -> Bounce {
+        let (pose, velocity) = self.planar_outward(bounce.t, &bounce.pose, &bounce.velocity);
+        Bounce {
+            pose,
+            velocity,
+            ..bounce.clone()
+        }
+    }
+
+    /// The clamp at time `t`, in the units of the rod.
+    fn clamp(&self, t: f64) -> Frame<3> {
+        let planar = |support: Option<&Support<2>>| Some(support?.at(t).in_space());
+        let frame = match &self.model {
+            Model::Elastic(setup) => planar(setup.body.support()),
+            Model::Planar(setup) => planar(setup.body.support()),
+            Model::Space(setup) => return setup.clamp(t),
+        };
+        frame.unwrap_or_else(|| Frame::standing(&Isometry3::identity()))
+    }
+
+    /// Place and velocity in a plane, seen from the clamp, as the world sees them.
+    fn planar_outward(
+        &self,
+        t: f64,
+        pose: &DVector<f64>,
+        velocity: &DVector<f64>,
+    ) -> (DVector<f64>, DVector<f64>) {
+        let clamp = self.clamp(t);
+        let lifted = |v: &DVector<f64>| Vector3::new(v[0], v[1], 0.0);
+        let flat = |v: Vector3<f64>| DVector::from_column_slice(&v.as_slice()[..2]);
+        let (x, v) = (lifted(pose), lifted(velocity));
+        (flat(clamp.place(&x)), flat(clamp.absolute(&x, &v)))
+    }
+
+    /// A pose seen from the clamp and in the units of the rod in the world frame and the scene's units.
+    fn outward(&self, clamp: &Frame<3>, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let pose = clamp.pose() * pose;
         let position = pose.translation.vector * self.scales.length;
-        self.clamp * Isometry3::from_parts(position.into(), pose.rotation)
+        Isometry3::from_parts(position.into(), pose.rotation)
     }
 }

@@ -288,7 +288,7 @@ impl Observer for Recorder<'_> {
         match event {
             Event::Step { .. } if motion.resolution().is_some() => self.step(&*motion.now()),
             Event::Snap(snap) => {
-                self.snaps.push(snap.clone());
+                self.snaps.push(self.prepared.snap(snap));
                 for state in [motion.before_snap(), Some(motion.now())]
                     .into_iter()
                     .flatten()
@@ -305,10 +305,10 @@ impl Observer for Recorder<'_> {
                 self.bounce_count += 1;
                 let softer = |other: &Bounce| other.viscosity() <= bounce.viscosity();
                 if !self.hardest.as_ref().is_some_and(softer) {
-                    self.hardest = Some(bounce.clone());
+                    self.hardest = Some(self.prepared.bounce(bounce));
                 }
                 if self.bounces.len() < BOUNCES {
-                    self.bounces.push(bounce.clone());
+                    self.bounces.push(self.prepared.bounce(bounce));
                 }
             }
             Event::Step { .. } | Event::Stop(_) => {}
