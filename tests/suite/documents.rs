@@ -94,3 +94,23 @@ fn data_and_tools_are_listed() {
         }
     }
 }
+
+/// Catches a map of the house that has not followed a move.
+#[test]
+fn design_names_files_that_exist() {
+    let design = read(&root().join("DESIGN.md"));
+    let named: Vec<&str> = design
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|name| {
+            ["src/", "docs/", "tests/", "tools/"]
+                .iter()
+                .any(|d| name.starts_with(d))
+        })
+        .collect();
+    assert!(named.len() > 40, "only {} names", named.len());
+    for name in named {
+        assert!(root().join(name).exists(), "DESIGN.md: there is no {name}");
+    }
+}

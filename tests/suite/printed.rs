@@ -1,7 +1,7 @@
 //! What README and docs print is what the program prints.
 //!
-//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output, in their order; a line
-//! `...` stands for lines left out at that place. Every command is run here, and every line looked for.
+//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output in their order; others
+//! may be left out. Every command is run here, and every line looked for.
 
 use crate::program::{Answer, Place, parts};
 use std::fs;
@@ -70,23 +70,23 @@ fn lines(answer: &Answer) -> Vec<&str> {
     answer.stdout.lines().chain(answer.stderr.lines()).collect()
 }
 
-fn run(command: &str, place: &Place) -> Answer {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let out = place.join("out").display().to_string();
-    let mut arguments: Vec<&str> = command.split_whitespace().collect();
-    if let Some(at) = arguments.iter().position(|a| *a == "--out") {
-        arguments[at + 1] = &out;
-    } else if matches!(arguments[0], "run" | "branch") {
-        arguments.extend(["--out", &out]);
+/// A directory with the scenes of the repository, where commands may write.
+fn workplace() -> Place {
+    let place = Place::new("printed");
+    fs::create_dir_all(place.join("scenes")).expect("a directory");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for entry in fs::read_dir(scenes).expect("scenes") {
+        let path = entry.expect("an entry").path();
+        let copy = place.join("scenes").join(path.file_name().expect("a name"));
+        fs::copy(&path, copy).expect("a copy");
     }
-    let output = place.command(&arguments).current_dir(root).output();
-    Answer::of(output.expect("the program"))
+    place
 }
 
 /// Catches printed examples that the program does not print any more.
 #[test]
 fn printed_examples_are_what_the_program_prints() {
-    let place = Place::new("printed");
+    let place = workplace();
     let mut seen = 0;
     for path in documents() {
         let text = fs::read_to_string(&path).expect("a document");
@@ -96,7 +96,7 @@ fn printed_examples_are_what_the_program_prints() {
             for line in block.lines() {
                 if let Some(wanted) = line.strip_prefix("$ snaprod ") {
                     command = wanted;
-                    let answer = run(command, &place);
+                    let answer = place.run(&command.split_whitespace().collect::<Vec<_>>());
                     printed = lines(&answer)
                         .into_iter()
                         .rev()
@@ -107,15 +107,14 @@ fn printed_examples_are_what_the_program_prints() {
                 }
                 // The lines still to come are at the end of `printed`.
                 let at = printed.iter().rposition(|p: &String| agree(line, p));
-                match (line, at) {
-                    ("...", _) => {}
-                    (_, Some(at)) => printed.truncate(at),
-                    (_, None) => panic!(
+                let Some(at) = at else {
+                    panic!(
                         "{}: snaprod {command} does not print\n{line}\nbut\n{}",
                         path.display(),
                         printed.iter().rev().cloned().collect::<Vec<_>>().join("\n")
-                    ),
-                }
+                    );
+                };
+                printed.truncate(at);
             }
         }
     }
