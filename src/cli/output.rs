@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
+/// Draws a figure from data of its own.
+type Drawing = Box<dyn FnOnce() -> snaprod::Result<String> + Send>;
+
 /// What figures to draw.
 #[derive(Args, Debug, Clone, Copy, Default)]
 pub struct FigureArgs {
@@ -105,24 +108,18 @@ impl Output {
         if !self.draws() {
             return;
         }
-        if let Err(Refusal(why)) = self.try_figure(name, data, draw) {
+        let drawing = data().map(|data| Box::new(move || draw(&data)) as Drawing);
+        if let Err(Refusal(why)) = drawing.and_then(|drawing| self.try_figure(name, drawing)) {
             print_error(&format!("warning: {name}.svg is missing: {why}"));
         }
     }
 
-    fn try_figure<D: Send + 'static>(
-        &self,
-        name: &str,
-        data: impl FnOnce() -> Result<D, Refusal>,
-        draw: impl FnOnce(&D) -> snaprod::Result<String> + Send + 'static,
-    ) -> Result<(), Refusal> {
-        let data = data()?;
+    fn try_figure(&self, name: &str, draw: Drawing) -> Result<(), Refusal> {
         let png = self.figures.png;
         let (send, receive) = channel();
         // Aside, so that a signal need not wait for it.
         std::thread::spawn(move || {
-            let drawn =
-                draw(&data).and_then(|svg| Ok((png.then(|| raster(&svg)).transpose()?, svg)));
+            let drawn = draw().and_then(|svg| Ok((png.then(|| raster(&svg)).transpose()?, svg)));
             // Nobody listens any more after a second Ctrl-C.
             let _ = send.send(drawn);
         });

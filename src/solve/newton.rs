@@ -94,6 +94,18 @@ pub fn solve<const N: usize>(
     start: &SVector<f64, N>,
     options: &Options,
 ) -> Result<Solution<N>> {
+    iterate(&system, start, options)
+}
+
+type System<'a, const N: usize> =
+    &'a dyn Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>;
+
+/// Compiled once for every dimension, not for every system.
+fn iterate<const N: usize>(
+    system: System<'_, N>,
+    start: &SVector<f64, N>,
+    options: &Options,
+) -> Result<Solution<N>> {
     options.check()?;
     let count = Cell::new(0);
     let evaluate = |x: &SVector<f64, N>| {

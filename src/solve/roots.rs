@@ -5,6 +5,16 @@
 /// f = 0. None if the signs agree or a value is NaN.
 pub fn chandrupatla(
     mut f: impl FnMut(f64) -> f64,
+    a: (f64, f64),
+    b: (f64, f64),
+    tolerance: f64,
+) -> Option<f64> {
+    search(&mut f, a, b, tolerance)
+}
+
+/// Compiled once, not for every function.
+fn search(
+    f: &mut dyn FnMut(f64) -> f64,
     (mut a, mut fa): (f64, f64),
     (mut b, mut fb): (f64, f64),
     tolerance: f64,

@@ -11,6 +11,17 @@ use super::family::Family;
 use super::roots::chandrupatla;
 use nalgebra::{DMatrix, DVector};
 
+/// Sorts a handful of items by a number, by insertion: the library's sort is long code for every type that it sorts.
+pub(super) fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
+    for i in 1..items.len() {
+        let mut j = i;
+        while j > 0 && key(&items[j]) < key(&items[j - 1]) {
+            items.swap(j, j - 1);
+            j -= 1;
+        }
+    }
+}
+
 /// What a special point is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -243,7 +254,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             }
             found.push(special);
         }
-        found.sort_by(|l, r| l.point.arclength.total_cmp(&r.point.arclength));
+        sort_few(&mut found, |special| special.point.arclength);
         self.label_indices(a, b, &mut found);
         found
     }

@@ -36,7 +36,7 @@ use super::corrector::{Corrected, Cubic, Failure, Finish, Space};
 use super::elimination::Place;
 use super::family::Family;
 use super::newton;
-use super::special::{Kind, Sample, Special};
+use super::special::{Kind, Sample, Special, sort_few};
 use crate::error::{Error, Result};
 use nalgebra::SVector;
 use std::collections::VecDeque;
@@ -445,7 +445,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
                 }
             }
         }
-        landed.sort_by(|l, r| l.0.arclength.total_cmp(&r.0.arclength));
+        sort_few(&mut landed, |(sample, _)| sample.arclength);
         if let Some(last) = landed.iter().position(|l| l.1.is_some()) {
             landed.truncate(last + 1);
         }
