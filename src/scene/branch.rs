@@ -41,13 +41,13 @@ pub struct Continue {
     pub from: f64,
     /// The value at which the branch ends, not `from`.
     pub to: f64,
-    /// First step; default [`Continue::STEP`], or the nearest that the bounds allow.
+    /// First step; default 0.01, or the nearest that the bounds allow.
     pub step: f64,
-    /// Shortest step, in (0, `max_step`]; default [`Continue::MIN_STEP`].
+    /// Shortest step, in (0, `max_step`]; default 1e-8.
     pub min_step: f64,
-    /// Longest step, at most 1; default [`Continue::MAX_STEP`].
+    /// Longest step, at most 1; default 0.1.
     pub max_step: f64,
-    /// A branch ends after so many points, 2..=1_000_000; default [`Continue::POINTS`].
+    /// A branch ends after so many points, 2..=1_000_000; default 200.
     pub points: usize,
     /// Follow the branches that leave at branch points; default false.
     pub switch: bool,
@@ -65,14 +65,6 @@ pub struct Continue {
 impl Continue {
     /// The change of the base wrench, in B/L and B/L^2, that counts as much as the whole way of the parameter.
     pub const TYPICAL: f64 = 10.0;
-    /// Default first step.
-    pub const STEP: f64 = 0.01;
-    /// Default shortest step.
-    pub const MIN_STEP: f64 = 1e-8;
-    /// Default longest step.
-    pub const MAX_STEP: f64 = 0.1;
-    /// Default number of points.
-    pub const POINTS: usize = 200;
 
     /// Least and greatest value of the parameter on the branch.
     pub fn range(&self) -> (f64, f64) {
@@ -98,19 +90,12 @@ pub struct Second {
     pub from: f64,
     /// The other end, not `from`. The value in the scene lies between them, or is one of them.
     pub to: f64,
-    /// First step; default [`Continue::STEP`], or the nearest that the bounds allow.
+    /// First step; default 0.01, or the nearest that the bounds allow.
     pub step: f64,
-    /// Shortest step; default [`Continue::MIN_STEP`].
+    /// Shortest step; default 1e-8.
     pub min_step: f64,
-    /// Longest step; default [`Second::MAX_STEP`].
+    /// Longest step; default 0.05, smooth in a figure.
     pub max_step: f64,
-    /// A curve ends after so many points in each direction; default [`Second::POINTS`].
+    /// A curve ends after so many points in each direction; default 400.
     pub points: usize,
-}
-
-impl Second {
-    /// Default longest step: smooth in a figure.
-    pub const MAX_STEP: f64 = 0.05;
-    /// Default number of points.
-    pub const POINTS: usize = 400;
 }

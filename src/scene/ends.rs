@@ -2,14 +2,78 @@
 
 use serde::Serialize;
 
-/// The pose of the base. Default: at the origin, the directors along the world axes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+/// The base of the rod. Default: at the origin, the directors along the world axes, in the plane the tangent along +x.
+#[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct Clamp {
     /// Position.
     pub position: [f64; 3],
     /// Orientation of the directors d1, d2, d3 in the world.
     #[serde(flatten)]
     pub orientation: Orientation,
+    /// How it moves; `None`: it stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<ClampMotion>,
+}
+
+/// How the clamp moves.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ClampMotion {
+    /// Its displacement from [`Clamp::position`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub translate: Option<Translation>,
+    /// Its rotation about its position.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn: Option<Turn>,
+}
+
+/// The displacement of a clamp.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Translation {
+    /// Rows [t, x, y], in space [t, x, y, z], of growing times: smooth between them, at rest before and after.
+    Table(Vec<Vec<f64>>),
+    /// A sine along a direction.
+    Sine {
+        /// Direction, not zero, of any length.
+        direction: [f64; 3],
+        /// The sine.
+        #[serde(flatten)]
+        sine: Sine,
+    },
+}
+
+/// The rotation of a clamp, in the plane about its normal.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Turn {
+    /// Axis in the world, not zero, of any length; in the plane +z.
+    pub axis: [f64; 3],
+    /// How the angle grows.
+    #[serde(flatten)]
+    pub angle: TurnAngle,
+}
+
+/// The angle of a clamp that turns.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum TurnAngle {
+    /// At a constant rate, radians per time.
+    Rate {
+        /// The rate.
+        rate: f64,
+    },
+    /// As a sine, in radians.
+    Sine(Sine),
+}
+
+/// amplitude * sin(2 pi frequency t + phase).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Sine {
+    /// Amplitude, of either sign.
+    pub amplitude: f64,
+    /// Frequency >= 0, cycles per time. At 0 the value is constant, amplitude * sin(phase).
+    pub frequency: f64,
+    /// Phase in radians; default 0.
+    pub phase: f64,
 }
 
 /// A rotation that takes the world axes to the directors.
@@ -18,6 +82,8 @@ pub struct Clamp {
 pub enum Orientation {
     /// A unit quaternion [w, x, y, z].
     Quaternion([f64; 4]),
+    /// In the plane: the angle of the tangent from +x towards +y, in radians.
+    Angle(f64),
     /// By axis and angle; the angle can be the parameter of a branch.
     Rotation(Rotation),
 }
@@ -33,6 +99,10 @@ impl Orientation {
     pub fn quaternion(&self) -> [f64; 4] {
         match self {
             Self::Quaternion(q) => *q,
+            Self::Angle(angle) => {
+                let (sin, cos) = (0.5 * angle).sin_cos();
+                [cos, 0.0, 0.0, sin]
+            }
             Self::Rotation(Rotation { axis, angle }) => {
                 let (sin, cos) = (0.5 * angle).sin_cos();
                 [cos, axis[0] * sin, axis[1] * sin, axis[2] * sin]

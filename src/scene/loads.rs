@@ -1,5 +1,6 @@
 //! What acts on the body of a scene beside the rod.
 
+use super::Sine;
 use serde::Serialize;
 
 /// Loads on the body, in the world. Everything defaults to zero.
@@ -13,22 +14,59 @@ pub struct Loads {
     pub couple: [f64; 3],
     /// Drag coefficient >= 0: force -drag * velocity of the centre of mass, at the centre of mass.
     pub drag: f64,
-    /// Sinusoidal forces at the centre of mass, added up.
+    /// Rotational drag >= 0: couple -rotational_drag * angular velocity on a welded body.
+    pub rotational_drag: f64,
+    /// Forces in time at the centre of mass, added up.
     pub force: Vec<Force>,
 }
 
-/// A force amplitude * sin(2 pi frequency t + phase) along a direction.
+/// A force in time along a direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Force {
-    /// Direction, not zero, of any length: only [`Force::unit`] enters the force, so that
-    /// `amplitude` is the amplitude.
+    /// Direction, not zero, of any length: only [`Force::unit`] enters the force.
     pub direction: [f64; 3],
-    /// Amplitude, a force of either sign.
+    /// Its size in time.
+    #[serde(flatten)]
+    pub size: InTime,
+}
+
+/// The size of a force in time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InTime {
+    /// `ramp`: it grows linearly.
+    Ramp(Ramp),
+    /// `pulse`: a raised cosine.
+    Pulse(Pulse),
+    /// `table`: rows [t, f] of growing times, linear in between, constant before and after.
+    Table(Vec<[f64; 2]>),
+    /// A sine.
+    #[serde(untagged)]
+    Sine(Sine),
+}
+
+/// A force that grows from `from` before `start` to `to` after `until`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Ramp {
+    /// Size before; default 0.
+    pub from: f64,
+    /// Size after.
+    pub to: f64,
+    /// When it begins to grow, >= 0; default 0.
+    pub start: f64,
+    /// When it has grown, > `start`.
+    pub until: f64,
+}
+
+/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Pulse {
+    /// Time of its middle.
+    pub at: f64,
+    /// How long it lasts, > 0.
+    pub width: f64,
+    /// Its height.
     pub amplitude: f64,
-    /// Frequency >= 0, cycles per time. At 0 the force is constant, amplitude * sin(phase).
-    pub frequency: f64,
-    /// Phase in radians; default 0.
-    pub phase: f64,
 }
 
 impl Force {

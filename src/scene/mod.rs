@@ -53,52 +53,42 @@
 //! What kind of scene it is follows from its content: `rod.model = "elastica"` lies in the plane, `"cosserat"` in space; with
 //! `[body]` and `[run]` it is a motion, with `[end]` a scene of statics.
 
-mod along_schema;
 mod branch;
 mod build;
-mod build_motion;
-mod build_rod;
-mod build_viscous;
-mod continue_schema;
 mod ends;
 mod fault;
-mod kind;
 mod loads;
-mod matrix_schema;
-mod motion_setup;
 mod parameter;
 mod print;
-mod reader;
+mod read;
 mod rod;
 mod run;
 mod scales;
-mod schema;
 mod section;
-mod section_schema;
-mod sources;
-mod spatial_damping;
-mod spatial_schema;
 mod start;
-mod statics_schema;
 mod units;
-mod viscous_schema;
 
 pub use branch::{Continue, Second, Solve};
-pub use build::Setup;
-pub use build_viscous::ViscousSetup;
-pub use ends::{Body, Clamp, Component, End, Joint, Orientation, Rotation};
+pub use build::{MotionSetup, Moving, Setup, SpaceField, ViscousSetup};
+pub use ends::{
+    Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Sine, Translation,
+    Turn, TurnAngle,
+};
 pub use fault::{Fault, FaultKind, Faults, ReadError};
-pub use loads::{Force, Loads};
-pub use motion_setup::{MotionSetup, Moving, SpaceField};
+pub use loads::{Force, InTime, Loads, Pulse, Ramp};
 pub use parameter::Parameter;
-pub use rod::{Damping, FrictionBarrier, FrictionLaw, Maxwell, Model, PowerLaw, Rod, StrainMatrix};
+pub use read::{json_schema, reference};
+pub use rod::{
+    Bends, Damping, FrictionBarrier, FrictionLaw, Material, Maxwell, Model, PowerLaw, Rod,
+    StrainMatrix,
+};
 pub use run::{Landing, Method, Run};
 pub use scales::{Dimensionless, Scales};
 pub use section::{
-    Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Rest, Rigid, Section, Shape, Shaped,
-    Stiffness, StrainName, Transverse,
+    Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Outline, Profile, Rest, Rigid, Section,
+    Shape, Shaped, Stiffness, StrainName, Transverse,
 };
-pub use start::{EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, StrainField};
+pub use start::{EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField};
 pub use units::Units;
 
 use crate::{Error, Result};
@@ -185,7 +175,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::parse`]; a fault in an override names it instead of a line ([`Fault::set`]).
     pub fn parse_with(text: &str, overrides: &[&str]) -> std::result::Result<Self, Faults> {
-        schema::scene(&sources::Sources::new(text, overrides))
+        read::scene(&read::Sources::new(text, overrides))
     }
 
     /// Reads a scene from bytes, which must be UTF-8.
@@ -267,9 +257,8 @@ fn at_rest() -> Error {
 /// The text, or one syntax fault at the first byte that is not UTF-8.
 fn utf8(bytes: &[u8]) -> std::result::Result<&str, Faults> {
     std::str::from_utf8(bytes).map_err(|error| {
-        let sources = sources::Sources::new(&String::from_utf8_lossy(bytes), &[]);
-        let reader = reader::Reader::new(&sources);
-        reader.syntax(error.valid_up_to(), "the text is not UTF-8 from here on");
-        reader.into_faults()
+        let sources = read::Sources::new(&String::from_utf8_lossy(bytes), &[]);
+        let message = "the text is not UTF-8 from here on";
+        read::not_toml(&sources, error.valid_up_to(), message)
     })
 }

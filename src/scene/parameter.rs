@@ -198,7 +198,7 @@ impl Scene {
         let linear = match &mut rod.section {
             Section::Diagonal(linear) => Some(linear),
             Section::Barrier(law) => Some(&mut law.linear),
-            Section::Bending(_) | Section::Full(_) | Section::Shaped(_) => None,
+            _ => None,
         };
         let angle = |orientation| match orientation {
             Some(&mut Orientation::Rotation(ref mut rotation)) => Some(&mut rotation.angle),

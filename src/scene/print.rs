@@ -1,6 +1,7 @@
 //! A scene written again: what it holds, and no field that its kind does not have.
 
-use super::{Scene, schema, spatial_schema, statics_schema};
+use super::Scene;
+use super::read::fields_of;
 use serde::Serialize;
 use serde::ser::{Error, Serializer};
 use serde_json::Value;
@@ -13,32 +14,38 @@ impl Serialize for Scene {
         let Value::Object(mut tables) = whole else {
             return Err(S::Error::custom("a scene is a table"));
         };
-        let specs = match (self.is_planar(), self.is_motion()) {
-            (true, _) => &schema::HOMES[..],
-            (false, true) => &spatial_schema::HOMES[..],
-            (false, false) => &statics_schema::HOMES[..],
-        };
-        for spec in specs {
-            let table = match spec.name {
-                "" => Some(&mut tables),
-                name => tables.get_mut(name).and_then(Value::as_object_mut),
-            };
-            if let Some(table) = table {
-                table.retain(|name, _| spec.fields.contains(&name.as_str()));
+        let names = |table: &str| fields_of(self.is_planar(), self.is_motion(), table);
+        tables.retain(|name, _| names("").contains(&name.as_str()));
+        for (table, value) in &mut tables {
+            if let (Some(value), known) = (value.as_object_mut(), names(table)) {
+                value.retain(|name, _| known.contains(&name.as_str()));
             }
         }
         if self.is_planar() {
-            // The only method of an elastic run, and there not to be written.
-            let run = tables.get_mut("run").and_then(Value::as_object_mut);
-            if let Some(run) = run {
-                run.retain(|name, value| !(name == "method" && value == "auto"));
-            }
+            as_of_old(self, &mut tables);
+            tables.values_mut().for_each(flatten);
         }
-        let mut scene = Value::Object(tables);
-        if self.is_planar() {
-            flatten(&mut scene);
-        }
-        scene.serialize(serializer)
+        Value::Object(tables).serialize(serializer)
+    }
+}
+
+/// A clamp at the origin, and the only method of an elastic run, are not written in the plane.
+fn as_of_old(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
+    if scene.clamp == super::Clamp::default() {
+        tables.remove("clamp");
+    }
+    if let Some(clamp) = tables.get_mut("clamp").and_then(Value::as_object_mut) {
+        clamp.remove("quaternion");
+    }
+    if let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut) {
+        run.retain(|name, value| !(name == "method" && value == "auto"));
+    }
+    // Its axis is that of the plane.
+    let turn = tables
+        .get_mut("clamp")
+        .and_then(|clamp| clamp.pointer_mut("/motion/turn"));
+    if let Some(turn) = turn.and_then(Value::as_object_mut) {
+        turn.remove("axis");
     }
 }
 

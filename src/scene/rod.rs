@@ -1,6 +1,7 @@
 //! The rod of a scene: its section, friction and memory.
 
 use super::{Rest, Section, section::flattened};
+use crate::{Error, Result};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -14,6 +15,12 @@ pub struct Rod {
     pub model: Model,
     /// Length L > 0 of the unloaded rod.
     pub length: f64,
+    /// What it is made of, if the section is a [`Section::Profile`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+    /// Which way a rectangle bends in the plane; default [`Bends::Weak`].
+    #[serde(skip_serializing_if = "Bends::is_weak")]
+    pub bends: Bends,
     /// The section law; with Maxwell branches that after a long time.
     #[serde(flatten, serialize_with = "flattened")]
     pub section: Section,
@@ -28,6 +35,93 @@ pub struct Rod {
     /// A fixed number of strain nodes, 4..=400, only with damping; default chosen and adapted by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<usize>,
+}
+
+impl Rod {
+    /// EI of a rod in the plane.
+    ///
+    /// # Errors
+    /// A rod in space.
+    pub fn bending_stiffness(&self) -> Result<f64> {
+        match (&self.section, self.material) {
+            (Section::Bending(stiffness), _) => Ok(*stiffness),
+            (Section::Profile(profile), Some(material)) if self.model == Model::Elastica => {
+                let [a, b] = profile.outline.shape().second_moments();
+                Ok(material.young
+                    * match self.bends {
+                        Bends::Weak => a.min(b),
+                        Bends::Strong => a.max(b),
+                    })
+            }
+            _ => Err(Error::domain(
+                "a rod in space has no single bending stiffness; one in the plane is model = \"elastica\"",
+            )),
+        }
+    }
+
+    /// The mass of the rod, if its material has a density and its section a shape.
+    pub fn mass(&self) -> Option<f64> {
+        let Section::Profile(profile) = &self.section else {
+            return None;
+        };
+        Some(self.material?.density? * profile.outline.shape().area() * self.length)
+    }
+}
+
+/// What a rod is made of: an isotropic elastic material.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Material {
+    /// Young's modulus > 0, force per area.
+    #[serde(rename = "E")]
+    pub young: f64,
+    /// Poisson's ratio in (-1, 0.5].
+    #[serde(rename = "nu", skip_serializing_if = "Option::is_none")]
+    pub poisson: Option<f64>,
+    /// Shear modulus > 0, force per area. In space this or Poisson's ratio is given.
+    #[serde(rename = "G", skip_serializing_if = "Option::is_none")]
+    pub shear: Option<f64>,
+    /// Density > 0, mass per volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+}
+
+impl Material {
+    /// Spring steel: E = 200 GPa, nu = 0.30, 7850 kg/m^3.
+    pub const STEEL: Self = Self::named(200e9, 0.30, 7850.0);
+    /// Aluminium alloys: E = 70 GPa, nu = 0.33, 2700 kg/m^3.
+    pub const ALUMINIUM: Self = Self::named(70e9, 0.33, 2700.0);
+    /// Nitinol while austenitic: E = 75 GPa, nu = 0.33, 6450 kg/m^3.
+    pub const NITINOL: Self = Self::named(75e9, 0.33, 6450.0);
+    /// PET film: E = 2.8 GPa, nu = 0.40, 1380 kg/m^3.
+    pub const PET: Self = Self::named(2.8e9, 0.40, 1380.0);
+    /// A silicone rubber: E = 1 MPa, nu = 0.49, 1100 kg/m^3.
+    pub const SILICONE: Self = Self::named(1e6, 0.49, 1100.0);
+
+    const fn named(young: f64, poisson: f64, density: f64) -> Self {
+        Self {
+            young,
+            poisson: Some(poisson),
+            shear: None,
+            density: Some(density),
+        }
+    }
+}
+
+/// Which way the rectangle of a planar rod bends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Bends {
+    /// About its longer side: a strip that lies flat.
+    #[default]
+    Weak,
+    /// About its shorter side.
+    Strong,
+}
+
+impl Bends {
+    fn is_weak(&self) -> bool {
+        *self == Self::Weak
+    }
 }
 
 /// The rod models.
@@ -93,7 +187,7 @@ impl StrainMatrix {
 }
 
 impl Serialize for StrainMatrix {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         match self {
             Self::Bending(x) => x.serialize(serializer),
             Self::Diagonal(diagonal) => diagonal.serialize(serializer),
@@ -165,7 +259,7 @@ pub struct FrictionBarrier {
 }
 
 impl Serialize for Damping {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         if self.law == FrictionLaw::Linear {
             return self.viscosity.serialize(serializer);
         }

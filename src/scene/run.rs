@@ -7,8 +7,8 @@ use serde::Serialize;
 pub struct Run {
     /// Duration > 0.
     pub duration: f64,
-    /// Tolerance of the time steps, relative, in [1e-14, 1e-2]; default [`Run::TOLERANCE`], in space
-    /// [`Run::TOLERANCE_IN_SPACE`].
+    /// Tolerance of the time steps, relative, in [1e-14, 1e-2]; default 1e-10, in space
+    /// 1e-8.
     pub tolerance: f64,
     /// How the run steps through time, only with damping; default [`Method::Auto`].
     pub method: Method,
@@ -17,32 +17,15 @@ pub struct Run {
     pub reduce: bool,
     /// Where a snapping rod lands; default [`Landing::Viscous`], and nothing else with damping.
     pub landing: Landing,
-    /// Bound on the number of branches under [`Landing::All`], 1..=10000; default
-    /// [`Run::BRANCHES`]. Without effect under the other landings.
+    /// Bound on the number of branches under [`Landing::All`], 1..=10000; default 64. Without effect under the other landings.
     pub branches: usize,
     /// Number of equally spaced times, both ends counted, at which the motion is written,
-    /// 2..=10_000_000; default [`Run::SAMPLES`].
+    /// 2..=10_000_000; default 400.
     pub samples: usize,
-    /// The run stops after so many steps, 1..=1_000_000_000; default [`Run::MAX_STEPS`].
+    /// The run stops after so many steps, 1..=1_000_000_000; default 10_000_000.
     pub max_steps: usize,
-    /// The run stops at the next snap after so many, 0..=1_000_000_000; default
-    /// [`Run::MAX_SNAPS`].
+    /// The run stops at the next snap after so many, 0..=1_000_000_000; default 100_000.
     pub max_snaps: usize,
-}
-
-impl Run {
-    /// Default tolerance in the plane.
-    pub const TOLERANCE: f64 = 1e-10;
-    /// Default tolerance in space.
-    pub const TOLERANCE_IN_SPACE: f64 = 1e-8;
-    /// Default bound on branches.
-    pub const BRANCHES: usize = 64;
-    /// Default number of samples.
-    pub const SAMPLES: usize = 400;
-    /// Default bound on steps.
-    pub const MAX_STEPS: usize = 10_000_000;
-    /// Default bound on snaps.
-    pub const MAX_SNAPS: usize = 100_000;
 }
 
 /// To which equilibrium, of those at the position of a fold, the rod falls.

@@ -1,8 +1,9 @@
 //! From the user's units to those of the library, and back.
 
 use super::{
-    Body, Clamp, Damping, EndLoad, EndPose, Force, FrictionBarrier, FrictionLaw, Joint, Loads,
-    Maxwell, Place, PowerLaw, Relaxed, Scene, Section, Start, StrainField, StrainMatrix,
+    Body, Clamp, ClampMotion, Damping, EndLoad, EndPose, Force, FrictionBarrier, FrictionLaw,
+    InTime, Joint, Loads, Maxwell, Place, PowerLaw, Pulse, Ramp, Relaxed, Scene, Sine, Start,
+    StrainField, StrainMatrix, Translation, Turn, TurnAngle,
 };
 use crate::Result;
 
@@ -87,7 +88,7 @@ pub struct Dimensionless {
     pub body: Body,
     /// The start.
     pub start: Start,
-    /// The loads. Gravity is also its force; directions are unit vectors.
+    /// The loads. Gravity is also its force.
     pub loads: Loads,
     /// Duration.
     pub duration: f64,
@@ -99,9 +100,9 @@ impl Scene {
     /// # Errors
     /// As [`Scene::body`] and, in space, [`Scene::cosserat_rod`].
     pub fn scales(&self) -> Result<Scales> {
-        let stiffness = match self.rod.section {
-            Section::Bending(stiffness) => stiffness,
-            _ => self.cosserat_rod()?.reference_stiffness(),
+        let stiffness = match self.is_planar() {
+            true => self.rod.bending_stiffness()?,
+            false => self.cosserat_rod()?.reference_stiffness(),
         };
         Ok(Scales::new(self.rod.length, stiffness, self.body()?.mass))
     }
@@ -145,19 +146,10 @@ impl Scene {
             },
         };
         let loads = &self.loads;
-        let force = |force: &Force| Force {
-            direction: force.unit(),
-            amplitude: force.amplitude / scales.force,
-            frequency: force.frequency * scales.time,
-            phase: force.phase,
-        };
         Ok(Dimensionless {
             damping: self.rod.damping.as_ref().map(damping),
             relaxation: self.rod.relaxation.iter().map(branch).collect(),
-            clamp: Clamp {
-                position: self.clamp.position.map(over(scales.length)),
-                ..self.clamp
-            },
+            clamp: clamp(&self.clamp, &scales),
             body: Body { mass: 1.0, joint },
             start: start(&self.start, &scales),
             loads: Loads {
@@ -165,10 +157,79 @@ impl Scene {
                 dead: loads.dead.map(over(scales.force)),
                 couple: loads.couple.map(over(scales.energy)),
                 drag: loads.drag / scales.drag,
-                force: loads.force.iter().map(force).collect(),
+                rotational_drag: loads.rotational_drag / (scales.energy * scales.time),
+                force: loads
+                    .force
+                    .iter()
+                    .map(|load| force(load, &scales))
+                    .collect(),
             },
             duration: self.run()?.duration / scales.time,
         })
+    }
+}
+
+fn sine(sine: &Sine, scales: &Scales, size: f64) -> Sine {
+    Sine {
+        amplitude: sine.amplitude / size,
+        frequency: sine.frequency * scales.time,
+        phase: sine.phase,
+    }
+}
+
+fn force(force: &Force, scales: &Scales) -> Force {
+    let (t, f) = (scales.time, scales.force);
+    let size = match &force.size {
+        InTime::Sine(size) => InTime::Sine(sine(size, scales, f)),
+        InTime::Ramp(ramp) => InTime::Ramp(Ramp {
+            from: ramp.from / f,
+            to: ramp.to / f,
+            start: ramp.start / t,
+            until: ramp.until / t,
+        }),
+        InTime::Pulse(pulse) => InTime::Pulse(Pulse {
+            at: pulse.at / t,
+            width: pulse.width / t,
+            amplitude: pulse.amplitude / f,
+        }),
+        InTime::Table(rows) => InTime::Table(rows.iter().map(|[s, x]| [s / t, x / f]).collect()),
+    };
+    Force {
+        direction: force.direction,
+        size,
+    }
+}
+
+fn clamp(clamp: &Clamp, scales: &Scales) -> Clamp {
+    let length = scales.length;
+    let row = |row: &Vec<f64>| {
+        let scaled = row.iter().enumerate();
+        let scaled = scaled.map(|(i, x)| x / if i == 0 { scales.time } else { length });
+        scaled.collect()
+    };
+    let translate = |translation: &Translation| match translation {
+        Translation::Table(rows) => Translation::Table(rows.iter().map(row).collect()),
+        Translation::Sine { direction, sine: s } => Translation::Sine {
+            direction: *direction,
+            sine: sine(s, scales, length),
+        },
+    };
+    let turn = |turn: &Turn| Turn {
+        axis: turn.axis,
+        angle: match &turn.angle {
+            TurnAngle::Rate { rate } => TurnAngle::Rate {
+                rate: rate * scales.time,
+            },
+            TurnAngle::Sine(s) => TurnAngle::Sine(sine(s, scales, 1.0)),
+        },
+    };
+    Clamp {
+        position: clamp.position.map(|x| x / length),
+        orientation: clamp.orientation,
+        motion: clamp.motion.as_ref().map(|motion| ClampMotion {
+            translate: motion.translate.as_ref().map(translate),
+            turn: motion.turn.as_ref().map(turn),
+        }),
     }
 }
 
@@ -205,7 +266,9 @@ fn start(start: &Start, scales: &Scales) -> Start {
                 ..*pose
             },
         },
-        chart @ (Place::Kappa { .. } | Place::P { .. }) => chart.clone(),
+        Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {
+            start.place.clone()
+        }
     };
     Start {
         place,
@@ -262,7 +325,7 @@ impl Dimensionless {
             ..
         } = &self.start;
         match place {
-            Place::Kappa { .. } | Place::P { .. } => {}
+            Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {}
             Place::Position { position, .. } => numbers.extend(position),
             Place::Curvature { curvature } => numbers.extend(curvature),
             Place::Strain { strain } => numbers.extend(strain.0.iter().flatten().flatten()),
@@ -286,9 +349,17 @@ impl Dimensionless {
             loads.couple,
         ];
         numbers.extend(vectors.as_flattened());
-        numbers.push(loads.drag);
+        numbers.extend([loads.drag, loads.rotational_drag]);
         for force in &loads.force {
-            numbers.extend([force.amplitude, force.frequency]);
+            match &force.size {
+                InTime::Sine(sine) => numbers.extend([sine.amplitude, sine.frequency]),
+                InTime::Ramp(r) => numbers.extend([r.from, r.to, r.start, r.until]),
+                InTime::Pulse(pulse) => {
+                    numbers.extend([pulse.at, pulse.amplitude]);
+                    positive.push(pulse.width);
+                }
+                InTime::Table(rows) => numbers.extend(rows.as_flattened()),
+            }
         }
         numbers.iter().all(|x| (x * x).is_finite()) && positive.iter().all(|x| x.is_normal())
     }

@@ -15,6 +15,8 @@ pub enum Section {
     Full(Full),
     /// From the shape of the cross-section and the material.
     Shaped(Shaped),
+    /// From the shape of the cross-section and `rod.material`.
+    Profile(Profile),
     /// [`Diagonal`] with a barrier against total compression.
     Barrier(Barrier),
 }
@@ -35,6 +37,7 @@ impl Section {
             Self::Diagonal(law) => diagonal(law),
             Self::Full(full) => StrainName::ALL.map(|name| full.rigid.contains(&name)),
             Self::Shaped(shaped) => held(shaped.shear.is_some(), shaped.axial.is_some()),
+            Self::Profile(profile) => held(profile.shear.is_some(), profile.axial.is_some()),
             Self::Barrier(law) => diagonal(&law.linear),
         }
     }
@@ -241,6 +244,74 @@ pub enum Shape {
         /// Thickness of the wall, < outer radius.
         thickness: f64,
     },
+}
+
+/// A cross-section of `rod.material`: in the plane its shape alone counts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Profile {
+    /// Its shape.
+    #[serde(flatten)]
+    pub outline: Outline,
+    /// As [`Shaped::shear_factor`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_factor: Option<f64>,
+    /// As [`Shaped::torsion_constant`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torsion_constant: Option<f64>,
+    /// `"rigid"`: unshearable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear: Option<Rigid>,
+    /// `"rigid"`: inextensible.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axial: Option<Rigid>,
+}
+
+/// The shape of a cross-section by the sizes one measures; every length > 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outline {
+    /// A solid circle.
+    Circle {
+        /// Its diameter.
+        diameter: f64,
+    },
+    /// A round tube.
+    Tube {
+        /// Outer diameter.
+        diameter: f64,
+        /// Thickness of the wall, less than half the diameter.
+        thickness: f64,
+    },
+    /// A solid rectangle.
+    Rectangle {
+        /// Side along d1.
+        width: f64,
+        /// Side along d2.
+        thickness: f64,
+    },
+}
+
+impl Outline {
+    /// As the library has it.
+    pub fn shape(self) -> crate::section::Shape {
+        use crate::section::Shape;
+        match self {
+            Self::Circle { diameter } => Shape::Circle {
+                radius: 0.5 * diameter,
+            },
+            Self::Tube {
+                diameter,
+                thickness,
+            } => Shape::Tube {
+                outer: 0.5 * diameter,
+                inner: 0.5 * diameter - thickness,
+            },
+            Self::Rectangle { width, thickness } => Shape::Rectangle {
+                width,
+                height: thickness,
+            },
+        }
+    }
 }
 
 /// The elastic constant beside Young's modulus.

@@ -58,6 +58,16 @@ pub enum Place {
         /// c0, c1, ...: theta' = c0 + c1 x + c2 x^2 + ..., 1/length, x = s/L; from 1 to 16 of them.
         curvature: Vec<f64>,
     },
+    /// The unloaded rod: `rest = "straight"`.
+    Rest {
+        /// The word.
+        rest: Straight,
+    },
+    /// The stable equilibrium under the loads at t = 0: `settled = true`.
+    Settled {
+        /// true.
+        settled: bool,
+    },
     /// In space, by the strain field, whatever the load; the default is the unloaded rod.
     Strain {
         /// The strains.
@@ -91,6 +101,14 @@ impl Place {
             _ => None,
         }
     }
+}
+
+/// The word `"straight"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Straight {
+    /// The unloaded rod.
+    Straight,
 }
 
 /// Which equilibrium, of those that share the position of the body at the start.

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use snaprod::scene::{
-    Fault, FaultKind, Faults, Landing, Place, ReadError, Scene, Section, Sheet, SheetName, Units,
+    Fault, FaultKind, Faults, InTime, Landing, Place, ReadError, Scene, Section, Sheet, SheetName,
+    Sine, Straight, Units,
 };
 use std::path::{Path, PathBuf};
 
@@ -81,13 +82,12 @@ fn example_is_accepted() {
     assert_eq!(place.chart(), Some((6.3, 0.6_f64.atanh())));
     assert_eq!(scene.start.velocity, [0.0, -0.5, 0.0]);
     assert_eq!(scene.loads.force.len(), 1);
-    assert_eq!(
-        (
-            scene.loads.force[0].amplitude,
-            scene.loads.force[0].frequency
-        ),
-        (0.5, 2.0)
-    );
+    let sine = Sine {
+        amplitude: 0.5,
+        frequency: 2.0,
+        phase: 0.0,
+    };
+    assert_eq!(scene.loads.force[0].size, InTime::Sine(sine));
     let run = scene.run().unwrap();
     assert_eq!(
         (run.duration, run.tolerance, run.samples),
@@ -416,8 +416,13 @@ fn position_is_inside_the_disc() {
     for inside in ["[0.6, 0.3]", "[-0.9, 0.0]", "[0, 0]", "[0.999999, 0.0]"] {
         assert!(Scene::parse(&at(inside)).is_ok(), "{inside}");
     }
+    // At full reach along the clamp the rod is straight.
+    let straight = Place::Rest {
+        rest: Straight::Straight,
+    };
+    assert_eq!(Scene::parse(&at("[1, 0]")).unwrap().start.place, straight);
     for (outside, hint) in [
-        ("[1, 0]", "straight"),
+        ("[-1, 0]", "straight"),
         ("[0.6, 0.8]", "straight"),
         ("[0.6, 0.81]", "cannot reach"),
         ("[1e300, 1e300]", "cannot reach"),

@@ -319,7 +319,7 @@ fn resolved_scene_reads_back() {
         SAMPLE.to_owned(),
         BRANCH.to_owned(),
         section(MATRIX),
-        section(&format!("{MATRIX}\nrigid = ['u3', 'v1']")),
+        section(&format!("{MATRIX}\nrigid = ['v1', 'v2']")),
         section(CIRCLE),
         section(
             "shape = 'rectangle'\nwidth = 0.1\nheight = 0.2\nyoung = 3\nshear_modulus = 1\naxial = 'rigid'",
@@ -582,7 +582,7 @@ fn parameters_are_the_numbers_they_name() {
     );
     let law = load.replace(
         "[rod.section]",
-        "[rod.section]\nlaw = 'barrier'\nbarrier = { strength = 1, half_widths = [0, 0] }",
+        "[rod.section]\nlaw = 'barrier'\nbarrier = { strength = 1, half_widths = [0.5, 0.25] }",
     );
     let expected = [
         ("rod.length", 8.25),

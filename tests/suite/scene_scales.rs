@@ -1,7 +1,7 @@
 //! Scenes: the scaling between the user's units and the library's.
 
 use proptest::prelude::*;
-use snaprod::scene::{Place, Scene, Section, Units};
+use snaprod::scene::{Force, InTime, Place, Scene, Section, Sine, Units};
 use std::path::Path;
 
 fn scene_file(name: &str) -> Scene {
@@ -44,18 +44,27 @@ fn with_units(length: f64, stiffness: f64, mass: f64, drag: f64) -> Scene {
     scene.loads.dead = [-2.0, 0.7, 0.0];
     scene.loads.drag = drag;
     scene.loads.force[0].direction = [1.0, 2.0, 0.0];
-    scene.loads.force[0].phase = 0.4;
+    sine(&mut scene.loads.force[0]).phase = 0.4;
     scene
+}
+
+fn sine(force: &mut Force) -> &mut Sine {
+    match &mut force.size {
+        InTime::Sine(sine) => sine,
+        other => panic!("{other:?}"),
+    }
 }
 
 /// The load on the mass at time t and velocity v, in the scene's own units.
 fn load(scene: &Scene, t: f64, v: [f64; 2]) -> [f64; 2] {
-    let force = &scene.loads.force[0];
+    let mut force = scene.loads.force[0].clone();
+    let direction = force.unit();
+    let force = sine(&mut force);
     let angle = std::f64::consts::TAU * force.frequency * t + force.phase;
     std::array::from_fn(|i| {
         scene.body().unwrap().mass * scene.loads.gravity[i] + scene.loads.dead[i]
             - scene.loads.drag * v[i]
-            + force.unit()[i] * force.amplitude * angle.sin()
+            + direction[i] * force.amplitude * angle.sin()
     })
 }
 
@@ -73,9 +82,11 @@ proptest! {
         let scales = scene.scales().unwrap();
         let free = scene.dimensionless().unwrap();
         let theirs = load(&scene, t, v);
-        let force = &free.loads.force[0];
-        let swing = (std::f64::consts::TAU * force.frequency * t / scales.time + force.phase).sin();
-        let [x, y, _] = force.direction.map(|c| c * force.amplitude * swing);
+        let mut force = free.loads.force[0].clone();
+        let direction = force.unit();
+        let force = sine(&mut force);
+        let angle = std::f64::consts::TAU * force.frequency * t / scales.time + force.phase;
+        let [x, y, _] = direction.map(|c| c * force.amplitude * angle.sin());
         let size = theirs[0].hypot(theirs[1]) + 10.0 * drag + mass * 10.0 + 3.0;
         for (i, harmonic) in [x, y].into_iter().enumerate() {
             let ours = free.loads.gravity[i] + free.loads.dead[i] - free.loads.drag * free.start.velocity[i] + harmonic;
@@ -101,8 +112,8 @@ proptest! {
         other.start.velocity = si.start.velocity.map(|v| v * l / s);
         other.loads.gravity = si.loads.gravity.map(|g| g * l / (s * s));
         other.loads.dead = si.loads.dead.map(|f| f * force);
-        other.loads.force[0].amplitude *= force;
-        other.loads.force[0].frequency /= s;
+        sine(&mut other.loads.force[0]).amplitude *= force;
+        sine(&mut other.loads.force[0]).frequency /= s;
         other.run.as_mut().unwrap().duration *= s;
         let (a, b) = (si.dimensionless().unwrap(), other.dimensionless().unwrap());
         for i in 0..2 {
@@ -112,7 +123,8 @@ proptest! {
         }
         close(a.loads.drag, b.loads.drag);
         close(a.duration, b.duration);
-        close(a.loads.force[0].amplitude, b.loads.force[0].amplitude);
-        close(a.loads.force[0].frequency, b.loads.force[0].frequency);
+        let [one, two] = [a, b].map(|mut free| *sine(&mut free.loads.force[0]));
+        close(one.amplitude, two.amplitude);
+        close(one.frequency, two.frequency);
     }
 }

@@ -1,9 +1,9 @@
 //! Scenes of motion in space: what is accepted, what is refused and where, and what it is in the library's units.
 
 use snaprod::scene::{
-    Damping, EndLoad, EndPose, Fault, FaultKind, FrictionBarrier, FrictionLaw, Joint, Method,
-    Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix, StrainName,
-    Units,
+    Damping, EndLoad, EndPose, Fault, FaultKind, FrictionBarrier, FrictionLaw, InTime, Joint,
+    Method, Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix,
+    StrainName, Units,
 };
 use std::path::Path;
 
@@ -520,9 +520,12 @@ fn si_scales() {
     close(free.loads.dead[0], 0.5);
     close(free.loads.couple[1], 0.5);
     close(free.loads.drag, 0.1 / (0.08 / 0.8_f64.sqrt()));
-    all_close(&free.loads.force[0].direction, &[0.0, 0.6, 0.8]);
-    close(free.loads.force[0].amplitude, 2.0);
-    close(free.loads.force[0].frequency, 2.0 * time);
+    all_close(&free.loads.force[0].unit(), &[0.0, 0.6, 0.8]);
+    let InTime::Sine(sine) = &free.loads.force[0].size else {
+        panic!()
+    };
+    close(sine.amplitude, 2.0);
+    close(sine.frequency, 2.0 * time);
     close(free.duration, 2.0 / time);
 
     let other = |text: &str| {

@@ -1,33 +1,19 @@
-//! What `[rod]` of a scene of motion in space may hold for friction and relaxation.
+//! Reads internal friction and Maxwell branches of `[rod]`.
 
-use super::along_schema::{SIZE, VALUE};
-use super::fault::FaultKind;
-use super::matrix_schema::{definite, rows};
-use super::reader::{Need, Reader, Rule, Spec, Table};
-use super::schema::NON_NEGATIVE;
-use super::viscous_schema::{power, relaxation, relaxation_time};
-use super::{Damping, FrictionBarrier, FrictionLaw, Maxwell, StrainMatrix};
+use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL};
+use super::matrix::{definite, rows};
+use super::reader::{Absent, Reader, Table};
+use super::rod::Memory;
+use super::rule::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY};
+use super::section::half_widths;
+use crate::scene::{
+    Damping, FaultKind, FrictionBarrier, FrictionLaw, Maxwell, PowerLaw, StrainMatrix,
+};
 use toml::Spanned;
 use toml::de::DeValue;
 
-use Need::{Or, Required};
-
-const DAMPING: Spec = Spec {
-    name: "damping",
-    fields: &["proportional", "viscosity", "exponent", "rate", "barrier"],
-    barred: &[],
-};
-const BARRIER: Spec = Spec {
-    name: "barrier",
-    fields: &["strength", "half_widths"],
-    barred: &[],
-};
-const PROPORTIONAL: Spec = Spec {
-    name: "proportional",
-    fields: &["proportional"],
-    barred: &[],
-};
-
+/// Maxwell branches of one rod.
+const BRANCHES: usize = 32;
 const FORMS: &str = "an array of six viscosities, in the order u1 u2 u3 v1 v2 v3; six such rows; or a table such as \
                      { proportional = 0.05 }, a time";
 const BRANCH_FORMS: &str = "an array of six stiffnesses, in the order u1 u2 u3 v1 v2 v3; six such rows; or \
@@ -35,41 +21,21 @@ const BRANCH_FORMS: &str = "an array of six stiffnesses, in the order u1 u2 u3 v
 const ROW: &str = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v3";
 const MATRIX: &str = "six numbers, or six rows of six, in the order u1 u2 u3 v1 v2 v3";
 
-/// Entries of viscosities on the diagonal.
-const VISCOSITY: Rule = Rule {
-    allowed: "a finite number > 0 where the section does not hold the strain rigid",
-    holds: SIZE.holds,
-    hint: |x| match x {
-        0.0 => Some("without viscosity a strain has no rate; it must be > 0, however small"),
-        _ => (SIZE.hint)(x),
-    },
-};
-/// Entries of Maxwell branches on the diagonal.
-const MODULUS: Rule = Rule {
-    allowed: "a finite number >= 0",
-    holds: |x| VALUE_RANGE.contains(&x),
-    hint: VALUE.hint,
-};
-const VALUE_RANGE: std::ops::RangeInclusive<f64> = 0.0..=1e40;
-
 /// What a matrix must be, and what follows if it is not.
 struct Kind {
     forms: &'static str,
-    diagonal: Rule,
-    factor: Rule,
+    diagonal: &'static Rule,
     consequence: &'static str,
 }
 
 const FRICTION: Kind = Kind {
     forms: FORMS,
-    diagonal: VISCOSITY,
-    factor: SIZE,
+    diagonal: &VISCOSITY,
     consequence: "friction would feed energy to the rod (AMV (2.33))",
 };
 const SPRING: Kind = Kind {
     forms: BRANCH_FORMS,
-    diagonal: MODULUS,
-    factor: NON_NEGATIVE,
+    diagonal: &MODULUS,
     consequence: "the branch would store negative energy",
 };
 
@@ -97,7 +63,7 @@ pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Damping> 
 }
 
 fn bare_number(reader: &Reader, field: &str, value: &Spanned<DeValue>) {
-    let Some(x) = reader.number(field, value, NON_NEGATIVE) else {
+    let Some(x) = reader.number(field, value, &NON_NEGATIVE) else {
         return;
     };
     if x == 0.0 {
@@ -118,13 +84,13 @@ fn by_table<'a>(
     value: &'a Spanned<DeValue<'a>>,
     rigid: Option<[bool; 6]>,
 ) -> Option<Damping> {
-    let table = reader.table(field, value, &DAMPING, &[], FORMS)?;
-    let time = table.optional("proportional", SIZE);
-    let viscosity = table.read("viscosity", "", Or(None), |field, value| {
+    let table = reader.table(field, value, &DAMPING, FORMS)?;
+    let time = table.optional("proportional");
+    let viscosity = table.read("viscosity", "", Absent::Or(None), |field, value| {
         array_matrix(reader, field, value, MATRIX, rigid, &FRICTION).map(Some)
     });
     let power = power(&table);
-    let barrier = table.read("barrier", "", Or(None), |field, value| {
+    let barrier = table.read("barrier", "", Absent::Or(None), |field, value| {
         barrier(reader, field, value, rigid).map(Some)
     });
     let viscosity = match (time?, viscosity?) {
@@ -169,14 +135,9 @@ fn barrier<'a>(
     rigid: Option<[bool; 6]>,
 ) -> Option<FrictionBarrier> {
     let allowed = "a table such as { strength = 0.1, half_widths = [0.05, 0.05] }";
-    let table = reader.table(field, value, &BARRIER, &[], allowed)?;
-    let strength = table.number("strength", SIZE, Required("strength = 0.1"));
-    let example = Required("half_widths = [0.05, 0.05]");
-    let words = "an array of two finite numbers > 0, along d1 and d2";
-    let half_widths = table.read("half_widths", words, example, |field, value| {
-        let number = |field: &str, value: &_| reader.number(field, value, SIZE);
-        reader.array(field, value, words, number)
-    });
+    let table = reader.table(field, value, &BARRIER, allowed)?;
+    let strength = table.number("strength");
+    let half_widths = half_widths(&table);
     if rigid.is_some_and(|rigid| rigid[5]) {
         let allowed = "left out where the section holds the stretch rigid";
         let hint = "a rod that cannot be compressed needs no barrier: write `axial = 300.0` in [rod.section]".to_owned();
@@ -204,9 +165,8 @@ fn matrix<'a>(
     kind: &Kind,
 ) -> Option<StrainMatrix> {
     if value.get_ref().is_table() {
-        let table = reader.table(field, value, &PROPORTIONAL, &[], kind.forms)?;
-        let example = Required("proportional = 0.5");
-        let factor = table.number("proportional", kind.factor, example)?;
+        let table = reader.table(field, value, &PROPORTIONAL, kind.forms)?;
+        let factor = table.number("proportional")?;
         return Some(StrainMatrix::Proportional(factor));
     }
     array_matrix(reader, field, value, kind.forms, rigid, kind)
@@ -231,7 +191,7 @@ fn array_matrix(
         let rows = definite(reader, field, value, rows, &free, diagonal, consequence)?;
         return Some(StrainMatrix::Full(Box::new(rows)));
     }
-    let number = |field: &str, value: &_| reader.number(field, value, VALUE);
+    let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
     let diagonal: [f64; 6] = reader.array(field, value, allowed, number)?;
     let elements = value.get_ref().as_array().into_iter().flatten();
     let mut sound = true;
@@ -250,8 +210,7 @@ pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<Maxw
     let allowed = "an array of tables such as { stiffness = { proportional = 0.5 }, time = 2.0 }, one for each Maxwell \
                    branch";
     relaxation(rod, allowed, |table| {
-        let example = Required("stiffness = { proportional = 0.5 }");
-        let stiffness = table.read("stiffness", BRANCH_FORMS, example, |field, value| {
+        let stiffness = table.read("stiffness", BRANCH_FORMS, Absent::Fault, |field, value| {
             matrix(table.reader, field, value, rigid, &SPRING)
         });
         let time = relaxation_time(table);
@@ -260,4 +219,128 @@ pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<Maxw
             time: time?,
         })
     })
+}
+
+/// Reports that a field is of no use to a rod that has no damping.
+pub(super) fn needs_damping(table: &Table, name: &str, why: &str) {
+    let Some(value) = table.get(name) else { return };
+    let hint = format!("{why}; write `damping = 0.1` in [rod], or leave it out");
+    table.reader.fault(
+        FaultKind::Conflict,
+        &table.field(name),
+        value.span(),
+        "left out where the rod has no damping",
+        Some(hint),
+    );
+}
+
+/// Reads `rod.damping` of a planar rod; `None` inside if it is elastic.
+pub(super) fn planar_damping(rod: &Table) -> Option<Option<Damping>> {
+    let reader = rod.reader;
+    rod.read("damping", "", Absent::Or(None), |field, value| {
+        match value.get_ref() {
+            DeValue::Table(_) => {
+                let table = reader.table(field, value, &DAMPING, ETA.allowed)?;
+                let (viscosity, power) = (friction(&table), power(&table));
+                let (viscosity, law) = (viscosity?, power?);
+                let law = law.map_or(FrictionLaw::Linear, FrictionLaw::Power);
+                return Some(Some(Damping { viscosity, law }));
+            }
+            DeValue::Array(_) => {
+                let hint = "matrices are for the six strains of a Cosserat rod";
+                reader.wrong_type(field, value, ETA.allowed, Some(hint));
+                return None;
+            }
+            _ => {}
+        }
+        let viscosity = reader.number(field, value, &ETA)?;
+        Some((viscosity != 0.0).then_some(Damping {
+            viscosity: StrainMatrix::Bending(viscosity),
+            law: FrictionLaw::Linear,
+        }))
+    })
+}
+
+fn friction(table: &Table) -> Option<StrainMatrix> {
+    let viscosity = table.optional("viscosity");
+    let time = table.optional("proportional");
+    match (viscosity?, time?) {
+        (Some(viscosity), None) => Some(StrainMatrix::Bending(viscosity)),
+        (None, Some(time)) => Some(StrainMatrix::Proportional(time)),
+        (Some(_), Some(_)) => {
+            let hint = "viscosity = proportional * bending_stiffness: keep one of them";
+            table.conflict("proportional", &["viscosity"], hint);
+            None
+        }
+        (None, None) => {
+            let allowed = "a finite number > 0, stiffness times time; or proportional, a time";
+            table.missing("viscosity", allowed, "viscosity = 0.1");
+            None
+        }
+    }
+}
+
+/// `exponent` and `rate`: both or neither.
+pub(super) fn power(table: &Table) -> Option<Option<PowerLaw>> {
+    let exponent = table.optional("exponent");
+    let rate = table.optional("rate");
+    match (exponent?, rate?) {
+        (Some(exponent), Some(rate)) => Some(Some(PowerLaw { exponent, rate })),
+        (None, None) => Some(None),
+        (Some(_), None) => {
+            let allowed = "the rate of the curvature > 0 at which the power sets in";
+            table.missing("rate", allowed, "rate = 1.0");
+            None
+        }
+        (None, Some(_)) => {
+            table.missing("exponent", EXPONENT.allowed, "exponent = 0.5");
+            None
+        }
+    }
+}
+
+/// Reads `relaxation`, each branch by `branch`.
+pub(super) fn relaxation<T>(
+    rod: &Table,
+    allowed: &str,
+    branch: impl Fn(&Table) -> Option<T>,
+) -> Option<Vec<T>> {
+    let reader = rod.reader;
+    rod.read("relaxation", "", Absent::Or(Vec::new()), |field, value| {
+        let one = |field: &str, value| {
+            let example = "a table such as { stiffness = 0.5, time = 2.0 }";
+            branch(&reader.table(field, value, &MAXWELL, example)?)
+        };
+        let list = reader.list(field, value, allowed, one)?;
+        if list.len() > BRANCHES {
+            let hint = Some(format!("it has {} branches", list.len()));
+            let allowed = format!("an array of at most {BRANCHES} tables");
+            reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
+            return None;
+        }
+        list.into_iter().collect()
+    })
+}
+
+/// Reads the Maxwell branches of a planar rod.
+pub(super) fn planar_branches(rod: &Table) -> Option<Vec<Maxwell>> {
+    if !Memory::of(rod).damped {
+        let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, \
+                   however small";
+        needs_damping(rod, "relaxation", why);
+    }
+    let allowed =
+        "an array of tables such as { stiffness = 0.5, time = 2.0 }, one for each Maxwell branch";
+    relaxation(rod, allowed, |table| {
+        let stiffness = table.number("stiffness");
+        let time = relaxation_time(table);
+        Some(Maxwell {
+            stiffness: StrainMatrix::Bending(stiffness?),
+            time: time?,
+        })
+    })
+}
+
+pub(super) fn relaxation_time(table: &Table) -> Option<f64> {
+    table.number("time")
 }

@@ -1,8 +1,9 @@
 //! Symmetric matrices of a scene: what they must be.
 
-use super::along_schema::{ROUNDING, VALUE};
-use super::fault::FaultKind;
-use super::reader::{Reader, Rule, Short};
+use super::along::ROUNDING;
+use super::reader::{Reader, Short};
+use super::rule::{Rule, VALUE};
+use crate::scene::FaultKind;
 use nalgebra::{DMatrix, SymmetricEigen};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -15,7 +16,7 @@ pub(super) fn rows<const N: usize>(
     allowed: &str,
     row_words: &str,
 ) -> Option<[[f64; N]; N]> {
-    let number = |field: &str, value: &_| reader.number(field, value, VALUE);
+    let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
     let row = |field: &str, value| reader.array(field, value, row_words, number);
     reader.array(field, value, allowed, row)
 }
@@ -28,7 +29,7 @@ pub(super) fn definite<const N: usize>(
     value: &Spanned<DeValue>,
     mut rows: [[f64; N]; N],
     free: &[usize],
-    diagonal: Rule,
+    diagonal: &Rule,
     consequence: &str,
 ) -> Option<[[f64; N]; N]> {
     let refuse = |field: &str, allowed: &str, hint: String| {

@@ -1,74 +1,32 @@
 //! What `[continue]` may hold.
 
-use super::along_schema::{SIZE, VALUE};
-use super::fault::FaultKind;
-use super::reader::{Need, Rule, Short, Spec, Table, nearest};
-use super::schema::SILENT;
-use super::statics_schema::{REACH, out_of_reach};
-use super::{Continue, Parameter, Scene, Second};
-
-use Need::{Or, Required};
-
-pub(super) const CONTINUE: Spec = Spec {
-    name: "continue",
-    fields: &[
-        "parameter",
-        "from",
-        "to",
-        "step",
-        "min_step",
-        "max_step",
-        "points",
-        "switch",
-        "both",
-        "deflate",
-        "at",
-        "second",
-    ],
-    barred: &[],
-};
-const SECOND: Spec = Spec {
-    name: "continue.second",
-    fields: &[
-        "parameter",
-        "from",
-        "to",
-        "step",
-        "min_step",
-        "max_step",
-        "points",
-    ],
-    barred: &[],
-};
-
-const STEP: Rule = Rule {
-    allowed: "a number in (0, 1], a fraction of the way from `from` to `to`",
-    holds: |x| 0.0 < x && x <= 1.0,
-    hint: SILENT,
-};
+use super::ends::{REACH, out_of_reach};
+use super::fields::SECOND;
+use super::reader::{Absent, Short, Table, nearest};
+use super::rule::{SIZE, VALUE};
+use crate::scene::{Continue, FaultKind, Parameter, Scene, Second};
 
 /// Reads `[continue]`. `scene` is the rest of the scene; `None` if that has faults, and then only the table itself is read.
 pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Continue> {
     let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
-    let (least, step, most) = steps(table, Continue::MAX_STEP);
-    let limit = points(table, Continue::POINTS);
-    let flag = |name: &str| {
-        table.read(name, "", Or(false), |field, value| {
-            reader.flag(field, value)
-        })
-    };
-    let (switch, both, deflate) = (flag("switch"), flag("both"), flag("deflate"));
+    let (least, step, most) = steps(table);
+    let limit = table.count("points");
+    let (switch, both, deflate) = (
+        table.flag("switch"),
+        table.flag("both"),
+        table.flag("deflate"),
+    );
     let words = "an array of finite numbers, values of the parameter";
-    let at = table.read("at", words, Or(Vec::new()), |field, value| {
-        let number = |field: &str, value: &_| reader.number(field, value, VALUE);
+    let at = table.read("at", words, Absent::Or(Vec::new()), |field, value| {
+        let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
         let list = reader.list(field, value, words, number)?;
         list.into_iter().collect::<Option<Vec<f64>>>()
     });
     let allowed = "a table such as { parameter = \"end.force[0]\", to = 1.0 }";
-    let second = table.read("second", "", Or(None), |field, value| {
-        let inner = reader.table(field, value, &SECOND, &[], allowed)?;
+    let second = table.read("second", "", Absent::Or(None), |field, value| {
+        let inner = reader.table(field, value, &SECOND, allowed)?;
         second(&inner, scene, parameter).map(Some)
     });
     let (from, to) = ends?;
@@ -107,8 +65,7 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
     let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Scene::parameters);
     let paths: Vec<String> = all.iter().map(Parameter::to_string).collect();
     let allowed = format!("one of {}", paths.join(", "));
-    let example = Required("parameter = \"end.force[0]\"");
-    table.read("parameter", &allowed, example, |field, value| {
+    table.read("parameter", &allowed, Absent::Fault, |field, value| {
         let Some(path) = value.get_ref().as_str() else {
             table.reader.wrong_type(field, value, &allowed, None);
             return None;
@@ -156,11 +113,14 @@ fn absence(parameter: Parameter) -> &'static str {
 /// `from` and `to` of a branch, where the scene can be.
 fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> Option<(f64, f64)> {
     let rule = match parameter {
-        Some(parameter) if parameter.is_positive() => SIZE,
-        _ => VALUE,
+        Some(parameter) if parameter.is_positive() => &SIZE,
+        _ => &VALUE,
     };
-    let from = table.optional("from", rule);
-    let to = table.number("to", rule, Required("to = 1.0"));
+    let number = |field: &str, value: &_| table.reader.number(field, value, rule);
+    let from = table.read("from", "", Absent::Or(None), |field, value| {
+        number(field, value).map(Some)
+    });
+    let to = table.read("to", rule.allowed, Absent::Fault, number);
     let (scene, parameter) = (scene?, parameter?);
     let from = from?.unwrap_or_else(|| scene.value(&parameter));
     let mut reachable = true;
@@ -195,17 +155,18 @@ fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> O
 }
 
 /// Least, first and greatest step, each from its default, which gives way to what is written.
-fn steps(table: &Table, longest: f64) -> (Option<f64>, Option<f64>, Option<f64>) {
-    let given = ["min_step", "step", "max_step"].map(|name| table.optional(name, STEP));
+fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
+    let given = ["min_step", "step", "max_step"].map(|name| table.optional(name));
     let [Some(least), Some(step), Some(most)] = given else {
         return (None, None, None);
     };
+    let default = |name| table.default(name);
     let written = [least, step, most];
     let smallest = written.into_iter().flatten().fold(f64::INFINITY, f64::min);
     let largest = written.into_iter().flatten().fold(0.0, f64::max);
-    let least = least.unwrap_or(Continue::MIN_STEP.min(smallest));
-    let most = most.unwrap_or(longest.max(largest));
-    let first = step.unwrap_or(Continue::STEP.min(most).max(least));
+    let least = least.unwrap_or(default("min_step").min(smallest));
+    let most = most.unwrap_or(default("max_step").max(largest));
+    let first = step.unwrap_or(default("step").min(most).max(least));
     if least <= first && first <= most {
         return (Some(least), Some(first), Some(most));
     }
@@ -227,16 +188,12 @@ fn steps(table: &Table, longest: f64) -> (Option<f64>, Option<f64>, Option<f64>)
     (None, None, None)
 }
 
-fn points(table: &Table, default: usize) -> Option<usize> {
-    table.count("points", (2, 1_000_000), default)
-}
-
 fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Option<Second> {
     let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
-    let (least, step, most) = steps(table, Second::MAX_STEP);
-    let points = points(table, Second::POINTS);
+    let (least, step, most) = steps(table);
+    let points = table.count("points");
     if let (Some(parameter), true) = (parameter, parameter == first) {
         let value = table.get("parameter")?;
         let allowed = format!("another parameter than {parameter}");

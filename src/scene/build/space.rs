@@ -1,11 +1,8 @@
 //! A scene of motion in space made ready to run.
 
-use super::build::in_time;
-use super::build_rod::rotation;
-use super::build_viscous::method;
-use super::{
-    Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
-};
+use super::in_time::{forces, standing};
+use super::rod::rotation;
+use super::viscous::method;
 use crate::body::{Body, EndBody, Frame, RigidBody};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
@@ -15,6 +12,9 @@ use crate::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
 use crate::motion::reduction::{Carried, Reduction, Refusal, Start};
 use crate::motion::{Motion, Nodes, Options, State};
 use crate::rod::{End, Problem, Rod, Wrench};
+use crate::scene::{
+    Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
+};
 use crate::section::Strain;
 use crate::section::Units;
 use crate::section::rate::Viscoelastic;
@@ -141,6 +141,16 @@ impl SpaceField {
     }
 }
 
+impl Scene {
+    /// The strains that move in a motion in space.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`]; shear and stretch held rigid in a combination that has no kinematics.
+    pub fn moving(&self) -> Result<Moving> {
+        Moving::of(self.cosserat_rod()?.law().rigid())
+    }
+}
+
 impl MotionSetup {
     /// Finds the start and scales everything.
     ///
@@ -148,6 +158,7 @@ impl MotionSetup {
     /// As [`Scene::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
     /// for which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
+        standing(scene)?;
         let section = scene.viscoelastic()?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = Options::new(plain.duration)
@@ -165,8 +176,10 @@ impl MotionSetup {
             given: given.clone(),
             rod: rod.clone(),
         };
-        let (strain, start_index) = match end(&scene.start.place) {
-            None => match &scene.start.place {
+        let settled = settled(scene)?;
+        let place = settled.as_ref().unwrap_or(&scene.start.place);
+        let (strain, start_index) = match end(place) {
+            None => match place {
                 Place::Strain { strain: given } => (field(given), None),
                 _ => (field(&StrainField::default()), None),
             },
@@ -348,7 +361,7 @@ impl Inward {
 fn carried(plain: &Dimensionless, inward: &Inward) -> Result<Carried> {
     let loads = &plain.loads;
     let (gravity, dead) = (inward.vector(&loads.gravity), inward.vector(&loads.dead));
-    let forces = in_time(&loads.force, |v| inward.vector(&v))?;
+    let forces = forces(&loads.force, |v| inward.vector(&v))?;
     match &plain.body.joint {
         Joint::Ball => {
             let body = Body::new(1.0)?
@@ -367,12 +380,38 @@ fn carried(plain: &Dimensionless, inward: &Inward) -> Result<Carried> {
                 .with_gravity(gravity)?
                 .with_dead_force(dead)?
                 .with_dead_couple(inward.vector(&loads.couple))?
+                .with_rotational_drag(loads.rotational_drag)?
                 .with_drag(loads.drag)?;
             Ok(Carried::Welded(
                 forces.into_iter().fold(body, RigidBody::with_force),
             ))
         }
     }
+}
+
+/// The equilibrium under the loads at t = 0, where `settled` asks for it: their wrench about the end of the unturned
+/// body would be another one about that of the turned body, so that a weld needs its centre of mass at the end.
+fn settled(scene: &Scene) -> Result<Option<Place>> {
+    if !matches!(scene.start.place, Place::Settled { .. }) {
+        return Ok(None);
+    }
+    let (body, loads) = (scene.body()?, &scene.loads);
+    if let Joint::Weld { offset, .. } = &body.joint
+        && *offset != [0.0; 3]
+    {
+        return Err(Error::domain(
+            "start.settled: with body.offset the couple of the weight depends on how the end is turned, which is not solved \
+             yet; name the start by equilibrium = { force = .., couple = .. }, or by a pose",
+        ));
+    }
+    let mut force: [f64; 3] = std::array::from_fn(|i| body.mass * loads.gravity[i] + loads.dead[i]);
+    for load in forces(&loads.force, Vector3::from)? {
+        let at_once = load.at(0.0);
+        (0..3).for_each(|i| force[i] += at_once[i]);
+    }
+    let couple = loads.couple;
+    let equilibrium = EndLoad { force, couple };
+    Ok(Some(Place::Equilibrium { equilibrium }))
 }
 
 /// The end condition of which the start is an equilibrium.

@@ -1,11 +1,11 @@
 //! From a scene of statics to the rod and the problem of its end.
 
-use super::{
-    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Rod as SceneRod, Scene,
-    Section, Shape, Shaped, Stiffness, Transverse,
-};
 use crate::error::{Error, Result};
 use crate::rod::{End, Problem, Rod, Wrench};
+use crate::scene::{
+    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Profile as SceneProfile,
+    Rod as SceneRod, Scene, Section, Shape, Shaped, Stiffness, Transverse,
+};
 use crate::section::{self, Linear, Material, Profile, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
 
@@ -46,6 +46,21 @@ impl Scene {
 }
 
 impl SceneRod {
+    fn profile(&self, section: &SceneProfile) -> Result<Linear> {
+        let material = match self.material.map(|m| (m.young, m.poisson, m.shear)) {
+            Some((young, _, Some(shear))) => Material::with_shear(young, shear)?,
+            Some((young, Some(ratio), None)) => Material::with_poisson(young, ratio)?,
+            _ => {
+                return Err(Error::domain(
+                    "rod.material: a rod in space needs E and nu, or E and G",
+                ));
+            }
+        };
+        let (constant, factor) = (section.torsion_constant, section.shear_factor);
+        let rigid = [section.shear.is_some(), section.axial.is_some()];
+        law_of(section.outline.shape(), material, constant, factor, rigid)
+    }
+
     fn unclamped(&self) -> Result<Rod> {
         let length = self.length;
         match &self.section {
@@ -58,6 +73,7 @@ impl SceneRod {
             },
             Section::Full(law) => self.rested(length, full(law)?),
             Section::Shaped(law) => self.rested(length, shaped(law)?),
+            Section::Profile(section) => self.rested(length, self.profile(section)?),
             Section::Barrier(law) => self.barrier(law),
         }
     }
@@ -219,18 +235,31 @@ fn shaped(law: &Shaped) -> Result<Linear> {
         Transverse::ShearModulus(modulus) => Material::with_shear(law.young, modulus)?,
         Transverse::Poisson(ratio) => Material::with_poisson(law.young, ratio)?,
     };
+    let rigid = [law.shear.is_some(), law.axial.is_some()];
+    law_of(
+        shape,
+        material,
+        law.torsion_constant,
+        law.shear_factor,
+        rigid,
+    )
+}
+
+/// The law of a shape; `rigid`: shear, stretch.
+fn law_of(
+    shape: section::Shape,
+    material: Material,
+    torsion_constant: Option<f64>,
+    shear_factor: Option<f64>,
+    rigid: [bool; 2],
+) -> Result<Linear> {
     let mut profile = Profile::new(shape, material)?;
-    if let Some(constant) = law.torsion_constant {
+    if let Some(constant) = torsion_constant {
         profile = profile.with_torsion_constant(constant)?;
     }
-    if let Some(factor) = law.shear_factor {
+    // Where shear is rigid the factor is not used.
+    if let Some(factor) = shear_factor.or(rigid[0].then_some(1.0)) {
         profile = profile.with_shear_factors([factor; 2])?;
-    } else if law.shear.is_some() {
-        // Not used where shear is rigid.
-        profile = profile.with_shear_factors([1.0; 2])?;
     }
-    let unshearable = law.shear.is_some();
-    profile
-        .law()?
-        .rigid([unshearable, unshearable, law.axial.is_some()])
+    profile.law()?.rigid([rigid[0], rigid[0], rigid[1]])
 }

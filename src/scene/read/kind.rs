@@ -1,7 +1,8 @@
 //! The kind of a scene, from what is in it.
 
-use super::Model;
+use super::fields::{Kinds, PLANE, REST, SPACE};
 use super::reader::nearest;
+use crate::scene::Model;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -29,19 +30,12 @@ fn is_motion(document: &DeTable) -> bool {
     count(tables, document) + rod.map_or(0, |rod| count(fields, rod)) > count(STATICS, document)
 }
 
-/// The kind of a scene.
-pub(super) enum Kind {
-    Planar,
-    Statics,
-    Motion,
-}
-
 /// The kind of a scene; where `rod.model` does not say it, what else is there decides.
-pub(super) fn kind_of(document: &DeTable) -> Kind {
+pub(super) fn kind_of(document: &DeTable) -> Kinds {
     match (guess_model(document), is_motion(document)) {
-        (Model::Elastica, _) => Kind::Planar,
-        (Model::Cosserat, true) => Kind::Motion,
-        (Model::Cosserat, false) => Kind::Statics,
+        (Model::Elastica, _) => PLANE,
+        (Model::Cosserat, true) => SPACE,
+        (Model::Cosserat, false) => REST,
     }
 }
 
@@ -53,8 +47,10 @@ fn guess_model(document: &DeTable) -> Model {
         None => {}
     }
     let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
-    let section = rod.is_some_and(|rod| rod.contains_key("section"));
-    let statics = ["clamp", "end", "solve", "continue"];
+    // A section of a material is one of the plane, too.
+    let section =
+        rod.is_some_and(|rod| rod.contains_key("section") && !rod.contains_key("material"));
+    let statics = ["end", "solve", "continue"];
     match section || statics.iter().any(|name| document.contains_key(*name)) {
         true => Model::Cosserat,
         false => Model::Elastica,

@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// A document, and after it the overrides, `rod.damping = 0.2`, one after another: every byte has one number.
-pub(super) struct Sources {
+pub(in crate::scene) struct Sources {
     whole: String,
     /// First byte of each line of the document.
     lines: Vec<usize>,
@@ -15,7 +15,7 @@ pub(super) struct Sources {
 }
 
 /// Where a byte is.
-pub(super) enum Place<'a> {
+pub(in crate::scene) enum Place<'a> {
     /// In the document: line and column, both from 1.
     Text { line: usize, column: usize },
     /// In this override.

@@ -1,78 +1,19 @@
 //! What `[rod.section]` and `[rod.rest]` may hold.
 
-use super::along_schema::{ALONG_WORDS, SIZE, SIZES, STIFFNESS, VALUE, along};
-use super::fault::FaultKind;
-use super::matrix_schema::{definite, rows};
-use super::reader::{Need, Reader, Rule, Short, Spec, Table};
-use super::schema::SILENT;
-use super::{
-    Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Rest, Rigid, Section, Shape, Shaped,
-    Stiffness, StrainName, Transverse,
+use super::along::{ALONG_WORDS, along};
+use super::fields::{BARRIER, CIRCLE, Kinds, RECTANGLE, SECTION, TUBE};
+use super::matrix::{definite, rows};
+use super::reader::{Absent, Reader, Short, Table};
+use super::rule::{SIZE, STIFFNESS, VALUE};
+use crate::scene::{
+    Along, Barrier, BarrierTerm, Diagonal, FaultKind, Full, LawName, Outline, Profile, Rest, Rigid,
+    Section, Shape, Shaped, Stiffness, StrainName, Transverse,
 };
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use Need::{Or, Required};
-
-/// Every field, in such an order that those of each kind of section are neighbours.
-const FIELDS: [&str; 21] = [
-    "law",
-    "barrier",
-    "bending",
-    "torsion",
-    "shear",
-    "axial",
-    "shape",
-    "radius",
-    "diameter",
-    "width",
-    "height",
-    "outer_radius",
-    "outer_diameter",
-    "thickness",
-    "young",
-    "shear_modulus",
-    "poisson",
-    "shear_factor",
-    "torsion_constant",
-    "stiffness",
-    "rigid",
-];
-pub(super) const SECTION: Spec = Spec {
-    name: "rod.section",
-    fields: &FIELDS,
-    barred: &[],
-};
-pub(super) const REST: Spec = Spec {
-    name: "rod.rest",
-    fields: &["curvature", "twist"],
-    barred: &[],
-};
-const BARRIER: Spec = Spec {
-    name: "barrier",
-    fields: &["strength", "half_widths"],
-    barred: &[],
-};
-
-const POISSON: Rule = Rule {
-    allowed: "a number in (-1, 0.5]",
-    // So far above -1 that E / (2 (1 + nu)) stays a number.
-    holds: |x| (-1.0 + 1e-9..=0.5).contains(&x),
-    hint: SILENT,
-};
-const SHEAR_FACTOR: Rule = Rule {
-    allowed: "a number in (0, 1]",
-    holds: |x| SIZES.0 <= x && x <= 1.0,
-    hint: SILENT,
-};
-const HALF_WIDTH: Rule = Rule {
-    allowed: "a finite number >= 0",
-    holds: |x| (0.0..=SIZES.1).contains(&x),
-    hint: SILENT,
-};
-
-/// Sections by the field that names their kind, the strongest first, and where in [`FIELDS`] their fields are.
+/// Sections by the field that names their kind, the strongest first, and where in [`SECTION`] their fields are.
 const KINDS: [(&str, Range<usize>); 4] = [
     ("stiffness", 19..21),
     ("shape", 4..19),
@@ -83,8 +24,12 @@ const KINDS: [(&str, Range<usize>); 4] = [
 /// Reads `[rod.section]`.
 pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
     let given = |name: &str| table.get(name).is_some();
+    if OUTLINES.iter().any(|name| given(name)) {
+        return profile(table).map(Section::Profile);
+    }
+    let fields: Vec<&'static str> = SECTION.names(Kinds::MAX).collect();
     // Without the field that names it, the kind of which most is given; its name is then missing.
-    let count = |own: &Range<usize>| FIELDS[own.clone()].iter().filter(|f| given(f)).count();
+    let count = |own: &Range<usize>| fields[own.clone()].iter().filter(|f| given(f)).count();
     let named = KINDS.iter().find(|(name, _)| given(name));
     let meant = || KINDS.iter().max_by_key(|(_, own)| count(own));
     let kind = named.or_else(meant).filter(|(_, own)| count(own) > 0);
@@ -95,13 +40,14 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
             table.at,
             "rod.section",
             None,
-            "a section law: bending and torsion; or stiffness, 6 x 6; or shape, with its sizes and young",
+            "a section law: bending and torsion; or stiffness, 6 x 6; or shape, with its sizes and young; or circle, tube or rectangle with rod.material",
             Some(hint),
         );
         return None;
     };
-    let fields = &FIELDS[own.clone()];
-    let strangers = FIELDS.iter().filter(|field| !fields.contains(field));
+    let all = fields;
+    let fields = &all[own.clone()];
+    let strangers = all.iter().filter(|field| !fields.contains(field));
     let strangers: Vec<_> = strangers.filter(|field| given(field)).collect();
     for stranger in &strangers {
         let hint = match *kind {
@@ -125,11 +71,11 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
 
 fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
     let reader = table.reader;
-    let number = |field: &str, value| along(reader, field, value, STIFFNESS, length);
+    let number = |field: &str, value| along(reader, field, value, &STIFFNESS, length);
     let pair = |field: &str, value| reader.array(field, value, PAIR, number);
-    let bending = table.read("bending", PAIR, Required("bending = [1.0, 1.0]"), pair);
-    let torsion = table.read("torsion", ALONG_WORDS, Required("torsion = 0.7"), number);
-    let shear = table.read("shear", "", Or(Stiffness::Rigid), |field, value| {
+    let bending = table.read("bending", PAIR, Absent::Fault, pair);
+    let torsion = table.read("torsion", ALONG_WORDS, Absent::Fault, number);
+    let shear = table.read("shear", "", Absent::Or(Stiffness::Rigid), |field, value| {
         let allowed = "\"rigid\" or an array of two stiffnesses > 0, along d1 and d2";
         match rigid(reader, field, value, allowed)? {
             Some(Rigid::Rigid) => Some(Stiffness::Rigid),
@@ -141,7 +87,7 @@ fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
     let axial = table.read(
         "axial",
         "",
-        Or(Stiffness::Rigid),
+        Absent::Or(Stiffness::Rigid),
         |field, value| match rigid(reader, field, value, "\"rigid\" or a stiffness > 0")? {
             Some(Rigid::Rigid) => Some(Stiffness::Rigid),
             None => number(field, value).map(Stiffness::Elastic),
@@ -176,8 +122,8 @@ fn rigid(
 fn full(table: &Table) -> Option<Full> {
     let reader = table.reader;
     let words = StrainName::ALL.map(|name| (name.as_str(), name));
-    let allowed = "an array of some of \"u1\", \"u2\", \"u3\", \"v1\", \"v2\", \"v3\", not all";
-    let rigid = table.read("rigid", allowed, Or(Vec::new()), |field, value| {
+    let allowed = "an array of some of \"v1\", \"v2\", \"v3\"";
+    let rigid = table.read("rigid", allowed, Absent::Or(Vec::new()), |field, value| {
         let name = |field: &str, value: &_| {
             reader.choice(field, value, &words, "one of u1, u2, u3, v1, v2, v3")
         };
@@ -185,23 +131,25 @@ fn full(table: &Table) -> Option<Full> {
         let mut names: Vec<StrainName> = list.into_iter().collect::<Option<_>>()?;
         names.sort();
         names.dedup();
-        if names.len() == 6 {
-            let hint = Some("a rod that cannot deform has no equilibria to find".to_owned());
-            reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
+        if let Some(held) = names.iter().find(|name| **name < StrainName::V1) {
+            let hint = format!(
+                "flexure and twist cannot be rigid, as {:?} is here",
+                held.as_str()
+            );
+            reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
             return None;
         }
         Some(names)
     });
     let allowed = "six rows of six numbers, in the order u1 u2 u3 v1 v2 v3";
-    let example = Required("stiffness = [[1.0, 0.0, ...], ...]");
-    let stiffness = table.read("stiffness", allowed, example, |field, value| {
+    let stiffness = table.read("stiffness", allowed, Absent::Fault, |field, value| {
         let row_words = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v3";
         let rows = rows(reader, field, value, allowed, row_words)?;
         let rigid = rigid.as_deref()?;
         let free = StrainName::ALL.iter().filter(|name| !rigid.contains(name));
         let free: Vec<usize> = free.map(|name| *name as usize).collect();
         let consequence = "the law is not convex";
-        definite(reader, field, value, rows, &free, STIFFNESS, consequence)
+        definite(reader, field, value, rows, &free, &STIFFNESS, consequence)
     });
     Some(Full {
         stiffness: stiffness?,
@@ -218,12 +166,9 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
     }
     let words = [("linear", Word::Linear), ("barrier", Word::Barrier)];
     let allowed = r#""linear" or "barrier""#;
-    let word = table.read(
-        "law",
-        allowed,
-        Required("law = \"barrier\""),
-        |field, value| reader.choice(field, value, &words, allowed),
-    );
+    let word = table.read("law", allowed, Absent::Fault, |field, value| {
+        reader.choice(field, value, &words, allowed)
+    });
     let linear = diagonal(table, length);
     if word == Some(Word::Linear) {
         let alone = table.get("barrier").is_none();
@@ -254,17 +199,18 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
         elastic = false;
     }
     let allowed = "a table such as { strength = 1.0, half_widths = [0.05, 0.05] }";
-    let example = Required("barrier = { strength = 1.0, half_widths = [0.05, 0.05] }");
-    let barrier = table.read("barrier", allowed, example, |field, value| {
-        let table = reader.table(field, value, &BARRIER, &[], allowed)?;
-        let strength = table.number("strength", SIZE, Required("strength = 1.0"));
-        let example = Required("half_widths = [0.05, 0.05]");
-        let half_widths = table.vector("half_widths", HALF_WIDTH, example);
+    let barrier = table.read("barrier", allowed, Absent::Fault, |field, value| {
+        let table = reader.table(field, value, &BARRIER, allowed)?;
+        let strength = table.number("strength");
+        let half_widths = half_widths(&table);
         Some(BarrierTerm {
             strength: strength?,
             half_widths: half_widths?,
         })
     });
+    if let Some(linear) = &linear {
+        elastic &= uniform(table, linear);
+    }
     word?;
     let (linear, barrier) = (linear?, barrier?);
     elastic.then_some(Section::Barrier(Barrier {
@@ -274,21 +220,159 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
     }))
 }
 
-fn shaped(table: &Table) -> Option<Shaped> {
-    let reader = table.reader;
-    let young = table.number("young", STIFFNESS, Required("young = 2.1e11"));
-    let transverse = transverse(table);
-    let shear_factor = table.optional("shear_factor", SHEAR_FACTOR);
-    let torsion_constant = table.optional("torsion_constant", STIFFNESS);
-    let word = |name: &str| {
-        table.read(name, "", Or(None), |field, value| {
-            let allowed = "\"rigid\", or left out: its stiffness follows from the shape";
-            reader
-                .choice(field, value, &[("rigid", Rigid::Rigid)], allowed)
-                .map(Some)
-        })
+/// True if no stiffness varies along the rod, as a law with a barrier needs; else the faults.
+fn uniform(table: &Table, law: &Diagonal) -> bool {
+    let varies = |along: &[Along]| along.iter().any(|along| along.constant().is_none());
+    let shear: &[Along] = match &law.shear {
+        Stiffness::Elastic(shear) => shear,
+        Stiffness::Rigid => &[],
     };
-    let (shear, axial) = (word("shear"), word("axial"));
+    let axial: &[Along] = match &law.axial {
+        Stiffness::Elastic(axial) => std::slice::from_ref(axial),
+        Stiffness::Rigid => &[],
+    };
+    let torsion = std::slice::from_ref(&law.torsion);
+    let all = [
+        ("bending", &law.bending[..]),
+        ("torsion", torsion),
+        ("shear", shear),
+        ("axial", axial),
+    ];
+    let mut sound = true;
+    for (name, along) in all {
+        if let (true, Some(value)) = (varies(along), table.get(name)) {
+            let (field, kind) = (table.field(name), FaultKind::Conflict);
+            let allowed = "the same all along the rod where the law has a barrier";
+            table
+                .reader
+                .fault(kind, &field, value.span(), allowed, None);
+            sound = false;
+        }
+    }
+    sound
+}
+
+/// Half widths of a barrier.
+pub(super) fn half_widths(table: &Table) -> Option<[f64; 2]> {
+    let words = "an array of two finite numbers > 0, along d1 and d2";
+    table.read("half_widths", words, Absent::Fault, |field, value| {
+        let number = |field: &str, value: &_| table.reader.number(field, value, &SIZE);
+        table.reader.array(field, value, words, number)
+    })
+}
+
+/// Shapes that `rod.material` fills.
+pub(super) const OUTLINES: [&str; 3] = ["circle", "tube", "rectangle"];
+
+/// Reads the shape of a rod of a material.
+pub(super) fn outline(table: &Table) -> Option<Outline> {
+    let given: Vec<&str> = OUTLINES
+        .into_iter()
+        .filter(|name| table.get(name).is_some())
+        .collect();
+    let [name] = given.as_slice() else {
+        match given.as_slice() {
+            [] => {
+                let allowed = "a shape: circle, tube or rectangle";
+                table.missing(
+                    "rectangle",
+                    allowed,
+                    "rectangle = { width = 0.02, thickness = 0.0005 }",
+                );
+            }
+            [first, others @ ..] => {
+                for other in others {
+                    table.conflict(other, &[first], "a section has one shape: keep one of them");
+                }
+            }
+        }
+        return None;
+    };
+    let (spec, allowed) = match *name {
+        "circle" => (&CIRCLE, "a table such as { diameter = 0.001 }"),
+        "tube" => (
+            &TUBE,
+            "a table such as { diameter = 0.002, thickness = 0.0002 }",
+        ),
+        _ => (
+            &RECTANGLE,
+            "a table such as { width = 0.02, thickness = 0.0005 }",
+        ),
+    };
+    let sizes = table
+        .reader
+        .table(&table.field(name), table.get(name)?, spec, allowed)?;
+    match *name {
+        "circle" => Some(Outline::Circle {
+            diameter: sizes.number("diameter")?,
+        }),
+        "tube" => {
+            let (diameter, thickness) = (sizes.number("diameter"), sizes.number("thickness"));
+            let (diameter, thickness) = (diameter?, thickness?);
+            hollow(&sizes, thickness, 0.5 * diameter)?;
+            Some(Outline::Tube {
+                diameter,
+                thickness,
+            })
+        }
+        _ => {
+            let (width, thickness) = (sizes.number("width"), sizes.number("thickness"));
+            Some(Outline::Rectangle {
+                width: width?,
+                thickness: thickness?,
+            })
+        }
+    }
+}
+
+fn profile(table: &Table) -> Option<Profile> {
+    let strangers: Vec<&str> = SECTION
+        .names(Kinds::MAX)
+        .filter(|name| {
+            let own = ["shear", "axial", "shear_factor", "torsion_constant"];
+            !own.contains(name) && !OUTLINES.contains(name) && table.get(name).is_some()
+        })
+        .collect();
+    let outline = outline(table);
+    for stranger in &strangers {
+        let shapes: Vec<&str> = OUTLINES
+            .into_iter()
+            .filter(|name| table.get(name).is_some())
+            .collect();
+        table.conflict(
+            stranger,
+            &shapes,
+            "the stiffnesses follow from the shape and rod.material",
+        );
+    }
+    let shear_factor = table.optional("shear_factor");
+    let torsion_constant = table.optional("torsion_constant");
+    let (shear, axial) = (held(table, "shear"), held(table, "axial"));
+    let profile = Profile {
+        outline: outline?,
+        shear_factor: shear_factor?,
+        torsion_constant: torsion_constant?,
+        shear: shear?,
+        axial: axial?,
+    };
+    strangers.is_empty().then_some(profile)
+}
+
+/// The word "rigid", or nothing.
+fn held(table: &Table, name: &str) -> Option<Option<Rigid>> {
+    table.read(name, "", Absent::Or(None), |field, value| {
+        let allowed = "\"rigid\", or left out: its stiffness follows from the shape";
+        let words = [("rigid", Rigid::Rigid)];
+        table.reader.choice(field, value, &words, allowed).map(Some)
+    })
+}
+
+fn shaped(table: &Table) -> Option<Shaped> {
+    let young = table.number("young");
+    let transverse = transverse(table);
+    let shear_factor = table.optional("shear_factor");
+    let torsion_constant = table.optional("torsion_constant");
+    let (shear, axial) = (held(table, "shear"), held(table, "axial"));
     let shape = shape(table);
     Some(Shaped {
         shape: shape?,
@@ -302,8 +386,8 @@ fn shaped(table: &Table) -> Option<Shaped> {
 }
 
 fn transverse(table: &Table) -> Option<Transverse> {
-    let modulus = table.optional("shear_modulus", STIFFNESS);
-    let poisson = table.optional("poisson", POISSON);
+    let modulus = table.optional("shear_modulus");
+    let poisson = table.optional("poisson");
     match (modulus?, poisson?) {
         (Some(modulus), None) => Some(Transverse::ShearModulus(modulus)),
         (None, Some(ratio)) => Some(Transverse::Poisson(ratio)),
@@ -336,8 +420,7 @@ fn shape(table: &Table) -> Option<Shape> {
         ("tube", Word::Tube),
     ];
     let allowed = r#""circle", "rectangle" or "tube""#;
-    let example = Required(r#"shape = "circle""#);
-    let word = table.read("shape", allowed, example, |field, value| {
+    let word = table.read("shape", allowed, Absent::Fault, |field, value| {
         table.reader.choice(field, value, &words, allowed)
     })?;
     let own: &[&str] = match word {
@@ -363,8 +446,8 @@ fn shape(table: &Table) -> Option<Shape> {
     let shape = match word {
         Word::Circle => radius(table, "radius", "diameter").map(|radius| Shape::Circle { radius }),
         Word::Rectangle => {
-            let width = table.number("width", SIZE, Required("width = 0.01"));
-            let height = table.number("height", SIZE, Required("height = 0.01"));
+            let width = table.number("width");
+            let height = table.number("height");
             width
                 .zip(height)
                 .map(|(width, height)| Shape::Rectangle { width, height })
@@ -376,28 +459,33 @@ fn shape(table: &Table) -> Option<Shape> {
 
 fn tube(table: &Table) -> Option<Shape> {
     let outer_radius = radius(table, "outer_radius", "outer_diameter");
-    let thickness = table.number("thickness", SIZE, Required("thickness = 0.001"));
+    let thickness = table.number("thickness");
     let (outer_radius, thickness) = (outer_radius?, thickness?);
+    hollow(table, thickness, outer_radius)?;
+    Some(Shape::Tube {
+        outer_radius,
+        thickness,
+    })
+}
+
+/// Nothing, if the wall of a tube is thinner than its outer radius; else the fault.
+fn hollow(table: &Table, thickness: f64, outer_radius: f64) -> Option<()> {
     if thickness < outer_radius {
-        return Some(Shape::Tube {
-            outer_radius,
-            thickness,
-        });
+        return Some(());
     }
     let value = table.get("thickness")?;
     let allowed = format!("less than the outer radius, {}", Short(outer_radius));
     let hint = Some("a tube without a hole is a circle".to_owned());
     let field = table.field("thickness");
-    table
-        .reader
-        .fault(FaultKind::Value, &field, value.span(), allowed, hint);
+    let reader = table.reader;
+    reader.fault(FaultKind::Value, &field, value.span(), allowed, hint);
     None
 }
 
 /// A radius, or half a diameter.
 fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option<f64> {
-    let by_radius = table.optional(radius, SIZE);
-    let by_diameter = table.optional(diameter, SIZE);
+    let by_radius = table.optional(radius);
+    let by_diameter = table.optional(diameter);
     match (by_radius?, by_diameter?) {
         (Some(radius), None) => Some(radius),
         (None, Some(diameter)) => Some(0.5 * diameter),
@@ -416,16 +504,21 @@ fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option
 pub(super) fn rest(table: &Table, length: Option<f64>) -> Option<Rest> {
     let reader = table.reader;
     let default = Rest::default();
-    let number = |field: &str, value| along(reader, field, value, VALUE, length);
-    let curvature = table.read("curvature", "", Or(default.curvature), |field, value| {
-        reader.array(
-            field,
-            value,
-            "an array of two curvatures, about d1 and d2",
-            number,
-        )
-    });
-    let twist = table.read("twist", "", Or(default.twist), number);
+    let number = |field: &str, value| along(reader, field, value, &VALUE, length);
+    let curvature = table.read(
+        "curvature",
+        "",
+        Absent::Or(default.curvature),
+        |field, value| {
+            reader.array(
+                field,
+                value,
+                "an array of two curvatures, about d1 and d2",
+                number,
+            )
+        },
+    );
+    let twist = table.read("twist", "", Absent::Or(default.twist), number);
     Some(Rest {
         curvature: curvature?,
         twist: twist?,

@@ -1,10 +1,7 @@
 //! From a planar scene with damping to a viscoelastic run, in units of the rod.
 
-use super::build::{body, in_plane, start};
-use super::{
-    Damping, FrictionLaw, Maxwell as SceneMaxwell, Method, Place, PowerLaw, Relaxed, Scales, Scene,
-    StrainMatrix,
-};
+use super::in_time::standing;
+use super::planar::{body, in_plane, start};
 use crate::body::Body;
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
@@ -13,6 +10,10 @@ use crate::elastica::Equilibrium;
 use crate::error::{Error, Result};
 use crate::motion::creep::{ViscousRun, ViscousStart};
 use crate::motion::{Nodes, Options};
+use crate::scene::{
+    Damping, FrictionLaw, Maxwell as SceneMaxwell, Method, Place, PowerLaw, Relaxed, Rod, Scales,
+    Scene, StrainMatrix,
+};
 use crate::section::Linear;
 use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
 use crate::solve::integrator;
@@ -67,6 +68,7 @@ impl ViscousSetup {
     /// A scene without damping; a start position with no equilibrium as asked for, or with several; scales at which the
     /// law is not one of doubles.
     pub fn new(scene: &Scene) -> Result<Self> {
+        standing(scene)?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let viscosity = plain.viscosity();
         if !(viscosity > 0.0) {
@@ -82,14 +84,16 @@ impl ViscousSetup {
         options.max_steps = run.max_steps as u64;
         let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
-            place => {
-                let rod = start(scene, place)?;
-                // A rod drawn to its full reach has no arclength that double precision holds.
-                rod.section(0.5).map_err(|e| {
-                    e.context("[start]: the rod is held so near to its full reach that it cannot be followed; start further inside")
-                })?;
-                Field::Equilibrium(Box::new(rod))
-            }
+            _ => match start(scene, &plain)? {
+                None => Field::Polynomial(vec![0.0]),
+                Some(rod) => {
+                    // A rod drawn to its full reach has no arclength that double precision holds.
+                    rod.section(0.5).map_err(|e| {
+                        e.context("[start]: the rod is held so near to its full reach that it cannot be followed; start further inside")
+                    })?;
+                    Field::Equilibrium(Box::new(rod))
+                }
+            },
         };
         let relaxed = match plain.start.relaxed.clone() {
             Relaxed::Start => None,
@@ -142,11 +146,7 @@ impl ViscousSetup {
 }
 
 /// The section of a planar rod, in the scene's units; of its strains only u1, bending in the plane, is meant.
-pub(super) fn planar_section(
-    rod: &super::Rod,
-    bending: f64,
-    damping: &Damping,
-) -> Result<Viscoelastic> {
+pub(super) fn planar_section(rod: &Rod, bending: f64, damping: &Damping) -> Result<Viscoelastic> {
     section(
         bending,
         damping.viscosity(bending),

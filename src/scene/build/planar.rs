@@ -1,13 +1,13 @@
 //! From a scene to what the library runs: body, start and options, in units of the rod.
 
-use super::{Dimensionless, Force, Landing, Place, Scales, Scene, Sheet, SheetName};
-use crate::body::{Body, TimeLoad};
-use crate::elastica::{Elastica, Equilibrium, equilibria_at};
+use super::in_time::{forces, standing};
+use crate::body::Body;
+use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::motion::{LandingRule, Options, Run};
-use nalgebra::{SVector, Vector2};
-use std::f64::consts::TAU;
+use crate::scene::{Dimensionless, Landing, Place, Scales, Scene, Sheet, SheetName};
+use nalgebra::Vector2;
 
 /// A scene made ready to run: length, stiffness and mass are 1.
 #[derive(Debug, Clone)]
@@ -42,6 +42,7 @@ impl Setup {
                 "rod.damping: a viscoelastic rod has strains of its own, and no elastic run; leave it out",
             ));
         }
+        standing(scene)?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = Options::new(plain.duration)?
             .with_tolerance(run.tolerance)?
@@ -55,7 +56,11 @@ impl Setup {
         options.max_snaps = run.max_snaps as u64;
         Ok(Self {
             body: body(&plain)?,
-            start: start(scene, &plain.start.place)?,
+            start: start(scene, &plain)?.ok_or_else(|| {
+                Error::domain(
+                    "[start]: an elastic rod does not start straight yet; write damping = { proportional = 1e-3 } in [rod]",
+                )
+            })?,
             velocity: in_plane(plain.start.velocity),
             options,
             scales: scene.scales()?,
@@ -79,7 +84,7 @@ pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
         .with_gravity(in_plane(loads.gravity))?
         .with_dead_force(in_plane(loads.dead))?
         .with_drag(loads.drag)?;
-    let forces = in_time(&loads.force, in_plane)?;
+    let forces = forces(&loads.force, in_plane)?;
     Ok(forces.into_iter().fold(body, Body::with_force))
 }
 
@@ -88,27 +93,17 @@ pub(super) fn in_plane([x, y, _]: [f64; 3]) -> Vector2<f64> {
     Vector2::new(x, y)
 }
 
-/// Forces in time, their directions led by `inward` into the frame of the run.
-pub(super) fn in_time<const N: usize>(
-    forces: &[Force],
-    inward: impl Fn([f64; 3]) -> SVector<f64, N>,
-) -> Result<Vec<TimeLoad<N>>> {
-    let one = |force: &Force| {
-        let amplitude = inward(force.direction) * force.amplitude;
-        TimeLoad::sine(amplitude, TAU * force.frequency, force.phase)
-    };
-    forces.iter().map(one).collect()
-}
-
-/// The equilibrium at the start.
-pub(super) fn start(scene: &Scene, place: &Place) -> Result<Equilibrium> {
-    match place {
-        Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa),
-        Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p),
+/// The equilibrium at the start; `None` is the straight rod.
+pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equilibrium>> {
+    match &plain.start.place {
+        Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa).map(Some),
+        Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p).map(Some),
         Place::Position {
             position: [x, y, _],
             sheet,
-        } => at_position(scene, [*x, *y], sheet),
+        } => at_position(scene, [*x, *y], sheet).map(Some),
+        Place::Rest { .. } => Ok(None),
+        Place::Settled { .. } => settled(&body(plain)?.load(0.0)),
         _ => Err(Error::domain(
             "curvature is the start of a rod with damping; an elastic rod starts from an equilibrium",
         )),

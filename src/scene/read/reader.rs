@@ -3,8 +3,10 @@
 //! serde stops at the first error; here a reader that fails records a [`Fault`] and gives `None`,
 //! and the caller goes on. Invariant: `None` means that a fault was recorded.
 
-use super::fault::{Fault, FaultKind, Faults};
+use super::fields::{Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
+use super::rule::{FINITE, Rule};
 use super::sources::{Place, Refused, Sources, apply};
+use crate::scene::{Fault, FaultKind, Faults};
 use std::cell::{Cell, RefCell};
 use std::fmt;
 use std::ops::Range;
@@ -16,32 +18,11 @@ const EXCERPT: usize = 48;
 /// Longer unknown names get no suggestion: they are no typing slip.
 const LONGEST_NAME: usize = 64;
 
-/// What a table may hold.
-pub(super) struct Spec {
-    /// Its name between brackets; empty for the top of the file.
-    pub name: &'static str,
-    /// Its fields (tables, for the top of the file).
-    pub fields: &'static [&'static str],
-    /// Fields of another kind of scene, each with what to do.
-    pub barred: &'static [(&'static str, &'static str)],
-}
-
-/// A set of numbers. `holds` is written so that NaN fails.
-#[derive(Clone, Copy)]
-pub(super) struct Rule {
-    /// Completes "must be ...".
-    pub allowed: &'static str,
-    /// Membership.
-    pub holds: fn(f64) -> bool,
-    /// What to do about a number outside.
-    pub hint: fn(f64) -> Option<&'static str>,
-}
-
-/// What stands in for an absent field.
-pub(super) enum Need<T> {
-    /// Nothing; the fault shows this example line.
-    Required(&'static str),
-    /// This default.
+/// What stands in for an absent field whose value is read by a function.
+pub(super) enum Absent<T> {
+    /// Nothing; the fault shows the example of the table.
+    Fault,
+    /// This.
     Or(T),
 }
 
@@ -51,6 +32,8 @@ const KEPT: usize = 1000;
 /// The text, what overrides it, and the faults found in them so far.
 pub(super) struct Reader<'a> {
     text: &'a Sources,
+    /// The kind of the scene.
+    pub kind: Cell<Kinds>,
     faults: RefCell<Vec<Fault>>,
     more: Cell<usize>,
 }
@@ -59,6 +42,7 @@ impl<'a> Reader<'a> {
     pub fn new(text: &'a Sources) -> Self {
         Self {
             text,
+            kind: Cell::new(PLANE),
             faults: RefCell::default(),
             more: Cell::new(0),
         }
@@ -168,7 +152,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A float or an integer that satisfies `rule`.
-    pub fn number(&self, field: &str, value: &Spanned<DeValue>, rule: Rule) -> Option<f64> {
+    pub fn number(&self, field: &str, value: &Spanned<DeValue>, rule: &Rule) -> Option<f64> {
         let number = match value.get_ref() {
             // The parser has checked the digits; a float too large for f64 becomes infinite and is
             // refused by the rule.
@@ -224,10 +208,19 @@ impl<'a> Reader<'a> {
         &self,
         field: &str,
         value: &Spanned<DeValue>,
-        rule: Rule,
+        rule: &Rule,
     ) -> Option<[f64; N]> {
         let parse = |field: &str, value: &_| self.number(field, value, rule);
         self.array(field, value, vector_words(N), parse)
+    }
+
+    /// A vector: two numbers in the plane, where the third is 0, three in space.
+    pub fn point(&self, field: &str, value: &Spanned<DeValue>, rule: &Rule) -> Option<[f64; 3]> {
+        if self.kind.get() == PLANE {
+            let [x, y] = self.vector(field, value, rule)?;
+            return Some([x, y, 0.0]);
+        }
+        self.vector(field, value, rule)
     }
 
     /// So many elements, each read by `parse`.
@@ -302,8 +295,7 @@ impl<'a> Reader<'a> {
         &'a self,
         field: &str,
         value: &'a Spanned<DeValue<'a>>,
-        spec: &Spec,
-        siblings: &[&Spec],
+        spec: &'static Spec,
         allowed: &str,
     ) -> Option<Table<'a>> {
         let Some(entries) = value.get_ref().as_table() else {
@@ -311,7 +303,7 @@ impl<'a> Reader<'a> {
             return None;
         };
         let at = value.span().start;
-        Some(Table::open(self, field, entries, at, spec, siblings))
+        Some(Table::open(self, field, entries, at, spec))
     }
 }
 
@@ -320,6 +312,7 @@ pub(super) struct Table<'a> {
     /// Where faults go.
     pub reader: &'a Reader<'a>,
     path: String,
+    spec: &'static Spec,
     entries: &'a DeTable<'a>,
     /// Byte at which the table begins.
     pub at: usize,
@@ -329,26 +322,26 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Opens a table and reports the fields that `spec` does not hold. `siblings` are searched for
-    /// a field that stands in the wrong table.
+    /// Opens a table and reports the fields that `spec` does not hold in a scene of this kind.
     pub fn open(
         reader: &'a Reader<'a>,
         path: &str,
         entries: &'a DeTable<'a>,
         at: usize,
-        spec: &Spec,
-        siblings: &[&Spec],
+        spec: &'static Spec,
     ) -> Self {
         let mut table = Self {
             reader,
             path: path.to_owned(),
+            spec,
             entries,
             at,
             slips: Vec::new(),
         };
+        let kind = reader.kind.get();
         for (key, value) in entries.iter() {
             let name: &'a str = key.get_ref();
-            if spec.fields.contains(&name) {
+            if spec.field(name, kind).is_some() {
                 continue;
             }
             if reader.is_full() {
@@ -358,30 +351,49 @@ impl<'a> Table<'a> {
             let field = table.field(name);
             // The text of a table would only repeat its name.
             let shown = (!value.get_ref().is_table()).then(|| value.span());
-            if let Some((_, hint)) = spec.barred.iter().find(|(barred, _)| *barred == name) {
+            let barred = |(on, barred, _): &&(Kinds, &str, &str)| *barred == name && on & kind != 0;
+            if let Some((_, _, hint)) = spec.barred.iter().find(barred) {
                 let (at, hint) = (value.span().start, Some((*hint).to_owned()));
                 reader.record(FaultKind::Conflict, at, &field, shown, "left out", hint);
                 continue;
             }
-            let home = siblings.iter().find(|other| other.fields.contains(&name));
-            let hint = match home {
-                Some(home) if home.name.is_empty() => Some(format!(
-                    "`{name}` belongs at the top of the file, before the first [table]"
-                )),
-                Some(home) => Some(format!("`{name}` belongs in [{}]", home.name)),
-                None => nearest(name, spec.fields.iter().copied()).map(|meant| {
-                    // Of two slips for one field the first in the table wins.
-                    if !entries.contains_key(meant) && table.slip(meant).is_none() {
-                        table.slips.push((meant, name));
-                    }
-                    format!("did you mean `{meant}`?")
-                }),
-            };
-            let allowed = format!("one of {}", spec.fields.join(", "));
+            let hint = table.misplaced(name).or_else(|| {
+                let meant = nearest(name, spec.names(kind))?;
+                // Of two slips for one field the first in the table wins.
+                if !entries.contains_key(meant) && table.slip(meant).is_none() {
+                    table.slips.push((meant, name));
+                }
+                Some(format!("did you mean `{meant}`?"))
+            });
+            let names: Vec<&str> = spec.names(kind).collect();
+            let allowed = format!("one of {}", names.join(", "));
             let at = key.span().start;
             reader.record(FaultKind::Unknown, at, &field, shown, allowed, hint);
         }
         table
+    }
+
+    /// Where a field that this table does not have belongs, if it is known.
+    fn misplaced(&self, name: &str) -> Option<String> {
+        let kind = self.reader.kind.get();
+        let header = HOMES.iter().any(|home| home.name == self.spec.name);
+        let home = HOMES
+            .iter()
+            .find(|home| header && home.field(name, kind).is_some());
+        if let Some(home) = home {
+            return Some(match home.name {
+                "" => format!("`{name}` belongs at the top of the file, before the first [table]"),
+                home => format!("`{name}` belongs in [{home}]"),
+            });
+        }
+        let other = self.spec.field(name, Kinds::MAX)?;
+        Some(match other.on {
+            PLANE => format!("`{name}` is for scenes in the plane, rod.model = \"elastica\""),
+            SPACE => {
+                format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
+            }
+            _ => format!("`{name}` is for rods in space, rod.model = \"cosserat\""),
+        })
     }
 
     fn slip(&self, meant: &str) -> Option<&'a str> {
@@ -412,6 +424,21 @@ impl<'a> Table<'a> {
     fn place_of(&self, name: &str) -> Option<String> {
         let value = self.get(name)?;
         Some(self.reader.place(value.span().start))
+    }
+
+    /// The entry of a field in the tables.
+    fn of(&self, name: &str) -> &'static Field {
+        static NONE: Field = Field {
+            name: "",
+            on: 0,
+            form: Form::Number(&FINITE),
+            unit: "",
+            need: Need::No,
+            doc: "",
+        };
+        let found = self.spec.field(name, self.reader.kind.get());
+        debug_assert!(found.is_some(), "{} {name}", self.spec.name);
+        found.unwrap_or(&NONE)
     }
 
     /// Reports a required field that is absent.
@@ -451,50 +478,123 @@ impl<'a> Table<'a> {
         &self,
         name: &str,
         allowed: &str,
-        need: Need<T>,
+        absent: Absent<T>,
         parse: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
     ) -> Option<T> {
-        match (self.get(name), need) {
+        match (self.get(name), absent) {
             (Some(value), _) => parse(&self.field(name), value),
-            (None, Need::Or(default)) => Some(default),
-            (None, Need::Required(example)) => {
+            (None, Absent::Or(default)) => Some(default),
+            (None, Absent::Fault) => {
+                let example = match self.of(name).need {
+                    Need::Yes(example) => example,
+                    _ => name,
+                };
                 self.missing(name, allowed, example);
                 None
             }
         }
     }
 
-    /// A number that satisfies `rule`.
-    pub fn number(&self, name: &str, rule: Rule, need: Need<f64>) -> Option<f64> {
-        self.read(name, rule.allowed, need, |field, value| {
+    /// A field of the tables by its form, its default parsed by `default`.
+    fn by_form<T>(
+        &self,
+        name: &str,
+        allowed: &str,
+        default: impl FnOnce(&str) -> Option<T>,
+        parse: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
+    ) -> Option<T> {
+        let absent = match self.of(name).need {
+            Need::Or(text) => default(text).map_or(Absent::Fault, Absent::Or),
+            Need::Yes(_) | Need::No => Absent::Fault,
+        };
+        self.read(name, allowed, absent, parse)
+    }
+
+    fn rule(&self, name: &str) -> &'static Rule {
+        match &self.of(name).form {
+            Form::Number(rule) | Form::Vector(rule) | Form::OneOf([Form::Number(rule), ..]) => rule,
+            _ => &FINITE,
+        }
+    }
+
+    /// A number, as the tables have it.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let rule = self.rule(name);
+        let default = |text: &str| text.parse().ok();
+        self.by_form(name, rule.allowed, default, |field, value| {
             self.reader.number(field, value, rule)
         })
     }
 
-    /// A number that satisfies `rule`, if it was given.
-    pub fn optional(&self, name: &str, rule: Rule) -> Option<Option<f64>> {
-        self.read(name, rule.allowed, Need::Or(None), |field, value| {
+    /// The default of a number; NaN if it has none.
+    pub fn default(&self, name: &str) -> f64 {
+        match self.of(name).need {
+            Need::Or(text) => text.parse().unwrap_or(f64::NAN),
+            _ => f64::NAN,
+        }
+    }
+
+    /// A number, if it was given.
+    pub fn optional(&self, name: &str) -> Option<Option<f64>> {
+        let rule = self.rule(name);
+        self.read(name, rule.allowed, Absent::Or(None), |field, value| {
             self.reader.number(field, value, rule).map(Some)
         })
     }
 
-    /// An integer from `least` to `most`.
-    pub fn count(&self, name: &str, range: (usize, usize), default: usize) -> Option<usize> {
-        self.read(name, "", Need::Or(default), |field, value| {
-            self.reader.count(field, value, range)
+    /// An integer, as the tables have it.
+    pub fn count(&self, name: &str) -> Option<usize> {
+        let Form::Count(least, most) = self.of(name).form else {
+            return None;
+        };
+        let allowed = format!("an integer from {least} to {most}");
+        let default = |text: &str| text.parse().ok();
+        self.by_form(name, &allowed, default, |field, value| {
+            self.reader.count(field, value, (least, most))
         })
     }
 
-    /// So many finite numbers.
-    pub fn vector<const N: usize>(
-        &self,
-        name: &str,
-        rule: Rule,
-        need: Need<[f64; N]>,
-    ) -> Option<[f64; N]> {
-        self.read(name, vector_words(N), need, |field, value| {
-            self.reader.vector(field, value, rule)
+    /// true or false, as the tables have it.
+    pub fn flag(&self, name: &str) -> Option<bool> {
+        let default = |text: &str| text.parse().ok();
+        self.by_form(name, "true or false", default, |field, value| {
+            self.reader.flag(field, value)
         })
+    }
+
+    /// The one of the field's words that was given, of which `choices` has the meanings; its default is the first of them.
+    pub fn word<T: Clone>(&self, name: &str, choices: &[T]) -> Option<T> {
+        let words: &'static [&'static str] = match &self.of(name).form {
+            Form::Word(words) | Form::OneOf([Form::Word(words), ..]) => words,
+            _ => &[],
+        };
+        let pairs: Vec<(&'static str, T)> =
+            words.iter().copied().zip(choices.iter().cloned()).collect();
+        let allowed = listed(words);
+        let default = |_: &str| choices.first().cloned();
+        self.by_form(name, &allowed, default, |field, value| {
+            self.reader.choice(field, value, &pairs, &allowed)
+        })
+    }
+
+    /// A vector: two numbers in the plane, where the third is 0, three in space.
+    pub fn vector(&self, name: &str) -> Option<[f64; 3]> {
+        let plane = self.reader.kind.get() == PLANE;
+        let allowed = vector_words(if plane { 2 } else { 3 });
+        let default = |_: &str| Some([0.0; 3]);
+        self.by_form(name, allowed, default, |field, value| {
+            self.reader.point(field, value, self.rule(name))
+        })
+    }
+}
+
+/// `"a", "b" or "c"`.
+pub(super) fn listed(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
+    match quoted.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+        None => String::new(),
     }
 }
 

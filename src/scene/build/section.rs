@@ -1,8 +1,8 @@
 //! From a scene to its viscoelastic section.
 
-use super::build_viscous::{ELASTIC, planar_section};
-use super::{Damping, FrictionLaw, Maxwell as SceneMaxwell, Scene, Section, StrainMatrix};
+use super::viscous::{ELASTIC, planar_section};
 use crate::error::{Error, Result};
+use crate::scene::{Damping, FrictionLaw, Maxwell as SceneMaxwell, Scene, StrainMatrix};
 use crate::section::SectionLaw;
 use crate::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
@@ -23,8 +23,8 @@ impl Scene {
                 "{ELASTIC} no section that creeps or remembers; write damping > 0"
             )));
         };
-        if let Section::Bending(bending) = self.rod.section {
-            return planar_section(&self.rod, bending, damping);
+        if self.is_planar() {
+            return planar_section(&self.rod, self.rod.bending_stiffness()?, damping);
         }
         let rod = self.cosserat_rod()?;
         let elastic = rod.law().clone();

@@ -1,0 +1,65 @@
+//! Loads in time.
+
+use crate::body::{History, TimeLoad};
+use crate::error::{Error, Result};
+use crate::scene::{Force, InTime, Pulse, Ramp, Scene, Sine};
+use nalgebra::SVector;
+use std::f64::consts::TAU;
+
+/// Forces in time, their directions led by `inward` into the frame of the run.
+pub(super) fn forces<const N: usize>(
+    forces: &[Force],
+    inward: impl Fn([f64; 3]) -> SVector<f64, N>,
+) -> Result<Vec<TimeLoad<N>>> {
+    let one = |(i, force): (usize, &Force)| {
+        let direction = inward(force.unit());
+        match &force.size {
+            InTime::Sine(Sine {
+                amplitude,
+                frequency,
+                phase,
+            }) => TimeLoad::sine(direction * *amplitude, TAU * frequency, *phase),
+            size => TimeLoad::new(direction, history(size)?),
+        }
+        .map_err(|e| e.context(format!("loads.force[{i}]")))
+    };
+    forces.iter().enumerate().map(one).collect()
+}
+
+fn history(size: &InTime) -> Result<History> {
+    match size {
+        InTime::Sine(sine) => History::sine(sine.amplitude, TAU * sine.frequency, sine.phase),
+        InTime::Ramp(Ramp {
+            from,
+            to,
+            start,
+            until,
+        }) => History::ramp([*start, *until], [*from, *to]),
+        InTime::Pulse(Pulse {
+            at,
+            width,
+            amplitude,
+        }) => History::pulse([at - 0.5 * width, at + 0.5 * width], *amplitude),
+        InTime::Table(rows) => History::table(rows.clone()),
+    }
+}
+
+/// Refuses what runs do not take yet, by the name of its field.
+pub(super) fn standing(scene: &Scene) -> Result<()> {
+    let clamp = &scene.clamp;
+    let refuse = |field: &str| {
+        Err(Error::domain(format!(
+            "clamp.{field}: runs of this kind of scene do not take it yet; leave it out"
+        )))
+    };
+    if clamp.motion.is_some() {
+        return refuse("motion");
+    }
+    if scene.is_planar() && clamp.position != [0.0; 3] {
+        return refuse("position");
+    }
+    if scene.is_planar() && clamp.orientation != Default::default() {
+        return refuse("angle");
+    }
+    Ok(())
+}

@@ -1,0 +1,217 @@
+//! The tables of fields as documents: a JSON Schema for editors, and a reference in Markdown.
+
+use super::fields::{
+    ANY, Field, Form, IN_SPACE, Kinds, MOTION, Need, PLANE, REST, SPACE, Spec, TOP,
+};
+use super::reader::listed;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+
+/// The JSON Schema (2020-12) of scenes, for completion and checks in editors of TOML.
+///
+/// It says which tables and fields there are, of which type, with defaults and one line of documentation each. What fields
+/// require of each other, and some sets of numbers, only [`Scene::parse`](crate::scene::Scene::parse) knows.
+pub fn json_schema() -> Value {
+    let mut schema = object(&TOP);
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("A scene of snaprod");
+    schema
+}
+
+fn object(spec: &Spec) -> Value {
+    let mut properties: Map<String, Value> = Map::new();
+    for field in spec.fields {
+        let mut property = form(&field.form);
+        property["description"] = json!(describe(field));
+        if let Some(default) = default(field) {
+            property["default"] = default;
+        }
+        // A field that means different things in different kinds of scenes is any of them.
+        let property = match properties.remove(field.name) {
+            Some(Value::Object(mut other)) if other.len() == 1 && other.contains_key("anyOf") => {
+                if let Some(list) = other.get_mut("anyOf").and_then(Value::as_array_mut) {
+                    list.push(property);
+                }
+                Value::Object(other)
+            }
+            Some(other) => json!({ "anyOf": [other, property] }),
+            None => property,
+        };
+        properties.insert(field.name.to_owned(), property);
+    }
+    json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+fn describe(field: &Field) -> String {
+    let unit = match field.unit {
+        "" => String::new(),
+        unit => format!(" [{unit}]"),
+    };
+    format!("{}{unit}", field.doc)
+}
+
+/// The default as JSON, if it is a plain value.
+fn default(field: &Field) -> Option<Value> {
+    let Need::Or(text) = field.need else {
+        return None;
+    };
+    let table: toml::Table = format!("x = {text}").parse().ok()?;
+    serde_json::to_value(table.get("x")?).ok()
+}
+
+fn form(form: &Form) -> Value {
+    let numbers = |count: usize| json!({ "type": "array", "items": { "type": "number" }, "minItems": count, "maxItems": count });
+    match form {
+        Form::Number(rule) => match ((rule.holds)(0.0), (rule.holds)(-0.5)) {
+            (false, false) => json!({ "type": "number", "exclusiveMinimum": 0 }),
+            (true, false) => json!({ "type": "number", "minimum": 0 }),
+            _ => json!({ "type": "number" }),
+        },
+        Form::Count(least, most) => {
+            json!({ "type": "integer", "minimum": least, "maximum": most })
+        }
+        Form::Flag => json!({ "type": "boolean" }),
+        Form::Word([]) => json!({ "type": "string" }),
+        Form::Word(words) => json!({ "enum": words }),
+        Form::Vector(_) => {
+            json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 3 })
+        }
+        Form::Numbers(count) => numbers(*count),
+        Form::List => json!({ "type": "array", "items": { "type": "number" } }),
+        Form::Rows(count) => json!({ "type": "array", "items": numbers(*count) }),
+        Form::Table(spec) => object(spec),
+        Form::Array(inner) => json!({ "type": "array", "items": self::form(inner) }),
+        Form::OneOf(forms) => {
+            let forms: Vec<Value> = forms.iter().map(self::form).collect();
+            json!({ "anyOf": forms })
+        }
+    }
+}
+
+/// The reference of every field, in Markdown: docs/scene.md.
+pub fn reference() -> String {
+    let mut text = String::from(
+        "# Scenes\n\n\
+         A scene is a TOML file: a rod, what holds it, what it carries, what acts on it, and what is asked. Every table and \
+         field is listed here; this page is printed by `snaprod schema --markdown` from the tables that the reader itself \
+         walks.\n\n\
+         What kind of scene it is follows from its content: `rod.model = \"elastica\"` lies in the plane, `\"cosserat\"` in \
+         space; with `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. The column *in* says which kinds \
+         have a field: P, motion in the plane; M, motion in space; S, statics in space.\n\n\
+         Quantities are in any one consistent system of units; the units given here are those of `units = \"si\"`. Vectors \
+         have two components in the plane and three in space. In the plane the rod leaves the clamp along +x; in space it has \
+         directors d1, d2, d3, leaves along d3, and `bending[0]` is the stiffness about d1. Any number can be replaced from \
+         the command line: `--set rod.damping=0.2`.\n\n\
+         The axes of a rectangle, seen along the rod (d3 points at you):\n\n\
+         ```text\n\
+         \x20        d2\n\
+         \x20        ^\n\
+         \x20 +------|------+\n\
+         \x20 |      +------|--> d1     thickness, along d2\n\
+         \x20 +-------------+\n\
+         \x20   width, along d1         bending[0] = E width thickness^3 / 12, about d1: the weak way of a flat strip\n\
+         ```\n",
+    );
+    table(&mut text, &TOP, "At the top of the file");
+    let mut done: Vec<&'static str> = vec![""];
+    let mut waiting: Vec<(String, &'static Spec)> = inner("", &TOP);
+    while !waiting.is_empty() {
+        let (path, spec) = waiting.remove(0);
+        if done.contains(&spec.name) {
+            continue;
+        }
+        done.push(spec.name);
+        let title = match path.matches('.').count() {
+            0 => format!("`[{path}]`"),
+            _ => format!("`{path}`"),
+        };
+        table(&mut text, spec, &title);
+        let deeper = inner(&path, spec);
+        waiting.splice(0..0, deeper);
+    }
+    text
+}
+
+/// The tables in a table, each with its path.
+fn inner(path: &str, spec: &'static Spec) -> Vec<(String, &'static Spec)> {
+    let mut found = Vec::new();
+    for field in spec.fields {
+        let path = match path {
+            "" => field.name.to_owned(),
+            _ => format!("{path}.{}", field.name),
+        };
+        collect(&field.form, &path, &mut found);
+    }
+    found
+}
+
+fn collect(form: &'static Form, path: &str, found: &mut Vec<(String, &'static Spec)>) {
+    match form {
+        Form::Table(spec) => found.push((path.to_owned(), spec)),
+        Form::Array(form) => collect(form, path, found),
+        Form::OneOf(forms) => forms.iter().for_each(|form| collect(form, path, found)),
+        _ => {}
+    }
+}
+
+fn table(text: &mut String, spec: &Spec, title: &str) {
+    // Writing to a string cannot fail.
+    let _ = write!(
+        text,
+        "\n## {title}\n\n| field | in | value | unit | without it | meaning |\n|---|---|---|---|---|---|\n"
+    );
+    for field in spec.fields {
+        let without = match field.need {
+            Need::Yes(_) => "must be given".to_owned(),
+            Need::Or(default) => format!("`{default}`"),
+            Need::No => String::new(),
+        };
+        let (kinds, value) = (kinds(field.on), words(&field.form).replace('|', "\\|"));
+        let (unit, doc) = (field.unit, field.doc.replace('|', "\\|"));
+        let _ = writeln!(
+            text,
+            "| `{}` | {kinds} | {value} | {unit} | {without} | {doc} |",
+            field.name
+        );
+    }
+}
+
+fn kinds(on: Kinds) -> &'static str {
+    match on {
+        PLANE => "P",
+        REST => "S",
+        SPACE => "M",
+        MOTION => "P M",
+        IN_SPACE => "M S",
+        _ => {
+            debug_assert_eq!(on, ANY);
+            "P M S"
+        }
+    }
+}
+
+/// What a value is, in words.
+fn words(form: &Form) -> String {
+    match form {
+        Form::Number(rule) | Form::Vector(rule) => {
+            let allowed = rule.allowed.split(';').next().unwrap_or_default();
+            match form {
+                Form::Vector(_) => "a vector".to_owned(),
+                _ => allowed.to_owned(),
+            }
+        }
+        Form::Count(least, most) => format!("an integer from {least} to {most}"),
+        Form::Flag => "true or false".to_owned(),
+        Form::Word([]) => "a path such as `end.force.y`".to_owned(),
+        Form::Word(words) => listed(words),
+        Form::Numbers(count) => format!("{count} numbers"),
+        Form::List => "an array of numbers".to_owned(),
+        Form::Rows(count) => format!("an array of rows of {count} numbers"),
+        Form::Table(_) => "a table".to_owned(),
+        Form::Array(inner) => format!("an array, each {}", words(inner)),
+        Form::OneOf(forms) => {
+            let all: Vec<String> = forms.iter().map(words).collect();
+            all.join("; or ")
+        }
+    }
+}

@@ -1,0 +1,506 @@
+//! Reads `[clamp]`, `[body]` and `[end]`.
+
+use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
+use super::matrix::{definite, rows};
+use super::reader::{Absent, Reader, Short, Table};
+use super::rule::{FINITE, MOMENT, VALUE};
+use crate::scene::{
+    Body, Clamp, ClampMotion, Component, End, FaultKind, Joint, Orientation, Rotation, Scene, Sine,
+    Translation, Turn, TurnAngle,
+};
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// How far the norm of a quaternion may be from 1: numbers that were rounded to 7 digits are meant well.
+const UNIT: f64 = 1e-6;
+/// Relative width around |r| = L within which a position counts as on the circle: the rounding of
+/// the norm.
+pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
+
+pub(super) fn clamp(table: &Table) -> Option<Clamp> {
+    let reader = table.reader;
+    let position = table.vector("position");
+    let orientation = match reader.kind.get() {
+        // Without an angle the quaternion of the default, which is not written.
+        PLANE if table.get("angle").is_none() => Some(None),
+        PLANE => table
+            .number("angle")
+            .map(|angle| Some(Orientation::Angle(angle))),
+        _ => orientation(table),
+    };
+    let allowed = "a table such as { turn = { rate = 1.0 } }";
+    let motion = table.read("motion", allowed, Absent::Or(None), |field, value| {
+        let table = reader.table(field, value, &CLAMP_MOTION, allowed)?;
+        let (translate, turn) = (translation(&table), turn(&table));
+        let (translate, turn) = (translate?, turn?);
+        Some(Some(ClampMotion { translate, turn }))
+    });
+    Some(Clamp {
+        position: position?,
+        orientation: orientation?.unwrap_or_default(),
+        motion: motion?,
+    })
+}
+
+fn translation(table: &Table) -> Option<Option<Translation>> {
+    let reader = table.reader;
+    let size = if reader.kind.get() == PLANE { 3 } else { 4 };
+    let allowed = "an array of rows [t, x, y] (in space [t, x, y, z]) of growing times, or a table such as \
+                   { direction = [0.0, 1.0], amplitude = 0.01, frequency = 2.0 }";
+    table.read("translate", allowed, Absent::Or(None), |field, value| {
+        if value.get_ref().is_table() {
+            let table = reader.table(field, value, &SHAKE, allowed)?;
+            let (direction, sine) = (direction(&table, "direction"), sine(&table));
+            let (direction, sine) = (direction?, sine?);
+            return Some(Some(Translation::Sine { direction, sine }));
+        }
+        let words = if size == 3 {
+            "a row [t, x, y]"
+        } else {
+            "a row [t, x, y, z]"
+        };
+        let number = |field: &str, value: &_| reader.number(field, value, &FINITE);
+        let row = |field: &str, value| {
+            let row: Vec<f64> = reader
+                .list(field, value, words, number)?
+                .into_iter()
+                .collect::<Option<_>>()?;
+            if row.len() != size {
+                let hint = Some(format!("it has {} elements", row.len()));
+                reader.fault(FaultKind::Value, field, value.span(), words, hint);
+                return None;
+            }
+            Some(row)
+        };
+        let table: Vec<Vec<f64>> = reader
+            .list(field, value, allowed, row)?
+            .into_iter()
+            .collect::<Option<_>>()?;
+        let times: Vec<f64> = table.iter().map(|row| row[0]).collect();
+        growing(reader, field, value, &times)?;
+        Some(Some(Translation::Table(table)))
+    })
+}
+
+/// Nothing, if these are times that grow, at least one; else the fault.
+pub(super) fn growing(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    times: &[f64],
+) -> Option<()> {
+    if !times.is_empty() && times.windows(2).all(|pair| pair[0] < pair[1]) {
+        return Some(());
+    }
+    let allowed = "rows of growing times, at least one";
+    reader.fault(FaultKind::Value, field, value.span(), allowed, None);
+    None
+}
+
+fn turn(table: &Table) -> Option<Option<Turn>> {
+    let reader = table.reader;
+    let allowed = "a table such as { rate = 1.0 } or { amplitude = 0.1, frequency = 2.0 }";
+    table.read("turn", allowed, Absent::Or(None), |field, value| {
+        let table = reader.table(field, value, &TURN, allowed)?;
+        let axis = match reader.kind.get() {
+            PLANE => Some([0.0, 0.0, 1.0]),
+            _ => direction(&table, "axis"),
+        };
+        let rate = table.optional("rate");
+        let angle = match rate? {
+            Some(rate) => {
+                let sine = ["amplitude", "frequency", "phase"];
+                let given = |name: &&str| table.get(name).is_some();
+                let clash: Vec<&str> = sine.into_iter().filter(given).collect();
+                if !clash.is_empty() {
+                    table.conflict(
+                        "rate",
+                        &clash,
+                        "a constant rate, or a sine: keep one of the two",
+                    );
+                    return None;
+                }
+                TurnAngle::Rate { rate }
+            }
+            None => TurnAngle::Sine(sine(&table)?),
+        };
+        Some(Some(Turn { axis: axis?, angle }))
+    })
+}
+
+/// `amplitude`, `frequency` and `phase`.
+pub(super) fn sine(table: &Table) -> Option<Sine> {
+    let required = |name: &str, example: &str| match table.get(name) {
+        Some(_) => table.optional(name).flatten(),
+        None => {
+            table.missing(name, "a finite number", example);
+            None
+        }
+    };
+    let amplitude = required("amplitude", "amplitude = 0.5");
+    let frequency = required("frequency", "frequency = 2.0");
+    let phase = table.number("phase");
+    Some(Sine {
+        amplitude: amplitude?,
+        frequency: frequency?,
+        phase: phase?,
+    })
+}
+
+/// A vector that is not 0.
+pub(super) fn direction(table: &Table, name: &str) -> Option<[f64; 3]> {
+    let words = match table.reader.kind.get() {
+        PLANE => "an array of two finite numbers, [x, y], not both 0",
+        _ => "an array of three finite numbers, [x, y, z], not all 0",
+    };
+    table.read(name, words, Absent::Fault, |field, value| {
+        let direction = table.reader.point(field, value, &FINITE)?;
+        if direction == [0.0; 3] {
+            let reader = table.reader;
+            reader.fault(FaultKind::Value, field, value.span(), words, None);
+            return None;
+        }
+        Some(direction)
+    })
+}
+
+/// The body, and whether it is welded.
+pub(super) fn body(table: &Table) -> (Option<bool>, Option<Body>) {
+    if table.reader.kind.get() == PLANE {
+        let body = |mass| Body {
+            mass,
+            joint: Joint::Ball,
+        };
+        return (Some(false), table.number("mass").map(body));
+    }
+    let weld = table.word("joint", &[true, false]);
+    (weld, spatial_body(table, weld))
+}
+
+fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
+    let reader = table.reader;
+    let mass = table.number("mass");
+    let offset = table.vector("offset");
+    let allowed =
+        "an array of three finite numbers > 0, about the directors; or three rows of three";
+    let inertia = table.read("inertia", "", Absent::Or(None), |field, value| {
+        inertia(reader, field, value, allowed).map(Some)
+    });
+    let joint = match weld? {
+        true => {
+            if table.get("inertia").is_none() {
+                table.missing("inertia", allowed, "inertia = [0.01, 0.01, 0.01]");
+            }
+            Joint::Weld {
+                offset: offset?,
+                inertia: inertia??,
+            }
+        }
+        false => {
+            let hint = "an end that is free to turn carries a point mass; a body with extension has joint = \"weld\"";
+            table.conflict("inertia", &["joint"], hint);
+            let moved = offset != Some([0.0; 3]);
+            if moved && offset.is_some() {
+                table.conflict("offset", &["joint"], hint);
+            }
+            inertia?;
+            if moved || table.get("inertia").is_some() {
+                return None;
+            }
+            Joint::Ball
+        }
+    };
+    Some(Body { mass: mass?, joint })
+}
+
+fn inertia(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    allowed: &str,
+) -> Option<[[f64; 3]; 3]> {
+    let nested = |list: &toml::de::DeArray| list.iter().any(|row| row.get_ref().is_array());
+    if value.get_ref().as_array().is_some_and(nested) {
+        let rows = rows(
+            reader,
+            field,
+            value,
+            allowed,
+            "an array of three finite numbers",
+        )?;
+        let consequence = "no body has such an inertia";
+        return definite(reader, field, value, rows, &[0, 1, 2], &MOMENT, consequence);
+    }
+    let number = |field: &str, value: &_| reader.number(field, value, &MOMENT);
+    let [a, b, c] = reader.array(field, value, allowed, number)?;
+    Some([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
+}
+
+/// A quaternion, or a rotation, or neither.
+pub(super) fn orientation(table: &Table) -> Option<Option<Orientation>> {
+    let quaternion = table.read("quaternion", "", Absent::Or(None), |field, value| {
+        quaternion(table.reader, field, value).map(Some)
+    });
+    let rotation = table.read("rotation", "", Absent::Or(None), |field, value| {
+        rotation(table.reader, field, value).map(Some)
+    });
+    if table.get("quaternion").is_some() && table.get("rotation").is_some() {
+        table.conflict("rotation", &["quaternion"], "keep one of them");
+        return None;
+    }
+    let by_rotation = rotation?.map(Orientation::Rotation);
+    Some(quaternion?.map(Orientation::Quaternion).or(by_rotation))
+}
+
+fn quaternion(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<[f64; 4]> {
+    let q: [f64; 4] = reader.vector(field, value, &VALUE)?;
+    let size = norm(&q);
+    if (size - 1.0).abs() <= UNIT {
+        return Some(unit(q));
+    }
+    let hint = match size {
+        0.0 => "it is zero; no rotation is [1, 0, 0, 0]".to_owned(),
+        _ => format!(
+            "its norm is {:.9}: divide it by that, or write rotation = {{ axis = [..], angle = .. }}",
+            Short(size)
+        ),
+    };
+    let allowed = "a rotation: a quaternion [w, x, y, z] with w^2 + x^2 + y^2 + z^2 = 1, to 1e-6";
+    reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
+    None
+}
+
+fn rotation<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+) -> Option<Rotation> {
+    let allowed = "a table such as { axis = [0.0, 1.0, 0.0], angle = 0.5 }, in radians";
+    let table = reader.table(field, value, &ROTATION, allowed)?;
+    let words = "an array of three finite numbers, [x, y, z], not all 0";
+    let axis = table.read("axis", words, Absent::Fault, |field, value| {
+        let axis: [f64; 3] = reader.vector(field, value, &VALUE)?;
+        if axis == [0.0; 3] {
+            let hint = "a rotation about no axis is none".to_owned();
+            reader.fault(FaultKind::Value, field, value.span(), words, Some(hint));
+            return None;
+        }
+        Some(unit(axis))
+    });
+    let angle = table.optional("angle");
+    let degrees = table.optional("angle_degrees");
+    let angle = match (angle?, degrees?) {
+        (Some(angle), None) => Some(angle),
+        (None, Some(degrees)) => Some(degrees.to_radians()),
+        (Some(_), Some(_)) => {
+            table.conflict("angle_degrees", &["angle"], "keep one of them");
+            None
+        }
+        (None, None) => {
+            table.missing(
+                "angle",
+                "an angle in radians; or angle_degrees",
+                "angle = 0.5",
+            );
+            None
+        }
+    };
+    Some(Rotation {
+        axis: axis?,
+        angle: angle?,
+    })
+}
+
+pub(super) fn norm(vector: &[f64]) -> f64 {
+    let size = vector.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    match size {
+        0.0 => 0.0,
+        _ => {
+            size * vector
+                .iter()
+                .map(|x| (x / size).powi(2))
+                .sum::<f64>()
+                .sqrt()
+        }
+    }
+}
+
+/// The vector at unit length; a unit vector is left as it is, so that a scene reads back bit by bit.
+fn unit<const N: usize>(vector: [f64; N]) -> [f64; N] {
+    let size = norm(&vector);
+    match (size - 1.0).abs() <= 4.0 * f64::EPSILON {
+        true => vector,
+        false => vector.map(|x| x / size),
+    }
+}
+
+pub(super) fn end(table: &Table) -> Option<End> {
+    let force = table.vector("force");
+    let couple = table.vector("couple");
+    let load = table.number("load");
+    let follower = table.flag("follower");
+    let (position, orientation) = match table.get("pose") {
+        None => (
+            position(table, Absent::Or([Component::Free; 3])),
+            orientation(table),
+        ),
+        Some(value) => pose(table, value)?,
+    };
+    let end = End {
+        position: position?,
+        orientation: orientation?,
+        force: force?,
+        couple: couple?,
+        load: load?,
+        follower: follower?,
+    };
+    loads_are_free(table, &end).then_some(end)
+}
+
+type Place = (Option<[Component; 3]>, Option<Option<Orientation>>);
+
+/// Position and orientation in one table; both must be there.
+fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<Place> {
+    let outside: Vec<&str> = ["position", "quaternion", "rotation"]
+        .into_iter()
+        .filter(|name| table.get(name).is_some())
+        .collect();
+    for name in &outside {
+        table.conflict(name, &["pose"], "write it once, inside or outside of pose");
+    }
+    let allowed =
+        "a table such as { position = [0.5, 0.0, 0.5], quaternion = [1.0, 0.0, 0.0, 0.0] }";
+    let pose = table.reader.table("end.pose", value, &POSE, allowed)?;
+    let position = position(&pose, Absent::Fault);
+    let orientation = orientation(&pose);
+    if orientation == Some(None) {
+        let (allowed, example) = (
+            "a unit quaternion [w, x, y, z]; or rotation",
+            "quaternion = [1.0, 0.0, 0.0, 0.0]",
+        );
+        pose.missing("quaternion", allowed, example);
+        return None;
+    }
+    outside.is_empty().then_some((position, orientation))
+}
+
+fn position(table: &Table, absent: Absent<[Component; 3]>) -> Option<[Component; 3]> {
+    let allowed = "an array of three, [x, y, z], each a finite number or \"free\"";
+    let reader = table.reader;
+    table.read("position", allowed, absent, |field, value| {
+        reader.array(field, value, allowed, |field, value| {
+            match value.get_ref() {
+                DeValue::String(_) => {
+                    let words = [("free", Component::Free)];
+                    reader.choice(field, value, &words, "a finite number or \"free\"")
+                }
+                _ => reader.number(field, value, &VALUE).map(Component::Held),
+            }
+        })
+    })
+}
+
+/// True if loads act only where nothing is held; else the faults.
+fn loads_are_free(table: &Table, end: &End) -> bool {
+    let reader = table.reader;
+    let mut free = true;
+    let mut refuse =
+        |field: String, value: Option<&Spanned<DeValue>>, allowed: &str, hint: &str| {
+            let Some(value) = value else { return };
+            free = false;
+            let (kind, hint) = (FaultKind::Conflict, Some(hint.to_owned()));
+            reader.fault(kind, &field, value.span(), allowed, hint);
+        };
+    let element = |name: &str, i: usize| table.get(name)?.get_ref().as_array()?.get(i);
+    for i in 0..3 {
+        if end.position[i] != Component::Free && end.force[i] != 0.0 {
+            let allowed = format!("0 where component {i} (from 0) of the position is held");
+            let hint = "the force there is the reaction, part of the solution; to give it, write \"free\" for the \
+                        component of the position";
+            refuse(
+                format!("end.force[{i}]"),
+                element("force", i),
+                &allowed,
+                hint,
+            );
+        }
+        if end.orientation.is_some() && end.couple[i] != 0.0 {
+            let hint = "the couple is the reaction, part of the solution; leave the orientation out to give it";
+            let allowed = "0 where the orientation is held";
+            refuse(
+                format!("end.couple[{i}]"),
+                element("couple", i),
+                allowed,
+                hint,
+            );
+        }
+    }
+    if end.follower && !end.is_loaded() {
+        let allowed = "false where a position or an orientation is held";
+        let hint = "a load that follows the directors needs an end that is free";
+        refuse(
+            "end.follower".to_owned(),
+            table.get("follower"),
+            allowed,
+            hint,
+        );
+    }
+    free
+}
+
+/// Why the end cannot be where it is held, if the rod does not stretch.
+pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
+    if !scene.rod.section.is_inextensible() {
+        return None;
+    }
+    let base = scene.clamp.position;
+    let end = scene.end.as_ref()?;
+    // The components that are free may be as near as can be.
+    let apart = |i: usize| end.position[i].held().map_or(0.0, |x| x - base[i]);
+    too_far(norm(&[apart(0), apart(1), apart(2)]), scene.rod.length)
+}
+
+/// Why the end of a rod that does not stretch cannot be at such a distance of the clamp.
+pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
+    let ratio = distance / length;
+    let (distance, length) = (Short(distance), Short(length));
+    if ratio < 1.0 - ON_CIRCLE {
+        return None;
+    }
+    Some(if ratio <= 1.0 + ON_CIRCLE {
+        format!(
+            "it is at distance {distance} of the clamp, the length of the rod, which is taut and straight there, \
+             and its force undetermined; end a little inside"
+        )
+    } else {
+        format!("the rod cannot reach so far: distance {distance:.6} of the clamp, length {length}")
+    })
+}
+
+pub(super) const REACH: &str =
+    "nearer to the clamp than the length of the rod, which can neither stretch nor shear";
+
+pub(super) fn in_reach(top: &Table, scene: &Scene) -> bool {
+    let Some(hint) = out_of_reach(scene) else {
+        return true;
+    };
+    let inside =
+        |value: Option<&'_ Spanned<DeValue>>, name: &str| -> Option<std::ops::Range<usize>> {
+            Some(value?.get_ref().as_table()?.get(name)?.span())
+        };
+    let end = top.get("end");
+    let pose = || {
+        Some((
+            inside(end?.get_ref().as_table()?.get("pose"), "position")?,
+            "end.pose.position",
+        ))
+    };
+    let plain = inside(end, "position").map(|span| (span, "end.position"));
+    // A misspelt field has a fault already, and its span does not matter.
+    let (span, field) = plain
+        .or_else(pose)
+        .unwrap_or((top.at..top.at, "end.position"));
+    let kind = FaultKind::Value;
+    top.reader.fault(kind, field, span, REACH, Some(hint));
+    false
+}

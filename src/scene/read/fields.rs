@@ -1,0 +1,493 @@
+//! The fields of a scene as data: name, set, unit, default and meaning of each, table by table.
+//!
+//! The reader walks these tables, and `snaprod schema` and docs/scene.md are printed from them. What fields require of each
+//! other is code, beside the functions that read them.
+
+use super::rule::*;
+
+/// Kinds of scenes, as bits.
+pub(super) type Kinds = u8;
+/// A motion in the plane.
+pub(super) const PLANE: Kinds = 1;
+/// Statics, in space.
+pub(super) const REST: Kinds = 2;
+/// A motion in space.
+pub(super) const SPACE: Kinds = 4;
+pub(super) const MOTION: Kinds = PLANE | SPACE;
+pub(super) const IN_SPACE: Kinds = REST | SPACE;
+pub(super) const ANY: Kinds = PLANE | REST | SPACE;
+
+/// One table of a scene, and what it may hold.
+pub(super) struct Spec {
+    /// Its name between brackets; empty for the top of the file.
+    pub name: &'static str,
+    /// Its fields (tables, for the top of the file).
+    pub fields: &'static [Field],
+    /// Fields that a kind of scene does not have, each with what to do.
+    pub barred: &'static [(Kinds, &'static str, &'static str)],
+}
+
+impl Spec {
+    /// A field of scenes of this kind.
+    pub fn field(&self, name: &str, kind: Kinds) -> Option<&'static Field> {
+        let fields: &'static [Field] = self.fields;
+        fields
+            .iter()
+            .find(|field| field.name == name && field.on & kind != 0)
+    }
+
+    /// The names of all fields of scenes of this kind.
+    pub fn names(&self, kind: Kinds) -> impl Iterator<Item = &'static str> {
+        let fields: &'static [Field] = self.fields;
+        fields
+            .iter()
+            .filter(move |field| field.on & kind != 0)
+            .map(|field| field.name)
+    }
+}
+
+/// A field. Where it means different things in different kinds of scenes it has an entry for each.
+pub(super) struct Field {
+    pub name: &'static str,
+    /// The kinds of scenes that have it.
+    pub on: Kinds,
+    pub form: Form,
+    /// Its unit in SI; empty for a pure number.
+    pub unit: &'static str,
+    pub need: Need,
+    /// What it is, in a sentence.
+    pub doc: &'static str,
+}
+
+/// What a value is.
+pub(super) enum Form {
+    /// A number.
+    Number(&'static Rule),
+    /// An integer from .. to ..
+    Count(usize, usize),
+    /// true or false.
+    Flag,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A vector: two numbers in the plane, three in space.
+    Vector(&'static Rule),
+    /// So many numbers.
+    Numbers(usize),
+    /// Any number of numbers.
+    List,
+    /// Arrays of so many numbers each.
+    Rows(usize),
+    /// A table.
+    Table(&'static Spec),
+    /// An array of forms.
+    Array(&'static Form),
+    /// One of several.
+    OneOf(&'static [Form]),
+}
+
+/// Whether a field must be given.
+pub(super) enum Need {
+    /// Yes; a line as an example.
+    Yes(&'static str),
+    /// No; its default, in TOML.
+    Or(&'static str),
+    /// No; what happens without it is in its documentation.
+    No,
+}
+
+use Form::*;
+use Need::{No, Or, Yes};
+
+const fn field(
+    name: &'static str,
+    on: Kinds,
+    form: Form,
+    unit: &'static str,
+    need: Need,
+    doc: &'static str,
+) -> Field {
+    Field {
+        name,
+        on,
+        form,
+        unit,
+        need,
+        doc,
+    }
+}
+
+const fn spec(name: &'static str, fields: &'static [Field]) -> Spec {
+    Spec {
+        name,
+        fields,
+        barred: &[],
+    }
+}
+
+/// Tables in which a field that stands in the wrong place may belong.
+pub(super) static HOMES: [&Spec; 11] = [
+    &TOP,
+    &ROD,
+    &SECTION,
+    &REST_STRAINS,
+    &CLAMP,
+    &BODY,
+    &END,
+    &START,
+    &LOADS,
+    &RUN,
+    &SOLVE,
+];
+
+const ONE_KIND: &str = "with [body] and [run] the scene is one of motion, with [end], [solve] or [continue] one of statics: keep one of the two";
+const NOT_FLAT: &str = "statics are of rods in space, model = \"cosserat\"; there the planar elastica is a rod with rigid shear and axial";
+
+#[rustfmt::skip]
+pub(super) static TOP: Spec = Spec {
+    name: "",
+    fields: &[
+        field("units", ANY, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material is given"),
+            "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
+        field("rod", ANY, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
+        field("clamp", ANY, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
+        field("body", MOTION, Table(&BODY), "", Yes("mass = 1.0"), "The body at the end of the rod, s = length, in a scene of motion."),
+        field("end", REST, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
+        field("start", PLANE, Table(&START), "", Yes("lambda = 6.3"), "Shape of the rod at the start, and velocity of its end."),
+        field("start", IN_SPACE, Table(&START), "", No, "Shape of the rod at the start, and velocity of its end; in statics where the search begins."),
+        field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod."),
+        field("run", MOTION, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
+        field("solve", REST, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
+        field("continue", REST, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene."),
+    ],
+    barred: &[
+        (REST, "body", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; at rest its weight is end.force"),
+        (REST, "loads", "they act on the body of a scene of motion; in statics write force and couple in [end]"),
+        (REST, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
+        (SPACE, "end", ONE_KIND), (SPACE, "solve", ONE_KIND), (SPACE, "continue", ONE_KIND),
+        (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
+    ],
+};
+
+const RATES: &str =
+    "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
+
+#[rustfmt::skip]
+pub(super) static ROD: Spec = Spec {
+    name: "rod",
+    fields: &[
+        field("model", PLANE, Word(&["elastica"]), "", Yes("model = \"elastica\""),
+            "The planar elastica: it bends in the plane, and neither shears nor stretches. \"cosserat\" is a rod in space."),
+        field("model", IN_SPACE, Word(&["cosserat"]), "", Yes("model = \"cosserat\""),
+            "The Cosserat rod in space: it bends, twists, shears and stretches. \"elastica\" is a rod in the plane."),
+        field("length", PLANE, Number(&POSITIVE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
+        field("length", IN_SPACE, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
+        field("bending_stiffness", PLANE, Number(&POSITIVE), "N m²", Yes("bending_stiffness = 1.0"),
+            "Bending stiffness EI, or material and section in its place; with Maxwell branches that of the rod after a long time."),
+        field("material", ANY, OneOf(&[Word(&["steel", "aluminium", "nitinol", "PET", "silicone"]), Table(&MATERIAL)]), "", No,
+            "What the rod is made of, by name or by its constants; the section says its shape. A name stands for (E in Pa, nu, density in kg/m³): \
+             steel (200e9, 0.30, 7850), aluminium (70e9, 0.33, 2700), nitinol (austenite; 75e9, 0.33, 6450), PET (2.8e9, 0.40, 1380), silicone (1e6, 0.49, 1100)."),
+        field("section", PLANE, Table(&OUTLINE), "", No, "The shape of the cross-section of a rod of a material."),
+        field("section", IN_SPACE, Table(&SECTION), "", Yes("bending = [1.0, 1.0]"), "The section law: stiffnesses, or a shape and a material."),
+        field("bends", PLANE, Word(&["weak", "strong"]), "", Or("\"weak\""),
+            "Which way a rectangle bends in the plane: \"weak\", about its longer side (a strip lies flat), or \"strong\"."),
+        field("rest", IN_SPACE, Table(&REST_STRAINS), "", No, "Strains of the unloaded rod; without it, straight and untwisted."),
+        field("damping", PLANE, OneOf(&[Number(&ETA), Table(&DAMPING)]), "N m² s", No,
+            "Internal friction: the viscosity eta of the couple EI theta' + eta theta'_t, or a table; without it, or 0, the rod is elastic."),
+        field("damping", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", Yes("damping = { proportional = 0.05 }"),
+            "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table. The motion of elastic rods in space is planned."),
+        field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
+        field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping."),
+    ],
+    barred: &[(REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES)],
+};
+
+#[rustfmt::skip]
+pub(super) static MATERIAL: Spec = spec("material", &[
+    field("E", ANY, Number(&STIFFNESS), "Pa", Yes("E = 200e9"), "Young's modulus."),
+    field("nu", ANY, Number(&POISSON), "", No, "Poisson's ratio; in space this or G is needed."),
+    field("G", ANY, Number(&STIFFNESS), "Pa", No, "Shear modulus, E / (2 (1 + nu)) of an isotropic material."),
+    field("density", ANY, Number(&SIZE), "kg/m³", No, "Density. Rods have no inertia yet: it serves only to compare the rod's mass with the body's."),
+]);
+
+#[rustfmt::skip]
+pub(super) static OUTLINE: Spec = spec("section", &[
+    field("circle", ANY, Table(&CIRCLE), "", No, "A solid circle."),
+    field("tube", ANY, Table(&TUBE), "", No, "A round tube."),
+    field("rectangle", ANY, Table(&RECTANGLE), "", No, "A solid rectangle."),
+]);
+#[rustfmt::skip]
+pub(super) static CIRCLE: Spec = spec("circle", &[
+    field("diameter", ANY, Number(&SIZE), "m", Yes("diameter = 0.001"), "Diameter."),
+]);
+#[rustfmt::skip]
+pub(super) static TUBE: Spec = spec("tube", &[
+    field("diameter", ANY, Number(&SIZE), "m", Yes("diameter = 0.002"), "Outer diameter."),
+    field("thickness", ANY, Number(&SIZE), "m", Yes("thickness = 0.0002"), "Thickness of the wall, less than half the diameter."),
+]);
+#[rustfmt::skip]
+pub(super) static RECTANGLE: Spec = spec("rectangle", &[
+    field("width", ANY, Number(&SIZE), "m", Yes("width = 0.02"), "Side along d1. Bending about d1, stiffness bending[0] = E width thickness³/12, is that of a strip that lies flat."),
+    field("thickness", ANY, Number(&SIZE), "m", Yes("thickness = 0.0005"), "Side along d2; bending about d2 has the stiffness bending[1] = E thickness width³/12."),
+]);
+
+/// In such an order that the fields of each kind of section are neighbours.
+#[rustfmt::skip]
+pub(super) static SECTION: Spec = spec("rod.section", &[
+    field("law", IN_SPACE, Word(&["linear", "barrier"]), "", Or("\"linear\""), "The law: linear, or with an energy that is infinite at total compression (AMV (2.7))."),
+    field("barrier", IN_SPACE, Table(&BARRIER), "", No, "The barrier of law = \"barrier\"."),
+    field("bending", IN_SPACE, Array(&VARIES), "N m²", Yes("bending = [1.0, 1.0]"), "Two stiffnesses: couple per flexure about d1 and about d2. Each number may vary along the rod."),
+    field("torsion", IN_SPACE, VARIES, "N m²", Yes("torsion = 0.7"), "Couple per twist."),
+    field("shear", IN_SPACE, OneOf(&[Word(&["rigid"]), Array(&VARIES)]), "N", Or("\"rigid\""), "Two stiffnesses: force per shear along d1 and along d2; or \"rigid\": unshearable."),
+    field("axial", IN_SPACE, OneOf(&[Word(&["rigid"]), VARIES]), "N", Or("\"rigid\""), "Force per stretch; or \"rigid\": inextensible."),
+    field("shape", IN_SPACE, Word(&["circle", "rectangle", "tube"]), "", Yes("shape = \"circle\""), "The shape of the cross-section, with its sizes, young and poisson; or circle, tube or rectangle with rod.material."),
+    field("radius", IN_SPACE, Number(&SIZE), "m", No, "Radius of a circle; or diameter."),
+    field("diameter", IN_SPACE, Number(&SIZE), "m", No, "Diameter of a circle."),
+    field("width", IN_SPACE, Number(&SIZE), "m", Yes("width = 0.01"), "Side of a rectangle along d1."),
+    field("height", IN_SPACE, Number(&SIZE), "m", Yes("height = 0.01"), "Side of a rectangle along d2."),
+    field("outer_radius", IN_SPACE, Number(&SIZE), "m", No, "Outer radius of a tube; or outer_diameter."),
+    field("outer_diameter", IN_SPACE, Number(&SIZE), "m", No, "Outer diameter of a tube."),
+    field("thickness", IN_SPACE, Number(&SIZE), "m", Yes("thickness = 0.001"), "Thickness of the wall of a tube, less than its outer radius."),
+    field("young", IN_SPACE, Number(&STIFFNESS), "Pa", Yes("young = 2.1e11"), "Young's modulus of a shape."),
+    field("shear_modulus", IN_SPACE, Number(&STIFFNESS), "Pa", No, "Shear modulus of a shape; or poisson."),
+    field("poisson", IN_SPACE, Number(&POISSON), "", No, "Poisson's ratio of a shape."),
+    field("shear_factor", IN_SPACE, Number(&SHEAR_FACTOR), "", No, "Shear stiffness over G times area; without it that of the shape (Cowper)."),
+    field("torsion_constant", IN_SPACE, Number(&STIFFNESS), "m⁴", No, "Torsional stiffness over G; without it St Venant's constant of the shape."),
+    field("stiffness", IN_SPACE, Rows(6), "", Yes("stiffness = [[1.0, 0.0, ...], ...]"), "The whole law: six rows of six stiffnesses, in the order u1 u2 u3 v1 v2 v3 (flexure, flexure, twist, shear, shear, stretch)."),
+    field("rigid", IN_SPACE, Array(&Word(&["v1", "v2", "v3"])), "", Or("[]"), "Strains that the matrix holds at their rest values."),
+    field("circle", IN_SPACE, Table(&CIRCLE), "", No, "A solid circle of rod.material."),
+    field("tube", IN_SPACE, Table(&TUBE), "", No, "A round tube of rod.material."),
+    field("rectangle", IN_SPACE, Table(&RECTANGLE), "", No, "A solid rectangle of rod.material."),
+]);
+const VARIES: Form = OneOf(&[Number(&STIFFNESS), Table(&ALONG)]);
+
+#[rustfmt::skip]
+pub(super) static ALONG: Spec = spec("along", &[
+    field("s", IN_SPACE, List, "m", Yes("s = [0.0, 1.0]"), "Arclengths that grow from 0 to the length of the rod; linear in between."),
+    field("values", IN_SPACE, List, "", Yes("values = [1.0, 0.5]"), "The value at each of s."),
+    field("polynomial", IN_SPACE, List, "", No, "c0, c1, ... (1 to 16) of c0 + c1 x + ..., x = s / length, in place of s and values."),
+]);
+#[rustfmt::skip]
+pub(super) static BARRIER: Spec = spec("barrier", &[
+    field("strength", ANY, Number(&SIZE), "N", Yes("strength = 1.0"), "Size of its energy per length; of friction, what it adds to the axial viscosity of the straight rod (N s)."),
+    field("half_widths", ANY, Numbers(2), "m", Yes("half_widths = [0.05, 0.05]"), "Half widths of the cross-section along d1 and d2, > 0."),
+]);
+#[rustfmt::skip]
+pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
+    field("curvature", IN_SPACE, Array(&VARIES), "1/m", Or("[0.0, 0.0]"), "Flexures of the unloaded rod about d1 and d2."),
+    field("twist", IN_SPACE, VARIES, "rad/m", Or("0.0"), "Twist of the unloaded rod."),
+]);
+#[rustfmt::skip]
+pub(super) static DAMPING: Spec = spec("damping", &[
+    field("proportional", PLANE, Number(&PRESENT), "s", No, "A time: viscosity over bending stiffness."),
+    field("proportional", SPACE, Number(&SIZE), "s", No, "A time: viscosity over stiffness, the same for all strains."),
+    field("viscosity", PLANE, Number(&PRESENT), "N m² s", No, "Viscosity eta, in place of proportional."),
+    field("viscosity", SPACE, OneOf(&[Numbers(6), Rows(6)]), "", No, "Six viscosities, or six rows, in place of proportional."),
+    field("exponent", MOTION, Number(&EXPONENT), "", No, "Above `rate` friction grows as rate^exponent (Carreau); 1 is linear, less is shear thinning. With `rate`."),
+    field("rate", MOTION, Number(&SIZE), "1/(m s)", No, "Rate of the curvature at which the power sets in. With `exponent`."),
+    field("barrier", SPACE, Table(&BARRIER), "", No, "Friction that is infinite at total compression (AMV (2.40))."),
+]);
+#[rustfmt::skip]
+pub(super) static MAXWELL: Spec = spec("relaxation", &[
+    field("stiffness", PLANE, Number(&NON_NEGATIVE), "N m²", Yes("stiffness = 0.5"), "What the branch adds to the bending stiffness at once."),
+    field("stiffness", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&PROPORTIONAL)]), "", Yes("stiffness = { proportional = 0.5 }"),
+        "What the branch adds to the stiffnesses at once, in the order u1 u2 u3 v1 v2 v3."),
+    field("time", MOTION, Number(&POSITIVE), "s", Yes("time = 2.0"), "Its relaxation time."),
+]);
+#[rustfmt::skip]
+pub(super) static PROPORTIONAL: Spec = spec("proportional", &[
+    field("proportional", SPACE, Number(&NON_NEGATIVE), "", Yes("proportional = 0.5"), "So many times the stiffness of the section."),
+]);
+
+#[rustfmt::skip]
+pub(super) static CLAMP: Spec = spec("clamp", &[
+    field("position", ANY, Vector(&VALUE), "m", Or("0"), "Position of the base."),
+    field("angle", PLANE, Number(&VALUE), "rad", Or("0.0"), "Angle of the rod's tangent at the base from +x towards +y."),
+    field("quaternion", IN_SPACE, Numbers(4), "", No, "Orientation of the directors at the base, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
+    field("rotation", IN_SPACE, Table(&ROTATION), "", No, "Orientation of the directors at the base, by axis and angle."),
+    field("motion", MOTION, Table(&CLAMP_MOTION), "", No, "How the clamp moves."),
+]);
+#[rustfmt::skip]
+pub(super) static ROTATION: Spec = spec("rotation", &[
+    field("axis", IN_SPACE, Vector(&VALUE), "", Yes("axis = [0.0, 1.0, 0.0]"), "Axis in the world, not 0, of any length."),
+    field("angle", IN_SPACE, Number(&VALUE), "rad", No, "Angle in radians, of any size; or angle_degrees."),
+    field("angle_degrees", IN_SPACE, Number(&VALUE), "degree", No, "Angle in degrees."),
+]);
+#[rustfmt::skip]
+pub(super) static CLAMP_MOTION: Spec = spec("clamp.motion", &[
+    field("translate", MOTION, OneOf(&[Array(&List), Table(&SHAKE)]), "", No,
+        "Displacement of the clamp from its position: a table of rows [t, x, y] (in space [t, x, y, z]), at rest before the first and after the last and smooth between them; or a sine."),
+    field("turn", MOTION, Table(&TURN), "", No, "Rotation of the clamp about its position: at a constant rate, or a sine."),
+]);
+#[rustfmt::skip]
+pub(super) static SHAKE: Spec = spec("clamp.motion.translate", &[
+    field("direction", MOTION, Vector(&VALUE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length."),
+    field("amplitude", MOTION, Number(&FINITE), "m", Yes("amplitude = 0.01"), "Amplitude."),
+    field("frequency", MOTION, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency, cycles per time."),
+    field("phase", MOTION, Number(&FINITE), "rad", Or("0.0"), "Phase."),
+]);
+#[rustfmt::skip]
+pub(super) static TURN: Spec = spec("clamp.motion.turn", &[
+    field("axis", SPACE, Vector(&VALUE), "", Yes("axis = [0.0, 0.0, 1.0]"), "Axis in the world, not 0, of any length."),
+    field("rate", MOTION, Number(&FINITE), "rad/s", No, "Constant angular velocity; or a sine by amplitude and frequency."),
+    field("amplitude", MOTION, Number(&FINITE), "rad", No, "Amplitude of a sine."),
+    field("frequency", MOTION, Number(&NON_NEGATIVE), "Hz", No, "Frequency of the sine, cycles per time."),
+    field("phase", MOTION, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+]);
+
+#[rustfmt::skip]
+pub(super) static BODY: Spec = spec("body", &[
+    field("mass", PLANE, Number(&POSITIVE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
+    field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
+    field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
+    field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),
+    field("inertia", SPACE, OneOf(&[Numbers(3), Rows(3)]), "kg m²", Yes("inertia = [0.01, 0.01, 0.01]"), "Inertia of a welded body about its centre of mass, along the directors: its diagonal, or three rows."),
+]);
+#[rustfmt::skip]
+pub(super) static END: Spec = spec("end", &[
+    field("force", REST, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force applied to the end, in the world; 0 in held components."),
+    field("couple", REST, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple applied to the end, in the world; 0 if the orientation is held."),
+    field("load", REST, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple, for branches."),
+    field("follower", REST, Flag, "", Or("false"), "Force and couple in the frame of the directors at the end, in place of the world."),
+    field("position", REST, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", No, "Where the end is held, three components, each a number or \"free\"; without it, all free."),
+    field("quaternion", REST, Numbers(4), "", No, "Orientation at which the end is held, a unit quaternion [w, x, y, z]; or rotation; without both, free."),
+    field("rotation", REST, Table(&ROTATION), "", No, "Orientation at which the end is held, by axis and angle."),
+    field("pose", REST, Table(&POSE), "", No, "Position and orientation in one table."),
+]);
+#[rustfmt::skip]
+pub(super) static POSE: Spec = spec("pose", &[
+    field("position", IN_SPACE, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", Yes("position = [0.5, 0.0, 0.5]"), "Position of the end."),
+    field("quaternion", IN_SPACE, Numbers(4), "", No, "Orientation of its directors, a unit quaternion [w, x, y, z]; or rotation."),
+    field("rotation", IN_SPACE, Table(&ROTATION), "", No, "Orientation of its directors, by axis and angle."),
+]);
+
+#[rustfmt::skip]
+pub(super) static START: Spec = spec("start", &[
+    field("lambda", PLANE, Number(&LAMBDA), "", No, "With kappa or p an equilibrium: lambda = L sqrt(|n| / EI), n the contact force."),
+    field("kappa", PLANE, Number(&KAPPA), "", No, "sin((theta(L) - alpha) / 2), alpha the direction of n; 0 is straight, the sign mirrors."),
+    field("p", PLANE, Number(&P), "", No, "In place of kappa = tanh p, for rods so nearly taut that kappa rounds to 1."),
+    field("position", PLANE, Vector(&FINITE), "m", No, "Position of the body; of the equilibria there the one that `sheet` names. At full reach along the clamp's tangent the rod is straight."),
+    field("sheet", PLANE, OneOf(&[Word(&["stable", "lowest"]), Table(&SHEET)]), "", Or("\"stable\""), "Of the equilibria at a position: the only stable one, the one of lowest energy, or the one of a name."),
+    field("curvature", PLANE, List, "1/m", No, "theta' = c0 + c1 x + ..., x = s / length, 1 to 16 numbers: any shape, only with damping."),
+    field("strain", SPACE, Table(&STRAIN), "", No, "The strains, each a polynomial in s / length; without any start the rod is unloaded."),
+    field("equilibrium", SPACE, Table(&EQUILIBRIUM), "", No, "The equilibrium under a load at the end."),
+    field("pose", SPACE, Table(&POSE), "", No, "An equilibrium with the end held in a pose."),
+    field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod."),
+    field("settled", MOTION, Flag, "", No, "true: the stable equilibrium under the loads at t = 0."),
+    field("relaxed", PLANE, OneOf(&[Flag, List]), "", Or("true"), "Where the Maxwell branches are relaxed: true, at the shape of the start; false, at the unloaded rod; or the curvature c0, c1, ..."),
+    field("relaxed", SPACE, OneOf(&[Flag, Table(&STRAIN)]), "", Or("true"), "Where the Maxwell branches are relaxed: true, at the shape of the start; false, at the unloaded rod; or these strains."),
+    field("velocity", PLANE, Vector(&FINITE), "m/s", Or("[0.0, 0.0]"), "Velocity of the body."),
+    field("velocity", SPACE, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the end of the rod, in the world."),
+    field("angular_velocity", SPACE, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a welded body, in the world."),
+    field("wrench", REST, Numbers(6), "N m, N", No, "Where the search begins: base wrench (m1, m2, m3, n1, n2, n3) in the world; without it, the unloaded rod."),
+]);
+#[rustfmt::skip]
+pub(super) static SHEET: Spec = spec("sheet", &[
+    field("mode", PLANE, Count(0, 3000), "", Yes("mode = 1"), "Number of inflections inside the rod."),
+    field("sign", PLANE, Word(&["+", "-"]), "", Yes("sign = \"-\""), "Sign of the curvature at the clamp: \"+\" curves to the left, towards +y."),
+    field("near", PLANE, Number(&LAMBDA), "", No, "Where several equilibria share name and position, the one whose lambda is nearest to this."),
+]);
+#[rustfmt::skip]
+pub(super) static LANDING: Spec = spec("landing", &[
+    field("mode", PLANE, Count(0, 3000), "", Yes("mode = 1"), "Number of inflections inside the rod."),
+    field("sign", PLANE, Word(&["+", "-"]), "", Yes("sign = \"-\""), "Sign of the curvature at the clamp."),
+]);
+#[rustfmt::skip]
+pub(super) static STRAIN: Spec = spec("strain", &[
+    field("u1", SPACE, List, "1/m", No, "Flexure about d1: c0, c1, ... of c0 + c1 x + ..., x = s / length; without it that of the unloaded rod."),
+    field("u2", SPACE, List, "1/m", No, "Flexure about d2."),
+    field("u3", SPACE, List, "rad/m", No, "Twist."),
+    field("v1", SPACE, List, "", No, "Shear along d1."),
+    field("v2", SPACE, List, "", No, "Shear along d2."),
+    field("v3", SPACE, List, "", No, "Stretch, 1 when unstretched, > 0 everywhere."),
+]);
+#[rustfmt::skip]
+pub(super) static EQUILIBRIUM: Spec = spec("equilibrium", &[
+    field("force", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force at the end."),
+    field("couple", SPACE, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple at the end."),
+]);
+
+#[rustfmt::skip]
+pub(super) static LOADS: Spec = spec("loads", &[
+    field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
+    field("gravity", SPACE, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
+    field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
+    field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
+    field("couple", SPACE, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Constant couple on a welded body."),
+    field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
+    field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
+    field("force", MOTION, OneOf(&[Table(&FORCE), Array(&Table(&FORCE))]), "", No, "Forces in time at the centre of mass, added up: one table, or an array of them."),
+]);
+#[rustfmt::skip]
+pub(super) static FORCE: Spec = spec("loads.force", &[
+    field("direction", PLANE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
+    field("direction", SPACE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0, 0.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
+    field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", MOTION, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
+    field("phase", MOTION, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", MOTION, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
+    field("pulse", MOTION, Table(&PULSE), "", No, "A pulse, in place of a sine."),
+    field("table", MOTION, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
+]);
+#[rustfmt::skip]
+pub(super) static RAMP: Spec = spec("ramp", &[
+    field("from", MOTION, Number(&FINITE), "N", Or("0.0"), "Size of the force before `start`."),
+    field("to", MOTION, Number(&FINITE), "N", Yes("to = 1.0"), "Size of the force after `until`."),
+    field("start", MOTION, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins to grow."),
+    field("until", MOTION, Number(&POSITIVE), "s", Yes("until = 1.0"), "When it has grown, after `start`."),
+]);
+#[rustfmt::skip]
+pub(super) static PULSE: Spec = spec("pulse", &[
+    field("at", MOTION, Number(&FINITE), "s", Yes("at = 1.0"), "Time of its middle."),
+    field("width", MOTION, Number(&POSITIVE), "s", Yes("width = 0.1"), "How long it lasts; its shape is a raised cosine."),
+    field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
+]);
+
+#[rustfmt::skip]
+pub(super) static RUN: Spec = Spec {
+    name: "run",
+    fields: &[
+        field("duration", MOTION, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
+        field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13."),
+        field("tolerance", SPACE, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; with damping at least 1e-13."),
+        field("method", MOTION, Word(&["auto", "explicit", "implicit"]), "", Or("\"auto\""), "How a rod with damping steps through time; the program chooses, or explicit steps, or implicit ones for stiff rods."),
+        field("reduce", SPACE, Flag, "", Or("true"), "Integrate a motion that is exactly that of a spring and a dashpot as one."),
+        field("landing", PLANE, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
+            "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),
+        field("branches", PLANE, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
+        field("samples", MOTION, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
+        field("max_steps", MOTION, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
+        field("max_snaps", PLANE, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
+    ],
+    barred: &[(SPACE, "landing", "a rod with damping finds its own way through a snap")],
+};
+#[rustfmt::skip]
+pub(super) static SOLVE: Spec = spec("solve", &[
+    field("tolerance", REST, Number(&SOLVE_TOLERANCE), "", Or("1e-10"), "Relative tolerance of the equilibria."),
+    field("path", REST, Word(&["auto", "planar", "spatial", "closed-form"]), "", Or("\"auto\""), "The path of the computation; the program chooses the fastest that holds."),
+]);
+#[rustfmt::skip]
+pub(super) static CONTINUE: Spec = spec("continue", &[
+    field("parameter", REST, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies: the path of a number of the scene."),
+    field("from", REST, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
+    field("to", REST, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),
+    field("step", REST, Number(&STEP), "", Or("0.01"), "First step along the branch; a change of the parameter alone from `from` to `to` has length 1."),
+    field("min_step", REST, Number(&STEP), "", Or("1e-8"), "Shortest step."),
+    field("max_step", REST, Number(&STEP), "", Or("0.1"), "Longest step."),
+    field("points", REST, Count(2, 1_000_000), "", Or("200"), "A branch ends after so many points."),
+    field("switch", REST, Flag, "", Or("false"), "Follow the branches that leave at branch points."),
+    field("both", REST, Flag, "", Or("false"), "Also go the other way from `from`, as far as to 2 from - to."),
+    field("deflate", REST, Flag, "", Or("false"), "Look for branches that do not meet this one (deflation)."),
+    field("at", REST, List, "", Or("[]"), "Values of the parameter that the branch hits exactly."),
+    field("second", REST, Table(&SECOND), "", No, "A second parameter: the curves of folds in both."),
+]);
+#[rustfmt::skip]
+pub(super) static SECOND: Spec = spec("continue.second", &[
+    field("parameter", REST, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies, not the first parameter."),
+    field("from", REST, Number(&VALUE), "", No, "One end of its range; without it the value in the scene."),
+    field("to", REST, Number(&VALUE), "", Yes("to = 1.0"), "The other end."),
+    field("step", REST, Number(&STEP), "", Or("0.01"), "First step along the curve."),
+    field("min_step", REST, Number(&STEP), "", Or("1e-8"), "Shortest step."),
+    field("max_step", REST, Number(&STEP), "", Or("0.05"), "Longest step."),
+    field("points", REST, Count(2, 1_000_000), "", Or("400"), "A curve ends after so many points in each direction."),
+]);
+const PATH: Form = Word(&[]);

@@ -1,0 +1,159 @@
+//! Reads `[loads]`.
+
+use super::ends::{direction, growing, sine};
+use super::fields::{FORCE, PLANE, PULSE, RAMP, SPACE};
+use super::reader::{Absent, Reader, Table};
+use super::rule::FINITE;
+use super::start::turning;
+use crate::scene::{FaultKind, Force, InTime, Loads, Pulse, Ramp};
+use toml::Spanned;
+use toml::de::DeValue;
+
+pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
+    let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
+    let drag = table.number("drag");
+    let (couple, rotational_drag) = match table.reader.kind.get() {
+        SPACE => (turning(table, "couple", weld), rotational_drag(table, weld)),
+        _ => (Some([0.0; 3]), Some(0.0)),
+    };
+    let force = forces(table);
+    Some(Loads {
+        gravity: gravity?,
+        dead: dead?,
+        couple: couple?,
+        drag: drag?,
+        rotational_drag: rotational_drag?,
+        force: force?,
+    })
+}
+
+fn rotational_drag(table: &Table, weld: Option<bool>) -> Option<f64> {
+    let drag = table.number("rotational_drag")?;
+    if weld != Some(false) || drag == 0.0 {
+        return Some(drag);
+    }
+    let value = table.get("rotational_drag")?;
+    let hint = "the end of a ball joint is free to turn, and its body is a point; write joint = \"weld\" in [body]";
+    table.reader.fault(
+        FaultKind::Conflict,
+        &table.field("rotational_drag"),
+        value.span(),
+        "0, or left out, where the joint is a ball",
+        Some(hint.to_owned()),
+    );
+    None
+}
+
+fn forces(loads: &Table) -> Option<Vec<Force>> {
+    let reader = loads.reader;
+    loads.read("force", "", Absent::Or(Vec::new()), |field, value| {
+        let DeValue::Array(array) = value.get_ref() else {
+            return Some(vec![force(reader, field, value)?]);
+        };
+        let read = |(i, value)| force(reader, &format!("{field}[{i}]"), value);
+        let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
+        forces.into_iter().collect()
+    })
+}
+
+fn force<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+) -> Option<Force> {
+    let allowed = match reader.kind.get() {
+        PLANE => {
+            "a table such as { direction = [0.0, 1.0], amplitude = 0.5, frequency = 2.0 }, or an array of them"
+        }
+        _ => {
+            "a table such as { direction = [0.0, 1.0, 0.0], amplitude = 0.5, frequency = 2.0 }, or an array of them"
+        }
+    };
+    let table = reader.table(field, value, &FORCE, allowed)?;
+    let direction = direction(&table, "direction");
+    let size = size(&table);
+    Some(Force {
+        direction: direction?,
+        size: size?,
+    })
+}
+
+fn size(table: &Table) -> Option<InTime> {
+    let forms = ["ramp", "pulse", "table"];
+    let given = |name: &&str| table.get(name).is_some();
+    let chosen: Vec<&str> = forms.into_iter().filter(given).collect();
+    let [form, others @ ..] = chosen.as_slice() else {
+        return sine(table).map(InTime::Sine);
+    };
+    let sine = ["amplitude", "frequency", "phase"]
+        .into_iter()
+        .filter(given);
+    let strangers: Vec<&str> = others.iter().copied().chain(sine).collect();
+    for stranger in &strangers {
+        let hint = "a force is a sine, a ramp, a pulse or a table; for several forces write an array of tables";
+        table.conflict(stranger, &[form], hint);
+    }
+    let size = match *form {
+        "ramp" => ramp(table),
+        "pulse" => pulse(table),
+        _ => rows(table),
+    };
+    size.filter(|_| strangers.is_empty())
+}
+
+fn ramp(table: &Table) -> Option<InTime> {
+    let allowed = "a table such as { to = 1.0, until = 1.0 }";
+    table.read("ramp", allowed, Absent::Fault, |field, value| {
+        let table = table.reader.table(field, value, &RAMP, allowed)?;
+        let (from, to) = (table.number("from"), table.number("to"));
+        let (start, until) = (table.number("start"), table.number("until"));
+        let (start, until) = (start?, until?);
+        if !(start < until) {
+            let value = table.get("until")?;
+            let (kind, field) = (FaultKind::Value, table.field("until"));
+            let allowed = format!("a time after `start`, {start}");
+            table
+                .reader
+                .fault(kind, &field, value.span(), allowed, None);
+            return None;
+        }
+        Some(InTime::Ramp(Ramp {
+            from: from?,
+            to: to?,
+            start,
+            until,
+        }))
+    })
+}
+
+fn pulse(table: &Table) -> Option<InTime> {
+    let allowed = "a table such as { at = 1.0, width = 0.1, amplitude = 1.0 }";
+    table.read("pulse", allowed, Absent::Fault, |field, value| {
+        let table = table.reader.table(field, value, &PULSE, allowed)?;
+        let (at, width) = (table.number("at"), table.number("width"));
+        let amplitude = table.number("amplitude");
+        Some(InTime::Pulse(Pulse {
+            at: at?,
+            width: width?,
+            amplitude: amplitude?,
+        }))
+    })
+}
+
+fn rows(table: &Table) -> Option<InTime> {
+    let reader = table.reader;
+    let allowed = "an array of rows [t, f] of growing times";
+    table.read("table", allowed, Absent::Fault, |field, value| {
+        let row = |field: &str, value| {
+            let number = |field: &str, value: &_| reader.number(field, value, &FINITE);
+            reader.array(field, value, "a row [t, f]", number)
+        };
+        let rows: Vec<[f64; 2]> = reader
+            .list(field, value, allowed, row)?
+            .into_iter()
+            .collect::<Option<_>>()?;
+        let times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+        growing(reader, field, value, &times)?;
+        Some(InTime::Table(rows))
+    })
+}

@@ -1,0 +1,268 @@
+//! Reads `[rod]`.
+
+use super::along::polynomial;
+use super::fields::{MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
+use super::friction::{self, needs_damping};
+use super::reader::{Absent, Table};
+use super::scene::open;
+use super::section::{outline, rest, rest_inside_barrier, section};
+use crate::scene::{
+    Bends, Damping, FaultKind, Material, Maxwell, Model, Outline, Profile, Rest, Rod, Section,
+};
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// What the rest of a scene must know of its rod, whatever else is wrong with that.
+#[derive(Clone, Copy)]
+pub(super) struct Memory {
+    /// It has damping.
+    pub damped: bool,
+    /// It has Maxwell branches.
+    pub relaxes: bool,
+}
+
+impl Memory {
+    /// From `[rod]` as it is written.
+    pub fn of(rod: &Table) -> Self {
+        let zero = |value: &Spanned<DeValue>| {
+            let text = match value.get_ref() {
+                DeValue::Float(x) => x.as_str().parse(),
+                DeValue::Integer(x) => x.as_str().parse(),
+                _ => return false,
+            };
+            text == Ok(0.0)
+        };
+        let branches = rod.get("relaxation");
+        Self {
+            damped: rod.get("damping").is_some_and(|value| !zero(value)),
+            relaxes: branches.is_some_and(|value| {
+                let list = value.get_ref().as_array();
+                list.is_none_or(|list| !list.is_empty())
+            }),
+        }
+    }
+}
+
+/// What was read of a rod.
+pub(super) struct Parts {
+    model: Option<Model>,
+    pub length: Option<f64>,
+    material: Option<Option<Material>>,
+    bends: Option<Bends>,
+    pub section: Option<Section>,
+    rest: Option<Rest>,
+    damping: Option<Option<Damping>>,
+    relaxation: Option<Vec<Maxwell>>,
+    nodes: Option<Option<usize>>,
+}
+
+impl Parts {
+    /// The rod without friction, whatever is wrong with that.
+    pub fn elastic(&self) -> Option<Rod> {
+        Some(Rod {
+            model: self.model?,
+            length: self.length?,
+            material: self.material?,
+            bends: self.bends?,
+            section: self.section.clone()?,
+            rest: self.rest.clone()?,
+            damping: None,
+            relaxation: Vec::new(),
+            nodes: None,
+        })
+    }
+
+    pub fn rod(self) -> Option<Rod> {
+        Some(Rod {
+            damping: self.damping.clone()?,
+            relaxation: self.relaxation.clone()?,
+            nodes: self.nodes?,
+            ..self.elastic()?
+        })
+    }
+}
+
+/// Reads everything before it gives up anything.
+pub(super) fn rod(table: &Table) -> Parts {
+    let kind = table.reader.kind.get();
+    let planar = kind == PLANE;
+    let model = match planar {
+        true => table.word("model", &[Model::Elastica]),
+        false => table.word("model", &[Model::Cosserat]),
+    };
+    let length = table.number("length");
+    let material = material(table);
+    let (bends, section) = match planar {
+        true => (
+            table.word("bends", &[Bends::Weak, Bends::Strong]),
+            planar_section(table),
+        ),
+        false => (Some(Bends::Weak), spatial_section(table, length, material)),
+    };
+    let rest = match table.get("rest").filter(|_| !planar) {
+        Some(value) => open(table, value, &REST_STRAINS).and_then(|inner| {
+            let rest = rest(&inner, length)?;
+            let known = section.as_ref().zip(length);
+            let inside = known.is_none_or(|(section, length)| {
+                rest_inside_barrier(&inner, section, &rest, length)
+            });
+            inside.then_some(rest)
+        }),
+        None => Some(Rest::default()),
+    };
+    let rigid = section.as_ref().map(Section::rigid);
+    let (damping, relaxation, nodes) = match kind {
+        REST => (Some(None), Some(Vec::new()), Some(None)),
+        PLANE => (
+            friction::planar_damping(table),
+            friction::planar_branches(table),
+            nodes(table),
+        ),
+        _ => (
+            friction::damping(table, rigid).map(Some),
+            friction::branches(table, rigid),
+            nodes(table),
+        ),
+    };
+    Parts {
+        model,
+        length,
+        material,
+        bends,
+        section,
+        rest,
+        damping,
+        relaxation,
+        nodes,
+    }
+}
+
+fn nodes(rod: &Table) -> Option<Option<usize>> {
+    let memory = Memory::of(rod);
+    if !memory.damped && rod.reader.kind.get() == PLANE {
+        let why = "an elastic rod is in equilibrium and has no strains of its own to follow";
+        needs_damping(rod, "nodes", why);
+    }
+    match rod.get("nodes") {
+        None => Some(None),
+        Some(_) => rod.count("nodes").map(Some),
+    }
+}
+
+/// Reads `rod.material`.
+fn material(rod: &Table) -> Option<Option<Material>> {
+    let names = [
+        ("steel", Material::STEEL),
+        ("aluminium", Material::ALUMINIUM),
+        ("nitinol", Material::NITINOL),
+        ("PET", Material::PET),
+        ("silicone", Material::SILICONE),
+    ];
+    let allowed = "\"steel\", \"aluminium\", \"nitinol\", \"PET\", \"silicone\" or a table such as { E = 200e9, nu = 0.3 }";
+    let reader = rod.reader;
+    rod.read("material", allowed, Absent::Or(None), |field, value| {
+        if !value.get_ref().is_table() {
+            return reader.choice(field, value, &names, allowed).map(Some);
+        }
+        let table = reader.table(field, value, &MATERIAL, allowed)?;
+        let (young, poisson, shear) =
+            (table.number("E"), table.optional("nu"), table.optional("G"));
+        let density = table.optional("density");
+        let (poisson, shear) = (poisson?, shear?);
+        if poisson.is_some() && shear.is_some() {
+            table.conflict("G", &["nu"], "E = 2 G (1 + nu): keep one of them");
+            return None;
+        }
+        if poisson.is_none() && shear.is_none() && reader.kind.get() != PLANE {
+            table.missing("nu", "a number in (-1, 0.5]; or G > 0", "nu = 0.3");
+            return None;
+        }
+        Some(Some(Material {
+            young: young?,
+            poisson,
+            shear,
+            density: density?,
+        }))
+    })
+}
+
+/// The bending stiffness of a planar rod, or the shape of its material.
+fn planar_section(rod: &Table) -> Option<Section> {
+    let given = |name: &str| rod.get(name).is_some();
+    if !given("material") && !given("section") {
+        if given("bends") {
+            let hint = "it says which way a shape bends; `bending_stiffness` is that of the plane";
+            rod.conflict("bends", &["bending_stiffness"], hint);
+        }
+        return rod.number("bending_stiffness").map(Section::Bending);
+    }
+    if given("bending_stiffness") {
+        let both: Vec<&str> = ["material", "section"]
+            .into_iter()
+            .filter(|n| given(n))
+            .collect();
+        let hint = "it follows from material and section: keep it or them";
+        rod.conflict("bending_stiffness", &both, hint);
+        return None;
+    }
+    if !given("material") {
+        let allowed = "what the shape is made of: a name, or a table with E";
+        rod.missing("material", allowed, "material = \"steel\"");
+    }
+    let Some(value) = rod.get("section") else {
+        let example = "section = { rectangle = { width = 0.02, thickness = 0.0005 } }";
+        rod.missing("section", "the shape of the cross-section", example);
+        return None;
+    };
+    let outline = outline(&open(rod, value, &OUTLINE)?)?;
+    given("material").then_some(Section::Profile(of_shape(outline)))
+}
+
+fn of_shape(outline: Outline) -> Profile {
+    Profile {
+        outline,
+        shear_factor: None,
+        torsion_constant: None,
+        shear: None,
+        axial: None,
+    }
+}
+
+fn spatial_section(
+    rod: &Table,
+    length: Option<f64>,
+    material: Option<Option<Material>>,
+) -> Option<Section> {
+    let reader = rod.reader;
+    let Some(value) = rod.get("section") else {
+        let hint = match material {
+            Some(Some(_)) => "write `section = { circle = { diameter = 0.001 } }` in [rod]",
+            _ => "add `[rod.section]` with `bending = [1.0, 1.0]` and `torsion = 0.7`",
+        };
+        let allowed = "a section law: stiffnesses, or shape and material";
+        let (kind, hint) = (FaultKind::Missing, Some(hint.to_owned()));
+        reader.record(kind, rod.at, "rod.section", None, allowed, hint);
+        return None;
+    };
+    let table = open(rod, value, &SECTION)?;
+    let section = section(&table, length);
+    match (&section, rod.get("material")) {
+        (Some(Section::Profile(_)), None) => {
+            let allowed = "what the shape is made of: a name, or a table with E and nu";
+            rod.missing("material", allowed, "material = \"steel\"");
+            None
+        }
+        (Some(Section::Profile(_)) | None, _) | (_, None) => section,
+        (Some(_), Some(_)) => {
+            let hint = "this section has its own stiffnesses or moduli; a shape of the material is \
+                        section = { circle = { diameter = 0.001 } }";
+            rod.conflict("material", &["section"], hint);
+            None
+        }
+    }
+}
+
+/// A curvature along a planar rod.
+pub(super) fn curvature(table: &Table, field: &str, value: &Spanned<DeValue>) -> Option<Vec<f64>> {
+    polynomial(table.reader, field, value, &super::rule::FINITE)
+}

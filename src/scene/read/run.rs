@@ -1,0 +1,76 @@
+//! Reads `[run]` and `[solve]`.
+
+use super::fields::PLANE;
+use super::friction::needs_damping;
+use super::reader::Table;
+use super::rod::Memory;
+use super::start::landing;
+use crate::rod::Path;
+use crate::scene::{FaultKind, Landing, Method, Run, Solve};
+
+/// What rounding leaves of the tolerance of a viscoelastic run.
+const FINEST: f64 = 1e-13;
+
+pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
+    let planar = table.reader.kind.get() == PLANE;
+    let duration = table.number("duration");
+    let tolerance = tolerance(table, !planar || memory.is_some_and(|memory| memory.damped));
+    if memory.is_some_and(|memory| planar && !memory.damped) {
+        needs_damping(table, "method", "an elastic run has one method");
+    }
+    let methods = [Method::Auto, Method::Explicit, Method::Implicit];
+    let method = table.word("method", &methods);
+    let samples = table.count("samples");
+    let max_steps = table.count("max_steps");
+    // What the kind of scene does not have is what its motion does anyway.
+    let (reduce, landing, branches, max_snaps) = match planar {
+        true => (
+            Some(true),
+            landing(table, memory),
+            table.count("branches"),
+            table.count("max_snaps"),
+        ),
+        false => (
+            table.flag("reduce"),
+            Some(Landing::Viscous),
+            Some(1),
+            Some(0),
+        ),
+    };
+    Some(Run {
+        duration: duration?,
+        tolerance: tolerance?,
+        method: method?,
+        reduce: reduce?,
+        landing: landing?,
+        branches: branches?,
+        samples: samples?,
+        max_steps: max_steps?,
+        max_snaps: max_snaps?,
+    })
+}
+
+fn tolerance(table: &Table, damped: bool) -> Option<f64> {
+    let tolerance = table.number("tolerance")?;
+    let value = table.get("tolerance");
+    match value.filter(|_| damped && !(tolerance >= FINEST)) {
+        None => Some(tolerance),
+        Some(value) => {
+            let (kind, field) = (FaultKind::Value, table.field("tolerance"));
+            let allowed = "a number in [1e-13, 1e-2] where the rod has damping";
+            table
+                .reader
+                .fault(kind, &field, value.span(), allowed, None);
+            None
+        }
+    }
+}
+
+pub(super) fn solve(table: &Table) -> Option<Solve> {
+    let paths = [Path::Auto, Path::Planar, Path::Spatial, Path::ClosedForm];
+    let (tolerance, path) = (table.number("tolerance"), table.word("path", &paths));
+    Some(Solve {
+        tolerance: tolerance?,
+        path: path?,
+    })
+}

@@ -1,0 +1,199 @@
+//! Reads a whole scene: its kind, its tables, and what only all of them together show.
+
+use super::branch::continuation;
+use super::ends::{body, clamp, end, in_reach};
+use super::fields::{
+    BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, REST, ROD, RUN, SOLVE, SPACE, START, Spec, TOP,
+};
+use super::kind::kind_of;
+use super::loads::loads;
+use super::reader::{Absent, Reader, Table};
+use super::rod::{Memory, rod};
+use super::run::{run, solve};
+use super::sources::Sources;
+use super::start::{Known, start};
+use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, Solve, Start, Units};
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// Reads a scene, or every fault of it.
+pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
+    let reader = Reader::new(sources);
+    let document = reader.document();
+    let scene = document.and_then(|document| {
+        reader.kind.set(kind_of(&document));
+        // Missing tables are reported at the end of the text, where they can be added.
+        let at = sources.document().len().saturating_sub(1);
+        resolve(&Table::open(&reader, "", &document, at, &TOP))
+    });
+    match scene {
+        Some(scene) if reader.is_clean() => Ok(scene),
+        _ => Err(reader.into_faults()),
+    }
+}
+
+/// Reads everything before it gives up anything: `?` only after the last field, as in every reader.
+fn resolve(top: &Table) -> Option<Scene> {
+    let kind = top.reader.kind.get();
+    let motion = kind != REST;
+    let units = units(top);
+    let rod_table = part(top, &ROD);
+    let memory = rod_table
+        .as_ref()
+        .and_then(|table| Some(Memory::of(table.as_ref()?)));
+    let parts = rod_table
+        .as_ref()
+        .and_then(|table| Some(rod(table.as_ref()?)));
+    let elastic = parts.as_ref().and_then(|parts| parts.elastic());
+    let rod = parts.and_then(|parts| parts.rod());
+    let clamp = default(part(top, &CLAMP), Clamp::default(), clamp);
+    let (weld, body) = match part(top, &BODY).flatten() {
+        Some(table) => body(&table),
+        None => (None, None),
+    };
+    let end = part(top, &END).flatten().and_then(|table| end(&table));
+    let known = Known {
+        elastic: elastic.as_ref(),
+        clamp: clamp.as_ref(),
+        weld,
+        memory,
+    };
+    let start = default(part(top, &START), Start::default(), |table| {
+        start(table, known)
+    });
+    let loads = default(part(top, &LOADS), Loads::default(), |table| {
+        loads(table, weld)
+    });
+    let run = part(top, &RUN)
+        .flatten()
+        .and_then(|table| run(&table, memory));
+    let solve = default(part(top, &SOLVE), Solve::default(), solve);
+    let whole = || {
+        Some(Scene {
+            units: units?,
+            rod: rod?,
+            clamp: clamp?,
+            body: Some(body).filter(|body| body.is_some() == motion)?,
+            end: Some(end).filter(|end| end.is_some() != motion)?,
+            start: start?,
+            loads: loads?,
+            run: Some(run).filter(|run| run.is_some() == motion)?,
+            solve: solve?,
+            continuation: None,
+        })
+    };
+    let scene = whole().filter(|scene| motion || in_reach(top, scene));
+    let follow = default(part(top, &CONTINUE), None, |table| {
+        continuation(table, scene.as_ref()).map(Some)
+    });
+    let (mut scene, follow) = (scene?, follow?);
+    scene.continuation = follow;
+    let at = rod_table.flatten().map_or(0, |table| table.at);
+    can_be_built(top, at, &scene).then_some(scene)
+}
+
+/// A table of the top: `None` if it is faulty or must not be missing, `Some(None)` if it is left out, or no scene of this
+/// kind has it.
+#[allow(clippy::option_option)]
+fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Table<'a>>> {
+    let kind = top.reader.kind.get();
+    let Some(field) = TOP.field(spec.name, kind) else {
+        return Some(None);
+    };
+    match (top.get(spec.name), &field.need) {
+        (Some(value), _) => open(top, value, spec).map(Some),
+        (None, super::fields::Need::Yes(example)) => {
+            let hint = match spec.name {
+                "end" => format!(
+                    "add `[end]` with `{example}`; left empty it is an end that is free and without load"
+                ),
+                "rod" => "add `[rod]` with `model = \"elastica\"`, or with `model = \"cosserat\"` and [rod.section]".to_owned(),
+                name => format!("add `[{name}]` with a line such as `{example}`"),
+            };
+            let names: Vec<&str> = spec.names(kind).collect();
+            let allowed = format!("a table with {}", names.join(", "));
+            let (at, kind) = (top.at, FaultKind::Missing);
+            top.reader
+                .record(kind, at, spec.name, None, allowed, Some(hint));
+            None
+        }
+        (None, _) => Some(None),
+    }
+}
+
+/// The value of an optional table.
+#[allow(clippy::option_option)]
+fn default<'a, T>(
+    table: Option<Option<Table<'a>>>,
+    absent: T,
+    parse: impl FnOnce(&Table<'a>) -> Option<T>,
+) -> Option<T> {
+    match table? {
+        None => Some(absent),
+        Some(table) => parse(&table),
+    }
+}
+
+pub(super) fn open<'a>(
+    top: &Table<'a>,
+    value: &'a Spanned<DeValue<'a>>,
+    spec: &'static Spec,
+) -> Option<Table<'a>> {
+    let name = match spec.name.strip_prefix("rod.") {
+        _ if std::ptr::eq(spec, &super::fields::OUTLINE) => "rod.section",
+        _ => spec.name,
+    };
+    let allowed = format!("a table, [{name}]");
+    top.reader.table(name, value, spec, &allowed)
+}
+
+/// The system of units; SI for a rod of a material.
+fn units(top: &Table) -> Option<Units> {
+    let rod = top.get("rod").and_then(|rod| rod.get_ref().as_table());
+    let default = match rod.is_some_and(|rod| rod.contains_key("material")) {
+        true => Units::Si,
+        false => Units::Dimensionless,
+    };
+    top.read("units", "", Absent::Or(default), |field, value| {
+        let words = [("si", Units::Si), ("dimensionless", Units::Dimensionless)];
+        let allowed = r#""si" or "dimensionless""#;
+        top.reader.choice(field, value, &words, allowed)
+    })
+}
+
+/// True if the rod and its friction can be made, and the scales and all that is measured by them are numbers; else the
+/// fault, at `[rod]`.
+fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
+    let refuse = |kind: FaultKind, allowed: &str, hint: String| {
+        top.reader
+            .record(kind, at, "rod", None, allowed, Some(hint));
+        false
+    };
+    let kind: Kinds = top.reader.kind.get();
+    let made = match kind {
+        PLANE => scene.rod.bending_stiffness().map(drop),
+        SPACE => scene
+            .moving()
+            .map(drop)
+            .and_then(|()| scene.viscoelastic().map(drop)),
+        _ => scene.cosserat_rod().map(drop),
+    };
+    if let Err(error) = made {
+        let allowed = "a rod whose section law can be made";
+        return refuse(FaultKind::Value, allowed, error.to_string());
+    }
+    if kind == REST {
+        return true;
+    }
+    let normal = match (scene.scales(), scene.dimensionless()) {
+        (Ok(scales), Ok(plain)) => scales.are_normal() && plain.is_finite(),
+        _ => false,
+    };
+    normal
+        || refuse(
+            FaultKind::Value,
+            "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the velocity, the loads and \
+             curvatures (with their squares), the viscosities and the duration measured by them, are numbers",
+            "they over- or underflow: choose units nearer to the rod's size".to_owned(),
+        )
+}

@@ -1,0 +1,486 @@
+//! Reads `[start]`.
+
+use super::along::{not_positive, polynomial};
+use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
+use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, REST, SHEET, STRAIN, Spec};
+use super::friction::needs_damping;
+use super::reader::{Absent, Reader, Short, Table};
+use super::rod::{Memory, curvature};
+use super::rule::{FINITE, KAPPA, LAMBDA, VALUE};
+use crate::manifold;
+use crate::scene::{
+    Clamp, EndLoad, EndPose, FaultKind, Landing, Place, Relaxed, Rod, Sheet, SheetName, Start,
+    Straight, StrainField, StrainName,
+};
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// What the start must know of the rest of the scene, as far as that was read.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'k> {
+    /// The rod without friction.
+    pub elastic: Option<&'k Rod>,
+    pub clamp: Option<&'k Clamp>,
+    pub weld: Option<bool>,
+    pub memory: Option<Memory>,
+}
+
+pub(super) fn start(table: &Table, known: Known) -> Option<Start> {
+    match table.reader.kind.get() {
+        PLANE => planar(table, known),
+        REST => {
+            let reader = table.reader;
+            let wrench = table.read("wrench", "", Absent::Or(None), |field, value| {
+                reader.vector(field, value, &VALUE).map(Some)
+            });
+            Some(Start {
+                wrench: wrench?,
+                ..Start::default()
+            })
+        }
+        _ => spatial(table, known),
+    }
+}
+
+fn planar(table: &Table, known: Known) -> Option<Start> {
+    let reader = table.reader;
+    let velocity = table.vector("velocity");
+    let lambda = table.optional("lambda");
+    let kappa = table.optional("kappa");
+    let p = table.optional("p");
+    let position = table.read("position", "", Absent::Or(None), |field, value| {
+        let position = reader.point(field, value, &FINITE)?;
+        reachable(reader, field, value, position, known).map(Some)
+    });
+    let allowed = r#""stable", "lowest" or a table such as { mode = 1, sign = "-" }"#;
+    let sheet = table.read(
+        "sheet",
+        allowed,
+        Absent::Or(Sheet::Stable),
+        |field, value| {
+            let words = [("stable", Sheet::Stable), ("lowest", Sheet::Lowest)];
+            word_or_name(reader, field, value, &words, allowed, &SHEET, Sheet::Named)
+        },
+    );
+    if known.memory.is_some_and(|memory| !memory.damped) {
+        let why = "an elastic rod is in equilibrium at every instant: its start is lambda and kappa, or a position";
+        needs_damping(table, "curvature", why);
+    }
+    let bent = table.read("curvature", "", Absent::Or(None), |field, value| {
+        curvature(table, field, value).map(Some)
+    });
+    let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
+    let relaxed = relaxed(table, known.memory, words, |field, value| {
+        curvature(table, field, value).map(Relaxed::Curvature)
+    });
+    let unloaded = unloaded(table);
+
+    let consistent = one_place(table);
+    let (velocity, lambda, kappa, p) = (velocity?, lambda?, kappa?, p?);
+    let (position, sheet) = (position?, sheet?);
+    let (bent, relaxed, unloaded) = (bent?, relaxed?, unloaded?);
+    consistent.then_some(())?;
+    let place = match (lambda, kappa, p, position, bent) {
+        (Some(lambda), Some(kappa), None, None, None) => Place::Kappa { lambda, kappa },
+        (Some(lambda), None, Some(p), None, None) => Place::P { lambda, p },
+        (None, None, None, Some(None), None) => STRAIGHT,
+        (None, None, None, Some(Some(position)), None) => Place::Position { position, sheet },
+        (None, None, None, None, Some(curvature)) => Place::Curvature { curvature },
+        // `one_place` has reported every other case.
+        _ => unloaded?,
+    };
+    Some(Start {
+        place,
+        relaxed,
+        velocity,
+        ..Start::default()
+    })
+}
+
+const STRAIGHT: Place = Place::Rest {
+    rest: Straight::Straight,
+};
+
+/// `rest` or `settled`.
+fn unloaded(table: &Table) -> Option<Option<Place>> {
+    let rest = match table.get("rest") {
+        None => Some(None),
+        Some(_) => table.word("rest", &[STRAIGHT]).map(Some),
+    };
+    let settled = match table.get("settled") {
+        None => Some(false),
+        Some(_) => table.read("settled", "", Absent::Or(false), |field, value| {
+            table.reader.flag(field, value)
+        }),
+    };
+    let settled = settled?.then_some(Place::Settled { settled: true });
+    Some(rest?.or(settled))
+}
+
+/// True if exactly one equilibrium, position or strain field is named; else the faults.
+fn one_place(table: &Table) -> bool {
+    let given = |name: &&str| table.get(name).is_some();
+    let chart: Vec<&str> = ["lambda", "kappa", "p"].into_iter().filter(given).collect();
+    let has = |name: &str| given(&name);
+    if one_of(table, &["curvature", "rest", "settled"]).is_none() {
+        return false;
+    }
+    let whole = ["curvature", "rest", "settled"];
+    if let Some(name) = whole.into_iter().find(|name| has(name)) {
+        let others = ["lambda", "kappa", "p", "position", "sheet"];
+        let others: Vec<&str> = others.into_iter().filter(given).collect();
+        if !others.is_empty() {
+            let hint = "it is the whole shape of the rod: start from it, or from an equilibrium";
+            table.conflict(name, &others, hint);
+        }
+        return others.is_empty();
+    }
+    let mut consistent = true;
+    if has("kappa") && has("p") {
+        table.conflict("p", &["kappa"], "kappa = tanh p: keep one of them");
+        consistent = false;
+    }
+    if has("position") {
+        if !chart.is_empty() {
+            let hint = "start from lambda and kappa, or from a position and a sheet";
+            table.conflict("position", &chart, hint);
+            consistent = false;
+        }
+        return consistent;
+    }
+    if chart.is_empty() {
+        let allowed = "an equilibrium: lambda with kappa (or p), or position; or rest = \"straight\"; or, of a rod with damping, curvature";
+        let hint = "write `lambda = 6.3` and `kappa = 0.6` in [start]".to_owned();
+        let (kind, at) = (FaultKind::Missing, table.at);
+        table
+            .reader
+            .record(kind, at, "start", None, allowed, Some(hint));
+        return false;
+    }
+    if has("sheet") {
+        table.conflict(
+            "sheet",
+            &chart,
+            "they name one equilibrium, and so its sheet",
+        );
+        consistent = false;
+    }
+    if !has("lambda") {
+        table.missing("lambda", LAMBDA.allowed, "lambda = 6.3");
+        consistent = false;
+    }
+    if !has("kappa") && !has("p") {
+        table.missing("kappa", KAPPA.allowed, "kappa = 0.6");
+        consistent = false;
+    }
+    consistent
+}
+
+/// The position, `None` inside if the rod is straight there; or the fault.
+#[allow(clippy::option_option)]
+fn reachable(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    position: [f64; 3],
+    known: Known,
+) -> Option<Option<[f64; 3]>> {
+    let (length, clamp) = (known.elastic?.length, known.clamp?);
+    let [x, y] = [0, 1].map(|i| (position[i] - clamp.position[i]) / length);
+    let distance = x.hypot(y);
+    if distance < 1.0 - ON_CIRCLE {
+        return Some(Some(position));
+    }
+    let [c, _, _, s] = clamp.orientation.quaternion();
+    let (cos, sin) = (c * c - s * s, 2.0 * c * s);
+    let on_circle = distance <= 1.0 + ON_CIRCLE;
+    // The tangent of the clamp, to rounding of the position.
+    if on_circle && (x * sin - y * cos).abs() <= ON_CIRCLE && x * cos + y * sin > 0.0 {
+        return Some(None);
+    }
+    let shown = Short(distance);
+    let hint = match on_circle {
+        true => "it is on the circle |r| = length, where the rod is straight and its tension unbounded; start \
+                 a little inside, or straight along the clamp: rest = \"straight\""
+            .to_owned(),
+        false => format!("the rod cannot reach so far: |r| / length = {shown:.6}"),
+    };
+    let allowed = format!(
+        "inside the disc of radius {}, the length of the rod, around the clamp",
+        Short(length)
+    );
+    reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
+    None
+}
+
+/// One of some words, or the name of a sheet.
+pub(super) fn word_or_name<'a, T: Clone>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+    words: &[(&'static str, T)],
+    allowed: &str,
+    spec: &'static Spec,
+    named: fn(SheetName) -> T,
+) -> Option<T> {
+    if !value.get_ref().is_table() {
+        return reader.choice(field, value, words, allowed);
+    }
+    let table = reader.table(field, value, spec, allowed)?;
+    let mode = table.count("mode");
+    let sign = table.word("sign", &[manifold::Sign::Plus, manifold::Sign::Minus]);
+    let near = match spec.field("near", PLANE) {
+        Some(_) => table.optional("near"),
+        None => Some(None),
+    };
+    Some(named(SheetName {
+        sheet: manifold::Sheet {
+            mode: mode? as u32,
+            sign: sign?,
+        },
+        near: near?,
+    }))
+}
+
+fn spatial(table: &Table, known: Known) -> Option<Start> {
+    let reader = table.reader;
+    let velocity = table.vector("velocity");
+    let angular_velocity = turning(table, "angular_velocity", known.weld);
+    let words = "a strain field such as { u1 = [0.5, -0.5] }";
+    let relaxed = relaxed(table, known.memory, words, |field, value| {
+        strain(reader, field, value, known.elastic).map(Relaxed::Strain)
+    });
+    let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| {
+        table.read(name, "", Absent::Or(None), |field, value| {
+            parse(field, value).map(Some)
+        })
+    };
+    let by_strain = place("strain", &|field, value| {
+        strain(reader, field, value, known.elastic).map(|strain| Place::Strain { strain })
+    });
+    let by_load = place("equilibrium", &|field, value| {
+        let allowed = "a table such as { force = [0.0, 0.0, -1.0] }";
+        let table = reader.table(field, value, &EQUILIBRIUM, allowed)?;
+        let force = table.vector("force");
+        let couple = turning(&table, "couple", known.weld);
+        Some(Place::Equilibrium {
+            equilibrium: EndLoad {
+                force: force?,
+                couple: couple?,
+            },
+        })
+    });
+    let by_pose = place("pose", &|field, value| {
+        pose(reader, field, value, known).map(|pose| Place::Pose { pose })
+    });
+    let unloaded = unloaded(table);
+    let names = ["strain", "equilibrium", "pose", "rest", "settled"];
+    one_of(table, &names)?;
+    let place = by_strain?.or(by_load?).or(by_pose?).or(unloaded?);
+    Some(Start {
+        place: place.unwrap_or_default(),
+        relaxed: relaxed?,
+        velocity: velocity?,
+        angular_velocity: angular_velocity?,
+        wrench: None,
+    })
+}
+
+/// Nothing, if at most one of these is given; else the faults.
+fn one_of(table: &Table, names: &[&'static str]) -> Option<()> {
+    let given: Vec<&str> = names
+        .iter()
+        .copied()
+        .filter(|name| table.get(name).is_some())
+        .collect();
+    let [first, rest @ ..] = given.as_slice() else {
+        return Some(());
+    };
+    for name in rest {
+        let hint = "each is the whole shape of the rod: keep one of them";
+        table.conflict(name, &[first], hint);
+    }
+    rest.is_empty().then_some(())
+}
+
+/// A couple or an angular velocity, which a ball has none of.
+pub(super) fn turning(table: &Table, name: &str, weld: Option<bool>) -> Option<[f64; 3]> {
+    let vector = table.vector(name)?;
+    if weld != Some(false) || vector == [0.0; 3] {
+        return Some(vector);
+    }
+    let value = table.get(name)?;
+    let hint = "an end that is free to turn takes no couple, and its body is a point; write joint = \"weld\" in [body]";
+    table.reader.fault(
+        FaultKind::Conflict,
+        &table.field(name),
+        value.span(),
+        "0, or left out, where the joint is a ball",
+        Some(hint.to_owned()),
+    );
+    None
+}
+
+fn strain<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+    rod: Option<&Rod>,
+) -> Option<StrainField> {
+    let allowed = "a table such as { u1 = [0.5, -0.5] }: polynomials in s / length";
+    let table = reader.table(field, value, &STRAIN, allowed)?;
+    let rigid = rod.map_or([false; 6], |rod| rod.section.rigid());
+    let read = StrainName::ALL.map(|name| {
+        table.read(name.as_str(), "", Absent::Or(None), |field, value| {
+            if rigid[name as usize] {
+                let hint =
+                    "the section holds it at its rest value: give it a stiffness in [rod.section]";
+                let (kind, hint) = (FaultKind::Conflict, Some(hint.to_owned()));
+                reader.fault(
+                    kind,
+                    field,
+                    value.span(),
+                    "left out where it is rigid",
+                    hint,
+                );
+                return None;
+            }
+            let coefficients = polynomial(reader, field, value, &VALUE)?;
+            if name == StrainName::V3
+                && let Some(x) = not_positive(&coefficients)
+            {
+                let hint = Some(format!(
+                    "it is not > 0 at s / length = {x:.6}: total compression"
+                ));
+                let allowed = "> 0 everywhere on the rod, 0 <= s / length <= 1";
+                reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
+                return None;
+            }
+            Some(Some(coefficients))
+        })
+    });
+    let [u1, u2, u3, v1, v2, v3] = read;
+    Some(StrainField([u1?, u2?, u3?, v1?, v2?, v3?]))
+}
+
+fn pose<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+    known: Known,
+) -> Option<EndPose> {
+    let allowed =
+        "a table such as { position = [0.5, 0.0, 0.5], quaternion = [1.0, 0.0, 0.0, 0.0] }";
+    let table = reader.table(field, value, &POSE, allowed)?;
+    let words = "an array of three finite numbers, [x, y, z]";
+    let position = table.read("position", words, Absent::Fault, |field, value| {
+        let position: [f64; 3] = reader.vector(field, value, &VALUE)?;
+        let (Some(rod), Some(clamp)) = (known.elastic, known.clamp) else {
+            return Some(position);
+        };
+        let apart: [f64; 3] = std::array::from_fn(|i| position[i] - clamp.position[i]);
+        match too_far(norm(&apart), rod.length).filter(|_| rod.section.is_inextensible()) {
+            None => Some(position),
+            hint => {
+                reader.fault(FaultKind::Value, field, value.span(), REACH, hint);
+                None
+            }
+        }
+    });
+    let orientation = orientation(&table)?;
+    match (known.weld, orientation) {
+        (Some(true), None) => {
+            let allowed = "a unit quaternion [w, x, y, z], or rotation, where the body is welded";
+            table.missing("quaternion", allowed, "quaternion = [1.0, 0.0, 0.0, 0.0]");
+            return None;
+        }
+        (Some(false), Some(_)) => {
+            let given = ["quaternion", "rotation"].into_iter();
+            for name in given.filter(|name| table.get(name).is_some()) {
+                let value = table.get(name)?;
+                let hint = Some(
+                    "an end that is free to turn is where it is, whichever way it points"
+                        .to_owned(),
+                );
+                let (kind, field) = (FaultKind::Conflict, table.field(name));
+                let allowed = "left out where the joint is a ball";
+                reader.fault(kind, &field, value.span(), allowed, hint);
+            }
+            return None;
+        }
+        _ => {}
+    }
+    Some(EndPose {
+        position: position?,
+        orientation,
+    })
+}
+
+/// Reads `start.relaxed`, a strain field in it by `strain`.
+pub(super) fn relaxed<'a>(
+    start: &Table<'a>,
+    memory: Option<Memory>,
+    field_words: &str,
+    strain: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<Relaxed>,
+) -> Option<Relaxed> {
+    let reader = start.reader;
+    if memory.is_some_and(|memory| !memory.relaxes)
+        && let Some(value) = start.get("relaxed")
+    {
+        let hint = "nothing else remembers the shape; write `relaxation = [{ stiffness = 0.5, time = 2.0 }]` in \
+                    [rod], or leave it out";
+        let allowed = "left out where the rod has no Maxwell branches";
+        let (kind, field) = (FaultKind::Conflict, start.field("relaxed"));
+        reader.fault(kind, &field, value.span(), allowed, Some(hint.to_owned()));
+    }
+    start.read("relaxed", "", Absent::Or(Relaxed::Start), |field, value| {
+        match value.get_ref() {
+            DeValue::Boolean(true) => Some(Relaxed::Start),
+            DeValue::Boolean(false) => Some(Relaxed::Unloaded),
+            DeValue::Array(_) | DeValue::Table(_) => strain(field, value),
+            other => {
+                let quoted = matches!(other.as_str(), Some("true" | "false"));
+                let hint = quoted.then_some("leave out the quotes");
+                let allowed = format!(
+                    "true (relaxed to the shape of the start), false (to the unloaded rod), or {field_words}"
+                );
+                reader.wrong_type(field, value, &allowed, hint);
+                None
+            }
+        }
+    })
+}
+
+/// Reads `run.landing`.
+pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<Landing> {
+    let words = [
+        ("viscous", Landing::Viscous),
+        ("lowest", Landing::Lowest),
+        ("all", Landing::All),
+    ];
+    let allowed = r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#;
+    let landing = run.read(
+        "landing",
+        allowed,
+        Absent::Or(Landing::Viscous),
+        |field, value| {
+            let named = |name: SheetName| Landing::Named(name.sheet);
+            word_or_name(run.reader, field, value, &words, allowed, &LANDING, named)
+        },
+    );
+    let damped = memory.is_some_and(|memory| memory.damped);
+    let ruled = landing
+        .as_ref()
+        .is_some_and(|landing| *landing != Landing::Viscous);
+    if let (true, true, Some(value)) = (damped, ruled, run.get("landing")) {
+        let hint = "a rod with damping finds its own way through a snap; leave out one of the two";
+        run.reader.fault(
+            FaultKind::Conflict,
+            &run.field("landing"),
+            value.span(),
+            "\"viscous\", or left out, where the rod has damping",
+            Some(hint.to_owned()),
+        );
+    }
+    landing
+}
