@@ -607,3 +607,263 @@ fn scales_that_overflow_are_a_fault() {
         assert_eq!((found[0].line, found[0].kind), (1, FaultKind::Value));
     }
 }
+
+/// The strip of the README: steel, 0.3 m x 20 mm x 0.5 mm, straight.
+const STRIP: &str = r#"[rod]
+model = "elastica"
+length = 0.3
+material = { E = 200e9, nu = 0.3 }
+section = { rectangle = { width = 0.020, thickness = 0.0005 } }
+damping = { proportional = 1e-3 }
+[body]
+mass = 0.05
+[start]
+rest = "straight"
+[loads]
+gravity = [0.0, -9.81]
+[run]
+duration = 1.0
+tolerance = 1e-10
+"#;
+
+/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a section that
+/// bends the other way, and diameters taken for radii.
+#[test]
+fn a_rod_of_a_material() {
+    let parse = |text: &str| Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    let stiffness = |text: &str| parse(text).rod.bending_stiffness().unwrap();
+    let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-14 * b, "{a} {b}");
+    let flat = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
+    near(stiffness(STRIP), flat);
+    let turned = STRIP.replace(
+        "width = 0.020, thickness = 0.0005",
+        "width = 0.0005, thickness = 0.02",
+    );
+    near(stiffness(&turned), flat);
+    let strong = STRIP.replace("[body]", "bends = \"strong\"\n[body]");
+    near(stiffness(&strong), 200e9 * 0.0005 * 0.02_f64.powi(3) / 12.0);
+    let round = |section: &str| {
+        let rectangle = "{ rectangle = { width = 0.020, thickness = 0.0005 } }";
+        STRIP.replace(rectangle, section)
+    };
+    let disc = |d: f64| 200e9 * std::f64::consts::PI * d.powi(4) / 64.0;
+    near(
+        stiffness(&round("{ circle = { diameter = 0.003 } }")),
+        disc(0.003),
+    );
+    let tube = round("{ tube = { diameter = 0.003, thickness = 0.0005 } }");
+    assert!((stiffness(&tube) / (disc(0.003) - disc(0.002)) - 1.0).abs() < 1e-13);
+    let steel = parse(&STRIP.replace("{ E = 200e9, nu = 0.3 }", "\"steel\""));
+    assert_eq!(steel.units, Units::Si);
+    assert!((steel.rod.mass().unwrap() - 7850.0 * 0.3 * 0.02 * 0.0005).abs() < 1e-16);
+
+    // In space bending about d1 is the flat way, and stretch E A.
+    let space = STRIP
+        .replace("elastica", "cosserat")
+        .replace("mass = 0.05", "mass = 0.05\njoint = \"ball\"")
+        .replace("[0.0, -9.81]", "[0.0, -9.81, 0.0]");
+    let rod = parse(&space).cosserat_rod().unwrap();
+    let unloaded = rod.law().unloaded(0.0).unwrap();
+    let stiffness = rod.law().tangent(0.0, &unloaded).unwrap();
+    near(stiffness[(0, 0)], flat);
+    near(stiffness[(1, 1)], 200e9 * 0.0005 * 0.02_f64.powi(3) / 12.0);
+    near(stiffness[(5, 5)], 200e9 * 0.02 * 0.0005);
+
+    for text in [STRIP.to_owned(), strong, tube, space] {
+        let scene = parse(&text);
+        assert_eq!(parse(&toml::to_string(&scene).unwrap()), scene);
+    }
+}
+
+/// Catches a material without a shape, two ways to give a stiffness, and constants that are none.
+#[test]
+fn faults_of_a_rod_of_a_material() {
+    let section = "section = { rectangle = { width = 0.020, thickness = 0.0005 } }\n";
+    let material = "material = { E = 200e9, nu = 0.3 }\n";
+    for (from, to, field, words) in [
+        (section, "", "rod.section", "rectangle = {"),
+        (material, "", "rod.material", "material = \"steel\""),
+        (
+            "{ E = 200e9, nu = 0.3 }",
+            "\"steal\"",
+            "rod.material",
+            "did you mean \"steel\"",
+        ),
+        ("nu = 0.3", "nu = 0.6", "rod.material.nu", "(-1, 0.5]"),
+        (
+            "nu = 0.3",
+            "nu = 0.3, G = 1e9",
+            "rod.material.G",
+            "keep one",
+        ),
+        (
+            "width = 0.020, ",
+            "",
+            "rod.section.rectangle.width",
+            "width = 0.02",
+        ),
+        (
+            section,
+            "section = {}\n",
+            "rod.section.rectangle",
+            "a shape",
+        ),
+        (
+            section,
+            "section = { tube = { diameter = 0.1, thickness = 0.05 } }\n",
+            "rod.section.tube.thickness",
+            "hole",
+        ),
+        (
+            material,
+            "material = \"steel\"\nbending_stiffness = 1.0\n",
+            "rod.bending_stiffness",
+            "keep it or them",
+        ),
+        (
+            "rest = \"straight\"",
+            "rest = \"bent\"",
+            "start.rest",
+            "\"straight\"",
+        ),
+        (
+            "rest = \"straight\"",
+            "rest = \"straight\"\nsettled = true",
+            "start.settled",
+            "keep one",
+        ),
+        (
+            "rest = \"straight\"",
+            "rest = \"straight\"\nlambda = 1.0",
+            "start.rest",
+            "start.lambda",
+        ),
+        ("1e-10", "1e-14", "run.tolerance", "1e-13"),
+    ] {
+        assert!(STRIP.contains(from), "{from}");
+        let found = faults(&STRIP.replace(from, to));
+        assert_eq!(found.len(), 1, "{found:#?}");
+        assert_eq!(found[0].field, field, "{}", found[0]);
+        assert!(found[0].to_string().contains(words), "{}", found[0]);
+    }
+}
+
+/// Catches loads in time and motions of the clamp that are not read, are lost in writing, or are let through though they
+/// cannot be.
+#[test]
+fn loads_and_clamps_in_time() {
+    let force = |text: &str| STRIP.replace("[run]", &format!("force = {text}\n[run]"));
+    let clamp = |text: &str| format!("{STRIP}[clamp]\n{text}\n");
+    for text in [
+        force("{ direction = [0, 1], ramp = { to = 2.0, until = 0.5 } }"),
+        force(
+            "[{ direction = [0, 1], pulse = { at = 0.2, width = 0.1, amplitude = 3 } }, { direction = [1, 0], table = [[0, 0], [1, 2]] }]",
+        ),
+        clamp("position = [0.1, 0.2]\nangle = 0.3"),
+        clamp("motion = { translate = [[0, 0, 0], [1, 0.1, 0.0]], turn = { rate = 2.0 } }"),
+        clamp(
+            "motion = { translate = { direction = [0, 1], amplitude = 0.01, frequency = 2 }, turn = { amplitude = 0.1, frequency = 1 } }",
+        ),
+    ] {
+        let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        let written = toml::to_string(&scene).unwrap();
+        assert_eq!(Scene::parse(&written).as_ref(), Ok(&scene), "{written}");
+    }
+    for (text, field) in [
+        (
+            force("{ direction = [0, 1], ramp = { to = 2.0, until = 0.0 } }"),
+            "loads.force.ramp.until",
+        ),
+        (
+            force("{ direction = [0, 1], ramp = { to = 2, until = 1 }, amplitude = 1 }"),
+            "loads.force.amplitude",
+        ),
+        (
+            force("{ direction = [0, 1], table = [[0, 0], [0, 2]] }"),
+            "loads.force.table",
+        ),
+        (
+            force("{ direction = [0, 1], table = [] }"),
+            "loads.force.table",
+        ),
+        (
+            clamp("motion = { translate = [[0, 0], [1, 1]] }"),
+            "clamp.motion.translate[0]",
+        ),
+        (
+            clamp("motion = { turn = { rate = 1, amplitude = 1 } }"),
+            "clamp.motion.turn.rate",
+        ),
+        (clamp("quaternion = [1, 0, 0, 0]"), "clamp.quaternion"),
+    ] {
+        let found = faults(&text);
+        assert_eq!(found[0].field, field, "{found:#?}");
+    }
+}
+
+/// Catches an override that is put elsewhere, or whose fault names a line of the text.
+#[test]
+fn overrides() {
+    let with = |overrides: &[&str]| Scene::parse_with(EXAMPLE, overrides);
+    let scene = with(&[
+        "rod.damping=0.2",
+        "run.samples = 7",
+        "loads.force.amplitude=3",
+    ])
+    .unwrap();
+    assert_eq!(scene.rod.damping.unwrap().viscosity(1.0), 0.2);
+    assert_eq!(scene.run.unwrap().samples, 7);
+    let sine = &scene.loads.force[0].size;
+    assert!(matches!(sine, InTime::Sine(sine) if sine.amplitude == 3.0));
+    for (text, words) in [
+        (
+            "body.mass=-1",
+            "--set body.mass=-1: body.mass = -1: must be a finite number > 0",
+        ),
+        ("body.mas=1", "--set body.mas=1: body.mas = 1: unknown"),
+        ("body.mass", "PATH=VALUE"),
+        ("rod.model=elastica", "needs its quotes"),
+        ("loads.force[3].amplitude=1", "no such element"),
+        ("body.mass.x=1", "no table"),
+        ("=1", "no field"),
+    ] {
+        let faults = with(&[text]).unwrap_err();
+        let fault = &faults.as_slice()[0];
+        assert_eq!(fault.set.as_deref(), Some(text), "{faults}");
+        assert!(faults.to_string().contains(words), "{faults}");
+    }
+}
+
+/// Catches a reader whose cost grows with the square of the faults, by what it keeps of them.
+#[test]
+fn very_many_faults() {
+    let many: String = (0..50_000).map(|i| format!("key{i} = 1\n")).collect();
+    let faults = Scene::parse(&many).unwrap_err();
+    assert_eq!(faults.count(), 50_004);
+    assert_eq!(faults.as_slice().len(), 1000);
+    let printed = faults.to_string();
+    assert_eq!(printed.lines().count(), 101);
+    assert!(printed.ends_with("and 49904 more faults"));
+    let large = fault("mass = 1.0", "mass = 1.0\nzzzz = 1e308");
+    assert!(large.to_string().len() < 200, "{large}");
+}
+
+/// Catches a reference that is not that of the tables; `snaprod schema --markdown > docs/scene.md` renews it.
+#[test]
+fn the_reference_is_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
+    let written = std::fs::read_to_string(path).unwrap();
+    assert!(
+        written == snaprod::scene::reference(),
+        "docs/scene.md is stale"
+    );
+    let schema = snaprod::scene::json_schema();
+    assert_eq!(
+        schema["properties"]["run"]["properties"]["samples"]["default"],
+        400
+    );
+    assert_eq!(
+        schema["properties"]["body"]["properties"]["mass"]["anyOf"][0]["exclusiveMinimum"],
+        0
+    );
+}

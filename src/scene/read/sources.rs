@@ -139,8 +139,8 @@ pub(super) fn apply<'a>(
             "an override is PATH=VALUE, as in rod.damping=0.2".to_owned(),
         ));
     };
-    let offset = start + path.len() + 1;
-    let mut value = DeValue::parse(value).map_err(|error| {
+    let offset = start + text.len() - value.trim_start().len();
+    let mut value = DeValue::parse(value.trim()).map_err(|error| {
         refuse(format!(
             "{}; the value is TOML, so that a word needs its quotes: rod.model=\\\"elastica\\\"",
             error.message()
