@@ -12,6 +12,7 @@ pub mod model;
 mod settled;
 mod slight;
 pub mod stable;
+pub mod straight;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
 pub use equilibrium::{Equilibrium, Section};

@@ -4,7 +4,7 @@ use super::chart::ChartPoint;
 use super::chart::amplitude;
 use super::equilibrium::sheet;
 use super::{folds, inversion, layer};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Sheet, invert_near};
 use nalgebra::{Matrix2, Vector2};
 
@@ -18,6 +18,9 @@ const STABLE_LAMBDA: f64 = 14.0;
 
 /// Load above which a rod that is bent at the clamp alone counts as taut.
 const TAUT_LAMBDA: f64 = 20.0;
+
+/// A motion is not followed where lam is known from w to worse than this.
+const LOST: f64 = 1e-8;
 
 /// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
 /// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
@@ -71,6 +74,25 @@ impl Multivalued<2> for Elastica {
         }
         let lam = ChartPoint::new(p, w).integrals.lam;
         (lam > TAUT_LAMBDA).then_some(lam)
+    }
+
+    /// Next to w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D: the digits of lam that w as a double
+    /// cannot hold are missing in the force, and the ledger opens.
+    fn resolved(&self, q: &Vector2<f64>) -> Result<()> {
+        let (p, w) = (q[0], q[1]);
+        // Elsewhere D is far from 0, or of the order of w.
+        if !(p.abs() > 15.0 && w > 2.5) {
+            return Ok(());
+        }
+        let at = ChartPoint::new(p, w).integrals;
+        if f64::EPSILON * w <= LOST * at.d {
+            return Ok(());
+        }
+        Err(Error::ill_conditioned(format!(
+            "the rod has a loop so tight (p = {p}, lambda = {}) that a motion of its end by {:.0e} of its length slides the loop \
+             along it, which double precision does not hold; loops are followed while |p| < 17 or so",
+            at.lam, at.d
+        )))
     }
 
     /// Exhaustive for loads lam < 14. Above, the stable rods are straight up to bends of width 1/lam:

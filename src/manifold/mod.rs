@@ -106,6 +106,14 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         None
     }
 
+    /// Asks whether double precision holds a motion at `q`.
+    ///
+    /// # Errors
+    /// Why not.
+    fn resolved(&self, _q: &SVector<f64, N>) -> Result<()> {
+        Ok(())
+    }
+
     /// Every stable equilibrium at `pose`, by energy, lowest first.
     ///
     /// # Errors

@@ -19,6 +19,7 @@ mod sheet;
 mod snap;
 mod start;
 mod state;
+mod straight;
 
 pub use crate::error::{Cause, Stuck};
 pub use drive::{Motion, Observer, Resolution, drive};

@@ -8,12 +8,14 @@ use super::sheet::{OnSheet, Phase, Progress};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use super::state::{Seen, State};
+use super::straight::Opening;
 use crate::body::Body;
+use crate::elastica::Elastica;
 use crate::error::{Cause, Error, Result};
 use crate::manifold::{Multivalued, Sheet};
 use crate::solve::dop853::Work;
 use crate::solve::integrator;
-use nalgebra::{DVector, SVector};
+use nalgebra::{DVector, SVector, Vector2};
 
 /// The state of a run at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +36,14 @@ pub struct Sample<const N: usize> {
 
 /// Steps between two looks at the pace of a run.
 const STRETCH: u64 = 50_000;
+/// A run that would need this many times its most steps is ended at the first look ...
+const ENDLESS: f64 = 1000.0;
+/// ... and one that would need more than twice as many after so many looks in a row: a mass that passes the straight rod by
+/// takes up to a million steps for it.
+const PATIENCE: u32 = 30;
+
+/// The state at a time before the motion's first.
+type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<Phase<N>> + 'a>;
 
 /// A run in progress.
 pub struct Run<'a, M, const N: usize> {
@@ -56,8 +66,16 @@ pub struct Run<'a, M, const N: usize> {
     interrupted: bool,
     /// The state it was asked to start from.
     given: Phase<N>,
+    /// The pose there, where the chart has it only to rounding: of the straight rod.
+    given_pose: Option<SVector<f64, N>>,
+    /// States before the motion's first, back to the time given: see [`Run::straight`].
+    early: Option<Early<'a, N>>,
+    /// True once the step over them was told.
+    announced: bool,
     /// Steps and time when the pace was last judged.
     milestone: (u64, f64),
+    /// Looks in a row at which the end was out of reach.
+    slow_looks: u32,
 }
 
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
@@ -97,6 +115,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 phase.v.as_slice()
             )));
         }
+        manifold.resolved(&phase.q)?;
         let given = phase;
         let departure = depart(manifold, body, &phase)?;
         let (phase, orientation, index, pending) = match departure {
@@ -128,7 +147,11 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             stopped: false,
             interrupted: false,
             given,
+            given_pose: None,
+            early: None,
+            announced: false,
             milestone: (0, phase.t),
+            slow_looks: 0,
         };
         run.outward = run.moves_outward();
         Ok(run)
@@ -166,14 +189,21 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// The state at a time within the last step; None outside it.
     pub fn sample(&mut self, t: f64) -> Option<Sample<N>> {
-        let phase = self.motion.at(t)?;
+        let phase = match &self.early {
+            Some(early) => early(t)?,
+            None => self.motion.at(t)?,
+        };
         Some(self.describe(phase))
     }
 
     /// The state that the run was given, which may lie a first small step before its motion: see
     /// [`Run::new`] on starts at folds.
     pub fn given(&self) -> Sample<N> {
-        self.describe(self.given)
+        let given = self.describe(self.given);
+        Sample {
+            pose: self.given_pose.unwrap_or(given.pose),
+            ..given
+        }
     }
 
     /// Time now.
@@ -222,15 +252,24 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
     }
 
-    /// Looks back over the last stretch of steps: how many more, at that rate, would the run take, if too many? A mass that
-    /// settles on the straight rod oscillates ever faster, without bound.
+    /// Looks back over the last stretch of steps: how many more, at that rate, would the run take, if too many? A mass close to the
+    /// straight rod shakes along it ever faster, without bound; but one that only passes by gets slower again.
     fn hopeless(&mut self, steps: u64) -> Option<f64> {
         let (before, since) = self.milestone;
         let time = self.time();
         self.milestone = (steps, time);
         let per_time = (steps - before) as f64 / (time - since);
         let needed = per_time * (self.options.duration - time);
-        (needed > 2.0 * self.options.max_steps as f64).then_some(needed)
+        let most = self.options.max_steps as f64;
+        if needed <= 2.0 * most {
+            self.slow_looks = 0;
+            return None;
+        }
+        self.slow_looks += 1;
+        if needed <= ENDLESS * most && self.slow_looks < PATIENCE {
+            return None;
+        }
+        Some(needed)
     }
 
     /// While the rod is taut: does the body move against its pull?
@@ -340,6 +379,32 @@ fn dynamic<const N: usize>(v: &SVector<f64, N>) -> DVector<f64> {
     DVector::from_column_slice(v.as_slice())
 }
 
+impl<'a> Run<'a, Elastica, 2> {
+    /// A run of the straight rod let go at (1, 0) with a velocity across it, by its own start (see `straight.rs`).
+    ///
+    /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads, and is then the only one
+    /// whose pull stays bounded as t -> 0.
+    ///
+    /// # Errors
+    /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the straight rod is
+    /// unstable; a pull above 3600 EI/L^2.
+    pub fn straight(body: &'a Body<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
+        let opening = Opening::new(body, v, options.duration)?;
+        let state = |t: f64| {
+            opening.at(t).ok_or_else(|| {
+                Error::no_convergence("the start from the straight rod has no shape")
+            })
+        };
+        let first = state(opening.until)?;
+        let given = Phase { v, ..state(0.0)? };
+        let mut run = Self::start(&Elastica, body, first, options, 0.0, 0)?;
+        run.given = given;
+        run.given_pose = Some(Vector2::new(1.0, 0.0));
+        run.early = Some(Box::new(move |t| opening.at(t)));
+        Ok(run)
+    }
+}
+
 impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
     type Item = Event;
 
@@ -362,8 +427,22 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
             }));
         }
         let from = self.time();
+        if self.early.is_some() && !self.announced {
+            self.announced = true;
+            return Some(Event::Step {
+                from: self.given.t,
+                to: from,
+            });
+        }
+        self.early = None;
         if from >= self.options.duration {
             return Some(self.stop(Outcome::EndOfTime));
+        }
+        if let Err(why) = self.manifold.resolved(&self.motion.phase().q) {
+            return Some(self.stuck(
+                Cause::Failed(why),
+                "start with a smaller |p|, less load or less speed",
+            ));
         }
         let steps = self.work().steps;
         if steps >= self.options.max_steps {
@@ -375,8 +454,10 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         {
             return Some(self.stuck(
                 Cause::TooSlow { steps },
-                "the motion's own time has become too short for the time asked, as under enormous loads or for a mass that settles \
-                 on the straight rod at (1, 0): change the loads, end earlier, or raise max_steps",
+                "the motion's own time has become too short for the time asked. A mass under an enormous load shakes so, and one at a \
+                 distance d from the straight rod, along the rod and with a period of about d/2 (in units of the rod): start from the \
+                 straight rod itself under a load across (rest = \"straight\"), or from one that is bent more (kappa or position in \
+                 [start]); or end earlier, or raise max_steps",
             ));
         }
         let Some(progress) = self.motion.step(self.options.duration) else {

@@ -64,6 +64,7 @@ mod scene_viscous;
 mod sections;
 mod sections_nonlinear;
 mod stiff;
+mod straight;
 mod straight_starts;
 mod support;
 mod truss;

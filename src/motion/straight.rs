@@ -1,0 +1,270 @@
+//! A straight elastic rod that is let go: how its motion begins.
+//!
+//! At the straight rod the position of the mass does not tell the force: 1 - x = c(N) y^2, and the pull N comes from the
+//! motion along the rod, which the motion across enslaves (`x'' = (f_x - N)/m`). Close to it the mass also can shake along
+//! the rod, at a frequency of order 1/y; but of all motions from rest at (1, 0) only one keeps the pull bounded as t -> 0,
+//! and that one is smooth: with `y = O(t^k)`, k = 1 for a velocity across and 2 for a load across,
+//! ```text
+//! 1 - x = t^2k Z(t),   y = t^k Y(t),   N = f_x + m (1 - x)'' = f_x + t^(2k-2) m M(t)
+//! ```
+//! with Z, Y, M analytic: from rest N = f_x + 3 (3/5) m a^2 t^2 + .. under the acceleration a; with a velocity v across
+//! N(0) = f_x + 2 c(N(0)) m v^2. (1 - x)'' and y'' are found at Gauss points of [0, until] by collocation, Newton's method
+//! with the derivative c'(N) of the law of shortening. From `until` on the chart takes over, where the shaking is slow
+//! enough to be followed, and absent.
+
+use super::sheet::Phase;
+use crate::body::Body;
+use crate::elastica::straight::{AlmostStraight, Bent, EULER, MOST_PULL};
+use crate::error::{Error, Result};
+use crate::math::gauss::{Rule, legendre};
+use nalgebra::{DMatrix, DVector, Vector2, vector};
+
+/// Collocation points.
+const POINTS: usize = 16;
+/// Longest opening, in units of sqrt(m L^3/EI): a fraction of the period of the rod's vibration across, 3.6.
+const LONGEST: f64 = 0.5;
+/// The last two Legendre coefficients of M and of y'' may be this large, relative to the largest.
+const TAIL: f64 = 1e-13;
+/// Newton's method is at its end when nothing changes by more than this, relative to the largest value.
+const SETTLED: f64 = 1e-13;
+/// Rounds of Newton's method after which the derivatives c'(N) are good enough.
+const SLOPES: usize = 3;
+/// The state shown at t = 0, where the chart has none, is that of this part of the opening.
+const INITIAL: f64 = 1e-40;
+
+/// The motion of a straight rod from t = 0 to `until`.
+pub struct Opening {
+    /// Where it ends: the motion goes on in the chart.
+    pub until: f64,
+    body: Body<2>,
+    velocity: f64,
+    /// k of y = O(t^k).
+    order: i32,
+    rods: AlmostStraight,
+    rule: Rule,
+    /// Legendre coefficients from values at the Gauss points.
+    modes: DMatrix<f64>,
+    /// M at the Gauss points of [0, until].
+    inward: DVector<f64>,
+    /// y'' there.
+    across: DVector<f64>,
+    /// Powers of the forces in time and of drag there.
+    power: DVector<f64>,
+    loss: DVector<f64>,
+}
+
+impl Opening {
+    /// The opening of the motion that begins straight, with a velocity across, and is to last until `duration`.
+    ///
+    /// # Errors
+    /// A velocity along the rod; nothing that drives the mass across; a push beyond Euler's load; a pull beyond what is
+    /// served; loads or speeds for which no opening of sensible length is found.
+    pub fn new(body: &Body<2>, velocity: Vector2<f64>, duration: f64) -> Result<Self> {
+        let v = velocity[1];
+        if !(velocity[0] == 0.0 && v.is_finite()) {
+            return Err(Error::domain(format!(
+                "velocity = {:?}: a straight rod lets its end move across only, so the first component must be 0; give a \
+                 velocity along the rod to a rod that is bent a little (lambda and kappa in [start])",
+                velocity.as_slice()
+            )));
+        }
+        let straight = vector![1.0, 0.0];
+        let loads = |t: f64| {
+            let free = body.action(t, &straight, &vector![0.0, v], &Vector2::zeros());
+            free.acceleration * body.mass()
+        };
+        let longest = LONGEST * body.mass().sqrt();
+        let mut until = longest.min(body.next_break(0.0)).min(duration);
+        let at_once = loads(0.0);
+        let idle = |i: usize| loads(until * i as f64 / POINTS as f64)[1] == 0.0;
+        if v == 0.0 && (0..=POINTS).all(idle) {
+            return Err(Error::domain(
+                "nothing acts across the straight rod at t = 0, so it stays as it is; give a load across (gravity or dead in \
+                 [loads]), a velocity across, or a rod that is bent a little (lambda and kappa in [start])",
+            ));
+        }
+        // A load that only grows from 0 makes y of third order in time, which is served as well.
+        let order = if v == 0.0 { 2 } else { 1 };
+        let pull = initial_pull(body, at_once[0], v)?;
+        for _ in 0..60 {
+            let rule = Rule::new(POINTS);
+            let start = |i: usize, _| loads(until * rule.nodes[i])[1] / body.mass();
+            let mut opening = Self {
+                until,
+                body: body.clone(),
+                velocity: v,
+                order,
+                rods: AlmostStraight::new(2.0 * pull),
+                modes: rule.matrices().1,
+                inward: DVector::zeros(POINTS),
+                across: DVector::from_fn(POINTS, start),
+                power: DVector::zeros(POINTS),
+                loss: DVector::zeros(POINTS),
+                rule,
+            };
+            if order == 1 {
+                opening.inward.fill((pull - at_once[0]) / body.mass());
+            }
+            if opening.settle().is_some() && opening.resolved() {
+                return Ok(opening);
+            }
+            until *= 0.6;
+        }
+        Err(Error::no_convergence(format!(
+            "the motion of the straight rod under the load {:?} with the velocity {v} could not be begun: it changes too fast at \
+             t = 0; begin with a rod that is bent a little (lambda and kappa in [start])",
+            at_once.as_slice()
+        )))
+    }
+
+    /// Weights of the values at the points in the value at `part` in [0, 1] of the opening.
+    fn interpolate(&self, part: f64) -> DVector<f64> {
+        self.modes
+            .tr_mul(&legendre(2.0 * part - 1.0, POINTS).into())
+    }
+
+    /// Weights of the values at the points in `int_0^1 weight(x) f(x part) dx`.
+    fn moment(&self, part: f64, weight: impl Fn(f64) -> f64) -> DVector<f64> {
+        let mut row = DVector::zeros(POINTS);
+        for (&x, &w) in self.rule.nodes.iter().zip(&self.rule.weights) {
+            row += self.interpolate(part * x) * (w * weight(x));
+        }
+        row
+    }
+
+    /// The exponent of t in N - f_x.
+    fn power_of_pull(&self) -> i32 {
+        2 * self.order - 2
+    }
+
+    /// Newton's method on M, with y'' following; None if it does not settle.
+    fn settle(&mut self) -> Option<()> {
+        let n = self.power_of_pull();
+        let parts = self.rule.nodes.clone();
+        let rows = |weight: fn(f64, i32) -> f64, exponent: i32| {
+            let rows = parts
+                .iter()
+                .map(|&part| self.moment(part, |x| weight(x, exponent)).transpose());
+            DMatrix::from_rows(&rows.collect::<Vec<_>>())
+        };
+        // Twice and once integrated, over the powers of t that come out.
+        let twice = rows(|x, n| (1.0 - x) * x.powi(n), n);
+        let once = rows(|x, n| x.powi(n), n);
+        let rise = rows(|x, n| (1.0 - x) * x.powi(n), 0);
+        let speed = rows(|x, n| x.powi(n), 0);
+        let mass = self.body.mass();
+        let mut before = f64::INFINITY;
+        // c'(N) at the points.
+        let mut soft = [0.0; POINTS];
+        for round in 0..50 {
+            let (short, inward) = (&twice * &self.inward, &once * &self.inward);
+            let (lift, gain) = (&rise * &self.across, &speed * &self.across);
+            let mut gap = DVector::zeros(POINTS);
+            let mut slopes = twice.clone();
+            let mut across = DVector::zeros(POINTS);
+            for i in 0..POINTS {
+                let t = self.until * parts[i];
+                let y = t * (self.velocity + t * lift[i]);
+                let v = vector![-inward[i] * t.powi(n + 1), self.velocity + t * gain[i]];
+                let pose = vector![1.0 - short[i] * t.powi(n + 2), y];
+                let bent = self.bent(t, &pose, &v, self.inward[i])?;
+                let force = vector![-bent.pull, -bent.across];
+                let action = self.body.action(t, &pose, &v, &force);
+                across[i] = action.acceleration[1];
+                (self.power[i], self.loss[i]) = (action.power, action.loss);
+                gap[i] = short[i] - bent.one_minus_x / t.powi(n + 2);
+                if round < SLOPES {
+                    soft[i] = self.rods.shortening(bent.pull)?.1;
+                }
+                let height = y / t.powi(self.order);
+                slopes[(i, i)] -= soft[i] * height * height * mass * t.powi(n);
+            }
+            let step = slopes.lu().solve(&gap)?;
+            self.inward -= &step;
+            let relative =
+                |change: &DVector<f64>, size: f64| change.amax() / size.max(f64::MIN_POSITIVE);
+            let change = relative(&step, self.inward.amax())
+                .max(relative(&(&across - &self.across), across.amax()));
+            self.across = across;
+            if change <= SETTLED {
+                return Some(());
+            }
+            // Rounding, if it does not get better any more.
+            if !(change < 1e3) || round > 8 && change >= before {
+                return (change <= 100.0 * SETTLED).then_some(());
+            }
+            before = change;
+        }
+        None
+    }
+
+    /// The rod at the time t, its end at `pose` and moving at v, where M = `inward`; None beyond what is served.
+    fn bent(&self, t: f64, pose: &Vector2<f64>, v: &Vector2<f64>, inward: f64) -> Option<Bent> {
+        let loads = self.body.action(t, pose, v, &Vector2::zeros()).acceleration;
+        let pull = self.body.mass() * (loads[0] + inward * t.powi(self.power_of_pull()));
+        if !(-EULER < pull && pull < MOST_PULL) {
+            return None;
+        }
+        self.rods.at(pull, pose[1])
+    }
+
+    /// True if the polynomials are of a degree high enough.
+    fn resolved(&self) -> bool {
+        [&self.inward, &self.across].iter().all(|values| {
+            let modes = &self.modes * *values;
+            modes.rows(POINTS - 2, 2).amax() <= TAIL * modes.amax()
+        })
+    }
+
+    /// The state at the time t in [0, until]; None never, but by a fault.
+    pub fn at(&self, t: f64) -> Option<Phase<2>> {
+        let shown = t.max(INITIAL * self.until);
+        let part = shown / self.until;
+        let n = self.power_of_pull();
+        let over = |values: &DVector<f64>, weight: &dyn Fn(f64) -> f64| {
+            self.moment(part, weight).dot(values)
+        };
+        let y = shown * (self.velocity + shown * over(&self.across, &|x| 1.0 - x));
+        let v = vector![
+            -t.powi(n + 1) * over(&self.inward, &|x| x.powi(n)),
+            self.velocity + t * over(&self.across, &|_| 1.0)
+        ];
+        let short = shown.powi(n + 2) * over(&self.inward, &|x| (1.0 - x) * x.powi(n));
+        let inward = self.interpolate(part).dot(&self.inward);
+        let bent = self.bent(shown, &vector![1.0 - short, y], &v, inward)?;
+        let [p, w] = bent.chart();
+        Some(Phase {
+            q: vector![p, w],
+            v,
+            t,
+            work: t * over(&self.power, &|_| 1.0),
+            drag_loss: t * over(&self.loss, &|_| 1.0),
+        })
+    }
+}
+
+/// The pull at t = 0 under the load `along` the rod and with the velocity v across: N = f_x + 2 c(N) m v^2.
+fn initial_pull(body: &Body<2>, along: f64, v: f64) -> Result<f64> {
+    let swing = body.mass() * v * v;
+    // c lies between 1/2 and 0.62.
+    let mut pull = along + 1.2 * swing;
+    if !(pull < MOST_PULL) {
+        return Err(Error::domain(format!(
+            "load and velocity pull the straight rod with {pull}, in units of EI/L^2; a start from the straight rod is served \
+             below {MOST_PULL}: lower them, or begin with a rod that is bent a little (lambda and kappa in [start])"
+        )));
+    }
+    let rods = AlmostStraight::new(pull);
+    for _ in 0..40 {
+        let Some((c, _)) = (pull > -EULER).then(|| rods.shortening(pull)).flatten() else {
+            return Err(Error::domain(format!(
+                "a push of {:.6} EI/L^2 along the rod is beyond Euler's load pi^2/4 = {EULER:.6}: the straight rod is unstable, and \
+                 which way it buckles is not determined; give it an imperfection (kappa = 0.01 with a lambda in [start], or a \
+                 position off the axis), a velocity across, or less load along the rod",
+                -pull
+            )));
+        };
+        pull = along + 2.0 * c * swing;
+    }
+    Ok(pull)
+}
