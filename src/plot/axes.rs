@@ -22,6 +22,8 @@ pub(crate) struct Axis {
     pub hi: f64,
     pub log: bool,
     pub label: String,
+    /// Numbers stand at the marks.
+    pub numbered: bool,
     pub ticks: Vec<Tick>,
 }
 
@@ -33,6 +35,7 @@ impl Axis {
             hi,
             log: false,
             label: label.to_string(),
+            numbered: true,
             ticks: ticks::linear(lo, hi, wanted),
         }
     }
@@ -44,6 +47,7 @@ impl Axis {
             hi,
             log: true,
             label: label.to_string(),
+            numbered: true,
             ticks: ticks::log(lo, hi, wanted),
         }
     }
@@ -77,6 +81,33 @@ impl Axis {
             label,
             wanted,
         ))
+    }
+
+    /// The range given, or else one that holds the values. A spread that is mere roundoff is not
+    /// magnified.
+    pub(crate) fn over(
+        values: &[f64],
+        range: Option<[f64; 2]>,
+        label: &str,
+        wanted: usize,
+    ) -> Option<Self> {
+        if let Some([lo, hi]) = range.filter(|[lo, hi]| lo < hi && (hi - lo).is_finite()) {
+            return Some(Self::linear(lo, hi, label, wanted));
+        }
+        let (lo, hi) = extent(values)?;
+        if !(hi - lo > 1e-9 * lo.abs().max(hi.abs())) {
+            return Self::fit(&[0.5 * lo + 0.5 * hi], false, label, wanted);
+        }
+        Self::fit(values, false, label, wanted)
+    }
+
+    /// The same without numbers and name, for a panel that shares the axis of the one below.
+    pub(crate) fn bare(&self) -> Self {
+        Self {
+            label: String::new(),
+            numbered: false,
+            ..self.clone()
+        }
     }
 
     /// Where `value` lies: 0 at lo, 1 at hi; NaN where a logarithm has no value.
@@ -180,8 +211,7 @@ impl Panel {
         }
     }
 
-    /// Frame, tick marks, numbers and names: over the data. Without a name on x its numbers are
-    /// left out too, for a panel that shares the axis of the one below.
+    /// Frame, tick marks, numbers and names: over the data.
     pub(crate) fn frame(&self, canvas: &mut Canvas) {
         let pen = Pen::new(INK, 0.9);
         let (l, t, r, b) = (self.left, self.top, self.right(), self.bottom());
@@ -195,7 +225,7 @@ impl Panel {
                 0.55 * MARK
             };
             canvas.line(&[(x, b), (x, b + mark)], pen);
-            if let (Some(label), false) = (&tick.label, self.x.label.is_empty()) {
+            if let (Some(label), true) = (&tick.label, self.x.numbered) {
                 canvas.text((x, b + MARK + 3.0), label, small);
             }
         }

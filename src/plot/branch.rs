@@ -1,10 +1,9 @@
 //! Bifurcation diagrams: branches of equilibria over a parameter, with their stability.
 
-use super::axes::{
-    Axis, LABEL, Mark, Panel, ROOM_BELOW, SMALL, clip, draw_mark, extent, room_left,
-};
-use super::canvas::{Canvas, Pen, Side, Type, draw};
-use super::legend::{Entry, Key, Legend};
+use super::axes::{Axis, LABEL, Mark, Panel, SMALL, clip, draw_mark};
+use super::canvas::{Canvas, Pen, Side, Type};
+use super::legend::{Entry, Key};
+use super::page::{Column, WIDTH};
 use super::palette::{GREY, INK, category};
 use super::text;
 use crate::error::{Error, Result};
@@ -107,8 +106,6 @@ pub struct BranchDiagram {
 ///
 /// Errs if there is no panel, or one without a finite point.
 pub fn branch_diagram(data: &BranchDiagram) -> Result<String> {
-    const WIDTH: f64 = 640.0;
-    const GAP: f64 = 16.0;
     let nothing = |i: usize| {
         let what = format!(
             "branch diagram: panel {} has no finite point to show",
@@ -124,76 +121,19 @@ pub fn branch_diagram(data: &BranchDiagram) -> Result<String> {
         2 => 235.0,
         _ => 180.0,
     };
-    let last = data.panels.len() - 1;
     let xs: Vec<f64> = data.panels.iter().flat_map(points).map(|p| p.0).collect();
-    let mut x = axis(&xs, data.x_range, &data.x_label, 7).ok_or_else(|| nothing(0))?;
-    let mut ys = Vec::new();
+    let x = Axis::over(&xs, data.x_range, &data.x_label, 7).ok_or_else(|| nothing(0))?;
+    let mut axes = Vec::new();
     for (i, panel) in data.panels.iter().enumerate() {
         let values: Vec<f64> = points(panel).map(|p| p.1).collect();
+        let wanted = (height / 52.0) as usize;
         // A range given by hand does not make an empty panel worth showing.
-        let fitted = axis(
-            &values,
-            panel.y_range,
-            &panel.y_label,
-            (height / 52.0) as usize,
-        );
-        ys.push(
-            fitted
-                .filter(|_| !values.is_empty())
-                .ok_or_else(|| nothing(i))?,
-        );
+        let fitted = Axis::over(&values, panel.y_range, &panel.y_label, wanted);
+        let fitted = fitted.filter(|_| !values.is_empty());
+        axes.push((fitted.ok_or_else(|| nothing(i))?, height));
     }
-    let left = ys.iter().map(room_left).fold(0.0, f64::max);
-    let width = WIDTH - left - 18.0;
-    let legends = legends(data, width);
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let above: f64 = legends.iter().map(Legend::height).sum();
-    let top = 10.0 + title + above;
-    let x_label = std::mem::take(&mut x.label);
-    let frames: Vec<Panel> = ys
-        .into_iter()
-        .enumerate()
-        .map(|(i, y)| Panel {
-            left,
-            top: top + i as f64 * (height + GAP),
-            width,
-            height,
-            x: Axis {
-                // Only the lowest has the numbers and the name.
-                label: if i == last {
-                    x_label.clone()
-                } else {
-                    String::new()
-                },
-                ..x.clone()
-            },
-            y,
-        })
-        .collect();
-    let bottom = top + data.panels.len() as f64 * (height + GAP) - GAP + ROOM_BELOW;
-    Ok(draw(WIDTH, bottom, |canvas| {
-        if title > 0.0 {
-            let over = Panel {
-                top: 10.0 + title,
-                ..frames[0].clone()
-            };
-            over.title(canvas, &data.title);
-        }
-        let mut at = 8.0 + title;
-        for legend in &legends {
-            legend.draw(canvas, left, at);
-            at += legend.height();
-        }
-        for (frame, panel) in frames.iter().zip(&data.panels) {
-            frame.grid(canvas);
-            paint(canvas, frame, panel);
-            frame.frame(canvas);
-        }
-        // Panel::frame leaves out the numbers of an axis without a name.
-        if x_label.is_empty() {
-            numbers_below(canvas, &frames[last]);
-        }
-    }))
+    let page = Column::new(WIDTH, &data.title, legends(data), &x, axes);
+    Ok(page.draw(|canvas, i, frame| paint(canvas, frame, &data.panels[i])))
 }
 
 /// All finite points of a panel.
@@ -206,36 +146,6 @@ fn points(panel: &BranchPanel) -> impl Iterator<Item = (f64, f64)> {
     curves
         .chain(specials)
         .filter(|p| p.0.is_finite() && p.1.is_finite())
-}
-
-/// The range given, or else one that holds the values. A spread that is mere roundoff is not
-/// magnified.
-pub(crate) fn axis(
-    values: &[f64],
-    range: Option<[f64; 2]>,
-    label: &str,
-    wanted: usize,
-) -> Option<Axis> {
-    if let Some([lo, hi]) = range.filter(|[lo, hi]| lo < hi && (hi - lo).is_finite()) {
-        return Some(Axis::linear(lo, hi, label, wanted));
-    }
-    let (lo, hi) = extent(values)?;
-    if !(hi - lo > 1e-9 * lo.abs().max(hi.abs())) {
-        return Axis::fit(&[0.5 * lo + 0.5 * hi], false, label, wanted);
-    }
-    Axis::fit(values, false, label, wanted)
-}
-
-fn numbers_below(canvas: &mut Canvas, panel: &Panel) {
-    for tick in &panel.x.ticks {
-        let x = panel.left + panel.width * panel.x.place(tick.value);
-        let small = Type::new(SMALL, Side::Middle, Side::Start);
-        canvas.text(
-            (x, panel.bottom() + 8.0),
-            tick.label.as_deref().unwrap_or(""),
-            small,
-        );
-    }
 }
 
 /// How a piece of a branch is drawn.
@@ -298,7 +208,7 @@ fn styles(branch: &Branch) -> impl Iterator<Item = Style> {
 }
 
 /// Names of branches, styles of lines and kinds of marks, as far as they occur: rows of each.
-fn legends(data: &BranchDiagram, width: f64) -> Vec<Legend> {
+fn legends(data: &BranchDiagram) -> Vec<Vec<Entry>> {
     let mut named: Vec<(usize, &str)> = Vec::new();
     let mut seen = Vec::new();
     for panel in &data.panels {
@@ -335,11 +245,7 @@ fn legends(data: &BranchDiagram, width: f64) -> Vec<Legend> {
             SpecialKind::Fold if data.folds => Entry::new(Key::Mark(mark, INK), "turning point"),
             _ => Entry::new(Key::Mark(mark, INK), word),
         });
-    [names.collect::<Vec<_>>(), lines.collect(), marks.collect()]
-        .into_iter()
-        .filter(|entries| !entries.is_empty())
-        .map(|entries| Legend::new(entries, width))
-        .collect()
+    vec![names.collect(), lines.collect(), marks.collect()]
 }
 
 fn paint(canvas: &mut Canvas, frame: &Panel, panel: &BranchPanel) {

@@ -23,7 +23,7 @@ pub(crate) struct Pen {
 }
 
 impl Pen {
-    pub(crate) fn new(colour: Colour, width: f64) -> Self {
+    pub(crate) const fn new(colour: Colour, width: f64) -> Self {
         Self {
             colour,
             width,
@@ -32,14 +32,14 @@ impl Pen {
         }
     }
 
-    pub(crate) fn dashed(self, on: f64, off: f64) -> Self {
+    pub(crate) const fn dashed(self, on: f64, off: f64) -> Self {
         Self {
             dash: Some((on, off)),
             ..self
         }
     }
 
-    pub(crate) fn alpha(self, alpha: f64) -> Self {
+    pub(crate) const fn alpha(self, alpha: f64) -> Self {
         Self { alpha, ..self }
     }
 }

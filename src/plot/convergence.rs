@@ -1,11 +1,11 @@
 //! How fast viscous runs approach their elastic limit.
 
-use super::axes::{Axis, Panel, ROOM_BELOW, SMALL, draw_mark, mark, room_left};
-use super::canvas::{Canvas, Pen, Side, Type, draw};
+use super::axes::{Axis, Panel, SMALL, draw_mark, mark};
+use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::{Units, as_many, with_unit};
-use super::legend::{Entry, Key, Legend};
+use super::legend::{Entry, Key};
+use super::page::Column;
 use super::palette::{Colour, category};
-use super::rod3::heading;
 use super::text;
 use crate::error::{Error, Result};
 
@@ -96,37 +96,16 @@ pub fn convergence(data: &Convergence) -> Result<String> {
     };
     let x = Axis::fit(&etas, true, &eta_label, 10).ok_or_else(nothing)?;
     let y = Axis::fit(&errors, true, error_label, 12).ok_or_else(nothing)?;
-    let left = room_left(&y);
-    let width = WIDTH - left - 18.0;
-    let entries = data.series.iter().enumerate();
-    let legend = Legend::new(
-        entries
-            .filter(|(_, s)| !s.name.is_empty())
-            .map(|(i, s)| Entry::new(Key::LineMark(pen(i), mark(i)), s.name.as_str()))
-            .collect(),
-        width,
-    );
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let top = 10.0 + title + legend.height();
-    let panel = Panel {
-        left,
-        top,
-        width,
-        height: 380.0,
-        x,
-        y,
-    };
-    let curves: Vec<Vec<Pixel>> = data
-        .series
-        .iter()
-        .map(|s| panel.pixels(&s.eta, &s.error))
+    let named = data.series.iter().enumerate();
+    let entries = named
+        .filter(|(_, s)| !s.name.is_empty())
+        .map(|(i, s)| Entry::new(Key::LineMark(pen(i), mark(i)), s.name.as_str()))
         .collect();
-    let guides = guides(&data.slopes, &panel, &curves);
-    Ok(draw(WIDTH, panel.bottom() + ROOM_BELOW, |canvas| {
-        heading(canvas, &data.title, left, WIDTH);
-        legend.draw(canvas, left, 6.0 + title);
-        panel.grid(canvas);
-        for guide in &guides {
+    let page = Column::new(WIDTH, &data.title, vec![entries], &x, vec![(y, 380.0)]);
+    Ok(page.draw(|canvas, _, panel| {
+        let curves = data.series.iter();
+        let curves: Vec<Vec<Pixel>> = curves.map(|s| panel.pixels(&s.eta, &s.error)).collect();
+        for guide in guides(&data.slopes, panel, &curves) {
             guide.draw(canvas);
         }
         for (i, curve) in curves.iter().enumerate() {
@@ -137,7 +116,6 @@ pub fn convergence(data: &Convergence) -> Result<String> {
                 draw_mark(canvas, at, mark(i), 3.6, category(i));
             }
         }
-        panel.frame(canvas);
     }))
 }
 

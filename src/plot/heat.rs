@@ -5,8 +5,8 @@ use super::canvas::{Canvas, Pen, draw};
 use super::cells::Cells;
 use super::data::{Units, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key, Legend};
+use super::page::{head, top};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
-use super::rod3::heading;
 use crate::error::{Error, Result};
 
 /// A strain of the rod over (t, s), and its dissipation density.
@@ -45,18 +45,8 @@ const FIGURE: &str = "strain map";
 const WIDTH: f64 = 700.0;
 /// The fill where there is no value.
 const GAP: Colour = Colour(188, 188, 188);
-const SNAP: Pen = Pen {
-    colour: INK,
-    width: 0.9,
-    alpha: 1.0,
-    dash: Some((4.0, 4.0)),
-};
-const SNAP_RIM: Pen = Pen {
-    colour: WHITE,
-    width: 1.9,
-    alpha: 0.7,
-    dash: None,
-};
+const SNAP: Pen = Pen::new(INK, 0.9).dashed(4.0, 4.0);
+const SNAP_RIM: Pen = Pen::new(WHITE, 1.9).alpha(0.7);
 
 /// One panel: what is shown, between 0 and 1, and its scale.
 struct Layer {
@@ -101,14 +91,13 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
         .map(|layer| bar(layer, &[]).width())
         .fold(0.0, f64::max);
     let width = WIDTH - left - 14.0 - bars;
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
 
     let upper = Panel {
         left,
         top: 0.0,
         width,
         height: 220.0,
-        x: Axis::linear(start, end, "", 7),
+        x: Axis::linear(start, end, &data.units.time_of("time t"), 7),
         y,
     };
     let pixel = |t: f64| left + width * upper.x.place(t).clamp(0.0, 1.0);
@@ -138,17 +127,16 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
         entries.push(Entry::new(Key::Fill(GAP), "no value"));
     }
     let legend = Legend::new(entries, width);
-    let top = 10.0 + title + legend.height();
+    let top = top(&data.title, &legend);
     let gap = upper.height + 20.0;
     let height = top + gap * layers.len() as f64 - 20.0 + ROOM_BELOW;
     Ok(draw(WIDTH, height, |canvas| {
-        heading(canvas, &data.title, left, WIDTH);
-        legend.draw(canvas, left, 6.0 + title);
+        head(canvas, &data.title, &legend, left);
         for (k, (layer, cells)) in layers.iter().zip(&cells).enumerate() {
             let mut panel = upper.clone();
             panel.top = top + gap * k as f64;
-            if k + 1 == layers.len() {
-                panel.x.label = data.units.time_of("time t");
+            if k + 1 < layers.len() {
+                panel.x = panel.x.bare();
             }
             let colours: Vec<Colour> = (0..cells.bands)
                 .map(|b| (layer.colour)(b as f64 / (cells.bands - 1) as f64))

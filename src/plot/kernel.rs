@@ -1,11 +1,11 @@
 //! Memory of viscoelastic rods: relaxation functions (or kernels) and creep functions of their ends.
 
-use super::axes::{Axis, Panel, ROOM_BELOW, extent, room_left};
-use super::canvas::{Canvas, Pen, draw};
+use super::axes::{Axis, Panel, extent};
+use super::canvas::{Canvas, Pen};
 use super::data::{Units, as_many};
-use super::legend::{Entry, Key, Legend};
+use super::legend::{Entry, Key};
+use super::page::{Column, WIDTH};
 use super::palette::{GREY, INK, category};
-use super::rod3::heading;
 use crate::error::{Error, Result};
 
 /// One component of a matrix of functions of time.
@@ -45,7 +45,6 @@ pub struct KernelFigure {
 }
 
 const FIGURE: &str = "figure of a kernel";
-const WIDTH: f64 = 640.0;
 /// The part of the panel's width that lines of limits take.
 const LIMIT: f64 = 0.5;
 
@@ -87,78 +86,53 @@ pub fn kernel(data: &KernelFigure) -> Result<String> {
         ),
         (&data.creep, label(&data.creep_label, "creep function")),
     ];
-    let mut drawn: Vec<(&Vec<KernelCurve>, Axis)> = Vec::new();
-    for (curves, label) in parts.iter().filter(|p| !p.0.is_empty()) {
-        let shown = data.time.iter().map(|t| *t > 0.0);
-        let shown: Vec<bool> = shown.collect();
-        let values = curves.iter().flat_map(|c| {
-            let seen = c.values.iter().zip(&shown).filter(|p| *p.1).map(|p| p.0);
-            seen.chain(&c.instantaneous).chain(&c.relaxed)
-        });
-        let axis = Axis::fit(values, data.log, label, 6)
+    let positive = |curve: &'_ KernelCurve| -> Vec<f64> {
+        let seen = data.time.iter().zip(&curve.values);
+        let seen = seen.filter(|(t, _)| **t > 0.0).map(|(_, value)| *value);
+        seen.chain(curve.instantaneous)
+            .chain(curve.relaxed)
+            .collect()
+    };
+    let shown: Vec<_> = parts.iter().filter(|p| !p.0.is_empty()).collect();
+    let height = if shown.len() > 1 { 230.0 } else { 320.0 };
+    let mut drawn: Vec<&Vec<KernelCurve>> = Vec::new();
+    let mut axes = Vec::new();
+    for (curves, label) in shown {
+        let values: Vec<f64> = curves.iter().flat_map(positive).collect();
+        let axis = Axis::fit(&values, data.log, label, 6)
             .filter(|axis| (axis.hi - axis.lo).is_finite())
             .ok_or_else(|| Error::domain(format!("{FIGURE}: {label}: no value to show")))?;
-        drawn.push((curves, axis));
+        drawn.push(curves);
+        axes.push((axis, height));
     }
     if drawn.is_empty() {
         return Err(Error::domain(format!("{FIGURE}: no component to show")));
     }
 
-    let left = drawn.iter().map(|d| room_left(&d.1)).fold(0.0, f64::max);
-    let width = WIDTH - left - 18.0;
     let mut entries: Vec<Entry> = names
         .iter()
         .enumerate()
         .filter(|(_, name)| !name.is_empty())
         .map(|(i, name)| Entry::new(Key::Line(pen(i)), *name))
         .collect();
-    let curves = || drawn.iter().flat_map(|d| d.0);
-    if curves().any(|c| c.instantaneous.is_some() || c.relaxed.is_some()) {
+    let mut curves = drawn.iter().copied().flatten();
+    if curves.any(|c| c.instantaneous.is_some() || c.relaxed.is_some()) {
         let pen = limit(Pen::new(INK, 1.6));
         let name = "instantaneous (left), relaxed (right)";
         entries.push(Entry::new(Key::Line(pen), name));
     }
-    let legend = Legend::new(entries, width);
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let top = 10.0 + title + legend.height();
-    let height = if drawn.len() > 1 { 230.0 } else { 320.0 };
-    let last = drawn.len() - 1;
-    let panels: Vec<Panel> = drawn
-        .iter()
-        .enumerate()
-        .map(|(k, (_, y))| {
-            let name = if k == last {
-                data.units.time_of("time t")
-            } else {
-                String::new()
-            };
-            Panel {
-                left,
-                top: top + k as f64 * (height + 14.0),
-                width,
-                height,
-                x: Axis::log(start, end, &name, 10),
-                y: y.clone(),
-            }
-        })
-        .collect();
-    let bottom = panels[last].bottom();
-    Ok(draw(WIDTH, bottom + ROOM_BELOW, |canvas| {
-        heading(canvas, &data.title, left, WIDTH);
-        legend.draw(canvas, left, 6.0 + title);
-        for (panel, (curves, _)) in panels.iter().zip(&drawn) {
-            panel.grid(canvas);
-            if panel.y.lo < 0.0 && panel.y.hi > 0.0 && !data.log {
-                let across = [panel.x.lo, panel.x.hi];
-                panel.line(canvas, &across, &[0.0; 2], Pen::new(GREY, 0.9));
-            }
-            for curve in *curves {
-                limits(canvas, panel, curve, look(curve));
-            }
-            for curve in *curves {
-                panel.line(canvas, &data.time, &curve.values, look(curve));
-            }
-            panel.frame(canvas);
+    let x = Axis::log(start, end, &data.units.time_of("time t"), 10);
+    let page = Column::new(WIDTH, &data.title, vec![entries], &x, axes);
+    Ok(page.draw(|canvas, row, panel| {
+        if panel.y.lo < 0.0 && panel.y.hi > 0.0 && !data.log {
+            let across = [panel.x.lo, panel.x.hi];
+            panel.line(canvas, &across, &[0.0; 2], Pen::new(GREY, 0.9));
+        }
+        for curve in drawn[row] {
+            limits(canvas, panel, curve, look(curve));
+        }
+        for curve in drawn[row] {
+            panel.line(canvas, &data.time, &curve.values, look(curve));
         }
     }))
 }

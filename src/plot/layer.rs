@@ -5,8 +5,8 @@ use super::canvas::{Canvas, Pen, draw};
 use super::data::{Curve, Units, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::motion::Shape;
-use super::palette::{ALARM, Colour, GREY, INK, category, sequential_line};
-use super::rod3::heading;
+use super::page::{ROOM_RIGHT, WIDTH, head, top};
+use super::palette::{ALARM, GREY, INK, category, line_colours, sequential_line};
 use super::text;
 use crate::error::{Error, Result};
 
@@ -45,25 +45,9 @@ pub struct LayerFigure {
 }
 
 const FIGURE: &str = "figure of a layer";
-const WIDTH: f64 = 640.0;
-const FOLD: Pen = Pen {
-    colour: INK,
-    width: 3.0,
-    alpha: 1.0,
-    dash: None,
-};
-const LANDING: Pen = Pen {
-    colour: ALARM,
-    width: 3.0,
-    alpha: 1.0,
-    dash: None,
-};
-const RELEASED: Pen = Pen {
-    colour: INK,
-    width: 1.1,
-    alpha: 1.0,
-    dash: Some((9.0, 5.0)),
-};
+const FOLD: Pen = Pen::new(INK, 3.0);
+const LANDING: Pen = Pen::new(ALARM, 3.0);
+const RELEASED: Pen = Pen::new(INK, 1.1).dashed(9.0, 5.0);
 
 /// Draws the layer of a snap as SVG: above, the shapes from the fold to the landing, coloured by T, at
 /// equal scales, with the clamp at the first point and the body at the last; below, elastic and dissipated
@@ -102,26 +86,20 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     let (first, last) = extent(shapes.iter().map(|s| &s.time)).unwrap_or((0.0, 1.0));
     let span = if last > first { last - first } else { 1.0 };
     let times = Axis::linear(first, first + span, &with_unit("T", &unit), 6);
-    let colours: Vec<Colour> = (0..64).map(|i| sequential_line(i as f64 / 63.0)).collect();
-    let bar = ColourBar {
-        axis: &times,
-        colours: &colours,
-        open_below: false,
-        open_above: false,
-    };
+    let colours = line_colours();
+    let bar = ColourBar::new(&times, &colours);
     let energies = energy_axis(data);
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
 
     let upper = equal_panel(&all, &data.units, WIDTH - 22.0 - bar.width()).ok_or_else(none)?;
     let left = upper.left.max(energies.as_ref().map_or(0.0, room_left));
-    let legend = Legend::new(upper_entries(data), WIDTH - left - 18.0);
+    let legend = Legend::new(upper_entries(data), WIDTH - left - ROOM_RIGHT);
     let upper = evened(Panel {
         left,
         width: upper.width - (left - upper.left),
-        top: 10.0 + title + legend.height(),
+        top: top(&data.title, &legend),
         ..upper
     });
-    let key = Legend::new(lower_entries(data), WIDTH - left - 18.0);
+    let key = Legend::new(lower_entries(data), WIDTH - left - ROOM_RIGHT);
     let lower = energies.map(|y| {
         let spans = data.runs.iter().flat_map(|r| &r.stretched);
         let (from, to) = extent(spans.chain(shapes.iter().map(|s| &s.time))).unwrap_or((0.0, 1.0));
@@ -129,7 +107,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
         Panel {
             left,
             top: upper.bottom() + ROOM_BELOW + 8.0 + key.height(),
-            width: WIDTH - left - 18.0,
+            width: WIDTH - left - ROOM_RIGHT,
             height: 210.0,
             x: Axis::linear(from, to, &label, 8),
             y,
@@ -137,8 +115,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     });
     let bottom = lower.as_ref().map_or(upper.bottom(), Panel::bottom);
     Ok(draw(WIDTH, bottom + ROOM_BELOW, |canvas| {
-        heading(canvas, &data.title, left, WIDTH);
-        legend.draw(canvas, left, 6.0 + title);
+        head(canvas, &data.title, &legend, left);
         upper.grid(canvas);
         for shape in &shapes {
             let pen = Pen::new(sequential_line((shape.time - first) / span), 1.5);

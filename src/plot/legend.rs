@@ -52,17 +52,24 @@ pub(crate) struct Legend {
 impl Legend {
     /// Breaks the entries into rows no wider than `width` pixels.
     pub(crate) fn new(entries: Vec<Entry>, width: f64) -> Self {
+        Self::grouped(vec![entries], width)
+    }
+
+    /// The same; each group begins a row.
+    pub(crate) fn grouped(groups: Vec<Vec<Entry>>, width: f64) -> Self {
         let mut rows: Vec<Vec<Entry>> = Vec::new();
-        let mut used = f64::INFINITY;
-        for entry in entries {
-            let needed = entry.width();
-            if used + needed > width + 16.0 {
-                rows.push(Vec::new());
-                used = 0.0;
-            }
-            used += needed;
-            if let Some(row) = rows.last_mut() {
-                row.push(entry);
+        for group in groups {
+            let mut used = f64::INFINITY;
+            for entry in group {
+                let needed = entry.width();
+                if used + needed > width + 16.0 {
+                    rows.push(Vec::new());
+                    used = 0.0;
+                }
+                used += needed;
+                if let Some(row) = rows.last_mut() {
+                    row.push(entry);
+                }
             }
         }
         Self { rows }
@@ -121,7 +128,17 @@ pub(crate) struct ColourBar<'a> {
 /// The strip's width.
 const STRIP: f64 = 14.0;
 
-impl ColourBar<'_> {
+impl<'a> ColourBar<'a> {
+    /// A strip whose ends are the ends of the scale.
+    pub(crate) fn new(axis: &'a Axis, colours: &'a [Colour]) -> Self {
+        Self {
+            axis,
+            colours,
+            open_below: false,
+            open_above: false,
+        }
+    }
+
     /// The room it takes to the right of its left edge.
     pub(crate) fn width(&self) -> f64 {
         STRIP + 8.0 + self.axis.label_width() + 8.0 + LABEL + 8.0

@@ -1,8 +1,9 @@
 //! Curves over a pair of axes: work-precision plots and every small figure.
 
-use super::axes::{Axis, Panel, ROOM_BELOW, draw_mark, mark, room_left};
-use super::canvas::{Pen, draw};
-use super::legend::{Entry, Key, Legend};
+use super::axes::{Axis, draw_mark, mark, room_left};
+use super::canvas::Pen;
+use super::legend::{Entry, Key};
+use super::page::{Column, ROOM_RIGHT};
 use super::palette::category;
 use crate::error::{Error, Result};
 
@@ -70,44 +71,19 @@ pub fn lines(data: &Lines) -> Result<String> {
     let nothing = || Error::domain("figure of lines: no point to show");
     let x = Axis::fit(&xs, data.x_log, &data.x_label, 6).ok_or_else(nothing)?;
     let y = Axis::fit(&ys, data.y_log, &data.y_label, 6).ok_or_else(nothing)?;
-    let left = room_left(&y);
-    let width = WIDTH - left - 18.0;
+    let width = WIDTH - room_left(&y) - ROOM_RIGHT;
     let height = if data.equal && !data.x_log && !data.y_log {
         (width * (y.hi - y.lo) / (x.hi - x.lo)).clamp(80.0, 2.0 * width)
     } else {
         340.0
     };
-    let entries = data
-        .series
-        .iter()
-        .enumerate()
-        .filter(|(_, s)| !s.name.is_empty());
-    let legend = Legend::new(
-        entries
-            .map(|(i, s)| Entry::new(key(s, i), s.name.as_str()))
-            .collect(),
-        width,
-    );
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let top = 10.0 + title + legend.height();
-    let panel = Panel {
-        left,
-        top,
-        width,
-        height,
-        x,
-        y,
-    };
-    Ok(draw(WIDTH, top + height + ROOM_BELOW, |canvas| {
-        if title > 0.0 {
-            let over = Panel {
-                top: 10.0 + title,
-                ..panel.clone()
-            };
-            over.title(canvas, &data.title);
-        }
-        legend.draw(canvas, left, 8.0 + title);
-        panel.grid(canvas);
+    let named = data.series.iter().enumerate();
+    let entries = named
+        .filter(|(_, s)| !s.name.is_empty())
+        .map(|(i, s)| Entry::new(key(s, i), s.name.as_str()))
+        .collect();
+    let page = Column::new(WIDTH, &data.title, vec![entries], &x, vec![(y, height)]);
+    Ok(page.draw(|canvas, _, panel| {
         for (i, series) in data.series.iter().enumerate() {
             if series.trace != Trace::Marks {
                 panel.line(canvas, &series.x, &series.y, pen(series, i));
@@ -123,7 +99,6 @@ pub fn lines(data: &Lines) -> Result<String> {
                 }
             }
         }
-        panel.frame(canvas);
     }))
 }
 

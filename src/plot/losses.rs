@@ -1,11 +1,11 @@
 //! What a viscous run dissipates against what the elastic limit releases in its snaps.
 
-use super::axes::{Axis, LABEL, Panel, ROOM_BELOW, SMALL, draw_mark, extent, mark, room_left};
-use super::canvas::{Canvas, Pen, Side, Type, draw};
+use super::axes::{Axis, LABEL, Panel, SMALL, draw_mark, extent, mark};
+use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::{Units, as_many, rising};
-use super::legend::{Entry, Key, Legend};
+use super::legend::{Entry, Key};
+use super::page::{Column, ROOM_RIGHT, WIDTH, room};
 use super::palette::{Colour, GREY, category};
-use super::rod3::heading;
 use super::text;
 use crate::error::{Error, Result};
 
@@ -38,12 +38,7 @@ pub struct SnapLosses {
 
 const FIGURE: &str = "figure of losses";
 /// The staircase and the diagonal, under the data.
-const LIMIT: Pen = Pen {
-    colour: Colour(190, 190, 190),
-    width: 5.0,
-    alpha: 1.0,
-    dash: None,
-};
+const LIMIT: Pen = Pen::new(Colour(190, 190, 190), 5.0);
 
 type Pixel = (f64, f64);
 
@@ -77,7 +72,6 @@ pub fn dissipated_against_released(data: &SnapLosses) -> Result<String> {
     let differences: Vec<f64> = points.iter().map(difference).collect();
     let below = Axis::fit(&differences, true, "relative difference", 5);
 
-    let left = room_left(&y).max(below.as_ref().map_or(0.0, room_left));
     let groups = data.groups.iter().enumerate();
     let mut entries: Vec<Entry> = groups
         .filter(|(_, g)| !g.name.is_empty() && finite(g).next().is_some())
@@ -85,51 +79,29 @@ pub fn dissipated_against_released(data: &SnapLosses) -> Result<String> {
         .collect();
     let diagonal = Pen::new(GREY, 1.2);
     entries.push(Entry::new(Key::Line(diagonal), "dissipated = released"));
-    let legend = Legend::new(entries, SIDE);
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let mut upper = Panel {
-        left,
-        top: 10.0 + title + legend.height(),
-        width: SIDE,
-        height: SIDE,
-        x: Axis::linear(y.lo, y.hi, "", 6),
-        y,
-    };
-    let lower = below.map(|y| Panel {
-        top: upper.bottom() + 14.0,
-        height: 120.0,
-        x: Axis::linear(upper.x.lo, upper.x.hi, &released, 6),
-        y,
-        ..upper.clone()
-    });
-    if lower.is_none() {
-        upper.x.label = released;
-    }
-    let bottom = lower.as_ref().map_or(upper.bottom(), Panel::bottom);
-    Ok(draw(left + SIDE + 18.0, bottom + ROOM_BELOW, |canvas| {
-        heading(canvas, &data.title, left, SIDE);
-        legend.draw(canvas, left, 6.0 + title);
-        upper.grid(canvas);
-        let ends = [upper.x.lo, upper.x.hi];
-        upper.line(canvas, &ends, &ends, diagonal);
-        for (i, group) in data.groups.iter().enumerate() {
-            for [x, y] in finite(group) {
-                draw_mark(canvas, upper.at(x, y), mark(i), 4.2, category(i));
-            }
+    let x = Axis::linear(y.lo, y.hi, &released, 6);
+    let axes: Vec<_> = [(y, SIDE)]
+        .into_iter()
+        .chain(below.map(|y| (y, 120.0)))
+        .collect();
+    let width = room(&axes) + SIDE + ROOM_RIGHT;
+    let page = Column::new(width, &data.title, vec![entries], &x, axes);
+    Ok(page.draw(|canvas, row, panel| {
+        if row == 0 {
+            let ends = [panel.x.lo, panel.x.hi];
+            panel.line(canvas, &ends, &ends, diagonal);
         }
-        labels(canvas, &upper, data);
-        upper.frame(canvas);
-        if let Some(lower) = &lower {
-            lower.grid(canvas);
-            for (i, group) in data.groups.iter().enumerate() {
-                for point in finite(group) {
-                    let at = lower.at(point[0], difference(&point));
-                    if lower.holds(at) {
-                        draw_mark(canvas, at, mark(i), 4.2, category(i));
-                    }
+        for (i, group) in data.groups.iter().enumerate() {
+            for point in finite(group) {
+                let shown = [point[1], difference(&point)][row];
+                let at = panel.at(point[0], shown);
+                if panel.holds(at) {
+                    draw_mark(canvas, at, mark(i), 4.2, category(i));
                 }
             }
-            lower.frame(canvas);
+        }
+        if row == 0 {
+            labels(canvas, panel, data);
         }
     }))
 }
@@ -238,7 +210,6 @@ pub struct LossesOverTime {
 /// Errs if there is no run, if lists differ in length, if times are not finite, fall or (of a run) span nothing, or
 /// if no energy is finite.
 pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
-    const WIDTH: f64 = 640.0;
     as_many(
         FIGURE,
         "released",
@@ -294,25 +265,12 @@ pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
             entries.push(Entry::new(Key::Line(pen), run.name.as_str()));
         }
     }
-    let left = room_left(&y);
-    let width = WIDTH - left - 18.0;
-    let legend = Legend::new(entries, width);
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let panel = Panel {
-        left,
-        top: 10.0 + title + legend.height(),
-        width,
-        height: 320.0,
-        x: Axis::linear(start, end, &data.units.time_of("time t"), 8),
-        y,
-    };
-    Ok(draw(WIDTH, panel.bottom() + ROOM_BELOW, |canvas| {
-        heading(canvas, &data.title, left, WIDTH);
-        legend.draw(canvas, left, 6.0 + title);
-        panel.grid(canvas);
+    let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
+    let page = Column::new(WIDTH, &data.title, vec![entries], &x, vec![(y, 320.0)]);
+    Ok(page.draw(|canvas, _, panel| {
         if !data.snaps.is_empty() {
             // Its thick ends stay inside the frame.
-            let (l, r) = (left + 2.5, panel.right() - 2.5);
+            let (l, r) = (panel.left + 2.5, panel.right() - 2.5);
             let mut stairs = panel.pixels(&step_times, &step_levels);
             stairs.iter_mut().for_each(|p| p.0 = p.0.clamp(l, r));
             panel.pixel_line(canvas, &stairs, LIMIT);
@@ -321,6 +279,5 @@ pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
             let pen = Pen::new(category(i), 1.6);
             panel.line(canvas, &run.time, &run.dissipated, pen);
         }
-        panel.frame(canvas);
     }))
 }

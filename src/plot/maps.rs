@@ -286,18 +286,8 @@ pub fn energy_landscape(data: &EnergyLandscape) -> Result<String> {
     }))
 }
 
-const ON_COLOUR: Pen = Pen {
-    colour: Colour(213, 60, 0),
-    width: 1.3,
-    alpha: 1.0,
-    dash: None,
-};
-const ON_COLOUR_RIM: Pen = Pen {
-    colour: WHITE,
-    width: 2.6,
-    alpha: 0.8,
-    dash: None,
-};
+const ON_COLOUR: Pen = Pen::new(Colour(213, 60, 0), 1.3);
+const ON_COLOUR_RIM: Pen = Pen::new(WHITE, 2.6).alpha(0.8);
 
 /// The colour bar's axis; for square roots round energies at unequal distances.
 fn bar_axis(scale: Scale, lo: f64, hi: f64, label: &str) -> Axis {

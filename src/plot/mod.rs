@@ -28,12 +28,14 @@
 
 mod axes;
 mod branch;
+mod camera;
 mod canvas;
 mod cells;
 mod contour;
 mod convergence;
 mod data;
 mod depth;
+mod faces;
 mod heat;
 mod kernel;
 mod layer;
@@ -42,16 +44,18 @@ mod lines;
 mod losses;
 mod maps;
 mod motion;
+mod page;
 mod painter;
 mod palette;
 #[cfg(feature = "png")]
 mod png;
 mod portrait;
-mod rod3;
+mod rods;
 #[cfg(feature = "scene")]
 mod run;
-mod scene;
-mod space;
+mod scenery;
+mod spread;
+mod stage;
 mod state;
 mod surfaces;
 mod text;
@@ -72,9 +76,10 @@ pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
-pub use rod3::{RodShapes, RodUnits, SpaceRod, rod_shapes};
+pub use rods::{RodShapes, rod_shapes};
 #[cfg(feature = "scene")]
 pub use run::{RunFigure, first_folds, labels, run_figures};
+pub use scenery::{RodUnits, SpaceRod};
 pub use state::{RodState, rod_state};
 pub use surfaces::{
     PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,

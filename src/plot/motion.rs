@@ -4,7 +4,8 @@ use super::axes::{Axis, Mark, Panel, ROOM_BELOW, draw_mark, extent, room_left};
 use super::canvas::{Canvas, Pen, draw};
 use super::data::{Curve, Units};
 use super::legend::{ColourBar, Entry, Key, Legend};
-use super::palette::{ALARM, Colour, GREY, INK, category, sequential_line};
+use super::page::{Column, WIDTH, head, top};
+use super::palette::{ALARM, Colour, GREY, INK, category, line_colours, sequential_line};
 use crate::error::{Error, Result};
 
 /// The rod at one time.
@@ -45,14 +46,8 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
     let span = if last > first { last - first } else { 1.0 };
     let tone = |t: f64| sequential_line((t - first) / span);
     let times = Axis::linear(first, first + span, &data.units.time_of("time t"), 6);
-    let bar = ColourBar {
-        axis: &times,
-        colours: &(0..64)
-            .map(|i| sequential_line(i as f64 / 63.0))
-            .collect::<Vec<_>>(),
-        open_below: false,
-        open_above: false,
-    };
+    let colours = line_colours();
+    let bar = ColourBar::new(&times, &colours);
 
     let mut entries = Vec::new();
     if data.path.has_points() {
@@ -66,10 +61,10 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
     }
     let mut panel = disc_panel(&data.units, 430.0);
     let legend = Legend::new(entries, panel.width);
-    panel.top = 10.0 + legend.height();
+    panel.top = top("", &legend);
     let width = panel.right() + 22.0 + bar.width();
     Ok(draw(width, panel.bottom() + ROOM_BELOW, |canvas| {
-        legend.draw(canvas, panel.left, 6.0);
+        head(canvas, "", &legend, panel.left);
         disc_ground(canvas, &panel, data.units.radius());
         for fold in &data.folds {
             panel.line(canvas, &fold.x, &fold.y, FOLD);
@@ -99,18 +94,8 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
     }))
 }
 
-const PATH: Pen = Pen {
-    colour: Colour(60, 60, 60),
-    width: 0.9,
-    alpha: 1.0,
-    dash: None,
-};
-const FOLD: Pen = Pen {
-    colour: ALARM,
-    width: 1.0,
-    alpha: 1.0,
-    dash: Some((5.0, 3.5)),
-};
+const PATH: Pen = Pen::new(Colour(60, 60, 60), 0.9);
+const FOLD: Pen = Pen::new(ALARM, 1.0).dashed(5.0, 3.5);
 
 /// A square panel a little larger than the disc.
 pub(crate) fn disc_panel(units: &Units, side: f64) -> Panel {
@@ -185,7 +170,6 @@ pub struct Energies {
 ///
 /// Errs if there are not two finite times or no energies.
 pub fn energies(data: &Energies) -> Result<String> {
-    const WIDTH: f64 = 640.0;
     let (start, end) = extent(&data.time)
         .filter(|(start, end)| end > start)
         .ok_or_else(|| Error::domain("figure of energies: no span of time"))?;
@@ -222,50 +206,26 @@ pub fn energies(data: &Energies) -> Result<String> {
     if !data.snaps.is_empty() {
         entries.push(Entry::new(Key::Line(SNAP), "snap"));
     }
-    let left = room_left(&y).max(room_left(&error_axis));
-    let width = WIDTH - left - 18.0;
-    let legend = Legend::new(entries, width);
-    let upper = Panel {
-        left,
-        top: 8.0 + legend.height(),
-        width,
-        height: 250.0,
-        x: Axis::linear(start, end, "", 8),
-        y,
-    };
-    let lower = Panel {
-        top: upper.bottom() + 14.0,
-        height: 110.0,
-        x: Axis::linear(start, end, &data.units.time_of("time t"), 8),
-        y: error_axis,
-        ..upper.clone()
-    };
-    Ok(draw(WIDTH, lower.bottom() + ROOM_BELOW, |canvas| {
-        legend.draw(canvas, left, 6.0);
-        upper.grid(canvas);
-        lower.grid(canvas);
-        for panel in [&upper, &lower] {
-            for &snap in &data.snaps {
-                let ends = [panel.y.lo, panel.y.hi];
-                panel.line(canvas, &[snap, snap], &ends, SNAP);
+    let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
+    let axes = vec![(y, 250.0), (error_axis, 110.0)];
+    let page = Column::new(WIDTH, "", vec![entries], &x, axes);
+    let sizes: Vec<f64> = data.error.iter().map(|e| e.abs().max(floor)).collect();
+    Ok(page.draw(|canvas, row, panel| {
+        for &snap in &data.snaps {
+            let ends = [panel.y.lo, panel.y.hi];
+            panel.line(canvas, &[snap, snap], &ends, SNAP);
+        }
+        if row == 0 {
+            for (_, values, pen) in &curves {
+                panel.line(canvas, &data.time, values, *pen);
             }
+        } else {
+            panel.line(canvas, &data.time, &sizes, Pen::new(category(0), 1.0));
         }
-        for (_, values, pen) in &curves {
-            upper.line(canvas, &data.time, values, *pen);
-        }
-        let sizes: Vec<f64> = data.error.iter().map(|e| e.abs().max(floor)).collect();
-        lower.line(canvas, &data.time, &sizes, Pen::new(category(0), 1.0));
-        upper.frame(canvas);
-        lower.frame(canvas);
     }))
 }
 
-const SNAP: Pen = Pen {
-    colour: ALARM,
-    width: 0.9,
-    alpha: 1.0,
-    dash: Some((4.0, 3.0)),
-};
+const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
 
 /// The axis of |error|, and the size at which smaller errors (and none) are drawn.
 fn error_scale(error: &[f64], units: &Units) -> (f64, Axis) {

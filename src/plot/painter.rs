@@ -1,11 +1,11 @@
 //! Paints rods, plates and arrows from back to front; what is nearer cuts a white rim into what it crosses.
 
 use super::axes::SMALL;
+use super::camera::{Pixel, Point, along, between, cross, dot, drawable, minus, unit};
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::palette::{Colour, GREY, INK, WHITE, category};
-use super::rod3::{Scenery, SpaceRod, pen};
-use super::scene::{Point, between, cross, dot, minus};
-use super::space::{Pixel, Stage, along, drawable, unit};
+use super::scenery::{Scenery, SpaceRod, pen};
+use super::stage::Stage;
 
 /// What passes behind at less than this part of the box counts as touching: no rim is cut into it.
 const TOUCHING: f64 = 0.025;

@@ -1,15 +1,14 @@
 //! One equilibrium of a rod in space: its shape, and couples, forces and strains along it.
 
 use super::axes::{Axis, LABEL, Panel, ROOM_BELOW, room_left};
-use super::branch::axis;
+use super::camera::{Point, along, dot, unit};
 use super::canvas::{Pen, draw};
-use super::data::View;
+use super::data::{View, with_unit};
 use super::legend::{Entry, Key, Legend};
+use super::page::{ABOVE_LEGEND, head, title_height};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
-use super::rod3::{RodUnits, Scenery, SpaceRod, heading, labelled};
-use super::scene::{Point, dot};
-use super::space::{along, unit};
+use super::scenery::{RodUnits, Scenery, SpaceRod};
 use super::text;
 use crate::error::{Error, Result};
 
@@ -100,8 +99,7 @@ pub fn rod_state(data: &RodState) -> Result<String> {
         }
     }
     scenery.view = data.view;
-    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let top = 6.0 + title;
+    let top = ABOVE_LEGEND + title_height(&data.title);
     let legend = Legend::new(entries, LEFT - 24.0);
 
     let plots = panels(&groups, data, LEFT + 20.0, RIGHT - 38.0, top);
@@ -111,8 +109,7 @@ pub fn rod_state(data: &RodState) -> Result<String> {
     let shown = top + legend.height();
     let stage = scenery.stage(&data.units.axes(), [0.0, shown, LEFT, height - shown]);
     Ok(draw(width, height, |canvas| {
-        heading(canvas, &data.title, 16.0, width);
-        legend.draw(canvas, 16.0, top);
+        head(canvas, &data.title, &legend, 16.0);
         stage.walls(canvas);
         let mut painter = Painter::new(&stage, !scenery.plane);
         painter.rod(&data.rod, category(data.rod.colour.unwrap_or(6)), &scenery);
@@ -183,14 +180,14 @@ fn groups(data: &RodState) -> Result<Vec<Group>> {
         (
             "couples",
             &data.couples,
-            labelled("couple", &units.couple),
+            with_unit("couple", &units.couple),
             ["m₁", "m₂", "m₃"],
             ROUNDOFF * couple,
         ),
         (
             "forces",
             &data.forces,
-            labelled("force", &units.force),
+            with_unit("force", &units.force),
             ["n₁", "n₂", "n₃"],
             ROUNDOFF * force,
         ),
@@ -279,14 +276,10 @@ fn panels(groups: &[Group], data: &RodState, left: f64, width: f64, top: f64) ->
             flat.ticks.retain(|tick| tick.value == 0.0);
             Some(flat)
         } else {
-            axis(&values, None, &group.label, 4)
+            Axis::over(&values, None, &group.label, 4)
         };
-        let label = if i + 1 == groups.len() {
-            labelled("s", &data.units.length)
-        } else {
-            String::new()
-        };
-        let Some((y, x)) = y.zip(axis(&data.s, None, &label, 6)) else {
+        let label = with_unit("s", &data.units.length);
+        let Some((y, x)) = y.zip(Axis::over(&data.s, None, &label, 6)) else {
             continue;
         };
         let ends = data.s.iter().filter(|s| s.is_finite());
@@ -296,6 +289,8 @@ fn panels(groups: &[Group], data: &RodState, left: f64, width: f64, top: f64) ->
         } else {
             x
         };
+        // Only the lowest has the numbers and the name.
+        let x = if i + 1 == groups.len() { x } else { x.bare() };
         let legend = Legend::new(entries, width);
         let height = if all_vanish { 0.5 * HEIGHT } else { HEIGHT };
         let panel = Panel {

@@ -1,15 +1,17 @@
 //! Solution sheets in space, and motions on them.
 
 use super::axes::{Mark, TITLE, draw_mark, extent};
+use super::camera::Point;
 use super::canvas::{Canvas, Pen, Side, Type, draw};
 use super::data::{Bounds, Patch, Units, View};
+use super::faces::Faces;
 use super::legend::{Entry, Key, Legend};
 use super::motion::circle;
+use super::page::{ABOVE_LEGEND, WIDTH, head};
 use super::palette::{ALARM, BLACK, Colour, GREY, category};
-use super::scene::{Point, Scene};
+use super::stage::Stage;
 use crate::error::{Error, Result};
 
-const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 520.0;
 /// Width of a panel beside another.
 const BESIDE: f64 = 480.0;
@@ -86,10 +88,10 @@ fn draw_panels(panels: &[Sheets], frame: impl Fn(&Sheets) -> Result<Frame>) -> R
     let legend = Legend::new(entries(&patches, &curves, None), total - 60.0);
     let titled = panels.iter().any(|p| !p.title.is_empty());
     let step = height + if titled { 22.0 } else { 0.0 };
-    let top = 6.0 + legend.height();
+    let top = ABOVE_LEGEND + legend.height();
     let rows = frames.len().div_ceil(in_row);
     Ok(draw(total, top + rows as f64 * step, |canvas| {
-        legend.draw(canvas, 30.0, 6.0);
+        head(canvas, "", &legend, 30.0);
         for (i, (frame, data)) in frames.iter().zip(panels).enumerate() {
             let left = (i % in_row) as f64 * width;
             let bottom = top + (i / in_row + 1) as f64 * step;
@@ -132,33 +134,18 @@ pub fn path_on_surface(data: &PathOnSurface) -> Result<String> {
     let patches: Vec<&Patch> = data.patches.iter().collect();
     let folds: Vec<&SpaceCurve> = data.folds.iter().collect();
     let legend = Legend::new(entries(&patches, &folds, Some(data)), WIDTH - 60.0);
-    let top = 6.0 + legend.height();
+    let top = ABOVE_LEGEND + legend.height();
     Ok(draw(WIDTH, top + HEIGHT, |canvas| {
-        legend.draw(canvas, 30.0, 6.0);
+        head(canvas, "", &legend, 30.0);
         let place = [0.0, top, WIDTH, HEIGHT];
         frame.draw(canvas, place, &data.patches, &data.folds, Some(data));
     }))
 }
 
 /// Red for folds and snaps as in the plane figures; darker, to be seen on every sheet.
-const FOLD: Pen = Pen {
-    colour: Colour(150, 10, 40),
-    width: 1.4,
-    alpha: 1.0,
-    dash: None,
-};
-const PATH: Pen = Pen {
-    colour: BLACK,
-    width: 1.8,
-    alpha: 1.0,
-    dash: None,
-};
-const JUMP: Pen = Pen {
-    colour: ALARM,
-    width: 1.5,
-    alpha: 1.0,
-    dash: Some((5.0, 3.5)),
-};
+const FOLD: Pen = Pen::new(Colour(150, 10, 40), 1.4);
+const PATH: Pen = Pen::new(BLACK, 1.8);
+const JUMP: Pen = Pen::new(ALARM, 1.5).dashed(5.0, 3.5);
 
 /// The same line where it is hidden.
 fn behind(pen: Pen) -> Pen {
@@ -225,8 +212,9 @@ impl Frame {
             }
             None => self.aspect,
         };
-        let mut scene = Scene::new(self.bounds, self.labels.clone(), aspect, self.view, place);
-        scene.walls(canvas);
+        let stage = Stage::parallel(self.bounds, &self.labels, aspect, self.view, place);
+        stage.walls(canvas);
+        let mut scene = Faces::new(stage.clone());
         if let Some(radius) = self.disc {
             let rim = circle(radius);
             let rim: Vec<Point> = rim
@@ -249,11 +237,11 @@ impl Frame {
         if let Some(motion) = motion {
             draw_motion(canvas, &scene, motion);
         }
-        scene.axes(canvas);
+        stage.axes(canvas);
     }
 }
 
-fn draw_motion(canvas: &mut Canvas, scene: &Scene, motion: &PathOnSurface) {
+fn draw_motion(canvas: &mut Canvas, scene: &Faces, motion: &PathOnSurface) {
     let halo = Pen::new(Colour(255, 255, 255), 3.2).alpha(0.8);
     let none = Pen::new(Colour(255, 255, 255), 0.1).alpha(0.0);
     scene.curve(canvas, &motion.path, halo, none);

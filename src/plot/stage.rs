@@ -1,57 +1,19 @@
-//! Space seen in true perspective: a camera and a box with axes, equal scales on all three.
+//! A box of space with walls and axes, seen by a camera.
 
 use super::axes::{LABEL, MARK_3D, SMALL};
+use super::camera::{Camera, Pixel, Point, dot, hull, minus};
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::{Bounds, View};
-use super::palette::INK;
-use super::scene::{Point, cross, dot, draw_walls, minus};
+use super::palette::{Colour, FAINT, INK};
 use super::text;
 use super::ticks::{self, Tick};
-use nalgebra::{Matrix3, SymmetricEigen};
 
-pub(crate) type Pixel = (f64, f64);
-
-/// From the middle of the box to the eye; the box's longest edge is 1.
+/// From the middle of the box to the eye where rods are seen; the box's longest edge is 1.
 const DISTANCE: f64 = 3.0;
-/// Coordinates beyond this count as not finite: their squares would not be.
-const FAR: f64 = 1e100;
 /// No edge of the box is shorter than this part of the longest one: a plane shape gets a shallow box.
 const SHALLOW: f64 = 0.16;
 /// Round the words of the axes, in pixels.
 const MARGIN: f64 = 8.0;
-
-/// True if the point can be drawn.
-pub(crate) fn drawable(p: &Point) -> bool {
-    p.iter().all(|c| c.abs() < FAR)
-}
-
-pub(crate) fn along(p: Point, t: f64, d: Point) -> Point {
-    std::array::from_fn(|i| p[i] + t * d[i])
-}
-
-/// The vector at length 1; `None` if it has no direction.
-pub(crate) fn unit(v: Point) -> Option<Point> {
-    let largest = v.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-    if !(largest > 0.0 && largest < FAR) {
-        return None;
-    }
-    let v = v.map(|c| c / largest);
-    let length = dot(v, v).sqrt();
-    Some(v.map(|c| c / length))
-}
-
-/// The least box that holds all points; `None` without points.
-pub(crate) fn box_of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<Bounds> {
-    points
-        .into_iter()
-        .filter(|p| drawable(p))
-        .fold(None, |b, p| {
-            let b: Bounds = b.unwrap_or_else(|| p.map(|c| [c, c]));
-            Some(std::array::from_fn(|i| {
-                [b[i][0].min(p[i]), b[i][1].max(p[i])]
-            }))
-        })
-}
 
 /// The longest edge of a box; 1, or what can be told from roundoff, if it is a point.
 pub(crate) fn size_of(bounds: &Bounds) -> f64 {
@@ -69,109 +31,13 @@ pub(crate) fn size_of(bounds: &Bounds) -> f64 {
     }
 }
 
-/// How points lie in space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Spread {
-    /// Principal directions, widest first.
-    pub axes: [Point; 3],
-    /// Root mean squares along them, the box's longest edge being 1.
-    pub size: [f64; 3],
-}
-
-impl Spread {
-    /// Principal axes of the points.
-    pub(crate) fn new<'a>(points: impl Iterator<Item = &'a Point> + Clone) -> Option<Self> {
-        let bounds = box_of(points.clone())?;
-        let size = size_of(&bounds);
-        let scaled = |p: &Point| -> Point {
-            std::array::from_fn(|i| (p[i] - 0.5 * (bounds[i][0] + bounds[i][1])) / size)
-        };
-        let (mut n, mut sum, mut square) = (0.0, [0.0; 3], Matrix3::zeros());
-        for p in points.filter(|p| drawable(p)).map(scaled) {
-            n += 1.0;
-            sum = along(sum, 1.0, p);
-            square += Matrix3::from_fn(|i, j| p[i] * p[j]);
-        }
-        let mean = sum.map(|c| c / n);
-        let matrix = square / n - Matrix3::from_fn(|i, j| mean[i] * mean[j]);
-        let eigen = SymmetricEigen::new(matrix);
-        let mut order = [0, 1, 2];
-        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-        Some(Self {
-            axes: order.map(|k| std::array::from_fn(|i| eigen.eigenvectors[(i, k)])),
-            size: order.map(|k| eigen.eigenvalues[k].max(0.0).sqrt()),
-        })
-    }
-
-    /// True if all points lie in a plane, up to what can be seen.
-    pub(crate) fn is_plane(&self) -> bool {
-        self.size[2] < 1e-4 * self.size[0].max(1e-3)
-    }
-
-    /// The side from which the shape is seen best: its principal plane all but faces the eye, z stands up
-    /// where that plane does, and x or y runs to the right.
-    pub(crate) fn view(&self) -> View {
-        let [long, wide, deep] = self.size;
-        let slender = wide < 1e-3 * long.max(1e-3) || (deep > 0.6 * wide && wide < 0.75 * long);
-        let round = deep > 0.6 * wide && !slender;
-        if round {
-            return View {
-                azimuth: -60.0,
-                elevation: 20.0,
-            };
-        }
-        let normal = if slender {
-            // From the side.
-            unit(cross(self.axes[0], [0.0, 0.0, 1.0]))
-                .filter(|_| self.axes[0][2].abs() < 0.95)
-                .unwrap_or([0.0, -1.0, 0.0])
-        } else {
-            self.axes[2]
-        };
-        let (turn, lift) = if self.is_plane() {
-            (12.0, 14.0)
-        } else {
-            (24.0, 20.0)
-        };
-        let upright = normal[2].abs();
-        if upright > 0.8 {
-            // Turned as well it would seem to lean.
-            return View {
-                azimuth: if self.is_plane() {
-                    -90.0
-                } else {
-                    -90.0 - 0.6 * turn
-                },
-                elevation: 90.0 - 1.6 * lift,
-            };
-        }
-        // Right is (-sin, cos) of the azimuth.
-        let to_right = -normal[1] + 0.99 * normal[0];
-        let sign = if upright > 0.3 {
-            normal[2].signum()
-        } else if to_right < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        let [x, y, z] = normal.map(|c| sign * c);
-        View {
-            azimuth: y.atan2(x).to_degrees() + turn,
-            elevation: z.asin().to_degrees().clamp(lift, 62.0),
-        }
-    }
-}
-
 /// A box of space shown in a rectangle of the canvas.
+#[derive(Clone)]
 pub(crate) struct Stage {
     bounds: Bounds,
-    /// The longest edge.
-    size: f64,
-    right: Point,
-    up: Point,
-    back: Point,
-    scale: f64,
-    centre: Pixel,
+    /// The lengths of the edges before the camera, the longest about 1.
+    aspect: Point,
+    camera: Camera,
     edges: [Edge; 3],
     /// left, top, right, bottom of the box with its words.
     used: [f64; 4],
@@ -230,36 +96,43 @@ impl Stage {
             let mid = 0.5 * (lo + hi);
             [mid - half, mid + half]
         });
-        let degrees = |angle: f64, or: f64| if angle.is_finite() { angle } else { or };
-        let (sa, ca) = degrees(view.azimuth, -60.0).to_radians().sin_cos();
-        let elevation = degrees(view.elevation, 20.0).clamp(-90.0, 90.0);
-        let (se, ce) = elevation.to_radians().sin_cos();
+        let longest = bounds.iter().fold(0.0, |m: f64, b| m.max(b[1] - b[0]));
+        let aspect = bounds.map(|[lo, hi]| (hi - lo) / longest);
+        let camera = Camera::new(view, DISTANCE);
+        Self::framed(bounds, labels, aspect, camera, rectangle)
+    }
+
+    /// Just this box, its edges drawn in the ratios of `aspect`, in parallel projection.
+    pub(crate) fn parallel(
+        bounds: Bounds,
+        labels: &[String; 3],
+        aspect: Point,
+        view: View,
+        rectangle: [f64; 4],
+    ) -> Self {
+        let camera = Camera::new(view, f64::INFINITY);
+        Self::framed(bounds, labels, aspect, camera, rectangle)
+    }
+
+    fn framed(
+        bounds: Bounds,
+        labels: &[String; 3],
+        aspect: Point,
+        camera: Camera,
+        rectangle: [f64; 4],
+    ) -> Self {
         let mut stage = Self {
-            size: bounds.iter().fold(0.0, |m: f64, b| m.max(b[1] - b[0])),
             bounds,
-            right: [-sa, ca, 0.0],
-            up: [-se * ca, -se * sa, ce],
-            back: [ce * ca, ce * sa, se],
-            scale: 1.0,
-            centre: (0.0, 0.0),
+            aspect,
+            camera,
             edges: Default::default(),
             used: [0.0; 4],
         };
         // The words' room depends on the scale, hence a few rounds.
-        let [left, top, width, height] = rectangle;
         let mut room = [60.0, 14.0, 60.0, 50.0];
         for _ in 0..3 {
-            (stage.scale, stage.centre) = (1.0, (0.0, 0.0));
-            let drawn = hull((0..8).map(|c| stage.pixel(stage.corner(c))));
-            let inner = (
-                (width - room[0] - room[2]).max(0.2 * width),
-                (height - room[1] - room[3]).max(0.2 * height),
-            );
-            stage.scale = (inner.0 / (drawn[2] - drawn[0])).min(inner.1 / (drawn[3] - drawn[1]));
-            stage.centre = (
-                left + room[0] + 0.5 * inner.0 - 0.5 * stage.scale * (drawn[0] + drawn[2]),
-                top + room[1] + 0.5 * inner.1 - 0.5 * stage.scale * (drawn[1] + drawn[3]),
-            );
+            let corners: [Point; 8] = std::array::from_fn(|c| stage.boxed(stage.corner(c)));
+            stage.camera.fit(corners.into_iter(), rectangle, room);
             stage.lay_out_axes(labels);
             let frame = hull((0..8).map(|c| stage.pixel(stage.corner(c))));
             let words = stage.edges.iter().flat_map(|e| &e.words).map(Word::area);
@@ -278,26 +151,36 @@ impl Stage {
         stage
     }
 
+    /// The camera, for points in coordinates of [`Stage::boxed`].
+    pub(crate) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The lengths of the edges in those coordinates.
+    pub(crate) fn aspect(&self) -> Point {
+        self.aspect
+    }
+
     /// The height that it takes with a margin all round.
     pub(crate) fn height(&self) -> f64 {
         self.used[3] - self.used[1] + 2.0 * MARGIN
     }
 
-    /// The longest edge.
+    /// What is 1 before the camera along the first axis: the longest edge, where all axes have one scale.
     pub(crate) fn size(&self) -> f64 {
-        self.size
+        (self.bounds[0][1] - self.bounds[0][0]) / self.aspect[0]
     }
 
     /// Towards the eye from a point.
     pub(crate) fn towards_eye(&self, p: Point) -> Point {
-        minus(self.back.map(|c| DISTANCE * c), self.boxed(p))
+        minus(self.camera.back.map(|c| DISTANCE * c), self.boxed(p))
     }
 
-    /// The centre of the box is the origin and its longest edge 1.
-    fn boxed(&self, p: Point) -> Point {
+    /// Coordinates before the camera: the centre of the box is the origin.
+    pub(crate) fn boxed(&self, p: Point) -> Point {
         std::array::from_fn(|i| {
             let [lo, hi] = self.bounds[i];
-            (p[i] - 0.5 * (lo + hi)) / self.size
+            self.aspect[i] * ((p[i] - 0.5 * (lo + hi)) / (hi - lo))
         })
     }
 
@@ -307,22 +190,17 @@ impl Stage {
 
     /// How far before the eye; `DISTANCE` at the middle of the box.
     pub(crate) fn depth(&self, p: Point) -> f64 {
-        DISTANCE - dot(self.boxed(p), self.back)
+        DISTANCE - dot(self.boxed(p), self.camera.back)
     }
 
     /// How much larger than at the middle of the box things look there.
     pub(crate) fn nearness(&self, p: Point) -> f64 {
-        DISTANCE / self.depth(p).max(0.1)
+        self.camera.nearness(self.boxed(p))
     }
 
     /// Where a point is seen; not finite if the point is not.
     pub(crate) fn pixel(&self, p: Point) -> Pixel {
-        let q = self.boxed(p);
-        let f = self.scale / (DISTANCE - dot(q, self.back)).max(0.1);
-        (
-            self.centre.0 + f * dot(q, self.right),
-            self.centre.1 - f * dot(q, self.up),
-        )
+        self.camera.pixel(self.boxed(p))
     }
 
     /// The floor under a point, or the ceiling if it is seen from below.
@@ -332,22 +210,34 @@ impl Stage {
 
     /// True if shadows on the floor can be told from their things.
     pub(crate) fn shows_floor(&self) -> bool {
-        (0.13..0.8).contains(&self.back[2]) && self.aspect(0) > 0.3 && self.aspect(1) > 0.3
-    }
-
-    fn aspect(&self, i: usize) -> f64 {
-        (self.bounds[i][1] - self.bounds[i][0]) / self.size
+        (0.13..0.8).contains(&self.camera.back[2]) && self.aspect[0] > 0.3 && self.aspect[1] > 0.3
     }
 
     fn far_side(&self, axis: usize) -> usize {
-        usize::from(self.back[axis] <= 0.0)
+        usize::from(self.camera.back[axis] <= 0.0)
     }
 
-    /// The three far walls with grid lines: under everything.
+    /// The three far walls with grid lines at the ticks: under everything.
     pub(crate) fn walls(&self, canvas: &mut Canvas) {
-        let far = [0, 1, 2].map(|axis| self.far_side(axis));
-        let ticks = self.edges.each_ref().map(|edge| edge.ticks.as_slice());
-        draw_walls(canvas, &self.bounds, far, ticks, |p| self.pixel(p));
+        for axis in 0..3 {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let place = |a: f64, b: f64| {
+                let mut p = [self.bounds[axis][self.far_side(axis)]; 3];
+                (p[u], p[v]) = (a, b);
+                self.pixel(p)
+            };
+            let ([ul, uh], [vl, vh]) = (self.bounds[u], self.bounds[v]);
+            let wall = [place(ul, vl), place(uh, vl), place(uh, vh), place(ul, vh)];
+            canvas.polygon(&wall, Colour(250, 250, 250), 1.0);
+            let pen = Pen::new(FAINT, 0.7);
+            for tick in &self.edges[u].ticks {
+                canvas.line(&[place(tick.value, vl), place(tick.value, vh)], pen);
+            }
+            for tick in &self.edges[v].ticks {
+                canvas.line(&[place(ul, tick.value), place(uh, tick.value)], pen);
+            }
+            canvas.line(&[wall[0], wall[1], wall[2], wall[3], wall[0]], pen);
+        }
     }
 
     /// Axes with marks, numbers and names.
@@ -364,7 +254,8 @@ impl Stage {
         }
     }
 
-    /// Chooses for each axis one of the edges of the outline, so that no words meet.
+    /// Chooses for each axis one of the edges of the outline, so that no words meet. In parallel projection the numbers of axes that
+    /// end in one corner are close wherever they stand: there each has its best edge.
     fn lay_out_axes(&mut self, labels: &[String; 3]) {
         let options: Vec<Vec<Edge>> = (0..3)
             .map(|axis| {
@@ -373,7 +264,11 @@ impl Stage {
                     .map(|c| self.edge(axis, c, &labels[axis]))
                     .collect();
                 edges.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-                edges.truncate(3);
+                edges.truncate(if self.camera.distance.is_finite() {
+                    3
+                } else {
+                    1
+                });
                 edges
             })
             .collect();
@@ -381,6 +276,9 @@ impl Stage {
         let mut chosen = [0; 3];
         for n in 0..27 {
             let pick = [n % 3, n / 3 % 3, n / 9];
+            if (0..3).any(|i| pick[i] >= options[i].len()) {
+                continue;
+            }
             let edges: [&Edge; 3] = std::array::from_fn(|i| &options[i][pick[i]]);
             let cost: f64 = edges.iter().map(|e| e.cost).sum::<f64>() + clashes(edges);
             if cost < least {
@@ -412,7 +310,9 @@ impl Stage {
         }
         let upright = dy.abs() > 2.5 * dx.abs();
         let needed = (46.0 * dx.abs() + 24.0 * dy.abs()) / length;
-        let ticks = if length > 26.0 {
+        let ticks = if label.ends_with("(rad)") {
+            ticks::angles(lo, hi)
+        } else if length > 26.0 {
             ticks::linear(lo, hi, (length / needed).clamp(1.0, 6.0) as usize)
         } else {
             Vec::new()
@@ -464,10 +364,9 @@ impl Stage {
             });
         }
         // Only edges of the outline: one of the two faces that meet there is seen, the other is not.
-        let eye = self.back.map(|c| DISTANCE * c);
         let seen = |i: usize| {
             let out = if corner >> i & 1 == 1 { 1.0 } else { -1.0 };
-            out * eye[i] > 0.5 * self.aspect(i)
+            out * self.camera.back[i] > 0.5 * self.aspect[i] / self.camera.distance
         };
         let outline = seen((axis + 1) % 3) != seen((axis + 2) % 3);
         // Rather at the left if it stands, and below if it lies.
@@ -502,50 +401,9 @@ fn clashes(edges: [&Edge; 3]) -> f64 {
     300.0 * count
 }
 
-/// left, top, right, bottom of some pixels.
-fn hull(pixels: impl Iterator<Item = Pixel>) -> [f64; 4] {
-    let start = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
-    pixels.fold(start, |b, p| {
-        [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn facing(points: &[Point], normal: Point) -> f64 {
-        let view = Spread::new(points.iter()).unwrap().view();
-        let (sa, ca) = view.azimuth.to_radians().sin_cos();
-        let (se, ce) = view.elevation.to_radians().sin_cos();
-        dot([ce * ca, ce * sa, se], normal).abs()
-    }
-
-    /// Catches a camera that looks along the plane of a plane shape.
-    #[test]
-    fn planes_face_the_eye() {
-        let arc: Vec<[f64; 2]> = (0..30)
-            .map(|i| [0.1 * i as f64, (0.1 * i as f64).sin()])
-            .collect();
-        for (axis, normal) in [
-            (0, [1.0, 0.0, 0.0]),
-            (1, [0.0, 1.0, 0.0]),
-            (2, [0.0, 0.0, 1.0]),
-        ] {
-            let points: Vec<Point> = arc
-                .iter()
-                .map(|[a, b]| {
-                    let mut p = [0.0; 3];
-                    (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (*a, *b);
-                    p
-                })
-                .collect();
-            assert!(facing(&points, normal) > 0.9, "{axis}");
-            assert!(Spread::new(points.iter()).unwrap().is_plane());
-        }
-        let tilted: Vec<Point> = arc.iter().map(|[a, b]| [*a, *b, 0.5 * a]).collect();
-        assert!(facing(&tilted, unit([-0.5, 0.0, 1.0]).unwrap()) > 0.8);
-    }
 
     /// Catches a projection that is parallel, mirrored or of unequal scales.
     #[test]
