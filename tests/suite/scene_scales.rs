@@ -1,7 +1,7 @@
 //! Scenes: the scaling between the user's units and the library's.
 
 use proptest::prelude::*;
-use snaprod::scene::{Force, InTime, Place, Scene, Section, Sine, Units};
+use snaprod::scene::{Force, InTime, Place, Scene, Section, Setup, Sine, Units};
 use std::path::Path;
 
 fn scene_file(name: &str) -> Scene {
@@ -126,5 +126,52 @@ proptest! {
         let [one, two] = [a, b].map(|mut free| *sine(&mut free.loads.force[0]));
         close(one.amplitude, two.amplitude);
         close(one.frequency, two.frequency);
+    }
+}
+
+/// A clamp that is tilted and moved is a world turned and moved the other way. Catches a start, a velocity or a load that
+/// is led into the frame of the clamp the wrong way, and a clamp's own motion that is left out.
+#[test]
+fn a_tilted_clamp_is_a_turned_world() {
+    let text = |start: &str, clamp: &str, gravity: [f64; 2]| {
+        format!(
+            "[rod]\nmodel = 'elastica'\nlength = 2.0\nbending_stiffness = 3.0\n[body]\nmass = 0.5\n[start]\n{start}\n\
+             [loads]\ngravity = {gravity:?}\n[run]\nduration = 1.0\n[clamp]\n{clamp}"
+        )
+    };
+    let setup = |text: &str| Setup::new(&Scene::parse(text).unwrap()).unwrap();
+    let (sin, cos) = 0.4_f64.sin_cos();
+    let outward = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
+    let ([x, y], velocity, gravity) = ([1.2, 0.7], [0.3, -0.2], [0.5, -4.0]);
+    let [a, b] = outward([x, y]);
+    let tilted = format!(
+        "position = [{:?}, {:?}]\nsheet = 'lowest'\nvelocity = {:?}",
+        a + 0.1,
+        b - 0.3,
+        outward(velocity)
+    );
+    let tilted = setup(&text(
+        &tilted,
+        "position = [0.1, -0.3]\nangle = 0.4",
+        outward(gravity),
+    ));
+    let plain = format!("position = [{x}, {y}]\nsheet = 'lowest'\nvelocity = {velocity:?}");
+    let plain = setup(&text(&plain, "", gravity));
+    assert!((tilted.start.p - plain.start.p).abs() < 1e-12 * plain.start.p.abs());
+    assert!((tilted.velocity - plain.velocity).norm() < 1e-14);
+    assert!((tilted.body.load(0.0) - plain.body.load(0.0)).norm() < 1e-13);
+
+    // Shaken along y with amplitude 0.1 at 2 Hz, the clamp leaves at 0.4 pi, and the body at rest stays behind.
+    let shaken = "motion = { translate = { direction = [0, 2], amplitude = 0.1, frequency = 2 }, turn = { rate = 0.5 } }";
+    let start = "position = [1.2, 0.7]\nsheet = 'lowest'";
+    let shaken = setup(&text(start, shaken, gravity));
+    let scale = (3.0_f64 / (0.5 * 2.0)).sqrt();
+    let wanted = [0.5 * y, -0.4 * std::f64::consts::PI - 0.5 * x].map(|v| v / scale);
+    for i in 0..2 {
+        assert!(
+            (shaken.velocity[i] - wanted[i]).abs() < 1e-12,
+            "{}",
+            shaken.velocity
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! Loads in time.
 
 use crate::body::{History, TimeLoad};
-use crate::error::{Error, Result};
-use crate::scene::{Force, InTime, Pulse, Ramp, Scene, Sine};
+use crate::error::Result;
+use crate::scene::{Force, InTime, Pulse, Ramp, Sine};
 use nalgebra::SVector;
 use std::f64::consts::TAU;
 
@@ -42,24 +42,4 @@ fn history(size: &InTime) -> Result<History> {
         }) => History::pulse([at - 0.5 * width, at + 0.5 * width], *amplitude),
         InTime::Table(rows) => History::table(rows.clone()),
     }
-}
-
-/// Refuses what runs do not take yet, by the name of its field.
-pub(super) fn standing(scene: &Scene) -> Result<()> {
-    let clamp = &scene.clamp;
-    let refuse = |field: &str| {
-        Err(Error::domain(format!(
-            "clamp.{field}: runs of this kind of scene do not take it yet; leave it out"
-        )))
-    };
-    if clamp.motion.is_some() {
-        return refuse("motion");
-    }
-    if scene.is_planar() && clamp.position != [0.0; 3] {
-        return refuse("position");
-    }
-    if scene.is_planar() && clamp.orientation != Default::default() {
-        return refuse("angle");
-    }
-    Ok(())
 }

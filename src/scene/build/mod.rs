@@ -1,5 +1,6 @@
 //! From a scene to the library's types: one scaling, to units of the rod.
 
+mod clamp;
 mod in_time;
 mod planar;
 mod rod;

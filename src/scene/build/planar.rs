@@ -1,6 +1,7 @@
 //! From a scene to what the library runs: body, start and options, in units of the rod.
 
-use super::in_time::{forces, standing};
+use super::clamp::{self, Seen};
+use super::in_time::forces;
 use crate::body::Body;
 use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
 use crate::error::{Error, Result};
@@ -42,7 +43,6 @@ impl Setup {
                 "rod.damping: a viscoelastic rod has strains of its own, and no elastic run; leave it out",
             ));
         }
-        standing(scene)?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = Options::new(plain.duration)?
             .with_tolerance(run.tolerance)?
@@ -54,14 +54,17 @@ impl Setup {
             });
         options.max_steps = run.max_steps as u64;
         options.max_snaps = run.max_snaps as u64;
+        let start = start(scene, &plain)?.ok_or_else(|| {
+            Error::domain(
+                "[start]: an elastic rod does not start straight yet; write damping = { proportional = 1e-3 } in [rod]",
+            )
+        })?;
+        let seen = Seen(clamp::planar(&plain.clamp)?);
+        let velocity = seen.velocity(&Vector2::new(start.x, start.y), plain.start.velocity);
         Ok(Self {
             body: body(&plain)?,
-            start: start(scene, &plain)?.ok_or_else(|| {
-                Error::domain(
-                    "[start]: an elastic rod does not start straight yet; write damping = { proportional = 1e-3 } in [rod]",
-                )
-            })?,
-            velocity: in_plane(plain.start.velocity),
+            start,
+            velocity,
             options,
             scales: scene.scales()?,
         })
@@ -85,7 +88,11 @@ pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
         .with_dead_force(in_plane(loads.dead))?
         .with_drag(loads.drag)?;
     let forces = forces(&loads.force, in_plane)?;
-    Ok(forces.into_iter().fold(body, Body::with_force))
+    let body = forces.into_iter().fold(body, Body::with_force);
+    Ok(match clamp::planar(&plain.clamp)? {
+        Some(support) => body.with_support(support),
+        None => body,
+    })
 }
 
 /// A vector of the plane.
@@ -98,10 +105,10 @@ pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equil
     match &plain.start.place {
         Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa).map(Some),
         Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p).map(Some),
-        Place::Position {
-            position: [x, y, _],
-            sheet,
-        } => at_position(scene, [*x, *y], sheet).map(Some),
+        Place::Position { position, sheet } => {
+            let at = Seen(clamp::planar(&plain.clamp)?).place(*position);
+            at_position(scene, at.into(), sheet).map(Some)
+        }
         Place::Rest { .. } => Ok(None),
         Place::Settled { .. } => settled(&body(plain)?.load(0.0)),
         _ => Err(Error::domain(

@@ -1,9 +1,10 @@
 //! A scene of motion in space made ready to run.
 
-use super::in_time::{forces, standing};
+use super::clamp as supports;
+use super::in_time::forces;
 use super::rod::rotation;
 use super::viscous::method;
-use crate::body::{Body, EndBody, Frame, RigidBody};
+use crate::body::{Body, EndBody, Frame, RigidBody, Support};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
@@ -158,7 +159,6 @@ impl MotionSetup {
     /// As [`Scene::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
     /// for which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
-        standing(scene)?;
         let section = scene.viscoelastic()?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = Options::new(plain.duration)
@@ -191,13 +191,19 @@ impl MotionSetup {
             Relaxed::Unloaded | Relaxed::Curvature(_) => Some(field(&StrainField::default())),
         };
         let inward = Inward(clamp);
+        let support = supports::spatial(&plain.clamp)?;
+        let velocity = inward.pair(&plain.start.angular_velocity, &plain.start.velocity);
+        let velocity = match &support {
+            None => velocity,
+            Some(support) => velocity - carried_at_start(support, &plain)?,
+        };
         Ok(Self {
-            carried: carried(&plain, &inward)?,
+            carried: carried(&plain, &inward, support)?,
             strains: Moving::of(section.elastic.rigid())?,
             section,
             strain,
             relaxed,
-            velocity: inward.pair(&plain.start.angular_velocity, &plain.start.velocity),
+            velocity,
             start_index,
             options,
             scales: scene.scales()?,
@@ -358,19 +364,27 @@ impl Inward {
     }
 }
 
-fn carried(plain: &Dimensionless, inward: &Inward) -> Result<Carried> {
+fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<Carried> {
     let loads = &plain.loads;
-    let (gravity, dead) = (inward.vector(&loads.gravity), inward.vector(&loads.dead));
-    let forces = forces(&loads.force, |v| inward.vector(&v))?;
+    // The support of a clamp that moves leads the loads inwards by itself.
+    let vector = |v: &[f64; 3]| match support {
+        None => inward.vector(v),
+        Some(_) => Vector3::from(*v),
+    };
+    let (gravity, dead) = (vector(&loads.gravity), vector(&loads.dead));
+    let couple = vector(&loads.couple);
+    let forces = forces(&loads.force, |v| vector(&v))?;
     match &plain.body.joint {
         Joint::Ball => {
             let body = Body::new(1.0)?
                 .with_gravity(gravity)?
                 .with_dead_force(dead)?
                 .with_drag(loads.drag)?;
-            Ok(Carried::BallJoint(
-                forces.into_iter().fold(body, Body::with_force),
-            ))
+            let body = forces.into_iter().fold(body, Body::with_force);
+            Ok(Carried::BallJoint(match support {
+                None => body,
+                Some(support) => body.with_support(support),
+            }))
         }
         Joint::Weld { offset, inertia } => {
             let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
@@ -379,13 +393,42 @@ fn carried(plain: &Dimensionless, inward: &Inward) -> Result<Carried> {
                 .with_centre((*offset).into())?
                 .with_gravity(gravity)?
                 .with_dead_force(dead)?
-                .with_dead_couple(inward.vector(&loads.couple))?
+                .with_dead_couple(couple)?
                 .with_rotational_drag(loads.rotational_drag)?
                 .with_drag(loads.drag)?;
-            Ok(Carried::Welded(
-                forces.into_iter().fold(body, RigidBody::with_force),
+            let body = forces.into_iter().fold(body, RigidBody::with_force);
+            Ok(Carried::Welded(match support {
+                None => body,
+                Some(support) => body.with_support(support),
+            }))
+        }
+    }
+}
+
+/// (angular velocity, velocity) at t = 0 of what a moving clamp carries with it, along its axes.
+fn carried_at_start(support: &Support<3>, plain: &Dimensionless) -> Result<Vector6<f64>> {
+    let frame = support.at(0.0);
+    let carried = frame.of_poses().carried(&Vector6::zeros());
+    if carried.fixed_rows::<3>(0) != Vector3::zeros() {
+        return Err(Error::domain(
+            "clamp.motion.turn: in space the clamp must not turn yet at t = 0; give amplitude and frequency of a sine with \
+             phase = 1.5707963267948966",
+        ));
+    }
+    let stands = Isometry3::from_parts(
+        Vector3::from(plain.clamp.position).into(),
+        rotation(&plain.clamp.orientation),
+    );
+    let apart = stands.inverse() * frame.pose();
+    let displaced = apart.translation.vector.norm() + apart.rotation.angle() > 1e-12;
+    match plain.start.place {
+        Place::Pose { .. } | Place::Equilibrium { .. } | Place::Settled { .. } if displaced => {
+            Err(Error::domain(
+                "clamp.motion: it has moved the clamp at t = 0 already, where [start] is an equilibrium about the clamp as it \
+                 stands; start from strain or rest = \"straight\", or begin the motion at 0",
             ))
         }
+        _ => Ok(carried),
     }
 }
 

@@ -1,13 +1,14 @@
 //! From a planar scene with damping to a viscoelastic run, in units of the rod.
 
-use super::in_time::standing;
-use super::planar::{body, in_plane, start};
+use super::clamp::{self, Seen};
+use super::planar::{body, start};
 use crate::body::Body;
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
 use crate::creep::plane::Plane;
 use crate::elastica::Equilibrium;
 use crate::error::{Error, Result};
+use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousRun, ViscousStart};
 use crate::motion::{Nodes, Options};
 use crate::scene::{
@@ -41,6 +42,10 @@ pub struct ViscousSetup {
     pub scales: Scales,
 }
 
+/// Panels, and Gauss nodes in each, of the integral to the end of a rod of given curvature.
+const PANELS: usize = 32;
+const PANEL: usize = 10;
+
 /// A field of curvature, s in [0, 1].
 #[derive(Debug, Clone)]
 pub enum Field {
@@ -59,6 +64,27 @@ impl Field {
             Self::Equilibrium(rod) => rod.section(s).map_or(f64::NAN, |at| at.curvature),
         })
     }
+
+    /// Where the end is: the integral of (cos theta, sin theta), theta = c0 s + c1 s^2/2 + ...
+    fn end(&self) -> Vector2<f64> {
+        let curvature = match self {
+            Self::Equilibrium(rod) => return Vector2::new(rod.x, rod.y),
+            Self::Polynomial(curvature) => curvature,
+        };
+        let rule = Rule::new(PANEL);
+        let theta = |s: f64| {
+            let term = |(k, c): (usize, &f64)| c * s.powi(k as i32 + 1) / (k + 1) as f64;
+            curvature.iter().enumerate().map(term).sum::<f64>()
+        };
+        let point = |panel: usize, i: usize| {
+            let (sin, cos) = theta((panel as f64 + rule.nodes[i]) / PANELS as f64).sin_cos();
+            Vector2::new(cos, sin) * (rule.weights[i] / PANELS as f64)
+        };
+        (0..PANELS)
+            .flat_map(|panel| (0..PANEL).map(move |i| (panel, i)))
+            .map(|(panel, i)| point(panel, i))
+            .sum()
+    }
 }
 
 impl ViscousSetup {
@@ -68,7 +94,6 @@ impl ViscousSetup {
     /// A scene without damping; a start position with no equilibrium as asked for, or with several; scales at which the
     /// law is not one of doubles.
     pub fn new(scene: &Scene) -> Result<Self> {
-        standing(scene)?;
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let viscosity = plain.viscosity();
         if !(viscosity > 0.0) {
@@ -105,6 +130,8 @@ impl ViscousSetup {
                 ));
             }
         };
+        let seen = Seen(clamp::planar(&plain.clamp)?);
+        let velocity = seen.velocity(&strain.end(), plain.start.velocity);
         let law = section(
             1.0,
             viscosity,
@@ -117,7 +144,7 @@ impl ViscousSetup {
             viscosity,
             strain,
             relaxed,
-            velocity: in_plane(plain.start.velocity),
+            velocity,
             options,
             scales: scene.scales()?,
         })

@@ -1,0 +1,111 @@
+//! The clamp as a support of the body: where it stands, and how it moves.
+
+use crate::body::{History, Support};
+use crate::error::{Error, Result};
+use crate::scene::{Clamp, ClampMotion, Sine, Translation, TurnAngle};
+use nalgebra::{SVector, Vector2, Vector3};
+use std::f64::consts::TAU;
+
+use super::planar::in_plane;
+use super::rod::rotation;
+
+/// The clamp of a planar rod, in units of the rod; `None` where it stands at the origin along +x, as the model has it.
+pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
+    if *clamp == Clamp::default() {
+        return Ok(None);
+    }
+    let [w, _, _, z] = clamp.orientation.quaternion();
+    let angle = 2.0 * z.atan2(w);
+    let mut support = Support::<2>::new(in_plane(clamp.position), angle).map_err(named)?;
+    let Some(motion) = &clamp.motion else {
+        return Ok(Some(support));
+    };
+    for (direction, history) in translations(motion, in_plane)? {
+        support = support
+            .with_translation(direction, history)
+            .map_err(named)?;
+    }
+    if let Some(turn) = &motion.turn {
+        support = support
+            .with_turning(angle_of(&turn.angle)?)
+            .map_err(named)?;
+    }
+    Ok(Some(support))
+}
+
+/// The clamp of a rod in space, in units of the rod, if it moves. One that stands is the frame of the run.
+pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
+    let Some(motion) = &clamp.motion else {
+        return Ok(None);
+    };
+    let position = Vector3::from(clamp.position);
+    let mut support = Support::<3>::new(position, &rotation(&clamp.orientation)).map_err(named)?;
+    for (direction, history) in translations(motion, Vector3::from)? {
+        support = support
+            .with_translation(direction, history)
+            .map_err(named)?;
+    }
+    if let Some(turn) = &motion.turn {
+        let angle = angle_of(&turn.angle)?;
+        let axis = Vector3::from(turn.axis);
+        support = support.with_turning(&axis, angle).map_err(named)?;
+    }
+    Ok(Some(support))
+}
+
+fn named(error: Error) -> Error {
+    error.context("[clamp]")
+}
+
+fn translations<const N: usize>(
+    motion: &ClampMotion,
+    inward: impl Fn([f64; 3]) -> SVector<f64, N>,
+) -> Result<Vec<(SVector<f64, N>, History)>> {
+    match &motion.translate {
+        None => Ok(Vec::new()),
+        Some(Translation::Sine { direction, sine }) => {
+            let direction = inward(*direction);
+            Ok(vec![(direction / direction.norm(), sinusoidal(sine)?)])
+        }
+        Some(Translation::Table(rows)) => {
+            let along = |i: usize| {
+                let points: Vec<[f64; 2]> = rows.iter().map(|row| [row[0], row[1 + i]]).collect();
+                let axis = SVector::from_fn(|k, _| if k == i { 1.0 } else { 0.0 });
+                Ok((axis, History::smooth(&points).map_err(named)?))
+            };
+            (0..N).map(along).collect()
+        }
+    }
+}
+
+fn angle_of(angle: &TurnAngle) -> Result<History> {
+    match angle {
+        TurnAngle::Rate { rate } => History::rate(*rate),
+        TurnAngle::Sine(sine) => sinusoidal(sine),
+    }
+}
+
+fn sinusoidal(sine: &Sine) -> Result<History> {
+    History::sine(sine.amplitude, TAU * sine.frequency, sine.phase)
+}
+
+/// A place and a velocity in the world as they are seen from the clamp at t = 0.
+pub(super) struct Seen(pub Option<Support<2>>);
+
+impl Seen {
+    pub fn place(&self, place: [f64; 3]) -> Vector2<f64> {
+        let place = in_plane(place);
+        self.0.as_ref().map_or(place, |support| {
+            let frame = support.at(0.0);
+            frame.inward(&(place - frame.place(&Vector2::zeros())))
+        })
+    }
+
+    /// The velocity of the end, which is at `end` as seen from the clamp.
+    pub fn velocity(&self, end: &Vector2<f64>, velocity: [f64; 3]) -> Vector2<f64> {
+        let velocity = in_plane(velocity);
+        self.0
+            .as_ref()
+            .map_or(velocity, |support| support.at(0.0).relative(end, &velocity))
+    }
+}
