@@ -88,7 +88,7 @@ fn branch_by_end_force(bencher: Bencher) {
 #[divan::bench(sample_count = 10)]
 fn branch_in_plane(bencher: Bencher) {
     let path = held_at(0.3).unwrap().with_path(Path::Planar);
-    match path.charted().unwrap().0 {
+    match path.charted(None).unwrap().0 {
         Charted::Planar(plane) => branch(bencher, plane),
         other => panic!("{other:?}"),
     }
@@ -97,7 +97,7 @@ fn branch_in_plane(bencher: Bencher) {
 /// In closed form: two unknowns, the index still that in space.
 #[divan::bench(sample_count = 10)]
 fn branch_in_closed_form(bencher: Bencher) {
-    match held_at(0.3).unwrap().charted().unwrap().0 {
+    match held_at(0.3).unwrap().charted(None).unwrap().0 {
         Charted::ClosedForm(chart) => branch(bencher, chart),
         other => panic!("{other:?}"),
     }

@@ -74,7 +74,7 @@ impl Problem {
     }
 
     fn solve_once(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
-        let (charted, taken) = self.charted()?;
+        let (charted, taken) = self.charted(guess)?;
         let search = Search::new();
         let flat = match charted {
             Charted::Spatial(_) | Charted::FreeEnd(_) => {

@@ -3,6 +3,7 @@
 use super::chart::Spatial;
 use super::closed_form::ClosedForm;
 use super::free_end::FreeEnd;
+use super::line::Wrench;
 use super::planar::Plane;
 use super::problem::Problem;
 use crate::error::{Error, Result};
@@ -98,11 +99,12 @@ impl Problem {
         self
     }
 
-    /// The chart of the path asked for, or the simplest, and the reason.
+    /// The chart of the path asked for, or the simplest, and the reason. A base wrench in the world frame from which the search is to
+    /// begin lies in the chart too: of two planes of symmetry it chooses one.
     ///
     /// # Errors
     /// A path that does not hold for this problem; the message says why.
-    pub fn charted(&self) -> Result<(Charted, Taken)> {
+    pub fn charted(&self, guess: Option<&Wrench>) -> Result<(Charted, Taken)> {
         let asked = |path: Path| format!("solve.path = \"{}\" was asked for", path.as_str());
         let spatial = |why: String| (self.charted_in_space(), Taken::new(Path::Spatial, why));
         let refused = |why: &str| {
@@ -114,7 +116,8 @@ impl Problem {
         if self.path == Path::Spatial {
             return Ok(spatial(asked(Path::Spatial)));
         }
-        let plane = match self.plane() {
+        let guess = guess.map(|base| self.rod.inward(base));
+        let plane = match self.plane(guess.as_ref()) {
             Ok(plane) => plane,
             Err(why) if self.path == Path::Auto => {
                 return Ok(spatial(format!("the data are not planar: {why}")));

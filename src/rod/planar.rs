@@ -18,6 +18,8 @@ use std::f64::consts::TAU;
 
 /// Components out of the plane below this part of the whole are rounding.
 const ROUNDING: f64 = 1e-14;
+/// The same of a guess, which may be a wrench read off some output.
+const OUTSIDE: f64 = 1e-6;
 
 /// A plane through the clamp that holds the unloaded rod and every equilibrium sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +81,8 @@ impl Plane {
 }
 
 impl Problem {
-    /// The plane in which the rod stays, or why there is none.
-    pub(super) fn plane(&self) -> std::result::Result<Plane, String> {
+    /// The plane in which the rod stays, and that holds the base wrench `guess` if there is one, or why there is none.
+    pub(super) fn plane(&self, guess: Option<&Wrench>) -> std::result::Result<Plane, String> {
         let law = &self.rod.law;
         let [about_first, about_second] = law.planar_about();
         let (mut inside, mut along) = (Vec::new(), vec![self.couple]);
@@ -112,6 +114,7 @@ impl Problem {
             // Any plane through d3 will do: the one of the data.
             let given = (inside.iter().map(|v| Vector3::z().cross(v)))
                 .chain(along.iter().copied())
+                .chain(guess.map(|b| halves(b).0))
                 .chain([flexure])
                 .find(|v| v.norm() > 0.0);
             normals.extend(given.map(|v| v.normalize()));
@@ -132,13 +135,27 @@ impl Problem {
                 && isotropic.is_none_or(|flexure| across(&flexure))
                 && self.world_fits(a)
         };
-        normals
+        let fitting: Vec<Plane> = normals
             .into_iter()
-            .find(fits)
+            .filter(fits)
             .map(Plane::with_normal)
-            .ok_or_else(|| {
-                "the loads or the held pose lead out of every plane of symmetry".to_owned()
-            })
+            .collect();
+        let Some(&first) = fitting.first() else {
+            return Err(
+                "the loads or the held pose lead out of every plane of symmetry".to_owned(),
+            );
+        };
+        let Some(guess) = guess else {
+            return Ok(first);
+        };
+        let within = |plane: &Plane| {
+            let (x, _) = plane.part(guess);
+            (plane.wrench(&x) - guess).norm() <= OUTSIDE * (1.0 + guess.norm())
+        };
+        fitting
+            .into_iter()
+            .find(within)
+            .ok_or_else(|| "the wrench of [start] leads out of every plane of symmetry".to_owned())
     }
 
     /// True if the components that the end condition speaks of are those in the plane and one across it.

@@ -53,6 +53,9 @@ pub struct Continue {
     pub switch: bool,
     /// Also go the other way from `from`, as far as to 2 from - to; default false.
     pub both: bool,
+    /// A branch that turns at a fold and comes back to `from` is what was asked for, not one that ended short of `to`;
+    /// default false.
+    pub back: bool,
     /// Look for branches that do not meet this one (deflation); default false.
     pub deflate: bool,
     /// Values of the parameter that the branch hits exactly.

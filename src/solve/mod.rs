@@ -12,6 +12,7 @@ pub mod integrator;
 pub mod newton;
 pub mod radau;
 mod radau_stages;
+mod relocate;
 pub mod roots;
 pub mod special;
 pub mod switching;

@@ -70,9 +70,9 @@ pub struct Special<const N: usize> {
     pub point: Point<N>,
     /// The arclengths between which it lies.
     pub interval: (f64, f64),
-    /// Estimated error of the arclength.
+    /// Error of the arclength on the family as it is computed: [`Special::bounded`] tells that of the computation.
     pub error_s: f64,
-    /// Estimated error of p.
+    /// Error of p, likewise.
     pub error_p: f64,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
@@ -435,7 +435,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
     /// left and right near-kernels at the guess: gamma in M^T (left, gamma) = (0, 1) vanishes with it,
     /// and its gradient along w is -left^T A'[w] W with M (W, *) = (0, I). Residuals are exact; A' comes from
     /// central differences, kept over the iterations.
-    fn polish_branch_point(&self, guess: &Place<N>, length: f64) -> Option<(Place<N>, f64)> {
+    pub fn polish_branch_point(&self, guess: &Place<N>, length: f64) -> Option<(Place<N>, f64)> {
         let mut z = *guess;
         let mut gradient: Option<DMatrix<f64>> = None;
         let (matrix, _) = self.matrix(&z)?;

@@ -66,6 +66,8 @@ mod sections_nonlinear;
 mod stiff;
 mod straight;
 mod straight_starts;
+#[cfg(feature = "scene")]
+mod studies;
 mod support;
 mod truss;
 mod viscous;

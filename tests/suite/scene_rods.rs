@@ -145,6 +145,7 @@ fn every_field_and_default() {
         points: 200,
         switch: false,
         both: false,
+        back: false,
         deflate: false,
         at: vec![],
         second: None,

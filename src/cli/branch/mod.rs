@@ -116,9 +116,9 @@ fn line(text: &mut String, at: &SpecialPoint) {
                 .map(|i| i.map_or_else(|| "?".to_owned(), |i| i.to_string()));
             write!(
                 text,
-                "{label:<5} {kind:<17} at {} +- {:.0e}, index {before} -> {after}",
+                "{label:<5} {kind:<17} at {} +- {}, index {before} -> {after}",
                 exact(at.parameter),
-                at.precision
+                upward(at.precision)
             )
         }
     };
@@ -126,4 +126,13 @@ fn line(text: &mut String, at: &SpecialPoint) {
         Some(why) => writeln!(text, " (a guess: {why})"),
         None => writeln!(text),
     };
+}
+
+/// A bound with one digit, never less than it is.
+fn upward(bound: f64) -> String {
+    let text = format!("{bound:.0e}");
+    match text.parse() {
+        Ok(shown) if bound <= shown => text,
+        _ => format!("{:.0e}", 1.5 * bound),
+    }
 }

@@ -13,11 +13,8 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     let ends = ends(table, scene, parameter);
     let (least, step, most) = steps(table);
     let limit = table.count("points");
-    let (switch, both, deflate) = (
-        table.flag("switch"),
-        table.flag("both"),
-        table.flag("deflate"),
-    );
+    let (switch, deflate) = (table.flag("switch"), table.flag("deflate"));
+    let (both, back) = (table.flag("both"), table.flag("back"));
     let words = "an array of finite numbers, values of the parameter";
     let at = table.read("at", words, Absent::Or(Vec::new()), |field, value| {
         let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
@@ -40,6 +37,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
         points: limit?,
         switch: switch?,
         both: both?,
+        back: back?,
         deflate: deflate?,
         at: at?,
         second: second?,

@@ -476,6 +476,7 @@ pub(super) static CONTINUE: Spec = spec("continue", &[
     field("points", REST, Count(2, 1_000_000), "", Or("200"), "A branch ends after so many points."),
     field("switch", REST, Flag, "", Or("false"), "Follow the branches that leave at branch points."),
     field("both", REST, Flag, "", Or("false"), "Also go the other way from `from`, as far as to 2 from - to."),
+    field("back", REST, Flag, "", Or("false"), "A branch that turns at a fold and comes back to `from` is what was asked for, not one that ended short of `to`."),
     field("deflate", REST, Flag, "", Or("false"), "Look for branches that do not meet this one (deflation)."),
     field("at", REST, List, "", Or("[]"), "Values of the parameter that the branch hits exactly."),
     field("second", REST, Table(&SECOND), "", No, "A second parameter: the curves of folds in both."),

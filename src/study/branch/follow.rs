@@ -74,6 +74,8 @@ pub struct Study<'a, F, const N: usize> {
     pub scene: &'a Scene,
     pub wanted: &'a Continue,
     pub family: &'a F,
+    /// The same computed to tighter tolerances, for the errors of special points.
+    pub finer: Vec<F>,
     pub rows: Vec<Row>,
     pub located: Vec<Located<N>>,
     pub curves: Vec<CurveRecord>,
@@ -97,6 +99,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
             scene,
             wanted,
             family,
+            finer: Vec::new(),
             rows: Vec::new(),
             located: Vec::new(),
             curves: Vec::new(),
@@ -203,6 +206,11 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                         point.p
                     }
                     Item::Special(special) => {
+                        let options = Options {
+                            tolerance: (0.01 * self.scene.solve.tolerance).max(1e-12),
+                            ..self.options(Direction::Forward)
+                        };
+                        let special = special.bounded(&self.finer, &options);
                         // A name for now: they are numbered along the branch.
                         let name = format!("#{}", self.located.len());
                         let p = special.point.p;
@@ -289,9 +297,13 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         let short = |why: String| (false, self.short(number, backward, &why));
         let last = last.unwrap_or(*from);
         match stop {
+            Stop::LeftAtStart if number == 0 && !backward && self.wanted.back => (
+                true,
+                format!("branch 0 turned back before {parameter} = {to} and came to {last}"),
+            ),
             Stop::LeftAtStart if number == 0 && !backward => short(format!(
                 "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
-                 end sooner, or look for other branches with switch = true or deflate = true, or from another [start]"
+                 end sooner, say that this is expected with back = true, or look for other branches with switch = true or deflate = true, or from another [start]"
             )),
             Stop::Reached | Stop::LeftAtStart => (
                 true,

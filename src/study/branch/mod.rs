@@ -92,8 +92,9 @@ fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Cha
         })
     };
     let first = at(&wanted.parameter, wanted.from)?;
-    let (charted, taken) = first.charted()?;
-    let of_plane = |problem: &Problem| problem.charted().ok().map(|(chart, _)| chart);
+    let guess = scene.guess();
+    let (charted, taken) = first.charted(guess.as_ref())?;
+    let of_plane = |problem: &Problem| Some(problem.charted(guess.as_ref()).ok()?.0);
     let leaves = wanted.switch || wanted.deflate;
     let why = if taken.path == Path::Spatial {
         taken.why
@@ -160,8 +161,10 @@ impl Task<'_> {
             true => search::values(wanted),
             false => Vec::new(),
         };
-        let watch = Watch::new(hooks, wanted);
-        let mut study = Study::new(scene, wanted, family, stations, watch);
+        let mut study = Study::new(scene, wanted, family, stations, Watch::new(hooks, wanted));
+        study.finer = finer(scene)
+            .map(|(scene, span)| make(&scene, wanted.parameter, span * (wanted.to - wanted.from)))
+            .into();
         study.through("the scene".to_owned(), x, wanted.from, wanted.both)?;
         if wanted.switch {
             study.switch();
@@ -193,3 +196,16 @@ impl Task<'_> {
         })
     }
 }
+
+/// The scene to tighter tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to
+/// compute the same special points with other errors.
+fn finer(scene: &Scene) -> [(Scene, f64); 2] {
+    [(30.0, 0.4), (1000.0, 0.7)].map(|(factor, span)| {
+        let mut finer = scene.clone();
+        finer.solve.tolerance = (scene.solve.tolerance / factor).max(FINEST);
+        (finer, span)
+    })
+}
+
+/// Integrations along the rod gain nothing from a tighter tolerance.
+const FINEST: f64 = 1e-14;

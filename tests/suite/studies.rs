@@ -1,0 +1,119 @@
+//! Studies of statics as library functions.
+
+use snaprod::scene::Scene;
+use snaprod::study::{BranchRecord, Hooks, Silent, branch, equilibrium};
+
+fn scene(name: &str) -> Scene {
+    let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    Scene::parse(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Each special point of the reference lies within the printed bound of the one found, and the bound is no idle one.
+fn hold(record: &BranchRecord, tolerance: f64, references: &[(&str, f64, f64)]) {
+    for (label, exact, uncertain) in references {
+        let specials = &record.branches.specials;
+        let at = specials.iter().find(|at| at.label == *label).unwrap();
+        let error = (at.parameter - exact).abs();
+        assert_eq!(at.doubt, None, "{label} at tolerance {tolerance:e}");
+        assert!(
+            error <= at.precision + uncertain && at.precision < 300.0 * tolerance + 1e-11,
+            "{label} at tolerance {tolerance:e}: error {error:e}, bound {:e}",
+            at.precision
+        );
+    }
+}
+
+/// Catches a `+-` that leaves out the error of the integration along the rod. SC1 of the lateral scene: the rod leaves its plane,
+/// by shooting with the linearised equations across the plane (DOP853 of scipy at 2e-14). LP1: the elastica's fold in
+/// closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the turning frame, 40 digits.
+#[test]
+fn precision_of_special_points_is_a_bound() {
+    let lateral = [
+        ("SC1", -0.39006674326927, 1e-13),
+        ("LP1", -0.612021928121196, 1e-15),
+    ];
+    let twist = [
+        ("SC1", 11.987788280374110, 1e-14),
+        ("BP1", 11.989028420471571, 1e-14),
+    ];
+    for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
+        for path in ["closed-form", "spatial"] {
+            let mut scene = scene("lateral");
+            scene.solve.tolerance = tolerance;
+            scene.solve.path = match path {
+                "spatial" => snaprod::rod::Path::Spatial,
+                _ => snaprod::rod::Path::Auto,
+            };
+            let record = branch(&scene, &mut Silent).unwrap();
+            assert!(record.is_complete(), "{path}");
+            hold(&record, tolerance, &lateral);
+        }
+        let mut scene = scene("twist");
+        scene.solve.tolerance = tolerance;
+        if let Some(wanted) = &mut scene.continuation {
+            (wanted.switch, wanted.to) = (false, 12.2);
+        }
+        hold(&branch(&scene, &mut Silent).unwrap(), tolerance, &twist);
+    }
+}
+
+/// Stops after so many questions.
+struct Impatient(usize);
+
+impl Hooks for Impatient {
+    fn interrupted(&mut self) -> bool {
+        self.0 -= 1;
+        self.0 == 0
+    }
+}
+
+/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record as if it were whole.
+#[test]
+fn an_interrupted_branch_keeps_its_points() {
+    let scene = scene("twist");
+    let whole = branch(&scene, &mut Silent).unwrap();
+    let part = branch(&scene, &mut Impatient(20)).unwrap();
+    assert!(part.interrupted && !part.is_complete() && !whole.interrupted);
+    assert_eq!(part.branches.points.rows(), 20);
+    let column = |record: &BranchRecord| record.branches.points.reals("energy")[..19].to_vec();
+    assert_eq!(column(&part), column(&whole));
+    let [only] = part.branches.curves.as_slice() else {
+        panic!("{:?}", part.branches.curves);
+    };
+    assert!(only.ends[0].contains("interrupted at"), "{:?}", only.ends);
+    let labels = part.branches.points.words("label");
+    assert!(labels.iter().all(|label| !label.starts_with('#')));
+}
+
+/// Catches a guess that is dropped because it lies in the other plane of symmetry, or in none: a column loaded beyond the Euler
+/// loads of both planes is found buckled in the plane of the guess, not straight.
+#[test]
+fn the_plane_follows_the_guess() {
+    let text = |wrench: &str, path: &str| {
+        format!(
+            "[rod]\nmodel = \"cosserat\"\nlength = 1.0\n[rod.section]\nbending = [1.0, 2.0]\ntorsion = 0.8\n\
+             [end]\nforce = [0.0, 0.0, -6.385]\n[start]\nwrench = {wrench}\n[solve]\npath = \"{path}\""
+        )
+    };
+    let solve = |wrench: &str, path: &str| equilibrium(&Scene::parse(&text(wrench, path)).unwrap());
+    for path in ["auto", "planar", "closed-form", "spatial"] {
+        let record = solve("[0.0, 4.594, 0.0, 0.0, 0.0, -6.385]", path).unwrap();
+        let found = &record.found;
+        assert!(found.route.from_guess);
+        // Buckled about d2, whose Euler load is the larger: against buckling about d1 it is unstable.
+        assert_eq!(found.index, 1, "{path}");
+        assert!(
+            found.end.position.x > 0.5 && found.end.position.y.abs() < 1e-9,
+            "{path}"
+        );
+    }
+    let askew = "[1.0, 4.594, 0.0, 0.0, 0.0, -6.385]";
+    let record = solve(askew, "auto").unwrap();
+    let why = &record.found.taken.why;
+    assert!(why.contains("[start] leads out of every plane"), "{why}");
+    let refused = solve(askew, "planar").unwrap_err().to_string();
+    assert!(
+        refused.contains("[start] leads out of every plane"),
+        "{refused}"
+    );
+}
