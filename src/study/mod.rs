@@ -6,6 +6,8 @@
 
 pub mod branch;
 pub mod equilibrium;
+pub mod folds;
+pub mod memory;
 pub mod record;
 pub mod run;
 mod space;

@@ -1,24 +1,23 @@
 //! kernel.svg: the relaxation function and the creep function.
 
-use super::response::{End, Response};
-use super::table::Column;
 use snaprod::plot::{self, KernelCurve, KernelFigure};
 use snaprod::scene::Units;
+use snaprod::study::memory::{EndJoint, KernelEntry, MemoryRecord};
 
 /// Curves nearer than this, relative, hide one another; one that changes less is a constant.
 const SAME: f64 = 1e-6;
 /// From this ratio of values on the axes are logarithmic.
 const WIDE: f64 = 300.0;
 
-/// The columns as they are drawn. A welded end has entries of several units: its diagonal is then drawn, against the spring.
-pub fn data(response: &Response, times: &[f64], columns: &[Column]) -> KernelFigure {
+/// The entries as they are drawn. A welded end has entries of several units: its diagonal is then drawn, against the spring.
+pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> KernelFigure {
     let kernel = &response.kernel;
-    let mixed = response.end == End::Welded;
+    let mixed = response.end == EndJoint::Welded;
     let (relaxed, glassy) = (kernel.relaxed(), kernel.glassy());
     let longest = kernel.creep(f64::MAX);
     let curve = |function: char, place: (usize, usize)| {
-        let found = |c: &&Column| c.function == function && c.place == place;
-        let column = columns.iter().find(found)?;
+        let found = |entry: &&KernelEntry| entry.function == function && entry.place == place;
+        let entry = entries.iter().find(found)?;
         let (last, first) = match function {
             'R' => (&relaxed, Some(&glassy)),
             _ => (&longest, None),
@@ -26,7 +25,7 @@ pub fn data(response: &Response, times: &[f64], columns: &[Column]) -> KernelFig
         let scale = if mixed { last[place] } else { 1.0 };
         let mut curve = KernelCurve {
             name: String::new(),
-            values: column.values.iter().map(|x| x / scale).collect(),
+            values: entry.values.iter().map(|x| x / scale).collect(),
             instantaneous: first.map(|matrix| matrix[place] / scale),
             relaxed: Some(last[place] / scale),
         };

@@ -1,8 +1,6 @@
 //! `snaprod memory SCENE`: small motions of the end of a straight viscoelastic rod.
 
 mod figure;
-mod response;
-mod table;
 mod text;
 
 use super::check::{SceneArgs, no_start, refuse};
@@ -10,10 +8,9 @@ use super::files::{json_text, print, print_json};
 use super::output::{FigureArgs, Output};
 use super::{Ending, Refusal};
 use clap::Args;
-use response::{End, Response};
 use serde_json::json;
 use snaprod::plot::kernel;
-use snaprod::scene::FrictionLaw;
+use snaprod::study::memory::{self, entries, table};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -44,51 +41,28 @@ const FILES: &[&str] = &["memory.json", "kernel.*"];
 
 /// Describes the response of the end of the scene's rod.
 pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
-    let response = respond(&args.scene)?;
+    let scene = args.scene.read().map_err(refuse)?;
+    let response = memory::memory(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     let times = times(args, response.decades())?;
-    let mut object = response.object();
-    super::query::merge(
-        &mut object,
-        json!({ "times": { "from": times[0], "to": times[times.len() - 1], "points": times.len() } }),
-    );
+    let mut object = response.summary();
+    object["times"] =
+        json!({ "from": times[0], "to": times[times.len() - 1], "points": times.len() });
     if let Some(out) = &args.out {
-        let columns = table::columns(&response, &times);
+        let entries = entries(&response, &times);
         let out = Output::open(Some(out), FILES, args.figures)?;
         out.write("memory.json", json_text(object.clone()).as_bytes())?;
-        out.write("kernel.csv", table::csv(&times, &columns).as_bytes())?;
-        let data = || Ok(figure::data(&response, &times, &columns));
+        out.write("kernel.csv", table(&response, &times, &entries).csv().as_bytes())?;
+        let data = || Ok(figure::data(&response, &times, &entries));
         out.figure("kernel", data, kernel);
         out.finish()?;
     }
     if args.json {
-        super::query::merge(&mut object, json!({ "out": args.out }));
+        object["out"] = json!(args.out);
         print_json(object);
     } else {
         print(&text::text(&response, &times, args.out.as_deref()));
     }
     Ok(Ending::Done)
-}
-
-/// The response of the end, as the scene's body loads it.
-fn respond(given: &SceneArgs) -> Result<Response, Refusal> {
-    let failed = |e: snaprod::Error| no_start(&given.path, &e);
-    let scene = given.read().map_err(refuse)?;
-    let Some(body) = &scene.body else {
-        return Err(Refusal(format!(
-            "{}: a scene of statics has no internal friction, and the memory is that of friction: give [rod] damping, as in \
-             damping = {{ proportional = 0.05 }}, and [body], [start] and [run] in place of [end]",
-            given.path.display()
-        )));
-    };
-    let section = scene.viscoelastic().map_err(failed)?;
-    let end = match (scene.is_planar(), body.joint.is_weld()) {
-        (true, _) => End::Planar,
-        (false, true) => End::Welded,
-        (false, false) => End::Ball,
-    };
-    let damping = scene.rod.damping.as_ref();
-    let nonlinear = damping.is_some_and(|damping| damping.law != FrictionLaw::Linear);
-    Response::new(&section, scene.rod.length, end, scene.units, nonlinear).map_err(failed)
 }
 
 /// Most times in a table.

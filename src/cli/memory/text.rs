@@ -1,9 +1,9 @@
 //! What `snaprod memory` prints.
 
-use super::response::{End, ROUNDING, Response, Term};
 use crate::cli::files::number;
 use crate::cli::run_text::unit as with_space;
 use nalgebra::Matrix6;
+use snaprod::study::memory::{EndJoint, MemoryRecord, ROUNDING, RelaxationTerm};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn short(x: f64) -> String {
 }
 
 /// The report.
-pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
+pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> String {
     let kernel = &response.kernel;
     let mut text = String::new();
     let mut line = |name: &str, value: &str| {
@@ -112,15 +112,15 @@ pub fn text(response: &Response, times: &[f64], out: Option<&Path>) -> String {
     text
 }
 
-fn described(end: End) -> &'static str {
+fn described(end: EndJoint) -> &'static str {
     match end {
-        End::Planar => {
+        EndJoint::Planar => {
             "a mass on an end that is free to turn, in the plane: displacement y across the rod, force n_y"
         }
-        End::Ball => {
+        EndJoint::Ball => {
             "a mass on an end that is free to turn: displacement r, force n along d1, d2, d3 of the clamp"
         }
-        End::Welded => {
+        EndJoint::Welded => {
             "a body welded to the end: rotation z, displacement r, couple m, force n along d1, d2, d3 of the clamp"
         }
     }
@@ -146,7 +146,7 @@ fn aligned(rows: &[Vec<String>]) -> Vec<String> {
         .collect()
 }
 
-fn directions(response: &Response) -> Vec<String> {
+fn directions(response: &MemoryRecord) -> Vec<String> {
     let kernel = &response.kernel;
     let mut rows = vec![
         [
@@ -189,7 +189,7 @@ fn directions(response: &Response) -> Vec<String> {
 }
 
 /// The entries off the diagonal, if there are any.
-fn coupled(response: &Response, name: &str, matrix: &Matrix6<f64>) -> Option<String> {
+fn coupled(response: &MemoryRecord, name: &str, matrix: &Matrix6<f64>) -> Option<String> {
     let mut entries = Vec::new();
     for (k, &i) in response.shown.iter().enumerate() {
         for &j in &response.shown[k + 1..] {
@@ -216,7 +216,7 @@ fn counts(matrix: &Matrix6<f64>, i: usize, j: usize) -> bool {
 }
 
 /// A component of the wrench by spring and dashpot.
-fn equation(response: &Response, i: usize) -> String {
+fn equation(response: &MemoryRecord, i: usize) -> String {
     let kernel = &response.kernel;
     let mut text = format!("{} =", response.load(i));
     let mut first = true;
@@ -241,8 +241,8 @@ fn equation(response: &Response, i: usize) -> String {
     text
 }
 
-fn terms(response: &Response) -> Vec<String> {
-    let mut strongest: Vec<&Term> = response.terms.iter().collect();
+fn terms(response: &MemoryRecord) -> Vec<String> {
+    let mut strongest: Vec<&RelaxationTerm> = response.terms.iter().collect();
     strongest.sort_by(|a, b| b.share.total_cmp(&a.share));
     let felt = strongest.iter().filter(|term| term.share > FAINT).count();
     // At least one, however faint.

@@ -1,15 +1,19 @@
-//! The response of an end, in the components that it has.
+//! Memory of small motions: the wrench on the end of a straight viscoelastic rod, in the components that the end has.
 
+mod table;
+
+pub use table::{KernelEntry, entries, table};
+
+use crate::creep::kernel::MemoryKernel;
+use crate::error::{Error, Result};
+use crate::scene::{FrictionLaw, Scene, Units};
+use crate::section::rate::Viscoelastic;
 use nalgebra::Matrix6;
 use serde_json::{Value, json};
-use snaprod::Result;
-use snaprod::creep::kernel::MemoryKernel;
-use snaprod::scene::Units;
-use snaprod::section::rate::Viscoelastic;
 
 /// How the body is fixed to the end, and in which space.
-#[derive(Clone, Copy, PartialEq)]
-pub enum End {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndJoint {
     /// A point mass on an end that is free to turn, in the plane of the elastica.
     Planar,
     /// The same in space.
@@ -18,7 +22,8 @@ pub enum End {
     Welded,
 }
 
-impl End {
+impl EndJoint {
+    /// "planar", "ball" or "weld".
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Planar => "planar",
@@ -29,8 +34,11 @@ impl End {
 }
 
 /// A part of the relaxation function, weight exp(-rate t).
-pub struct Term {
+#[derive(Debug, Clone, PartialEq)]
+pub struct RelaxationTerm {
+    /// Its rate, per time.
     pub rate: f64,
+    /// Its weight, a wrench per displacement.
     pub weight: Matrix6<f64>,
     /// Its largest part of a diagonal entry of R(0).
     pub share: f64,
@@ -45,36 +53,61 @@ const LATE: f64 = 1e-3;
 /// Decades of time from 1.
 const FARTHEST: i32 = 300;
 
+/// Describes small motions of the end of the scene's rod, as the scene's body loads it.
+///
+/// # Errors
+/// A scene without internal friction; a section that has no kernel.
+pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
+    let Some(body) = &scene.body else {
+        return Err(Error::domain(
+            "a scene of statics has no internal friction, and the memory is that of friction: give [rod] damping, as in \
+             damping = { proportional = 0.05 }, and [body], [start] and [run] in place of [end]",
+        ));
+    };
+    let end = match (scene.is_planar(), body.joint.is_weld()) {
+        (true, _) => EndJoint::Planar,
+        (false, true) => EndJoint::Welded,
+        (false, false) => EndJoint::Ball,
+    };
+    let damping = scene.rod.damping.as_ref();
+    let nonlinear = damping.is_some_and(|damping| damping.law != FrictionLaw::Linear);
+    MemoryRecord::new(&scene.viscoelastic()?, scene.rod.length, end, scene.units, nonlinear)
+}
+
 /// The linearised response of an end.
-pub struct Response {
+#[derive(Debug, Clone)]
+pub struct MemoryRecord {
+    /// Relaxation, memory kernel and creep as matrices of functions of time.
     pub kernel: MemoryKernel,
-    pub end: End,
+    /// How the body is fixed to the end.
+    pub end: EndJoint,
+    /// The units of every quantity.
     pub units: Units,
     /// The components of (z, r) that the end has and carries a wrench against, in the order of the output.
     pub shown: Vec<usize>,
     /// By rate, slowest first, rates that are equal to rounding together.
-    pub terms: Vec<Term>,
-    /// Maxwell branches.
+    pub terms: Vec<RelaxationTerm>,
+    /// How many Maxwell branches the section has.
     pub branches: usize,
     /// The friction is not H e_t, and was linearised.
     pub nonlinear: bool,
 }
 
-impl Response {
-    pub fn new(
+impl MemoryRecord {
+    fn new(
         section: &Viscoelastic,
         length: f64,
-        end: End,
+        end: EndJoint,
         units: Units,
         nonlinear: bool,
     ) -> Result<Self> {
         let kernel = match end {
             // u1 bends towards d2.
-            End::Planar => {
+            EndJoint::Planar => {
                 MemoryKernel::carrying(section, length, [false, false, false, false, true, false])?
             }
-            End::Ball => MemoryKernel::free_to_turn(section, length)?,
-            End::Welded => MemoryKernel::new(section, length)?,
+            EndJoint::Ball => MemoryKernel::free_to_turn(section, length)?,
+            EndJoint::Welded => MemoryKernel::new(section, length)?,
         };
         let shown: Vec<usize> = (0..6).filter(|i| kernel.moves()[*i]).collect();
         let mut response = Self {
@@ -90,15 +123,15 @@ impl Response {
         Ok(response)
     }
 
-    fn gathered(&self) -> Vec<Term> {
-        let mut terms: Vec<Term> = Vec::new();
+    fn gathered(&self) -> Vec<RelaxationTerm> {
+        let mut terms: Vec<RelaxationTerm> = Vec::new();
         for mode in self.kernel.modes() {
             let weight = mode.force * mode.force.transpose() / mode.rate;
             match terms.last_mut() {
                 Some(last) if mode.rate - last.rate <= ROUNDING * mode.rate => {
                     last.weight += weight
                 }
-                _ => terms.push(Term {
+                _ => terms.push(RelaxationTerm {
                     rate: mode.rate,
                     weight,
                     share: 0.0,
@@ -117,7 +150,7 @@ impl Response {
     /// What a component of the end's motion is called.
     pub fn name(&self, i: usize) -> &'static str {
         match self.end {
-            End::Planar => "y",
+            EndJoint::Planar => "y",
             _ => ["z1", "z2", "z3", "r1", "r2", "r3"][i],
         }
     }
@@ -125,7 +158,7 @@ impl Response {
     /// What a component of the wrench on the end is called.
     pub fn load(&self, i: usize) -> &'static str {
         match self.end {
-            End::Planar => "n_y",
+            EndJoint::Planar => "n_y",
             _ => ["m1", "m2", "m3", "n1", "n2", "n3"][i],
         }
     }
@@ -138,7 +171,7 @@ impl Response {
     /// Which part of R(0) is forgotten.
     pub fn forgotten(&self, i: usize) -> f64 {
         let glassy = self.kernel.glassy()[(i, i)];
-        let part = |term: &Term| term.weight[(i, i)] / glassy;
+        let part = |term: &RelaxationTerm| term.weight[(i, i)] / glassy;
         self.terms.iter().map(part).sum()
     }
 
@@ -197,7 +230,7 @@ impl Response {
             }
         };
         let why = match (self.forgets_all(), self.end) {
-            (true, End::Planar) => {
+            (true, EndJoint::Planar) => {
                 " (the rod bends only, and its retardation time is the same all along; large deflections do have a memory)"
             }
             (true, _) => " (large deflections may have a memory)",
@@ -237,8 +270,8 @@ impl Response {
         }
     }
 
-    /// All of it as JSON.
-    pub fn object(&self) -> Value {
+    /// All of it but the functions of time, as JSON.
+    pub fn summary(&self) -> Value {
         let kernel = &self.kernel;
         let found = kernel.commuting();
         let (dashpot, spring) = (kernel.instantaneous(), kernel.relaxed());

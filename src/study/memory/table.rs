@@ -1,16 +1,19 @@
 //! kernel.csv: relaxation function, memory kernel and creep function against time.
 
-use super::response::Response;
-use crate::cli::files::exact;
+use super::MemoryRecord;
+use crate::study::record::{Column, Table, Values};
 use nalgebra::Matrix6;
 
 /// One component of a matrix of functions of time.
-pub struct Column {
+#[derive(Debug, Clone, PartialEq)]
+pub struct KernelEntry {
     /// R, k or J.
     pub function: char,
     /// Its place in the matrix, i <= j: all three are symmetric.
     pub place: (usize, usize),
+    /// "R_yy".
     pub name: String,
+    /// Its values at the times.
     pub values: Vec<f64>,
 }
 
@@ -18,9 +21,9 @@ pub struct Column {
 const NOTHING: f64 = 1e-12;
 
 /// The components that are not zero.
-pub fn columns(response: &Response, times: &[f64]) -> Vec<Column> {
+pub fn entries(response: &MemoryRecord, times: &[f64]) -> Vec<KernelEntry> {
     let kernel = &response.kernel;
-    let mut columns = Vec::new();
+    let mut entries = Vec::new();
     for function in ['R', 'k', 'J'] {
         let at = |t: f64| match function {
             'R' => kernel.wrench_after_step(t),
@@ -42,7 +45,7 @@ pub fn columns(response: &Response, times: &[f64]) -> Vec<Column> {
                     _ => 0.0,
                 };
                 if values.iter().any(|x| x.abs() > least.max(rounding)) {
-                    columns.push(Column {
+                    entries.push(KernelEntry {
                         function,
                         place: (i, j),
                         name: format!("{function}_{}", response.entry(i, j)),
@@ -52,31 +55,35 @@ pub fn columns(response: &Response, times: &[f64]) -> Vec<Column> {
             }
         }
     }
-    columns
+    entries
 }
 
 /// How large the kernel would be if R were forgotten at the fastest rate.
-fn rate(response: &Response, i: usize, j: usize) -> f64 {
+fn rate(response: &MemoryRecord, i: usize, j: usize) -> f64 {
     let glassy = response.kernel.glassy();
     let fastest = response.terms.last().map_or(0.0, |term| term.rate);
     (glassy[(i, i)] * glassy[(j, j)]).sqrt() * fastest
 }
 
-/// The table.
-pub fn csv(times: &[f64], columns: &[Column]) -> String {
-    let mut text = String::from("t");
-    for column in columns {
-        text.push(',');
-        text.push_str(&column.name);
-    }
-    text.push('\n');
-    for (row, t) in times.iter().enumerate() {
-        text.push_str(&exact(*t));
-        for column in columns {
-            text.push(',');
-            text.push_str(&exact(column.values[row]));
+/// The times and the entries as the table "kernel".
+pub fn table(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> Table {
+    let column = |entry: &KernelEntry| {
+        let (i, j) = entry.place;
+        let (unit, what) = match entry.function {
+            'R' => (response.unit(i, j, false).to_owned(), "relaxation function"),
+            'k' if response.units.time().is_empty() => (String::new(), "memory kernel"),
+            'k' => (format!("{}/s", response.unit(i, j, false)), "memory kernel"),
+            _ => (response.unit(i, j, true).to_owned(), "creep function"),
+        };
+        Column {
+            values: Values::Reals(entry.values.clone()),
+            ..Column::reals(entry.name.clone(), unit, what)
         }
-        text.push('\n');
-    }
-    text
+    };
+    let time = Column {
+        values: Values::Reals(times.to_vec()),
+        ..Column::reals("t", response.units.time(), "time since the step")
+    };
+    let columns = std::iter::once(time).chain(entries.iter().map(column));
+    Table::new("kernel", columns.collect())
 }
