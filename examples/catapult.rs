@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
-use snaprod::solve::special::Kind;
+use snaprod::solve::special::SpecialKind;
 use std::f64::consts::PI;
 
 fn main() -> snaprod::Result<()> {
@@ -34,7 +34,7 @@ fn main() -> snaprod::Result<()> {
         let x = family.unknowns(&buckled.base, 0.0)?;
         let fold = Branch::new(&family, x, 0.0, Options::between(0.0, PI))?
             .find_map(|item| match item {
-                Item::Special(special) if special.kind == Kind::Fold => Some(special),
+                Item::Special(special) if special.kind == SpecialKind::Fold => Some(special),
                 _ => None,
             })
             .expect("a snap-back");

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
-use snaprod::solve::special::Kind;
+use snaprod::solve::special::SpecialKind;
 use std::f64::consts::PI;
 
 /// Turns the clamp of an arch of length 1, whose ends are 1 - s apart, to the fold. Returns the angle a and the thrust there.
@@ -33,7 +33,7 @@ fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
     };
     let fold = Branch::new(&family, x, 0.0, options)?
         .find_map(|item| match item {
-            Item::Special(special) if special.kind == Kind::Fold => Some(special),
+            Item::Special(special) if special.kind == SpecialKind::Fold => Some(special),
             _ => None,
         })
         .expect("a fold");

@@ -163,7 +163,7 @@ impl Problem {
         &self,
         chart: &C,
         search: &Search,
-        starts: impl Iterator<Item = Start>,
+        starts: impl Iterator<Item = PathStart>,
         guess: Option<&Wrench>,
         taken: Taken,
     ) -> Result<Equilibrium> {
@@ -242,11 +242,11 @@ impl Problem {
         &self,
         chart: &C,
         search: &Search,
-        start: Start,
+        start: PathStart,
         taken: &Taken,
     ) -> Result<Equilibrium> {
         let bend = match start {
-            Start::Bent(bend) => bend,
+            PathStart::Bent(bend) => bend,
             _ => Vector3::zeros(),
         };
         let first = Problem {
@@ -254,13 +254,13 @@ impl Problem {
             ..self.clone()
         };
         let mut route = Route {
-            imperfect: start != Start::Unloaded,
+            imperfect: start != PathStart::Unloaded,
             ..Route::start()
         };
         let x = match start {
-            Start::Loaded(b) => chart.unknowns(self, &b)?,
-            Start::Turned(axis) => self.turn_pull(chart, search, &axis, &mut route)?,
-            Start::Unloaded | Start::Bent(_) => SVector::zeros(),
+            PathStart::Loaded(b) => chart.unknowns(self, &b)?,
+            PathStart::Turned(axis) => self.turn_pull(chart, search, &axis, &mut route)?,
+            PathStart::Unloaded | PathStart::Bent(_) => SVector::zeros(),
         };
         let b = chart.wrench(&first, &x)?;
         let (section, _) = super::line::end::<0>(&first.rod.law, &b, self.tolerance)?;
@@ -315,7 +315,7 @@ impl Problem {
         axis: &Vector3<f64>,
         route: &mut Route,
     ) -> Result<SVector<f64, N>> {
-        let whence = Start::Turned(*axis).whence();
+        let whence = PathStart::Turned(*axis).whence();
         let [a, b] = self.rod.law.flexures();
         let force = self.dead_force();
         // lam = 3: bent by then, not yet hard to follow.

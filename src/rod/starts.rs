@@ -23,7 +23,7 @@ const PLANAR_IMPERFECTIONS: [f64; 3] = [0.25, -0.25, 0.8];
 
 /// Where a path begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Start {
+pub(super) enum PathStart {
     /// The unloaded rod.
     Unloaded,
     /// The unloaded rod with an intrinsic curvature that is taken back at the end.
@@ -34,7 +34,7 @@ pub(super) enum Start {
     Turned(Vector3<f64>),
 }
 
-impl Start {
+impl PathStart {
     /// Where the path comes from, for messages.
     pub(super) fn whence(self) -> &'static str {
         match self {
@@ -48,26 +48,26 @@ impl Start {
 
 impl Problem {
     /// In a plane.
-    pub(super) fn planar_starts(&self, plane: &Plane) -> impl Iterator<Item = Start> {
-        let bends = PLANAR_IMPERFECTIONS.map(|size| Start::Bent(plane.normal() * size));
+    pub(super) fn planar_starts(&self, plane: &Plane) -> impl Iterator<Item = PathStart> {
+        let bends = PLANAR_IMPERFECTIONS.map(|size| PathStart::Bent(plane.normal() * size));
         let arcs = self.arcs(&[plane.normal(), -plane.normal()]);
         // Bows to both sides, made by a force that follows the end.
         let held = self.end.position.iter().any(Option::is_some);
         let sides: &[f64] = if held { &[3.0, -3.0] } else { &[] };
         let bows = sides.iter().filter_map(|across| {
             let q = plane.lift(Vector2::new(-0.3, *across));
-            FreeEnd.wrench(self, &q).ok().map(Start::Loaded)
+            FreeEnd.wrench(self, &q).ok().map(PathStart::Loaded)
         });
-        std::iter::once(Start::Unloaded)
+        std::iter::once(PathStart::Unloaded)
             .chain(self.pulled(plane.normal()))
             .chain(self.ball_jointed())
             .chain(bows)
             .chain(bends)
-            .chain(arcs.into_iter().map(Start::Loaded))
+            .chain(arcs.into_iter().map(PathStart::Loaded))
     }
 
     /// A dead force is reached from a pull along the rod, which is stable whatever its size: turned about `axis`.
-    fn pulled(&self, axis: Vector3<f64>) -> Option<Start> {
+    fn pulled(&self, axis: Vector3<f64>) -> Option<PathStart> {
         let free = self.orientation.is_none() && self.end.position.iter().all(Option::is_none);
         let force = self.dead_force();
         let across = Vector3::z().cross(&force);
@@ -76,10 +76,10 @@ impl Problem {
         } else {
             axis
         };
-        (free && !self.end.follower && force.norm() > 1.0).then_some(Start::Turned(axis))
+        (free && !self.end.follower && force.norm() > 1.0).then_some(PathStart::Turned(axis))
     }
 
-    fn turned(&self) -> Option<Start> {
+    fn turned(&self) -> Option<PathStart> {
         self.pulled(Vector3::new(0.6, 0.8, 0.0))
     }
 
@@ -89,22 +89,22 @@ impl Problem {
     }
 
     /// Rods bent by a force on their end that follows it: to all sides, if the end is held.
-    pub(super) fn free_starts(&self) -> impl Iterator<Item = Start> {
+    pub(super) fn free_starts(&self) -> impl Iterator<Item = PathStart> {
         let held = self.end.position.iter().any(Option::is_some);
         let sides = (0..if held { 6 } else { 0 }).filter_map(|k| {
             let (sin, cos) = (1.1 + FRAC_PI_3 * f64::from(k)).sin_cos();
             let q = Vector3::new(3.0 * cos, 3.0 * sin, -0.3);
-            FreeEnd.wrench(self, &q).ok().map(Start::Loaded)
+            FreeEnd.wrench(self, &q).ok().map(PathStart::Loaded)
         });
-        let bends = IMPERFECTIONS.map(|bend| Start::Bent(bend.into()));
-        std::iter::once(Start::Unloaded)
+        let bends = IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into()));
+        std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
             .chain(bends)
             .chain(sides)
     }
 
     /// In space: the unloaded rod, its end free to turn, bent rods, arcs.
-    pub(super) fn starts(&self) -> impl Iterator<Item = Start> {
+    pub(super) fn starts(&self) -> impl Iterator<Item = PathStart> {
         let across = self.held_place().map(|place| Vector3::z().cross(&place));
         let axis = across
             .filter(|across| across.norm() > 1e-3)
@@ -121,16 +121,16 @@ impl Problem {
         // A little force, so that no symmetry is kept.
         let force = Vector6::new(0.0, 0.0, 0.0, 0.1, 0.07, 0.05);
         let arcs = self.arcs(&axes).into_iter().map(move |b| b + force);
-        std::iter::once(Start::Unloaded)
+        std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
             .chain(self.ball_jointed())
-            .chain(IMPERFECTIONS.map(|bend| Start::Bent(bend.into())))
-            .chain(arcs.map(Start::Loaded))
+            .chain(IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into())))
+            .chain(arcs.map(PathStart::Loaded))
     }
 
     /// Points of the chart from which a path may lead to the target: a slight load, or bows to both sides; then, if
     /// need be, every stable elastica with its end there.
-    pub(super) fn closed_starts(&self, chart: &ClosedForm) -> impl Iterator<Item = Start> {
+    pub(super) fn closed_starts(&self, chart: &ClosedForm) -> impl Iterator<Item = PathStart> {
         let target = chart.target(self);
         let held = self.end.position[0].is_some();
         let bows =
@@ -145,7 +145,7 @@ impl Problem {
         let rest = std::iter::once_with(all).flatten();
         first
             .chain(rest)
-            .filter_map(|x| chart.wrench(self, &x).ok().map(Start::Loaded))
+            .filter_map(|x| chart.wrench(self, &x).ok().map(PathStart::Loaded))
     }
 
     /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the other
@@ -169,7 +169,7 @@ impl Problem {
     }
 
     /// The rod with its end where it is to be, but free to turn: from there it is turned into its orientation.
-    fn ball_jointed(&self) -> impl Iterator<Item = Start> {
+    fn ball_jointed(&self) -> impl Iterator<Item = PathStart> {
         std::iter::once_with(|| {
             self.orientation?;
             let ball = Problem {
@@ -183,7 +183,7 @@ impl Problem {
                 ..self.clone()
             };
             let found = ball.solve(None).ok()?;
-            Some(Start::Loaded(self.rod.inward(&found.base)))
+            Some(PathStart::Loaded(self.rod.inward(&found.base)))
         })
         .flatten()
     }

@@ -1,6 +1,6 @@
 //! What the continuation asks of a problem: F(x, p) = 0 with its derivatives.
 
-use super::special::Kind;
+use super::special::SpecialKind;
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};
 
@@ -65,8 +65,8 @@ pub trait Family<const N: usize> {
     }
 
     /// What a root of [`Family::event`] is called.
-    fn event_kind(&self) -> Kind {
-        Kind::Event
+    fn event_kind(&self) -> SpecialKind {
+        SpecialKind::Event
     }
 }
 
@@ -88,7 +88,7 @@ impl<F: Family<N> + ?Sized, const N: usize> Family<N> for &F {
         (**self).event(x, p, direction)
     }
 
-    fn event_kind(&self) -> Kind {
+    fn event_kind(&self) -> SpecialKind {
         (**self).event_kind()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::elimination::Svd;
 use super::family::{Family, Linearised};
-use super::special::Kind;
+use super::special::SpecialKind;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use std::cell::RefCell;
@@ -221,7 +221,7 @@ impl<F: Family2<N>, const N: usize, const M: usize> Family<M> for FoldCurve<'_, 
         Ok(Some(sign * (a * dq - b * dy[N])))
     }
 
-    fn event_kind(&self) -> Kind {
-        Kind::Cusp
+    fn event_kind(&self) -> SpecialKind {
+        SpecialKind::Cusp
     }
 }

@@ -7,7 +7,7 @@
 use super::arclength::Options;
 use super::corrector::{Finish, Space};
 use super::family::Family;
-use super::special::{Kind, Special, Status};
+use super::special::{Special, SpecialKind, Status};
 
 /// How far from the special point the search begins, relative to the size of the unknowns: nearest first, so that a
 /// neighbour is not taken for it.
@@ -53,7 +53,7 @@ impl<const N: usize> Special<N> {
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
         let (place, tangent) = self.place_and_tangent(weight);
         let size = 1.0 + place.norm();
-        if self.kind == Kind::BranchPoint {
+        if self.kind == SpecialKind::BranchPoint {
             let reach = REACHES[REACHES.len() - 1] * size;
             if let Some((again, error)) = space.polish_branch_point(&place, reach) {
                 return Some(Found {

@@ -24,7 +24,7 @@ pub(super) fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
 
 /// What a special point is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum SpecialKind {
     /// p turns back: F_x is singular, the branch is smooth.
     Fold,
     /// A second branch crosses: [F_x F_p] loses one rank.
@@ -38,7 +38,7 @@ pub enum Kind {
     Cusp,
 }
 
-impl std::fmt::Display for Kind {
+impl std::fmt::Display for SpecialKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Fold => "fold",
@@ -63,7 +63,7 @@ pub enum Status {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Special<const N: usize> {
     /// What it is.
-    pub kind: Kind,
+    pub kind: SpecialKind,
     /// Whether it was located.
     pub status: Status,
     /// The place, with its tangent along the branch followed. Index: the lower of the two sides.
@@ -234,7 +234,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         }
         if fold {
             match found.first().map(|at| at.point.arclength) {
-                None => found.push(self.root(Kind::Fold, a, b, |s| Some(s.on.tangent.p))),
+                None => found.push(self.root(SpecialKind::Fold, a, b, |s| Some(s.on.tangent.p))),
                 Some(s) => self.fold_beside_branch_point(a, b, s, &mut found),
             }
         }
@@ -243,11 +243,11 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         }
         if event {
             let mut special = self.root(self.family.event_kind(), a, b, |s| s.event);
-            if special.kind == Kind::Cusp {
+            if special.kind == SpecialKind::Cusp {
                 // q turns there as well: one point, one label.
                 let near = |s: &Special<N>| {
                     let distance = (s.point.arclength - special.point.arclength).abs();
-                    s.kind == Kind::Fold && distance <= 1e-2 * cubic.length
+                    s.kind == SpecialKind::Fold && distance <= 1e-2 * cubic.length
                 };
                 special.turning = found.iter().any(near);
                 found.retain(|s| !near(s));
@@ -263,13 +263,13 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
     fn label_indices(&self, a: &Sample<N>, b: &Sample<N>, found: &mut [Special<N>]) {
         let mut before = a.index;
         for k in 0..found.len() {
-            if found[k].kind == Kind::StabilityChange {
+            if found[k].kind == SpecialKind::StabilityChange {
                 before = found[k].index.1;
                 continue;
             }
             let after = match found.get(k + 1) {
                 None => b.index,
-                Some(next) if next.kind == Kind::StabilityChange => next.index.0,
+                Some(next) if next.kind == SpecialKind::StabilityChange => next.index.0,
                 Some(next) => {
                     let s = 0.5 * (found[k].point.arclength + next.point.arclength);
                     let t = (s - a.arclength) / (b.arclength - a.arclength);
@@ -350,7 +350,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
     /// A root of a smooth test function, located on real points.
     fn root(
         &self,
-        kind: Kind,
+        kind: SpecialKind,
         a: &Sample<N>,
         b: &Sample<N>,
         test: impl Fn(&Sample<N>) -> Option<f64>,
@@ -365,7 +365,13 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         self.special(kind, &best, &found, error_s)
     }
 
-    fn special(&self, kind: Kind, at: &Sample<N>, found: &Bracket<N>, error_s: f64) -> Special<N> {
+    fn special(
+        &self,
+        kind: SpecialKind,
+        at: &Sample<N>,
+        found: &Bracket<N>,
+        error_s: f64,
+    ) -> Special<N> {
         let status = match (&found.failure, found.converged) {
             (None, true) => Status::Converged,
             (Some(failure), _) => Status::Guess(format!("near it {failure}")),
@@ -374,7 +380,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         let slope = at.on.tangent.p.abs();
         // p is flat at a fold: the bend of the branch is at most about 1 / length in these units.
         let second = match kind {
-            Kind::Fold | Kind::Cusp => error_s * error_s,
+            SpecialKind::Fold | SpecialKind::Cusp => error_s * error_s,
             _ => 0.0,
         };
         Special {
@@ -414,14 +420,14 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
                 index: None,
                 event: None,
             };
-            let mut special = self.special(Kind::BranchPoint, &at, &rough, error);
+            let mut special = self.special(SpecialKind::BranchPoint, &at, &rough, error);
             special.status = Status::Converged;
             special.error_p = error / self.weight;
             return special;
         }
         let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);
         let (best, width) = (found.best, found.width());
-        let mut special = self.special(Kind::BranchPoint, &best, &found, width);
+        let mut special = self.special(SpecialKind::BranchPoint, &best, &found, width);
         if special.is_converged() && width > 1e-6 * (1.0 + best.on.place.norm()) {
             let why = "noise hides the determinant's root, and the regular system did not converge";
             special.status = Status::Guess(why.into());
@@ -539,7 +545,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
     ) {
         let fold = |l: &Sample<N>, r: &Sample<N>| {
             flips(l.on.tangent.p, r.on.tangent.p)
-                .then(|| self.root(Kind::Fold, l, r, |s| Some(s.on.tangent.p)))
+                .then(|| self.root(SpecialKind::Fold, l, r, |s| Some(s.on.tangent.p)))
         };
         let t = (s - a.arclength) / (b.arclength - a.arclength);
         let near = |t: f64| (0.0 < t && t < 1.0).then(|| self.between(a, b, t, false).ok());
@@ -580,7 +586,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
         } else {
             end.right
         };
-        let mut special = self.special(Kind::StabilityChange, &best, &end, width);
+        let mut special = self.special(SpecialKind::StabilityChange, &best, &end, width);
         // Beside a multiple crossing the corrector loses digits as the distance shrinks.
         if width <= 1e-6 * (1.0 + best.on.place.norm()) {
             special.status = Status::Converged;

@@ -1,6 +1,6 @@
 //! Other branches through a branch point.
 
-use super::arclength::{Options, Start};
+use super::arclength::{BranchStart, Options};
 use super::corrector::{Finish, Space};
 use super::elimination::{Place, Svd};
 use super::family::Family;
@@ -23,7 +23,7 @@ pub enum Method {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Switch<const N: usize> {
     /// Starts on them, pointing away from the branch point: each branch has two.
-    pub starts: Vec<Start<N>>,
+    pub starts: Vec<BranchStart<N>>,
     /// How they were found.
     pub method: Method,
     /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
@@ -150,7 +150,7 @@ fn other_tangent<F: Family<N>, const N: usize>(
 
 impl<const N: usize> Switch<N> {
     fn add(&mut self, weight: f64, place: &Place<N>, direction: &Place<N>) {
-        self.starts.push(Start {
+        self.starts.push(BranchStart {
             x: place.x,
             p: place.p / weight,
             direction_x: direction.x,

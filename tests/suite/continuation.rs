@@ -7,7 +7,7 @@ use snaprod::solve::deflation::{self, further};
 use snaprod::solve::family::{Family, Linearised};
 use snaprod::solve::fold_curve::{Family2, FoldCurve, Linearised2};
 use snaprod::solve::newton;
-use snaprod::solve::special::{Kind, Special};
+use snaprod::solve::special::{Special, SpecialKind};
 use snaprod::solve::switching::{Method, switch};
 
 /// A family from closures: F with derivatives, and an index.
@@ -56,12 +56,12 @@ fn circle(x: &SVector<f64, 1>, p: f64) -> Option<Parts<1>> {
     ))
 }
 
-fn kinds<const N: usize>(trace: &Trace<N>) -> Vec<Kind> {
+fn kinds<const N: usize>(trace: &Trace<N>) -> Vec<SpecialKind> {
     trace.specials.iter().map(|s| s.kind).collect()
 }
 
 #[track_caller]
-fn located<const N: usize>(special: &Special<N>, kind: Kind, p: f64, accuracy: f64) {
+fn located<const N: usize>(special: &Special<N>, kind: SpecialKind, p: f64, accuracy: f64) {
     assert_eq!(special.kind, kind, "{special:?}");
     assert!(special.is_converged(), "{special:?}");
     assert_close(special.point.p, p, accuracy, 1.0, "p of a special point");
@@ -103,9 +103,9 @@ fn circle_has_two_folds_and_closes() {
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Closed);
-        assert_eq!(kinds(&trace), [Kind::Fold, Kind::Fold]);
-        located(&trace.specials[0], Kind::Fold, 1.0, 1e-13);
-        located(&trace.specials[1], Kind::Fold, -1.0, 1e-13);
+        assert_eq!(kinds(&trace), [SpecialKind::Fold, SpecialKind::Fold]);
+        located(&trace.specials[0], SpecialKind::Fold, 1.0, 1e-13);
+        located(&trace.specials[1], SpecialKind::Fold, -1.0, 1e-13);
         assert!(trace.specials[0].point.x[0].abs() < 1e-9);
         let last = trace.points.last().unwrap();
         assert_eq!(
@@ -188,7 +188,7 @@ fn pitchfork_on_both_branches() {
             .trace();
         assert_eq!(trace.stop, Stop::Reached);
         assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
-        located(&trace.specials[0], Kind::BranchPoint, 0.0, 1e-10);
+        located(&trace.specials[0], SpecialKind::BranchPoint, 0.0, 1e-10);
         assert_eq!(trace.specials[0].index, (Some(0), Some(1)));
         assert!(!trace.specials[0].turning);
         assert!(per_point(&trace) < 4.0);
@@ -206,7 +206,7 @@ fn pitchfork_on_both_branches() {
     .trace();
     assert_eq!(trace.stop, Stop::Reached);
     assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
-    located(&trace.specials[0], Kind::BranchPoint, 0.0, 1e-10);
+    located(&trace.specials[0], SpecialKind::BranchPoint, 0.0, 1e-10);
     assert!(trace.specials[0].turning);
     assert_close(
         trace.points.last().unwrap().x[0],
@@ -338,7 +338,7 @@ fn double_crossing_is_seen_by_the_index() {
     assert_eq!(trace.stop, Stop::Reached);
     assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
     let special = &trace.specials[0];
-    located(special, Kind::StabilityChange, 0.0, 1e-7);
+    located(special, SpecialKind::StabilityChange, 0.0, 1e-7);
     assert_eq!(
         (special.multiplicity(), special.index),
         (Some(2), (Some(0), Some(2)))
@@ -430,11 +430,11 @@ fn mixed_unknowns_with_noise() {
         let spent = per_point(&trace);
         assert!(spent < bound, "{spent} evaluations per point");
         let want = [
-            (Kind::BranchPoint, 0.2, 1e-9),
-            (Kind::Fold, fold, 1e-12),
-            (Kind::BranchPoint, 0.2, 1e-9),
-            (Kind::Fold, -fold, 1e-12),
-            (Kind::BranchPoint, 0.2, 1e-9),
+            (SpecialKind::BranchPoint, 0.2, 1e-9),
+            (SpecialKind::Fold, fold, 1e-12),
+            (SpecialKind::BranchPoint, 0.2, 1e-9),
+            (SpecialKind::Fold, -fold, 1e-12),
+            (SpecialKind::BranchPoint, 0.2, 1e-9),
         ];
         assert_eq!(trace.specials.len(), want.len(), "{:#?}", kinds(&trace));
         for (special, (kind, p, accuracy)) in trace.specials.iter().zip(want) {
@@ -623,7 +623,7 @@ fn two_branch_points_in_one_step_are_told_apart() {
         .trace();
     assert_eq!(trace.specials.len(), 2, "{:#?}", trace.specials);
     for (k, special) in trace.specials.iter().enumerate() {
-        located(special, Kind::BranchPoint, at[k], 1e-10);
+        located(special, SpecialKind::BranchPoint, at[k], 1e-10);
         assert_eq!(special.index, (Some(k), Some(k + 1)));
     }
 }
@@ -645,11 +645,11 @@ fn isolas_close() {
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Closed);
-        assert_eq!(kinds(&trace), [Kind::Fold, Kind::Fold]);
+        assert_eq!(kinds(&trace), [SpecialKind::Fold, SpecialKind::Fold]);
         let (low, high) = (0.15_f64.sqrt(), 0.35_f64.sqrt());
         let ends = if at > 0.0 { [high, low] } else { [-low, -high] };
         for (special, p) in trace.specials.iter().zip(ends) {
-            located(special, Kind::Fold, p, 1e-13);
+            located(special, SpecialKind::Fold, p, 1e-13);
         }
     }
 }
@@ -675,10 +675,10 @@ fn two_folds_in_one_step_are_noticed() {
     let trace = Branch::new(&given(f), vector![-1.0], -1.0, options)
         .unwrap()
         .trace();
-    assert_eq!(kinds(&trace), [Kind::Fold, Kind::Fold]);
+    assert_eq!(kinds(&trace), [SpecialKind::Fold, SpecialKind::Fold]);
     let p = 2.0 * (e / 3.0_f64).powf(1.5);
-    located(&trace.specials[0], Kind::Fold, p, 1e-14);
-    located(&trace.specials[1], Kind::Fold, -p, 1e-14);
+    located(&trace.specials[0], SpecialKind::Fold, p, 1e-14);
+    located(&trace.specials[1], SpecialKind::Fold, -p, 1e-14);
 }
 
 /// p - q x + x^3 in two parameters.
@@ -745,7 +745,7 @@ fn cusp_curve<F: Family2<N>, const N: usize, const M: usize>(
     }
     let cusps: Vec<_> = trace.specials.iter().collect();
     assert_eq!(cusps.len(), 1, "{cusps:#?}");
-    located(cusps[0], Kind::Cusp, 0.0, 1e-12);
+    located(cusps[0], SpecialKind::Cusp, 0.0, 1e-12);
     assert!(cusps[0].turning);
     let (x, p) = FoldCurve::<F, N, M>::parts(&cusps[0].point.x);
     assert!(
@@ -815,7 +815,7 @@ fn deflation_finds_the_disconnected_branch() {
     assert_eq!(other.stop, Stop::Reached);
     located(
         &other.specials[0],
-        Kind::Fold,
+        SpecialKind::Fold,
         (0.27_f64 / 4.0).cbrt(),
         1e-13,
     );

@@ -6,7 +6,7 @@ use snaprod::elastica::Equilibrium as Elastica;
 use snaprod::rod::{End, Problem, Rod, RodFamily};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Direction, Options, Trace};
-use snaprod::solve::special::Kind;
+use snaprod::solve::special::SpecialKind;
 
 /// Unshearable, inextensible, in-plane bending stiffness 1; bending about d2 moves the rod in the plane (z, x).
 fn kirchhoff(out_of_plane: f64, torsion: f64) -> Rod {
@@ -124,7 +124,7 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
             trace
                 .specials
                 .iter()
-                .filter(|s| s.kind == Kind::Fold)
+                .filter(|s| s.kind == SpecialKind::Fold)
                 .map(|s| s.point.p),
         );
     }

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::{End, Problem};
-use snaprod::solve::special::Kind;
+use snaprod::solve::special::SpecialKind;
 use std::f64::consts::PI;
 
 /// B1: the loads at which the straight rod's branch is crossed by others.
@@ -40,7 +40,7 @@ pub fn euler_loads(data: &Value) -> Result<Vec<Number>> {
         let found = specials(problem, Vector6::zeros(), (0.0, 1.1 * last), computed.len())?;
         assert_eq!(found.len(), computed.len(), "{key}");
         for (i, ((special, _), want)) in found.iter().zip(&computed).enumerate() {
-            assert_eq!(special.kind, Kind::BranchPoint, "{key}");
+            assert_eq!(special.kind, SpecialKind::BranchPoint, "{key}");
             assert_eq!(special.index, (Some(i), Some(i + 1)), "{key}");
             let what = format!("{}, load {}", key.replace('_', "-"), i + 1);
             let row = Number::new("B1", what, special.point.p, *want);

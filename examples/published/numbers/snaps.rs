@@ -6,7 +6,7 @@ use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::{End, Problem, Rod, State};
 use snaprod::section::Linear;
-use snaprod::solve::special::{Kind, Special};
+use snaprod::solve::special::{Special, SpecialKind};
 use std::f64::consts::PI;
 
 /// How the far end is held when one clamp is turned.
@@ -78,7 +78,7 @@ pub fn shallow_snaps(data: &Value) -> Result<Vec<Number>> {
             let s = 0.02 * 0.5_f64.powi(i);
             let found = turning(s, far, count)?;
             assert_eq!(found.len(), count, "{key}");
-            assert_eq!(found[count - 1].0.kind, Kind::Fold, "{key}");
+            assert_eq!(found[count - 1].0.kind, SpecialKind::Fold, "{key}");
             all.push(
                 found
                     .iter()
@@ -135,7 +135,7 @@ pub fn turned_clamps(data: &Value) -> Result<Vec<Number>> {
         let [(fold, _)] = &found[..] else {
             panic!("no fold: {row}")
         };
-        assert_eq!(fold.kind, Kind::Fold);
+        assert_eq!(fold.kind, SpecialKind::Fold);
         numbers.push(Number::new(
             "B10",
             format!("far end {name}, s = {s}: fold at a, rad"),
@@ -168,7 +168,7 @@ pub fn catapults(data: &Value) -> Result<Vec<Number>> {
         let [(fold, at)] = &found[..] else {
             panic!("no fold: {row}")
         };
-        assert_eq!(fold.kind, Kind::Fold);
+        assert_eq!(fold.kind, SpecialKind::Fold);
         numbers.extend([
             Number::new(
                 "B11",

@@ -5,7 +5,7 @@ use snaprod::plot::{
     Branch as Line, BranchDiagram, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
 use snaprod::scene::Units;
-use snaprod::solve::special::Kind;
+use snaprod::solve::special::SpecialKind as Kind;
 use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
 
 /// More branches than this have no names in a figure.

@@ -126,7 +126,7 @@ pub struct Trace<const N: usize> {
 
 /// Where to start along a branch of which the direction is known, as after branch switching.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start<const N: usize> {
+pub struct BranchStart<const N: usize> {
     /// The unknowns.
     pub x: SVector<f64, N>,
     /// The parameter.

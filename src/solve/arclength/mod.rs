@@ -29,14 +29,14 @@
 mod items;
 mod options;
 
-pub use items::{Item, Point, Role, Start, Stop, Trace};
+pub use items::{BranchStart, Item, Point, Role, Stop, Trace};
 pub use options::{Direction, Options, Predictor};
 
 use super::corrector::{Corrected, Cubic, Failure, Finish, Space};
 use super::elimination::Place;
 use super::family::Family;
 use super::newton;
-use super::special::{Kind, Sample, Special, sort_few};
+use super::special::{Sample, Special, SpecialKind, sort_few};
 use crate::error::{Error, Result};
 use nalgebra::SVector;
 use std::collections::VecDeque;
@@ -106,7 +106,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
     ///
     /// # Errors
     /// As [`Branch::new`]; a zero direction.
-    pub fn along(family: &'a F, start: &Start<N>, mut options: Options) -> Result<Self> {
+    pub fn along(family: &'a F, start: &BranchStart<N>, mut options: Options) -> Result<Self> {
         let space = Self::space(family, start.p, &mut options)?;
         let direction = Place::new(start.direction_x, start.direction_p * options.weight);
         if !(direction.norm() > 0.0 && direction.is_finite()) {
@@ -405,7 +405,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
         // p is monotone between folds; with the folds themselves as knots the guesses near them hold.
         let turns = specials
             .iter()
-            .filter(|s| s.kind == Kind::Fold || s.turning)
+            .filter(|s| s.kind == SpecialKind::Fold || s.turning)
             .map(|s| (s.place_and_tangent(weight), s.point.arclength));
         let mut knots = vec![(a.pair(), a.arclength)];
         knots.extend(turns);

@@ -7,7 +7,7 @@ use crate::rod::{State, Statical};
 use crate::scene::{Parameter, Scene, Second};
 use crate::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::fold_curve::{Crossed, Family2, FoldCurve};
-use crate::solve::special::{Kind, Special};
+use crate::solve::special::{Special, SpecialKind};
 use nalgebra::SVector;
 
 /// Curves of folds.
@@ -73,7 +73,7 @@ where
         landed: Vec::new(),
     };
     let mut remarks = Vec::new();
-    let is_fold = |at: &&Located<N>| at.special.kind == Kind::Fold;
+    let is_fold = |at: &&Located<N>| at.special.kind == SpecialKind::Fold;
     for fold in study.located.iter().filter(is_fold) {
         let point = &fold.special.point;
         let y = FoldCurve::<(), N, M>::unknowns(&point.x, point.p / unit);
@@ -243,11 +243,11 @@ fn indices_at_special_points(rows: &mut [Row]) {
 
 fn stem<const M: usize>(special: &Special<M>) -> &'static str {
     match special.kind {
-        Kind::Cusp => "CP",
+        SpecialKind::Cusp => "CP",
         // The second parameter turns: two folds of the branches meet in a branch point.
-        Kind::Fold => "TP",
-        Kind::BranchPoint => "BP",
-        Kind::StabilityChange | Kind::Event => "SC",
+        SpecialKind::Fold => "TP",
+        SpecialKind::BranchPoint => "BP",
+        SpecialKind::StabilityChange | SpecialKind::Event => "SC",
     }
 }
 

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::rod::{State, Statical};
 use crate::scene::{Continue, Scene};
 use crate::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
-use crate::solve::special::{Kind, Special};
+use crate::solve::special::{Special, SpecialKind};
 use crate::solve::switching::switch;
 use crate::study::Hooks;
 use nalgebra::SVector;
@@ -244,10 +244,10 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
             }
         }
         let stem = |special: &Special<N>| match special.kind {
-            Kind::Fold => "LP",
-            Kind::BranchPoint => "BP",
-            Kind::Cusp => "CP",
-            Kind::StabilityChange | Kind::Event => "SC",
+            SpecialKind::Fold => "LP",
+            SpecialKind::BranchPoint => "BP",
+            SpecialKind::Cusp => "CP",
+            SpecialKind::StabilityChange | SpecialKind::Event => "SC",
         };
         number_labels(&mut self.rows[row..], &mut self.located, located, stem);
     }
@@ -327,7 +327,10 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         let mut starts = Vec::new();
         for at in self.located.iter().filter(|at| at.curve == 0) {
             let kind = at.special.kind;
-            if !matches!(kind, Kind::BranchPoint | Kind::StabilityChange) || self.watch.interrupted
+            if !matches!(
+                kind,
+                SpecialKind::BranchPoint | SpecialKind::StabilityChange
+            ) || self.watch.interrupted
             {
                 continue;
             }

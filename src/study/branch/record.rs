@@ -4,7 +4,7 @@ use super::follow::{Located, Row, signed};
 use crate::error::Result;
 use crate::rod::{RodSection, Taken};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
-use crate::solve::special::{Kind, Status};
+use crate::solve::special::{SpecialKind, Status};
 use crate::study::record::{Cell, Column, Table};
 use crate::study::space;
 use serde_json::{Value, json};
@@ -71,7 +71,7 @@ pub struct SpecialPoint {
     /// Its name, the one of its row in the table: "LP1".
     pub label: String,
     /// What it is.
-    pub kind: Kind,
+    pub kind: SpecialKind,
     /// The number of its curve.
     pub curve: usize,
     /// Why its place is a guess, if it is one.
@@ -84,7 +84,8 @@ pub struct SpecialPoint {
     pub arclength: f64,
     /// The arclengths between which it lies.
     pub interval: [f64; 2],
-    /// Bound of the error of the parameter; on a fold curve, of the second parameter.
+    /// Bound of the error of the parameter, that of the integration along the rod included. On a fold curve, the error with which
+    /// the second parameter was located, without that of the integration.
     pub precision: f64,
     /// Estimated error of the arclength.
     pub arclength_precision: f64,
@@ -226,7 +227,7 @@ impl SpecialPoint {
     /// What it is called: a fold of a fold curve is a turning point, where two folds of the branches meet.
     pub fn kind_name(&self) -> String {
         match (self.kind, self.second) {
-            (Kind::Fold, Some(_)) => "turning point".to_owned(),
+            (SpecialKind::Fold, Some(_)) => "turning point".to_owned(),
             (kind, _) => kind.to_string(),
         }
     }

@@ -71,7 +71,13 @@ pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
     };
     let damping = scene.rod.damping.as_ref();
     let nonlinear = damping.is_some_and(|damping| damping.law != FrictionLaw::Linear);
-    MemoryRecord::new(&scene.viscoelastic()?, scene.rod.length, end, scene.units, nonlinear)
+    MemoryRecord::new(
+        &scene.viscoelastic()?,
+        scene.rod.length,
+        end,
+        scene.units,
+        nonlinear,
+    )
 }
 
 /// The linearised response of an end.
