@@ -6,7 +6,7 @@ use super::free_end::FreeEnd;
 use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
 use super::problem::Problem;
-use super::starts::Start;
+use super::starts::PathStart;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::solve::newton::Solution;
