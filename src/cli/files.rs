@@ -1,5 +1,6 @@
 //! Numbers as text, and the standard streams, which may be closed pipes.
 
+use super::Refusal;
 use serde_json::Value;
 pub use snaprod::study::exact;
 use std::io::Write;
@@ -58,4 +59,21 @@ pub fn print_json(value: Value) {
 /// Prints text on the error stream; a reader that has gone away is no error.
 pub fn print_error(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
+/// A scene with its defaults as TOML, which can be run again; what it does not have is left out.
+pub fn toml_text(scene: &Value) -> Result<String, Refusal> {
+    fn without_nulls(value: &Value) -> Value {
+        match value {
+            Value::Object(map) => {
+                let some = map.iter().filter(|(_, value)| !value.is_null());
+                let some = some.map(|(name, value)| (name.clone(), without_nulls(value)));
+                Value::Object(some.collect())
+            }
+            Value::Array(list) => list.iter().map(without_nulls).collect(),
+            other => other.clone(),
+        }
+    }
+    toml::to_string(&without_nulls(scene))
+        .map_err(|e| Refusal(format!("the resolved scene cannot be written: {e}")))
 }

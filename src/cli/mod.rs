@@ -55,6 +55,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Writes a commented scene to start from.
     New(new::NewArgs),
+    /// Prints all fields of scenes: a JSON Schema for editors, or their reference.
+    Schema(new::SchemaArgs),
     /// Prints completions for a shell.
     Completions(new::CompletionArgs),
     /// Prints the manual for man: `snaprod man | man -l -`.
@@ -100,6 +102,7 @@ pub fn main() -> ExitCode {
         Command::Memory(args) => memory::memory(args),
         Command::Check(args) => check::check(args),
         Command::New(args) => new::new(args),
+        Command::Schema(args) => new::schema(args),
         Command::Completions(args) => new::completions(args),
         Command::Man => new::man(),
     };

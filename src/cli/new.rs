@@ -1,9 +1,10 @@
-//! `snaprod new`, `snaprod completions`, `snaprod man`: scenes to start from, and what shells and `man` read.
+//! `snaprod new`, `schema`, `completions`, `man`: scenes to start from, and what editors, shells and `man` read.
 
-use super::files::print;
+use super::files::{print, print_json};
 use super::{Cli, Ending, Refusal};
 use clap::{Args, CommandFactory, ValueEnum};
 use clap_complete::Shell;
+use snaprod::scene;
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
@@ -45,6 +46,13 @@ pub struct NewArgs {
 }
 
 #[derive(Args)]
+pub struct SchemaArgs {
+    /// The reference of all fields, docs/scene.md, instead of a JSON Schema.
+    #[arg(long)]
+    markdown: bool,
+}
+
+#[derive(Args)]
 pub struct CompletionArgs {
     /// For which shell.
     shell: Shell,
@@ -68,6 +76,15 @@ pub fn new(args: &NewArgs) -> Result<Ending, Refusal> {
         })
     })?;
     print(&format!("{}\n", path.display()));
+    Ok(Ending::Done)
+}
+
+/// Prints the fields of scenes.
+pub fn schema(args: &SchemaArgs) -> Result<Ending, Refusal> {
+    match args.markdown {
+        true => print(&scene::reference()),
+        false => print_json(scene::json_schema()),
+    }
     Ok(Ending::Done)
 }
 

@@ -1,7 +1,7 @@
-//! `snaprod run SCENE`: trajectory.csv, strain.csv, events.json, summary.json and figures.
+//! `snaprod run SCENE`: trajectory.csv, strain.csv, events.json, summary.json, resolved.toml and figures.
 
 use super::check::SceneArgs;
-use super::files::{json_text, print, print_error, print_json};
+use super::files::{json_text, print, print_error, print_json, toml_text};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
 use super::{Ending, Refusal, check, run_text, signals};
@@ -41,6 +41,7 @@ const FILES: &[&str] = &[
     "strain.csv",
     "events.json",
     "summary.json",
+    "resolved.toml",
     "snapshots.*",
     "energies.*",
     "surface.*",
@@ -78,6 +79,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let (mut summary, events) = (record.summary(), Value::Array(record.events()));
     out.write("events.json", json_text(events.clone()).as_bytes())?;
     out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
     if out.draws() {
         for (name, figure) in run_figures(&record) {
             out.figure(&name, || Ok(figure?), RunFigure::draw);

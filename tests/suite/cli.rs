@@ -38,6 +38,7 @@ fn a_run_writes_its_files() {
     let expected = [
         "energies.svg",
         "events.json",
+        "resolved.toml",
         "snapshots.svg",
         "summary.json",
         "surface.svg",

@@ -79,6 +79,7 @@ fn a_run_in_space_writes_its_files() {
         "energies.svg",
         "events.json",
         "path.svg",
+        "resolved.toml",
         "shapes.svg",
         "strain.csv",
         "strain_u1.svg",

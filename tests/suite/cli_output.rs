@@ -76,7 +76,12 @@ fn one_run_at_a_time_writes_into_a_directory() {
     assert!(place.files("out").contains(&"snaprod.lock".to_owned()));
     assert_eq!(place.json("out/summary.json")["outcome"], "end_of_time");
     run().text();
-    let expected = ["events.json", "summary.json", "trajectory.csv"];
+    let expected = [
+        "events.json",
+        "resolved.toml",
+        "summary.json",
+        "trajectory.csv",
+    ];
     assert_eq!(place.files("out"), expected);
 }
 
@@ -101,6 +106,7 @@ fn files_of_an_earlier_run_go() {
         "events.json",
         "kernel.csv",
         "notes.txt",
+        "resolved.toml",
         "summary.json",
         "trajectory.csv",
     ];
@@ -144,6 +150,7 @@ fn new_scenes_are_sound() {
         assert!(again.refusal().contains("exists already"), "{again:?}");
     }
     place.run(&["completions", "bash"]).text();
+    place.run(&["schema"]).json(0);
     let manual = place.run(&["man"]);
     assert!(manual.text().matches("\n.TH ").count() > 10, "{manual:?}");
 }
@@ -167,4 +174,22 @@ fn every_command_that_takes_a_scene_takes_overrides() {
     let summary = place.run(&words).json(0);
     assert_eq!(summary["scene"]["body"]["mass"], 2.0);
     assert_eq!(summary["end"]["t"], 0.01);
+}
+
+/// Catches a resolved scene that is not the one that was run, in the plane or in space.
+#[test]
+fn resolved_scenes_run_the_same() {
+    let place = Place::new("resolved");
+    for (name, set) in [("snap", "run.duration=0.1"), ("whirl", "run.duration=0.05")] {
+        let file = bundled(name);
+        let first = ["run", &file, "--set", set, "--out", name, "--no-figures"];
+        place.run(&first).text();
+        let resolved = format!("{name}/resolved.toml");
+        let again = ["run", &resolved, "--out", "again", "--no-figures"];
+        place.run(&again).text();
+        let summary = |of: &str| place.json(&format!("{of}/summary.json"));
+        for key in ["scene", "start", "end"] {
+            assert_eq!(summary(name)[key], summary("again")[key], "{name}: {key}");
+        }
+    }
 }
