@@ -2,7 +2,7 @@
 
 use super::dop853::{Dense, Dop853, Step, StepTooSmall};
 use super::radau::{Radau, estimate_bound};
-use super::system::{System, spectral_radius};
+use super::system::{AnySystem, spectral_radius};
 use nalgebra::DVector;
 
 /// How steps are taken.
@@ -63,14 +63,14 @@ const SHORT_STAY: u64 = 60;
 
 /// An integration in progress. The system is handed to every call, so that its owner may change it in between;
 /// see [`Integrator::restart`].
-pub struct Integrator<S: System> {
+pub struct Integrator {
     tolerance: f64,
     method: Method,
     implicit: bool,
     explicit: Dop853<DVector<f64>>,
     last: Step<DVector<f64>>,
     dense: Option<Dense<DVector<f64>>>,
-    radau: Radau<S::Linearised>,
+    radau: Radau,
     span: f64,
     /// Steps in a row that speak for the other method, and that speak against it.
     votes: u32,
@@ -90,12 +90,12 @@ pub struct Integrator<S: System> {
     extra: u64,
 }
 
-impl<S: System> Integrator<S> {
+impl Integrator {
     /// Starts at `y`. The error of each step is kept near `tolerance`, in units of the root of
-    /// [`System::mean_square`]: 1e-13 is the finest that makes sense. `first_step` is a guess that the error control
+    /// [`AnySystem::mean_square`]: 1e-13 is the finest that makes sense. `first_step` is a guess that the error control
     /// corrects; without one it is made from the slope and its change. None if `y` is outside the domain of the slope.
     pub fn new(
-        system: &S,
+        system: &dyn AnySystem,
         y: DVector<f64>,
         tolerance: f64,
         method: Method,
@@ -140,7 +140,12 @@ impl<S: System> Integrator<S> {
 
     /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and work are
     /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
-    pub fn restart(&mut self, system: &S, y: DVector<f64>, first_step: Option<f64>) -> Option<()> {
+    pub fn restart(
+        &mut self,
+        system: &dyn AnySystem,
+        y: DVector<f64>,
+        first_step: Option<f64>,
+    ) -> Option<()> {
         let h = first_step.unwrap_or(self.next_step());
         // The votes are kept over a restart: a run that restarts often would otherwise never change its method.
         let (votes, relief) = (self.votes, self.relief);
@@ -152,7 +157,7 @@ impl<S: System> Integrator<S> {
     }
 
     /// Puts the method in use at a state; None, and nothing has changed, if that is outside the domain.
-    fn place(&mut self, system: &S, mut y: DVector<f64>, h: f64) -> Option<()> {
+    fn place(&mut self, system: &dyn AnySystem, mut y: DVector<f64>, h: f64) -> Option<()> {
         let mut slope = DVector::zeros(y.len());
         self.extra += 1;
         if self.implicit {
@@ -176,7 +181,7 @@ impl<S: System> Integrator<S> {
     }
 
     /// Changes to Radau IIA, unless the caller has fixed the method: for a system known to be stiff from here on.
-    pub fn stiffen(&mut self, system: &S) {
+    pub fn stiffen(&mut self, system: &dyn AnySystem) {
         if self.method == Method::Auto && !self.implicit {
             self.switch(system, self.span);
         }
@@ -186,7 +191,7 @@ impl<S: System> Integrator<S> {
     ///
     /// # Errors
     /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if the Jacobian is undefined here.
-    pub fn step(&mut self, system: &S, h_max: f64) -> Result<(), StepTooSmall> {
+    pub fn step(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
         if self.method == Method::Auto {
             self.choose(system);
         }
@@ -198,7 +203,7 @@ impl<S: System> Integrator<S> {
         taken
     }
 
-    fn attempt(&mut self, system: &S, h_max: f64) -> Result<(), StepTooSmall> {
+    fn attempt(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
         self.dense = None;
         if self.implicit {
             self.radau.step(system, h_max)?;
@@ -214,7 +219,7 @@ impl<S: System> Integrator<S> {
     }
 
     /// Looks at the last step and changes the method if the other one is due.
-    fn choose(&mut self, system: &S) {
+    fn choose(&mut self, system: &dyn AnySystem) {
         if self.span == 0.0 {
             return;
         }
@@ -262,7 +267,7 @@ impl<S: System> Integrator<S> {
 
     /// The step that Radau would take by its error estimate, over that of DOP853; every STRIDE steps. From the third
     /// divided difference of the slope, y''''/6, and the estimate of Radau for it.
-    fn smoothness(&mut self, system: &S) -> Option<f64> {
+    fn smoothness(&mut self, system: &dyn AnySystem) -> Option<f64> {
         self.walked += self.span;
         if !self.explicit.work().steps.is_multiple_of(STRIDE) {
             return None;
@@ -308,7 +313,7 @@ impl<S: System> Integrator<S> {
     }
 
     /// Changes to the other method at the current state with a step `h`.
-    fn switch(&mut self, system: &S, h: f64) {
+    fn switch(&mut self, system: &dyn AnySystem, h: f64) {
         let y = self.state().clone();
         let h = if h > 0.0 { h } else { self.next_step() };
         self.implicit = !self.implicit;
@@ -379,7 +384,7 @@ impl<S: System> Integrator<S> {
     /// slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
     /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
     /// accuracy of the steps, for the price of two factorisations and an iteration or two. None if that fails.
-    pub fn at(&mut self, system: &S, x: f64) -> Option<DVector<f64>> {
+    pub fn at(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if self.span == 0.0 || x == 1.0 {
             return Some(self.state().clone());
         }
@@ -423,8 +428,8 @@ impl<S: System> Integrator<S> {
 }
 
 /// A first step from the slope and its change along an Euler step (Hairer, Norsett, Wanner I, Sec. II.4).
-fn first_guess<S: System>(
-    system: &S,
+fn first_guess(
+    system: &dyn AnySystem,
     y: &DVector<f64>,
     slope: &DVector<f64>,
     tolerance: f64,

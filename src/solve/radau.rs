@@ -5,7 +5,7 @@
 
 use super::dop853::StepTooSmall;
 use super::radau_stages::{Factors, NODES, Newton, Outcome, Stages, collocation, combined};
-use super::system::{Linearised, System};
+use super::system::{AnyLinearised, AnySystem};
 use nalgebra::DVector;
 
 /// Counts of what the integration cost.
@@ -58,7 +58,7 @@ struct Accepted {
 }
 
 /// An integration in progress.
-pub struct Radau<L: Linearised> {
+pub struct Radau {
     tolerance: f64,
     bound: f64,
     h: f64,
@@ -71,19 +71,19 @@ pub struct Radau<L: Linearised> {
     stages: Stages,
     newton: Newton,
     accepted: Option<Accepted>,
-    jacobian: Option<L>,
+    jacobian: Option<Box<dyn AnyLinearised>>,
     /// The Jacobian is that at the current state.
     fresh: bool,
     /// The Jacobian is to be evaluated again before the next step.
     worn: bool,
-    factors: Option<Factors<L>>,
+    factors: Option<Factors>,
     work: Work,
 }
 
-impl<L: Linearised> Radau<L> {
-    /// Starts at `state`, settled, with its `slope` in the form of [`System::balance`]; `h` is a first guess that the error
+impl Radau {
+    /// Starts at `state`, settled, with its `slope` in the form of [`AnySystem::balance`]; `h` is a first guess that the error
     /// control corrects. The error of each step is kept near `tolerance`, in units of the root of
-    /// [`System::mean_square`]; 1e-13 is the finest that makes sense.
+    /// [`AnySystem::mean_square`]; 1e-13 is the finest that makes sense.
     pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
         let n = state.len();
         let newton = NEWTON * tolerance.min(estimate_bound(tolerance));
@@ -150,12 +150,12 @@ impl<L: Linearised> Radau<L> {
     }
 
     /// The Jacobian in use.
-    pub fn jacobian(&self) -> Option<&L> {
-        self.jacobian.as_ref()
+    pub fn jacobian(&self) -> Option<&dyn AnyLinearised> {
+        self.jacobian.as_deref()
     }
 
     /// Evaluates the Jacobian at the current state; None if it has none there.
-    pub fn refresh<S: System<Linearised = L>>(&mut self, system: &S) -> Option<()> {
+    pub fn refresh(&mut self, system: &dyn AnySystem) -> Option<()> {
         if !self.fresh {
             self.work.jacobians += 1;
             self.jacobian = Some(system.linearised(&self.state)?);
@@ -170,11 +170,7 @@ impl<L: Linearised> Radau<L> {
     ///
     /// # Errors
     /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if there is no Jacobian here.
-    pub fn step<S: System<Linearised = L>>(
-        &mut self,
-        system: &S,
-        h_max: f64,
-    ) -> Result<(), StepTooSmall> {
+    pub fn step(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
         let mut rejected = false;
         let mut extrapolate = self.span > 0.0;
         loop {
@@ -284,7 +280,7 @@ impl<L: Linearised> Radau<L> {
             return true;
         }
         self.work.factorisations += 1;
-        self.factors = self.jacobian.as_ref().and_then(|j| Factors::new(j, h));
+        self.factors = self.jacobian.as_deref().and_then(|j| Factors::new(j, h));
         self.factors.is_some()
     }
 
@@ -299,9 +295,9 @@ impl<L: Linearised> Radau<L> {
 
     /// The error estimate of a step in units of its bound; infinite if it is none. `careful`: an estimate too large is
     /// filtered again, for a state off the slow manifold overrates it.
-    fn error<S: System<Linearised = L>>(
+    fn error(
         &mut self,
-        system: &S,
+        system: &dyn AnySystem,
         z: &Stages,
         to: &DVector<f64>,
         careful: bool,
@@ -331,11 +327,7 @@ impl<L: Linearised> Radau<L> {
 
     /// The state at the fraction `x` in [0, 1] of the last step by a step of that length: as accurate as the steps, at
     /// the price of two factorisations and an iteration or two. None if that step cannot be solved.
-    pub fn exactly<S: System<Linearised = L>>(
-        &mut self,
-        system: &S,
-        x: f64,
-    ) -> Option<DVector<f64>> {
+    pub fn exactly(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if x == 1.0 || self.span == 0.0 {
             return Some(self.state.clone());
         }
@@ -347,7 +339,7 @@ impl<L: Linearised> Radau<L> {
         let mut newton = self.newton.clone();
         let mut again = None;
         loop {
-            let jacobian = again.as_ref().or(self.jacobian.as_ref())?;
+            let jacobian = again.as_deref().or(self.jacobian.as_deref())?;
             self.work.factorisations += 1;
             let factors = Factors::new(jacobian, h)?;
             let mut z = NODES.map(|c| combined(collocation(c * x), &self.stages));

@@ -1,7 +1,7 @@
 //! The stages of Radau IIA of order 5: tableau, collocation polynomial, and the simplified Newton iteration that solves
 //! them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8).
 
-use super::system::{Factor, Linearised, System};
+use super::system::{AnyLinearised, AnySystem, Factor};
 use nalgebra::{Complex, DVector};
 
 const SQRT6: f64 = 2.449_489_742_783_178;
@@ -77,21 +77,21 @@ pub(super) fn combined(a: [f64; 3], z: &Stages) -> DVector<f64> {
 }
 
 /// The two matrices of the transformed stages for one step size.
-pub(super) struct Factors<L: Linearised> {
+pub(super) struct Factors {
     /// The step size.
     pub(super) h: f64,
     rounding: f64,
-    real: L::Factor<f64>,
-    complex: L::Factor<Complex<f64>>,
+    real: Box<dyn Factor<f64>>,
+    complex: Box<dyn Factor<Complex<f64>>>,
 }
 
-impl<L: Linearised> Factors<L> {
-    pub(super) fn new(jacobian: &L, h: f64) -> Option<Self> {
+impl Factors {
+    pub(super) fn new(jacobian: &dyn AnyLinearised, h: f64) -> Option<Self> {
         Some(Self {
             h,
             rounding: jacobian.rounding(h),
-            real: jacobian.shifted(GAMMA / h)?,
-            complex: jacobian.shifted(Complex::new(ALPHA, BETA) / h)?,
+            real: jacobian.real(GAMMA / h)?,
+            complex: jacobian.complex(Complex::new(ALPHA, BETA) / h)?,
         })
     }
 
@@ -137,7 +137,7 @@ pub(super) struct Newton {
 }
 
 impl Newton {
-    /// `goal` and `floor` are in units of the root of [`System::mean_square`].
+    /// `goal` and `floor` are in units of the root of [`AnySystem::mean_square`].
     pub(super) fn new(goal: f64, floor: f64) -> Self {
         Self {
             goal,
@@ -160,11 +160,11 @@ impl Newton {
 
     /// Solves z = h A F(y + z) from the guess in `z`. Convergence is judged by increments of y, never by residuals of
     /// the slope: those may be large by rounding alone where the system is stiff.
-    pub(super) fn solve<S: System>(
+    pub(super) fn solve(
         &mut self,
-        system: &S,
+        system: &dyn AnySystem,
         y: &DVector<f64>,
-        factors: &Factors<S::Linearised>,
+        factors: &Factors,
         z: &mut Stages,
         evaluations: &mut u64,
     ) -> Outcome {

@@ -1,11 +1,11 @@
 //! Systems of run-time dimension, y' = f(y), and their Jacobians in the form that is best factored.
 
-use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
+use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, LU};
 
 /// An autonomous system y' = f(y) of any dimension; time is a component of y where it is needed.
 pub trait System {
     /// The Jacobian df/dy.
-    type Linearised: Linearised;
+    type Linearised: Linearised + 'static;
 
     /// f(y) into `out`, of the same length as `y`; None outside its domain, which shortens the step.
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
@@ -38,7 +38,7 @@ pub trait System {
 pub trait Linearised {
     /// sigma - J of the form of [`System::balance`], ready to be solved with; without sigma in the rows of algebraic
     /// components.
-    type Factor<T: ComplexField<RealField = f64> + Copy>: Factor<T>;
+    type Factor<T: ComplexField<RealField = f64> + Copy>: Factor<T> + 'static;
 
     /// sigma - J, factored; None if it is singular.
     fn shifted<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T)
@@ -58,6 +58,79 @@ pub trait Linearised {
 pub trait Factor<T> {
     /// Overwrites the right-hand side `b` with the solution; false if that failed.
     fn solve(&self, b: &mut DVector<T>) -> bool;
+}
+
+/// A [`System`] as the integrator sees it, without its types: the integrator is compiled once for all of them. Every system
+/// is one.
+pub trait AnySystem {
+    /// [`System::slope`].
+    fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
+    /// [`System::linearised`].
+    fn linearised(&self, y: &DVector<f64>) -> Option<Box<dyn AnyLinearised>>;
+    /// [`System::algebraic`].
+    fn algebraic(&self) -> usize;
+    /// [`System::balance`].
+    fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
+    /// [`System::settle`].
+    fn settle(&self, y: &mut DVector<f64>) -> Option<()>;
+    /// [`System::mean_square`].
+    fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
+}
+
+/// A [`Linearised`] without its types.
+pub trait AnyLinearised {
+    /// [`Linearised::shifted`] by a real number.
+    fn real(&self, sigma: f64) -> Option<Box<dyn Factor<f64>>>;
+    /// [`Linearised::shifted`] by a complex number.
+    fn complex(&self, sigma: Complex<f64>) -> Option<Box<dyn Factor<Complex<f64>>>>;
+    /// [`Linearised::rounding`].
+    fn rounding(&self, h: f64) -> f64;
+    /// [`Linearised::times`].
+    fn times(&self, x: &DVector<f64>) -> DVector<f64>;
+}
+
+impl<S: System> AnySystem for S {
+    fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        System::slope(self, y, out)
+    }
+
+    fn linearised(&self, y: &DVector<f64>) -> Option<Box<dyn AnyLinearised>> {
+        Some(Box::new(System::linearised(self, y)?))
+    }
+
+    fn algebraic(&self) -> usize {
+        System::algebraic(self)
+    }
+
+    fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        System::balance(self, y, out)
+    }
+
+    fn settle(&self, y: &mut DVector<f64>) -> Option<()> {
+        System::settle(self, y)
+    }
+
+    fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        System::mean_square(self, error, from, to)
+    }
+}
+
+impl<L: Linearised + 'static> AnyLinearised for L {
+    fn real(&self, sigma: f64) -> Option<Box<dyn Factor<f64>>> {
+        Some(Box::new(self.shifted(sigma)?))
+    }
+
+    fn complex(&self, sigma: Complex<f64>) -> Option<Box<dyn Factor<Complex<f64>>>> {
+        Some(Box::new(self.shifted(sigma)?))
+    }
+
+    fn rounding(&self, h: f64) -> f64 {
+        Linearised::rounding(self, h)
+    }
+
+    fn times(&self, x: &DVector<f64>) -> DVector<f64> {
+        Linearised::times(self, x)
+    }
 }
 
 impl Linearised for DMatrix<f64> {
@@ -93,8 +166,8 @@ const AVERAGED: usize = 4;
 
 /// The spectral radius of J by power iteration, mostly to some 10 %. `vector` is where the last one of a similar J
 /// ended; any other length starts afresh.
-pub(super) fn spectral_radius<L: Linearised>(
-    jacobian: &L,
+pub(super) fn spectral_radius(
+    jacobian: &dyn AnyLinearised,
     vector: &mut DVector<f64>,
     dimension: usize,
 ) -> f64 {

@@ -53,8 +53,8 @@ fn run(
     span: f64,
     tolerance: f64,
     method: Method,
-    mut each: impl FnMut(&mut Integrator<Problem>, f64),
-) -> Integrator<Problem> {
+    mut each: impl FnMut(&mut Integrator, f64),
+) -> Integrator {
     let mut integrator = Integrator::new(problem, y, tolerance, method, None).unwrap();
     let mut t = 0.0;
     while span - t > 1e-14 * span {
@@ -175,7 +175,7 @@ const ROBERTSON: [f64; 3] = [
     0.999999979166505,
 ];
 
-fn no_look(_: &mut Integrator<Problem>, _: f64) {}
+fn no_look(_: &mut Integrator, _: f64) {}
 
 /// Catches wrong stages, a wrong error estimate, and Newton left too early (the quadrature lags behind it): order 5 and
 /// errors near the tolerance on a smooth problem.

@@ -50,7 +50,7 @@ where
     B: EndBody<D, Pose = K::Pose>,
 {
     system: ViscousSystem<'a, K, B, M, D>,
-    integrator: Integrator<ViscousSystem<'a, K, B, M, D>>,
+    integrator: Integrator,
     options: Options,
     watch: LayerWatch,
     /// An event of the last step that is to be told.

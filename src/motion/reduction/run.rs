@@ -21,7 +21,7 @@ const MOST_STEPS: u64 = 1_000_000;
 /// A motion of a [`Reduction`] as it goes on.
 pub struct ReducedRun<'a> {
     motion: Motion<'a>,
-    integrator: Integrator<Motion<'a>>,
+    integrator: Integrator,
     defect: f64,
 }
 
