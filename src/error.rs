@@ -50,7 +50,6 @@ impl Error {
     }
 
     /// A request that several answers fit.
-    #[cfg_attr(not(feature = "scene"), allow(dead_code))]
     pub(crate) fn ambiguous(message: impl Into<String>) -> Self {
         Self::new(Kind::Ambiguous, message)
     }

@@ -201,7 +201,7 @@ impl Scene {
     pub fn read_with(path: &Path, overrides: &[&str]) -> std::result::Result<Self, ReadError> {
         let file = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|error| {
-            ReadError::File(Error::io(error.to_string()).context(format!("reading {file}")))
+            ReadError::File(Error::io(format!("reading {file}")).caused_by(error))
         })?;
         utf8(&bytes)
             .and_then(|text| Self::parse_with(text, overrides))
