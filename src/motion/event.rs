@@ -53,7 +53,7 @@ impl Bounce {
 
     /// What a Kelvin-Voigt rod of viscosity `eta` loses in this bounce, relative to the energy m v^2/2 of the radial
     /// motion: (16/15) eta lambda^2/(m v), to leading order where it is small, and up to a factor of 1.2 for pulls across
-    /// the clamp (theory-mass 2). The elastic bounce is physical only if this is far below 1.
+    /// the clamp (theory 2.8). The elastic bounce is physical only if this is far below 1.
     pub fn loss(&self, eta: f64) -> f64 {
         eta / self.viscosity()
     }

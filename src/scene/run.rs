@@ -12,8 +12,8 @@ pub struct Run {
     pub tolerance: f64,
     /// How the run steps through time, only with damping; default [`Method::Auto`].
     pub method: Method,
-    /// In space: whether a longitudinal, twisting or shearing motion of a uniform rod is integrated as the body's ordinary
-    /// differential equation, which is exact ([`Reduction`](crate::motion::reduction::Reduction)); default true.
+    /// In space: whether the program looks for the spring and dashpot that a uniform rod exactly is in longitudinal, twisting
+    /// and shearing motions ([`Reduction`](crate::motion::reduction::Reduction)), and prints them; default true.
     pub reduce: bool,
     /// Where a snapping rod lands; default [`Landing::Viscous`], and nothing else with damping.
     pub landing: Landing,

@@ -68,6 +68,7 @@ mod straight;
 mod straight_starts;
 #[cfg(feature = "scene")]
 mod studies;
+mod study_run;
 mod support;
 mod truss;
 mod viscous;

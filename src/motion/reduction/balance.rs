@@ -1,7 +1,7 @@
 //! Forces on the body in a motion with strains that are the same all along the rod.
 
 use super::{Carried, Reduction};
-use crate::body::{EndBody, EndMotion, Support};
+use crate::body::{EndBody, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined, turned};
 use crate::section::rate::Viscoelastic;
@@ -80,22 +80,8 @@ impl State {
 /// The forces at a state.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Balance {
-    /// The pose of the end in the world frame.
-    pub pose: Isometry3<f64>,
-    /// V in the world frame.
-    pub velocity: Vector6<f64>,
-    /// Resultants along the directors of the end.
-    pub resultants: Resultant,
     /// e_tt of the moving strains.
     pub acceleration: Strain,
-    /// W(e) and what the branches store.
-    pub stored: f64,
-    /// Power lost in the rod, to drag.
-    pub dissipation: f64,
-    /// The part of it in the rod.
-    pub friction: f64,
-    /// Power of the body's loads without a potential.
-    pub power: f64,
     /// Largest of the forces and couples.
     largest: f64,
     /// u x n, u x m + v x n where a couple would not be a reaction.
@@ -139,9 +125,8 @@ impl Balance {
     }
 }
 
-/// Stored energy, resultants where the law does not constrain the strains, and their derivative by the strains.
+/// Resultants where the law does not constrain the strains, and their derivative by the strains.
 pub(super) struct Stored {
-    pub energy: f64,
     pub resultants: Resultant,
     pub tangent: Matrix6<f64>,
 }
@@ -152,12 +137,10 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
     let law = &section.elastic;
     if !section.rate.rigid()[3..].contains(&true) {
         return Ok(Stored {
-            energy: law.energy(0.0, e)?,
             resultants: law.resultants(0.0, e)?,
             tangent: law.tangent(0.0, e)?,
         });
     }
-    let energy = law.energy(0.0, e)?;
     let mut resultants = Resultant::zeros();
     let mut last = f64::INFINITY;
     for _ in 0..40 {
@@ -178,7 +161,6 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
                 tangent[(k, k)] = 0.0;
             }
             return Ok(Stored {
-                energy,
                 resultants,
                 tangent,
             });
@@ -193,23 +175,18 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
 }
 
 impl Carried {
-    /// The end's acceleration (an end on a ball joint does not turn), power and loss.
-    pub(super) fn motion(
+    /// The end's acceleration (an end on a ball joint does not turn).
+    pub(super) fn acceleration(
         &self,
         t: f64,
         pose: &Isometry3<f64>,
         v: &Vector6<f64>,
         rod: &Vector6<f64>,
-    ) -> EndMotion<6> {
+    ) -> Vector6<f64> {
         match self {
-            Self::Welded(body) => body.motion(t, pose, v, rod),
+            Self::Welded(body) => body.motion(t, pose, v, rod).acceleration,
             Self::BallJoint(body) => {
-                let motion = EndBody::motion(body, t, pose, &lower(v), &lower(rod));
-                EndMotion {
-                    acceleration: beneath(&motion.acceleration),
-                    power: motion.power,
-                    loss: motion.loss,
-                }
+                beneath(&EndBody::motion(body, t, pose, &lower(v), &lower(rod)).acceleration)
             }
         }
     }
@@ -239,27 +216,6 @@ impl Carried {
         }
     }
 
-    pub(super) fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
-        match self {
-            Self::Welded(body) => body.kinetic(t, pose, v),
-            Self::BallJoint(body) => EndBody::kinetic(body, t, pose, &lower(v)),
-        }
-    }
-
-    pub(super) fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
-        match self {
-            Self::Welded(body) => body.potential(t, pose),
-            Self::BallJoint(body) => EndBody::potential(body, t, pose),
-        }
-    }
-
-    pub(super) fn next_break(&self, t: f64) -> f64 {
-        match self {
-            Self::Welded(body) => body.next_break(t),
-            Self::BallJoint(body) => EndBody::next_break(body, t),
-        }
-    }
-
     /// The clamp, if the body knows one.
     pub(super) fn support(&self) -> Option<&Support<3>> {
         match self {
@@ -284,9 +240,9 @@ fn beneath(b: &Vector3<f64>) -> Vector6<f64> {
 impl Reduction {
     /// The end's pose at strains that are constant along the rod: twisted but straight, or sheared with directors that
     /// do not turn.
-    pub(super) fn pose(&self, e: &Strain) -> Isometry3<f64> {
+    pub(super) fn pose(e: &Strain) -> Isometry3<f64> {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), e[2]);
-        self.clamp * Isometry3::from_parts(Translation3::from(lower(e)), turn)
+        Isometry3::from_parts(Translation3::from(lower(e)), turn)
     }
 
     /// d(acceleration)/d(wrench) and d(acceleration)/dV along the directors of the end.
@@ -317,34 +273,29 @@ impl Reduction {
         let welded = matches!(self.carried, Carried::Welded(_));
         let elastic = stored(&self.section, e)?;
         let viscous = self.section.rate.overstress(0.0, e, rate)?;
-        let mut energy = elastic.energy;
-        let mut dissipation = viscous.dot(rate);
-        let mut branched = Resultant::zeros();
-        for (branch, z) in self.section.branches.iter().zip(&at.branches) {
-            let pull = branch.modulus * (e - z);
-            let power = pull.dot(&(e - z));
-            branched += pull;
-            energy += 0.5 * power;
-            dissipation += power / branch.time;
-        }
+        let branches = self.section.branches.iter().zip(&at.branches);
+        let branched = branches.fold(Resultant::zeros(), |sum, (branch, z)| {
+            sum + branch.modulus * (e - z)
+        });
         let mut w = elastic.resultants + viscous + branched;
         for k in (0..6).filter(|k| rigid[*k]) {
             w[k] = 0.0;
         }
 
-        let pose = self.pose(e);
+        let pose = Self::pose(e);
         let velocity = turned(&pose.rotation, rate);
         let back = pose.rotation.inverse();
         let act = |w: &Resultant| {
-            let motion =
-                self.carried
-                    .motion(at.time, &pose, &velocity, &turned(&pose.rotation, &-w));
-            (turned(&back, &motion.acceleration), motion)
+            let rod = turned(&pose.rotation, &-w);
+            turned(
+                &back,
+                &self.carried.acceleration(at.time, &pose, &velocity, &rod),
+            )
         };
         let (mobility, _) = self.linear_body(at, &pose);
         // Reactions of what is rigid keep the end from moving there.
         let held: [bool; 6] = std::array::from_fn(|k| rigid[k] && mobility[(k, k)] > 0.0);
-        let (mut acceleration, mut motion) = act(&w);
+        let mut acceleration = act(&w);
         if held.contains(&true) {
             let matrix = Matrix6::from_fn(|i, j| match (held[i], held[j]) {
                 (true, true) => mobility[(i, j)],
@@ -355,7 +306,7 @@ impl Reduction {
                 .lu()
                 .solve(&missing)
                 .ok_or_else(|| Error::ill_conditioned("the mass matrix of the body is singular"))?;
-            (acceleration, motion) = act(&w);
+            acceleration = act(&w);
         }
 
         let (u, v, m, n) = (upper(e), lower(e), upper(&w), lower(&w));
@@ -384,20 +335,13 @@ impl Reduction {
                 astray[k] = w[k];
             }
         }
-        let (free, _) = act(&Resultant::zeros());
+        let free = act(&Resultant::zeros());
         // Forces far below those of the section at a strain of 1 are roundoff.
         let floor = self.slots.iter().map(|k| elastic.tangent[(k, k)].abs());
         let floor = 1e-6 * floor.fold(0.0, f64::max);
         let terms = [elastic.resultants, viscous, branched, w, acting(&free)];
         Ok(Balance {
-            pose,
-            velocity,
-            resultants: w,
             acceleration: self.slots.only(&acceleration),
-            stored: energy,
-            friction: dissipation,
-            dissipation: dissipation + motion.loss,
-            power: motion.power,
             largest: terms.iter().map(|x| x.amax()).fold(floor, f64::max),
             uneven: joined(&u.cross(&n), &couple),
             astray,

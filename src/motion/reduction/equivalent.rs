@@ -1,7 +1,7 @@
 //! The spring and dashpot that stand for the rod: AMV (6.3).
 
 use super::balance::{Slots, State, stored};
-use super::{Kind, ReducedSample, Reduction};
+use super::{Kind, Reduction};
 use crate::error::{Error, Result};
 use crate::section::Strain;
 use nalgebra::{Complex, DMatrix, DVector, Matrix6};
@@ -68,20 +68,6 @@ impl Reduction {
         self.linearised(&at)?.equivalent(self)
     }
 
-    /// The equivalent spring and dashpot about a state of the motion.
-    ///
-    /// # Errors
-    /// Laws that cannot be evaluated there.
-    pub fn equivalent_at(&self, sample: &ReducedSample) -> Result<Equivalent> {
-        self.linearised(&State {
-            time: sample.time,
-            strain: sample.strain,
-            rate: sample.rate,
-            branches: sample.branches.clone(),
-        })?
-        .equivalent(self)
-    }
-
     /// The motion linearised at a state.
     pub(super) fn linearised(&self, at: &State) -> Result<Linearised> {
         let section = &self.section;
@@ -98,7 +84,7 @@ impl Reduction {
             .try_inverse()
             .ok_or_else(|| Error::ill_conditioned("the rates do not determine the overstress"))?;
 
-        let pose = self.pose(&at.strain);
+        let pose = Self::pose(&at.strain);
         let (mobility, by_velocity) = self.linear_body(at, &pose);
         let inverse_mass = self.without_reactions(&mobility, &mobility)?;
         let slowing = self.without_reactions(&mobility, &by_velocity)?;

@@ -285,7 +285,7 @@ impl MotionSetup {
         }
     }
 
-    /// The body's ordinary differential equation, if the motion is one of those that it governs exactly.
+    /// The spring and dashpot that the rod is, if the motion is one of those in which it is exactly that.
     ///
     /// # Errors
     /// [`Refusal`]: why it is not; a start that cannot be evaluated.
@@ -307,12 +307,7 @@ impl MotionSetup {
             velocity: self.velocity,
         };
         let section = self.section.measured(self.units());
-        Ok(Reduction::recognise(
-            &section,
-            &Isometry3::identity(),
-            &self.carried,
-            &start,
-        ))
+        Ok(Reduction::recognise(&section, &self.carried, &start))
     }
 
     /// True if forces in time do work on the body.

@@ -1,0 +1,175 @@
+//! Runs as a study: bounces and what friction does to them, tables that stay small, ledgers that must close.
+
+use nalgebra::{Vector1, Vector2};
+use snaprod::body::Body;
+use snaprod::creep::material::Material;
+use snaprod::creep::plane::Plane;
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::{Bounce, Closing, Event, Ledger, Options, Run};
+use snaprod::scene::Scene;
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
+use snaprod::study::run::{Fields, Prepared, RunRecord, run};
+use snaprod::study::{Silent, Table};
+use std::sync::Arc;
+
+fn options(duration: f64) -> Options {
+    Options::new(duration)
+        .unwrap()
+        .with_tolerance(1e-11)
+        .unwrap()
+}
+
+/// The first bounce of a free mass that is thrown from an equilibrium, and when it comes to the wall and leaves it.
+fn first_bounce(start: &Equilibrium, velocity: Vector2<f64>) -> Bounce {
+    let body = Body::new(1.0).unwrap();
+    let q = Vector2::new(start.p, start.w);
+    let run = Run::new(&Elastica, &body, q, velocity, options(2.0)).unwrap();
+    let mut events = run.filter_map(|event| match event {
+        Event::Snap(snap) => panic!("a snap before the bounce: {snap:?}"),
+        Event::Bounce(bounce) => Some(bounce),
+        _ => None,
+    });
+    events.next().expect("a bounce")
+}
+
+/// Catches a bounce that is missed or told twice, and a loss that is not that of a rod with friction: the whole
+/// Kelvin-Voigt rod at two small viscosities, whose loss in the bounce goes with eta to the one that is printed (leading
+/// order; the factor C of theory 2.8 is up to 1.2).
+#[test]
+fn friction_takes_from_a_bounce_what_is_printed() {
+    let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
+    let velocity = Vector2::new(2.5, 1.0);
+    let bounce = first_bounce(&start, velocity);
+    // All of the radial energy is stored: lambda = m v^2/(8 sin^2(gam/4)), gam the direction of the pull (theory 2.3).
+    let gam = bounce.pose[1].atan2(bounce.pose[0]);
+    let s2 = (0.25 * gam).sin().powi(2);
+    let taut = bounce.speed().powi(2) / (8.0 * s2);
+    assert!(
+        (bounce.lambda / taut - 1.0).abs() < 0.2,
+        "{} {taut}",
+        bounce.lambda
+    );
+    assert!(bounce.velocity.dot(&bounce.pose).abs() < 0.1 * bounce.velocity.norm());
+
+    let body = Body::new(1.0).unwrap();
+    let losses: Vec<f64> = [1e-3, 5e-4]
+        .iter()
+        .map(|small| {
+            let eta = small * bounce.viscosity();
+            let friction = Viscosity::diagonal([eta; 2], eta).unwrap();
+            let elastic = Linear::diagonal([1.0; 2], 1.0).unwrap();
+            let law = Viscoelastic::new(Arc::new(elastic), Arc::new(KelvinVoigt::new(friction)));
+            let material = Material::new(law.unwrap(), [0]).unwrap();
+            let begun = ViscousStart {
+                strain: &|s| Vector1::new(start.section(s).unwrap().curvature),
+                relaxed: None,
+                velocity,
+            };
+            let end = bounce.t + 0.5 * bounce.t.min(0.1);
+            let mut run = ViscousRun::new(Plane, material, &body, &begun, options(end)).unwrap();
+            for event in run.by_ref() {
+                if let Event::Stop(outcome) = event {
+                    assert_eq!(outcome.key(), "end_of_time");
+                }
+            }
+            let lost = run.now().friction / bounce.elastic / bounce.loss(eta);
+            println!("eta = {eta:e}: {lost} of what is printed");
+            lost
+        })
+        .collect();
+    // What is left at eta = 0, with the factor C and friction on the way to the wall.
+    let limit = 2.0 * losses[1] - losses[0];
+    assert!((0.9..1.35).contains(&limit), "{losses:?}");
+}
+
+const VISCOUS: &str = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+damping = 0.1
+[body]
+mass = 1.0
+[start]
+curvature = [1.5, -1.5]
+[run]
+duration = 0.2
+tolerance = 1e-6
+samples = 2001
+"#;
+
+fn recorded(text: &str, fields: Fields) -> (RunRecord, Vec<Table>) {
+    let scene = Scene::parse(text).unwrap();
+    let prepared = Prepared::new(&scene).unwrap();
+    let mut tables: Vec<Table> = Vec::new();
+    let record = run(&prepared, fields, &mut tables, &mut Silent).unwrap();
+    (record, tables)
+}
+
+/// Catches a strain field that grows with the samples unasked, or is not at even times from start to end; a trajectory that
+/// is thinned with it; a field that was asked for and is not whole.
+#[test]
+fn the_strain_field_stays_small_unless_asked_for() {
+    let (record, tables) = recorded(VISCOUS, Fields::Some);
+    assert_eq!((tables[0].rows(), record.strain_stride), (2001, Some(5)));
+    assert_eq!(tables[1].rows(), 401 * 61);
+    let times = tables[1].reals("t");
+    for (k, t) in times.iter().step_by(61).enumerate() {
+        assert!((t - 0.2 * k as f64 / 400.0).abs() < 1e-12, "{k} {t}");
+    }
+    let (_, tables) = recorded(VISCOUS, Fields::All);
+    assert_eq!(tables[1].rows(), 2001 * 61);
+    let (record, tables) = recorded(VISCOUS, Fields::None);
+    assert_eq!((tables.len(), record.strain_stride), (1, None));
+}
+
+/// Catches a ledger that is judged by the size of its energies alone: errors of one tolerance in velocities are errors of
+/// sqrt(E) tolerances in small energies; and NaN that counts as closed.
+#[test]
+fn a_ledger_is_judged_by_its_largest_term() {
+    let ledger = |kinetic: f64, elastic: f64| Ledger {
+        kinetic,
+        elastic,
+        ..Ledger::default()
+    };
+    let closed = |states: &[Ledger]| {
+        let mut closing = Closing::new(states[0].total());
+        states.iter().for_each(|state| closing.look(state));
+        closing.is_closed(1e-10)
+    };
+    assert!(closed(&[ledger(0.0, 0.0)]));
+    assert!(closed(&[ledger(10.0, 0.0), ledger(4.0, 6.0 + 9e-7)]));
+    assert!(!closed(&[ledger(10.0, 0.0), ledger(4.0, 6.0 + 2e-6)]));
+    // v = 1e-4, off by a hundred tolerances.
+    assert!(closed(&[ledger(5e-9, 0.0), ledger(5e-9 + 1e-12, 0.0)]));
+    assert!(!closed(&[ledger(5e-9, 0.0), ledger(5e-9 + 1e-11, 0.0)]));
+    assert!(!closed(&[ledger(1.0, 0.0), ledger(f64::NAN, 0.0)]));
+}
+
+/// Catches a run that has made or lost energy and says nothing.
+#[test]
+fn a_run_whose_ledger_is_open_ends_with_the_reason() {
+    // Deep in a loop the chart of the elastica resolves the end no better than exp(-|p|).
+    let text = VISCOUS
+        .replace("damping = 0.1\n", "")
+        .replace("curvature = [1.5, -1.5]", "lambda = 60.0\np = -30.0")
+        .replace("duration = 0.2", "duration = 5e-4")
+        .replace(
+            "tolerance = 1e-6\nsamples = 2001",
+            "tolerance = 1e-10\nsamples = 3",
+        );
+    let (record, _) = recorded(&text, Fields::None);
+    let (_, relative) = record.energy_error();
+    let short = record.reason();
+    // Mended in the chart, or told.
+    match &short {
+        None => assert!(relative < 1e-7, "{relative:e} in silence"),
+        Some(why) => {
+            assert_eq!(record.outcome(), "stuck");
+            assert!(why.contains("at t = "), "{why}");
+        }
+    }
+    println!("{relative:e} {short:?}");
+}
