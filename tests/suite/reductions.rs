@@ -11,7 +11,7 @@ use snaprod::motion::creep::{ViscousRun, ViscousStart};
 use snaprod::motion::reduction::{Carried, Kind, Reduction, Start};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
-use snaprod::section::{Along, Barrier, Linear, Resultant, SectionLaw, Strain, Varying};
+use snaprod::section::{Along, Barrier, Linear, Resultant, Strain, Varying};
 use std::sync::Arc;
 
 /// Overstress H e_t, with some strains rigid; of its own, so that the tests stand apart from the library's laws.
