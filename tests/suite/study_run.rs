@@ -148,28 +148,36 @@ fn a_ledger_is_judged_by_its_largest_term() {
     assert!(!closed(&[ledger(1.0, 0.0), ledger(f64::NAN, 0.0)]));
 }
 
-/// Catches a run that has made or lost energy and says nothing.
+/// Catches a run that has made or lost energy and says nothing: in a loop the chart of the elastica holds the end to
+/// exp(|p|) roundings only, so that each such run is accurate, or refused, or ends with the reason.
 #[test]
-fn a_run_whose_ledger_is_open_ends_with_the_reason() {
-    // Deep in a loop the chart of the elastica resolves the end no better than exp(-|p|).
-    let text = VISCOUS
-        .replace("damping = 0.1\n", "")
-        .replace("curvature = [1.5, -1.5]", "lambda = 60.0\np = -30.0")
-        .replace("duration = 0.2", "duration = 5e-4")
-        .replace(
-            "tolerance = 1e-6\nsamples = 2001",
-            "tolerance = 1e-10\nsamples = 3",
-        );
-    let (record, _) = recorded(&text, Fields::None);
-    let (_, relative) = record.energy_error();
-    let short = record.reason();
-    // Mended in the chart, or told.
-    match &short {
-        None => assert!(relative < 1e-7, "{relative:e} in silence"),
-        Some(why) => {
-            assert_eq!(record.outcome(), "stuck");
-            assert!(why.contains("at t = "), "{why}");
+fn no_open_ledger_passes_in_silence() {
+    for p in [-16.0, -20.0, -24.0, -30.0] {
+        let text = VISCOUS
+            .replace("damping = 0.1\n", "")
+            .replace(
+                "curvature = [1.5, -1.5]",
+                &format!("lambda = 60.0\np = {p:?}"),
+            )
+            .replace("duration = 0.2", "duration = 5e-4")
+            .replace(
+                "tolerance = 1e-6\nsamples = 2001",
+                "tolerance = 1e-10\nsamples = 3",
+            );
+        let scene = Scene::parse(&text).unwrap();
+        let prepared = Prepared::new(&scene);
+        let begun = prepared.as_ref().map_err(Clone::clone);
+        let refused = begun.and_then(|prepared| prepared.motion().map(drop)).err();
+        if let Some(why) = refused {
+            println!("p = {p}: {why}");
+            continue;
+        }
+        let (record, _) = recorded(&text, Fields::None);
+        let (_, relative) = record.energy_error();
+        println!("p = {p}: {relative:e} {:?}", record.reason());
+        match record.reason() {
+            None => assert!(relative < 1.1e-7, "{relative:e} in silence"),
+            Some(why) => assert!(why.contains("at t = "), "{why}"),
         }
     }
-    println!("{relative:e} {short:?}");
 }
