@@ -13,6 +13,7 @@ mod output;
 mod progress;
 mod query;
 mod run;
+mod run_figures;
 mod run_text;
 mod sheets;
 mod signals;

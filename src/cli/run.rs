@@ -4,10 +4,10 @@ use super::check::SceneArgs;
 use super::files::{json_text, print, print_error, print_json, toml_text};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
+use super::run_figures::{RunFigure, run_figures};
 use super::{Ending, Refusal, check, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
-use snaprod::plot::{RunFigure, run_figures};
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
 use std::path::PathBuf;
 

@@ -51,8 +51,6 @@ mod palette;
 mod png;
 mod portrait;
 mod rods;
-#[cfg(feature = "scene")]
-mod run;
 mod scenery;
 mod spread;
 mod stage;
@@ -77,8 +75,6 @@ pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};
-#[cfg(feature = "scene")]
-pub use run::{RunFigure, first_folds, labels, run_figures};
 pub use scenery::{RodUnits, SpaceRod};
 pub use state::{RodState, rod_state};
 pub use surfaces::{

@@ -68,6 +68,7 @@ mod straight;
 mod straight_starts;
 #[cfg(feature = "scene")]
 mod studies;
+#[cfg(feature = "scene")]
 mod study_run;
 mod support;
 mod truss;

@@ -1,17 +1,17 @@
 //! The figures of a run, from its record.
 
-use super::{
-    Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch, PathOnSurface, RodShapes,
-    RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap, Units,
-};
-use crate::elastica::{Equilibrium, fold_curve, stable_grid};
-use crate::error::Result;
-use crate::manifold::Sign;
-use crate::motion::Ledger;
-use crate::motion::creep::Layer;
-use crate::scene;
-use crate::study::run::{Branch, Frame, Kind, Moment, RunRecord, places};
 use nalgebra::Isometry3;
+use snaprod::Result;
+use snaprod::elastica::{Equilibrium, fold_curve, stable_grid};
+use snaprod::manifold::Sign;
+use snaprod::motion::Ledger;
+use snaprod::motion::creep::Layer;
+use snaprod::plot::{
+    self, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch, PathOnSurface,
+    RodShapes, RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap, Units,
+};
+use snaprod::scene;
+use snaprod::study::run::{Branch, Frame, Kind, Moment, RunRecord, places};
 
 /// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
 const SHAPES_ON_SHEET: usize = 9;
@@ -56,14 +56,14 @@ impl RunFigure {
     /// Data without anything to show.
     pub fn draw(&self) -> Result<String> {
         match self {
-            Self::Snapshots(data) => super::snapshots(data),
-            Self::Energies(data) => super::energies(data),
-            Self::Surface(data) => super::path_on_surface(data),
-            Self::Shapes(data) => super::rod_shapes(data),
-            Self::Path(data) => super::lines(data),
-            Self::Strain(data) => super::strain_map(data),
-            Self::Layer(data) => super::layer(data),
-            Self::Losses(data) => super::dissipated_against_released(data),
+            Self::Snapshots(data) => plot::snapshots(data),
+            Self::Energies(data) => plot::energies(data),
+            Self::Surface(data) => plot::path_on_surface(data),
+            Self::Shapes(data) => plot::rod_shapes(data),
+            Self::Path(data) => plot::lines(data),
+            Self::Strain(data) => plot::strain_map(data),
+            Self::Layer(data) => plot::layer(data),
+            Self::Losses(data) => plot::dissipated_against_released(data),
         }
     }
 }
@@ -130,7 +130,7 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
 
 /// Labels for a scene's units and a rod of this length. Of dimensionless quantities only those of a rod of unit length,
 /// stiffness and mass (`natural`) have the natural ones, the others none.
-pub fn labels(units: scene::Units, length: f64, natural: bool) -> Units {
+fn labels(units: scene::Units, length: f64, natural: bool) -> Units {
     match units {
         scene::Units::Si => Units::si(length),
         scene::Units::Dimensionless if natural => Units::default(),
@@ -147,7 +147,7 @@ pub fn labels(units: scene::Units, length: f64, natural: bool) -> Units {
 ///
 /// # Errors
 /// As [`fold_curve`].
-pub fn first_folds(length: f64) -> Result<Vec<Curve>> {
+fn first_folds(length: f64) -> Result<Vec<Curve>> {
     let half = fold_curve(1, 0.02, 6.0, 0.05)?;
     let fold = |side: f64| {
         let points = half.iter();
@@ -197,7 +197,7 @@ impl<'r> Line<'r> {
         };
         if !line.track.is_empty() {
             let peaks = record.passages().map(|layer| layer.peak);
-            let passed: Vec<_> = peaks.map(|t| (t, line.at(t).place())).collect();
+            let passed: Vec<_> = peaks.map(|t| (t, place(line.at(t)))).collect();
             line.snaps.extend(passed);
         }
         line
@@ -247,7 +247,7 @@ impl<'r> Line<'r> {
             .collect();
         Ok(Snapshots {
             shapes: shapes?,
-            path: Curve::new(self.track.iter().map(Frame::place)),
+            path: Curve::new(self.track.iter().map(place)),
             folds: first_folds(self.length())?,
             snaps: self.snaps.iter().map(|(_, at)| *at).collect(),
             units: self.units.clone(),
@@ -523,12 +523,10 @@ impl<'r> Line<'r> {
     }
 }
 
-impl Frame {
-    /// Position of the end in the plane.
-    fn place(&self) -> [f64; 2] {
-        let r = self.moment.position();
-        [r.x, r.y]
-    }
+/// Position of the end in the plane.
+fn place(frame: &Frame) -> [f64; 2] {
+    let r = frame.moment.position();
+    [r.x, r.y]
 }
 
 /// A frame of a rod on a sheet.
