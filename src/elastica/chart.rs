@@ -16,6 +16,11 @@ const TAUT: f64 = 1e9;
 /// p beyond which kap'^2 is below rounding and K, B are elementary.
 const FLAT: f64 = 22.0;
 
+/// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
+/// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
+/// it wherever the force lam^2 can be represented.
+pub const P_MAX: f64 = 1e100;
+
 /// The modulus at `p`: kap = tanh p and kap' = sech p, each to a few ulp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Modulus {

@@ -1,7 +1,6 @@
 //! One equilibrium of the elastica, fully described: labels, end position, force, energy, shape.
 
-use super::chart::{ChartPoint, Integrals, Modulus, amplitude};
-use super::model::P_MAX;
+use super::chart::{ChartPoint, Integrals, Modulus, P_MAX, amplitude};
 use crate::error::{Error, Result};
 use crate::manifold::{Sheet, Sign};
 use crate::math::gauss::Rule;

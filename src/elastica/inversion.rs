@@ -102,7 +102,7 @@ enum Landing {
     Inside(f64, f64),
     /// Away from the box.
     Outside,
-    /// Nowhere yet.
+    /// Neither at a root nor away from the box: it is halved.
     Undecided,
 }
 

@@ -7,9 +7,8 @@
 //! as the flow slows down and end as Newton's.
 
 use super::equilibrium::Equilibrium;
-use super::model::Elastica;
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, Multivalued, invert_near};
+use crate::manifold::{Multivalued, invert_near};
 use crate::math::gauss::Rule;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
@@ -40,7 +39,7 @@ const AT_REST: f64 = 1e-13;
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
 
-/// Settles from the equilibrium `q` = (p, w), leaving it in the chart direction `leaving`.
+/// Settles from the equilibrium `q` = (p, w) of `rods`, the elastica, leaving it in the chart direction `leaving`.
 ///
 /// Which equilibrium is reached is settled on the first fold curve up to lam of about 14 (the same for
 /// step tolerances a hundred times apart). Rods with a loop beyond it lie within exp(-lam) of their mirror
@@ -52,7 +51,11 @@ const LONGEST: f64 = 1e15;
 ///
 /// # Errors
 /// A flow that does not come to rest with nothing stable to fall back on.
-pub fn settle(q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
+pub(super) fn settle(
+    rods: &impl Multivalued<2>,
+    q: &Vector2<f64>,
+    leaving: &Vector2<f64>,
+) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
     let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
     let origin = rod.curvature(&start)?;
@@ -65,9 +68,9 @@ pub fn settle(q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> 
             break;
         }
         if speed < SLOW * size
-            && let Some((landed, shape)) = rod.arrive(&u, n)
+            && let Some((landed, shape)) = rod.arrive(rods, &u, n)
             && ((shape - &origin).norm() > SAME * size || speed < AT_REST * size)
-            && Elastica.index(&landed)? == 0
+            && rods.index(&landed)? == 0
         {
             return Ok(landed);
         }
@@ -83,11 +86,10 @@ pub fn settle(q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> 
         h *= if factor > 0.2 { factor.min(5.0) } else { 0.2 };
     }
     let lower = |l: &Vector2<f64>| {
-        Elastica
-            .point(l)
+        rods.point(l)
             .is_some_and(|p| p.energy < start.energy * (1.0 - 1e-9))
     };
-    let stable = Elastica.stable_at(&rod.held)?;
+    let stable = rods.stable_at(&rod.held)?;
     stable.into_iter().find(lower).ok_or_else(|| {
         Error::no_convergence(format!(
             "the viscous layer from (p, w) = ({}, {}) does not settle; \
@@ -229,14 +231,19 @@ impl Rod {
 
     /// The equilibrium next to a slow shape, polished so that its end is where it is held, and its
     /// own shape; None if the shape is not yet near an equilibrium.
-    fn arrive(&self, u: &Field, n: Vector2<f64>) -> Option<(Vector2<f64>, Field)> {
+    fn arrive(
+        &self,
+        rods: &impl Multivalued<2>,
+        u: &Field,
+        n: Vector2<f64>,
+    ) -> Option<(Vector2<f64>, Field)> {
         let lam = n.norm().sqrt();
         let alpha = (-n[1]).atan2(-n[0]);
         let theta1 = self.weights.dot(u);
         let half = 0.5 * (theta1 - alpha);
         let p = (half.sin() / half.cos().abs()).asinh();
         let guess = super::chart::amplitude(p, lam).ok()?;
-        let landed = invert_near(&Elastica, &self.held, &Vector2::new(p, guess), 1e-15).ok()?;
+        let landed = invert_near(rods, &self.held, &Vector2::new(p, guess), 1e-15).ok()?;
         let there = Equilibrium::new(landed.q[0], landed.q[1]).ok()?;
         let shape = self.curvature(&there).ok()?;
         // The polish must not have wandered off to another equilibrium.

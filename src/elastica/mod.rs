@@ -7,7 +7,7 @@ pub mod curvature;
 pub mod equilibrium;
 pub mod folds;
 pub mod inversion;
-pub mod layer;
+mod layer;
 pub mod model;
 mod settled;
 mod slight;

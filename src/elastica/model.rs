@@ -1,7 +1,6 @@
 //! The elastica as an equilibrium manifold: chart (p, w), pose (x, y).
 
-use super::chart::ChartPoint;
-use super::chart::amplitude;
+use super::chart::{ChartPoint, P_MAX, amplitude};
 use super::equilibrium::sheet;
 use super::{folds, inversion, layer};
 use crate::error::{Error, Result};
@@ -21,11 +20,6 @@ const TAUT_LAMBDA: f64 = 20.0;
 
 /// A motion is not followed where lam is known from w to worse than this.
 const LOST: f64 = 1e-8;
-
-/// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
-/// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
-/// it wherever the force lam^2 can be represented.
-pub const P_MAX: f64 = 1e100;
 
 impl EquilibriumManifold<2> for Elastica {
     #[inline]
@@ -125,7 +119,7 @@ impl Multivalued<2> for Elastica {
     }
 
     fn settle(&self, q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
-        layer::settle(q, leaving)
+        layer::settle(self, q, leaving)
     }
 }
 
