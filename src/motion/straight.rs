@@ -1,4 +1,4 @@
-//! A straight elastic rod that is let go: how its motion begins.
+//! A straight elastic rod that is let go: how its motion begins (theory 2.3).
 //!
 //! At the straight rod the position of the mass does not tell the force: 1 - x = c(N) y^2, and the pull N comes from the
 //! motion along the rod, which the motion across enslaves (`x'' = (f_x - N)/m`). Close to it the mass also can shake along
