@@ -15,7 +15,7 @@ use snaprod::creep::material::Material;
 use snaprod::creep::plane::Plane;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::creep::{Layer, ViscousRun, ViscousSample, ViscousStart};
-use snaprod::motion::{Event, Options, Run, Snap};
+use snaprod::motion::{Event, Options, Run, Snap, State};
 use snaprod::plot::{
     self, Convergence, ConvergenceSeries, Curve, LayerFigure, LayerRun, LossRun, LossesOverTime,
     Shape, Slope,
@@ -246,6 +246,13 @@ impl Viscous {
     }
 }
 
+/// Points of the rod's axis.
+fn axis(sample: &Sample) -> Vec<[f64; 2]> {
+    let sections = sample.sections(60);
+    let points = sections.iter().map(|at| at.translation);
+    points.map(|r| [r.x, r.y]).collect()
+}
+
 impl Moment {
     fn of(sample: &Sample) -> Self {
         Self {
@@ -258,7 +265,7 @@ impl Moment {
                 .zip(sample.grid.weights())
                 .map(|(d, w)| d * w)
                 .sum(),
-            curve: sample.curve(60),
+            curve: axis(sample),
         }
     }
 }

@@ -3,7 +3,6 @@
 use crate::body::EndBody;
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
-use crate::creep::plane::Plane;
 use crate::creep::reduced::{Configuration, Flow};
 use crate::creep::system::ViscousSystem;
 use crate::motion::Ledger;
@@ -90,24 +89,5 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             return 0.0;
         }
         over / (over + mean(&self.configuration.taken))
-    }
-}
-
-impl ViscousSample<Plane, 1, 2> {
-    /// Points of the rod's axis from the clamp to the end, `points` on every element beside the two ends.
-    pub fn curve(&self, points: usize) -> Vec<[f64; 2]> {
-        let fine = Grid::new(
-            &self.grid.breaks(),
-            &vec![points.max(8); self.grid.elements().len()],
-        );
-        let strains = self.grid.carried(&self.configuration.strains, &fine);
-        let Some(shape) = Plane.shape(&fine, &strains) else {
-            return Vec::new();
-        };
-        let inner = shape.positions().iter().map(|r| [r.x, r.y]);
-        std::iter::once([0.0; 2])
-            .chain(inner)
-            .chain([[shape.end().x, shape.end().y]])
-            .collect()
     }
 }
