@@ -15,8 +15,8 @@ use nalgebra::Vector2;
 pub struct Setup {
     /// The mass and its loads.
     pub body: Body<2>,
-    /// The equilibrium it starts from.
-    pub start: Equilibrium,
+    /// The equilibrium it starts from; `None`: the straight rod.
+    pub start: Option<Equilibrium>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
     /// What to run.
@@ -54,13 +54,9 @@ impl Setup {
             });
         options.max_steps = run.max_steps as u64;
         options.max_snaps = run.max_snaps as u64;
-        let start = start(scene, &plain)?.ok_or_else(|| {
-            Error::domain(
-                "[start]: an elastic rod does not start straight yet; write damping = { proportional = 1e-3 } in [rod]",
-            )
-        })?;
+        let start = start(scene, &plain)?;
         let seen = Seen(clamp::planar(&plain.clamp)?);
-        let velocity = seen.velocity(&Vector2::new(start.x, start.y), plain.start.velocity);
+        let velocity = seen.velocity(&end(start.as_ref()), plain.start.velocity);
         Ok(Self {
             body: body(&plain)?,
             start,
@@ -75,9 +71,20 @@ impl Setup {
     /// # Errors
     /// A degenerate start from which no sheet can be followed.
     pub fn run(&self) -> Result<Run<'_, Elastica, 2>> {
-        let q = Vector2::new(self.start.p, self.start.w);
-        Run::new(&Elastica, &self.body, q, self.velocity, self.options)
+        match &self.start {
+            None => Run::straight(&self.body, self.velocity, self.options)
+                .map_err(|e| e.context("[start] rest = \"straight\"")),
+            Some(start) => {
+                let q = Vector2::new(start.p, start.w);
+                Run::new(&Elastica, &self.body, q, self.velocity, self.options)
+            }
+        }
     }
+}
+
+/// Where the end of the rod is.
+fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
+    start.map_or(Vector2::x(), |at| Vector2::new(at.x, at.y))
 }
 
 /// The mass and its loads.
