@@ -168,11 +168,7 @@ fn a_tilted_clamp_is_a_turned_world() {
     let shaken = setup(&text(start, shaken, gravity));
     let scale = (3.0_f64 / (0.5 * 2.0)).sqrt();
     let wanted = [0.5 * y, -0.4 * std::f64::consts::PI - 0.5 * x].map(|v| v / scale);
-    for i in 0..2 {
-        assert!(
-            (shaken.velocity[i] - wanted[i]).abs() < 1e-12,
-            "{}",
-            shaken.velocity
-        );
+    for (v, wanted) in shaken.velocity.iter().zip(wanted) {
+        assert!((v - wanted).abs() < 1e-12, "{}", shaken.velocity);
     }
 }
