@@ -256,26 +256,26 @@ where
             .then_some(())
     }
 
-    /// The state at the end of an implicit step with the velocity that its strains and wrench make, which the step meets
-    /// up to the tolerance of Newton's iteration: small in the velocity, not in the wrench that would follow from it where
-    /// G is small.
-    pub fn reconciled(&self, mut y: DVector<f64>) -> Option<DVector<f64>> {
-        if self.hold == Hold::Together {
-            let layout = self.layout();
-            let at = self.rod.configuration(self.strains(&y), self.memory(&y))?;
-            let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
-            let moved = self.rod.moved(&at, &self.rod.under(&at, &wrench)?);
-            y.fixed_rows_mut::<D>(layout.velocity()).copy_from(&moved);
-        }
-        Some(y)
-    }
-
     /// Shape and flow of a state; None outside the law's domain.
     #[allow(clippy::type_complexity)] // Two things that are always wanted together.
     pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let mut flow = self.rod.flow(&at, &self.velocity(y))?;
         self.hold(y, &at, &mut flow);
+        Some((at, flow))
+    }
+
+    /// Shape and flow of a state that an implicit step has reached. [`Hold::Together`] found its wrench: V differs from the
+    /// velocity that strains and wrench make by the remainder of Newton's iteration, which is small in V, but not in the
+    /// wrench that would follow from it where G is small.
+    #[allow(clippy::type_complexity)] // As above.
+    pub fn reached(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
+        if self.hold != Hold::Together {
+            return self.at(y);
+        }
+        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
+        let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();
+        let flow = self.rod.under(&at, &wrench)?;
         Some((at, flow))
     }
 
@@ -552,6 +552,11 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         let g = (&self.rod.gather * &self.rod.push)
             .fixed_view::<D, D>(0, 0)
             .into_owned();
+        if loose(&g).next().is_some() {
+            // The velocity along a straight inextensible rod relaxes at once.
+            out.fill(f64::INFINITY);
+            return out;
+        }
         let w = solve(&g, &AtEnd::<D>::from_column_slice(missing.as_slice()))
             .unwrap_or_else(AtEnd::zeros);
         rate += &self.rod.push * w;

@@ -388,3 +388,31 @@ fn the_strip_let_go_runs() {
         near(end_of(&elastic), end_of(&damped), 3e-3);
     }
 }
+
+/// A force across a straight damped strip at rest, for a hundredth of a second. Catches a motion that goes over to explicit
+/// steps while the straight rod is at rest and cannot leave them, and samples of a nearly straight rod with a velocity that
+/// lacks the digits of the state's: the ledger was open by 1e-3.
+#[test]
+fn a_pulse_on_a_straight_strip() {
+    use snaprod::motion::Event;
+    let pulse = "force = [{ direction = [0.0, 1.0], pulse = { at = 0.02, width = 0.01, amplitude = 1.0 } }]";
+    let text = edit(STRIP, "gravity = [0.0, -9.81]", pulse)
+        .replace("duration = 1.0", "duration = 0.03")
+        .replace("tolerance = 1e-10", "tolerance = 1e-6");
+    let setup = ViscousSetup::new(&planar(&text)).unwrap();
+    let mut run = setup.run().unwrap();
+    let (mut opened, mut shortest, mut largest) = (0.0f64, f64::INFINITY, 0.0f64);
+    while let Some(event) = run.next() {
+        let ledger = &run.now().ledger;
+        opened = opened.max(ledger.total().abs());
+        largest = largest.max(ledger.largest());
+        if let Event::Step { from, to } = event
+            && from > 0.01
+        {
+            shortest = shortest.min(to - from);
+        }
+    }
+    assert!((run.time() / run.duration() - 1.0).abs() < 1e-12);
+    assert!(opened <= 1e-5 * largest, "{opened:e} of {largest:e}");
+    assert!(shortest > 1e-6, "{shortest:e}");
+}

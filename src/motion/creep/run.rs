@@ -97,11 +97,12 @@ where
             .map_or_else(|| strains.clone(), |f| field(grid, f));
         let memory = vec![relaxed; system.rod.material.branches().len()];
         let y = system.state(&strains, &memory, &start.velocity);
-        let first = ViscousSample::new(&system, &y).ok_or_else(|| {
+        let begun = system.at(&y).ok_or_else(|| {
             Error::domain(
                 "the strains at the start are outside the law's domain, or too large for a shape: give strains that the section admits",
             )
         })?;
+        let first = ViscousSample::new(&system, &y, begun);
         let moved = system.rod.moved(&first.configuration, &first.flow);
         let missed = (moved - start.velocity).norm();
         // Rates are differences of what stresses and wrench would do each for itself: large if the viscosity is small.
@@ -165,18 +166,18 @@ where
             return None;
         }
         let y = self.integrator.at(&self.system, fraction)?;
-        let mut sample = self.sample_of(y)?;
+        let mut sample = self.sample_of(&y)?;
         sample.t = t;
         Some(sample)
     }
 
     /// The sample of a state within the last step, or at its end.
-    fn sample_of(&self, y: DVector<f64>) -> Option<ViscousSample<K, M, D>> {
-        let y = match self.integrator.method_now() {
-            Method::Implicit => self.system.reconciled(y)?,
-            _ => y,
+    fn sample_of(&self, y: &DVector<f64>) -> Option<ViscousSample<K, M, D>> {
+        let found = match self.integrator.method_now() {
+            Method::Implicit => self.system.reached(y)?,
+            _ => self.system.at(y)?,
         };
-        ViscousSample::new(&self.system, &y)
+        Some(ViscousSample::new(&self.system, y, found))
     }
 
     /// Time now.
@@ -305,14 +306,14 @@ where
         let (y, h) = (self.integrator.state(), self.integrator.next_step());
         let (at, flow) = (&self.current.configuration, &self.current.flow);
         let suited = self.system.suited(at, flow, y, h);
-        if suited == self.system.hold {
-            return Some(());
-        }
-        self.system.hold = suited;
+        let before = std::mem::replace(&mut self.system.hold, suited);
         if self.integrator.method_now() == Method::Explicit {
             if suited == Hold::Together {
                 self.integrator.stiffen(&self.system);
             }
+            return Some(());
+        }
+        if suited == before {
             return Some(());
         }
         let y = y.clone();
@@ -354,7 +355,7 @@ where
             );
         }
         let to = self.time();
-        if let Some(current) = self.sample_of(self.integrator.state().clone()) {
+        if let Some(current) = self.sample_of(self.integrator.state()) {
             self.current = current;
         }
         self.found = self.watch.look(&self.current).map(Event::Layer);

@@ -33,16 +33,16 @@ pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
 }
 
 impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D> {
-    /// The sample of a state of `system`; None outside the law's domain.
+    /// The sample of a state of `system` with its shape and flow.
     pub(super) fn new<B: EndBody<D, Pose = K::Pose>>(
         system: &ViscousSystem<'_, K, B, M, D>,
         y: &DVector<f64>,
-    ) -> Option<Self> {
-        let (configuration, flow) = system.at(y)?;
+        (configuration, flow): (Configuration<K::Shape, M, D>, Flow<M, D>),
+    ) -> Self {
         let pose = system.rod.kinematics.pose(&configuration.shape);
         let velocity = system.velocity(y);
         let time = system.layout().time();
-        Some(Self {
+        Self {
             t: y[time],
             grid: system.rod.grid.clone(),
             ledger: Ledger {
@@ -58,7 +58,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             flow,
             pose,
             velocity,
-        })
+        }
     }
 
     /// The strains at places in [0, 1], in growing order.
