@@ -3,7 +3,9 @@
 use divan::{Bencher, black_box};
 use nalgebra::{Vector3, Vector6};
 use snaprod::Result;
-use snaprod::rod::{Chart, Charted, End, FreeEnd, Path, Problem, Rod, RodFamily, Spatial};
+use snaprod::rod::{
+    Chart, Charted, EndConditions, FreeEnd, Path, Problem, Rod, RodFamily, Spatial,
+};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Options};
 
@@ -33,14 +35,14 @@ fn index(bencher: Bencher) {
     let rod = sample();
     let base = Vector6::new(1.66, 0.96, -0.48, 1.0, -2.0, 0.5);
     let end = rod.end(&base, 1e-11).unwrap().section.position;
-    let problem = Problem::new(rod, End::ball(end), 1e-11).unwrap();
+    let problem = Problem::new(rod, EndConditions::ball(end), 1e-11).unwrap();
     bencher.bench(|| problem.index_at(black_box(&base)).unwrap());
 }
 
 /// The end load of the sample scene, from the unloaded rod.
 #[divan::bench(sample_count = 100)]
 fn equilibrium_from_the_unloaded_rod(bencher: Bencher) {
-    let end = End::load(Vector3::new(1.0, -2.0, 0.5), Vector3::new(0.3, 0.2, -0.8));
+    let end = EndConditions::load(Vector3::new(1.0, -2.0, 0.5), Vector3::new(0.3, 0.2, -0.8));
     let problem = Problem::new(sample(), end, 1e-11).unwrap();
     bencher.bench(|| problem.solve(None).unwrap());
 }
@@ -48,7 +50,7 @@ fn equilibrium_from_the_unloaded_rod(bencher: Bencher) {
 /// The rod of the planar comparison with its end held at (0.6, y), in space.
 fn held_at(y: f64) -> Result<Problem> {
     let rod = Rod::new(1.0, Linear::diagonal([2.0, 1.0], 0.8)?)?;
-    Problem::new(rod, End::ball(Vector3::new(y, 0.0, 0.6)), 1e-11)
+    Problem::new(rod, EndConditions::ball(Vector3::new(y, 0.0, 0.6)), 1e-11)
 }
 
 /// 200 points of its branch, with index and special points; aim: 100 ms, and AUTO's 55-156 us a point (planar, no index).

@@ -3,7 +3,7 @@
 //! `cargo run --release --example catapult`
 
 use nalgebra::{UnitQuaternion, Vector3};
-use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
+use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::SpecialKind;
@@ -22,7 +22,7 @@ fn main() -> snaprod::Result<()> {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * phi);
             let rod = Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0)?)?
                 .with_clamp(Vector3::zeros(), turn);
-            let weight = End::load(Vector3::z() * (-ratio * euler), Vector3::zeros());
+            let weight = EndConditions::load(Vector3::z() * (-ratio * euler), Vector3::zeros());
             Problem::new(rod, weight, 1e-12)
         };
 

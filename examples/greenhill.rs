@@ -3,7 +3,7 @@
 //! `cargo run --release --example greenhill`
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
+use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Options};
 
@@ -22,10 +22,10 @@ fn main() -> snaprod::Result<()> {
         let wound = |turn: f64| {
             let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], torsion)?)?;
             let turned = UnitQuaternion::from_scaled_axis(Vector3::z() * turn);
-            let end = End {
+            let end = EndConditions {
                 position: [Some(0.0), Some(0.0), None],
                 force: Vector3::z() * tension,
-                ..End::pose(Vector3::zeros(), turned)
+                ..EndConditions::pose(Vector3::zeros(), turned)
             };
             Problem::new(rod, end, 1e-12)
         };

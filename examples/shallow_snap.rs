@@ -3,7 +3,7 @@
 //! `cargo run --release --example shallow_snap`
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use snaprod::rod::{End, Problem, Rod, RodFamily, Statical};
+use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::SpecialKind;
@@ -16,7 +16,7 @@ fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
         // Bending stiffness 1 in the plane of z and x, stiff out of it.
         let rod = Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0)?)?
             .with_clamp(Vector3::zeros(), clamp);
-        let flat = End::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
+        let flat = EndConditions::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
         Problem::new(rod, flat, 1e-12)
     };
     // At a = 0 the arch is a buckled column, bent away from the turn to come: theta = -2 sqrt(s) sin(2 pi z) to first order.

@@ -2,6 +2,7 @@
 
 use super::{EndLinear, EndMotion, History};
 use crate::error::{Error, Result};
+use crate::math::se3::joined;
 use nalgebra::{
     Isometry3, Matrix2, Matrix3, Rotation3, SMatrix, SVector, Translation3, UnitQuaternion,
     Vector2, Vector3,
@@ -315,20 +316,17 @@ impl Frame<3> {
             m.fixed_view_mut::<3, 3>(3, 3).copy_from(place);
             m
         };
-        let stacked = |a: &Vector3<f64>, b: &Vector3<f64>| {
-            SVector::<f64, 6>::from_fn(|i, _| if i < 3 { a[i] } else { b[i - 3] })
-        };
         let vector = |m: &Matrix3<f64>| Vector3::new(m.m32, m.m13, m.m21);
         let none = Matrix3::zeros();
         let spin_rate = self.centrifugal - self.spin * self.spin;
         Frame {
             turn: blocks(&self.turn, &self.turn),
-            origin: stacked(&Vector3::zeros(), &self.origin),
+            origin: joined(&Vector3::zeros(), &self.origin),
             spin: blocks(&none, &self.spin),
-            velocity: stacked(&vector(&self.spin), &self.velocity),
+            velocity: joined(&vector(&self.spin), &self.velocity),
             centrifugal: blocks(&none, &self.centrifugal),
             coriolis: blocks(&self.spin, &self.coriolis),
-            acceleration: stacked(&vector(&spin_rate), &self.acceleration),
+            acceleration: joined(&vector(&spin_rate), &self.acceleration),
         }
     }
 }

@@ -11,7 +11,7 @@ use snaprod::plot::{
     RodShapes, RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap, Units,
 };
 use snaprod::scene;
-use snaprod::study::run::{Branch, Frame, Kind, Moment, RunRecord, places};
+use snaprod::study::run::{Frame, ModelKind, Moment, RunBranch, RunRecord, places};
 
 /// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
 const SHAPES_ON_SHEET: usize = 9;
@@ -96,12 +96,12 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
         )
     };
     match record.kind {
-        Kind::Sheet => vec![
+        ModelKind::Sheet => vec![
             snapshots(),
             energies(),
             ("surface".to_owned(), line.surface().map(RunFigure::Surface)),
         ],
-        Kind::Planar => {
+        ModelKind::Planar => {
             let strain = RunFigure::Strain(line.strain(0, ""));
             let layer = line
                 .layer()
@@ -109,7 +109,7 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
             let first = [snapshots(), energies(), ("strain".to_owned(), Ok(strain))];
             first.into_iter().chain(layer).chain(losses()).collect()
         }
-        Kind::Space => {
+        ModelKind::Space => {
             let drawn = line.drawn_strains();
             // A rod that only stretches is one line at all times.
             let bends = drawn.iter().any(|i| record.strains[*i].1 != 5);
@@ -184,7 +184,7 @@ impl<'r> Line<'r> {
             }
             track.extend_from_slice(&branch.track);
             let last = track.last().map(|frame| frame.moment.t);
-            if record.kind == Kind::Sheet && last.is_none_or(|t| t < branch.last.t) {
+            if record.kind == ModelKind::Sheet && last.is_none_or(|t| t < branch.last.t) {
                 track.push(bare(&branch.last));
             }
         }
@@ -226,7 +226,7 @@ impl<'r> Line<'r> {
             self.track[0].moment.t,
             self.track[self.track.len() - 1].moment.t,
         );
-        let sheet = self.record.kind == Kind::Sheet;
+        let sheet = self.record.kind == ModelKind::Sheet;
         let count = if sheet { SHAPES_ON_SHEET } else { SHAPES };
         let even = |i: usize| start + (end - start) * i as f64 / (count - 1) as f64;
         let mut chosen: Vec<&Frame> = (0..count).map(|i| self.at(even(i))).collect();
@@ -256,7 +256,7 @@ impl<'r> Line<'r> {
 
     /// The axis of a rod in a plane.
     fn axis(&self, frame: &Frame) -> Result<Curve> {
-        if self.record.kind != Kind::Sheet {
+        if self.record.kind != ModelKind::Sheet {
             return Ok(Curve::new(frame.axis.iter().copied()));
         }
         let (rod, length) = (rod(&frame.moment)?, self.length());
@@ -411,7 +411,11 @@ impl<'r> Line<'r> {
             let frame = *section.rotation.to_rotation_matrix().matrix();
             std::array::from_fn(|j| frame.column(j).into_owned().into())
         };
-        let axes = self.record.branches.iter().flat_map(|b: &Branch| &b.axes);
+        let axes = self
+            .record
+            .branches
+            .iter()
+            .flat_map(|b: &RunBranch| &b.axes);
         let rods = axes.map(|(t, sections)| SpaceRod {
             points: sections
                 .iter()

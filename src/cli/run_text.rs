@@ -4,7 +4,7 @@ use super::files::{number, rounded};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::Units;
-use snaprod::study::run::{Branch, Kind, RunRecord, Spring};
+use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
 use std::path::Path;
 
 /// Snaps, or passages, that are told one by one.
@@ -109,11 +109,11 @@ fn passage(layer: &Layer, u: Units) -> String {
 }
 
 /// Where a branch ended: position and velocity of the end, in the plane with the sheet that the rod is on or near.
-fn place(record: &RunRecord, branch: &Branch) -> String {
+fn place(record: &RunRecord, branch: &RunBranch) -> String {
     let u = record.units;
     let (axes, decimals) = match record.kind {
-        Kind::Space => (3, 9),
-        Kind::Sheet | Kind::Planar => (2, 12),
+        ModelKind::Space => (3, 9),
+        ModelKind::Sheet | ModelKind::Planar => (2, 12),
     };
     let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
         let parts: Vec<String> = v.iter().take(axes).map(|x| rounded(*x, decimals)).collect();
@@ -121,8 +121,8 @@ fn place(record: &RunRecord, branch: &Branch) -> String {
     };
     let end = &branch.last;
     let on = match (record.kind, &end.labels) {
-        (Kind::Space, _) => String::new(),
-        (Kind::Sheet, Some(labels)) => format!(", {}", labels.sheet),
+        (ModelKind::Space, _) => String::new(),
+        (ModelKind::Sheet, Some(labels)) => format!(", {}", labels.sheet),
         (_, Some(labels)) => format!(", near {}", labels.sheet),
         (_, None) => ", near no equilibrium".to_owned(),
     };
@@ -134,7 +134,7 @@ fn place(record: &RunRecord, branch: &Branch) -> String {
 }
 
 /// How well the ledger closes, and what the branch cost.
-fn cost(record: &RunRecord, branch: &Branch) -> Vec<String> {
+fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
     let energy = unit(record.units.energy());
     let closing = format!(
         "energy ledger closes to {:.1e}{energy} ({:.1e} of its largest term)",

@@ -15,7 +15,7 @@ pub struct Material<const M: usize> {
     rest: Strain,
     /// Stiffness, rest and fluidity of a law that is linear and the same all along the rod, formed once.
     hoisted: Option<Hoisted<M>>,
-    branches: Vec<Branch<M>>,
+    branches: Vec<MaxwellBranch<M>>,
 }
 
 #[derive(Debug, Clone)]
@@ -27,7 +27,7 @@ struct Hoisted<const M: usize> {
 
 /// A Maxwell branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Branch<const M: usize> {
+pub struct MaxwellBranch<const M: usize> {
     /// Its modulus.
     pub modulus: SMatrix<f64, M, M>,
     /// Its relaxation time.
@@ -77,7 +77,7 @@ impl<const M: usize> Material<M> {
             .law
             .branches
             .iter()
-            .map(|branch| Branch {
+            .map(|branch| MaxwellBranch {
                 modulus: material.among(&branch.modulus),
                 time: branch.time,
             })
@@ -105,7 +105,7 @@ impl<const M: usize> Material<M> {
     }
 
     /// The Maxwell branches.
-    pub fn branches(&self) -> &[Branch<M>] {
+    pub fn branches(&self) -> &[MaxwellBranch<M>] {
         &self.branches
     }
 

@@ -51,7 +51,7 @@ pub enum Carried {
 
 /// Which strains move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ReductionKind {
     /// v3 alone.
     Longitudinal,
     /// u3 and v3.
@@ -60,7 +60,7 @@ pub enum Kind {
     Shearing,
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ReductionKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Longitudinal => "longitudinal",
@@ -72,7 +72,7 @@ impl fmt::Display for Kind {
 
 /// How the motion starts.
 #[derive(Debug, Clone)]
-pub struct Start<'a> {
+pub struct ReducedStart<'a> {
     /// The time.
     pub time: f64,
     /// The strains at some places along the rod, at least one.
@@ -100,7 +100,7 @@ impl std::error::Error for Refusal {}
 pub struct Reduction {
     section: Viscoelastic,
     carried: Carried,
-    kind: Kind,
+    kind: ReductionKind,
     slots: Slots,
     start: State,
     /// (A) and (B) hold in all motions of this kind.
@@ -125,7 +125,7 @@ impl Reduction {
     pub fn recognise(
         section: &Viscoelastic,
         carried: &Carried,
-        start: &Start,
+        start: &ReducedStart,
     ) -> Result<Self, Refusal> {
         let refuse = |why: String| Err(Refusal(why));
         if carried.support().is_some_and(|clamp| !clamp.is_fixed()) {
@@ -172,7 +172,11 @@ impl Reduction {
             velocity: start.velocity,
         };
         let mut reasons = Vec::new();
-        for kind in [Kind::Longitudinal, Kind::Twisting, Kind::Shearing] {
+        for kind in [
+            ReductionKind::Longitudinal,
+            ReductionKind::Twisting,
+            ReductionKind::Shearing,
+        ] {
             match Self::of_kind(kind, section, carried, &given) {
                 Ok(reduction) => return Ok(reduction),
                 Err(why) => reasons.push(format!("not {kind}: {why}")),
@@ -182,7 +186,7 @@ impl Reduction {
     }
 
     fn of_kind(
-        kind: Kind,
+        kind: ReductionKind,
         section: &Viscoelastic,
         carried: &Carried,
         given: &Given,
@@ -190,25 +194,25 @@ impl Reduction {
         let rigid = section.rate.rigid();
         let e = &given.strain;
         let moving: &[usize] = match kind {
-            Kind::Longitudinal => &[5],
-            Kind::Twisting => &[2, 5],
-            Kind::Shearing => &[3, 4, 5],
+            ReductionKind::Longitudinal => &[5],
+            ReductionKind::Twisting => &[2, 5],
+            ReductionKind::Shearing => &[3, 4, 5],
         };
         let slots = Slots::new(moving.iter().copied().filter(|i| !rigid[*i]));
         let sheared = e[3].abs().max(e[4].abs()) > SAME;
         match kind {
-            Kind::Longitudinal if rigid[5] => return Err("the rod is inextensible".into()),
-            Kind::Twisting if rigid[2] => return Err("the section cannot twist".into()),
-            Kind::Twisting if matches!(carried, Carried::BallJoint(_)) => {
+            ReductionKind::Longitudinal if rigid[5] => return Err("the rod is inextensible".into()),
+            ReductionKind::Twisting if rigid[2] => return Err("the section cannot twist".into()),
+            ReductionKind::Twisting if matches!(carried, Carried::BallJoint(_)) => {
                 return Err("the end is free to turn, so that no couple twists the rod".into());
             }
-            Kind::Shearing if rigid[3] && rigid[4] => {
+            ReductionKind::Shearing if rigid[3] && rigid[4] => {
                 return Err("the section cannot shear".into());
             }
-            Kind::Shearing if e[2].abs() > SAME => {
+            ReductionKind::Shearing if e[2].abs() > SAME => {
                 return Err(format!("the rod is twisted (u3 = {})", e[2]));
             }
-            Kind::Longitudinal | Kind::Twisting if sheared => {
+            ReductionKind::Longitudinal | ReductionKind::Twisting if sheared => {
                 return Err(format!("the rod is sheared (v1 = {}, v2 = {})", e[3], e[4]));
             }
             _ => {}
@@ -234,13 +238,15 @@ impl Reduction {
         if let Carried::Welded(body) = carried {
             let (c, j) = (body.offset(), body.inertia());
             let off = c.x.abs().max(c.y.abs()) > SAME;
-            if kind != Kind::Shearing && off && !rigid[..3].iter().all(|r| *r) {
+            if kind != ReductionKind::Shearing && off && !rigid[..3].iter().all(|r| *r) {
                 return Err(format!(
                     "the centre of mass is off the axis, at ({}, {}) along d1, d2, so that the body bends the rod",
                     c.x, c.y
                 ));
             }
-            if kind == Kind::Twisting && j[(0, 2)].abs().max(j[(1, 2)].abs()) > SAME * j.amax() {
+            if kind == ReductionKind::Twisting
+                && j[(0, 2)].abs().max(j[(1, 2)].abs()) > SAME * j.amax()
+            {
                 return Err("d3 is not a principal axis of the body's inertia".into());
             }
         }
@@ -260,7 +266,7 @@ impl Reduction {
         let balance = reduction.demand(&reduction.start, EXACT)?;
         if let Err(why) = reduction.probe() {
             // Only shearing can be exact by exception.
-            if kind != Kind::Shearing {
+            if kind != ReductionKind::Shearing {
                 return Err(why);
             }
             reduction.identical = false;
@@ -321,7 +327,7 @@ impl Reduction {
     }
 
     /// Which kind it is.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ReductionKind {
         self.kind
     }
 

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 
 /// One branch of equilibria; points that are not finite break it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Branch {
+pub struct BranchLine {
     /// Its name in the legend; without one it is left out there.
     pub name: String,
     /// The parameter at each point.
@@ -77,7 +77,7 @@ pub struct BranchPanel {
     /// The range of the measure; by default what holds all points.
     pub y_range: Option<[f64; 2]>,
     /// The branches.
-    pub branches: Vec<Branch>,
+    pub branches: Vec<BranchLine>,
     /// Special points.
     pub specials: Vec<Special>,
 }
@@ -202,7 +202,7 @@ impl Style {
 type Pixel = (f64, f64);
 
 /// The style at each point of a branch.
-fn styles(branch: &Branch) -> impl Iterator<Item = Style> {
+fn styles(branch: &BranchLine) -> impl Iterator<Item = Style> {
     let index = branch.index.iter().copied().chain(std::iter::repeat(None));
     index.map(Style::new)
 }

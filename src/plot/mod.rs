@@ -59,7 +59,7 @@ mod surfaces;
 mod text;
 mod ticks;
 
-pub use branch::{Branch, BranchDiagram, BranchPanel, Special, SpecialKind, branch_diagram};
+pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use convergence::{Convergence, ConvergenceSeries, Slope, convergence};
 pub use data::{Bounds, Curve, Field, Patch, Units, View};
 pub use heat::{StrainMap, strain_map};

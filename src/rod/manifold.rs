@@ -1,7 +1,7 @@
 //! The rod as an equilibrium manifold (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in dimension 6.
 
 use super::free_end::FreeEndTrial;
-use super::problem::{End, Problem};
+use super::problem::{EndConditions, Problem};
 use super::scaled_law::ScaledLaw;
 use super::{Rod, line};
 use crate::error::Result;
@@ -58,7 +58,7 @@ impl Welded {
 fn check(rod: &Rod, tolerance: f64) -> Result<()> {
     Problem::new(
         rod.clone(),
-        End::load(Vector3::zeros(), Vector3::zeros()),
+        EndConditions::load(Vector3::zeros(), Vector3::zeros()),
         tolerance,
     )
     .map(|_| ())
@@ -83,7 +83,8 @@ impl EquilibriumManifold<3> for BallJointed {
         let at = FreeEndTrial::new::<0>(&self.reversed, q, self.tolerance)?;
         let turn = self.rod.clamp.rotation;
         let end = self.rod.clamp.translation.vector + turn * at.r * self.rod.length;
-        Problem::unchecked(self.rod.clone(), End::ball(end), self.tolerance).index(&at.wrench())
+        Problem::unchecked(self.rod.clone(), EndConditions::ball(end), self.tolerance)
+            .index(&at.wrench())
     }
 }
 
@@ -125,7 +126,7 @@ impl EquilibriumManifold<6> for Welded {
             .rod
             .outward(&line::end::<0>(&self.rod.law, q, self.tolerance)?.0, q)?;
         let rotation = Rotation3::from_matrix_unchecked(section.directors);
-        let end = End::pose(section.position, rotation.into());
+        let end = EndConditions::pose(section.position, rotation.into());
         Problem::unchecked(self.rod.clone(), end, self.tolerance).index(q)
     }
 

@@ -25,10 +25,10 @@ pub use line::Wrench;
 pub use manifold::{BallJointed, Welded};
 pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
-pub use problem::{End, Problem};
+pub use problem::{EndConditions, Problem};
 
 use crate::error::{Error, Result};
-use crate::section::{SectionLaw, Strain, Units, measured};
+use crate::section::{Measures, SectionLaw, Strain, measured};
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
@@ -96,7 +96,7 @@ impl Rod {
                 "the section is rigid or limp in bending; its flexural compliance must be positive and finite",
             ));
         }
-        let units = Units {
+        let units = Measures {
             length,
             stiffness,
             time: 1.0,

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 /// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
 /// (a clamp) or free under a couple (a ball joint, a free end).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct End {
+pub struct EndConditions {
     /// Held components of the position; None where the force is given.
     pub position: [Option<f64>; 3],
     /// Held orientation; None where the couple is given.
@@ -23,7 +23,7 @@ pub struct End {
     pub follower: bool,
 }
 
-impl End {
+impl EndConditions {
     /// A free end under a dead force and couple.
     pub fn load(force: Vector3<f64>, couple: Vector3<f64>) -> Self {
         Self {
@@ -69,7 +69,7 @@ impl End {
 #[derive(Debug, Clone)]
 pub struct Problem {
     pub(super) rod: Rod,
-    pub(super) end: End,
+    pub(super) end: EndConditions,
     /// The world's axes seen from the clamp.
     pub(super) axes: [Vector3<f64>; 3],
     /// Targets, by world component: position where held, force where not.
@@ -95,7 +95,7 @@ impl Problem {
     ///
     /// # Errors
     /// A number that is not finite; a follower load on a held end; a position out of the reach of an inextensible rod.
-    pub fn new(rod: Rod, end: End, tolerance: f64) -> Result<Self> {
+    pub fn new(rod: Rod, end: EndConditions, tolerance: f64) -> Result<Self> {
         if !(1e-14..=1e-3).contains(&tolerance) {
             return Err(Error::domain(format!(
                 "the tolerance is {tolerance}; it must be in [1e-14, 1e-3]"
@@ -134,7 +134,7 @@ impl Problem {
     }
 
     /// The problem of an end condition that is known to make sense.
-    pub(super) fn unchecked(rod: Rod, end: End, tolerance: f64) -> Self {
+    pub(super) fn unchecked(rod: Rod, end: EndConditions, tolerance: f64) -> Self {
         let (couple, force) = rod.units();
         let turn = rod.clamp.rotation.inverse();
         let origin = rod.clamp.translation.vector;

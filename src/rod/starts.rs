@@ -5,7 +5,7 @@ use super::closed_form::ClosedForm;
 use super::free_end::FreeEnd;
 use super::line::Wrench;
 use super::planar::Plane;
-use super::problem::{End, Problem};
+use super::problem::{EndConditions, Problem};
 use crate::elastica::Elastica;
 use crate::manifold::Multivalued;
 use nalgebra::{Vector2, Vector3, Vector6};
@@ -173,7 +173,7 @@ impl Problem {
         std::iter::once_with(|| {
             self.orientation?;
             let ball = Problem {
-                end: End {
+                end: EndConditions {
                     orientation: None,
                     couple: Vector3::zeros(),
                     ..self.end

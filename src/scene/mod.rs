@@ -68,6 +68,7 @@ mod section;
 mod start;
 mod units;
 
+pub use crate::solve::integrator::Method;
 pub use branch::{Continue, Second, Solve};
 pub use build::{MotionSetup, Moving, Setup, SpaceField, ViscousSetup};
 pub use ends::{
@@ -82,7 +83,7 @@ pub use rod::{
     Bends, Damping, FrictionBarrier, FrictionLaw, Material, Maxwell, Model, PowerLaw, Rod,
     StrainMatrix,
 };
-pub use run::{Landing, Method, Run};
+pub use run::{Landing, Run};
 pub use scales::{Dimensionless, Scales};
 pub use section::{
     Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Outline, Profile, Rest, Rigid, Section,

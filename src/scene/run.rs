@@ -1,5 +1,6 @@
 //! How long and how accurately a motion is followed, and what a snap does.
 
+use crate::solve::integrator::Method;
 use serde::Serialize;
 
 /// How long, how accurately, and what a snap does.
@@ -41,17 +42,4 @@ pub enum Landing {
     /// To the stable one of this sheet.
     #[serde(untagged)]
     Named(crate::manifold::Sheet),
-}
-
-/// How a viscoelastic run steps through time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// The program chooses (the default).
-    #[default]
-    Auto,
-    /// Explicit steps, bounded by the fastest decay of a strain.
-    Explicit,
-    /// Implicit steps, for stiff rods: small viscosity, fine grids.
-    Implicit,
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// The units in which a rod is made dimensionless: lengths are measured by `length`, times by `time`, forces by
 /// stiffness/length^2 and couples by stiffness/length.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Units {
+pub struct Measures {
     /// Length of the rod.
     pub length: f64,
     /// A bending stiffness.
@@ -19,7 +19,7 @@ pub struct Units {
 }
 
 /// The same law measured by `units`. A law that is in these units already is handed back as it is.
-pub(crate) fn measured(law: Arc<dyn SectionLaw>, units: Units) -> Arc<dyn SectionLaw> {
+pub(crate) fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw> {
     match units.length == 1.0 && units.stiffness == 1.0 {
         true => law,
         false => Arc::new(Measured { law, units }),
@@ -29,8 +29,8 @@ pub(crate) fn measured(law: Arc<dyn SectionLaw>, units: Units) -> Arc<dyn Sectio
 impl Viscoelastic {
     /// The same section measured by `units`. A section that is in these units already is handed back as it is.
     #[must_use]
-    pub fn measured(&self, units: Units) -> Self {
-        if units == Units::ONE {
+    pub fn measured(&self, units: Measures) -> Self {
+        if units == Measures::ONE {
             return self.clone();
         }
         let branch = |branch: &Maxwell| Maxwell {
@@ -52,11 +52,11 @@ impl Viscoelastic {
 #[derive(Debug)]
 struct Measured<T: ?Sized> {
     law: Arc<T>,
-    units: Units,
+    units: Measures,
 }
 
 /// "in": from the law's own units to those of the rod; "out": back to the law's own.
-impl Units {
+impl Measures {
     /// Everything is 1: the law is in the units of the rod already.
     pub const ONE: Self = Self {
         length: 1.0,

@@ -19,7 +19,7 @@ mod varying;
 
 pub use barrier::Barrier;
 pub use linear::Linear;
-pub use measured::Units;
+pub use measured::Measures;
 pub(crate) use measured::measured;
 /// Numbers that carry their derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;

@@ -5,14 +5,20 @@ use super::radau::{Radau, estimate_bound};
 use super::system::{AnySystem, spectral_radius};
 use nalgebra::DVector;
 
-/// How steps are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How steps are taken; in a scene by its name in small letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Method {
-    /// Whichever suits, judged while integrating.
+    /// Whichever suits, judged while integrating (the default).
+    #[default]
     Auto,
-    /// DOP853, order 8.
+    /// DOP853, order 8: explicit steps, bounded by the fastest decay.
     Explicit,
-    /// Radau IIA, order 5.
+    /// Radau IIA, order 5: implicit steps, for stiff systems.
     Implicit,
 }
 

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 /// How the directions were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum SwitchMethod {
     /// The algebraic bifurcation equation: both tangents of a simple branch point.
     Quadratic,
     /// Solutions on a small circle or sphere in the kernel, by Newton from many samples. Directions
@@ -25,7 +25,7 @@ pub struct Switch<const N: usize> {
     /// Starts on them, pointing away from the branch point: each branch has two.
     pub starts: Vec<BranchStart<N>>,
     /// How they were found.
-    pub method: Method,
+    pub method: SwitchMethod,
     /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
     pub corank: usize,
     /// What the caller should know: directions that led nowhere, continuous families, possible gaps.
@@ -85,7 +85,7 @@ pub fn switch<F: Family<N>, const N: usize>(
     let known = within(&kernel, &tangent);
     let mut this = Switch {
         starts: Vec::new(),
-        method: Method::Quadratic,
+        method: SwitchMethod::Quadratic,
         corank,
         remarks: Vec::new(),
         evaluations: 0,
@@ -99,7 +99,7 @@ pub fn switch<F: Family<N>, const N: usize>(
     if let Some(other) = quadratic {
         this.follow(&space, &place, &other, distance);
     } else {
-        this.method = Method::Sampled;
+        this.method = SwitchMethod::Sampled;
         this.sample(&space, &place, &kernel, &known, distance);
     }
     this.evaluations = space.evaluations.get();

@@ -8,7 +8,7 @@ use snaprod::solve::family::{Family, Linearised};
 use snaprod::solve::fold_curve::{Family2, FoldCurve, Linearised2};
 use snaprod::solve::newton;
 use snaprod::solve::special::{Special, SpecialKind};
-use snaprod::solve::switching::{Method, switch};
+use snaprod::solve::switching::{SwitchMethod, switch};
 
 /// A family from closures: F with derivatives, and an index.
 struct Given<const N: usize, F, I> {
@@ -235,7 +235,7 @@ fn branches_are_switched_at_simple_branch_points() {
     let found = switch(&transcritical, &trace.specials[0], 0.1, &options).unwrap();
     assert_eq!(
         (found.method, found.starts.len(), found.corank),
-        (Method::Quadratic, 2, 1)
+        (SwitchMethod::Quadratic, 2, 1)
     );
     for start in &found.starts {
         let ahead = Branch::along(&transcritical, start, options.clone())
@@ -253,7 +253,10 @@ fn branches_are_switched_at_simple_branch_points() {
         .unwrap()
         .trace();
     let found = switch(&family, &trace.specials[0], 0.1, &options).unwrap();
-    assert_eq!((found.method, found.starts.len()), (Method::Quadratic, 2));
+    assert_eq!(
+        (found.method, found.starts.len()),
+        (SwitchMethod::Quadratic, 2)
+    );
     let ends: Vec<f64> = found
         .starts
         .iter()
@@ -300,7 +303,7 @@ fn degenerate_branch_point_is_sampled() {
     assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
     assert!(trace.specials[0].point.p.abs() < 1e-5);
     let found = switch(&family, &trace.specials[0], 0.1, &options).unwrap();
-    assert_eq!(found.method, Method::Sampled);
+    assert_eq!(found.method, SwitchMethod::Sampled);
     let mut slopes: Vec<f64> = found.starts.iter().map(|s| s.x[0] / s.p).collect();
     slopes.sort_by(f64::total_cmp);
     let want = [-1.0, -1.0, 1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0];
@@ -345,7 +348,7 @@ fn double_crossing_is_seen_by_the_index() {
     );
     assert!(per_point(&trace) < 6.0);
     let found = switch(&family, special, 0.1, &options).unwrap();
-    assert_eq!((found.corank, found.method), (2, Method::Sampled));
+    assert_eq!((found.corank, found.method), (2, SwitchMethod::Sampled));
     assert!(found.starts.len() >= 8, "{found:?}");
     assert!(found.remarks[0].contains("continuous family"), "{found:?}");
     for start in &found.starts {

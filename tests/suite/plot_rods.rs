@@ -219,11 +219,11 @@ fn fold_diagram(index: Vec<Option<usize>>) -> BranchDiagram {
         panels: vec![BranchPanel {
             y_label: "q".into(),
             y_range: Some([0.0, 1.0]),
-            branches: vec![Branch {
+            branches: vec![BranchLine {
                 x,
                 y,
                 index,
-                ..Branch::default()
+                ..BranchLine::default()
             }],
             specials: vec![Special {
                 x: 0.8,
@@ -482,10 +482,10 @@ fn bad_numbers_never_panic() {
         diagram.panels[0].specials[0].y = bad;
         figures.push(branch_diagram(&diagram));
         let point = BranchPanel {
-            branches: vec![Branch {
+            branches: vec![BranchLine {
                 x: vec![bad],
                 y: vec![bad],
-                ..Branch::default()
+                ..BranchLine::default()
             }],
             ..BranchPanel::default()
         };

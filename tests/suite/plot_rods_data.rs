@@ -176,8 +176,8 @@ pub fn plane_state() -> RodState {
     }
 }
 
-fn branch(name: &str, colour: usize, points: Vec<(f64, f64, Option<usize>)>) -> Branch {
-    Branch {
+fn branch(name: &str, colour: usize, points: Vec<(f64, f64, Option<usize>)>) -> BranchLine {
+    BranchLine {
         name: name.into(),
         x: points.iter().map(|p| p.0).collect(),
         y: points.iter().map(|p| p.1).collect(),

@@ -8,7 +8,7 @@ use snaprod::creep::kinematics::Local;
 use snaprod::creep::material::Material;
 use snaprod::creep::space::Space;
 use snaprod::motion::creep::{ViscousRun, ViscousStart};
-use snaprod::motion::reduction::{Carried, Kind, Reduction, Start};
+use snaprod::motion::reduction::{Carried, ReducedStart, Reduction, ReductionKind};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
 use snaprod::section::{Along, Barrier, Linear, Resultant, Strain, Varying};
@@ -92,7 +92,7 @@ pub fn recognise(
     strain: Strain,
     velocity: Vector6<f64>,
 ) -> Result<Reduction, String> {
-    let start = Start {
+    let start = ReducedStart {
         time: 0.0,
         strains: &[strain, strain, strain],
         branches: &[],
@@ -238,7 +238,7 @@ fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
             moving(still(), Vector3::new(0.0, 0.0, v0)),
         );
         let reduction = recognise(&section, &carried, strain, start).expect("it is");
-        assert_eq!(reduction.kind(), Kind::Longitudinal);
+        assert_eq!(reduction.kind(), ReductionKind::Longitudinal);
         assert!(reduction.is_identical());
         let times = [0.3, 1.0, 2.5, 6.0];
         for sample in run(&section, &carried, strain, start, &times) {
@@ -337,7 +337,7 @@ fn twist_and_stretch_couple_as_the_matrices_say() {
     let start = moving(Vector3::new(0.0, 0.0, 0.9), Vector3::new(0.0, 0.0, -0.2));
     let carried = Carried::Welded(body);
     let reduction = recognise(&section, &carried, straight(0.3, 1.1), start).expect("it is");
-    assert_eq!(reduction.kind(), Kind::Twisting);
+    assert_eq!(reduction.kind(), ReductionKind::Twisting);
     assert_eq!(reduction.moving(), [2, 5]);
     assert!(reduction.is_identical());
     let (j3, k, c) = (0.25, |i, j| k[(i, j)], |i, j| c[(i, j)]);
@@ -414,7 +414,7 @@ fn a_maxwell_branch_adds_a_root() {
     let carried = Carried::BallJoint(body.clone());
     let (x0, v0, z0) = (0.25, -0.1, -0.15);
     let field = vec![straight(0.0, 1.0 + z0); 2];
-    let start = Start {
+    let start = ReducedStart {
         time: 0.0,
         strains: &[straight(0.0, 1.0 + x0)],
         branches: &[field],
@@ -471,7 +471,7 @@ fn an_inextensible_rod_twists() {
     let reduction = recognise(&section, &carried, twisted, start).expect("it is");
     assert_eq!(
         (reduction.kind(), reduction.moving()),
-        (Kind::Twisting, vec![2])
+        (ReductionKind::Twisting, vec![2])
     );
     let found = whole::<_, 3, 6>(&section, &body, (twisted, twisted), start, &[1.2], 1e-13);
     let sample = &found[0];
@@ -554,7 +554,7 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         "not longitudinal: a couple",
     );
     // A uniform section with strains that differ along the rod.
-    let start = Start {
+    let start = ReducedStart {
         time: 0.0,
         strains: &[rest, straight(0.0, 1.1)],
         branches: &[],

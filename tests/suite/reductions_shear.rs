@@ -7,7 +7,7 @@ use crate::reductions::{
 use crate::support::assert_close;
 use nalgebra::Vector3;
 use snaprod::body::{History, TimeLoad};
-use snaprod::motion::reduction::{Carried, Kind};
+use snaprod::motion::reduction::{Carried, ReductionKind};
 use snaprod::section::Strain;
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ fn with_rigid_flexure_any_shear_is_exact() {
     let start = moving(still(), Vector3::new(v0[0], v0[1], v0[2]));
     let carried = Carried::Welded(body);
     let reduction = recognise(&section, &carried, strain, start).expect("it is");
-    assert_eq!(reduction.kind(), Kind::Shearing);
+    assert_eq!(reduction.kind(), ReductionKind::Shearing);
     assert!(reduction.is_identical());
     let equivalent = reduction.equivalent().expect("a law");
     for (i, mode) in equivalent.modes.iter().enumerate() {
@@ -59,7 +59,7 @@ fn shear_that_dies_out_may_be_exact() {
     let strain = Strain::new(0.0, 0.0, 0.0, 0.3, 0.0, stretch);
     let start = |speed: f64| moving(still(), Vector3::new(-0.3 * speed, 0.0, 0.0));
     let reduction = recognise(&section, &carried, strain, start(sigma)).expect("it is");
-    assert_eq!(reduction.kind(), Kind::Shearing);
+    assert_eq!(reduction.kind(), ReductionKind::Shearing);
     assert!(!reduction.is_identical());
     for sample in run(&section, &carried, strain, start(sigma), &[0.5, 1.5]) {
         let want = 0.3 * (-sigma * sample.time).exp();
@@ -122,7 +122,7 @@ fn a_load_can_be_made_for_shear() {
     let reduction = recognise(&section, &driven(|_| 1.0), strain, start).expect("it is");
     assert_eq!(
         (reduction.kind(), reduction.is_identical()),
-        (Kind::Shearing, false)
+        (ReductionKind::Shearing, false)
     );
     for sample in run(&section, &driven(|_| 1.0), strain, start, &[0.5, 1.0, 2.0]) {
         let (x, y, _) = path(sample.time);

@@ -3,7 +3,7 @@
 use crate::support::{assert_close, json, number, rows};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Equilibrium as Elastica;
-use snaprod::rod::{End, Problem, Rod, RodFamily};
+use snaprod::rod::{EndConditions, Problem, Rod, RodFamily};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Direction, Options, Trace};
 use snaprod::solve::special::SpecialKind;
@@ -46,7 +46,8 @@ fn the_planar_elastica_is_reproduced() {
             "couple {}",
             end.couple
         );
-        let problem = Problem::new(rod, End::ball(end.position), 1e-12).expect("a problem");
+        let problem =
+            Problem::new(rod, EndConditions::ball(end.position), 1e-12).expect("a problem");
         let index = problem.index_at(&wrench).expect("an index");
         let expected = snaprod::manifold::EquilibriumManifold::index(
             &snaprod::elastica::Elastica,
@@ -95,7 +96,7 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
     let ball = |x: f64, z: f64| {
         Problem::new(
             kirchhoff(2.0, 0.8),
-            End::ball(Vector3::new(x, 0.0, z)),
+            EndConditions::ball(Vector3::new(x, 0.0, z)),
             1e-12,
         )
     };
@@ -152,7 +153,7 @@ fn the_elastica_leaves_its_plane_where_an_independent_equation_says() {
             );
             let rod = kirchhoff(number(row, "out_of_plane"), number(row, "torsion"));
             let end = rod.end(&wrench, 1e-12).expect("an end").section;
-            Problem::new(rod, End::ball(end.position), 1e-12)
+            Problem::new(rod, EndConditions::ball(end.position), 1e-12)
                 .and_then(|p| p.index_at(&wrench))
                 .expect("an index")
         };
@@ -179,7 +180,8 @@ fn the_clamped_elastica_leaves_its_plane() {
             let rod = kirchhoff(number(row, "out_of_plane"), number(row, "torsion"));
             let end = rod.end(&wrench, 1e-12).expect("an end").section;
             assert!(end.position.x.abs() < 1e-9 && end.directors[(0, 2)].abs() < 1e-9);
-            let pose = End::pose(end.position, UnitQuaternion::from_matrix(&end.directors));
+            let pose =
+                EndConditions::pose(end.position, UnitQuaternion::from_matrix(&end.directors));
             Problem::new(rod, pose, 1e-12)
                 .and_then(|p| p.index_at(&wrench))
                 .expect("an index")

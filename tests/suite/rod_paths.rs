@@ -5,7 +5,8 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Elastica;
 use snaprod::manifold::{EquilibriumManifold, ManifoldPoint, invert_near};
 use snaprod::rod::{
-    BallJointed, Chart, Charted, End, Equilibrium, FreeEnd, Path, Problem, Rod, RodFamily, Welded,
+    BallJointed, Chart, Charted, EndConditions, Equilibrium, FreeEnd, Path, Problem, Rod,
+    RodFamily, Welded,
 };
 use snaprod::section::{Along, Barrier, Linear, Varying};
 use snaprod::solve::arclength::{Branch, Options};
@@ -44,23 +45,29 @@ fn planar_rods() -> Vec<(&'static str, Rod)> {
     ]
 }
 
-fn planar_ends() -> Vec<(&'static str, End)> {
+fn planar_ends() -> Vec<(&'static str, EndConditions)> {
     let (x, z) = (Vector3::x(), Vector3::z());
     let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.9);
     let force = x * 0.7 - z * 0.9;
     let place = x * 0.55 + z * 0.9;
     vec![
-        ("dead", End::load(force, Vector3::y() * 0.4)),
-        ("dead, no couple", End::load(force, Vector3::zeros())),
-        ("follower", End::follower(force, Vector3::y() * 0.4)),
-        ("ball", End::ball(place)),
-        ("pose", End::pose(place, turn)),
+        ("dead", EndConditions::load(force, Vector3::y() * 0.4)),
+        (
+            "dead, no couple",
+            EndConditions::load(force, Vector3::zeros()),
+        ),
+        (
+            "follower",
+            EndConditions::follower(force, Vector3::y() * 0.4),
+        ),
+        ("ball", EndConditions::ball(place)),
+        ("pose", EndConditions::pose(place, turn)),
         (
             "slide",
-            End {
+            EndConditions {
                 position: [Some(0.3), Some(0.0), None],
                 orientation: Some(turn),
-                ..End::load(-z * 0.5, Vector3::zeros())
+                ..EndConditions::load(-z * 0.5, Vector3::zeros())
             },
         ),
     ]
@@ -107,7 +114,7 @@ fn the_plane_gives_what_space_gives() {
 }
 
 /// Rod and end condition moved rigidly.
-fn moved(rod: &Rod, end: &End, turn: &UnitQuaternion<f64>) -> (Rod, End) {
+fn moved(rod: &Rod, end: &EndConditions, turn: &UnitQuaternion<f64>) -> (Rod, EndConditions) {
     let place = Vector3::new(0.2, -0.1, 0.4);
     let there = |x: [Option<f64>; 3]| match x {
         [Some(x), Some(y), Some(z)] => {
@@ -117,7 +124,7 @@ fn moved(rod: &Rod, end: &End, turn: &UnitQuaternion<f64>) -> (Rod, End) {
         free => free,
     };
     let along = |v: &Vector3<f64>| if end.follower { *v } else { turn * v };
-    let end = End {
+    let end = EndConditions {
         position: there(end.position),
         orientation: end.orientation.map(|q| turn * q),
         force: along(&end.force),
@@ -132,10 +139,10 @@ fn moved(rod: &Rod, end: &End, turn: &UnitQuaternion<f64>) -> (Rod, End) {
 fn the_closed_form_gives_what_space_gives() {
     for bending in [[1.5, 1.0], [2.0, 2.0], [0.9, 3.0]] {
         for end in [
-            End::ball(Vector3::new(0.55, 0.0, 0.7)),
-            End::ball(Vector3::new(-0.8, 0.0, 0.3)),
-            End::load(Vector3::new(0.7, 0.0, -0.9), Vector3::zeros()),
-            End::load(Vector3::new(-2.0, 0.0, 1.0), Vector3::zeros()),
+            EndConditions::ball(Vector3::new(0.55, 0.0, 0.7)),
+            EndConditions::ball(Vector3::new(-0.8, 0.0, 0.3)),
+            EndConditions::load(Vector3::new(0.7, 0.0, -0.9), Vector3::zeros()),
+            EndConditions::load(Vector3::new(-2.0, 0.0, 1.0), Vector3::zeros()),
         ] {
             let problem = Problem::new(kirchhoff(bending), end, 1e-12).unwrap();
             let closed = problem.clone().with_path(Path::ClosedForm).solve(None);
@@ -175,25 +182,25 @@ fn paths_are_refused_with_the_reason() {
     let cases = [
         (
             sheared.clone(),
-            End::load(force, Vector3::zeros()),
+            EndConditions::load(force, Vector3::zeros()),
             Path::Planar,
             "out of every plane",
         ),
         (
             sheared,
-            End::load(Vector3::x(), Vector3::zeros()),
+            EndConditions::load(Vector3::x(), Vector3::zeros()),
             Path::ClosedForm,
             "sheared or stretched",
         ),
         (
             twisted.clone(),
-            End::load(Vector3::x(), Vector3::y()),
+            EndConditions::load(Vector3::x(), Vector3::y()),
             Path::ClosedForm,
             "couple",
         ),
         (
             twisted,
-            End::follower(Vector3::x(), Vector3::zeros()),
+            EndConditions::follower(Vector3::x(), Vector3::zeros()),
             Path::ClosedForm,
             "follows",
         ),
@@ -211,8 +218,8 @@ fn paths_are_refused_with_the_reason() {
 fn charts_have_exact_derivatives() {
     let x = Vector3::new(0.55, 0.0, 0.7);
     for end in [
-        End::ball(x),
-        End::load(Vector3::new(0.7, 0.0, -0.9), Vector3::zeros()),
+        EndConditions::ball(x),
+        EndConditions::load(Vector3::new(0.7, 0.0, -0.9), Vector3::zeros()),
     ] {
         let make = |rod: Rod| move |_: f64| Problem::new(rod.clone(), end, 1e-13);
         let problem = Problem::new(kirchhoff([1.5, 1.0]), end, 1e-13).unwrap();
@@ -341,7 +348,7 @@ fn overloaded_columns_are_found_buckled() {
     let mut slope = 0.0;
     for ratio in [1.1, 2.0, 5.0, 8.5, 9.116218298, 12.0] {
         let load = ratio * PI * PI / 4.0;
-        let end = End::load(Vector3::new(0.0, 0.0, -load), Vector3::zeros());
+        let end = EndConditions::load(Vector3::new(0.0, 0.0, -load), Vector3::zeros());
         let found = Problem::new(column(), end, 1e-12)
             .unwrap()
             .solve(None)
@@ -357,7 +364,7 @@ fn overloaded_columns_are_found_buckled() {
     }
     // Clamped: B3 at s = 0.1 and 0.3.
     for (s, load) in [(0.1, 41.5702557932), (0.3, 46.6121208798)] {
-        let end = End::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
+        let end = EndConditions::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
         let found = Problem::new(column(), end, 1e-12)
             .unwrap()
             .solve(None)
@@ -367,8 +374,8 @@ fn overloaded_columns_are_found_buckled() {
     }
     // Equal stiffnesses: any plane will do, and moving round is neither stable nor unstable.
     for end in [
-        End::load(Vector3::z() * -25.0, Vector3::zeros()),
-        End::pose(Vector3::z() * 0.9, UnitQuaternion::identity()),
+        EndConditions::load(Vector3::z() * -25.0, Vector3::zeros()),
+        EndConditions::pose(Vector3::z() * 0.9, UnitQuaternion::identity()),
     ] {
         let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], 0.7).unwrap()).unwrap();
         let found = Problem::new(rod, end, 1e-11).unwrap().solve(None).unwrap();
@@ -398,7 +405,8 @@ fn dead_forces_are_trailed() {
                 let (sin, cos) = f64::sin_cos(angle);
                 let (y, x) = f64::sin_cos(0.7);
                 let force = Vector3::new(sin * x, sin * y, cos) * size;
-                let problem = Problem::new(rod, End::load(force, Vector3::zeros()), 1e-11);
+                let problem =
+                    Problem::new(rod, EndConditions::load(force, Vector3::zeros()), 1e-11);
                 let found = problem.unwrap().solve(None);
                 let name = format!("{law:?} {size} {angle}");
                 let found = found.unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -418,7 +426,7 @@ fn dead_forces_are_trailed() {
 #[test]
 fn followers_have_no_index_on_branches() {
     let make = |p: f64| {
-        let end = End::follower(Vector3::z() * -p, Vector3::zeros());
+        let end = EndConditions::follower(Vector3::z() * -p, Vector3::zeros());
         Problem::new(kirchhoff([1.5, 1.0]), end, 1e-11)
     };
     let family = RodFamily::new(make, false, 30.0);
@@ -439,7 +447,8 @@ fn heavy_pulls_are_solved_or_refused() {
     for across in [1.0, 3.0] {
         for lam in [5.0, 10.0, 12.0, 15.0, 20.0, 25.0, 40.0, 1000.0_f64] {
             let rod = Rod::new(1.0, Linear::diagonal([across, 1.0], 0.7).unwrap()).unwrap();
-            let end = End::load(Vector3::new(sin, 0.0, cos) * lam * lam, Vector3::zeros());
+            let end =
+                EndConditions::load(Vector3::new(sin, 0.0, cos) * lam * lam, Vector3::zeros());
             match Problem::new(rod, end, 1e-12).unwrap().solve(None) {
                 Ok(found) => {
                     assert_eq!(found.index, 0, "{across} {lam}");
@@ -482,7 +491,7 @@ fn soft_torsion_does_not_change_the_index() {
 fn charts_agree_where_the_rod_leaves_the_plane() {
     let held_at = |y: f64| {
         let rod = Rod::new(1.0, Linear::diagonal([2.0, 1.0], 0.8)?)?;
-        Problem::new(rod, End::ball(Vector3::new(y, 0.0, 0.6)), 1e-12)
+        Problem::new(rod, EndConditions::ball(Vector3::new(y, 0.0, 0.6)), 1e-12)
     };
     let start = held_at(0.3).unwrap().solve(None).unwrap();
     let planar = held_at(0.3).unwrap().with_path(Path::Planar);

@@ -3,7 +3,7 @@
 use crate::support::{base_wrench, json, list, number, quaternion, rod, rows, tapers, vector3};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::rod::{End, Problem, Rod};
+use snaprod::rod::{EndConditions, Problem, Rod};
 use snaprod::section::{Along, Linear, Varying};
 
 /// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series know nothing of ours.
@@ -130,9 +130,9 @@ fn end_loads_agree_with_an_independent_solver() {
         let load = &row["end"];
         let (f, m) = (vector3(load, "force"), vector3(load, "couple"));
         let end = if load["follower"] == true {
-            End::follower(f, m)
+            EndConditions::follower(f, m)
         } else {
-            End::load(f, m)
+            EndConditions::load(f, m)
         };
         let problem = Problem::new(rod, end, 1e-12).expect("a problem");
         let found = problem
@@ -155,11 +155,11 @@ fn end_loads_agree_with_an_independent_solver() {
     }
 }
 
-fn end_condition(row: &Value) -> End {
+fn end_condition(row: &Value) -> EndConditions {
     match row["kind"].as_str().expect("a kind") {
-        "pose" => End::pose(vector3(row, "position"), quaternion(row, "quaternion")),
-        "ball" => End::ball(vector3(row, "position")),
-        "free" => End::load(vector3(row, "base_force"), Vector3::zeros()),
+        "pose" => EndConditions::pose(vector3(row, "position"), quaternion(row, "quaternion")),
+        "ball" => EndConditions::ball(vector3(row, "position")),
+        "free" => EndConditions::load(vector3(row, "base_force"), Vector3::zeros()),
         other => panic!("{other}"),
     }
 }
@@ -199,9 +199,11 @@ fn indices_agree_with_discretised_second_variations() {
         let base = base_wrench(row);
         let end = rod.end(&base, 1e-12).expect("an end").section;
         let condition = match row["end"].as_str().expect("an end") {
-            "pose" => End::pose(end.position, UnitQuaternion::from_matrix(&end.directors)),
-            "ball" => End::ball(end.position),
-            "free" => End::load(end.force, end.couple),
+            "pose" => {
+                EndConditions::pose(end.position, UnitQuaternion::from_matrix(&end.directors))
+            }
+            "ball" => EndConditions::ball(end.position),
+            "free" => EndConditions::load(end.force, end.couple),
             other => panic!("{other}"),
         };
         // A straight inextensible rod held at its full length is refused.

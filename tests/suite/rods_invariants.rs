@@ -2,7 +2,7 @@
 
 use crate::support::{assert_close, base_wrench, json, list, rod, rows, tapers};
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
-use snaprod::rod::{End, Problem, Rod, RodEnd};
+use snaprod::rod::{EndConditions, Problem, Rod, RodEnd};
 use snaprod::section::{
     Along, Barrier, DualNum, Hyperelastic, Linear, SectionLaw, StoredEnergy, Varying,
 };
@@ -378,20 +378,20 @@ fn problems_do_not_depend_on_frames_and_units() {
         ([true; 3], Some(tilted)),
     ] {
         let place = Vector3::new(0.2, -0.1, 0.85);
-        let end = End {
+        let end = EndConditions {
             position: std::array::from_fn(|i| held[i].then_some(place[i])),
             orientation,
             force: Vector3::new(1.5, -0.7, 0.4),
-            ..End::load(Vector3::zeros(), Vector3::zeros())
+            ..EndConditions::load(Vector3::zeros(), Vector3::zeros())
         };
         let moved = cycle(place * long) + shift;
-        let other = End {
+        let other = EndConditions {
             position: std::array::from_fn(|i| held[(i + 2) % 3].then_some(moved[i])),
             orientation: orientation.map(|q| turn * q),
             force: cycle(end.force * force),
             ..end
         };
-        let solve = |rod: Rod, end: End| {
+        let solve = |rod: Rod, end: EndConditions| {
             Problem::new(rod, end, 1e-12)
                 .and_then(|p| p.solve(None))
                 .expect("an equilibrium")
@@ -468,7 +468,7 @@ fn vanishing_loads_have_their_limits() {
         assert!(apart < 1e-14, "{name}: {apart:e}");
         let problem = Problem::new(
             rod,
-            End::load(Vector3::repeat(1e-300), Vector3::zeros()),
+            EndConditions::load(Vector3::repeat(1e-300), Vector3::zeros()),
             1e-12,
         );
         let found = problem.and_then(|p| p.solve(None)).expect("an equilibrium");
@@ -503,7 +503,7 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
     assert!(shape[4].position.norm() <= 1.0 && shape[4].energy.is_finite());
     for out_of_plane in [1.0, 3.0] {
         let lambda = 9.0;
-        let end = End::load(along(lambda), Vector3::zeros());
+        let end = EndConditions::load(along(lambda), Vector3::zeros());
         let problem = Problem::new(rod(out_of_plane), end, 1e-12);
         let found = problem.and_then(|p| p.solve(None)).expect("an equilibrium");
         assert_close(
@@ -528,7 +528,11 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
                     .expect("a law");
             }
             let rod = Rod::new(1.0, law).expect("a rod");
-            let problem = Problem::new(rod, End::load(Vector3::x(), Vector3::zeros()), 1e-12);
+            let problem = Problem::new(
+                rod,
+                EndConditions::load(Vector3::x(), Vector3::zeros()),
+                1e-12,
+            );
             let found = problem.and_then(|p| p.solve(None)).expect("an equilibrium");
             let r = found.end.position;
             assert_close(r.x, deflection, 1e-9, 1.0, "deflection");
@@ -539,7 +543,11 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
     // A torsional stiffness of 1e-6 makes the variations oscillate a thousand times: refused, if not solved.
     let limp = Linear::diagonal([1.0, 1.0], 1e-6).expect("a law");
     let rod = Rod::new(1.0, limp).expect("a rod");
-    let problem = Problem::new(rod, End::load(Vector3::x(), Vector3::zeros()), 1e-12);
+    let problem = Problem::new(
+        rod,
+        EndConditions::load(Vector3::x(), Vector3::zeros()),
+        1e-12,
+    );
     if let Ok(found) = problem.and_then(|p| p.solve(None)) {
         assert_close(found.end.position.x, deflection, 1e-9, 1.0, "limp");
     }
@@ -547,7 +555,7 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
     let law = Linear::diagonal([1e6, 1.0], 1e6).expect("a law");
     let problem = Problem::new(
         Rod::new(1.0, law).expect("a rod"),
-        End::load(Vector3::new(1.0, 1.0, 0.0), Vector3::zeros()),
+        EndConditions::load(Vector3::new(1.0, 1.0, 0.0), Vector3::zeros()),
         1e-12,
     );
     let r = problem

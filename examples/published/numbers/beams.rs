@@ -4,7 +4,7 @@ use super::{Number, loaded, number, planar_rod, rows, solve, tilt};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::{End, Rod};
+use snaprod::rod::{EndConditions, Rod};
 use snaprod::section::Linear;
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ pub fn cantilevers(data: &Value) -> Result<Vec<Number>> {
                 .printed(angle, source),
         ]);
     }
-    let circle = End::load(Vector3::zeros(), 2.0 * PI * Vector3::y());
+    let circle = EndConditions::load(Vector3::zeros(), 2.0 * PI * Vector3::y());
     let gap = solve(planar_rod(1.0)?, circle)?.end.position.norm();
     numbers.push(Number::new("B4", "M = 2 pi: gap of the circle", gap, 0.0));
     Ok(numbers)

@@ -4,20 +4,20 @@ use super::{Number, number, planar_rod, rows, specials, stable_states, tilt};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::{End, Problem};
+use snaprod::rod::{EndConditions, Problem};
 use snaprod::solve::special::SpecialKind;
 use std::f64::consts::PI;
 
 /// B1: the loads at which the straight rod's branch is crossed by others.
 pub fn euler_loads(data: &Value) -> Result<Vec<Number>> {
     let source = "Timoshenko & Gere 1961";
-    let free = End::load(Vector3::zeros(), Vector3::zeros());
+    let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
     // The end may slide along z under the load.
-    let pinned = End {
+    let pinned = EndConditions {
         position: [Some(0.0), Some(0.0), None],
         ..free
     };
-    let clamped = End {
+    let clamped = EndConditions {
         orientation: Some(UnitQuaternion::identity()),
         ..pinned
     };
@@ -34,7 +34,7 @@ pub fn euler_loads(data: &Value) -> Result<Vec<Number>> {
             .collect();
         let problem = |load: f64| {
             let force = -load * Vector3::z();
-            Problem::new(planar_rod(length)?, End { force, ..end }, 1e-12)
+            Problem::new(planar_rod(length)?, EndConditions { force, ..end }, 1e-12)
         };
         let last = computed[computed.len() - 1];
         let found = specials(problem, Vector6::zeros(), (0.0, 1.1 * last), computed.len())?;
@@ -69,7 +69,7 @@ pub fn beyond_the_euler_load(data: &Value) -> Result<Vec<Number>> {
         .map(|row| number(row, "load") * euler)
         .collect();
     let pressed = |load: f64| {
-        let end = End::load(-load * Vector3::z(), Vector3::zeros());
+        let end = EndConditions::load(-load * Vector3::z(), Vector3::zeros());
         Problem::new(planar_rod(1.0)?, end, 1e-12)
     };
     let states = stable_states(pressed, &loads)?;
@@ -89,9 +89,9 @@ pub fn beyond_the_euler_load(data: &Value) -> Result<Vec<Number>> {
             Number::new("B2", "y", position.x.abs(), number(row, "y")).printed(y, source),
         ]);
     }
-    let meet = End {
+    let meet = EndConditions {
         position: [None, None, Some(0.0)],
-        ..End::load(Vector3::zeros(), Vector3::zeros())
+        ..EndConditions::load(Vector3::zeros(), Vector3::zeros())
     };
     let found = Problem::new(planar_rod(1.0)?, meet, 1e-12)?
         .solve(Some(&Vector6::new(0.0, 4.3, 0.0, 0.0, 0.0, -5.5)))?;
@@ -116,7 +116,7 @@ pub fn clamped_columns(data: &Value) -> Result<Vec<Number>> {
         .map(|row| number(row, "s"))
         .collect();
     let problem = |s: f64| {
-        let end = End::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
+        let end = EndConditions::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
         Problem::new(planar_rod(1.0)?, end, 1e-12)
     };
     let states = stable_states(problem, &shortenings)?;

@@ -7,7 +7,9 @@ mod snaps;
 use nalgebra::{Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::{End, Equilibrium, Problem, Rod, RodFamily, RodSection, State, Statical};
+use snaprod::rod::{
+    EndConditions, Equilibrium, Problem, Rod, RodFamily, RodSection, State, Statical,
+};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Branch, Item, Options};
 use snaprod::solve::special::Special;
@@ -115,12 +117,12 @@ fn planar_rod(length: f64) -> Result<Rod> {
     Rod::new(length, Linear::diagonal([40.0, 1.0], 40.0)?)
 }
 
-fn solve(rod: Rod, end: End) -> Result<Equilibrium> {
+fn solve(rod: Rod, end: EndConditions) -> Result<Equilibrium> {
     Problem::new(rod, end, 1e-12)?.solve(None)
 }
 
 fn loaded(rod: Rod, force: Vector3<f64>) -> Result<Equilibrium> {
-    solve(rod, End::load(force, Vector3::zeros()))
+    solve(rod, EndConditions::load(force, Vector3::zeros()))
 }
 
 /// Special points along the branch of `problem` from p = `from` on, with the

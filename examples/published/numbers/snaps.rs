@@ -4,7 +4,7 @@ use super::{Number, number, planar_rod, rows, specials, tilt};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
-use snaprod::rod::{End, Problem, Rod, State};
+use snaprod::rod::{EndConditions, Problem, Rod, State};
 use snaprod::section::Linear;
 use snaprod::solve::special::{Special, SpecialKind};
 use std::f64::consts::PI;
@@ -26,9 +26,9 @@ fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special<6>, State)>> {
         let turn = |a: f64| UnitQuaternion::from_scaled_axis(Vector3::y() * a);
         let rod = planar_rod(1.0)?.with_clamp(Vector3::zeros(), turn(a));
         let end = match far {
-            Far::Clamped => End::pose(end, UnitQuaternion::identity()),
-            Far::Hinged => End::ball(end),
-            Far::Turned => End::pose(end, turn(-a)),
+            Far::Clamped => EndConditions::pose(end, UnitQuaternion::identity()),
+            Far::Hinged => EndConditions::ball(end),
+            Far::Turned => EndConditions::pose(end, turn(-a)),
         };
         Problem::new(rod, end, 1e-13)
     };
@@ -151,7 +151,7 @@ pub fn catapults(data: &Value) -> Result<Vec<Number>> {
     let mut numbers = Vec::new();
     for row in rows(&data["B11"]["outputs"]) {
         let ratio = number(row, "P_over_Pcr");
-        let load = End::load(-ratio * 0.25 * PI * PI * Vector3::z(), Vector3::zeros());
+        let load = EndConditions::load(-ratio * 0.25 * PI * PI * Vector3::z(), Vector3::zeros());
         let problem = |phi: f64| {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * phi);
             Problem::new(
@@ -195,10 +195,10 @@ pub fn twisted_rods(data: &Value) -> Result<Vec<Number>> {
         let tension = number(row, "tension");
         let problem = |couple: f64| {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * (couple / torsion));
-            let end = End {
+            let end = EndConditions {
                 position: [Some(0.0), Some(0.0), None],
                 force: tension * Vector3::z(),
-                ..End::pose(Vector3::zeros(), turn)
+                ..EndConditions::pose(Vector3::zeros(), turn)
             };
             Problem::new(
                 Rod::new(1.0, Linear::diagonal([1.0, 1.0], torsion)?)?,
@@ -237,7 +237,7 @@ fn michells_couple(torsion: f64) -> Result<f64> {
         let end = rod.end(&base, 1e-12)?.section;
         assert!(end.position.norm() < 1e-11, "the ring does not close");
         let directors = UnitQuaternion::from_matrix(&end.directors);
-        Problem::new(rod, End::pose(end.position, directors), 1e-12)?.index_at(&base)
+        Problem::new(rod, EndConditions::pose(end.position, directors), 1e-12)?.index_at(&base)
     };
     let (mut low, mut high) = (9.0, 12.0);
     assert!(index(high)? >= 2 && index(low)? < 2, "no jump by two");

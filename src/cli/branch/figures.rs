@@ -2,7 +2,7 @@
 
 use super::super::equilibrium::{drawn, units};
 use snaprod::plot::{
-    Branch as Line, BranchDiagram, BranchPanel, RodShapes, Special as Mark, SpecialKind,
+    BranchDiagram, BranchLine as Line, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
 use snaprod::scene::Units;
 use snaprod::solve::special::SpecialKind as Kind;

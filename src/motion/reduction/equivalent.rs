@@ -1,7 +1,7 @@
 //! The spring and dashpot that stand for the rod: AMV (6.3).
 
 use super::balance::{Slots, State, stored};
-use super::{Kind, Reduction};
+use super::{Reduction, ReductionKind};
 use crate::error::{Error, Result};
 use crate::section::Strain;
 use nalgebra::{Complex, DMatrix, DVector, Matrix6};
@@ -14,7 +14,7 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equivalent {
     /// The kind of motion.
-    pub kind: Kind,
+    pub kind: ReductionKind,
     /// The strains that move, as places in (u1, .. v3).
     pub moving: Vec<usize>,
     /// dn/dr at fixed rates, with relaxed branches.

@@ -1,7 +1,7 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use crate::error::{Error, Result};
-use crate::rod::{End, Problem, Rod, Wrench};
+use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Profile as SceneProfile,
     Rod as SceneRod, Scene, Section, Shape, Shaped, Stiffness, Transverse,
@@ -17,7 +17,7 @@ impl Scene {
     pub fn problem(&self) -> Result<Problem> {
         let held = self.end()?;
         let rod = self.cosserat_rod()?;
-        let end = End {
+        let end = EndConditions {
             position: held.position.map(Component::held),
             orientation: held.orientation.as_ref().map(rotation),
             force: held.applied_force().into(),

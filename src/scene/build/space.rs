@@ -3,21 +3,20 @@
 use super::clamp as supports;
 use super::in_time::forces;
 use super::rod::rotation;
-use super::viscous::method;
 use crate::body::{Body, EndBody, Frame, RigidBody, Support};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
-use crate::motion::reduction::{Carried, Reduction, Refusal, Start};
+use crate::motion::reduction::{Carried, ReducedStart, Reduction, Refusal};
 use crate::motion::{Motion, Nodes, Options, State};
-use crate::rod::{End, Problem, Rod, Wrench};
+use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
 };
+use crate::section::Measures;
 use crate::section::Strain;
-use crate::section::Units;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
@@ -165,7 +164,7 @@ impl MotionSetup {
             .and_then(|options| options.with_tolerance(run.tolerance))
             .map_err(|e| e.context("[run]"))?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(method(run.method));
+            .with_method(run.method);
         options.max_steps = run.max_steps as u64;
         let rod = scene.cosserat_rod()?;
         let clamp = Isometry3::from_parts(
@@ -300,7 +299,7 @@ impl MotionSetup {
             None => Vec::new(),
             Some(field) => vec![sampled(field)?; self.section.branches.len()],
         };
-        let start = Start {
+        let start = ReducedStart {
             time: 0.0,
             strains: &sampled(&self.strain)?,
             branches: &branches,
@@ -333,8 +332,8 @@ impl MotionSetup {
         }
     }
 
-    fn units(&self) -> Units {
-        Units {
+    fn units(&self) -> Measures {
+        Measures {
             length: self.scales.length,
             stiffness: self.scales.stiffness(),
             time: self.scales.time,
@@ -453,25 +452,29 @@ fn settled(scene: &Scene) -> Result<Option<Place>> {
 }
 
 /// The end condition of which the start is an equilibrium.
-fn end(place: &Place) -> Option<End> {
+fn end(place: &Place) -> Option<EndConditions> {
     match place {
         Place::Equilibrium {
             equilibrium: EndLoad { force, couple },
-        } => Some(End::load((*force).into(), (*couple).into())),
+        } => Some(EndConditions::load((*force).into(), (*couple).into())),
         Place::Pose {
             pose: EndPose {
                 position,
                 orientation,
             },
         } => Some(match orientation {
-            None => End::ball((*position).into()),
-            Some(orientation) => End::pose((*position).into(), rotation(orientation)),
+            None => EndConditions::ball((*position).into()),
+            Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
         }),
         _ => None,
     }
 }
 
-fn equilibrium(rod: &Rod, end: End, tolerance: f64) -> Result<(SpaceField, Option<usize>)> {
+fn equilibrium(
+    rod: &Rod,
+    end: EndConditions,
+    tolerance: f64,
+) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
     let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
     let found = Problem::new(rod.clone(), end, tolerance)

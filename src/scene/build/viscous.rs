@@ -12,12 +12,11 @@ use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousRun, ViscousStart};
 use crate::motion::{Nodes, Options};
 use crate::scene::{
-    Damping, FrictionLaw, Maxwell as SceneMaxwell, Method, Place, PowerLaw, Relaxed, Rod, Scales,
-    Scene, StrainMatrix,
+    Damping, FrictionLaw, Maxwell as SceneMaxwell, Place, PowerLaw, Relaxed, Rod, Scales, Scene,
+    StrainMatrix,
 };
 use crate::section::Linear;
 use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
-use crate::solve::integrator;
 use nalgebra::{Matrix6, Vector1, Vector2};
 use std::sync::Arc;
 
@@ -105,7 +104,7 @@ impl ViscousSetup {
             .with_tolerance(run.tolerance)
             .map_err(|e| e.context("[run]"))?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(method(run.method));
+            .with_method(run.method);
         options.max_steps = run.max_steps as u64;
         let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
@@ -223,12 +222,3 @@ fn section(
 
 /// The strain that a planar rod has, among u1 .. v3.
 const BENDING: usize = 0;
-
-/// The steps that a scene asks for.
-pub(super) fn method(method: Method) -> integrator::Method {
-    match method {
-        Method::Auto => integrator::Method::Auto,
-        Method::Explicit => integrator::Method::Explicit,
-        Method::Implicit => integrator::Method::Implicit,
-    }
-}

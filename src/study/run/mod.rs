@@ -7,8 +7,8 @@ mod spring;
 mod summary;
 mod table;
 
-pub use prepared::{Kind, Prepared};
-pub use record::{Bounds, Branch, Frame, Moment, RunRecord};
+pub use prepared::{ModelKind, Prepared};
+pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
 
@@ -98,7 +98,7 @@ pub fn run(
             }
         }
         let last = prepared.moment(&*motion.now());
-        let branch = Branch::new(
+        let branch = RunBranch::new(
             id,
             parent,
             entered.map(|snap| prepared.snap(&snap)),
@@ -120,8 +120,8 @@ pub fn run(
             branches: prepared.branches,
         },
         start_index: match prepared.kind() {
-            Kind::Sheet => branches.first().and_then(Branch::index_of_start),
-            Kind::Planar | Kind::Space => prepared.index_of_start(),
+            ModelKind::Sheet => branches.first().and_then(RunBranch::index_of_start),
+            ModelKind::Planar | ModelKind::Space => prepared.index_of_start(),
         },
         branches,
         cut,

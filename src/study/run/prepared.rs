@@ -39,7 +39,7 @@ enum Model {
 
 /// What kind of rod runs, as far as tables and figures differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ModelKind {
     /// Elastic, in a plane: a point on a sheet.
     Sheet,
     /// Viscoelastic, in a plane.
@@ -83,11 +83,11 @@ impl Prepared {
     }
 
     /// What kind of rod runs.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ModelKind {
         match &self.model {
-            Model::Elastic(_) => Kind::Sheet,
-            Model::Planar(_) => Kind::Planar,
-            Model::Space(_) => Kind::Space,
+            Model::Elastic(_) => ModelKind::Sheet,
+            Model::Planar(_) => ModelKind::Planar,
+            Model::Space(_) => ModelKind::Space,
         }
     }
 

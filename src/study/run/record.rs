@@ -1,6 +1,6 @@
 //! What a run leaves behind, in the scene's units.
 
-use super::prepared::Kind;
+use super::prepared::ModelKind;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Vector3};
 #[derive(Debug, Clone)]
 pub struct RunRecord {
     /// What kind of rod ran.
-    pub kind: Kind,
+    pub kind: ModelKind,
     /// The scene's units.
     pub units: Units,
     /// The units of the rod in those of the scene.
@@ -24,7 +24,7 @@ pub struct RunRecord {
     /// The bounds max_steps, max_snaps and branches of the scene.
     pub bounds: Bounds,
     /// Each after its parent; the first is the trunk.
-    pub branches: Vec<Branch>,
+    pub branches: Vec<RunBranch>,
     /// Snaps whose branches were not followed because the bound was reached.
     pub cut: usize,
     /// True if forces in time do work on the body.
@@ -54,7 +54,7 @@ pub struct Bounds {
 
 /// One run: the trunk, or what follows from a snap.
 #[derive(Debug, Clone)]
-pub struct Branch {
+pub struct RunBranch {
     /// Number, in the order in which the branches are run; 0 is the trunk.
     pub id: usize,
     /// The branch it forks from.
@@ -91,7 +91,7 @@ pub struct Branch {
     pub axes: Vec<(f64, Vec<Isometry3<f64>>)>,
 }
 
-impl Branch {
+impl RunBranch {
     /// A branch of which nothing was recorded yet but its ends and its cost.
     pub(super) fn new(
         id: usize,
@@ -175,7 +175,7 @@ pub struct Frame {
 
 impl RunRecord {
     /// The branch that ran last.
-    pub fn last(&self) -> &Branch {
+    pub fn last(&self) -> &RunBranch {
         // A record is made of one branch at least.
         &self.branches[self.branches.len() - 1]
     }
@@ -200,11 +200,11 @@ impl RunRecord {
         self.short().map(|branch| self.why(branch))
     }
 
-    fn short(&self) -> Option<&Branch> {
+    fn short(&self) -> Option<&RunBranch> {
         self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
-    fn why(&self, branch: &Branch) -> String {
+    fn why(&self, branch: &RunBranch) -> String {
         let k = &self.scales;
         let why = match &branch.outcome {
             Outcome::StepLimit => format!(
@@ -220,7 +220,7 @@ impl RunRecord {
         };
         let end = &branch.last;
         let place: Vec<String> = end.position().iter().map(|x| format!("{x:.6}")).collect();
-        let axes = if self.kind == Kind::Space { 3 } else { 2 };
+        let axes = if self.kind == ModelKind::Space { 3 } else { 2 };
         let spaced = |unit: &str| match unit {
             "" => String::new(),
             _ => format!(" {unit}"),
@@ -250,10 +250,10 @@ impl RunRecord {
     pub fn warning(&self) -> Option<String> {
         let index = self.start_index.filter(|index| *index > 0)?;
         Some(match self.kind {
-            Kind::Space => format!(
+            ModelKind::Space => format!(
                 "the equilibrium at the start has Morse index {index}: it is not stable, and the rod leaves it as rounding or loads will"
             ),
-            Kind::Sheet | Kind::Planar => format!(
+            ModelKind::Sheet | ModelKind::Planar => format!(
                 "the start has Morse index {index}: it is not stable, a real rod would leave it at once; the run follows the sheet as asked"
             ),
         })

@@ -1,7 +1,7 @@
 //! Watches a motion: writes the tables, keeps what figures show.
 
-use super::prepared::{Kind, Prepared};
-use super::record::{Branch, Frame};
+use super::prepared::{ModelKind, Prepared};
+use super::record::{Frame, RunBranch};
 use super::table;
 use super::{Fields, places};
 use crate::error::Result;
@@ -123,8 +123,8 @@ impl<'r> Recorder<'r> {
             }),
         };
         let kept = match prepared.kind() {
-            Kind::Sheet => KEPT_ON_SHEET,
-            Kind::Planar | Kind::Space => KEPT,
+            ModelKind::Sheet => KEPT_ON_SHEET,
+            ModelKind::Planar | ModelKind::Space => KEPT,
         };
         Ok(Self {
             prepared,
@@ -147,12 +147,12 @@ impl<'r> Recorder<'r> {
     }
 
     /// Hands over what was kept; `branch` has the rest.
-    pub fn finish(mut self, motion: &dyn Motion<'_>, branch: Branch) -> Branch {
+    pub fn finish(mut self, motion: &dyn Motion<'_>, branch: RunBranch) -> RunBranch {
         let last = motion.now();
         self.end_passage();
         self.end_axes(&*last);
         self.closing.look(&last.ledger());
-        Branch {
+        RunBranch {
             outcome: self.audited(branch.outcome, last.time()),
             snaps: self.snaps,
             layers: self.layers,
@@ -183,7 +183,7 @@ impl<'r> Recorder<'r> {
     fn frame(&self, state: &dyn State) -> Frame {
         let prepared = self.prepared;
         let moment = prepared.moment(state);
-        if prepared.kind() == Kind::Sheet {
+        if prepared.kind() == ModelKind::Sheet {
             return Frame {
                 moment,
                 strains: Vec::new(),
@@ -192,8 +192,8 @@ impl<'r> Recorder<'r> {
             };
         }
         let axis = match prepared.kind() {
-            Kind::Planar => prepared.sections(state, CURVE),
-            Kind::Sheet | Kind::Space => Vec::new(),
+            ModelKind::Planar => prepared.sections(state, CURVE),
+            ModelKind::Sheet | ModelKind::Space => Vec::new(),
         };
         Frame {
             moment,
@@ -220,7 +220,7 @@ impl<'r> Recorder<'r> {
 
     /// The last axis in its place, or instead of one that is near in time.
     fn end_axes(&mut self, last: &dyn State) {
-        if self.prepared.kind() != Kind::Space {
+        if self.prepared.kind() != ModelKind::Space {
             return;
         }
         let t = last.time() * self.prepared.scales.time;
@@ -248,7 +248,7 @@ impl<'r> Recorder<'r> {
     /// The end of a step of a rod with strains. (On a sheet a state would have to be made to be looked at.)
     fn step(&mut self, now: &dyn State) {
         self.closing.look(&now.ledger());
-        if self.prepared.kind() != Kind::Planar {
+        if self.prepared.kind() != ModelKind::Planar {
             return;
         }
         if now.distance() > AWAY {
@@ -275,7 +275,7 @@ impl Observer for Recorder<'_> {
                 self.write_strain(table, &frame)?;
             }
         }
-        if self.prepared.kind() == Kind::Space {
+        if self.prepared.kind() == ModelKind::Space {
             let prepared = self.prepared;
             let axis = || (frame.moment.t, prepared.sections(state, CURVE));
             self.axes.show(axis);

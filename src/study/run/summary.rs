@@ -1,7 +1,7 @@
 //! A run's record as JSON: summary.json and events.json.
 
-use super::prepared::Kind;
-use super::record::{Branch, Moment, RunRecord};
+use super::prepared::ModelKind;
+use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
@@ -31,15 +31,15 @@ impl RunRecord {
         }));
         let mut add = |key: &str, value: Value| summary.insert(key.to_owned(), value);
         match self.kind {
-            Kind::Sheet => {
-                let snaps = |b: &Branch| b.snaps.len() + usize::from(b.entered.is_some());
+            ModelKind::Sheet => {
+                let snaps = |b: &RunBranch| b.snaps.len() + usize::from(b.entered.is_some());
                 add(
                     "snaps",
                     json!(self.branches.iter().map(snaps).sum::<usize>()),
                 );
                 add("start_index", json!(self.start_index));
             }
-            Kind::Planar | Kind::Space => {
+            ModelKind::Planar | ModelKind::Space => {
                 let layers = self.branches.iter().map(|b| b.layers.len());
                 add("layers", json!(layers.sum::<usize>()));
                 let nodes = last.resolution;
@@ -92,7 +92,7 @@ impl RunRecord {
         events
     }
 
-    fn branch(&self, branch: &Branch) -> Value {
+    fn branch(&self, branch: &RunBranch) -> Value {
         json!({
             "branch": branch.id,
             "parent": branch.parent,
@@ -121,13 +121,13 @@ impl RunRecord {
         let labels = at.labels.as_ref();
         let (q, w, m) = (at.pose.rotation, at.angular_velocity, at.couple);
         state.extend(object(match self.kind {
-            Kind::Space => json!({
+            ModelKind::Space => json!({
                 "z": r.z, "vz": v.z, "fz": f.z,
                 "qw": q.w, "qx": q.i, "qy": q.j, "qz": q.k,
                 "wx": w.x, "wy": w.y, "wz": w.z,
                 "mx": m.x, "my": m.y, "mz": m.z,
             }),
-            Kind::Sheet | Kind::Planar => json!({
+            ModelKind::Sheet | ModelKind::Planar => json!({
                 "lam": labels.map(|l| l.lambda()),
                 "p": labels.map(|l| l.p),
                 "w": labels.map(|l| l.w),
@@ -186,13 +186,13 @@ impl RunRecord {
         let (evaluations, steps) = (sum(|w| w.evaluations), sum(|w| w.steps));
         let rejected = sum(|w| w.rejected);
         match self.kind {
-            Kind::Sheet => json!({
+            ModelKind::Sheet => json!({
                 "evaluations": evaluations,
                 "steps": steps,
                 "rejected": rejected,
                 "dense": sum(|w| w.samples),
             }),
-            Kind::Planar | Kind::Space => json!({
+            ModelKind::Planar | ModelKind::Space => json!({
                 "evaluations": evaluations,
                 "steps": steps,
                 "implicit_steps": sum(|w| w.implicit_steps),

@@ -1,6 +1,6 @@
 //! The tables of a run: trajectory and strain field.
 
-use super::prepared::{Kind, Prepared};
+use super::prepared::{ModelKind, Prepared};
 use super::record::Moment;
 use crate::study::{Cell, Column, Table};
 
@@ -16,8 +16,8 @@ pub fn trajectory_name(branch: usize) -> String {
 pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
     let u = prepared.units;
     let axes: &[(&str, &str)] = match prepared.kind() {
-        Kind::Sheet | Kind::Planar => &[("x", "x"), ("y", "y")],
-        Kind::Space => &[("x", "x"), ("y", "y"), ("z", "z")],
+        ModelKind::Sheet | ModelKind::Planar => &[("x", "x"), ("y", "y")],
+        ModelKind::Space => &[("x", "x"), ("y", "y"), ("z", "z")],
     };
     let vector = |prefix: &str, unit: &'static str, meaning: &str| -> Vec<Column> {
         let name = |axis: &str| format!("{prefix}{axis}");
@@ -30,7 +30,7 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
     columns.extend(vector("", u.length(), "position of the end"));
     let velocity = vector("v", u.velocity(), "velocity of the end");
     let force = vector("f", u.force(), "force of the rod on the body");
-    if prepared.kind() == Kind::Space {
+    if prepared.kind() == ModelKind::Space {
         let part = |name, which| {
             Column::reals(
                 name,
@@ -88,13 +88,13 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
 }
 
 /// The row of a state.
-pub(super) fn row(kind: Kind, at: &Moment) -> Vec<Cell> {
+pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
     let real = Cell::Real;
-    let axes = if kind == Kind::Space { 3 } else { 2 };
+    let axes = if kind == ModelKind::Space { 3 } else { 2 };
     let mut cells = vec![real(at.t)];
     let r = at.pose.translation.vector;
     cells.extend(r.iter().take(axes).copied().map(real));
-    if kind == Kind::Space {
+    if kind == ModelKind::Space {
         let q = at.pose.rotation;
         cells.extend([q.w, q.i, q.j, q.k].map(real));
         for v in [at.velocity, at.angular_velocity, at.force, at.couple] {
