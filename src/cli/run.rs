@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where to write; default out/<name of the scene>, or nothing with --json.
+    /// Where to write; default `out/` and the name of the scene, or nothing with --json.
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Print the summary with the events as one JSON object.

@@ -6,6 +6,7 @@ use super::{
     StrainField, StrainMatrix, Translation, Turn, TurnAngle,
 };
 use crate::Result;
+use crate::section::Measures;
 
 /// The library's units of each quantity, measured in the user's: a value in the scene is the
 /// library's number times the scale.
@@ -54,6 +55,15 @@ impl Scales {
     /// Scale of bending stiffness, EI = energy * length.
     pub fn stiffness(&self) -> f64 {
         self.energy * self.length
+    }
+
+    /// What sections are measured by: [`Viscoelastic::measured`](crate::section::rate::Viscoelastic::measured).
+    pub fn measures(&self) -> Measures {
+        Measures {
+            length: self.length,
+            stiffness: self.stiffness(),
+            time: self.time,
+        }
     }
 
     /// Scale of the viscosity eta of m = eta theta'_t: EI * time.

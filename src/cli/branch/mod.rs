@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub struct BranchArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where to write branch.csv, special_points.json and figures; default out/<name of the scene>.
+    /// Where to write branch.csv, special_points.json and figures; default `out/` and the name of the scene.
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Print the special points as one JSON object.

@@ -15,13 +15,12 @@ use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
 };
-use crate::section::Measures;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
 /// A scene of motion in space made ready to run. Inside, length, reference bending stiffness and mass are 1, and the frame is
-/// that of the clamp; [`MotionSetup::state`] and [`MotionSetup::sections`] lead back.
+/// that of the clamp; records of runs lead back.
 #[derive(Debug, Clone)]
 pub struct MotionSetup {
     /// The body with its loads.
@@ -249,11 +248,11 @@ impl MotionSetup {
         ViscousSample<Space<M, D>, M, D>: State,
     {
         let places = Space::<M, D>::places();
-        let material = Material::new(self.section.measured(self.units()), places)?;
+        let material = Material::new(self.section.measured(self.scales.measures()), places)?;
         let local = |field: &SpaceField, x: f64| -> Local<M> {
             // NaN is refused by the run, which says where.
             field.at(x).map_or(Local::repeat(f64::NAN), |strain| {
-                material.active_of(&self.units().strain_in(&strain))
+                material.active_of(&self.scales.measures().strain_in(&strain))
             })
         };
         let relaxed = self.relaxed.as_ref().map(|field| |x: f64| local(field, x));
@@ -290,7 +289,7 @@ impl MotionSetup {
     /// [`Refusal`]: why it is not; a start that cannot be evaluated.
     pub fn reduction(&self) -> Result<std::result::Result<Reduction, Refusal>> {
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
-            Ok(self.units().strain_in(&field.at(x)?))
+            Ok(self.scales.measures().strain_in(&field.at(x)?))
         };
         let sampled = |field: &SpaceField| -> Result<Vec<Strain>> {
             PROBES.iter().map(|x| scaled(field, *x)).collect()
@@ -305,7 +304,7 @@ impl MotionSetup {
             branches: &branches,
             velocity: self.velocity,
         };
-        let section = self.section.measured(self.units());
+        let section = self.section.measured(self.scales.measures());
         Ok(Reduction::recognise(&section, &self.carried, &start))
     }
 
@@ -329,14 +328,6 @@ impl MotionSetup {
                 let position = self.clamp.translation.vector / self.scales.length;
                 Frame::standing(&Isometry3::from_parts(position.into(), self.clamp.rotation))
             }
-        }
-    }
-
-    fn units(&self) -> Measures {
-        Measures {
-            length: self.scales.length,
-            stiffness: self.scales.stiffness(),
-            time: self.scales.time,
         }
     }
 }

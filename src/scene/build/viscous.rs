@@ -11,10 +11,7 @@ use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousRun, ViscousStart};
 use crate::motion::{Nodes, Options};
-use crate::scene::{
-    Damping, FrictionLaw, Maxwell as SceneMaxwell, Place, PowerLaw, Relaxed, Rod, Scales, Scene,
-    StrainMatrix,
-};
+use crate::scene::{Damping, FrictionLaw, Place, Relaxed, Rod, Scales, Scene, StrainMatrix};
 use crate::section::Linear;
 use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
 use nalgebra::{Matrix6, Vector1, Vector2};
@@ -131,12 +128,8 @@ impl ViscousSetup {
         };
         let seen = Seen(clamp::planar(&plain.clamp)?);
         let velocity = seen.velocity(&strain.end(), plain.start.velocity);
-        let law = section(
-            1.0,
-            viscosity,
-            plain.damping.as_ref().and_then(power),
-            &plain.relaxation,
-        )?;
+        let scales = scene.scales()?;
+        let law = scene.viscoelastic()?.measured(scales.measures());
         Ok(Self {
             body: body(&plain)?,
             material: Material::new(law, [BENDING])?,
@@ -145,7 +138,7 @@ impl ViscousSetup {
             relaxed,
             velocity,
             options,
-            scales: scene.scales()?,
+            scales,
         })
     }
 
@@ -171,44 +164,23 @@ impl ViscousSetup {
     }
 }
 
-/// The section of a planar rod, in the scene's units; of its strains only u1, bending in the plane, is meant.
-pub(super) fn planar_section(rod: &Rod, bending: f64, damping: &Damping) -> Result<Viscoelastic> {
-    section(
-        bending,
-        damping.viscosity(bending),
-        power(damping),
-        &rod.relaxation,
-    )
-}
-
-fn power(damping: &Damping) -> Option<PowerLaw> {
-    match damping.law {
-        FrictionLaw::Power(power) => Some(power),
-        FrictionLaw::Linear | FrictionLaw::Barrier(_) => None,
-    }
-}
-
 pub(super) const ELASTIC: &str = "rod.damping is missing or 0: an elastic rod has";
 
-/// A section of this bending stiffness and viscosity. Of it only bending in the plane moves; the other stiffnesses are
-/// not used.
-fn section(
-    bending: f64,
-    viscosity: f64,
-    power: Option<PowerLaw>,
-    relaxation: &[SceneMaxwell],
-) -> Result<Viscoelastic> {
+/// The section of a planar rod, in the scene's units. Of it only bending in the plane moves; the other stiffnesses are not
+/// used.
+pub(super) fn planar_section(rod: &Rod, bending: f64, damping: &Damping) -> Result<Viscoelastic> {
+    let viscosity = damping.viscosity(bending);
     let friction = Viscosity::diagonal([viscosity; 2], viscosity)?;
-    let rate: Arc<dyn RateLaw> = match power {
-        None => Arc::new(KelvinVoigt::new(friction)),
-        Some(power) => {
+    let rate: Arc<dyn RateLaw> = match damping.law {
+        FrictionLaw::Power(power) => {
             let onset = viscosity * power.rate * power.rate;
             Arc::new(Carreau::new(friction, onset, power.exponent)?)
         }
+        FrictionLaw::Linear | FrictionLaw::Barrier(_) => Arc::new(KelvinVoigt::new(friction)),
     };
     let elastic = Linear::diagonal([bending; 2], bending)?;
     let mut law = Viscoelastic::new(Arc::new(elastic), rate)?;
-    for branch in relaxation {
+    for branch in &rod.relaxation {
         let mut modulus = Matrix6::zeros();
         modulus[(BENDING, BENDING)] = match branch.stiffness {
             StrainMatrix::Bending(stiffness) => stiffness,
