@@ -179,7 +179,9 @@ fn bundled_scenes_are_sound() {
         }
         let summary = place.run(&["run", path, "--json"]).json(0);
         assert_eq!(summary["outcome"], "end_of_time", "{path}");
-        close(&summary["energy_error"]["relative"], 0.0, 1e-9);
+        // Of the order of the scene's own tolerance, whatever the model.
+        let tolerance = summary["scene"]["run"]["tolerance"].as_f64().unwrap();
+        close(&summary["energy_error"]["relative"], 0.0, 2.0 * tolerance);
     }
 }
 
