@@ -41,7 +41,7 @@ fn right_hand_side_with_integrator(bencher: Bencher) {
     let run = || {
         let mut run = Run::new(&Elastica, &body, q, Vector2::zeros(), options).unwrap();
         while !matches!(run.next(), Some(Event::Stop(_))) {}
-        run.work().evaluations
+        run.cost().evaluations
     };
     bencher.counter(run() as usize).bench(run);
 }

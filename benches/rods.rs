@@ -7,7 +7,7 @@ use snaprod::rod::{
     Chart, Charted, EndConditions, FreeEnd, Path, Problem, Rod, RodFamily, Spatial,
 };
 use snaprod::section::Linear;
-use snaprod::solve::arclength::{Branch, Options};
+use snaprod::solve::arclength::{Continuation, Options};
 
 fn main() {
     divan::main();
@@ -66,7 +66,7 @@ fn branch<C: Chart<N> + Copy + Sync, const N: usize>(bencher: Bencher, chart: C)
     let family = RodFamily::in_chart(held_at, false, 1.5, chart);
     let x = family.unknowns(&start.base, 0.3).unwrap();
     bencher.bench(|| {
-        let trace = Branch::new(&family, x, 0.3, options.clone())
+        let trace = Continuation::new(&family, x, 0.3, options.clone())
             .unwrap()
             .trace();
         assert!(trace.points.len() > 100, "{}", trace.stop);

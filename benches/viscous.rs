@@ -105,7 +105,7 @@ fn planar() {
                 let mut run = ViscousRun::new(Plane, bending(0.1), &body, &start, options).unwrap();
                 finish(&mut run);
                 best = best.min(clock.elapsed().as_secs_f64());
-                let (now, work) = (run.now(), run.work());
+                let (now, work) = (run.now(), run.cost());
                 let found = [now.pose.x, now.pose.y, now.velocity.x, now.velocity.y];
                 let error = found
                     .iter()
@@ -240,7 +240,7 @@ fn cantilever() {
             ViscousRun::new(Space::<3, 6>::new(), spatial(eta), &body, &start, options).unwrap();
         let total = run.first().ledger.total();
         finish(&mut run);
-        let work = run.work();
+        let work = run.cost();
         println!(
             "eta {eta:.0e}: {:.2} s, {} steps ({} implicit), {} slopes, ledger {:.1e}",
             clock.elapsed().as_secs_f64(),
@@ -276,7 +276,7 @@ fn vanishing() {
             let clock = Instant::now();
             let mut run = ViscousRun::new(Plane, bending(eta), &body, &start, options).unwrap();
             finish(&mut run);
-            let work = run.work();
+            let work = run.cost();
             println!(
                 "tolerance {tolerance:.0e}, eta {eta:.0e}: {:6} ({:6} implicit), {:7}, {:.2}",
                 work.steps,

@@ -91,7 +91,7 @@ impl Problem {
         while !matches!(run.next(), Some(Event::Stop(_))) {}
         let end = run.now();
         let state = [end.pose[0], end.pose[1], end.phase.v[0], end.phase.v[1]];
-        (state, run.work().evaluations, run.work().steps)
+        (state, run.cost().evaluations, run.cost().steps)
     }
 }
 
@@ -185,7 +185,7 @@ fn ledger(name: &str, body: &Body<2>) -> String {
         "ledger, {name}: t = {}, {} snaps, {} steps in {:.1} s: off by {error:.1e}, {:.1e} of its largest term",
         end.phase.t,
         run.snaps(),
-        run.work().steps,
+        run.cost().steps,
         clock.elapsed().as_secs_f64(),
         error / end.ledger.largest()
     )

@@ -5,7 +5,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
-use snaprod::solve::arclength::{Branch, Item, Options};
+use snaprod::solve::arclength::{Continuation, Item, Options};
 use snaprod::solve::special::SpecialKind;
 use std::f64::consts::PI;
 
@@ -32,7 +32,7 @@ fn main() -> snaprod::Result<()> {
         let away = -buckled.end.position.x.signum();
         let family = RodFamily::new(|phi: f64| column(away * phi), false, PI);
         let x = family.unknowns(&buckled.base, 0.0)?;
-        let fold = Branch::new(&family, x, 0.0, Options::between(0.0, PI))?
+        let fold = Continuation::new(&family, x, 0.0, Options::between(0.0, PI))?
             .find_map(|item| match item {
                 Item::Special(special) if special.kind == SpecialKind::Fold => Some(special),
                 _ => None,

@@ -5,7 +5,7 @@
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
-use snaprod::solve::arclength::{Branch, Options};
+use snaprod::solve::arclength::{Continuation, Options};
 
 fn main() -> snaprod::Result<()> {
     // Round section: bending stiffness 1, torsional stiffness 0.7, length 1. What is critical is the couple,
@@ -38,7 +38,7 @@ fn main() -> snaprod::Result<()> {
             max_step: 1.0,
             ..Options::between(0.1, 20.0)
         };
-        let trace = Branch::new(&family, x, 0.1, options)?.trace();
+        let trace = Continuation::new(&family, x, 0.1, options)?.trace();
 
         // Two modes lose their stability at once: the helix may buckle any way round.
         let first = &trace.specials[0];

@@ -5,7 +5,7 @@
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
-use snaprod::solve::arclength::{Branch, Item, Options};
+use snaprod::solve::arclength::{Continuation, Item, Options};
 use snaprod::solve::special::SpecialKind;
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
         max_step: 1.0,
         ..Options::between(0.0, 1.0)
     };
-    let fold = Branch::new(&family, x, 0.0, options)?
+    let fold = Continuation::new(&family, x, 0.0, options)?
         .find_map(|item| match item {
             Item::Special(special) if special.kind == SpecialKind::Fold => Some(special),
             _ => None,

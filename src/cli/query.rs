@@ -4,7 +4,9 @@ use super::files::{number, print, print_json};
 use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::{Value, json};
-use snaprod::elastica::{Elastica, Equilibrium, Found, Section, equilibria_at, fold_distance};
+use snaprod::elastica::{
+    Elastica, Equilibrium, Found, PlanarSection, equilibria_at, fold_distance,
+};
 use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
 use std::fmt::Write;
 
@@ -67,7 +69,7 @@ pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
     let index = Elastica.index(&nalgebra::Vector2::new(e.p, e.w))?;
     // Not resolved beyond |p| = 345: the fold is hundreds away there.
     let distance = fold_distance(&e).ok();
-    let sections: Vec<Section> = args
+    let sections: Vec<PlanarSection> = args
         .s
         .iter()
         .map(|&s| e.section(s))
@@ -182,7 +184,7 @@ fn asked(args: &ElasticaArgs) -> Result<Equilibrium, Refusal> {
     Ok(e)
 }
 
-fn section_json(s: &Section) -> Value {
+fn section_json(s: &PlanarSection) -> Value {
     json!({ "s": s.s, "theta": s.theta, "curvature": s.curvature, "x": s.x, "y": s.y })
 }
 

@@ -7,8 +7,8 @@ use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
 use snaprod::plot::{
-    self, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch, PathOnSurface,
-    RodShapes, RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap, Units,
+    self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch,
+    PathOnSurface, RodShapes, RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap,
 };
 use snaprod::scene;
 use snaprod::study::run::{Frame, ModelKind, Moment, RunBranch, RunRecord, places};
@@ -130,11 +130,11 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
 
 /// Labels for a scene's units and a rod of this length. Of dimensionless quantities only those of a rod of unit length,
 /// stiffness and mass (`natural`) have the natural ones, the others none.
-fn labels(units: scene::Units, length: f64, natural: bool) -> Units {
+fn labels(units: scene::Units, length: f64, natural: bool) -> AxisUnits {
     match units {
-        scene::Units::Si => Units::si(length),
-        scene::Units::Dimensionless if natural => Units::default(),
-        scene::Units::Dimensionless => Units {
+        scene::Units::Si => AxisUnits::si(length),
+        scene::Units::Dimensionless if natural => AxisUnits::default(),
+        scene::Units::Dimensionless => AxisUnits {
             length: String::new(),
             time: String::new(),
             energy: String::new(),
@@ -161,7 +161,7 @@ struct Line<'r> {
     record: &'r RunRecord,
     track: Vec<Frame>,
     snaps: Vec<(f64, [f64; 2])>,
-    units: Units,
+    units: AxisUnits,
 }
 
 impl<'r> Line<'r> {

@@ -141,11 +141,11 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
         branch.closing.error,
         branch.closing.relative()
     );
-    let work = &branch.work;
+    let cost = &branch.cost;
     let Some(nodes) = branch.resolution else {
         return vec![format!(
             "{closing}; {} steps, {} right-hand sides",
-            work.steps, work.evaluations
+            cost.steps, cost.evaluations
         )];
     };
     vec![
@@ -155,7 +155,7 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
         ),
         format!(
             "{} steps, {} of them implicit, {} right-hand sides; up to {} nodes, which leave {:.1e} of the strains",
-            work.steps, work.implicit_steps, work.evaluations, nodes.most_nodes, nodes.tail
+            cost.steps, cost.implicit_steps, cost.evaluations, nodes.most_nodes, nodes.tail
         ),
     ]
 }

@@ -8,8 +8,9 @@ use serde_json::json;
 use snaprod::elastica::{FoldLine, GridPoint, SheetGrid, StableRegion, sheet_grid, sheet_grid_in};
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::plot::{
-    Arc, Curve, EnergyLandscape, Field, FoldMap, Named, Patch, Portrait, Sheets, SpaceCurve, Units,
-    View, energy_landscape, fold_map, phase_portrait, sheets_lambda_alpha, sheets_over_disc,
+    Arc, AxisUnits, Curve, EnergyLandscape, Field, FoldMap, Named, Patch, Portrait, Sheets,
+    SpaceCurve, View, energy_landscape, fold_map, phase_portrait, sheets_lambda_alpha,
+    sheets_over_disc,
 };
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::PathBuf;
@@ -259,7 +260,7 @@ fn map(region: &StableRegion, folds: &[FoldLine]) -> FoldMap {
         }),
         cusps: cusps.flat_map(|q| [[q.x, q.y], [q.x, -q.y]]).collect(),
         folds: folds.iter().map(halves).collect(),
-        units: Units::default(),
+        units: AxisUnits::default(),
     }
 }
 

@@ -62,7 +62,7 @@ pub struct Equilibrium {
 
 /// The rod at one section.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Section {
+pub struct PlanarSection {
     /// Arclength from the clamp.
     pub s: f64,
     /// Angle of the tangent.
@@ -181,7 +181,7 @@ impl Equilibrium {
     ///
     /// # Errors
     /// s outside [0, 1].
-    pub fn section(&self, s: f64) -> Result<Section> {
+    pub fn section(&self, s: f64) -> Result<PlanarSection> {
         if !(0.0..=1.0).contains(&s) {
             return Err(Error::domain(format!("s = {s} must lie in [0, 1]")));
         }
@@ -196,7 +196,7 @@ impl Equilibrium {
 
     /// `n` >= 2 sections from clamp to tip, spaced evenly in amplitude, which follows the bends: no
     /// Jacobi function is needed. For drawing.
-    pub fn curve(&self, n: usize) -> Vec<Section> {
+    pub fn curve(&self, n: usize) -> Vec<PlanarSection> {
         let last = n.max(2) - 1;
         (0..=last)
             .map(|i| {
@@ -213,7 +213,7 @@ impl Equilibrium {
 
     /// The section of amplitude t: psi = 2 asin(kap cos t), and the rod beyond it is the equilibrium
     /// (p, t) of length 1 - s under the same force.
-    fn section_at(&self, s: f64, t: f64) -> Section {
+    fn section_at(&self, s: f64, t: f64) -> PlanarSection {
         let (sin_alpha, cos_alpha) = self.alpha.sin_cos();
         let (sin_t, cos_t) = t.sin_cos();
         let (rest_x, rest_y, d) = if t > 0.0 {
@@ -227,7 +227,7 @@ impl Equilibrium {
             (0.0, 0.0, self.kappa_c)
         };
         let psi = 2.0 * (self.kappa * cos_t).atan2(d);
-        Section {
+        PlanarSection {
             s,
             theta: if s == 0.0 { 0.0 } else { self.alpha + psi },
             curvature: 2.0 * self.lambda * self.kappa * sin_t,

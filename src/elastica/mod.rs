@@ -15,7 +15,7 @@ pub mod stable;
 pub mod straight;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
-pub use equilibrium::{Equilibrium, Section};
+pub use equilibrium::{Equilibrium, PlanarSection};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use inversion::{Found, equilibria_at};
 pub use model::Elastica;

@@ -4,7 +4,7 @@ use super::event::{Event, Outcome};
 use super::snap::Snap;
 use super::state::{Seen, State};
 use crate::error::{Error, Result};
-use crate::solve::integrator::Work;
+use crate::solve::cost::Cost;
 
 /// A motion step by step, in the units of the rod: what every model offers to those who drive and record it.
 pub trait Motion<'a> {
@@ -32,7 +32,7 @@ pub trait Motion<'a> {
     fn interrupt(&mut self);
 
     /// What it cost so far.
-    fn work(&self) -> Work;
+    fn cost(&self) -> Cost;
 
     /// How the strains along the rod are resolved; None for a model that has no strains of its own to follow.
     fn resolution(&self) -> Option<Resolution> {

@@ -13,8 +13,7 @@ use crate::body::Body;
 use crate::elastica::Elastica;
 use crate::error::{Cause, Error, Result};
 use crate::manifold::{Multivalued, Sheet};
-use crate::solve::dop853::Work;
-use crate::solve::integrator;
+use crate::solve::cost::Cost;
 use nalgebra::{DVector, SVector, Vector2};
 
 /// The state of a run at one moment.
@@ -54,7 +53,7 @@ pub struct Run<'a, M, const N: usize> {
     index: usize,
     snapped: f64,
     snaps: u64,
-    past: Work,
+    past: Cost,
     pending: Option<f64>,
     /// While the rod is taut: true if the body still moves outward.
     outward: Option<bool>,
@@ -139,7 +138,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             index,
             snapped,
             snaps,
-            past: Work::default(),
+            past: Cost::default(),
             pending,
             outward: None,
             found: None,
@@ -222,14 +221,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     }
 
     /// What it cost so far.
-    pub fn work(&self) -> Work {
-        let (a, b) = (self.past, self.motion.work());
-        Work {
-            evaluations: a.evaluations + b.evaluations,
-            steps: a.steps + b.steps,
-            rejected: a.rejected + b.rejected,
-            dense: a.dense + b.dense,
-        }
+    pub fn cost(&self) -> Cost {
+        self.past + self.motion.cost()
     }
 
     /// Snaps so far.
@@ -359,7 +352,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         let (snap, q) = (snaps.swap_remove(0), landed[0]);
         self.before_snap = Some(here);
-        self.past = self.work();
+        self.past = self.cost();
         self.snapped += snap.released;
         self.snaps += 1;
         self.index = snap.to.index;
@@ -444,7 +437,7 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                 "start with a smaller |p|, less load or less speed",
             ));
         }
-        let steps = self.work().steps;
+        let steps = self.cost().steps;
         if steps >= self.options.max_steps {
             return Some(self.stop(Outcome::StepLimit));
         }
@@ -514,15 +507,8 @@ where
         self.interrupt();
     }
 
-    fn work(&self) -> integrator::Work {
-        let work = self.work();
-        integrator::Work {
-            evaluations: work.evaluations,
-            steps: work.steps,
-            rejected: work.rejected,
-            samples: work.dense,
-            ..integrator::Work::default()
-        }
+    fn cost(&self) -> Cost {
+        self.cost()
     }
 
     fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {

@@ -11,7 +11,8 @@
 use crate::body::Body;
 use crate::error::{Error, Result};
 use crate::manifold::{ManifoldPoint, Multivalued, adjugate_times};
-use crate::solve::dop853::{Dense, Dop853, State, Step, Work};
+use crate::solve::cost::Cost;
+use crate::solve::dop853::{Dense, Dop853, State, Step};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
 
@@ -134,8 +135,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// What it cost.
-    pub fn work(&self) -> Work {
-        self.solver.work()
+    pub fn cost(&self) -> Cost {
+        self.solver.cost()
     }
 
     /// The length of the next step, in the motion's own time.
@@ -183,11 +184,11 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let remaining = end - self.phase().t;
         // The floor is for starts on a fold, where t' = 0; taut rods have t' near 1e-6.
         let mut h_max = 4.0 * remaining / self.solver.slope().t.max(1e-12);
-        let mut work = Work::default();
+        let mut cost = Cost::default();
         let (step, fold) = loop {
             let mut step = self.solver.step(f, h_max).ok()?;
-            let fold = first_fold(&mut step, f, &mut work)
-                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut work));
+            let fold = first_fold(&mut step, f, &mut cost)
+                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut cost));
             if fold.is_some() || step.end_slope().t > 0.0 {
                 break (step, fold);
             }
@@ -202,16 +203,15 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
                     time_error: fold.time_error,
                 }
             }
-            Some(fold) => self.finish(fold.step, end, f, &mut work)?,
-            None if step.to.t >= end => self.finish(step, end, f, &mut work)?,
+            Some(fold) => self.finish(fold.step, end, f, &mut cost)?,
+            None if step.to.t >= end => self.finish(step, end, f, &mut cost)?,
             None => {
                 self.last = Some(step);
                 Progress::Moved
             }
         };
-        let total = self.solver.work_mut();
-        total.evaluations += work.evaluations;
-        total.dense += work.dense;
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
         Some(progress)
     }
 
@@ -222,7 +222,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         step: Step<Phase<N>>,
         end: f64,
         f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
-        work: &mut Work,
+        cost: &mut Cost,
     ) -> Option<Progress> {
         let guess = Guess {
             h: step.h * (end - step.from.t) / (step.to.t - step.from.t),
@@ -230,7 +230,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             t: end,
         };
         let hit = |ended: &Located<N>| (ended.step.to.t - end).abs() <= ON_TIME * (1.0 + end);
-        match locate(&step, f, guess, |state, _| state.t - end, work).filter(hit) {
+        match locate(&step, f, guess, |state, _| state.t - end, cost).filter(hit) {
             Some(mut ended) => {
                 ended.step.to.t = end;
                 self.rewind(ended.step);
@@ -243,13 +243,13 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The state within the last step at which `measure` is largest, by golden sections; nothing is counted as work.
+    /// The state within the last step at which `measure` is largest, by golden sections; nothing is counted.
     pub fn largest(&self, measure: impl Fn(&Phase<N>) -> f64) -> Option<Phase<N>> {
         let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
         let mut step = self.last.clone()?;
         let dense = step.dense(
             |y| slope(manifold, body, orientation, y),
-            &mut Work::default(),
+            &mut Cost::default(),
         )?;
         let golden = 0.5 * (5f64.sqrt() - 1.0);
         let (mut low, mut high) = (0.0, 1.0);
@@ -284,11 +284,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let (from, to) = (step.from.t, step.to.t);
         if self.dense.is_none() {
             let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
-            let mut work = Work::default();
-            self.dense = step.dense(|y| slope(manifold, body, orientation, y), &mut work);
-            let total = self.solver.work_mut();
-            total.evaluations += work.evaluations;
-            total.dense += work.dense;
+            let mut cost = Cost::default();
+            self.dense = step.dense(|y| slope(manifold, body, orientation, y), &mut cost);
+            let total = self.solver.cost_mut();
+            *total = *total + cost;
         }
         let dense = self.dense.as_ref()?;
         let x = chandrupatla(|x| dense.at(x).t - t, (0.0, from - t), (1.0, to - t), 0.0)?;
@@ -343,7 +342,7 @@ struct Located<const N: usize> {
 fn first_fold<const N: usize>(
     step: &mut Step<Phase<N>>,
     f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
-    work: &mut Work,
+    cost: &mut Cost,
 ) -> Option<Guess> {
     let rates = || step.stage_slopes().iter().map(|k| k.t);
     let ends = step.stage_slopes()[0].t.min(step.end_slope().t);
@@ -352,9 +351,9 @@ fn first_fold<const N: usize>(
         return None;
     }
     let (h, start, end) = (step.h, step.stage_slopes()[0].t, step.end_slope().t);
-    let dense = step.dense(f, work)?;
+    let dense = step.dense(f, cost)?;
     let mut rate_at = |x: f64| {
-        work.evaluations += 1;
+        cost.evaluations += 1;
         f(&dense.at(x)).map_or(f64::NAN, |k| k.t)
     };
     let mut before = (0.0, start);
@@ -384,7 +383,7 @@ fn locate<const N: usize>(
     f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
     guess: Guess,
     event: impl Fn(&Phase<N>, &Phase<N>) -> f64,
-    work: &mut Work,
+    cost: &mut Cost,
 ) -> Option<Located<N>> {
     let Guess {
         mut h,
@@ -395,7 +394,7 @@ fn locate<const N: usize>(
     let mut previous: Option<(f64, f64)> = None;
     let mut best: Option<(f64, Located<N>)> = None;
     for _ in 0..CORRECTIONS {
-        let redone = step.redo(f, h, work)?;
+        let redone = step.redo(f, h, cost)?;
         let g = event(&redone.to, redone.end_slope());
         let moved = previous.map_or(f64::INFINITY, |(h0, _)| (h - h0).abs());
         if let Some((h0, g0)) = previous

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Panel, SMALL, draw_mark, mark};
 use super::canvas::{Canvas, Pen, Side, Type};
-use super::data::{Units, as_many, with_unit};
+use super::data::{AxisUnits, as_many, with_unit};
 use super::legend::{Entry, Key};
 use super::page::Column;
 use super::palette::{Colour, category};
@@ -45,7 +45,7 @@ pub struct Convergence {
     /// The vertical axis with its unit; if empty "error".
     pub error_label: String,
     /// Units.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 const FIGURE: &str = "figure of convergence";

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 
 /// The units written on the axes, each empty for labels without one, and the rod's length in them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Units {
+pub struct AxisUnits {
     /// The unit of length.
     pub length: String,
     /// The unit of time.
@@ -15,7 +15,7 @@ pub struct Units {
     pub rod: f64,
 }
 
-impl Default for Units {
+impl Default for AxisUnits {
     /// Length ℓ, time √(μℓ³/EI), energy EI/ℓ.
     fn default() -> Self {
         Self {
@@ -27,7 +27,7 @@ impl Default for Units {
     }
 }
 
-impl Units {
+impl AxisUnits {
     /// Metres, seconds, joules, for a rod of the given length in metres.
     pub fn si(rod: f64) -> Self {
         Self {

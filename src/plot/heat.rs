@@ -3,7 +3,7 @@
 use super::axes::{Axis, Panel, ROOM_BELOW, room_left};
 use super::canvas::{Canvas, Pen, draw};
 use super::cells::Cells;
-use super::data::{Units, as_many, rising, with_unit};
+use super::data::{AxisUnits, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::page::{head, top};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
@@ -38,7 +38,7 @@ pub struct StrainMap {
     /// The times shown; by default all. The colour scales are those of the columns within.
     pub window: Option<[f64; 2]>,
     /// Units and the rod's length.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 const FIGURE: &str = "strain map";

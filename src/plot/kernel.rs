@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
-use super::data::{Units, as_many};
+use super::data::{AxisUnits, as_many};
 use super::legend::{Entry, Key};
 use super::page::{Column, WIDTH};
 use super::palette::{GREY, INK, category};
@@ -41,7 +41,7 @@ pub struct KernelFigure {
     /// Logarithmic vertical axes: values that are not positive are left out.
     pub log: bool,
     /// Units.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 const FIGURE: &str = "figure of a kernel";

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Mark, Panel, ROOM_BELOW, draw_mark, extent, room_left};
 use super::canvas::{Canvas, Pen, draw};
-use super::data::{Curve, Units, as_many, rising, with_unit};
+use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::motion::Shape;
 use super::page::{ROOM_RIGHT, WIDTH, head, top};
@@ -41,7 +41,7 @@ pub struct LayerFigure {
     /// The elastic energy released by the snap in the elastic limit: a dashed line.
     pub released: Option<f64>,
     /// Units; T is in time / (energy x length x time).
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 const FIGURE: &str = "figure of a layer";
@@ -234,7 +234,7 @@ fn finite(curve: &Curve) -> Vec<[f64; 2]> {
 }
 
 /// A panel that holds the curves with a margin; its width given, its left edge for its own numbers.
-fn equal_panel(curves: &[&Curve], units: &Units, width: f64) -> Option<Panel> {
+fn equal_panel(curves: &[&Curve], units: &AxisUnits, width: f64) -> Option<Panel> {
     let points: Vec<[f64; 2]> = curves.iter().flat_map(|c| finite(c)).collect();
     let range = |k: usize| {
         let values: Vec<f64> = points.iter().map(|p| p[k]).collect();

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, LABEL, Panel, SMALL, draw_mark, extent, mark};
 use super::canvas::{Canvas, Pen, Side, Type};
-use super::data::{Units, as_many, rising};
+use super::data::{AxisUnits, as_many, rising};
 use super::legend::{Entry, Key};
 use super::page::{Column, ROOM_RIGHT, WIDTH, room};
 use super::palette::{Colour, GREY, category};
@@ -33,7 +33,7 @@ pub struct SnapLosses {
     /// What the horizontal axis says, without its unit; if empty "released in the elastic limit".
     pub released_label: String,
     /// Units.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 const FIGURE: &str = "figure of losses";
@@ -201,7 +201,7 @@ pub struct LossesOverTime {
     /// The viscous runs.
     pub runs: Vec<LossRun>,
     /// Units.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws the energies that viscous runs have dissipated against time, over the staircase of the energy that the

@@ -3,7 +3,7 @@
 use super::axes::{Axis, Mark, Panel, ROOM_BELOW, TITLE, draw_mark, extent};
 use super::canvas::{Canvas, Pen, Side, Type, draw};
 use super::contour::{areas, at_least, extend};
-use super::data::{Curve, Field, Units};
+use super::data::{AxisUnits, Curve, Field};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::motion::{circle, clamp, disc_panel};
 use super::palette::{Colour, GREY, INK, WHITE, category, sequential};
@@ -19,7 +19,7 @@ pub struct FoldMap {
     /// Cusps of the fold curves.
     pub cusps: Vec<[f64; 2]>,
     /// Units and the rod's length.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws the fold curves over the disc, cusps marked and regions filled and labelled by the number of stable
@@ -203,7 +203,7 @@ pub struct EnergyLandscape {
     /// give an upper end: what lies above it has the last colour.
     pub range: Option<[f64; 2]>,
     /// Units and the rod's length.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws the energy of equilibria over the disc as filled contours with a common colour bar, as SVG.

@@ -61,7 +61,7 @@ mod ticks;
 
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use convergence::{Convergence, ConvergenceSeries, Slope, convergence};
-pub use data::{Bounds, Curve, Field, Patch, Units, View};
+pub use data::{AxisUnits, Bounds, Curve, Field, Patch, View};
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, Mark, Panel, ROOM_BELOW, draw_mark, extent, room_left};
 use super::canvas::{Canvas, Pen, draw};
-use super::data::{Curve, Units};
+use super::data::{AxisUnits, Curve};
 use super::legend::{ColourBar, Entry, Key, Legend};
 use super::page::{Column, WIDTH, head, top};
 use super::palette::{ALARM, Colour, GREY, INK, category, line_colours, sequential_line};
@@ -29,7 +29,7 @@ pub struct Snapshots {
     /// Where the rod snaps.
     pub snaps: Vec<[f64; 2]>,
     /// Units and the rod's length.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws the rod's shapes, coloured by time, with the path of the mass, folds and snaps as SVG.
@@ -98,7 +98,7 @@ const PATH: Pen = Pen::new(Colour(60, 60, 60), 0.9);
 const FOLD: Pen = Pen::new(ALARM, 1.0).dashed(5.0, 3.5);
 
 /// A square panel a little larger than the disc.
-pub(crate) fn disc_panel(units: &Units, side: f64) -> Panel {
+pub(crate) fn disc_panel(units: &AxisUnits, side: f64) -> Panel {
     let reach = 1.08 * units.radius();
     let y = Axis::linear(-reach, reach, &units.length_of("y"), 5);
     Panel {
@@ -162,7 +162,7 @@ pub struct Energies {
     /// Times of snaps.
     pub snaps: Vec<f64>,
     /// Units.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale,
@@ -228,7 +228,7 @@ pub fn energies(data: &Energies) -> Result<String> {
 const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
 
 /// The axis of |error|, and the size at which smaller errors (and none) are drawn.
-fn error_scale(error: &[f64], units: &Units) -> (f64, Axis) {
+fn error_scale(error: &[f64], units: &AxisUnits) -> (f64, Axis) {
     let sizes: Vec<f64> = error.iter().map(|e| e.abs()).filter(|e| *e > 0.0).collect();
     let (lo, hi) = extent(&sizes).unwrap_or((1e-17, 1e-15));
     // Ten decades at most: the rare step that happens to be exact says nothing.

@@ -3,7 +3,7 @@
 use super::axes::{Mark, TITLE, draw_mark, extent};
 use super::camera::Point;
 use super::canvas::{Canvas, Pen, Side, Type, draw};
-use super::data::{Bounds, Patch, Units, View};
+use super::data::{AxisUnits, Bounds, Patch, View};
 use super::faces::Faces;
 use super::legend::{Entry, Key, Legend};
 use super::motion::circle;
@@ -40,7 +40,7 @@ pub struct Sheets {
     /// disc's square).
     pub bounds: Option<Bounds>,
     /// Units; only figures over the disc use them.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws sheets in (lam, alpha, theta(1)), panel beside panel with a common legend: points of the patches are
@@ -119,7 +119,7 @@ pub struct PathOnSurface {
     /// The box shown, at which everything is cut; by default the disc's square and all heights.
     pub bounds: Option<Bounds>,
     /// Units.
-    pub units: Units,
+    pub units: AxisUnits,
 }
 
 /// Draws a motion on the sheets over the disc: parts of the path that lie behind a sheet are thin and
@@ -172,7 +172,7 @@ impl Frame {
         bounds: Option<Bounds>,
         patches: &[Patch],
         view: Option<View>,
-        units: &Units,
+        units: &AxisUnits,
     ) -> Result<Self> {
         let radius = units.radius();
         let heights = bounds_or(bounds, patches)?;

@@ -5,7 +5,7 @@
 //! From the end, the clamp stands at r~ with directors R~; seen from the clamp, the end stands at -R~^T r~ with R~^T.
 
 use super::chart::Chart;
-use super::line::{self, Section, Wrench};
+use super::line::{self, LineState, Wrench};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
@@ -35,7 +35,7 @@ impl FreeEndTrial {
         q: &Vector3<f64>,
         tolerance: f64,
     ) -> Result<Self> {
-        let clamp: Section<K> = line::clamp_from_end(reversed, q, tolerance)?;
+        let clamp: LineState<K> = line::clamp_from_end(reversed, q, tolerance)?;
         let rotation = clamp.rotation().transpose();
         let from_end = clamp.position();
         let column = |row: usize, j: usize| {

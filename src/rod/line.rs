@@ -19,7 +19,8 @@
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::section::Compliance;
-use crate::solve::dop853::{Dop853, State, Step, Work};
+use crate::solve::cost::Cost;
+use crate::solve::dop853::{Dop853, State, Step};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
@@ -27,7 +28,7 @@ pub type Wrench = Vector6<f64>;
 
 /// Frame, centreline, energy and `K` columns of the tangent at one section.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Section<const K: usize> {
+pub(super) struct LineState<const K: usize> {
     s: f64,
     q: [f64; 4],
     r: [f64; 3],
@@ -36,7 +37,7 @@ pub(super) struct Section<const K: usize> {
     pub(super) tangent: [[f64; K]; 6],
 }
 
-impl<const K: usize> Section<K> {
+impl<const K: usize> LineState<K> {
     /// The clamp: no displacement, no rotation.
     pub(super) fn clamp() -> Self {
         Self {
@@ -74,7 +75,7 @@ impl<const K: usize> Section<K> {
     }
 }
 
-impl<const K: usize> State for Section<K> {
+impl<const K: usize> State for LineState<K> {
     #[inline]
     fn axpy(&mut self, a: f64, x: &Self) {
         self.s += a * x.s;
@@ -239,13 +240,17 @@ impl<'a, const K: usize> Flow<'a, K> {
         }
     }
 
-    pub(super) fn slope(&mut self, at: &Section<K>) -> Option<Section<K>> {
-        let mut slope = Section::clamp();
+    pub(super) fn slope(&mut self, at: &LineState<K>) -> Option<LineState<K>> {
+        let mut slope = LineState::clamp();
         self.write_slope(at, &mut slope)?;
         Some(slope)
     }
 
-    pub(super) fn write_slope(&mut self, at: &Section<K>, slope: &mut Section<K>) -> Option<()> {
+    pub(super) fn write_slope(
+        &mut self,
+        at: &LineState<K>,
+        slope: &mut LineState<K>,
+    ) -> Option<()> {
         let d = directors(&at.q);
         let n = &self.n;
         let rxn = cross(&at.r, n);
@@ -345,7 +350,7 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     (first, tolerance): (f64, f64),
     mut flow: F,
     mut each: impl FnMut(&Step<S>, &mut F),
-) -> std::result::Result<(S, Work), f64> {
+) -> std::result::Result<(S, Cost), f64> {
     let mut state = start;
     let mut slope = start;
     flow(&state, &mut slope).ok_or(0.0)?;
@@ -366,13 +371,13 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
                 break;
             }
             let taken = solver.step_into(&mut flow, to - s, &mut step);
-            if taken.is_err() || solver.work().steps > STEP_LIMIT {
+            if taken.is_err() || solver.cost().steps > STEP_LIMIT {
                 return Err(s);
             }
             each(&step, &mut flow);
         }
     }
-    Ok((*solver.state(), solver.work()))
+    Ok((*solver.state(), solver.cost()))
 }
 
 /// Integrates from the clamp to s = 1 and shows every accepted step.
@@ -381,20 +386,20 @@ fn integrate<const K: usize>(
     b: &Wrench,
     columns: [[[f64; K]; 3]; 2],
     tolerance: f64,
-    mut each: impl FnMut(&Step<Section<K>>, &mut dyn FnMut(&Section<K>) -> Option<Section<K>>),
-) -> Result<(Section<K>, Work)> {
+    mut each: impl FnMut(&Step<LineState<K>>, &mut dyn FnMut(&LineState<K>) -> Option<LineState<K>>),
+) -> Result<(LineState<K>, Cost)> {
     let [dm, dn] = columns;
     let mut flow = Flow::new(law, b, dm, dn);
     let first = first_step(law, b, tolerance)?;
     let found = over_pieces(
         law,
-        Section::<K>::clamp(),
-        |section: &mut Section<K>| &mut section.s,
+        LineState::<K>::clamp(),
+        |section: &mut LineState<K>| &mut section.s,
         (first, tolerance),
         |at, slope| flow.write_slope(at, slope),
         |step, flow| {
             each(step, &mut |at| {
-                let mut slope = Section::clamp();
+                let mut slope = LineState::clamp();
                 flow(at, &mut slope)?;
                 Some(slope)
             })
@@ -425,7 +430,7 @@ pub(super) fn end<const K: usize>(
     law: &ScaledLaw,
     b: &Wrench,
     tolerance: f64,
-) -> Result<(Section<K>, Work)> {
+) -> Result<(LineState<K>, Cost)> {
     integrate(law, b, unit_columns(), tolerance, |_, _| ())
 }
 
@@ -435,7 +440,7 @@ pub(super) fn clamp_from_end<const K: usize>(
     reversed: &ScaledLaw,
     n: &Vector3<f64>,
     tolerance: f64,
-) -> Result<Section<K>> {
+) -> Result<LineState<K>> {
     let mut dn = [[0.0; K]; 3];
     for (i, row) in dn.iter_mut().enumerate().take(K) {
         row[i] = 1.0;
@@ -451,19 +456,19 @@ pub(super) fn sections<const K: usize>(
     b: &Wrench,
     tolerance: f64,
     at: &[f64],
-) -> Result<Vec<Section<K>>> {
+) -> Result<Vec<LineState<K>>> {
     let mut found = Vec::with_capacity(at.len());
     let mut next = at.iter().peekable();
     while next.next_if(|s| **s <= 0.0).is_some() {
-        found.push(Section::clamp());
+        found.push(LineState::clamp());
     }
-    let mut work = Work::default();
+    let mut cost = Cost::default();
     let mut lost = false;
     let (last, _) = integrate(law, b, unit_columns(), tolerance, |step, f| {
         // Redone at full order, not interpolated: a reader may differentiate what is printed.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;
-            match step.redo(&mut *f, part, &mut work) {
+            match step.redo(&mut *f, part, &mut cost) {
                 Some(there) => found.push(there.to),
                 None => lost = true,
             }

@@ -171,7 +171,7 @@ impl Rod {
         Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
     }
 
-    fn outward<const K: usize>(&self, at: &line::Section<K>, b: &Wrench) -> Result<RodSection> {
+    fn outward<const K: usize>(&self, at: &line::LineState<K>, b: &Wrench) -> Result<RodSection> {
         let (couple, force) = self.units();
         let turn = self.clamp.rotation;
         let m0 = b.fixed_rows::<3>(0).into_owned();
@@ -208,7 +208,7 @@ impl Rod {
     /// A section law that refuses a resultant on the way; a wrench too large to be followed.
     pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
         let b = self.inward(base);
-        let (at, work) = line::end::<6>(&self.law, &b, tolerance)?;
+        let (at, cost) = line::end::<6>(&self.law, &b, tolerance)?;
         let (couple, force) = self.units();
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let mut turned = Matrix6::zeros();
@@ -221,7 +221,7 @@ impl Rod {
         Ok(RodEnd {
             section: self.outward(&at, &b)?,
             tangent: turned * local * turned.transpose(),
-            steps: work.steps,
+            steps: cost.steps,
         })
     }
 

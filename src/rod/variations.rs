@@ -1,6 +1,6 @@
 //! Variations of a rod from clamp to end, and the angle that counts its conjugate points (see `index`).
 
-use super::line::{Flow, STEP_LIMIT, Section, Wrench, rate, unit_columns};
+use super::line::{Flow, LineState, STEP_LIMIT, Wrench, rate, unit_columns};
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::solve::dop853::Dop853;
@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 #[derive(Debug, Clone)]
 pub(super) struct Variations<const K: usize> {
     /// The end; columns 0..3 of its tangent keep n, columns 3..6 (if any) vary n by unit vectors.
-    pub(super) end: Section<K>,
+    pub(super) end: LineState<K>,
     /// dm(0) of each column.
     pub(super) dm: [[f64; K]; 3],
     /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
@@ -31,7 +31,7 @@ impl<const K: usize> Variations<K> {
 
 /// (J, P) of columns 0..3: n is constant, so P = dm(0) + n x rho + m x phi/2. With the last term J^T P is symmetric.
 fn conjugate<const K: usize>(
-    at: &Section<K>,
+    at: &LineState<K>,
     b: &Wrench,
     dm: &[[f64; K]; 3],
 ) -> (Matrix3<f64>, Matrix3<f64>) {
@@ -46,8 +46,8 @@ fn conjugate<const K: usize>(
 
 /// det(P + i kappa J) and the rate of its angle along the rod.
 fn turning<const K: usize>(
-    at: &Section<K>,
-    slope: &Section<K>,
+    at: &LineState<K>,
+    slope: &LineState<K>,
     b: &Wrench,
     dm: &[[f64; K]; 3],
     weight: f64,
@@ -80,7 +80,7 @@ pub(super) fn variations<const K: usize>(
     let longest = 1.2 / rate;
     let [dm, dn] = unit_columns();
     let mut flow = Flow::<K>::new(law, b, dm, dn);
-    let state = Section::clamp();
+    let state = LineState::clamp();
     let slope = flow.slope(&state).ok_or_else(lost)?;
     let mut turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
     let mut solver = Dop853::new(state, slope, longest, tolerance);
@@ -116,7 +116,7 @@ pub(super) fn variations<const K: usize>(
         if !(known && before.abs().max(after.abs()) < PI) {
             solver.rewind(step.from, step.stage_slopes()[0]);
             h_max = 0.5 * step.h;
-            if solver.work().steps > STEP_LIMIT {
+            if solver.cost().steps > STEP_LIMIT {
                 return Err(lost());
             }
             continue;
@@ -132,7 +132,7 @@ pub(super) fn variations<const K: usize>(
             turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
             solver.rewind(state, slope);
         }
-        if solver.work().steps > STEP_LIMIT {
+        if solver.cost().steps > STEP_LIMIT {
             return Err(lost());
         }
     }
@@ -155,8 +155,8 @@ const GROWN: f64 = 30.0;
 /// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
 /// state, slope and dm(0) mix alike. Returns the size they had.
 fn separate<const K: usize>(
-    state: &mut Section<K>,
-    slope: &mut Section<K>,
+    state: &mut LineState<K>,
+    slope: &mut LineState<K>,
     flow: &mut Flow<'_, K>,
     b: &Wrench,
 ) -> Option<f64> {

@@ -4,6 +4,7 @@
 //! crate tried finds a directional event to 1e-12 or has a dense output to trust, hence our own;
 //! the coefficients are Hairer's, `ode_solvers` is the oracle in the tests.
 
+use super::cost::Cost;
 use super::dop853_tableau::{DENSE, ERROR3, ERROR5, EXTRA, STAGES, STEP};
 use nalgebra::{DVector, SVector};
 
@@ -48,19 +49,6 @@ impl State for DVector<f64> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepTooSmall;
 
-/// Counts of what the integration cost.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Right-hand sides evaluated, all purposes.
-    pub evaluations: u64,
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected: u64,
-    /// Steps for which the dense output was built.
-    pub dense: u64,
-}
-
 /// Safety factor and bounds of a change of step size.
 const SAFETY: f64 = 0.9;
 const SHRINK: f64 = 0.2;
@@ -80,7 +68,7 @@ pub struct Dop853<S> {
     last_error: f64,
     state: S,
     slope: S,
-    work: Work,
+    cost: Cost,
 }
 
 /// One accepted step: enough to redo it shorter and to interpolate within it.
@@ -106,27 +94,27 @@ impl<S: State> Dop853<S> {
             last_error: 1.0,
             state,
             slope,
-            work: Work::default(),
+            cost: Cost::default(),
         }
     }
 
-    /// Starts anew at another state, of any dimension; work is counted on, and so is the step that counts as a stall.
+    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
     pub fn restart(&mut self, state: S, slope: S, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
-            work: self.work,
+            cost: self.cost,
             ..Self::new(state, slope, h, self.tolerance)
         };
     }
 
-    /// Work so far.
-    pub fn work(&self) -> Work {
-        self.work
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        self.cost
     }
 
-    /// Work, to be counted up by the caller for evaluations made outside the steps.
-    pub fn work_mut(&mut self) -> &mut Work {
-        &mut self.work
+    /// The cost, to be counted up by the caller for evaluations made outside the steps.
+    pub fn cost_mut(&mut self) -> &mut Cost {
+        &mut self.cost
     }
 
     /// The current state.
@@ -188,7 +176,7 @@ impl<S: State> Dop853<S> {
             if !(h > STALL * self.largest.min(h_max)) {
                 return Err(StepTooSmall);
             }
-            let error = match step.attempt(h, &mut f, &mut self.work) {
+            let error = match step.attempt(h, &mut f, &mut self.cost) {
                 Some(()) => step.error(&mean_square) / self.tolerance,
                 None => f64::INFINITY,
             };
@@ -204,13 +192,13 @@ impl<S: State> Dop853<S> {
                 };
                 self.largest = self.largest.max(h);
                 self.last_error = error;
-                self.work.steps += 1;
+                self.cost.steps += 1;
                 self.state.clone_from(&step.to);
                 self.slope.clone_from(&step.slopes[12]);
                 return Ok(());
             }
             rejected = true;
-            self.work.rejected += 1;
+            self.cost.rejected += 1;
             let factor = SAFETY * error.powf(-0.125);
             self.h = h * if factor > SHRINK { factor } else { SHRINK };
         }
@@ -268,18 +256,18 @@ impl<S: State> Step<S> {
         &mut self,
         h: f64,
         f: &mut impl FnMut(&S, &mut S) -> Option<()>,
-        work: &mut Work,
+        cost: &mut Cost,
     ) -> Option<()> {
         self.h = h;
         for (i, row) in STAGES.iter().enumerate() {
-            work.evaluations += 1;
+            cost.evaluations += 1;
             f(
                 &combine(&self.from, h, row, &self.slopes),
                 &mut self.slopes[i + 1],
             )?;
         }
         self.to = combine(&self.from, h, STEP, &self.slopes);
-        work.evaluations += 1;
+        cost.evaluations += 1;
         f(&self.to, &mut self.slopes[12])
     }
 
@@ -318,9 +306,9 @@ impl<S: State> Step<S> {
 
     /// The same step with another length, at full order: 12 evaluations. This is how an event is
     /// located to the accuracy of the integration instead of that of an interpolant.
-    pub fn redo(&self, f: impl FnMut(&S) -> Option<S>, h: f64, work: &mut Work) -> Option<Step<S>> {
+    pub fn redo(&self, f: impl FnMut(&S) -> Option<S>, h: f64, cost: &mut Cost) -> Option<Step<S>> {
         let mut step = Self::blank(&self.from, &self.slopes[0]);
-        step.attempt(h, &mut written(f), work)?;
+        step.attempt(h, &mut written(f), cost)?;
         Some(step)
     }
 
@@ -328,13 +316,13 @@ impl<S: State> Step<S> {
     pub fn dense(
         &mut self,
         mut f: impl FnMut(&S) -> Option<S>,
-        work: &mut Work,
+        cost: &mut Cost,
     ) -> Option<Dense<S>> {
         for (i, row) in EXTRA.iter().enumerate() {
-            work.evaluations += 1;
+            cost.evaluations += 1;
             self.slopes[13 + i] = f(&combine(&self.from, self.h, row, &self.slopes))?;
         }
-        work.dense += 1;
+        cost.samples += 1;
         let h = self.h;
         let mut difference = self.to.clone();
         difference.axpy(-1.0, &self.from);

@@ -78,7 +78,7 @@ where
 /// The folds of F(., ., q) as a family of its own, with unknowns (x, p) in R^M, M = N + 1, and
 /// parameter q: F = 0 and g = 0, g the smallest singular value of F_x with the sign of det F_x.
 ///
-/// Follow it with [`super::arclength::Branch`], starting from a located fold; folds of this branch
+/// Follow it with [`super::arclength::Continuation`], starting from a located fold; folds of this branch
 /// are turns of the curve in q, its events are cusps. g is exact; only its gradient comes from
 /// central differences (of F_x along the kernel: one evaluation here costs three of F), so that
 /// folds are as accurate as F_x. At a cusp p and q are accurate to second order, x to about 1e-7.

@@ -1,5 +1,6 @@
 //! Integration of systems that are stiff at times: DOP853 while it pays, Radau IIA while the system is stiff.
 
+use super::cost::Cost;
 use super::dop853::{Dense, Dop853, Step, StepTooSmall};
 use super::radau::{Radau, estimate_bound};
 use super::system::{AnySystem, spectral_radius};
@@ -20,29 +21,6 @@ pub enum Method {
     Explicit,
     /// Radau IIA, order 5: implicit steps, for stiff systems.
     Implicit,
-}
-
-/// Counts of what the integration cost.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Slopes evaluated, all purposes.
-    pub evaluations: u64,
-    /// Steps accepted, all.
-    pub steps: u64,
-    /// Steps of Radau IIA among them.
-    pub implicit_steps: u64,
-    /// Steps tried and given up.
-    pub rejected: u64,
-    /// Jacobians evaluated.
-    pub jacobians: u64,
-    /// Pairs of matrices, real and complex, factored.
-    pub factorisations: u64,
-    /// Newton iterations: three slopes, a real and a complex solution each.
-    pub iterations: u64,
-    /// Interpolants built and samples computed inside steps.
-    pub samples: u64,
-    /// Changes of method.
-    pub switches: u64,
 }
 
 /// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
@@ -144,7 +122,7 @@ impl Integrator {
         })
     }
 
-    /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and work are
+    /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and cost are
     /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
     pub fn restart(
         &mut self,
@@ -262,7 +240,7 @@ impl Integrator {
             self.votes = 0;
             return;
         }
-        let stayed = self.radau.work().steps - self.since;
+        let stayed = self.radau.cost().steps - self.since;
         self.patience = if stayed < SHORT_STAY {
             (2 * self.patience).min(PATIENCE_LIMIT)
         } else {
@@ -275,7 +253,7 @@ impl Integrator {
     /// divided difference of the slope, y''''/6, and the estimate of Radau for it.
     fn smoothness(&mut self, system: &dyn AnySystem) -> Option<f64> {
         self.walked += self.span;
-        if !self.explicit.work().steps.is_multiple_of(STRIDE) {
+        if !self.explicit.cost().steps.is_multiple_of(STRIDE) {
             return None;
         }
         if self.trail.len() == 4 {
@@ -308,7 +286,7 @@ impl Integrator {
 
     /// Spectral radius of the Jacobian that Radau uses.
     fn radius(&mut self) -> f64 {
-        let number = self.radau.work().jacobians;
+        let number = self.radau.cost().jacobians;
         if self.radius.0 != number
             && let Some(jacobian) = self.radau.jacobian()
         {
@@ -329,7 +307,7 @@ impl Integrator {
             return;
         }
         self.switches += 1;
-        self.since = self.radau.work().steps;
+        self.since = self.radau.cost().steps;
         self.span = 0.0;
     }
 
@@ -408,28 +386,22 @@ impl Integrator {
         let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
         if self.last.stiffness(norm).is_some_and(|size| size > POOR) {
             let h = x * self.span;
-            return Some(self.last.redo(f, h, self.explicit.work_mut())?.to);
+            return Some(self.last.redo(f, h, self.explicit.cost_mut())?.to);
         }
         if self.dense.is_none() {
-            self.dense = self.last.dense(f, self.explicit.work_mut());
+            self.dense = self.last.dense(f, self.explicit.cost_mut());
         }
         Some(self.dense.as_ref()?.at(x))
     }
 
-    /// Work so far.
-    pub fn work(&self) -> Work {
-        let (explicit, radau) = (self.explicit.work(), self.radau.work());
-        Work {
-            evaluations: explicit.evaluations + radau.evaluations + self.extra,
-            steps: explicit.steps + radau.steps,
-            implicit_steps: radau.steps,
-            rejected: explicit.rejected + radau.rejected,
-            jacobians: radau.jacobians,
-            factorisations: radau.factorisations,
-            iterations: radau.iterations,
-            samples: explicit.dense + radau.samples,
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        let extra = Cost {
+            evaluations: self.extra,
             switches: self.switches,
-        }
+            ..Cost::default()
+        };
+        self.explicit.cost() + self.radau.cost() + extra
     }
 }
 

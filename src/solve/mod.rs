@@ -2,6 +2,7 @@
 
 pub mod arclength;
 mod corrector;
+pub mod cost;
 pub mod deflation;
 pub mod dop853;
 mod dop853_tableau;

@@ -3,29 +3,11 @@
 //! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable: the
 //! end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
 
+use super::cost::Cost;
 use super::dop853::StepTooSmall;
 use super::radau_stages::{Factors, NODES, Newton, Outcome, Stages, collocation, combined};
 use super::system::{AnyLinearised, AnySystem};
 use nalgebra::DVector;
-
-/// Counts of what the integration cost.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Slopes evaluated, all purposes.
-    pub evaluations: u64,
-    /// Accepted steps.
-    pub steps: u64,
-    /// Steps tried and given up.
-    pub rejected: u64,
-    /// Jacobians evaluated.
-    pub jacobians: u64,
-    /// Pairs of matrices, real and complex, factored.
-    pub factorisations: u64,
-    /// Newton iterations: three slopes, a real and a complex solution each.
-    pub iterations: u64,
-    /// States computed inside a step by a step of their own.
-    pub samples: u64,
-}
 
 const SAFETY: f64 = 0.9;
 /// Bounds of a change of step size: internal layers are entered and left within a few steps.
@@ -77,7 +59,7 @@ pub struct Radau {
     /// The Jacobian is to be evaluated again before the next step.
     worn: bool,
     factors: Option<Factors>,
-    work: Work,
+    cost: Cost,
 }
 
 impl Radau {
@@ -106,22 +88,22 @@ impl Radau {
             fresh: false,
             worn: false,
             factors: None,
-            work: Work::default(),
+            cost: Cost::default(),
         }
     }
 
-    /// Starts anew at another state, of any dimension; work is counted on, and so is the step that counts as a stall.
+    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
-            work: self.work,
+            cost: self.cost,
             ..Self::new(state, slope, h, self.tolerance)
         };
     }
 
-    /// Work so far.
-    pub fn work(&self) -> Work {
-        self.work
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        self.cost
     }
 
     /// The current state.
@@ -157,7 +139,7 @@ impl Radau {
     /// Evaluates the Jacobian at the current state; None if it has none there.
     pub fn refresh(&mut self, system: &dyn AnySystem) -> Option<()> {
         if !self.fresh {
-            self.work.jacobians += 1;
+            self.cost.jacobians += 1;
             self.jacobian = Some(system.linearised(&self.state)?);
             self.factors = None;
             self.fresh = true;
@@ -183,7 +165,7 @@ impl Radau {
             }
             if !self.factor(h) {
                 rejected = true;
-                self.work.rejected += 1;
+                self.cost.rejected += 1;
                 self.h = 0.5 * h;
                 continue;
             }
@@ -195,11 +177,11 @@ impl Radau {
             } else {
                 std::array::from_fn(|_| DVector::zeros(self.state.len()))
             };
-            let evaluations = &mut self.work.evaluations;
+            let evaluations = &mut self.cost.evaluations;
             let outcome = self
                 .newton
                 .solve(system, &self.state, factors, &mut z, evaluations);
-            self.work.iterations += self.newton.iterations;
+            self.cost.iterations += self.newton.iterations;
             let shrink = match outcome {
                 Outcome::Solved => None,
                 Outcome::Outside(0) if extrapolate => {
@@ -216,13 +198,13 @@ impl Radau {
             };
             if let Some(factor) = shrink {
                 rejected = true;
-                self.work.rejected += 1;
+                self.cost.rejected += 1;
                 self.h = factor * h;
                 continue;
             }
             let to = &self.state + &z[2];
             let mut slope = DVector::zeros(to.len());
-            self.work.evaluations += 1;
+            self.cost.evaluations += 1;
             let inside = system.balance(&to, &mut slope).is_some();
             let error = if inside {
                 self.error(system, &z, &to, rejected || self.accepted.is_none())
@@ -252,7 +234,7 @@ impl Radau {
                 };
                 return Ok(());
             }
-            self.work.rejected += 1;
+            self.cost.rejected += 1;
             rejected = true;
             self.worn = !self.fresh && self.newton.contraction > FAST;
             self.h = h * if self.accepted.is_none() {
@@ -271,7 +253,8 @@ impl Radau {
         self.largest = self.largest.max(step.h);
         self.accepted = Some(step);
         self.fresh = false;
-        self.work.steps += 1;
+        self.cost.steps += 1;
+        self.cost.implicit_steps += 1;
     }
 
     /// Makes the factors those of the step size `h`; false if a matrix is singular.
@@ -279,7 +262,7 @@ impl Radau {
         if self.factors.as_ref().is_some_and(|f| f.h == h) {
             return true;
         }
-        self.work.factorisations += 1;
+        self.cost.factorisations += 1;
         self.factors = self.jacobian.as_deref().and_then(|j| Factors::new(j, h));
         self.factors.is_some()
     }
@@ -317,7 +300,7 @@ impl Radau {
             && size >= 1.0
         {
             let mut slope = DVector::zeros(to.len());
-            self.work.evaluations += 1;
+            self.cost.evaluations += 1;
             if system.balance(&(&self.state + error), &mut slope).is_some() {
                 return measured(factors.error(&slope, z, system.algebraic()).as_ref());
             }
@@ -334,22 +317,22 @@ impl Radau {
         if x == 0.0 {
             return Some(self.from.clone());
         }
-        self.work.samples += 1;
+        self.cost.samples += 1;
         let h = x * self.span;
         let mut newton = self.newton.clone();
         let mut again = None;
         loop {
             let jacobian = again.as_deref().or(self.jacobian.as_deref())?;
-            self.work.factorisations += 1;
+            self.cost.factorisations += 1;
             let factors = Factors::new(jacobian, h)?;
             let mut z = NODES.map(|c| combined(collocation(c * x), &self.stages));
-            let evaluations = &mut self.work.evaluations;
+            let evaluations = &mut self.cost.evaluations;
             let outcome = newton.solve(system, &self.from, &factors, &mut z, evaluations);
-            self.work.iterations += newton.iterations;
+            self.cost.iterations += newton.iterations;
             match outcome {
                 Outcome::Solved => return Some(&self.from + &z[2]),
                 _ if again.is_none() => {
-                    self.work.jacobians += 1;
+                    self.cost.jacobians += 1;
                     again = Some(system.linearised(&self.from)?);
                     newton.loosen();
                 }

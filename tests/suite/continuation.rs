@@ -2,7 +2,7 @@
 
 use crate::support::assert_close;
 use nalgebra::{SMatrix, SVector, matrix, vector};
-use snaprod::solve::arclength::{Branch, Direction, Options, Predictor, Role, Stop, Trace};
+use snaprod::solve::arclength::{Continuation, Direction, Options, Predictor, Role, Stop, Trace};
 use snaprod::solve::deflation::{self, further};
 use snaprod::solve::family::{Family, Linearised};
 use snaprod::solve::fold_curve::{Family2, FoldCurve, Linearised2};
@@ -99,7 +99,7 @@ fn circle_has_two_folds_and_closes() {
             predictor,
             ..Options::between(-2.0, 2.0)
         };
-        let trace = Branch::new(&family, vector![0.8], 0.6, options)
+        let trace = Continuation::new(&family, vector![0.8], 0.6, options)
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Closed);
@@ -141,12 +141,12 @@ fn requested_values_are_hit_exactly() {
         direction: Direction::Forward,
         ..options.clone()
     };
-    let down = Branch::new(&family, vector![1.0], 0.0, options)
+    let down = Continuation::new(&family, vector![1.0], 0.0, options)
         .unwrap()
         .trace();
     assert_eq!(down.stop, Stop::LeftAtStart);
     assert_eq!(down.points.last().unwrap().p, -0.7);
-    let up = Branch::new(&family, vector![1.0], 0.0, options_up)
+    let up = Continuation::new(&family, vector![1.0], 0.0, options_up)
         .unwrap()
         .trace();
     assert_eq!(up.stop, Stop::LeftAtStart);
@@ -183,7 +183,7 @@ fn pitchfork_on_both_branches() {
         index: |x: &SVector<f64, 1>, p: f64| Some(usize::from(p - 3.0 * x[0] * x[0] > 0.0)),
     };
     for start in [-1.0, -0.98, -0.5] {
-        let trace = Branch::new(&family, vector![0.0], start, Options::between(-1.0, 1.0))
+        let trace = Continuation::new(&family, vector![0.0], start, Options::between(-1.0, 1.0))
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Reached);
@@ -193,7 +193,7 @@ fn pitchfork_on_both_branches() {
         assert!(!trace.specials[0].turning);
         assert!(per_point(&trace) < 4.0);
     }
-    let trace = Branch::new(
+    let trace = Continuation::new(
         &family,
         vector![1.0],
         1.0,
@@ -229,7 +229,7 @@ fn branches_are_switched_at_simple_branch_points() {
             vector![x[0]],
         ))
     });
-    let trace = Branch::new(&transcritical, vector![0.0], -1.0, options.clone())
+    let trace = Continuation::new(&transcritical, vector![0.0], -1.0, options.clone())
         .unwrap()
         .trace();
     let found = switch(&transcritical, &trace.specials[0], 0.1, &options).unwrap();
@@ -238,7 +238,7 @@ fn branches_are_switched_at_simple_branch_points() {
         (SwitchMethod::Quadratic, 2, 1)
     );
     for start in &found.starts {
-        let ahead = Branch::along(&transcritical, start, options.clone())
+        let ahead = Continuation::along(&transcritical, start, options.clone())
             .unwrap()
             .trace();
         assert_eq!(ahead.specials, []);
@@ -249,7 +249,7 @@ fn branches_are_switched_at_simple_branch_points() {
     assert!(found.starts[0].p * found.starts[1].p < 0.0);
 
     let family = given(pitchfork);
-    let trace = Branch::new(&family, vector![0.0], -1.0, options.clone())
+    let trace = Continuation::new(&family, vector![0.0], -1.0, options.clone())
         .unwrap()
         .trace();
     let found = switch(&family, &trace.specials[0], 0.1, &options).unwrap();
@@ -260,14 +260,18 @@ fn branches_are_switched_at_simple_branch_points() {
     let ends: Vec<f64> = found
         .starts
         .iter()
-        .map(|s| Branch::along(&family, s, options.clone()).unwrap().trace())
+        .map(|s| {
+            Continuation::along(&family, s, options.clone())
+                .unwrap()
+                .trace()
+        })
         .map(|t| t.points.last().unwrap().x[0])
         .collect();
     assert_close(ends[0] * ends[1], -1.0, 1e-11, 0.0, "x = 1 and x = -1");
     assert!(found.evaluations < 20, "{}", found.evaluations);
 
     // A fold is no branch point.
-    let folds = Branch::new(
+    let folds = Continuation::new(
         &given(circle),
         vector![1.0],
         0.0,
@@ -297,7 +301,7 @@ fn degenerate_branch_point_is_sampled() {
         index: |x: &SVector<f64, 1>, p: f64| Some(usize::from(f(x, p).unwrap().1[0] > 0.0)),
     };
     let options = Options::between(-1.0, 1.0);
-    let trace = Branch::new(&family, vector![0.0], -0.97, options.clone())
+    let trace = Continuation::new(&family, vector![0.0], -0.97, options.clone())
         .unwrap()
         .trace();
     assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
@@ -335,7 +339,7 @@ fn double_crossing_is_seen_by_the_index() {
         },
     };
     let options = Options::between(-0.61, 1.0);
-    let trace = Branch::new(&family, vector![0.0, 0.0], -0.61, options.clone())
+    let trace = Continuation::new(&family, vector![0.0, 0.0], -0.61, options.clone())
         .unwrap()
         .trace();
     assert_eq!(trace.stop, Stop::Reached);
@@ -428,7 +432,9 @@ fn mixed_unknowns_with_noise() {
             predictor,
             ..Options::between(-0.8, 0.8)
         };
-        let trace = Branch::new(&family, start, -0.8, options).unwrap().trace();
+        let trace = Continuation::new(&family, start, -0.8, options)
+            .unwrap()
+            .trace();
         assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
         let spent = per_point(&trace);
         assert!(spent < bound, "{spent} evaluations per point");
@@ -465,7 +471,7 @@ fn a_family_may_end() {
             )
         })
     });
-    let trace = Branch::new(&family, vector![1.0], 0.0, Options::between(0.0, 2.0))
+    let trace = Continuation::new(&family, vector![1.0], 0.0, Options::between(0.0, 2.0))
         .unwrap()
         .trace();
     let Stop::Undefined { p, ref reason, .. } = trace.stop else {
@@ -479,7 +485,7 @@ fn a_family_may_end() {
     let family = given(|x: &SVector<f64, 1>, p: f64| {
         (p <= 0.7).then(|| (vector![x[0] - p * p], matrix![1.0], vector![-2.0 * p]))
     });
-    let trace = Branch::new(&family, vector![0.0], 0.0, Options::between(0.0, 0.7))
+    let trace = Continuation::new(&family, vector![0.0], 0.0, Options::between(0.0, 0.7))
         .unwrap()
         .trace();
     assert_eq!(trace.stop, Stop::Reached);
@@ -489,7 +495,7 @@ fn a_family_may_end() {
         let side = if x[0] > 0.0 { 30.0 } else { 1.0 };
         Some((vector![side * x[0] - p], matrix![side], vector![-1.0]))
     });
-    let trace = Branch::new(&family, vector![-1.0], -1.0, Options::between(-1.0, 1.0))
+    let trace = Continuation::new(&family, vector![-1.0], -1.0, Options::between(-1.0, 1.0))
         .unwrap()
         .trace();
     match trace.stop {
@@ -502,7 +508,7 @@ fn a_family_may_end() {
         max_points: 3,
         ..Options::between(-2.0, 2.0)
     };
-    let trace = Branch::new(&given(circle), vector![1.0], 0.0, few)
+    let trace = Continuation::new(&given(circle), vector![1.0], 0.0, few)
         .unwrap()
         .trace();
     assert_eq!((trace.stop, trace.points.len()), (Stop::MaxPoints, 3));
@@ -581,7 +587,7 @@ fn bad_requests_name_what_is_wrong() {
         ),
     ];
     for (name, options) in bad {
-        let refused = Branch::new(&given(circle), vector![1.0], 0.0, options)
+        let refused = Continuation::new(&given(circle), vector![1.0], 0.0, options)
             .err()
             .unwrap();
         assert!(refused.is_domain(), "{refused}");
@@ -590,16 +596,16 @@ fn bad_requests_name_what_is_wrong() {
             "{refused}"
         );
     }
-    let outside = Branch::new(&given(circle), vector![1.0], 1.5, good.clone())
+    let outside = Continuation::new(&given(circle), vector![1.0], 1.5, good.clone())
         .err()
         .unwrap();
     assert!(outside.is_domain(), "{outside}");
     let wide = Options::between(-3.0, 3.0);
-    let nowhere = Branch::new(&given(circle), vector![1.0], 1.5, wide.clone())
+    let nowhere = Continuation::new(&given(circle), vector![1.0], 1.5, wide.clone())
         .err()
         .unwrap();
     assert!(nowhere.is_no_convergence(), "{nowhere}");
-    let fold = Branch::new(&given(pitchfork), vector![0.0], 0.0, wide)
+    let fold = Continuation::new(&given(pitchfork), vector![0.0], 0.0, wide)
         .err()
         .unwrap();
     assert!(fold.is_ambiguous(), "{fold}");
@@ -621,7 +627,7 @@ fn two_branch_points_in_one_step_are_told_apart() {
         },
         index: |_: &SVector<f64, 2>, p: f64| Some(at.iter().filter(|a| p > **a).count()),
     };
-    let trace = Branch::new(&family, vector![0.0, 0.0], 0.0, Options::between(0.0, 1.0))
+    let trace = Continuation::new(&family, vector![0.0, 0.0], 0.0, Options::between(0.0, 1.0))
         .unwrap()
         .trace();
     assert_eq!(trace.specials.len(), 2, "{:#?}", trace.specials);
@@ -644,7 +650,7 @@ fn isolas_close() {
         ))
     });
     for at in [-0.5, 0.5] {
-        let trace = Branch::new(&family, vector![0.1], at, Options::between(-1.0, 1.0))
+        let trace = Continuation::new(&family, vector![0.1], at, Options::between(-1.0, 1.0))
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Closed);
@@ -675,7 +681,7 @@ fn two_folds_in_one_step_are_noticed() {
         max_angle: 1.4,
         ..Options::between(-1.0, 1.0)
     };
-    let trace = Branch::new(&given(f), vector![-1.0], -1.0, options)
+    let trace = Continuation::new(&given(f), vector![-1.0], -1.0, options)
         .unwrap()
         .trace();
     assert_eq!(kinds(&trace), [SpecialKind::Fold, SpecialKind::Fold]);
@@ -738,7 +744,9 @@ fn cusp_curve<F: Family2<N>, const N: usize, const M: usize>(
         ..Options::between(-1.0, 1.0)
     };
     let start = FoldCurve::<F, N, M>::unknowns(&x, 0.38);
-    let trace = Branch::new(&curve, start, 1.0, options).unwrap().trace();
+    let trace = Continuation::new(&curve, start, 1.0, options)
+        .unwrap()
+        .trace();
     assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
     for point in &trace.points {
         let (x, p) = FoldCurve::<F, N, M>::parts(&point.x);
@@ -782,7 +790,7 @@ fn deflation_finds_the_disconnected_branch() {
         ))
     });
     let options = Options::between(-1.0, 1.0);
-    let trace = Branch::new(&family, vector![-0.1], -1.0, options.clone())
+    let trace = Continuation::new(&family, vector![-0.1], -1.0, options.clone())
         .unwrap()
         .trace();
     assert_eq!((trace.stop, trace.specials.len()), (Stop::Reached, 0));
@@ -812,7 +820,7 @@ fn deflation_finds_the_disconnected_branch() {
         direction: Direction::Backward,
         ..options
     };
-    let other = Branch::new(&family, vector![x[0]], 1.0, other)
+    let other = Continuation::new(&family, vector![x[0]], 1.0, other)
         .unwrap()
         .trace();
     assert_eq!(other.stop, Stop::Reached);

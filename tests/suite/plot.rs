@@ -178,9 +178,9 @@ fn bad_numbers_never_panic() {
             ],
             ..Patch::default()
         };
-        let units = Units {
+        let units = AxisUnits {
             rod: bad,
-            ..Units::default()
+            ..AxisUnits::default()
         };
         let field = Field {
             x: [-1.0, 1.0],

@@ -371,7 +371,7 @@ pub fn snapshots_data(m: &Motion) -> Snapshots {
         path: Curve::new((0..m.t.len()).map(|i| m.r(i))),
         folds: fold_curves(1, 150).remove(0),
         snaps: vec![m.r(m.snap)],
-        units: Units::default(),
+        units: AxisUnits::default(),
     }
 }
 
@@ -398,7 +398,7 @@ pub fn energies_data(m: &Motion) -> Energies {
         elastic,
         potential,
         total,
-        units: Units::default(),
+        units: AxisUnits::default(),
     }
 }
 
@@ -574,7 +574,7 @@ pub fn fold_map_data(n: usize, samples: usize) -> FoldMap {
             [0.188, -0.088],
             [0.188, 0.088],
         ],
-        units: Units::default(),
+        units: AxisUnits::default(),
     }
 }
 

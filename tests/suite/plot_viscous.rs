@@ -84,7 +84,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         title: "A snap".into(),
         strain_label: "twist u₃ (1/m)".into(),
         window: Some([1.6, 1.9]),
-        units: Units::si(1.0),
+        units: AxisUnits::si(1.0),
         ..strain_map_data(100, 12)
     };
     vec![

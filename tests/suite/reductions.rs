@@ -188,7 +188,7 @@ where
             place: now.pose.translation.vector,
             least,
             wrench: now.flow.wrench.iter().copied().collect(),
-            steps: run.work().steps,
+            steps: run.cost().steps,
         }
     };
     times.iter().map(reach).collect()

@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Equilibrium as Elastica;
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily};
 use snaprod::section::Linear;
-use snaprod::solve::arclength::{Branch, Direction, Options, Trace};
+use snaprod::solve::arclength::{Continuation, Direction, Options, Trace};
 use snaprod::solve::special::SpecialKind;
 
 /// Unshearable, inextensible, in-plane bending stiffness 1; bending about d2 moves the rod in the plane (z, x).
@@ -79,7 +79,7 @@ fn branch(
         weight: 10.0 / (to - from).abs(),
         ..Options::between(from, to)
     };
-    Branch::new(&family, x, from, options)
+    Continuation::new(&family, x, from, options)
         .expect("a branch")
         .trace()
 }
@@ -118,7 +118,7 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
             weight: 10.0,
             ..Options::between(-0.75, 0.75)
         };
-        let trace = Branch::new(&family, last.x, closed.y, options)
+        let trace = Continuation::new(&family, last.x, closed.y, options)
             .expect("a branch")
             .trace();
         folds.extend(

@@ -9,7 +9,7 @@ use snaprod::rod::{
     RodFamily, Welded,
 };
 use snaprod::section::{Along, Barrier, Linear, Varying};
-use snaprod::solve::arclength::{Branch, Options};
+use snaprod::solve::arclength::{Continuation, Options};
 use snaprod::solve::family::Family;
 use std::f64::consts::PI;
 
@@ -430,7 +430,7 @@ fn followers_have_no_index_on_branches() {
         Problem::new(kirchhoff([1.5, 1.0]), end, 1e-11)
     };
     let family = RodFamily::new(make, false, 30.0);
-    let trace = Branch::new(&family, Vector6::zeros(), 0.0, Options::between(0.0, 30.0))
+    let trace = Continuation::new(&family, Vector6::zeros(), 0.0, Options::between(0.0, 30.0))
         .unwrap()
         .trace();
     // Beck's column: no other equilibrium at any load.
@@ -524,7 +524,7 @@ where
         weight: 10.0,
         ..Options::between(0.35, -0.65)
     };
-    let trace = Branch::new(&family, x, 0.3, options).unwrap().trace();
+    let trace = Continuation::new(&family, x, 0.3, options).unwrap().trace();
     [(0, 1), (1, 2)].map(|(before, after)| {
         let special = trace
             .specials

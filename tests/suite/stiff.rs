@@ -60,7 +60,7 @@ fn run(
     while span - t > 1e-14 * span {
         integrator
             .step(problem, span - t)
-            .unwrap_or_else(|e| panic!("{e:?} at {t}: {:?}", integrator.work()));
+            .unwrap_or_else(|e| panic!("{e:?} at {t}: {:?}", integrator.cost()));
         t += integrator.span();
         each(&mut integrator, t);
     }
@@ -187,7 +187,7 @@ fn radau_is_of_order_five() {
         let end = run(&problem, start, 3.0, tolerance, Method::Implicit, no_look);
         let error = worst(end.state(), &on_cosine(3.0), &[1.0; 3]);
         assert!(error < tolerance, "{error:e} at {tolerance:e}");
-        (end.work().steps as f64, error)
+        (end.cost().steps as f64, error)
     });
     let order = (runs[1].1 / runs[3].1).ln() / (runs[3].0 / runs[1].0).ln();
     assert!((4.5..5.7).contains(&order), "order {order}: {runs:?}");
@@ -209,7 +209,7 @@ fn rounding_of_a_stiff_slope_does_no_harm() {
                 let start = dvector![1.0, 0.0, 0.0];
                 let mut sample = 0.0_f64;
                 let end = run(&problem, start, 3.0, tolerance, method, |integrator, t| {
-                    if integrator.work().steps.is_multiple_of(5) {
+                    if integrator.cost().steps.is_multiple_of(5) {
                         for x in [0.1, 0.5, 0.8] {
                             let y = integrator.at(&problem, x).unwrap();
                             let at = t - (1.0 - x) * integrator.span();
@@ -220,14 +220,14 @@ fn rounding_of_a_stiff_slope_does_no_harm() {
                 let error = worst(end.state(), &on_cosine(3.0), &[1.0; 3]);
                 let what = format!(
                     "{rate:e} {noise:e} {tolerance:e} {method:?}: {:?}",
-                    end.work()
+                    end.cost()
                 );
                 let bound = allowed * tolerance + 1e-14;
                 assert!(error < bound, "{error:e}, {what}");
                 assert!(sample < 4.0 * bound, "sample {sample:e}, {what}");
                 let budget = 60.0 + 20.0 * (1e-6 / tolerance).powf(1.0 / 6.0);
-                assert!((end.work().steps as f64) < budget, "{budget} {what}");
-                assert!(end.work().rejected < 20, "{what}");
+                assert!((end.cost().steps as f64) < budget, "{budget} {what}");
+                assert!(end.cost().rejected < 20, "{what}");
             }
         }
     }
@@ -309,7 +309,7 @@ fn test_set_references_are_met() {
                     no_look,
                 );
                 let error = worst(end.state(), case.want, case.floor);
-                let work = end.work();
+                let work = end.cost();
                 let what = format!("{} {tolerance:e} {method:?}: {work:?}", case.name);
                 assert!(error < case.factor * tolerance, "{error:e}, {what}");
                 if method == Method::Implicit {
@@ -344,7 +344,7 @@ fn the_method_follows_the_stiffness() {
                 }
             },
         );
-        let work = end.work();
+        let work = end.cost();
         let error = worst(end.state(), &on_cosine(12.0), &[1.0; 3]);
         assert!(error < 20.0 * tolerance, "{error:e} {tolerance:e} {work:?}");
         assert!(stiff && end.method_now() == Method::Explicit, "{work:?}");
@@ -359,7 +359,7 @@ fn the_method_follows_the_stiffness() {
         Method::Auto,
         no_look,
     );
-    assert_eq!(end.work().switches, 0);
+    assert_eq!(end.cost().switches, 0);
     // Slow manifold, layer, slow manifold ...
     let end = run(
         &van_der_pol(1e-6),
@@ -369,7 +369,7 @@ fn the_method_follows_the_stiffness() {
         Method::Auto,
         no_look,
     );
-    assert!((3..12).contains(&end.work().switches), "{:?}", end.work());
+    assert!((3..12).contains(&end.cost().switches), "{:?}", end.cost());
 }
 
 /// Catches a step size that creeps: into a layer a million times thinner than the steps, and out of it.
@@ -400,7 +400,7 @@ fn a_thin_layer_is_entered_and_left_quickly() {
             }
             largest = largest.max(integrator.span());
         });
-        let work = end.work();
+        let work = end.cost();
         assert!(
             (end.state()[0] - 1.0).abs() < 1e-7,
             "{} {work:?}",
@@ -428,7 +428,7 @@ fn a_restart_may_change_the_dimension() {
     );
     for method in [Method::Explicit, Method::Implicit, Method::Auto] {
         let mut integrator = run(&three, dvector![1.0, 0.0, 0.0], 1.0, 1e-8, method, no_look);
-        let (before, h) = (integrator.work(), integrator.next_step());
+        let (before, h) = (integrator.cost(), integrator.next_step());
         let y = integrator.state().rows(0, 2).into_owned();
         integrator.restart(&two, y, None).unwrap();
         assert_eq!(integrator.next_step(), h);
@@ -436,7 +436,7 @@ fn a_restart_may_change_the_dimension() {
             let rest = 2.0 - integrator.state()[1];
             integrator.step(&two, rest).unwrap();
         }
-        let after = integrator.work();
+        let after = integrator.cost();
         assert!((integrator.state()[0] - 2f64.cos()).abs() < 1e-7);
         assert!(
             method == Method::Explicit || after.rejected - before.rejected < 12,
@@ -459,7 +459,7 @@ fn the_end_of_the_domain_is_reported() {
         let mut t = 0.0;
         while integrator.step(&problem, 10.0).is_ok() {
             t += integrator.span();
-            assert!(integrator.work().evaluations < 100_000);
+            assert!(integrator.cost().evaluations < 100_000);
         }
         assert!((t - 1.0).abs() < 1e-6, "{method:?} {t}");
     }

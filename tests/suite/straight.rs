@@ -222,5 +222,5 @@ fn a_start_next_to_the_straight_rod_says_why_it_does_not_run() {
         why.contains("straight rod") && why.contains("kappa"),
         "{why}"
     );
-    assert!(run.work().steps <= 100_000);
+    assert!(run.cost().steps <= 100_000);
 }

@@ -38,7 +38,7 @@ fn thrown(p: f64, bend: f64, tolerance: f64) -> End {
     let mut run = ViscousRun::new(Plane, material, &body, &start, options(1.0, tolerance)).unwrap();
     let (_, outcome) = sampled(&mut run, &[]);
     assert_eq!(outcome, Outcome::EndOfTime);
-    let work = run.work();
+    let work = run.cost();
     assert!(
         2 * work.rejected <= work.steps + 20,
         "p = {p}, bend {bend:e}: {work:?}"

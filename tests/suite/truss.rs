@@ -413,7 +413,7 @@ fn ledger_closes() {
             "{name}: {} snaps, {down} down, off by {:.1e} of {largest:.2}, {:?}",
             snaps.len(),
             worst,
-            run.work()
+            run.cost()
         );
         assert_eq!(outcome, Outcome::EndOfTime);
         assert_eq!(run.time(), duration);
@@ -467,7 +467,7 @@ fn fold_time_follows_tolerance() {
         println!(
             "tolerance 1e-{digits}: off by {error:.1e}, time_error {:.1e}, {:?}",
             snap.time_error,
-            run.work()
+            run.cost()
         );
         assert!(
             error <= 20.0 * tolerance + 2e-13,
@@ -669,7 +669,7 @@ fn every_tolerance_works() {
         println!(
             "1e-{digits}: {} snaps, ledger off by {worst:.1e}, {:?}",
             snaps.len(),
-            run.work()
+            run.cost()
         );
         assert_eq!(outcome, Outcome::EndOfTime);
         assert!(worst <= 300.0 * tolerance + 1e-12);

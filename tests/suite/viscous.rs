@@ -436,7 +436,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
             1e-9 * ledger.largest(),
             &format!("ledger at eta = {eta}"),
         );
-        let work = run.work();
+        let work = run.cost();
         assert!(work.steps + work.rejected < 20_000, "eta = {eta}: {work:?}");
         if eta > 1e-3 {
             continue;

@@ -584,7 +584,7 @@ fn whole(
     let (_, outcome) = sampled(&mut run, &[]);
     assert_eq!(outcome, Outcome::EndOfTime);
     let drift = (run.now().ledger.total() - run.first().ledger.total()).abs();
-    Ok((run.now().clone(), drift, run.work().steps))
+    Ok((run.now().clone(), drift, run.cost().steps))
 }
 
 trait Capped {

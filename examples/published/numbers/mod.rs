@@ -11,7 +11,7 @@ use snaprod::rod::{
     EndConditions, Equilibrium, Problem, Rod, RodFamily, RodSection, State, Statical,
 };
 use snaprod::section::Linear;
-use snaprod::solve::arclength::{Branch, Item, Options};
+use snaprod::solve::arclength::{Continuation, Item, Options};
 use snaprod::solve::special::Special;
 
 /// A number and what it is compared with.
@@ -141,7 +141,7 @@ fn specials(
         weight: 10.0 / (to - from).abs(),
         ..Options::between(from, to)
     };
-    Branch::new(&family, x, from, options)?
+    Continuation::new(&family, x, from, options)?
         .filter_map(|item| match item {
             Item::Special(special) => Some(special),
             _ => None,
@@ -164,7 +164,8 @@ fn stable_states(problem: impl Fn(f64) -> Result<Problem>, values: &[f64]) -> Re
         max_step: 1.0,
         ..Options::between(from, to)
     };
-    let trace = Branch::new(&family, family.unknowns(&first.base, from)?, from, options)?.trace();
+    let trace =
+        Continuation::new(&family, family.unknowns(&first.base, from)?, from, options)?.trace();
     values
         .iter()
         .map(|value| {

@@ -70,8 +70,8 @@ pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> 
         (_, false) => name.to_owned(),
     };
     let units = match si {
-        true => plot::Units::si(1.0),
-        false => plot::Units {
+        true => plot::AxisUnits::si(1.0),
+        false => plot::AxisUnits {
             length: "unit of length".into(),
             time: "unit of time".into(),
             energy: "unit of energy".into(),

@@ -11,7 +11,8 @@ use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use crate::creep::system::{Hold, ViscousSystem};
 use crate::error::{Cause, Error, Result};
 use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen, State};
-use crate::solve::integrator::{Integrator, Method, Work};
+use crate::solve::cost::Cost;
+use crate::solve::integrator::{Integrator, Method};
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -196,8 +197,8 @@ where
     }
 
     /// What it cost so far.
-    pub fn work(&self) -> Work {
-        self.integrator.work()
+    pub fn cost(&self) -> Cost {
+        self.integrator.cost()
     }
 
     /// The method of the last step.
@@ -333,7 +334,7 @@ where
         if !(left > 1e-14 * self.options.duration) {
             return self.stop(Outcome::EndOfTime);
         }
-        if self.work().steps >= self.options.max_steps {
+        if self.cost().steps >= self.options.max_steps {
             return self.stop(Outcome::StepLimit);
         }
         let held = self.reform();
@@ -411,8 +412,8 @@ where
         self.interrupt();
     }
 
-    fn work(&self) -> Work {
-        self.work()
+    fn cost(&self) -> Cost {
+        self.cost()
     }
 
     fn resolution(&self) -> Option<Resolution> {

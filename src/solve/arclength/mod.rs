@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use nalgebra::{matrix, vector, SVector};
-//! use snaprod::solve::arclength::{Branch, Options};
+//! use snaprod::solve::arclength::{Continuation, Options};
 //! use snaprod::solve::family::{Family, Linearised};
 //!
 //! /// x^2 + p^2 = 1.
@@ -20,7 +20,7 @@
 //!         })
 //!     }
 //! }
-//! let trace = Branch::new(&Circle, vector![1.0], 0.0, Options::between(-2.0, 2.0))?.trace();
+//! let trace = Continuation::new(&Circle, vector![1.0], 0.0, Options::between(-2.0, 2.0))?.trace();
 //! assert_eq!(trace.specials.len(), 2); // the folds at p = 1 and p = -1
 //! println!("{}", trace.stop);
 //! # Ok::<(), snaprod::Error>(())
@@ -42,7 +42,7 @@ use nalgebra::SVector;
 use std::collections::VecDeque;
 
 /// A branch being followed: iterate over it.
-pub struct Branch<'a, F, const N: usize> {
+pub struct Continuation<'a, F, const N: usize> {
     space: Space<'a, F, N>,
     options: Options,
     start: Sample<N>,
@@ -57,12 +57,12 @@ pub struct Branch<'a, F, const N: usize> {
     done: bool,
 }
 
-impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
+impl<'a, F: Family<N>, const N: usize> Continuation<'a, F, N> {
     /// A branch through the solution near `x` at exactly this `p`, found by damped Newton.
     ///
     /// # Errors
     /// Options outside their sets, p outside the range, no solution near `x`, or a start where the
-    /// direction of growing p is undefined (a fold or branch point: use [`Branch::along`]).
+    /// direction of growing p is undefined (a fold or branch point: use [`Continuation::along`]).
     pub fn new(family: &'a F, x: SVector<f64, N>, p: f64, mut options: Options) -> Result<Self> {
         let space = Self::space(family, p, &mut options)?;
         let newton = newton::Options {
@@ -105,7 +105,7 @@ impl<'a, F: Family<N>, const N: usize> Branch<'a, F, N> {
     /// correction is made across the direction). `options.direction` is not used.
     ///
     /// # Errors
-    /// As [`Branch::new`]; a zero direction.
+    /// As [`Continuation::new`]; a zero direction.
     pub fn along(family: &'a F, start: &BranchStart<N>, mut options: Options) -> Result<Self> {
         let space = Self::space(family, start.p, &mut options)?;
         let direction = Place::new(start.direction_x, start.direction_p * options.weight);
@@ -533,7 +533,7 @@ fn angle<const N: usize>(a: &Place<N>, b: &Place<N>) -> f64 {
     2.0 * (0.5 * (*a - *b).norm()).min(1.0).asin()
 }
 
-impl<F: Family<N>, const N: usize> Iterator for Branch<'_, F, N> {
+impl<F: Family<N>, const N: usize> Iterator for Continuation<'_, F, N> {
     type Item = Item<N>;
 
     fn next(&mut self) -> Option<Item<N>> {

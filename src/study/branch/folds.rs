@@ -5,7 +5,7 @@ use super::record::{self, CurveRecord, CurveSet};
 use crate::error::Result;
 use crate::rod::{State, Statical};
 use crate::scene::{Parameter, Scene, Second};
-use crate::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
+use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::fold_curve::{Crossed, Family2, FoldCurve};
 use crate::solve::special::{Special, SpecialKind};
 use nalgebra::SVector;
@@ -97,7 +97,7 @@ where
                 continue;
             }
             let again = this.rows.len() > row;
-            match Branch::new(&family, y, window.here, options(direction)) {
+            match Continuation::new(&family, y, window.here, options(direction)) {
                 Ok(branch) => {
                     let way = (direction, again);
                     let watch = &mut study.watch;
@@ -128,7 +128,7 @@ impl<const M: usize> Folds<M> {
     /// Follows the last curve one way; `again` if its start is there already.
     fn follow<F: Family2<N>, S, const N: usize>(
         &mut self,
-        branch: Branch<'_, FoldCurve<'_, F, N, M>, M>,
+        branch: Continuation<'_, FoldCurve<'_, F, N, M>, M>,
         family: &FoldCurve<'_, F, N, M>,
         window: &Window<S>,
         (direction, again): (Direction, bool),

@@ -4,7 +4,7 @@ use super::record::CurveRecord;
 use crate::error::Result;
 use crate::rod::{State, Statical};
 use crate::scene::{Continue, Scene};
-use crate::solve::arclength::{Branch, Direction, Item, Options, Point, Role, Stop};
+use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::special::{Special, SpecialKind};
 use crate::solve::switching::switch;
 use crate::study::Hooks;
@@ -176,7 +176,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
             };
             // At an end of the range only the other way leads into it.
             if p != ahead {
-                let branch = Branch::new(family, x, p, options)?;
+                let branch = Continuation::new(family, x, p, options)?;
                 branches.push((way == Direction::Backward, branch));
             }
         }
@@ -184,7 +184,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         Ok(())
     }
 
-    fn follow(&mut self, origin: String, branches: Vec<(bool, Branch<'_, F, N>)>) {
+    fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_, F, N>)>) {
         let number = self.curves.len();
         self.curves.push(CurveRecord {
             origin,
@@ -371,7 +371,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                 ));
                 return;
             }
-            match Branch::along(family, start, self.options(Direction::Forward)) {
+            match Continuation::along(family, start, self.options(Direction::Forward)) {
                 Ok(branch) => self.follow(label.clone(), vec![(false, branch)]),
                 Err(e) => self.remarks.push(format!("switching at {label}: {e}")),
             }

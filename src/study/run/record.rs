@@ -5,7 +5,7 @@ use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
 use crate::scene::{Scales, Units};
-use crate::solve::integrator::Work;
+use crate::solve::cost::Cost;
 use nalgebra::{Isometry3, Vector3};
 
 /// A run that has ended, or, under landing = "all", the runs into which it branched.
@@ -68,7 +68,7 @@ pub struct RunBranch {
     /// How it ended; times in the units of the rod.
     pub outcome: Outcome,
     /// Its cost.
-    pub work: Work,
+    pub cost: Cost,
     /// How the strains were resolved, if the rod has any of its own.
     pub resolution: Option<Resolution>,
     /// Its own snaps, in the units of the rod.
@@ -109,7 +109,7 @@ impl RunBranch {
             first,
             last,
             outcome,
-            work: motion.work(),
+            cost: motion.cost(),
             resolution: motion.resolution(),
             snaps: Vec::new(),
             layers: Vec::new(),

@@ -6,7 +6,7 @@ use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Snap, SnapEnd};
-use crate::solve::integrator::Work;
+use crate::solve::cost::Cost;
 use serde_json::{Map, Value, json};
 
 impl RunRecord {
@@ -24,7 +24,7 @@ impl RunRecord {
             "start": self.state(&root.first),
             "end": self.state(&last.last),
             "energy_error": { "absolute": absolute, "relative": relative },
-            "work": self.work(),
+            "work": self.cost(),
             "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
             "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
             "scene": self.scene,
@@ -181,8 +181,8 @@ impl RunRecord {
         })
     }
 
-    fn work(&self) -> Value {
-        let sum = |f: fn(&Work) -> u64| self.branches.iter().map(|b| f(&b.work)).sum::<u64>();
+    fn cost(&self) -> Value {
+        let sum = |f: fn(&Cost) -> u64| self.branches.iter().map(|b| f(&b.cost)).sum::<u64>();
         let (evaluations, steps) = (sum(|w| w.evaluations), sum(|w| w.steps));
         let rejected = sum(|w| w.rejected);
         match self.kind {
