@@ -27,6 +27,11 @@ pub fn number(x: f64) -> String {
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
+/// Two numbers.
+pub fn pair(a: f64, b: f64) -> String {
+    format!("{}, {}", number(a), number(b))
+}
+
 /// A number with so many decimals; where they would show little or too much of it, with an exponent.
 pub fn rounded(x: f64, decimals: usize) -> String {
     if x == 0.0 || (1e-3..1e9).contains(&x.abs()) {

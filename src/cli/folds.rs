@@ -1,6 +1,7 @@
 //! `snaprod folds`.
 
 use super::files::{print, print_json};
+use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::{Value, json};
@@ -18,12 +19,17 @@ pub struct FoldsArgs {
 
 /// Prints the fold curves from p = -8 to 8: the half p < 0 is the mirror image y -> -y.
 pub fn folds(args: &FoldsArgs) -> Result<Ending, Refusal> {
-    let table = study::folds::folds(args.count.into())?;
+    let table = study::folds(args.count.into(), &mut Signals::watched())?;
+    let numbers = table.integers("number");
+    let count = numbers.last().copied().flatten().unwrap_or(0);
+    let ending = match count < args.count.into() {
+        true => Ending::Short,
+        false => Ending::Done,
+    };
     if !args.json {
         print(&table.csv());
-        return Ok(Ending::Done);
+        return Ok(ending);
     }
-    let numbers = table.integers("number");
     let point = |row: usize| {
         let mut object = json!({ "cusp": table.words("cusp")[row] == "cusp" });
         for name in ["p", "kappa", "lam", "x", "y", "alpha", "elastic"] {
@@ -35,7 +41,7 @@ pub fn folds(args: &FoldsArgs) -> Result<Ending, Refusal> {
         let own = (0..numbers.len()).filter(|row| numbers[*row] == Some(number));
         json!({ "number": number, "points": own.map(point).collect::<Vec<_>>() })
     };
-    let list: Vec<Value> = (1..=args.count.into()).map(curve).collect();
+    let list: Vec<Value> = (1..=count).map(curve).collect();
     print_json(json!({ "folds": list }));
-    Ok(Ending::Done)
+    Ok(ending)
 }

@@ -4,6 +4,8 @@
 
 mod branch;
 mod check;
+mod elastica;
+mod equilibria;
 mod equilibrium;
 mod files;
 mod folds;
@@ -11,7 +13,6 @@ mod memory;
 mod new;
 mod output;
 mod progress;
-mod query;
 mod run;
 mod run_figures;
 mod run_text;
@@ -36,10 +37,10 @@ enum Command {
     Run(run::RunArgs),
     /// Describes one equilibrium of the elastica (length 1, bending stiffness 1).
     #[command(allow_negative_numbers = true)]
-    Elastica(query::ElasticaArgs),
+    Elastica(elastica::ElasticaArgs),
     /// Finds all equilibria with the end at a point.
     #[command(allow_negative_numbers = true)]
-    Equilibria(query::EquilibriaArgs),
+    Equilibria(equilibria::EquilibriaArgs),
     /// Prints the fold curves as CSV, cusps marked.
     #[command(allow_negative_numbers = true)]
     Folds(folds::FoldsArgs),
@@ -94,8 +95,8 @@ pub fn main() -> ExitCode {
     };
     let ending = match &cli.command {
         Command::Run(args) => run::run(args),
-        Command::Elastica(args) => query::elastica(args),
-        Command::Equilibria(args) => query::equilibria(args),
+        Command::Elastica(args) => elastica::elastica(args),
+        Command::Equilibria(args) => equilibria::equilibria(args),
         Command::Folds(args) => folds::folds(args),
         Command::Sheets(args) => sheets::sheets(args),
         Command::Equilibrium(args) => equilibrium::equilibrium(args),

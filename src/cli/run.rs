@@ -87,7 +87,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     }
     out.finish()?;
     if args.json {
-        super::query::merge(&mut summary, json!({ "events": events, "out": directory }));
+        (summary["events"], summary["out"]) = (events, json!(directory));
         print_json(summary);
     } else if !args.quiet {
         print(&run_text::text(&record, directory.as_deref()));

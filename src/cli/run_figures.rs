@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 use snaprod::Result;
-use snaprod::elastica::{Equilibrium, fold_curve, stable_grid};
+use snaprod::elastica::{fold_curve, stable_grid};
 use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
@@ -11,7 +11,7 @@ use snaprod::plot::{
     PathOnSurface, RodShapes, RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap,
 };
 use snaprod::scene;
-use snaprod::study::run::{Frame, ModelKind, Moment, RunBranch, RunRecord, places};
+use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
 
 /// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
 const SHAPES_ON_SHEET: usize = 9;
@@ -71,8 +71,8 @@ impl RunFigure {
 /// The figures of a run, each with the name of its file; none if the run got nowhere. Of a run that branched the line from
 /// the trunk to the last branch is drawn.
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
-    let line = Line::of(record);
-    let goes_on = match (line.track.first(), line.track.last()) {
+    let line = Drawn::of(record);
+    let goes_on = match (line.track().first(), line.track().last()) {
         (Some(first), Some(last)) => first.moment.t < last.moment.t,
         _ => false,
     };
@@ -156,65 +156,34 @@ fn first_folds(length: f64) -> Result<Vec<Curve>> {
     Ok(vec![fold(1.0), fold(-1.0)])
 }
 
-/// What the figures show: one motion, and its snaps by time and place.
-struct Line<'r> {
+/// What the figures show: one motion, in the units of its labels.
+struct Drawn<'r> {
     record: &'r RunRecord,
-    track: Vec<Frame>,
-    snaps: Vec<(f64, [f64; 2])>,
+    line: Line,
     units: AxisUnits,
 }
 
-impl<'r> Line<'r> {
-    /// The line of branches from the trunk to the last one that was run.
+impl<'r> Drawn<'r> {
     fn of(record: &'r RunRecord) -> Self {
         let k = &record.scales;
-        let mut ids = vec![record.last().id];
-        while let Some(parent) = ids.last().and_then(|id| record.branches[*id].parent) {
-            ids.push(parent);
-        }
-        let mut track: Vec<Frame> = Vec::new();
-        let mut snaps = Vec::new();
-        for branch in ids.iter().rev().map(|id| &record.branches[*id]) {
-            for snap in branch.entered.iter().chain(&branch.snaps) {
-                let place = [snap.pose[0] * k.length, snap.pose[1] * k.length];
-                snaps.push((snap.t * k.time, place));
-            }
-            if branch.parent.is_some() {
-                track.push(bare(&branch.first));
-            }
-            track.extend_from_slice(&branch.track);
-            let last = track.last().map(|frame| frame.moment.t);
-            if record.kind == ModelKind::Sheet && last.is_none_or(|t| t < branch.last.t) {
-                track.push(bare(&branch.last));
-            }
-        }
         let natural = k.length == 1.0 && k.stiffness() == 1.0 && k.mass == 1.0;
-        let mut line = Self {
+        Self {
             record,
-            track,
-            snaps,
+            line: record.line(),
             units: labels(record.units, k.length, natural),
-        };
-        if !line.track.is_empty() {
-            let peaks = record.passages().map(|layer| layer.peak);
-            let passed: Vec<_> = peaks.map(|t| (t, place(line.at(t)))).collect();
-            line.snaps.extend(passed);
         }
-        line
     }
 
-    /// The first frame from this time on.
-    fn at(&self, t: f64) -> &Frame {
-        let next = self.track.partition_point(|frame| frame.moment.t < t);
-        &self.track[next.min(self.track.len() - 1)]
+    fn track(&self) -> &[Frame] {
+        &self.line.track
     }
 
     fn times(&self) -> Vec<f64> {
-        self.track.iter().map(|frame| frame.moment.t).collect()
+        self.track().iter().map(|frame| frame.moment.t).collect()
     }
 
     fn snap_times(&self) -> Vec<f64> {
-        self.snaps.iter().map(|(t, _)| *t).collect()
+        self.line.snaps.iter().map(|(t, _)| *t).collect()
     }
 
     fn length(&self) -> f64 {
@@ -223,16 +192,16 @@ impl<'r> Line<'r> {
 
     fn snapshots(&self) -> Result<Snapshots> {
         let (start, end) = (
-            self.track[0].moment.t,
-            self.track[self.track.len() - 1].moment.t,
+            self.track()[0].moment.t,
+            self.track()[self.track().len() - 1].moment.t,
         );
         let sheet = self.record.kind == ModelKind::Sheet;
         let count = if sheet { SHAPES_ON_SHEET } else { SHAPES };
         let even = |i: usize| start + (end - start) * i as f64 / (count - 1) as f64;
-        let mut chosen: Vec<&Frame> = (0..count).map(|i| self.at(even(i))).collect();
+        let mut chosen: Vec<&Frame> = (0..count).map(|i| self.line.at(even(i))).collect();
         if sheet {
-            for (t, _) in self.snaps.iter().take(SNAPS) {
-                chosen.extend(self.track.iter().filter(|frame| frame.moment.t == *t));
+            for (t, _) in self.line.snaps.iter().take(SNAPS) {
+                chosen.extend(self.track().iter().filter(|frame| frame.moment.t == *t));
             }
             chosen.sort_by(|a, b| a.moment.t.total_cmp(&b.moment.t));
         }
@@ -241,29 +210,17 @@ impl<'r> Line<'r> {
             .map(|frame| {
                 Ok(Shape {
                     time: frame.moment.t,
-                    axis: self.axis(frame)?,
+                    axis: Curve::new(self.record.axis(frame)?),
                 })
             })
             .collect();
         Ok(Snapshots {
             shapes: shapes?,
-            path: Curve::new(self.track.iter().map(place)),
+            path: Curve::new(self.track().iter().map(|frame| frame.moment.place())),
             folds: first_folds(self.length())?,
-            snaps: self.snaps.iter().map(|(_, at)| *at).collect(),
+            snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
             units: self.units.clone(),
         })
-    }
-
-    /// The axis of a rod in a plane.
-    fn axis(&self, frame: &Frame) -> Result<Curve> {
-        if self.record.kind != ModelKind::Sheet {
-            return Ok(Curve::new(frame.axis.iter().copied()));
-        }
-        let (rod, length) = (rod(&frame.moment)?, self.length());
-        let sections = rod.curve(120);
-        Ok(Curve::new(
-            sections.iter().map(|s| [s.x * length, s.y * length]),
-        ))
     }
 
     /// The path over the disc on the stable part of the solution surface, height theta(1): the two halves up to the first
@@ -288,8 +245,8 @@ impl<'r> Line<'r> {
         let mut path = Vec::new();
         let mut jumps = Vec::new();
         let mut last: Option<&Moment> = None;
-        for moment in self.track.iter().map(|frame| &frame.moment) {
-            let rod = rod(moment)?;
+        for moment in self.track().iter().map(|frame| &frame.moment) {
+            let rod = moment.elastica()?;
             let here = place(rod.x, rod.y, rod.theta1);
             // The two sides of a snap share their time.
             if last.is_some_and(|l| l.t == moment.t && l.labels != moment.labels) {
@@ -309,7 +266,7 @@ impl<'r> Line<'r> {
     }
 
     fn energies(&self) -> Energies {
-        let ledgers: Vec<&Ledger> = self.track.iter().map(|f| &f.moment.ledger).collect();
+        let ledgers: Vec<&Ledger> = self.track().iter().map(|f| &f.moment.ledger).collect();
         let first = ledgers[0].total();
         let column = |f: &dyn Fn(&Ledger) -> f64| ledgers.iter().map(|l| f(l)).collect();
         // A term that is zero throughout is left out.
@@ -337,8 +294,8 @@ impl<'r> Line<'r> {
 
     /// One of the strains over (t, s), with the dissipation density where there is any.
     fn strain(&self, strain: usize, label: &str) -> StrainMap {
-        let stride = self.track.len().div_ceil(MAP_COLUMNS).max(1);
-        let columns: Vec<&Frame> = self.track.iter().step_by(stride).collect();
+        let stride = self.track().len().div_ceil(MAP_COLUMNS).max(1);
+        let columns: Vec<&Frame> = self.track().iter().step_by(stride).collect();
         let dissipates = columns
             .iter()
             .any(|f| f.dissipation.iter().any(|d| *d > 0.0));
@@ -381,7 +338,7 @@ impl<'r> Line<'r> {
     /// that changes most.
     fn drawn_strains(&self) -> Vec<usize> {
         let values = |i: usize| {
-            let frames = self.track.iter();
+            let frames = self.track().iter();
             frames.flat_map(move |f| f.strains[i].iter().copied())
         };
         let size = |i: usize| values(i).fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -447,7 +404,11 @@ impl<'r> Line<'r> {
         let series = |(i, name): (usize, &str)| Series {
             name: name.to_owned(),
             x: self.times(),
-            y: self.track.iter().map(|f| f.moment.position()[i]).collect(),
+            y: self
+                .track()
+                .iter()
+                .map(|f| f.moment.position()[i])
+                .collect(),
             ..Series::default()
         };
         Lines {
@@ -525,29 +486,6 @@ impl<'r> Line<'r> {
             ..SnapLosses::default()
         })
     }
-}
-
-/// Position of the end in the plane.
-fn place(frame: &Frame) -> [f64; 2] {
-    let r = frame.moment.position();
-    [r.x, r.y]
-}
-
-/// A frame of a rod on a sheet.
-fn bare(moment: &Moment) -> Frame {
-    Frame {
-        moment: moment.clone(),
-        strains: Vec::new(),
-        dissipation: Vec::new(),
-        axis: Vec::new(),
-    }
-}
-
-/// The elastica that a rod is on.
-fn rod(moment: &Moment) -> Result<Equilibrium> {
-    let named = moment.labels.map(|labels| (labels.p, labels.w));
-    let (p, w) = named.unwrap_or((f64::NAN, f64::NAN));
-    Equilibrium::new(p, w)
 }
 
 /// "name (unit)", or the name alone.

@@ -52,6 +52,17 @@ pub struct SheetGrid {
 }
 
 impl GridPoint {
+    /// Its mirror image, p -> -p and y -> -y.
+    pub fn mirrored(&self) -> Self {
+        Self {
+            p: -self.p,
+            alpha: -self.alpha,
+            theta1: -self.theta1,
+            y: -self.y,
+            ..*self
+        }
+    }
+
     /// The equilibrium (p, lam), or the unloaded rod, lam = 0, that borders S_0.
     pub(super) fn new(p: f64, lambda: f64) -> Result<Self> {
         if lambda == 0.0 {

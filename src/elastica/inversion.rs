@@ -38,6 +38,10 @@ impl Found {
     }
 }
 
+/// What there is to say of the point (1, 0).
+pub const STRAIGHT: &str =
+    "the rod is straight, under any load along itself: the force is not determined by the position";
+
 /// Most boxes examined before the search gives up.
 const MOST_BOXES: usize = 4_000_000;
 /// Half width of a box at which it counts as a piece of a fold.
@@ -69,8 +73,7 @@ pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<Found>> {
     let radius = x.hypot(y);
     if !(radius < 1.0) {
         return Err(Error::unreachable(if x == 1.0 && y == 0.0 {
-            "at (1, 0) the rod is straight, under any load along itself: the force is not determined by the position"
-                .to_owned()
+            format!("at (1, 0) {STRAIGHT}")
         } else {
             format!(
                 "({x}, {y}) is at distance {radius} from the clamp: an inextensible rod of length 1 reaches the open disc |r| < 1 and the point (1, 0)"

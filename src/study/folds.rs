@@ -1,5 +1,6 @@
 //! The fold curves of the planar elastica, as a table.
 
+use super::Hooks;
 use super::record::{Cell, Column, Table};
 use crate::elastica::{FoldPoint, fold_curve};
 use crate::error::Result;
@@ -9,11 +10,11 @@ const P_RANGE: (f64, f64) = (0.01, 8.0);
 const SPACING: f64 = 0.05;
 
 /// The first `count` fold curves from p = -8 to 8, rod of length 1 and bending stiffness 1; the half p < 0 is the mirror image
-/// y -> -y of the other.
+/// y -> -y of the other. An interrupt keeps the curves that are whole.
 ///
 /// # Errors
 /// A curve whose digits double precision does not hold.
-pub fn folds(count: usize) -> Result<Table> {
+pub fn folds(count: usize, hooks: &mut dyn Hooks) -> Result<Table> {
     let mut table = Table::new(
         "folds",
         vec![
@@ -33,6 +34,10 @@ pub fn folds(count: usize) -> Result<Table> {
         let mirrored = half.iter().rev().map(|point| (point, -1.0));
         for (point, side) in mirrored.chain(half.iter().map(|point| (point, 1.0))) {
             table.push(&row(point, side))?;
+        }
+        hooks.progress(number as f64 / count as f64, number as f64);
+        if hooks.interrupted() {
+            break;
         }
     }
     Ok(table)

@@ -5,16 +5,22 @@
 //! made from these records.
 
 pub mod branch;
+pub mod elastica;
 pub mod equilibrium;
 pub mod folds;
 pub mod memory;
 pub mod record;
 pub mod run;
+pub mod sheets;
 mod space;
 
 pub use branch::{BranchRecord, branch};
+pub use elastica::{ElasticaRecord, EquilibriaRecord, elastica, equilibria};
 pub use equilibrium::{EquilibriumRecord, equilibrium};
+pub use folds::folds;
+pub use memory::{MemoryRecord, memory};
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
+pub use sheets::{SheetsRecord, sheets};
 
 /// What a study asks, and tells, while it works. Every method has a default, so that a caller implements what it needs.
 pub trait Hooks {

@@ -10,7 +10,7 @@ use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::json;
 use snaprod::plot::kernel;
-use snaprod::study::memory::{self, entries, table};
+use snaprod::study::memory::{self, POINTS, entries, table};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -68,10 +68,7 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
     Ok(Ending::Done)
 }
 
-/// Most times in a table.
-const MOST: usize = 100_000;
-
-/// Times in equal ratios.
+/// The times of the table.
 fn times(args: &MemoryArgs, decades: [f64; 2]) -> Result<Vec<f64>, Refusal> {
     let [mut from, mut to] = decades;
     for (name, given, time) in [("--from", args.from, &mut from), ("--to", args.to, &mut to)] {
@@ -90,18 +87,13 @@ fn times(args: &MemoryArgs, decades: [f64; 2]) -> Result<Vec<f64>, Refusal> {
             "the times run from {from:e} to {to:e}: --from must be less than --to"
         )));
     }
-    if !(2..=MOST).contains(&args.points) {
+    if !POINTS.contains(&args.points) {
         return Err(Refusal(format!(
-            "--points {}: from 2 to {MOST} times",
-            args.points
+            "--points {}: from {} to {} times",
+            args.points,
+            POINTS.start(),
+            POINTS.end()
         )));
     }
-    let last = args.points - 1;
-    // By logarithms, so that no ratio overflows; the ends as they were given.
-    let [a, b] = [from.log10(), to.log10()];
-    let mut times: Vec<f64> = (0..=last)
-        .map(|k| 10.0_f64.powf(a + (b - a) * k as f64 / last as f64))
-        .collect();
-    (times[0], times[last]) = (from, to);
-    Ok(times)
+    Ok(memory::times([from, to], args.points)?)
 }

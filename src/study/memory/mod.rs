@@ -2,7 +2,7 @@
 
 mod table;
 
-pub use table::{KernelEntry, entries, table};
+pub use table::{KernelEntry, POINTS, entries, table, times};
 
 use crate::creep::kernel::MemoryKernel;
 use crate::error::{Error, Result};

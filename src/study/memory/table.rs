@@ -1,8 +1,10 @@
 //! kernel.csv: relaxation function, memory kernel and creep function against time.
 
 use super::MemoryRecord;
+use crate::error::{Error, Result};
 use crate::study::record::{Column, Table, Values};
 use nalgebra::Matrix6;
+use std::ops::RangeInclusive;
 
 /// One component of a matrix of functions of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +17,35 @@ pub struct KernelEntry {
     pub name: String,
     /// Its values at the times.
     pub values: Vec<f64>,
+}
+
+/// How many times a table may have.
+pub const POINTS: RangeInclusive<usize> = 2..=100_000;
+
+/// Times in equal ratios, from the first to the last.
+///
+/// # Errors
+/// Times that are not positive, finite and in order; a number of them out of [`POINTS`].
+pub fn times([from, to]: [f64; 2], points: usize) -> Result<Vec<f64>> {
+    if !(f64::MIN_POSITIVE <= from && from < to && to < f64::INFINITY) {
+        return Err(Error::domain(format!(
+            "the times from {from:e} to {to:e} are in ratios: give 0 < from < to, both finite"
+        )));
+    }
+    if !POINTS.contains(&points) {
+        return Err(Error::domain(format!(
+            "{points} times: a table has from {} to {}",
+            POINTS.start(),
+            POINTS.end()
+        )));
+    }
+    let last = points - 1;
+    // By logarithms, so that no ratio overflows; the ends as they were given.
+    let [a, b] = [from.log10(), to.log10()];
+    let inner = |k: usize| 10.0_f64.powf(a + (b - a) * k as f64 / last as f64);
+    let mut times: Vec<f64> = (0..=last).map(inner).collect();
+    (times[0], times[last]) = (from, to);
+    Ok(times)
 }
 
 /// An entry smaller than this against the diagonal is rounding.

@@ -1,5 +1,6 @@
 //! Runs a scene of motion, and under landing = "all" every run into which it branches.
 
+mod line;
 mod prepared;
 mod record;
 mod recorder;
@@ -7,6 +8,7 @@ mod spring;
 mod summary;
 mod table;
 
+pub use line::Line;
 pub use prepared::{ModelKind, Prepared};
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};

@@ -1,0 +1,110 @@
+//! `snaprod sheets`: the figures of the elastica's solution sheets.
+
+mod figures;
+
+use super::files::{print, print_json};
+use super::output::{FigureArgs, Output};
+use super::signals::Signals;
+use super::{Ending, Refusal};
+use clap::Args;
+use serde_json::json;
+use snaprod::plot::{
+    energy_landscape, fold_map, phase_portrait, sheets_lambda_alpha, sheets_over_disc,
+};
+use snaprod::study;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct SheetsArgs {
+    /// Modes j, 0 to 3, of the sheets S_j^+- to draw.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0,1",
+        allow_hyphen_values = true
+    )]
+    pub modes: Vec<String>,
+    /// Where to write.
+    #[arg(long, default_value = "figures")]
+    pub out: PathBuf,
+    /// Write a PNG beside every figure (needs the feature `png`).
+    #[arg(long)]
+    pub png: bool,
+    /// Print the list of files as one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Modes that can be drawn.
+const MODES: std::ops::RangeInclusive<u32> = 0..=3;
+/// What the command writes.
+const FILES: &[&str] = &[
+    "phase_portrait.*",
+    "sheets_lambda_alpha.*",
+    "sheets_over_disc.*",
+    "fold_map.*",
+    "energy_landscape.*",
+];
+
+/// Writes the figures.
+pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
+    let modes = asked_modes(&args.modes)?;
+    let figures = FigureArgs {
+        png: args.png,
+        ..FigureArgs::default()
+    };
+    let out = Output::open(Some(&args.out), FILES, figures)?;
+    let record = study::sheets(&modes, &mut Signals::watched())?;
+    out.figure(
+        "phase_portrait",
+        || Ok(figures::portrait(&modes)),
+        phase_portrait,
+    );
+    if !record.over_load.is_empty() {
+        let panels = || Ok(figures::over_load(&record));
+        out.figure("sheets_lambda_alpha", panels, |panels| {
+            sheets_lambda_alpha(panels)
+        });
+    }
+    if !record.over_disc.is_empty() {
+        let panels = || Ok(figures::over_disc(&record));
+        out.figure("sheets_over_disc", panels, |panels| {
+            sheets_over_disc(panels)
+        });
+    }
+    if let Some(stable) = &record.stable {
+        let map = || Ok(figures::map(stable, &record.folds));
+        out.figure("fold_map", map, fold_map);
+        let landscape = || Ok(figures::landscape(stable, &record.folds));
+        out.figure("energy_landscape", landscape, energy_landscape);
+    }
+    let files = out.finish()?;
+    if args.json {
+        print_json(json!({ "out": args.out, "files": files }));
+    } else {
+        for file in &files {
+            print(&format!("{}\n", args.out.join(file).display()));
+        }
+    }
+    Ok(match files.len() < FILES.len() {
+        true => Ending::Short,
+        false => Ending::Done,
+    })
+}
+
+fn asked_modes(texts: &[String]) -> Result<Vec<u32>, Refusal> {
+    let mut modes = Vec::new();
+    for text in texts {
+        match text.trim().parse() {
+            Ok(mode) if MODES.contains(&mode) => modes.push(mode),
+            _ => {
+                return Err(Refusal(format!(
+                    "--modes: {text:?} is no mode that can be drawn; give some of 0, 1, 2, 3, separated by commas"
+                )));
+            }
+        }
+    }
+    modes.sort_unstable();
+    modes.dedup();
+    Ok(modes)
+}
