@@ -3,14 +3,13 @@
 use super::check::{SceneArgs, no_start, read_statics};
 use super::files::{json_text, number, print, print_json};
 use super::output::{FigureArgs, Output};
-use super::{Ending, Refusal};
+use super::{Ending, Refusal, rod_figures};
 use clap::Args;
 use nalgebra::Vector3;
 use snaprod::math::se3::halves;
-use snaprod::plot::{RodState, RodUnits, SpaceRod, rod_state};
-use snaprod::rod::{Path, RodSection};
-use snaprod::scene::Units;
-use snaprod::study::{self, EquilibriumRecord, equilibrium::resultants};
+use snaprod::plot::rod_state;
+use snaprod::rod::Path;
+use snaprod::study::{self, EquilibriumRecord};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -39,7 +38,7 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
         let out = Output::open(Some(directory), FILES, args.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
         out.write("shape.csv", record.shape()?.csv().as_bytes())?;
-        out.figure("equilibrium", || Ok(figure(&record)), rod_state);
+        out.figure("equilibrium", || Ok(rod_figures::state(&record)), rod_state);
         out.finish()?;
     }
     if args.json {
@@ -110,52 +109,4 @@ fn text(record: &EquilibriumRecord) -> String {
     );
     line("", format!("because {}", found.taken.why));
     text
-}
-
-/// The rod as the figures want it.
-pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> SpaceRod {
-    SpaceRod {
-        name: String::new(),
-        points: sections.iter().map(|s| s.position.into()).collect(),
-        directors: sections
-            .iter()
-            .map(|s| std::array::from_fn(|j| s.directors.column(j).into_owned().into()))
-            .collect(),
-        value,
-        unstable,
-        colour: None,
-    }
-}
-
-/// The units of figures.
-pub fn units(units: Units) -> RodUnits {
-    match units {
-        Units::Si => RodUnits::si(),
-        // Any consistent system: no symbol is right but those of the scene's own numbers.
-        Units::Dimensionless => RodUnits {
-            length: String::new(),
-            force: String::new(),
-            couple: String::new(),
-        },
-    }
-}
-
-fn figure(record: &EquilibriumRecord) -> RodState {
-    let (sections, found) = (&record.sections, &record.found);
-    let along = |pick: fn(&RodSection) -> Vector3<f64>| -> Vec<[f64; 3]> {
-        sections.iter().map(|s| pick(s).into()).collect()
-    };
-    RodState {
-        rod: drawn(sections, None, found.index > 0),
-        ribbon: 0.03 * record.length,
-        end_force: Some(found.end.force.into()),
-        end_couple: Some(found.end.couple.into()),
-        s: sections.iter().map(|s| s.s).collect(),
-        couples: along(|s| resultants(s).0),
-        forces: along(|s| resultants(s).1),
-        curvatures: along(|s| s.strain.fixed_rows::<3>(0).into_owned()),
-        stretches: along(|s| s.strain.fixed_rows::<3>(3).into_owned()),
-        units: units(record.units),
-        ..RodState::default()
-    }
 }

@@ -13,6 +13,7 @@ mod memory;
 mod new;
 mod output;
 mod progress;
+mod rod_figures;
 mod run;
 mod run_figures;
 mod run_text;

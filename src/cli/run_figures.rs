@@ -1,5 +1,6 @@
 //! The figures of a run, from its record.
 
+use super::rod_figures;
 use nalgebra::Isometry3;
 use snaprod::Result;
 use snaprod::elastica::{fold_curve, stable_grid};
@@ -8,7 +9,7 @@ use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
 use snaprod::plot::{
     self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch,
-    PathOnSurface, RodShapes, RodUnits, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap,
+    PathOnSurface, RodShapes, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap,
 };
 use snaprod::scene;
 use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
@@ -387,14 +388,7 @@ impl<'r> Drawn<'r> {
             value_label: self.time_label(),
             ribbon: 0.03 * self.length(),
             triads: false,
-            units: match self.record.units {
-                scene::Units::Si => RodUnits::si(),
-                scene::Units::Dimensionless => RodUnits {
-                    length: String::new(),
-                    force: String::new(),
-                    couple: String::new(),
-                },
-            },
+            units: rod_figures::units(self.record.units),
             ..RodShapes::default()
         }
     }

@@ -1,6 +1,6 @@
 //! Figures of branches: the bifurcation diagram, fold curves, shapes.
 
-use super::super::equilibrium::{drawn, units};
+use super::super::rod_figures::{drawn, units};
 use snaprod::plot::{
     BranchDiagram, BranchLine as Line, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
