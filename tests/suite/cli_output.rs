@@ -57,6 +57,80 @@ fn ctrl_c_and_sigterm_keep_what_was_computed() {
     }
 }
 
+/// Catches figures that are still drawn after a second Ctrl-C, and data that such haste loses: the first figure is held up in a
+/// pipe until the second signal has come.
+#[cfg(unix)]
+#[test]
+fn a_second_ctrl_c_skips_the_figures() {
+    let place = Place::new("hurry");
+    let child = endless(&place);
+    let pipe = place.join("out/snapshots.svg.part");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    send("-INT", &child);
+    let last = place.join("out/resolved.toml.part");
+    while !last.exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    send("-INT", &child);
+    // Only where the signal came after the figure was begun does anybody write into the pipe.
+    std::thread::spawn(move || fs::read(pipe));
+    let summary = Answer::of(child.wait_with_output().unwrap()).json(1);
+    assert_eq!(summary["outcome"], "interrupted");
+    assert_eq!(place.json("out/summary.json")["end"], summary["end"]);
+    let files = place.files("out");
+    for figure in ["energies", "surface"] {
+        assert!(!files.contains(&format!("{figure}.svg")), "{files:?}");
+    }
+    assert!(files.contains(&"resolved.toml".to_owned()), "{files:?}");
+}
+
+/// True if the process catches interrupts (its mask of signals caught, bit 2).
+#[cfg(target_os = "linux")]
+fn catches_interrupts(child: &Child) -> bool {
+    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    caught.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0)
+}
+
+/// Catches a branch whose points are lost, or called complete, when it is asked to end.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_branch_is_written() {
+    for signal in ["-INT", "-TERM"] {
+        let place = Place::new(&format!("branch{signal}"));
+        let slow = [
+            "continue.step=1e-6",
+            "continue.max_step=1e-6",
+            "continue.points=1000000",
+        ];
+        let file = bundled("lateral");
+        let mut words = vec!["branch", &file, "--out", "out", "--json"];
+        words.extend(slow.iter().flat_map(|field| ["--set", field]));
+        let mut command = place.command(&words);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = child.spawn().unwrap();
+        while !catches_interrupts(&child) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        std::thread::sleep(Duration::from_millis(300));
+        send(signal, &child);
+        let summary = Answer::of(child.wait_with_output().unwrap()).json(1);
+        assert_eq!(summary["interrupted"], true);
+        let end = summary["stop"][0].as_str().unwrap();
+        assert!(end.contains("interrupted at"), "{end}");
+        let points = Table::parse(&place.read("out/branch.csv")).column("parameter");
+        assert_eq!(Some(points.len() as u64), summary["points"].as_u64());
+        assert!((2..1_000_000).contains(&points.len()), "{}", points.len());
+        assert!(place.files("out").contains(&"branch.svg".to_owned()));
+    }
+}
+
 /// Catches two runs that mix their tables in one directory; a lock that outlives its process; and files of the run before
 /// that are lost, or cut, when the next one is killed.
 #[cfg(unix)]
@@ -134,18 +208,38 @@ fn a_figure_that_cannot_be_made_is_a_warning() {
 #[test]
 fn new_scenes_are_sound() {
     let place = Place::new("new");
-    for name in [
-        "strip",
-        "catapult",
-        "silicone-arm",
-        "buckled-strip",
-        "branch",
+    for (name, duration) in [
+        ("strip", "0.05"),
+        ("catapult", "0.5"),
+        ("silicone-arm", "0.1"),
+        ("buckled-strip", "1.0"),
+        ("branch", ""),
     ] {
         let file = format!("{name}.toml");
         let answer = place.run(&["new", name, "--out", &file]);
         assert_eq!(answer.text(), format!("{file}\n"));
         assert_eq!(place.run(&["new", name]).text(), place.read(&file));
         place.run(&["check", &file]).text();
+        if name == "branch" {
+            let found = place
+                .run(&["branch", &file, "--json", "--no-figures"])
+                .json(0);
+            assert_eq!(found["complete"], true);
+            let kinds = found["special_points"].as_array().unwrap().iter();
+            assert!(
+                kinds
+                    .map(|at| &at["kind"])
+                    .any(|kind| kind == "branch point")
+            );
+        } else {
+            let short = format!("run.duration={duration}");
+            let summary = place
+                .run(&["run", &file, "--json", "--set", &short])
+                .json(0);
+            assert_eq!(summary["outcome"], "end_of_time", "{name}");
+            let snaps = summary["snaps"].as_u64();
+            assert!(name != "catapult" || snaps > Some(0), "{summary}");
+        }
         let again = place.run(&["new", name, "--out", &file]);
         assert!(again.refusal().contains("exists already"), "{again:?}");
     }
