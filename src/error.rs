@@ -1,5 +1,9 @@
 //! The one error of the library, and the record of a computation that cannot go on.
 
+mod message;
+
+pub use message::{InUnits, Message, Quantity};
+
 use std::error::Error as StdError;
 use std::fmt;
 use std::sync::Arc;
@@ -24,7 +28,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 #[derive(Debug, Clone)]
 pub struct Error {
     kind: Kind,
-    message: String,
+    message: Message,
     source: Option<Arc<dyn StdError + Send + Sync>>,
 }
 
@@ -40,36 +44,36 @@ enum Kind {
 
 impl Error {
     /// An argument outside its set.
-    pub(crate) fn domain(message: impl Into<String>) -> Self {
+    pub(crate) fn domain(message: impl Into<Message>) -> Self {
         Self::new(Kind::Domain, message)
     }
 
     /// A pose that no equilibrium has.
-    pub(crate) fn unreachable(message: impl Into<String>) -> Self {
+    pub(crate) fn unreachable(message: impl Into<Message>) -> Self {
         Self::new(Kind::Unreachable, message)
     }
 
     /// A request that several answers fit.
-    pub(crate) fn ambiguous(message: impl Into<String>) -> Self {
+    pub(crate) fn ambiguous(message: impl Into<Message>) -> Self {
         Self::new(Kind::Ambiguous, message)
     }
 
     /// An iteration that did not reach its tolerance.
-    pub(crate) fn no_convergence(message: impl Into<String>) -> Self {
+    pub(crate) fn no_convergence(message: impl Into<Message>) -> Self {
         Self::new(Kind::NoConvergence, message)
     }
 
     /// An answer that double precision does not hold.
-    pub(crate) fn ill_conditioned(message: impl Into<String>) -> Self {
+    pub(crate) fn ill_conditioned(message: impl Into<Message>) -> Self {
         Self::new(Kind::IllConditioned, message)
     }
 
     /// A file that could not be read or written.
-    pub fn io(message: impl Into<String>) -> Self {
+    pub fn io(message: impl Into<Message>) -> Self {
         Self::new(Kind::Io, message)
     }
 
-    fn new(kind: Kind, message: impl Into<String>) -> Self {
+    fn new(kind: Kind, message: impl Into<Message>) -> Self {
         Self {
             kind,
             message: message.into(),
@@ -79,7 +83,7 @@ impl Error {
 
     /// An error of the same kind that says what was being done when this one happened, and has this one as its source.
     #[must_use]
-    pub fn context(self, doing: impl Into<String>) -> Self {
+    pub fn context(self, doing: impl Into<Message>) -> Self {
         Self {
             kind: self.kind,
             message: doing.into(),
@@ -92,6 +96,31 @@ impl Error {
     pub fn caused_by(mut self, source: impl StdError + Send + Sync + 'static) -> Self {
         self.source = Some(Arc::new(source));
         self
+    }
+
+    /// The same with its numbers, which are in units of the rod, in these.
+    #[must_use]
+    pub fn in_units(&self, units: InUnits<'_>) -> Self {
+        let source = self.source.as_ref();
+        Self {
+            kind: self.kind,
+            message: self.message.in_units(units),
+            source: source.map(|source| match source.downcast_ref::<Self>() {
+                Some(error) => Arc::new(error.in_units(units)) as Arc<dyn StdError + Send + Sync>,
+                None => source.clone(),
+            }),
+        }
+    }
+
+    /// The whole chain of causes, with its numbers.
+    fn said(&self) -> Message {
+        let source = self.source.as_deref();
+        let said = match source.map(|source| (source.downcast_ref::<Self>(), source)) {
+            None => return self.message.clone(),
+            Some((Some(error), _)) => error.said(),
+            Some((None, other)) => other.to_string().into(),
+        };
+        self.message.clone().words(": ").then(said)
     }
 
     /// True if an argument was outside its set.
@@ -127,11 +156,7 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)?;
-        match &self.source {
-            Some(source) => write!(f, ": {source}"),
-            None => Ok(()),
-        }
+        self.said().fmt(f)
     }
 }
 
@@ -205,47 +230,50 @@ impl Stuck {
         }
     }
 
-    /// The same with `at` in other units, of which one of the present makes `unit`.
-    #[must_use]
-    pub fn in_units(self, unit: f64) -> Self {
-        Self {
-            at: self.at * unit,
-            ..self
-        }
+    /// The cause and the remedy, without the place, whose name and unit the caller knows.
+    pub fn message(&self) -> Message {
+        self.cause.message().words(format!("; {}", self.remedy))
     }
 }
 
-/// The cause and the remedy, without the place, whose name and unit the caller knows.
+/// [`Stuck::message`] in units of the rod.
 impl fmt::Display for Stuck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}; {}", self.cause, self.remedy)
+        self.message().fmt(f)
     }
 }
 
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::StepCollapsed { next, tolerance } => write!(
-                f,
-                "the step size collapsed (next step {next:.1e}, tolerance {tolerance:.1e})"
-            ),
-            Self::TooSlow { steps } => write!(
-                f,
-                "steps have become so short that the rest would take {steps:.1e} of them"
-            ),
-            Self::EdgeOfDomain => {
-                f.write_str("the strains stand at the edge of what the section admits")
+impl Cause {
+    /// What is to be said of it.
+    fn message(&self) -> Message {
+        let text = match self {
+            Self::StepCollapsed { next, tolerance } => {
+                return Message::from("the step size collapsed (next step ")
+                    .size(*next, Quantity::Time)
+                    .words(format!(", tolerance {tolerance:.1e})"));
             }
-            Self::Unresolved { most, tail } => write!(
-                f,
+            Self::TooSlow { steps } => {
+                format!("steps have become so short that the rest would take {steps:.1e} of them")
+            }
+            Self::EdgeOfDomain => {
+                "the strains stand at the edge of what the section admits".to_owned()
+            }
+            Self::Unresolved { most, tail } => format!(
                 "the strains would need more than {most} nodes on an element (their last coefficients are {tail:.1e}, relative to 1 + strain)"
             ),
-            Self::Ledger { relative } => write!(
-                f,
-                "the energy ledger does not close (relative error {relative:.1e})"
-            ),
-            Self::Failed(error) => error.fmt(f),
-        }
+            Self::Ledger { relative } => {
+                format!("the energy ledger does not close (relative error {relative:.1e})")
+            }
+            Self::Failed(error) => return error.said(),
+        };
+        text.into()
+    }
+}
+
+/// In units of the rod.
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.message().fmt(f)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The rod at rest under a load on its mass.
 
 use super::Equilibrium;
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Quantity, Result};
 use crate::solve::roots::chandrupatla;
 use nalgebra::Vector2;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -18,19 +18,25 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let lambda = load.norm().sqrt();
     if !(lambda <= LAMBDA_MOST) {
-        return Err(Error::domain(format!(
-            "the load {:?} EI/L^2 must be finite, and below {:.3e} in size",
-            load.as_slice(),
-            LAMBDA_MOST * LAMBDA_MOST
-        )));
+        return Err(Error::domain(
+            Message::from("the load ")
+                .list(load.as_slice(), |_| Quantity::Force)
+                .words(" must be finite, and below ")
+                .number(LAMBDA_MOST * LAMBDA_MOST, Quantity::Force)
+                .words(" in size"),
+        ));
     }
     if load.y == 0.0 {
         if load.x < 0.0 && lambda > FRAC_PI_2 {
-            return Err(Error::ambiguous(format!(
-                "the load pushes the straight rod with {:.6} EI/L^2, beyond Euler's load pi^2/4 = 2.467401: it buckles to \
-                 either side; add a small load across the rod, or tilt the clamp a little, to choose one",
-                -load.x
-            )));
+            return Err(Error::ambiguous(
+                Message::from("the load pushes the straight rod with ")
+                    .number(-load.x, Quantity::Force)
+                    .words(", beyond Euler's load, (pi^2/4) EI/L^2 = ")
+                    .number(FRAC_PI_2 * FRAC_PI_2, Quantity::Force)
+                    .words(
+                        ": it buckles to either side; add a small load across the rod, or tilt the clamp a little, to choose one",
+                    ),
+            ));
         }
         return Ok(None);
     }
@@ -53,10 +59,8 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         .and_then(|ln_p| Equilibrium::from_lambda_p(lambda, ln_p.exp().copysign(load.y)).ok())
         .map(Some)
         .ok_or_else(|| {
-            Error::no_convergence(format!(
-                "no shape at rest was found under the load {:?} EI/L^2",
-                load.as_slice()
-            ))
+            let words = Message::from("no shape at rest was found under the load ");
+            Error::no_convergence(words.list(load.as_slice(), |_| Quantity::Force))
         })
 }
 

@@ -33,6 +33,7 @@ mod equivalent;
 pub use equivalent::{Equivalent, Mode};
 
 use crate::body::{Body, RigidBody};
+use crate::error::{InUnits, Message, Quantity};
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use balance::{Balance, Slots, State};
@@ -84,12 +85,19 @@ pub struct ReducedStart<'a> {
 }
 
 /// Why a motion is none of the three kinds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Refusal(String);
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refusal(Message);
+
+impl Refusal {
+    /// Why, its numbers in these units.
+    pub fn in_units(&self, units: InUnits<'_>) -> Self {
+        Self(self.0.in_units(units))
+    }
+}
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        self.0.fmt(f)
     }
 }
 
@@ -127,7 +135,7 @@ impl Reduction {
         carried: &Carried,
         start: &ReducedStart,
     ) -> Result<Self, Refusal> {
-        let refuse = |why: String| Err(Refusal(why));
+        let refuse = |why: Message| Err(Refusal(why));
         if carried.support().is_some_and(|clamp| !clamp.is_fixed()) {
             return refuse("the clamp moves".into());
         }
@@ -142,13 +150,11 @@ impl Reduction {
         }
         let rest = match section.elastic.unloaded(0.0) {
             Ok(rest) => rest,
-            Err(e) => return refuse(format!("the unloaded section: {e}")),
+            Err(e) => return refuse(format!("the unloaded section: {e}").into()),
         };
         if [0, 1, 3, 4].iter().any(|i| rest[*i].abs() > SAME) {
-            return refuse(format!(
-                "the rod is not straight without load: its strains are {:?}",
-                rest.as_slice()
-            ));
+            let words = Message::from("the rod is not straight without load: its strains are ");
+            return refuse(words.list(rest.as_slice(), Quantity::of_strain));
         }
         if !constant(start.strains) {
             return refuse(
@@ -156,10 +162,13 @@ impl Reduction {
             );
         }
         if !(strain[0].abs().max(strain[1].abs()) <= SAME) {
-            return refuse(format!(
-                "the rod is bent (u1 = {}, u2 = {}): flexure has memory, AMV Sec. 6",
-                strain[0], strain[1]
-            ));
+            return refuse(
+                Message::from("the rod is bent (u1 = ")
+                    .number(strain[0], Quantity::Curvature)
+                    .words(", u2 = ")
+                    .number(strain[1], Quantity::Curvature)
+                    .words("): flexure has memory, AMV Sec. 6"),
+            );
         }
         let branches = match remembered(section, strain, start.branches) {
             Ok(branches) => branches,
@@ -171,7 +180,7 @@ impl Reduction {
             branches,
             velocity: start.velocity,
         };
-        let mut reasons = Vec::new();
+        let mut reasons = Message::default();
         for kind in [
             ReductionKind::Longitudinal,
             ReductionKind::Twisting,
@@ -179,10 +188,16 @@ impl Reduction {
         ] {
             match Self::of_kind(kind, section, carried, &given) {
                 Ok(reduction) => return Ok(reduction),
-                Err(why) => reasons.push(format!("not {kind}: {why}")),
+                Err(why) => {
+                    let next = match kind {
+                        ReductionKind::Longitudinal => "",
+                        _ => "; ",
+                    };
+                    reasons = reasons.words(format!("{next}not {kind}: ")).then(why);
+                }
             }
         }
-        refuse(reasons.join("; "))
+        refuse(reasons)
     }
 
     fn of_kind(
@@ -190,7 +205,7 @@ impl Reduction {
         section: &Viscoelastic,
         carried: &Carried,
         given: &Given,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Message> {
         let rigid = section.rate.rigid();
         let e = &given.strain;
         let moving: &[usize] = match kind {
@@ -210,10 +225,12 @@ impl Reduction {
                 return Err("the section cannot shear".into());
             }
             ReductionKind::Shearing if e[2].abs() > SAME => {
-                return Err(format!("the rod is twisted (u3 = {})", e[2]));
+                return Err(Message::from("the rod is twisted (u3 = ")
+                    .number(e[2], Quantity::Curvature)
+                    .words(")"));
             }
             ReductionKind::Longitudinal | ReductionKind::Twisting if sheared => {
-                return Err(format!("the rod is sheared (v1 = {}, v2 = {})", e[3], e[4]));
+                return Err(format!("the rod is sheared (v1 = {}, v2 = {})", e[3], e[4]).into());
             }
             _ => {}
         }
@@ -221,7 +238,8 @@ impl Reduction {
             if (0..6).any(|k| !slots.contains(k) && (branch[k] - e[k]).abs() > SAME) {
                 return Err(format!(
                     "Maxwell branch {i} is not relaxed in a strain that would have to stay constant"
-                ));
+                )
+                .into());
             }
         }
         let velocity = given.velocity;
@@ -230,19 +248,19 @@ impl Reduction {
             (0..6).find(|k| !slots.contains(*k) && !(velocity[*k].abs() <= SAME * size))
         {
             let names = ["omega1", "omega2", "omega3", "v1", "v2", "v3"];
-            return Err(format!(
-                "the end starts with {} = {} along the clamp's directors",
-                names[k], velocity[k]
-            ));
+            return Err(
+                Message::from(format!("the end starts with {} = ", names[k]))
+                    .number(velocity[k], Quantity::of_twist(k))
+                    .words(" along the clamp's directors"),
+            );
         }
         if let Carried::Welded(body) = carried {
             let (c, j) = (body.offset(), body.inertia());
             let off = c.x.abs().max(c.y.abs()) > SAME;
             if kind != ReductionKind::Shearing && off && !rigid[..3].iter().all(|r| *r) {
-                return Err(format!(
-                    "the centre of mass is off the axis, at ({}, {}) along d1, d2, so that the body bends the rod",
-                    c.x, c.y
-                ));
+                return Err(Message::from("the centre of mass is off the axis, at ")
+                    .list(&[c.x, c.y], |_| Quantity::Length)
+                    .words(" along d1, d2, so that the body bends the rod"));
             }
             if kind == ReductionKind::Twisting
                 && j[(0, 2)].abs().max(j[(1, 2)].abs()) > SAME * j.amax()
@@ -276,18 +294,18 @@ impl Reduction {
     }
 
     /// The balance at a state, if (A) and (B) hold there to a relative `tolerance`.
-    fn demand(&self, at: &State, tolerance: f64) -> Result<Balance, String> {
+    fn demand(&self, at: &State, tolerance: f64) -> Result<Balance, Message> {
         let balance = self.balance(at).map_err(|e| e.to_string())?;
         match balance.defect() {
             (size, why) if !(size <= tolerance) => {
-                Err(format!("{why} (relative defect {size:.1e})"))
+                Err(format!("{why} (relative defect {size:.1e})").into())
             }
             _ => Ok(balance),
         }
     }
 
     /// (A) and (B) at states and times nearby, that no motion of another kind links with the start.
-    fn probe(&self) -> Result<(), String> {
+    fn probe(&self) -> Result<(), Message> {
         let speed = self.start.rate.amax().max(0.1);
         for i in 0..12_u32 {
             let wave = |k: usize| (1.0 + f64::from(i) * (1.3 + 0.7 * k as f64)).sin();
@@ -309,7 +327,7 @@ impl Reduction {
     }
 
     /// d/dt of the defects along the motion.
-    fn first_order(&self, balance: &Balance) -> Result<(), String> {
+    fn first_order(&self, balance: &Balance) -> Result<(), Message> {
         let slope = self.slope(&self.start, balance);
         let step = 1e-4 / (1.0 + slope.size());
         let moved = |h: f64| {
@@ -321,9 +339,11 @@ impl Reduction {
         if rate <= HELD * balance.scale() * (1.0 + slope.size()) {
             return Ok(());
         }
-        Err(format!(
-            "v x n = 0, AMV (6.19), or the balance of the body holds at the start, but is lost at the rate {rate:.1e}"
-        ))
+        Err(Message::from(
+            "v x n = 0, AMV (6.19), or the balance of the body holds at the start, but is lost at the rate ",
+        )
+        .size(rate / balance.scale(), Quantity::Rate)
+        .words(", relative to its terms"))
     }
 
     /// Which kind it is.
@@ -378,7 +398,7 @@ fn remembered(
     section: &Viscoelastic,
     e: &Strain,
     fields: &[Vec<Strain>],
-) -> Result<Vec<Strain>, String> {
+) -> Result<Vec<Strain>, Message> {
     let count = section.branches.len();
     if fields.is_empty() {
         return Ok(vec![*e; count]);
@@ -387,7 +407,8 @@ fn remembered(
         return Err(format!(
             "strains of {} Maxwell branches are given, the section has {count}",
             fields.len()
-        ));
+        )
+        .into());
     }
     fields
         .iter()

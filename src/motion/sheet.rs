@@ -139,9 +139,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.solver.cost()
     }
 
-    /// The length of the next step, in the motion's own time.
+    /// The time that the next step would take at the present pace.
     pub fn next_step(&self) -> f64 {
-        self.solver.next_step()
+        self.solver.next_step() * self.solver.slope().t.abs()
     }
 
     /// One step, at most to time `end`, to the next break of the loads, or to the fold if that comes first. None: the step

@@ -15,7 +15,7 @@
 use super::sheet::Phase;
 use crate::body::Body;
 use crate::elastica::straight::{AlmostStraight, Bent, EULER, MOST_PULL};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Quantity, Result};
 use crate::math::gauss::{Rule, legendre};
 use nalgebra::{DMatrix, DVector, Vector2, vector};
 
@@ -62,10 +62,11 @@ impl Opening {
     pub fn new(body: &Body<2>, velocity: Vector2<f64>, duration: f64) -> Result<Self> {
         let v = velocity[1];
         if !(velocity[0] == 0.0 && v.is_finite()) {
-            return Err(Error::domain(format!(
-                "velocity = {:?}: a straight rod lets its end move across only, so the first component must be 0; give a \
-                 velocity along the rod to a rod that is bent a little (lambda and kappa in [start])",
-                velocity.as_slice()
+            let given =
+                Message::from("velocity = ").list(velocity.as_slice(), |_| Quantity::Velocity);
+            return Err(Error::domain(given.words(
+                ": a straight rod lets its end move across only, so the first component must be 0; give a velocity along the \
+                 rod to a rod that is bent a little (lambda and kappa in [start])",
             )));
         }
         let straight = vector![1.0, 0.0];
@@ -110,11 +111,16 @@ impl Opening {
             }
             until *= 0.6;
         }
-        Err(Error::no_convergence(format!(
-            "the motion of the straight rod under the load {:?} with the velocity {v} could not be begun: it changes too fast at \
-             t = 0; begin with a rod that is bent a little (lambda and kappa in [start])",
-            at_once.as_slice()
-        )))
+        Err(Error::no_convergence(
+            Message::from("the motion of the straight rod under the load ")
+                .list(at_once.as_slice(), |_| Quantity::Force)
+                .words(" with the velocity ")
+                .number(v, Quantity::Velocity)
+                .words(
+                    " could not be begun: it changes too fast at t = 0; begin with a rod that is bent a little (lambda and \
+                     kappa in [start])",
+                ),
+        ))
     }
 
     /// Weights of the values at the points in the value at `part` in [0, 1] of the opening.
@@ -249,20 +255,30 @@ fn initial_pull(body: &Body<2>, along: f64, v: f64) -> Result<f64> {
     // c lies between 1/2 and 0.62.
     let mut pull = along + 1.2 * swing;
     if !(pull < MOST_PULL) {
-        return Err(Error::domain(format!(
-            "load and velocity pull the straight rod with {pull}, in units of EI/L^2; a start from the straight rod is served \
-             below {MOST_PULL}: lower them, or begin with a rod that is bent a little (lambda and kappa in [start])"
-        )));
+        return Err(Error::domain(
+            Message::from("load and velocity pull the straight rod with ")
+                .number(pull, Quantity::Force)
+                .words("; a start from the straight rod is served below ")
+                .number(MOST_PULL, Quantity::Force)
+                .words(
+                    ": lower them, or begin with a rod that is bent a little (lambda and kappa in [start])",
+                ),
+        ));
     }
     let rods = AlmostStraight::new(pull);
     for _ in 0..40 {
         let Some((c, _)) = (pull > -EULER).then(|| rods.shortening(pull)).flatten() else {
-            return Err(Error::domain(format!(
-                "a push of {:.6} EI/L^2 along the rod is beyond Euler's load pi^2/4 = {EULER:.6}: the straight rod is unstable, and \
-                 which way it buckles is not determined; give it an imperfection (kappa = 0.01 with a lambda in [start], or a \
-                 position off the axis), a velocity across, or less load along the rod",
-                -pull
-            )));
+            return Err(Error::domain(
+                Message::from("a push of ")
+                    .number(-pull, Quantity::Force)
+                    .words(" along the rod is beyond Euler's load, (pi^2/4) EI/L^2 = ")
+                    .number(EULER, Quantity::Force)
+                    .words(
+                        ": the straight rod is unstable, and which way it buckles is not determined; give it an imperfection \
+                         (kappa = 0.01 with a lambda in [start], or a position off the axis), a velocity across, or less load \
+                         along the rod",
+                    ),
+            ));
         };
         pull = along + 2.0 * c * swing;
     }

@@ -5,7 +5,7 @@ use super::equilibrium::{Equilibrium, Route};
 use super::line;
 use super::problem::Problem;
 use crate::error::{Error, Result};
-use crate::solve::newton::{self, Solution};
+use crate::solve::newton::{self, Failure, REMEDY, Solution};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::cell::{Cell, RefCell};
 
@@ -111,7 +111,22 @@ pub(super) fn newton<C: Chart<N>, const N: usize>(
     guess: &SVector<f64, N>,
     options: &newton::Options,
 ) -> Result<Solution<N>> {
-    newton::solve(|x| evaluate(chart, problem, x), guess, options)
+    let solved = newton::attempt(|x| evaluate(chart, problem, x), guess, options);
+    solved.map_err(|failure| match &failure {
+        Failure::Stopped {
+            x,
+            evaluations,
+            why,
+            ..
+        } => match chart.wrench(problem, x) {
+            Ok(b) => Error::no_convergence(format!(
+                "Newton's method stopped after {evaluations} evaluations at the base wrench of {}: {why}; {REMEDY}",
+                problem.rod.law.told(&b)
+            )),
+            Err(_) => failure.into(),
+        },
+        Failure::Refused(_) => failure.into(),
+    })
 }
 
 type Evaluated<const N: usize> = (SVector<f64, N>, SMatrix<f64, N, N>);

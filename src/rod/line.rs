@@ -408,8 +408,8 @@ fn integrate<const K: usize>(
     found.map_err(|s| {
         let why = flow.refusal.take().unwrap_or_else(|| {
             Error::no_convergence(format!(
-                "the integration along the rod cannot go on; the base wrench {:?} (units B/L, B/L^2) is too large",
-                b.as_slice()
+                "the integration along the rod cannot go on; the base wrench is too large: {}",
+                law.told(b)
             ))
         });
         why.context(format!("at s = {s:.6} of the length"))

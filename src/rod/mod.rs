@@ -28,7 +28,7 @@ pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
 
 use crate::error::{Error, Result};
-use crate::section::{Measures, SectionLaw, Strain, measured};
+use crate::section::{Measures, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
@@ -104,7 +104,7 @@ impl Rod {
         Ok(Self {
             length,
             stiffness,
-            law: ScaledLaw::new(measured(law.clone(), units))?,
+            law: ScaledLaw::new(law.clone(), units)?,
             section: law,
             clamp: Isometry3::identity(),
         })

@@ -276,9 +276,8 @@ impl<'a> FlatLaw<'a> {
         found.map(|(end, _)| end).map_err(|s| {
             let why = refusal.unwrap_or_else(|| {
                 Error::no_convergence(format!(
-                    "the integration along the rod cannot go on; the base wrench {:?} (couple, force along and across; \
-                     units B/L, B/L^2) is too large",
-                    x.as_slice()
+                    "the integration along the rod cannot go on; the base wrench is too large: {}",
+                    self.law.told(b)
                 ))
             });
             why.context(format!("at s = {s:.6} of the length"))

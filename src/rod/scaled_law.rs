@@ -1,7 +1,7 @@
 //! The section law that a rod integrates: in the units of the rod, seen from either end of it, with an imperfection.
 
-use crate::error::{Error, Result};
-use crate::section::{Compliance, SectionLaw, UniformLinear};
+use crate::error::{Error, Message, Quantity, Result};
+use crate::section::{Compliance, Measures, SectionLaw, UniformLinear, measured};
 use nalgebra::{Vector3, Vector6};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -21,11 +21,14 @@ pub(super) struct ScaledLaw {
     bend: Vector3<f64>,
     /// 1 from the clamp to the end, -1 from the end to the clamp.
     sense: f64,
+    /// The units of the rod in those of its user.
+    units: Measures,
 }
 
 impl ScaledLaw {
-    /// `law` is in the units of the rod.
-    pub(super) fn new(law: Arc<dyn SectionLaw>) -> Result<Self> {
+    /// `law` in the units of the rod.
+    pub(super) fn new(law: Arc<dyn SectionLaw>, units: Measures) -> Result<Self> {
+        let law = measured(law, units);
         let mut breaks = law.breaks();
         if breaks.windows(2).any(|pair| !(pair[0] < pair[1])) || breaks.iter().any(|s| s.is_nan()) {
             return Err(Error::domain(format!(
@@ -42,7 +45,23 @@ impl ScaledLaw {
             pieces,
             bend: Vector3::zeros(),
             sense: 1.0,
+            units,
         })
+    }
+
+    /// A wrench in the clamp's frame for messages, in the user's units.
+    pub(super) fn told(&self, b: &Vector6<f64>) -> String {
+        let couple = self.units.stiffness / self.units.length;
+        let force = couple / self.units.length;
+        let part = |at: usize, unit: f64| -> Vec<f64> {
+            b.iter().skip(at).take(3).map(|x| x * unit).collect()
+        };
+        Message::from("couple ")
+            .list(&part(0, couple), |_| Quantity::Ratio)
+            .words(", force ")
+            .list(&part(3, force), |_| Quantity::Ratio)
+            .words(" in the frame of the clamp")
+            .to_string()
     }
 
     /// The law with flexures and twist added.

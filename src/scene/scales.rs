@@ -3,9 +3,9 @@
 use super::{
     Body, Clamp, ClampMotion, Damping, EndLoad, EndPose, Force, FrictionBarrier, FrictionLaw,
     InTime, Joint, Loads, Maxwell, Place, PowerLaw, Pulse, Ramp, Relaxed, Scene, Sine, Start,
-    StrainField, StrainMatrix, Translation, Turn, TurnAngle,
+    StrainField, StrainMatrix, Translation, Turn, TurnAngle, Units,
 };
-use crate::Result;
+use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
 
 /// The library's units of each quantity, measured in the user's: a value in the scene is the
@@ -76,6 +76,24 @@ impl Scales {
         1.0 / self.length / self.time
     }
 
+    /// The units of messages, which are made in those of the rod: for [`Error::in_units`].
+    pub fn of_messages(&self, units: Units) -> impl Fn(Quantity) -> (f64, &'static str) {
+        let k = *self;
+        move |of| {
+            let size = match of {
+                Quantity::Time => k.time,
+                Quantity::Length => k.length,
+                Quantity::Velocity => k.velocity,
+                Quantity::AngularVelocity | Quantity::Rate => 1.0 / k.time,
+                Quantity::Force => k.force,
+                Quantity::Couple => k.energy,
+                Quantity::Curvature => 1.0 / k.length,
+                Quantity::Ratio => 1.0,
+            };
+            (size, units.symbol(of))
+        }
+    }
+
     /// True if no scale over- or underflows.
     pub(super) fn are_normal(&self) -> bool {
         let all = [self.length, self.force, self.energy, self.mass];
@@ -115,6 +133,14 @@ impl Scene {
             false => self.cosserat_rod()?.reference_stiffness(),
         };
         Ok(Scales::new(self.rod.length, stiffness, self.body()?.mass))
+    }
+
+    /// An error that was made in the units of the rod, in those of the scene.
+    pub fn in_own_units(&self, error: Error) -> Error {
+        match self.scales() {
+            Ok(scales) => error.in_units(&scales.of_messages(self.units)),
+            Err(_) => error,
+        }
     }
 
     /// The scene in the library's units; [`Scene::scales`] leads back.

@@ -1,5 +1,6 @@
 //! The system of units of a scene, for labels.
 
+use crate::error::Quantity;
 use serde::Serialize;
 
 /// The system of units, for labels: it changes no number. Top-level `units = "si"`.
@@ -57,6 +58,21 @@ impl Units {
     /// Symbol of velocity.
     pub fn velocity(self) -> &'static str {
         self.si("m/s")
+    }
+
+    /// Symbol of what a number in a message measures.
+    pub fn symbol(self, of: Quantity) -> &'static str {
+        match of {
+            Quantity::Time => self.time(),
+            Quantity::Length => self.length(),
+            Quantity::Velocity => self.velocity(),
+            Quantity::AngularVelocity => self.si("rad/s"),
+            Quantity::Rate => self.si("1/s"),
+            Quantity::Force => self.force(),
+            Quantity::Couple => self.couple(),
+            Quantity::Curvature => self.curvature(),
+            Quantity::Ratio => "",
+        }
     }
 
     /// A label for an axis or a column: `x [m]`, or `x` if the symbol is empty.

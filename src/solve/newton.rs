@@ -94,8 +94,61 @@ pub fn solve<const N: usize>(
     start: &SVector<f64, N>,
     options: &Options,
 ) -> Result<Solution<N>> {
+    attempt(system, start, options).map_err(Error::from)
+}
+
+/// As [`solve`], for a caller who knows what the unknowns are.
+pub(crate) fn attempt<const N: usize>(
+    system: impl Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>,
+    start: &SVector<f64, N>,
+    options: &Options,
+) -> Result<Solution<N>, Failure<N>> {
     iterate(&system, start, options)
 }
+
+/// Why there is no solution.
+pub(crate) enum Failure<const N: usize> {
+    /// Nothing was tried.
+    Refused(Error),
+    /// The iteration stopped.
+    Stopped {
+        /// Where.
+        x: SVector<f64, N>,
+        /// |F| there.
+        residual: f64,
+        /// Evaluations of F.
+        evaluations: usize,
+        /// Why.
+        why: String,
+    },
+}
+
+impl<const N: usize> From<Error> for Failure<N> {
+    fn from(e: Error) -> Self {
+        Self::Refused(e)
+    }
+}
+
+impl<const N: usize> From<Failure<N>> for Error {
+    fn from(failure: Failure<N>) -> Self {
+        match failure {
+            Failure::Refused(e) => e,
+            Failure::Stopped {
+                x,
+                residual,
+                evaluations,
+                why,
+            } => Self::no_convergence(format!(
+                "Newton stopped at x = {:?} with |F| = {residual:e} after {evaluations} evaluations: {why}; {REMEDY}",
+                x.as_slice()
+            )),
+        }
+    }
+}
+
+/// What helps.
+pub(crate) const REMEDY: &str =
+    "start nearer to a solution, or follow a branch from a solved problem to this one";
 
 type System<'a, const N: usize> =
     &'a dyn Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>;
@@ -105,7 +158,7 @@ fn iterate<const N: usize>(
     system: System<'_, N>,
     start: &SVector<f64, N>,
     options: &Options,
-) -> Result<Solution<N>> {
+) -> Result<Solution<N>, Failure<N>> {
     options.check()?;
     let count = Cell::new(0);
     let evaluate = |x: &SVector<f64, N>| {
@@ -224,11 +277,10 @@ fn iterate<const N: usize>(
         (x, f, factors) = (trial, value, factorise(jacobian));
         scale = 1.0 + x.norm();
     }
-    Err(Error::no_convergence(format!(
-        "Newton stopped at x = {:?} with |F| = {:e} after {} evaluations: {why}; start nearer to a solution, \
-         or follow a branch from a solved problem to this one",
-        x.as_slice(),
-        f.norm(),
-        count.get()
-    )))
+    Err(Failure::Stopped {
+        x,
+        residual: f.norm(),
+        evaluations: count.get(),
+        why,
+    })
 }

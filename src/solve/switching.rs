@@ -177,8 +177,7 @@ impl<const N: usize> Switch<N> {
             match found {
                 Some(on) => self.add(space.weight, &on.place, &on.tangent),
                 None => self.remarks.push(format!(
-                    "no solution found along (dx, dp) = ({:?}, {}) within {distance}; a smaller distance may help",
-                    direction.x.as_slice(),
+                    "no solution was found along a tangent with dp/ds = {:.3e}; a smaller distance may help",
                     direction.p
                 )),
             }

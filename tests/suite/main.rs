@@ -25,6 +25,8 @@ mod figures;
 mod inversion;
 mod memory_kernel;
 mod memory_motion;
+#[cfg(feature = "scene")]
+mod messages;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]

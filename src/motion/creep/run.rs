@@ -9,7 +9,7 @@ use crate::creep::material::Material;
 use crate::creep::reduced::Reduced;
 use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use crate::creep::system::{Hold, ViscousSystem};
-use crate::error::{Cause, Error, Result};
+use crate::error::{Cause, Error, Message, Quantity, Result};
 use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
@@ -116,12 +116,17 @@ where
             .map(|((fluidity, taken), w)| w * (fluidity * taken).norm())
             .sum();
         if !(missed <= FOLLOWS * (1.0 + start.velocity.norm()) + ROUNDED * parts) {
-            return Err(Error::domain(format!(
-                "the rod cannot follow the velocity {:?} of its end: it is straight and inextensible, or cannot be strained that way; \
-                 it would move at {:?}; change the velocity, or bend the rod a little",
-                start.velocity.as_slice(),
-                moved.as_slice()
-            )));
+            // Of an end that turns, the angular velocity comes first.
+            let of = |i: usize| Quantity::of_twist(if D == 6 { i } else { 3 });
+            return Err(Error::domain(
+                Message::from("the rod cannot follow the velocity ")
+                    .list(start.velocity.as_slice(), of)
+                    .words(
+                        " of its end: it is straight and inextensible, or cannot be strained that way; it would move at ",
+                    )
+                    .list(moved.as_slice(), of)
+                    .words("; change the velocity, or bend the rod a little"),
+            ));
         }
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(&system, y, tolerance, options.method, None)
@@ -475,11 +480,13 @@ where
             .iter()
             .position(|e| !e.iter().all(|x| x.is_finite()))
         {
-            return Err(Error::domain(format!(
-                "the strains at s = {} are {:?}; they must be finite",
-                grid.nodes()[i],
-                strains[i].as_slice()
-            )));
+            return Err(Error::domain(
+                Message::from("the strains at s = ")
+                    .number(grid.nodes()[i], Quantity::Length)
+                    .words(" are ")
+                    .list(strains[i].as_slice(), Quantity::of_strain)
+                    .words("; they must be finite"),
+            ));
         }
         let relaxed = start.relaxed.map_or_else(Vec::new, |f| field(&grid, f));
         let mut fields = vec![strains.as_slice()];
@@ -501,17 +508,21 @@ where
             Some(more) if options.nodes == Nodes::Adaptive => {
                 if more.iter().any(|n| *n > MOST_NODES) {
                     return Err(Error::domain(match missed {
-                        Some(s) => format!(
-                            "the strains at the start are too rough: {MOST_NODES} nodes on an element do not see those at s = {s:e}, {:?}; a rod \
-                             that is held at almost its full reach is straight but for such a bend, far shorter than the rod: start further inside, or \
-                             give smoother strains",
-                            (start.strain)(s).as_slice()
+                        Some(s) => Message::from(format!(
+                            "the strains at the start are too rough: {MOST_NODES} nodes on an element do not see those at s = "
+                        ))
+                        .number(s, Quantity::Length)
+                        .words(", ")
+                        .list((start.strain)(s).as_slice(), Quantity::of_strain)
+                        .words(
+                            "; a rod that is held at almost its full reach is straight but for such a bend, far shorter than the \
+                             rod: start further inside, or give smoother strains",
                         ),
-                        None => format!(
+                        None => Message::from(format!(
                             "the strains at the start are too rough: {MOST_NODES} nodes on an element leave coefficients of {tail:.1e} (tolerance {:.1e}); \
                              give smoother strains, or a larger tolerance",
                             options.tolerance
-                        ),
+                        )),
                     }));
                 }
                 counts = more;

@@ -268,19 +268,8 @@ impl MotionSetup {
             &start,
             self.options,
         )
-        .map_err(|e| e.context(self.start_words()))?;
+        .map_err(|e| e.context("[start], in the frame of the clamp"))?;
         Ok(Box::new(run))
-    }
-
-    /// In what a fault of the start is given.
-    fn start_words(&self) -> &'static str {
-        let k = &self.scales;
-        let plain = [k.length, k.time, k.mass] == [1.0; 3];
-        if plain && self.clamp == Isometry3::identity() {
-            "[start]"
-        } else {
-            "[start], in the frame of the clamp, where length, bending stiffness and mass are 1"
-        }
     }
 
     /// The spring and dashpot that the rod is, if the motion is one of those in which it is exactly that.

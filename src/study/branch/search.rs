@@ -2,8 +2,9 @@
 
 use super::follow::{Study, TYPICAL};
 use super::record::DeflationRecord;
+use crate::error::{Message, Quantity};
 use crate::rod::Statical;
-use crate::scene::Continue;
+use crate::scene::{Continue, Scene};
 use crate::solve::deflation::{self, further};
 use nalgebra::SVector;
 
@@ -11,6 +12,20 @@ use nalgebra::SVector;
 const VALUES: usize = 5;
 /// Branches that are followed.
 const MOST: usize = 8;
+
+/// A size of base wrenches, in the units of the rod, as a couple and a force of the scene.
+fn largest(scene: &Scene, size: f64) -> String {
+    let stiffness = scene.cosserat_rod().map(|rod| rod.reference_stiffness());
+    let couple = size * stiffness.unwrap_or(f64::NAN) / scene.rod.length;
+    let force = couple / scene.rod.length;
+    let units = |of| (1.0, scene.units.symbol(of));
+    Message::from("a couple of ")
+        .number(couple, Quantity::Couple)
+        .words(" or a force of ")
+        .number(force, Quantity::Force)
+        .in_units(&units)
+        .to_string()
+}
 
 /// Evenly over the range.
 pub fn values(wanted: &Continue) -> Vec<f64> {
@@ -85,9 +100,10 @@ pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> De
     };
     let branches = if found == 1 { "branch" } else { "branches" };
     study.remarks.push(format!(
-        "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among base wrenches (couple in B/L, \
-         force in B/L^2) up to {bound:.3}; there may be more",
+        "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among base wrenches up to {}; \
+         there may be more",
         values.len(),
+        largest(study.scene, bound)
     ));
     DeflationRecord {
         found,

@@ -57,10 +57,11 @@ impl Prepared {
     pub fn new(scene: &Scene) -> Result<Self> {
         let run = scene.run()?;
         let model = match (scene.is_planar(), &scene.rod.damping) {
-            (true, None) => Model::Elastic(Setup::new(scene)?),
-            (true, Some(_)) => Model::Planar(ViscousSetup::new(scene)?),
-            (false, _) => Model::Space(Box::new(MotionSetup::new(scene)?)),
+            (true, None) => Setup::new(scene).map(Model::Elastic),
+            (true, Some(_)) => ViscousSetup::new(scene).map(Model::Planar),
+            (false, _) => MotionSetup::new(scene).map(|setup| Model::Space(Box::new(setup))),
         };
+        let model = model.map_err(|e| scene.in_own_units(e))?;
         let scales = match &model {
             Model::Elastic(setup) => setup.scales,
             Model::Planar(setup) => setup.scales,
@@ -96,11 +97,12 @@ impl Prepared {
     /// # Errors
     /// A start from which it cannot go.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
-        match &self.model {
-            Model::Elastic(setup) => Ok(Box::new(setup.run()?)),
-            Model::Planar(setup) => Ok(Box::new(setup.run()?)),
+        let motion: Result<Box<dyn Motion<'_> + '_>> = match &self.model {
+            Model::Elastic(setup) => setup.run().map(|run| Box::new(run) as _),
+            Model::Planar(setup) => setup.run().map(|run| Box::new(run) as _),
             Model::Space(setup) => setup.motion(),
-        }
+        };
+        motion.map_err(|e| e.in_units(&self.scales.of_messages(self.units)))
     }
 
     /// True if forces in time do work on the body.
@@ -141,7 +143,10 @@ impl Prepared {
         }
         Ok(Some(match setup.reduction()? {
             Ok(reduction) => Ok(Spring::new(&reduction, &self.scales)?),
-            Err(refusal) => Err(refusal.to_string()),
+            Err(refusal) => {
+                let units = self.scales.of_messages(self.units);
+                Err(refusal.in_units(&units).to_string())
+            }
         }))
     }
 

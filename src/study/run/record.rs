@@ -215,7 +215,10 @@ impl RunRecord {
                 "the bound max_snaps = {} was reached; raise it in [run]",
                 self.bounds.snaps
             ),
-            Outcome::Stuck(stuck) => stuck.clone().in_units(k.time).to_string(),
+            Outcome::Stuck(stuck) => stuck
+                .message()
+                .in_units(&k.of_messages(self.units))
+                .to_string(),
             outcome => outcome.to_string(),
         };
         let end = &branch.last;
