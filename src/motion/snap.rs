@@ -6,17 +6,23 @@ use nalgebra::{DVector, SVector};
 
 /// Where a rod lands that has run out of its sheet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum LandingRule {
     /// Where the fast viscous layer takes it: unique at a regular fold.
     #[default]
     Viscous,
     /// On the stable equilibrium of lowest energy.
     Lowest,
-    /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
-    Named(Sheet),
     /// On every stable equilibrium: the run branches. Like `Named` it asks nothing of energies: a landing
     /// above the fold has a negative `released`, which no layer could bring about.
     All,
+    /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
+    #[cfg_attr(feature = "scene", serde(untagged))]
+    Named(Sheet),
 }
 
 /// One end of a snap.

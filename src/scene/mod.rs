@@ -68,6 +68,8 @@ mod section;
 mod start;
 mod units;
 
+pub use crate::motion::LandingRule;
+pub use crate::section::{Along, BarrierTerm, Diagonal, Rest, Shape, Stiffness, StrainName};
 pub use crate::solve::integrator::Method;
 pub use branch::{Continue, Second, Solve};
 pub use build::{MotionSetup, Moving, Setup, SpaceField, ViscousSetup};
@@ -79,16 +81,10 @@ pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use loads::{Force, InTime, Loads, Pulse, Ramp};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};
-pub use rod::{
-    Bends, Damping, FrictionBarrier, FrictionLaw, Material, Maxwell, Model, PowerLaw, Rod,
-    StrainMatrix,
-};
-pub use run::{Landing, Run};
+pub use rod::{Bends, Damping, FrictionLaw, Material, Maxwell, Model, PowerLaw, Rod, StrainMatrix};
+pub use run::Run;
 pub use scales::{Dimensionless, Scales};
-pub use section::{
-    Along, Barrier, BarrierTerm, Diagonal, Full, LawName, Outline, Profile, Rest, Rigid, Section,
-    Shape, Shaped, Stiffness, StrainName, Transverse,
-};
+pub use section::{Barrier, Full, Profile, Rigid, Section, Shaped, Transverse};
 pub use start::{EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField};
 pub use units::Units;
 

@@ -1,6 +1,6 @@
 //! Parameters of a scene: dotted paths to its numbers.
 
-use super::{Along, Component, Orientation, Scene, Section, Stiffness, Units};
+use super::{Component, Orientation, Scene, Section, Stiffness, Units};
 use crate::error::Error;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -204,10 +204,6 @@ impl Scene {
             Some(&mut Orientation::Rotation(ref mut rotation)) => Some(&mut rotation.angle),
             _ => None,
         };
-        let constant = |along| match along {
-            Some(&mut Along::Constant(ref mut value)) => Some(value),
-            _ => None,
-        };
         match *parameter {
             EndForce(i) => {
                 let end = end?;
@@ -234,21 +230,23 @@ impl Scene {
             ClampAngle => angle(Some(&mut clamp.orientation)),
             Length => {
                 // Tables hold arclengths, which end at the length.
-                let tables = linear.is_some_and(|linear| linear.has_tables());
-                (!tables && !rod.rest.has_tables()).then_some(&mut rod.length)
+                let stiffness = linear.iter().flat_map(|linear| linear.named());
+                let mut all = stiffness.map(|(_, along)| along).chain(rod.rest.all());
+                let tables = all.any(|along| !along.nodes().is_empty());
+                (!tables).then_some(&mut rod.length)
             }
-            Bending(i) => constant(linear?.bending.get_mut(i)),
-            Torsion => constant(Some(&mut linear?.torsion)),
+            Bending(i) => linear?.bending.get_mut(i)?.constant_mut(),
+            Torsion => linear?.torsion.constant_mut(),
             Shear(i) => match &mut linear?.shear {
-                Stiffness::Elastic(shear) => constant(shear.get_mut(i)),
+                Stiffness::Elastic(shear) => shear.get_mut(i)?.constant_mut(),
                 Stiffness::Rigid => None,
             },
             Axial => match &mut linear?.axial {
-                Stiffness::Elastic(axial) => constant(Some(axial)),
+                Stiffness::Elastic(axial) => axial.constant_mut(),
                 Stiffness::Rigid => None,
             },
-            Curvature(i) => constant(rod.rest.curvature.get_mut(i)),
-            Twist => constant(Some(&mut rod.rest.twist)),
+            Curvature(i) => rod.rest.curvature.get_mut(i)?.constant_mut(),
+            Twist => rod.rest.twist.constant_mut(),
         }
     }
 }

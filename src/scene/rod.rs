@@ -1,6 +1,7 @@
 //! The rod of a scene: its section, friction and memory.
 
-use super::{Rest, Section, section::flattened};
+use super::{Section, section::flattened};
+use crate::section::{BarrierTerm, Rest};
 use crate::{Error, Result};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -46,7 +47,7 @@ impl Rod {
         match (&self.section, self.material) {
             (Section::Bending(stiffness), _) => Ok(*stiffness),
             (Section::Profile(profile), Some(material)) if self.model == Model::Elastica => {
-                let [a, b] = profile.outline.shape().second_moments();
+                let [a, b] = profile.shape.second_moments();
                 Ok(material.young
                     * match self.bends {
                         Bends::Weak => a.min(b),
@@ -64,7 +65,7 @@ impl Rod {
         let Section::Profile(profile) = &self.section else {
             return None;
         };
-        Some(self.material?.density? * profile.outline.shape().area() * self.length)
+        Some(self.material?.density? * profile.shape.area() * self.length)
     }
 }
 
@@ -237,7 +238,7 @@ pub enum FrictionLaw {
     /// eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
     Power(PowerLaw),
     /// D = H e_t and friction that is infinite at total compression (AMV (2.40), (2.41)); only in space.
-    Barrier(FrictionBarrier),
+    Barrier(BarrierTerm),
 }
 
 /// Friction that grows with a power of the rate: linear below `rate`, as rate^exponent above it.
@@ -247,15 +248,6 @@ pub struct PowerLaw {
     pub exponent: f64,
     /// Rate of the curvature > 0 at which the power sets in, 1/(length times time).
     pub rate: f64,
-}
-
-/// Friction at total compression.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct FrictionBarrier {
-    /// What it adds to the axial viscosity of the straight unstretched rod > 0, force times time.
-    pub strength: f64,
-    /// Half widths of the cross-section along d1 and d2, > 0.
-    pub half_widths: [f64; 2],
 }
 
 impl Serialize for Damping {

@@ -1,5 +1,6 @@
 //! How long and how accurately a motion is followed, and what a snap does.
 
+use crate::motion::LandingRule;
 use crate::solve::integrator::Method;
 use serde::Serialize;
 
@@ -16,9 +17,9 @@ pub struct Run {
     /// In space: whether the program looks for the spring and dashpot that a uniform rod exactly is in longitudinal, twisting
     /// and shearing motions ([`Reduction`](crate::motion::reduction::Reduction)), and prints them; default true.
     pub reduce: bool,
-    /// Where a snapping rod lands; default [`Landing::Viscous`], and nothing else with damping.
-    pub landing: Landing,
-    /// Bound on the number of branches under [`Landing::All`], 1..=10000; default 64. Without effect under the other landings.
+    /// Where a snapping rod lands; default [`LandingRule::Viscous`], and nothing else with damping.
+    pub landing: LandingRule,
+    /// Bound on the number of branches under [`LandingRule::All`], 1..=10000; default 64. Without effect under the other landings.
     pub branches: usize,
     /// Number of equally spaced times, both ends counted, at which the motion is written,
     /// 2..=10_000_000; default 400.
@@ -27,19 +28,4 @@ pub struct Run {
     pub max_steps: usize,
     /// The run stops at the next snap after so many, 0..=1_000_000_000; default 100_000.
     pub max_snaps: usize,
-}
-
-/// To which equilibrium, of those at the position of a fold, the rod falls.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Landing {
-    /// To the one that a rod of small viscosity reaches, the body held fixed (the default).
-    Viscous,
-    /// To the stable one of lowest elastic energy.
-    Lowest,
-    /// To every stable one: the run branches.
-    All,
-    /// To the stable one of this sheet.
-    #[serde(untagged)]
-    Named(crate::manifold::Sheet),
 }

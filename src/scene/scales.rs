@@ -1,9 +1,9 @@
 //! From the user's units to those of the library, and back.
 
 use super::{
-    Body, Clamp, ClampMotion, Damping, EndLoad, EndPose, Force, FrictionBarrier, FrictionLaw,
-    InTime, Joint, Loads, Maxwell, Place, PowerLaw, Pulse, Ramp, Relaxed, Scene, Sine, Start,
-    StrainField, StrainMatrix, Translation, Turn, TurnAngle, Units,
+    BarrierTerm, Body, Clamp, ClampMotion, Damping, EndLoad, EndPose, Force, FrictionLaw, InTime,
+    Joint, Loads, Maxwell, Place, PowerLaw, Pulse, Ramp, Relaxed, Scene, Sine, Start, StrainField,
+    StrainMatrix, Translation, Turn, TurnAngle, Units,
 };
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
@@ -162,7 +162,7 @@ impl Scene {
                     rate: power.rate * scales.length * scales.time,
                     ..power
                 }),
-                FrictionLaw::Barrier(barrier) => FrictionLaw::Barrier(FrictionBarrier {
+                FrictionLaw::Barrier(barrier) => FrictionLaw::Barrier(BarrierTerm {
                     strength: barrier.strength * viscosity(5, 5),
                     half_widths: barrier.half_widths.map(over(scales.length)),
                 }),
@@ -335,7 +335,7 @@ impl Dimensionless {
             match damping.law {
                 FrictionLaw::Linear => {}
                 FrictionLaw::Power(power) => positive.push(power.rate),
-                FrictionLaw::Barrier(FrictionBarrier {
+                FrictionLaw::Barrier(BarrierTerm {
                     strength,
                     half_widths,
                 }) => positive.extend([strength, half_widths[0], half_widths[1]]),

@@ -1,7 +1,9 @@
 //! The section of a rod as a scene gives it: its law, and its strains without load.
 
+use crate::section::{BarrierTerm, Diagonal, Shape, StrainName};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
+use std::collections::BTreeMap;
 
 /// A section law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,8 +32,10 @@ impl Section {
     /// Which strains, in the order of [`StrainName`], are held at their rest values.
     pub fn rigid(&self) -> [bool; 6] {
         let held = |shear: bool, axial: bool| [false, false, false, shear, shear, axial];
-        let diagonal =
-            |d: &Diagonal| held(d.shear == Stiffness::Rigid, d.axial == Stiffness::Rigid);
+        let diagonal = |d: &Diagonal| {
+            let [shear, axial] = d.rigid();
+            held(shear, axial)
+        };
         match self {
             Self::Bending(_) => held(true, true),
             Self::Diagonal(law) => diagonal(law),
@@ -57,99 +61,6 @@ pub(super) fn flattened<S: Serializer>(
     table.end()
 }
 
-/// A number that is the same all along the rod, or varies with s.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Along {
-    /// Everywhere the same.
-    Constant(f64),
-    /// Piecewise linear.
-    Table {
-        /// Arclengths of the unloaded rod, growing, from 0 to L; at least 2.
-        s: Vec<f64>,
-        /// The value at each.
-        values: Vec<f64>,
-    },
-    /// c0 + c1 x + c2 x^2 + ..., x = s/L.
-    Polynomial {
-        /// c0, c1, ...; from 1 to 16 of them.
-        polynomial: Vec<f64>,
-    },
-}
-
-impl Along {
-    /// The value at arclength `s` of a rod of this length.
-    pub fn at(&self, s: f64, length: f64) -> f64 {
-        match self {
-            Self::Constant(value) => *value,
-            Self::Polynomial { polynomial } => {
-                let x = s / length;
-                polynomial.iter().rev().fold(0.0, |sum, c| sum * x + c)
-            }
-            Self::Table { s: nodes, values } => {
-                let last = nodes.len().min(values.len()).saturating_sub(1);
-                if last == 0 {
-                    return values.first().copied().unwrap_or(f64::NAN);
-                }
-                let i = nodes.partition_point(|node| *node <= s).clamp(1, last);
-                let part = (s - nodes[i - 1]) / (nodes[i] - nodes[i - 1]);
-                (1.0 - part) * values[i - 1] + part * values[i]
-            }
-        }
-    }
-
-    fn is_table(&self) -> bool {
-        matches!(self, Self::Table { .. })
-    }
-
-    /// The number, if it is the same all along the rod.
-    pub fn constant(&self) -> Option<f64> {
-        match self {
-            Self::Constant(value) => Some(*value),
-            _ => None,
-        }
-    }
-}
-
-/// A stiffness, or none: the strain is held at its rest value.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stiffness<T> {
-    /// Held.
-    Rigid,
-    /// Elastic.
-    #[serde(untagged)]
-    Elastic(T),
-}
-
-/// Stiffnesses of each strain by itself. Every number is > 0.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Diagonal {
-    /// Couple per flexure about d1 and d2, force times length squared.
-    pub bending: [Along; 2],
-    /// Couple per twist, force times length squared.
-    pub torsion: Along,
-    /// Force per shear along d1 and d2; default rigid (unshearable).
-    pub shear: Stiffness<[Along; 2]>,
-    /// Force per stretch; default rigid (inextensible).
-    pub axial: Stiffness<Along>,
-}
-
-impl Diagonal {
-    /// True if a stiffness is given by a table in s.
-    pub(super) fn has_tables(&self) -> bool {
-        let shear = match &self.shear {
-            Stiffness::Elastic(shear) => shear.iter().any(Along::is_table),
-            Stiffness::Rigid => false,
-        };
-        let axial = match &self.axial {
-            Stiffness::Elastic(axial) => axial.is_table(),
-            Stiffness::Rigid => false,
-        };
-        self.bending.iter().any(Along::is_table) || self.torsion.is_table() || shear || axial
-    }
-}
-
 /// A full law, w = K (e - rest).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Full {
@@ -158,34 +69,6 @@ pub struct Full {
     pub stiffness: [[f64; 6]; 6],
     /// Strains held at their rest values, each once, in growing order; not all six.
     pub rigid: Vec<StrainName>,
-}
-
-/// The strains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum StrainName {
-    /// Flexure about d1.
-    U1,
-    /// Flexure about d2.
-    U2,
-    /// Twist.
-    U3,
-    /// Shear along d1.
-    V1,
-    /// Shear along d2.
-    V2,
-    /// Stretch.
-    V3,
-}
-
-impl StrainName {
-    /// All six, in order: `name as usize` is the place in (u1, u2, u3, v1, v2, v3).
-    pub const ALL: [Self; 6] = [Self::U1, Self::U2, Self::U3, Self::V1, Self::V2, Self::V3];
-
-    /// As it is written in a scene.
-    pub fn as_str(self) -> &'static str {
-        ["u1", "u2", "u3", "v1", "v2", "v3"][self as usize]
-    }
 }
 
 /// A cross-section of a homogeneous isotropic material.
@@ -221,37 +104,12 @@ pub enum Rigid {
     Rigid,
 }
 
-/// Shapes of a cross-section; every length > 0.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "shape", rename_all = "lowercase")]
-pub enum Shape {
-    /// A solid circle.
-    Circle {
-        /// Its radius.
-        radius: f64,
-    },
-    /// A solid rectangle.
-    Rectangle {
-        /// Side along d1.
-        width: f64,
-        /// Side along d2.
-        height: f64,
-    },
-    /// A round tube.
-    Tube {
-        /// Outer radius.
-        outer_radius: f64,
-        /// Thickness of the wall, < outer radius.
-        thickness: f64,
-    },
-}
-
 /// A cross-section of `rod.material`: in the plane its shape alone counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Profile {
     /// Its shape.
-    #[serde(flatten)]
-    pub outline: Outline,
+    #[serde(flatten, serialize_with = "measured")]
+    pub shape: Shape,
     /// As [`Shaped::shear_factor`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_factor: Option<f64>,
@@ -266,52 +124,24 @@ pub struct Profile {
     pub axial: Option<Rigid>,
 }
 
-/// The shape of a cross-section by the sizes one measures; every length > 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Outline {
-    /// A solid circle.
-    Circle {
-        /// Its diameter.
-        diameter: f64,
-    },
-    /// A round tube.
-    Tube {
-        /// Outer diameter.
-        diameter: f64,
-        /// Thickness of the wall, less than half the diameter.
-        thickness: f64,
-    },
-    /// A solid rectangle.
-    Rectangle {
-        /// Side along d1.
-        width: f64,
-        /// Side along d2.
-        thickness: f64,
-    },
-}
-
-impl Outline {
-    /// As the library has it.
-    pub fn shape(self) -> crate::section::Shape {
-        use crate::section::Shape;
-        match self {
-            Self::Circle { diameter } => Shape::Circle {
-                radius: 0.5 * diameter,
-            },
-            Self::Tube {
-                diameter,
-                thickness,
-            } => Shape::Tube {
-                outer: 0.5 * diameter,
-                inner: 0.5 * diameter - thickness,
-            },
-            Self::Rectangle { width, thickness } => Shape::Rectangle {
-                width,
-                height: thickness,
-            },
+/// A shape by the sizes one measures: `circle = { diameter = .. }`.
+fn measured<S: Serializer>(shape: &Shape, serializer: S) -> Result<S::Ok, S::Error> {
+    let (name, sizes) = match *shape {
+        Shape::Circle { radius } => ("circle", vec![("diameter", 2.0 * radius)]),
+        Shape::Tube {
+            outer_radius,
+            thickness,
+        } => (
+            "tube",
+            vec![("diameter", 2.0 * outer_radius), ("thickness", thickness)],
+        ),
+        Shape::Rectangle { width, height } => {
+            ("rectangle", vec![("width", width), ("thickness", height)])
         }
-    }
+    };
+    let mut table = serializer.serialize_map(Some(1))?;
+    table.serialize_entry(name, &sizes.into_iter().collect::<BTreeMap<_, _>>())?;
+    table.end()
 }
 
 /// The elastic constant beside Young's modulus.
@@ -334,57 +164,14 @@ impl Transverse {
     }
 }
 
-/// The law with a barrier: its energy tends to infinity as the rod is compressed so much that the inner side of
-/// a bent section shrinks to nothing (AMV (2.7), (2.26)).
+/// The law with a barrier, from which [`section::Barrier`](crate::section::Barrier) is made: its energy tends to infinity as
+/// the rod is compressed so much that the inner side of a bent section shrinks to nothing (AMV (2.7), (2.26)).
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "law", rename = "barrier")]
 pub struct Barrier {
-    /// [`LawName::Barrier`].
-    pub law: LawName,
     /// The linear part.
     #[serde(flatten)]
     pub linear: Diagonal,
     /// The barrier.
     pub barrier: BarrierTerm,
-}
-
-/// Laws by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LawName {
-    /// [`Barrier`].
-    Barrier,
-}
-
-/// The barrier of [`Barrier`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct BarrierTerm {
-    /// Size of its energy per length, a force > 0.
-    pub strength: f64,
-    /// Half widths of the cross-section along d1 and d2, >= 0.
-    pub half_widths: [f64; 2],
-}
-
-/// Strains without load; all default to 0.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rest {
-    /// Flexures about d1 and d2, per length.
-    pub curvature: [Along; 2],
-    /// Twist, radians per length.
-    pub twist: Along,
-}
-
-impl Rest {
-    /// True if a strain is given by a table in s.
-    pub(super) fn has_tables(&self) -> bool {
-        self.curvature.iter().any(Along::is_table) || self.twist.is_table()
-    }
-}
-
-impl Default for Rest {
-    fn default() -> Self {
-        Self {
-            curvature: [Along::Constant(0.0), Along::Constant(0.0)],
-            twist: Along::Constant(0.0),
-        }
-    }
 }

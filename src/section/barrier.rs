@@ -27,6 +27,47 @@ use crate::error::{Error, Result};
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 
+/// A barrier against total compression, v3 > V = sqrt(h2^2 u1^2 + h1^2 u2^2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct BarrierTerm {
+    /// Its size, > 0: of an energy per length, a force; of friction, what it adds to the axial viscosity of the straight
+    /// unstretched rod, force times time.
+    pub strength: f64,
+    /// Half widths h1, h2 > 0 of the cross-section along d1 and d2.
+    pub half_widths: [f64; 2],
+}
+
+impl BarrierTerm {
+    pub(super) fn new(half_widths: [f64; 2], strength: f64) -> Result<Self> {
+        positive("half_widths[0]", half_widths[0])?;
+        positive("half_widths[1]", half_widths[1])?;
+        positive("barrier strength", strength)?;
+        Ok(Self {
+            strength,
+            half_widths,
+        })
+    }
+
+    /// V(u1, u2): the stretch v3 at which some fibre is totally compressed.
+    pub(super) fn compressed(&self, e: &Strain) -> f64 {
+        let [h1, h2] = self.half_widths;
+        (h2 * e[0]).hypot(h1 * e[1])
+    }
+
+    /// V, if v3 is larger.
+    pub(super) fn inside(&self, e: &Strain) -> Result<f64> {
+        let compressed = self.compressed(e);
+        if !(compressed < e[5]) {
+            return Err(Error::domain(format!(
+                "total compression: v3 = {} must be > sqrt(h2^2 u1^2 + h1^2 u2^2) = {compressed}",
+                e[5]
+            )));
+        }
+        Ok(compressed)
+    }
+}
+
 /// A linear law and the barrier against total compression (see the module's head, in short):
 /// W = 1/2 (e - rest).K (e - rest) + beta times the logarithmic barrier of v3 > sqrt(h2^2 u1^2 + h1^2 u2^2).
 ///
@@ -34,8 +75,7 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barrier {
     base: Linear,
-    half_widths: [f64; 2],
-    strength: f64,
+    term: BarrierTerm,
     /// The diagonal of J, (h2^2, h1^2, 0, 0, 0, -1), with q = -e.J e (see the module's head).
     cone: Vector6<f64>,
     /// q at rest.
@@ -50,9 +90,7 @@ impl Barrier {
     /// Half-widths or a strength not finite and > 0; a base that is rigid in v3, or with a rest curvature outside the
     /// cone.
     pub fn new(base: Linear, half_widths: [f64; 2], strength: f64) -> Result<Self> {
-        positive("half_widths[0]", half_widths[0])?;
-        positive("half_widths[1]", half_widths[1])?;
-        positive("barrier strength", strength)?;
+        let term = BarrierTerm::new(half_widths, strength)?;
         if base.is_rigid()[2] {
             return Err(Error::domain(
                 "a law that is rigid in v3 cannot have a barrier against total compression: \
@@ -62,7 +100,7 @@ impl Barrier {
         let [h1, h2] = half_widths;
         let cone = Vector6::new(h2 * h2, h1 * h1, 0.0, 0.0, 0.0, -1.0);
         let rest = base.rest();
-        let compressed = compressed(half_widths, rest);
+        let compressed = term.compressed(rest);
         if !(compressed < 1.0) {
             return Err(Error::domain(format!(
                 "the rest curvature [{}, {}] is too large for the half-widths {half_widths:?}: \
@@ -74,8 +112,7 @@ impl Barrier {
         let slope_at_rest = cone.component_mul(rest) * (2.0 * strength / q_rest);
         Ok(Self {
             base,
-            half_widths,
-            strength,
+            term,
             cone,
             q_rest,
             start: Decoupled::new(&base, &cone, &slope_at_rest, strength)?,
@@ -92,20 +129,10 @@ impl Barrier {
         Ok(residuals)
     }
 
-    fn compressed(&self, e: &Strain) -> f64 {
-        compressed(self.half_widths, e)
-    }
-
     /// rho = sqrt(v3^2 - V^2).
     fn depth(&self, e: &Strain) -> Result<f64> {
         linear::finite(e)?;
-        let compressed = self.compressed(e);
-        if !(compressed < e[5]) {
-            return Err(Error::domain(format!(
-                "total compression: v3 = {} must be > sqrt(h2^2 u1^2 + h1^2 u2^2) = {compressed}",
-                e[5]
-            )));
-        }
+        let compressed = self.term.inside(e)?;
         Ok((e[5] - compressed).sqrt() * (e[5] + compressed).sqrt())
     }
 
@@ -127,17 +154,17 @@ impl Barrier {
         } else {
             -2.0 * (rho / root).ln() - 2.0 * self.base.rest().dot(&pushed) / self.q_rest
         };
-        0.5 * deviation.dot(&(self.base.stiffness() * deviation)) + self.strength * barrier
+        0.5 * deviation.dot(&(self.base.stiffness() * deviation)) + self.term.strength * barrier
     }
 
     fn resultants_at(&self, e: &Strain, rho: f64) -> Resultant {
-        self.base.stiffness() * (e - self.base.rest()) + self.strength * self.push(e, rho)
+        self.base.stiffness() * (e - self.base.rest()) + self.term.strength * self.push(e, rho)
     }
 
     fn tangent_at(&self, e: &Strain, rho: f64) -> Matrix6<f64> {
         let slope = self.cone.component_mul(e) * (2.0 / rho / rho);
         let flat = Matrix6::from_diagonal(&(self.cone * (2.0 / rho / rho)));
-        self.base.stiffness() + self.strength * (flat + slope * slope.transpose())
+        self.base.stiffness() + self.term.strength * (flat + slope * slope.transpose())
     }
 
     fn invert(&self, w: &Resultant, seen: impl FnMut(f64)) -> Result<Inverse> {
@@ -150,11 +177,6 @@ impl Barrier {
         })?;
         invert(self, start, w, seen)
     }
-}
-
-/// V(u1, u2): the stretch v3 at which some fibre is totally compressed.
-fn compressed([h1, h2]: [f64; 2], e: &Strain) -> f64 {
-    (h2 * e[0]).hypot(h1 * e[1])
 }
 
 /// The inverse law as one scalar equation, from which Newton's iteration starts.
@@ -290,15 +312,15 @@ impl Potential for Barrier {
             return Ok(None);
         }
         let mut e = *x;
-        e[5] = rho.hypot(self.compressed(x));
+        e[5] = rho.hypot(self.term.compressed(x));
         let mut frame = Matrix6::identity();
         frame[(5, 0)] = self.cone[0] * e[0] / e[5];
         frame[(5, 1)] = self.cone[1] * e[1] / e[5];
         frame[(5, 5)] = rho / e[5];
         let at_fixed_q = self.base.stiffness()
-            + Matrix6::from_diagonal(&(self.cone * (2.0 * self.strength / rho / rho)));
+            + Matrix6::from_diagonal(&(self.cone * (2.0 * self.term.strength / rho / rho)));
         let mut slope = at_fixed_q * frame;
-        let by_rho = self.cone.component_mul(&e) * (4.0 * self.strength / rho / rho / rho);
+        let by_rho = self.cone.component_mul(&e) * (4.0 * self.term.strength / rho / rho / rho);
         slope.set_column(5, &(slope.column(5) - by_rho));
         Ok(Some(Point {
             strain: e,

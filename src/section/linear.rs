@@ -1,11 +1,8 @@
 //! Linear laws: W = 1/2 (e - rest).K (e - rest), with shear and stretch possibly held rigid.
 
-use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, StrainName, UniformLinear};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
-
-/// What the rows and columns of a stiffness are called in messages.
-pub(super) const NAMES: [&str; 6] = ["u1", "u2", "u3", "v1", "v2", "v3"];
 
 /// The strains of a straight unstretched rod.
 pub(super) const STRAIGHT: [f64; 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -197,7 +194,7 @@ pub(super) fn held(rigid: [bool; 3], rest: &Strain, e: &Strain) -> Result<()> {
         if !((value - at).abs() <= HELD) {
             return Err(Error::domain(format!(
                 "the strain {} = {value} is held rigid at {at}",
-                NAMES[3 + k]
+                StrainName::ALL[3 + k].as_str()
             )));
         }
     }
@@ -211,7 +208,7 @@ pub(super) fn unconstrained(rigid: [bool; 3]) -> Result<()> {
         Some(k) => Err(Error::domain(format!(
             "n{} is a reaction, it does not follow from the strains: {} is held rigid",
             k + 1,
-            NAMES[3 + k]
+            StrainName::ALL[3 + k].as_str()
         ))),
     }
 }
@@ -299,8 +296,8 @@ fn inverse_of_full(stiffness: &Matrix6<f64>) -> Result<Matrix6<f64>> {
                 return Err(Error::domain(format!(
                     "the stiffness is not positive definite: the minor of {} and {} is not, \
                      stiffness[{row}][{column}] = {} against the diagonal entries {} and {}",
-                    NAMES[column],
-                    NAMES[row],
+                    StrainName::ALL[column].as_str(),
+                    StrainName::ALL[row].as_str(),
                     stiffness[(row, column)],
                     stiffness[(column, column)],
                     stiffness[(row, row)]

@@ -8,6 +8,7 @@
 //! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
 //! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
 
+mod along;
 mod barrier;
 mod linear;
 mod measured;
@@ -17,7 +18,8 @@ pub mod rate;
 mod stored_energy;
 mod varying;
 
-pub use barrier::Barrier;
+pub use along::Along;
+pub use barrier::{Barrier, BarrierTerm};
 pub use linear::Linear;
 pub use measured::Measures;
 pub(crate) use measured::measured;
@@ -25,7 +27,7 @@ pub(crate) use measured::measured;
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Shape};
 pub use stored_energy::{Hyperelastic, StoredEnergy};
-pub use varying::{Along, Varying};
+pub use varying::{Diagonal, Rest, Stiffness, Varying};
 
 use crate::error::Result;
 use nalgebra::{Matrix6, Vector6};
@@ -36,6 +38,38 @@ pub type Strain = Vector6<f64>;
 
 /// (m1, m2, m3, n1, n2, n3): couple and force along the directors.
 pub type Resultant = Vector6<f64>;
+
+/// The strains by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum StrainName {
+    /// Flexure about d1.
+    U1,
+    /// Flexure about d2.
+    U2,
+    /// Twist.
+    U3,
+    /// Shear along d1.
+    V1,
+    /// Shear along d2.
+    V2,
+    /// Stretch.
+    V3,
+}
+
+impl StrainName {
+    /// All six, in order: `name as usize` is the place in (u1, u2, u3, v1, v2, v3).
+    pub const ALL: [Self; 6] = [Self::U1, Self::U2, Self::U3, Self::V1, Self::V2, Self::V3];
+
+    /// As it is written.
+    pub fn as_str(self) -> &'static str {
+        ["u1", "u2", "u3", "v1", "v2", "v3"][self as usize]
+    }
+}
 
 /// de/dw, symmetric, positive definite; only semidefinite where a strain is held rigid.
 // Boxing the matrix would cost an allocation at every section of every rod.

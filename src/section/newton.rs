@@ -1,6 +1,7 @@
 //! The inverse law of a nonlinear section: damped Newton for the minimum of W(e) - w.e (AMV after (2.32)).
 
-use super::linear::{NAMES, unit_at_rigid};
+use super::StrainName;
+use super::linear::unit_at_rigid;
 use super::{Compliance, Inverse, Resultant, Strain};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
@@ -215,7 +216,10 @@ impl Convexity {
         if scaled.symmetric_eigenvalues().min() > -HIDDEN {
             return Self::Hidden(smallest);
         }
-        Self::Lost(smallest, NAMES[eigen.eigenvectors.column(k).iamax()])
+        Self::Lost(
+            smallest,
+            StrainName::ALL[eigen.eigenvectors.column(k).iamax()].as_str(),
+        )
     }
 
     /// The refusal, if there is one to be made.

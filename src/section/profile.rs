@@ -14,6 +14,11 @@ use std::f64::consts::PI;
 
 /// The shape of a section, of the same material all over.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(tag = "shape", rename_all = "lowercase")
+)]
 pub enum Shape {
     /// A disc.
     Circle {
@@ -30,9 +35,9 @@ pub enum Shape {
     /// A ring between two circles.
     Tube {
         /// Outer radius.
-        outer: f64,
-        /// Inner radius; 0 is allowed.
-        inner: f64,
+        outer_radius: f64,
+        /// Thickness of the wall, at most the outer radius.
+        thickness: f64,
     },
 }
 
@@ -42,7 +47,10 @@ impl Shape {
         match *self {
             Self::Circle { radius } => PI * radius * radius,
             Self::Rectangle { width, height } => width * height,
-            Self::Tube { outer, inner } => PI * (outer - inner) * (outer + inner),
+            Self::Tube {
+                outer_radius,
+                thickness,
+            } => PI * thickness * (outer_radius + (outer_radius - thickness)),
         }
     }
 
@@ -62,7 +70,13 @@ impl Shape {
     pub fn torsion_constant(&self) -> f64 {
         match *self {
             Self::Circle { radius } => 0.5 * PI * radius.powi(4),
-            Self::Tube { outer, inner } => 0.5 * self.area() * (outer * outer + inner * inner),
+            Self::Tube {
+                outer_radius: outer,
+                thickness,
+            } => {
+                let inner = outer - thickness;
+                0.5 * self.area() * (outer * outer + inner * inner)
+            }
             Self::Rectangle { width, height } => {
                 let (long, short) = (width.max(height), width.min(height));
                 long * short.powi(3) * rectangle_torsion(long / short)
@@ -74,15 +88,18 @@ impl Shape {
     /// ```text
     /// circle    6 (1 + nu) / (7 + 6 nu)
     /// rectangle 10 (1 + nu) / (12 + 11 nu)
-    /// tube      6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2),  m = inner / outer
+    /// tube      6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2),  m = inner radius / outer radius
     /// ```
     pub fn cowper_factor(&self, poisson: f64) -> f64 {
         let one = 1.0 + poisson;
         match *self {
             Self::Circle { .. } => 6.0 * one / (7.0 + 6.0 * poisson),
             Self::Rectangle { .. } => 10.0 * one / (12.0 + 11.0 * poisson),
-            Self::Tube { outer, inner } => {
-                let m2 = (inner / outer).powi(2);
+            Self::Tube {
+                outer_radius,
+                thickness,
+            } => {
+                let m2 = ((outer_radius - thickness) / outer_radius).powi(2);
                 let ring = (1.0 + m2).powi(2);
                 6.0 * one * ring / ((7.0 + 6.0 * poisson) * ring + (20.0 + 12.0 * poisson) * m2)
             }
@@ -96,11 +113,14 @@ impl Shape {
                 positive("width", width)?;
                 positive("height", height)
             }
-            Self::Tube { outer, inner } => {
-                positive("outer radius", outer)?;
-                if !(0.0 <= inner && inner < outer) {
+            Self::Tube {
+                outer_radius,
+                thickness,
+            } => {
+                positive("outer radius", outer_radius)?;
+                if !(0.0 < thickness && thickness <= outer_radius) {
                     return Err(Error::domain(format!(
-                        "inner radius = {inner} must be >= 0 and less than the outer radius {outer}"
+                        "thickness = {thickness} must be > 0 and at most the outer radius {outer_radius}"
                     )));
                 }
                 Ok(())

@@ -1,150 +1,144 @@
 //! Linear laws whose stiffnesses and rest strains vary along the rod.
 
 use super::linear::STRAIGHT;
-use super::profile::positive;
-use super::{Free, Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
+use super::{Along, Free, Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
 use crate::error::{Error, Result};
 use nalgebra::Matrix6;
 use std::fmt;
 use std::sync::Arc;
 
-/// A number as a function of the arclength s.
+/// A stiffness, or none: the strain is held at its rest value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Along(Form);
-
-#[derive(Debug, Clone, PartialEq)]
-enum Form {
-    Constant(f64),
-    /// Linear between nodes (s, value), s in growing order; a place that stands twice is a jump.
-    Table(Vec<(f64, f64)>),
-    /// Coefficients of 1, s, s^2, ...
-    Polynomial(Vec<f64>),
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Stiffness<T> {
+    /// Held.
+    Rigid,
+    /// Elastic.
+    #[cfg_attr(feature = "scene", serde(untagged))]
+    Elastic(T),
 }
 
-/// How far beyond the ends of a table s may lie, relative to its length: rounding.
-const BEYOND: f64 = 1e-12;
+/// Stiffnesses of each strain by itself. Every number is > 0.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Diagonal {
+    /// Couple per flexure about d1 and d2, force times length squared.
+    pub bending: [Along; 2],
+    /// Couple per twist, force times length squared.
+    pub torsion: Along,
+    /// Force per shear along d1 and d2.
+    pub shear: Stiffness<[Along; 2]>,
+    /// Force per stretch.
+    pub axial: Stiffness<Along>,
+}
 
-impl From<f64> for Along {
-    fn from(value: f64) -> Self {
-        Self(Form::Constant(value))
+impl Diagonal {
+    /// Every stiffness with its name.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Along)> {
+        let [first, second] = &self.bending;
+        let shear = match &self.shear {
+            Stiffness::Elastic([first, second]) => vec![("shear[0]", first), ("shear[1]", second)],
+            Stiffness::Rigid => Vec::new(),
+        };
+        let axial = match &self.axial {
+            Stiffness::Elastic(axial) => Some(("axial", axial)),
+            Stiffness::Rigid => None,
+        };
+        [
+            ("bending[0]", first),
+            ("bending[1]", second),
+            ("torsion", &self.torsion),
+        ]
+        .into_iter()
+        .chain(shear)
+        .chain(axial)
+    }
+
+    /// The law with these rest strains, if every number of it is the same all along the rod.
+    ///
+    /// # Errors
+    /// As [`Linear::diagonal`] and [`Linear::with_rest`].
+    pub fn uniform(&self, rest: &Rest) -> Result<Option<Linear>> {
+        let uniform =
+            rest.uniform().is_some() && self.named().all(|(_, along)| along.constant().is_some());
+        uniform.then(|| self.at(rest, 0.0, 1.0)).transpose()
+    }
+
+    fn at(&self, rest: &Rest, s: f64, length: f64) -> Result<Linear> {
+        let mut stiffness = Matrix6::zeros();
+        stiffness[(0, 0)] = self.bending[0].at(s, length)?;
+        stiffness[(1, 1)] = self.bending[1].at(s, length)?;
+        stiffness[(2, 2)] = self.torsion.at(s, length)?;
+        if let Stiffness::Elastic([first, second]) = &self.shear {
+            stiffness[(3, 3)] = first.at(s, length)?;
+            stiffness[(4, 4)] = second.at(s, length)?;
+        }
+        if let Stiffness::Elastic(axial) = &self.axial {
+            stiffness[(5, 5)] = axial.at(s, length)?;
+        }
+        let [shear, axial] = self.rigid();
+        let (curvature, twist) = rest.at(s, length)?;
+        Linear::of(stiffness, [shear, shear, axial], Strain::from(STRAIGHT))?
+            .with_rest(curvature, twist)
+    }
+
+    /// Whether shear and stretch are held.
+    pub fn rigid(&self) -> [bool; 2] {
+        [
+            self.shear == Stiffness::Rigid,
+            self.axial == Stiffness::Rigid,
+        ]
+    }
+
+    fn check(&self) -> Result<()> {
+        self.named()
+            .try_for_each(|(name, along)| along.positive(name))
     }
 }
 
-impl Along {
-    /// Linear between the nodes (s, value). A place that stands twice is a jump; at the jump itself the second value
-    /// holds. The interior nodes are breaks ([`SectionLaw::breaks`]). The table must cover the rod.
-    ///
-    /// # Errors
-    /// Fewer than two nodes, numbers that are not finite, places out of order or standing more than twice.
-    pub fn table(nodes: &[(f64, f64)]) -> Result<Self> {
-        if nodes.len() < 2 {
-            return Err(Error::domain(format!(
-                "a table along the rod has {} nodes (s, value), it needs at least 2",
-                nodes.len()
-            )));
-        }
-        for (k, (s, value)) in nodes.iter().enumerate() {
-            if !(s.is_finite() && value.is_finite()) {
-                return Err(Error::domain(format!(
-                    "table node {k} = ({s}, {value}) must be finite"
-                )));
-            }
-        }
-        for (k, pair) in nodes.windows(2).enumerate() {
-            if !(pair[0].0 <= pair[1].0) {
-                return Err(Error::domain(format!(
-                    "table nodes must be in growing order of s: s = {} stands before s = {} (nodes {k} and {})",
-                    pair[0].0,
-                    pair[1].0,
-                    k + 1
-                )));
-            }
-        }
-        let last = nodes.len() - 1;
-        let crowd = nodes.windows(3).find(|three| three[0].0 == three[2].0);
-        let ends = [&nodes[..2], &nodes[last - 1..]];
-        let crowd = crowd.or(ends.into_iter().find(|two| two[0].0 == two[1].0));
-        if let Some(crowd) = crowd {
-            return Err(Error::domain(format!(
-                "s = {} stands too often in the table: twice is a jump, and only inside",
-                crowd[0].0
-            )));
-        }
-        Ok(Self(Form::Table(nodes.to_vec())))
-    }
+/// Strains without load.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Rest {
+    /// Flexures about d1 and d2, per length.
+    pub curvature: [Along; 2],
+    /// Twist, radians per length.
+    pub twist: Along,
+}
 
-    /// c0 + c1 s + c2 s^2 + ...
-    ///
-    /// # Errors
-    /// No coefficients, or one that is not finite.
-    pub fn polynomial(coefficients: &[f64]) -> Result<Self> {
-        if coefficients.is_empty() || !coefficients.iter().all(|c| c.is_finite()) {
-            return Err(Error::domain(format!(
-                "the coefficients {coefficients:?} of a polynomial in s must be finite, at least one"
-            )));
-        }
-        Ok(Self(Form::Polynomial(coefficients.to_vec())))
-    }
-
-    /// The value at s.
-    ///
-    /// # Errors
-    /// s outside a table.
-    pub fn at(&self, s: f64) -> Result<f64> {
-        match &self.0 {
-            Form::Constant(value) => Ok(*value),
-            Form::Polynomial(coefficients) => {
-                Ok(coefficients.iter().rev().fold(0.0, |sum, c| sum * s + c))
-            }
-            Form::Table(nodes) => {
-                let last = nodes.len() - 1;
-                let (from, to) = (nodes[0].0, nodes[last].0);
-                let slack = BEYOND * (to - from);
-                if !(from - slack <= s && s <= to + slack) {
-                    return Err(Error::domain(format!(
-                        "s = {s} lies outside the table, which goes from s = {from} to s = {to}"
-                    )));
-                }
-                let right = nodes.partition_point(|node| node.0 <= s).clamp(1, last);
-                let ((a, left), (b, right)) = (nodes[right - 1], nodes[right]);
-                let t = ((s - a) / (b - a)).clamp(0.0, 1.0);
-                Ok(left * (1.0 - t) + right * t)
-            }
+impl Default for Rest {
+    /// Straight and untwisted.
+    fn default() -> Self {
+        Self {
+            curvature: [0.0.into(), 0.0.into()],
+            twist: 0.0.into(),
         }
     }
+}
 
-    fn is_constant(&self) -> bool {
-        matches!(self.0, Form::Constant(_))
+impl Rest {
+    /// Curvature and twist.
+    pub fn all(&self) -> impl Iterator<Item = &Along> {
+        self.curvature.iter().chain([&self.twist])
     }
 
-    /// Zero for all s.
-    fn vanishes(&self) -> bool {
-        match &self.0 {
-            Form::Constant(value) => *value == 0.0,
-            Form::Table(nodes) => nodes.iter().all(|node| node.1 == 0.0),
-            Form::Polynomial(coefficients) => coefficients.iter().all(|c| *c == 0.0),
-        }
+    /// Curvatures and twist, if they are the same all along the rod.
+    pub fn uniform(&self) -> Option<([f64; 2], f64)> {
+        let [first, second] = &self.curvature;
+        Some((
+            [first.constant()?, second.constant()?],
+            self.twist.constant()?,
+        ))
     }
 
-    fn breaks(&self) -> &[(f64, f64)] {
-        match &self.0 {
-            Form::Table(nodes) => &nodes[1..nodes.len() - 1],
-            _ => &[],
-        }
-    }
-
-    /// Positive as far as it can be known beforehand: linear pieces are where their nodes are.
-    fn positive(self, name: &str) -> Result<Self> {
-        match &self.0 {
-            Form::Constant(value) => positive(name, *value)?,
-            Form::Table(nodes) => {
-                for (s, value) in nodes {
-                    positive(&format!("{name} at s = {s}"), *value)?;
-                }
-            }
-            Form::Polynomial(_) => {}
-        }
-        Ok(self)
+    fn at(&self, s: f64, length: f64) -> Result<([f64; 2], f64)> {
+        let [first, second] = &self.curvature;
+        let curvature = [first.at(s, length)?, second.at(s, length)?];
+        Ok((curvature, self.twist.at(s, length)?))
     }
 }
 
@@ -183,64 +177,62 @@ enum Source {
 
 #[derive(Debug, Clone)]
 struct Entries {
-    bending: [Along; 2],
-    torsion: Along,
-    shear: Option<[Along; 2]>,
-    axial: Option<Along>,
-    curvature: [Along; 2],
-    twist: Along,
+    law: Diagonal,
+    rest: Rest,
+    /// Of the rod.
+    length: f64,
 }
 
 impl Entries {
     fn all(&self) -> impl Iterator<Item = &Along> {
-        let shear = self.shear.iter().flatten();
-        let rest = self.curvature.iter().chain([&self.twist]);
-        let stiffness = self
-            .bending
-            .iter()
-            .chain([&self.torsion])
-            .chain(&self.axial);
-        stiffness.chain(shear).chain(rest)
-    }
-
-    fn at(&self, s: f64) -> Result<Linear> {
-        let mut stiffness = Matrix6::zeros();
-        stiffness[(0, 0)] = self.bending[0].at(s)?;
-        stiffness[(1, 1)] = self.bending[1].at(s)?;
-        stiffness[(2, 2)] = self.torsion.at(s)?;
-        if let Some([first, second]) = &self.shear {
-            stiffness[(3, 3)] = first.at(s)?;
-            stiffness[(4, 4)] = second.at(s)?;
-        }
-        if let Some(axial) = &self.axial {
-            stiffness[(5, 5)] = axial.at(s)?;
-        }
-        let unshearable = self.shear.is_none();
-        let rigid = [unshearable, unshearable, self.axial.is_none()];
-        let curvature = [self.curvature[0].at(s)?, self.curvature[1].at(s)?];
-        Linear::of(stiffness, rigid, Strain::from(STRAIGHT))?
-            .with_rest(curvature, self.twist.at(s)?)
+        self.law
+            .named()
+            .map(|(_, along)| along)
+            .chain(self.rest.all())
     }
 }
 
 impl Varying {
-    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible.
+    /// Stiffnesses and rest strains along a rod of this length.
+    ///
+    /// # Errors
+    /// A constant or a node of a stiffness that is not finite and > 0.
+    pub fn new(law: Diagonal, rest: Rest, length: f64) -> Result<Self> {
+        law.check()?;
+        let mut varying = Self {
+            breaks: Vec::new(),
+            source: Source::Entries(Box::new(Entries { law, rest, length })),
+        };
+        varying.gather_breaks();
+        Ok(varying)
+    }
+
+    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible. The rod's length, by
+    /// which polynomials measure s, is 1.
     ///
     /// # Errors
     /// A constant or a node of a table that is not finite and > 0.
     pub fn diagonal(bending: [Along; 2], torsion: Along) -> Result<Self> {
-        let [first, second] = bending;
-        Ok(Self::of(Entries {
-            bending: [
-                first.positive("bending[0]")?,
-                second.positive("bending[1]")?,
-            ],
-            torsion: torsion.positive("torsion")?,
-            shear: None,
-            axial: None,
-            curvature: [0.0.into(), 0.0.into()],
-            twist: 0.0.into(),
-        }))
+        let law = Diagonal {
+            bending,
+            torsion,
+            shear: Stiffness::Rigid,
+            axial: Stiffness::Rigid,
+        };
+        Self::new(law, Rest::default(), 1.0)
+    }
+
+    /// A law with rest strains that vary along a rod of this length.
+    ///
+    /// # Errors
+    /// None for rest strains that are numbers along the whole rod.
+    pub fn rested(law: Linear, rest: Rest, length: f64) -> Result<Self> {
+        let breaks: Vec<f64> = rest.all().flat_map(Along::breaks).copied().collect();
+        let at = move |s| {
+            let (curvature, twist) = rest.at(s, length)?;
+            law.with_rest(curvature, twist)
+        };
+        Self::by(at).with_breaks(&breaks)
     }
 
     /// Any law of s. It is taken to be smooth between breaks ([`Varying::with_breaks`]).
@@ -256,9 +248,9 @@ impl Varying {
     /// # Errors
     /// As [`Varying::diagonal`]; a law given as a function of s, which has its own.
     pub fn with_shear(self, shear: [Along; 2]) -> Result<Self> {
-        let [first, second] = shear;
-        let shear = [first.positive("shear[0]")?, second.positive("shear[1]")?];
-        self.edited("shear", |entries| entries.shear = Some(shear))
+        self.edited("shear", |entries| {
+            entries.law.shear = Stiffness::Elastic(shear)
+        })
     }
 
     /// With an axial stiffness.
@@ -266,8 +258,9 @@ impl Varying {
     /// # Errors
     /// As [`Varying::with_shear`].
     pub fn with_axial(self, axial: Along) -> Result<Self> {
-        let axial = axial.positive("axial")?;
-        self.edited("axial", |entries| entries.axial = Some(axial))
+        self.edited("axial", |entries| {
+            entries.law.axial = Stiffness::Elastic(axial)
+        })
     }
 
     /// With intrinsic curvatures u1, u2 and an intrinsic twist u3.
@@ -275,10 +268,7 @@ impl Varying {
     /// # Errors
     /// A law given as a function of s, which has its own.
     pub fn with_rest(self, curvature: [Along; 2], twist: Along) -> Result<Self> {
-        self.edited("rest", |entries| {
-            entries.curvature = curvature;
-            entries.twist = twist;
-        })
+        self.edited("rest", |entries| entries.rest = Rest { curvature, twist })
     }
 
     /// With further places where the law is not smooth in s.
@@ -300,24 +290,18 @@ impl Varying {
     /// s outside a table; a law that is not positive definite there.
     pub fn at(&self, s: f64) -> Result<Linear> {
         match &self.source {
-            Source::Entries(entries) => entries.at(s),
+            Source::Entries(entries) => entries.law.at(&entries.rest, s, entries.length),
             Source::Function(law) => law(s),
         }
         .map_err(|e| e.context(format!("the section at s = {s}")))
     }
 
-    fn of(entries: Entries) -> Self {
-        let mut law = Self {
-            breaks: Vec::new(),
-            source: Source::Entries(Box::new(entries)),
-        };
-        law.gather_breaks();
-        law
-    }
-
     fn edited(mut self, what: &str, edit: impl FnOnce(&mut Entries)) -> Result<Self> {
         match &mut self.source {
-            Source::Entries(entries) => edit(entries),
+            Source::Entries(entries) => {
+                edit(entries);
+                entries.law.check()?;
+            }
             Source::Function(_) => {
                 return Err(Error::domain(format!(
                     "{what} cannot be set on a law given as a function of s: set it in the function"
@@ -330,8 +314,7 @@ impl Varying {
 
     fn gather_breaks(&mut self) {
         if let Source::Entries(entries) = &self.source {
-            let nodes = entries.all().flat_map(Along::breaks).map(|node| node.0);
-            self.breaks.extend(nodes);
+            self.breaks.extend(entries.all().flat_map(Along::breaks));
         }
         self.sort_breaks();
     }
@@ -387,7 +370,7 @@ impl SectionLaw for Varying {
     /// True if every entry is a constant.
     fn is_uniform(&self) -> bool {
         match &self.source {
-            Source::Entries(entries) => entries.all().all(Along::is_constant),
+            Source::Entries(entries) => entries.all().all(|along| along.constant().is_some()),
             Source::Function(_) => false,
         }
     }
@@ -406,7 +389,7 @@ impl SectionLaw for Varying {
         let Source::Entries(entries) = &self.source else {
             return [false; 2];
         };
-        let untwisted = entries.twist.vanishes();
-        std::array::from_fn(|axis| untwisted && entries.curvature[1 - axis].vanishes())
+        let Rest { curvature, twist } = &entries.rest;
+        std::array::from_fn(|axis| twist.vanishes() && curvature[1 - axis].vanishes())
     }
 }

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use snaprod::scene::{
-    Fault, FaultKind, Faults, InTime, Landing, Place, ReadError, Scene, Section, Sheet, SheetName,
-    Sine, Straight, Units,
+    Fault, FaultKind, Faults, InTime, LandingRule, Place, ReadError, Scene, Section, Sheet,
+    SheetName, Sine, Straight, Units,
 };
 use std::path::{Path, PathBuf};
 
@@ -93,7 +93,7 @@ fn example_is_accepted() {
         (run.duration, run.tolerance, run.samples),
         (3.0, 1e-10, 400)
     );
-    assert_eq!(run.landing, Landing::Viscous);
+    assert_eq!(run.landing, LandingRule::Viscous);
 }
 
 #[test]
@@ -455,7 +455,7 @@ fn sheets_and_landings() {
             .run()
             .unwrap()
             .landing,
-        Landing::Named(sheet)
+        LandingRule::Named(sheet)
     );
     let start = format!("position = [0.1, 0.1]\nsheet = {table}");
     let place = scene("lambda = 6.3\nkappa = 0.6", &start).start.place;
@@ -469,7 +469,7 @@ fn sheets_and_landings() {
     assert_eq!(place.chart(), None);
     assert_eq!(
         scene("\"viscous\"", "\"all\"").run().unwrap().landing,
-        Landing::All
+        LandingRule::All
     );
     let found = faults(&example("\"viscous\"", "{ mode = -1, sgn = 'plus' }"));
     let fields: Vec<&str> = found.iter().map(|f| f.field.as_str()).collect();

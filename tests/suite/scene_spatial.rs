@@ -1,9 +1,9 @@
 //! Scenes of motion in space: what is accepted, what is refused and where, and what it is in the library's units.
 
 use snaprod::scene::{
-    Damping, EndLoad, EndPose, Fault, FaultKind, FrictionBarrier, FrictionLaw, InTime, Joint,
-    Method, Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix,
-    StrainName, Units,
+    BarrierTerm, Damping, EndLoad, EndPose, Fault, FaultKind, FrictionLaw, InTime, Joint, Method,
+    Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix, StrainName,
+    Units,
 };
 use std::path::Path;
 
@@ -201,7 +201,7 @@ fn forms_of_damping_and_start() {
         &format!("{{ viscosity = {MATRIX}, {BARRIER} }}"),
     );
     let found = parse(&elastic).rod.damping.unwrap();
-    let barrier = FrictionBarrier {
+    let barrier = BarrierTerm {
         strength: 0.1,
         half_widths: [0.05, 0.1],
     };

@@ -1,7 +1,7 @@
 //! Viscoelastic scenes: what is accepted, what is refused and where, and what it is in the library's units.
 
 use snaprod::scene::{
-    Damping, Fault, FaultKind, FrictionLaw, Landing, Maxwell, Method, Place, PowerLaw, Relaxed,
+    Damping, Fault, FaultKind, FrictionLaw, LandingRule, Maxwell, Method, Place, PowerLaw, Relaxed,
     Scene, StrainMatrix, ViscousSetup,
 };
 use std::path::Path;
@@ -106,7 +106,7 @@ fn planar_fields_and_defaults() {
     let damped = planar(&text_of("viscous"));
     assert_eq!(
         (damped.run().unwrap().method, &damped.run().unwrap().landing),
-        (Method::Auto, &Landing::Viscous)
+        (Method::Auto, &LandingRule::Viscous)
     );
     assert!(damped.rod.relaxation.is_empty() && damped.rod.nodes.is_none());
     assert_eq!(planar(&text_of("creep")).start.relaxed, Relaxed::Start);

@@ -203,8 +203,8 @@ fn shapes_and_materials() {
         "polar moment",
     );
     let thin = Shape::Tube {
-        outer: 1.0 + 5e-9,
-        inner: 1.0 - 5e-9,
+        outer_radius: 1.0 + 5e-9,
+        thickness: 1e-8,
     };
     assert_close(
         thin.torsion_constant(),
@@ -219,8 +219,8 @@ fn shapes_and_materials() {
         (thin, 0.531),
         (
             Shape::Tube {
-                outer: 0.3,
-                inner: 0.0,
+                outer_radius: 0.3,
+                thickness: 0.3,
             },
             0.886,
         ),
@@ -269,7 +269,7 @@ fn varying_laws() {
         assert_near(&found.strain, &want, 1e-15, &Vector6::repeat(4.0));
         assert_close(law.unloaded(s).unwrap()[0], u1, 1e-15, 1.0, "rest");
     }
-    let before = table.at(0.5 - 1e-12).unwrap();
+    let before = table.at(0.5 - 1e-12, 1.0).unwrap();
     assert_close(before, 2.0, 1e-11, 0.0, "left of the jump");
 
     let constant = Varying::diagonal([1.0.into(), 1.5.into()], 0.7.into()).unwrap();
@@ -466,18 +466,18 @@ fn every_bad_input_has_its_message() {
     );
     refused(
         profile(Shape::Tube {
-            outer: f64::NAN,
-            inner: 1.0,
+            outer_radius: f64::NAN,
+            thickness: 1.0,
         }),
         "outer radius = NaN",
         said,
     );
     refused(
         profile(Shape::Tube {
-            outer: 1.0,
-            inner: 1.0,
+            outer_radius: 1.0,
+            thickness: 0.0,
         }),
-        "inner radius = 1",
+        "thickness = 0",
         said,
     );
     let disc = Shape::Circle { radius: 1.0 };
@@ -521,7 +521,7 @@ fn every_bad_input_has_its_message() {
     );
     refused(Along::polynomial(&[]), "at least one", said);
     let table = Along::table(&[(0.0, 1.0), (0.5, -1.0), (0.75, 1.0)]).unwrap();
-    refused(table.at(0.8), "s = 0.8 lies outside the table", said);
+    refused(table.at(0.8, 1.0), "s = 0.8 lies outside the table", said);
     refused(
         Varying::diagonal([1.0.into(), table], 1.0.into()),
         "bending[1] at s = 0.5 = -1",

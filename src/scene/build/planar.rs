@@ -6,8 +6,8 @@ use crate::body::Body;
 use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
-use crate::motion::{LandingRule, Options, Run};
-use crate::scene::{Dimensionless, Landing, Place, Scales, Scene, Sheet, SheetName};
+use crate::motion::{Options, Run};
+use crate::scene::{Dimensionless, Place, Scales, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
 
 /// A scene made ready to run: length, stiffness and mass are 1.
@@ -46,12 +46,7 @@ impl Setup {
         let (plain, run) = (scene.dimensionless()?, scene.run()?);
         let mut options = Options::new(plain.duration)?
             .with_tolerance(run.tolerance)?
-            .with_landing(match run.landing {
-                Landing::Viscous => LandingRule::Viscous,
-                Landing::Lowest => LandingRule::Lowest,
-                Landing::All => LandingRule::All,
-                Landing::Named(sheet) => LandingRule::Named(sheet),
-            });
+            .with_landing(run.landing);
         options.max_steps = run.max_steps as u64;
         options.max_snaps = run.max_snaps as u64;
         let start = start(scene, &plain)?;

@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Along, Barrier, BarrierTerm, Component, Diagonal, Full, Orientation, Profile as SceneProfile,
-    Rod as SceneRod, Scene, Section, Shape, Shaped, Stiffness, Transverse,
+    Barrier, BarrierTerm, Component, Full, Orientation, Profile as SceneProfile, Rod as SceneRod,
+    Scene, Section, Shape, Shaped, Transverse,
 };
 use crate::section::{self, Linear, Material, Profile, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
@@ -58,7 +58,7 @@ impl SceneRod {
         };
         let (constant, factor) = (section.torsion_constant, section.shear_factor);
         let rigid = [section.shear.is_some(), section.axial.is_some()];
-        law_of(section.outline.shape(), material, constant, factor, rigid)
+        law_of(section.shape, material, constant, factor, rigid)
     }
 
     fn unclamped(&self) -> Result<Rod> {
@@ -67,119 +67,33 @@ impl SceneRod {
             Section::Bending(_) => Err(Error::domain(
                 "rod.model = \"elastica\" is a rod in the plane; one in space is \"cosserat\"",
             )),
-            Section::Diagonal(law) => match self.uniform(law)? {
+            Section::Diagonal(law) => match law.uniform(&self.rest)? {
                 Some(law) => Rod::new(length, law),
-                None => Rod::new(length, self.varying(law)?),
+                None => Rod::new(
+                    length,
+                    Varying::new(law.clone(), self.rest.clone(), length)?,
+                ),
             },
-            Section::Full(law) => self.rested(length, full(law)?),
-            Section::Shaped(law) => self.rested(length, shaped(law)?),
-            Section::Profile(section) => self.rested(length, self.profile(section)?),
+            Section::Full(law) => self.rested(full(law)?),
+            Section::Shaped(law) => self.rested(shaped(law)?),
+            Section::Profile(section) => self.rested(self.profile(section)?),
             Section::Barrier(law) => self.barrier(law),
         }
     }
 
-    /// The law, if none of its numbers varies along the rod.
-    fn uniform(&self, law: &Diagonal) -> Result<Option<Linear>> {
-        let (Some(a), Some(b), Some(torsion)) = (
-            law.bending[0].constant(),
-            law.bending[1].constant(),
-            law.torsion.constant(),
-        ) else {
-            return Ok(None);
-        };
-        let mut linear = Linear::diagonal([a, b], torsion)?;
-        if let Stiffness::Elastic([first, second]) = &law.shear {
-            let (Some(first), Some(second)) = (first.constant(), second.constant()) else {
-                return Ok(None);
-            };
-            linear = linear.with_shear([first, second])?;
-        }
-        if let Stiffness::Elastic(axial) = &law.axial {
-            let Some(axial) = axial.constant() else {
-                return Ok(None);
-            };
-            linear = linear.with_axial(axial)?;
-        }
-        let rest = &self.rest;
-        let (Some(k1), Some(k2), Some(twist)) = (
-            rest.curvature[0].constant(),
-            rest.curvature[1].constant(),
-            rest.twist.constant(),
-        ) else {
-            return Ok(None);
-        };
-        linear.with_rest([k1, k2], twist).map(Some)
-    }
-
-    fn varying(&self, law: &Diagonal) -> Result<Varying> {
-        let along = |a: &Along| self.along(a);
-        let two = |pair: &[Along; 2]| Ok::<_, Error>([along(&pair[0])?, along(&pair[1])?]);
-        let mut varying = Varying::diagonal(two(&law.bending)?, along(&law.torsion)?)?;
-        if let Stiffness::Elastic(shear) = &law.shear {
-            varying = varying.with_shear(two(shear)?)?;
-        }
-        if let Stiffness::Elastic(axial) = &law.axial {
-            varying = varying.with_axial(along(axial)?)?;
-        }
-        let rest = &self.rest;
-        varying.with_rest(two(&rest.curvature)?, along(&rest.twist)?)
-    }
-
-    fn along(&self, along: &Along) -> Result<section::Along> {
-        match along {
-            Along::Constant(value) => Ok((*value).into()),
-            Along::Table { s, values } => {
-                let nodes: Vec<_> = s.iter().copied().zip(values.iter().copied()).collect();
-                section::Along::table(&nodes)
-            }
-            Along::Polynomial { polynomial } => {
-                // The scene's are in s/L.
-                let scaled: Vec<_> = polynomial
-                    .iter()
-                    .enumerate()
-                    .map(|(k, c)| c / self.length.powi(k as i32))
-                    .collect();
-                section::Along::polynomial(&scaled)
-            }
-        }
-    }
-
     /// A law with the scene's rest strains, which may vary along the rod.
-    fn rested(&self, length: f64, law: Linear) -> Result<Rod> {
-        let rest = &self.rest;
-        let constants = (
-            rest.curvature[0].constant(),
-            rest.curvature[1].constant(),
-            rest.twist.constant(),
-        );
-        if let (Some(k1), Some(k2), Some(twist)) = constants {
-            return Rod::new(length, law.with_rest([k1, k2], twist)?);
+    fn rested(&self, law: Linear) -> Result<Rod> {
+        match self.rest.uniform() {
+            Some((curvature, twist)) => Rod::new(self.length, law.with_rest(curvature, twist)?),
+            None => {
+                let law = Varying::rested(law, self.rest.clone(), self.length)?;
+                Rod::new(self.length, law)
+            }
         }
-        let rest = rest.clone();
-        let varying = Varying::by(move |s| {
-            let curvature = [
-                rest.curvature[0].at(s, length),
-                rest.curvature[1].at(s, length),
-            ];
-            law.with_rest(curvature, rest.twist.at(s, length))
-        });
-        let breaks: Vec<f64> = self.rest_breaks();
-        Rod::new(length, varying.with_breaks(&breaks)?)
-    }
-
-    fn rest_breaks(&self) -> Vec<f64> {
-        let rest = &self.rest;
-        [&rest.curvature[0], &rest.curvature[1], &rest.twist]
-            .into_iter()
-            .flat_map(|along| match along {
-                Along::Table { s, .. } => s.clone(),
-                _ => Vec::new(),
-            })
-            .collect()
     }
 
     fn barrier(&self, law: &Barrier) -> Result<Rod> {
-        let Some(base) = self.uniform(&law.linear)? else {
+        let Some(base) = law.linear.uniform(&self.rest)? else {
             return Err(Error::domain(
                 "rod.section: a law with a barrier must be the same all along the rod; give numbers, not tables or polynomials",
             ));
@@ -220,24 +134,13 @@ fn full(law: &Full) -> Result<Linear> {
 }
 
 fn shaped(law: &Shaped) -> Result<Linear> {
-    let shape = match law.shape {
-        Shape::Circle { radius } => section::Shape::Circle { radius },
-        Shape::Rectangle { width, height } => section::Shape::Rectangle { width, height },
-        Shape::Tube {
-            outer_radius,
-            thickness,
-        } => section::Shape::Tube {
-            outer: outer_radius,
-            inner: outer_radius - thickness,
-        },
-    };
     let material = match law.transverse {
         Transverse::ShearModulus(modulus) => Material::with_shear(law.young, modulus)?,
         Transverse::Poisson(ratio) => Material::with_poisson(law.young, ratio)?,
     };
     let rigid = [law.shear.is_some(), law.axial.is_some()];
     law_of(
-        shape,
+        law.shape,
         material,
         law.torsion_constant,
         law.shear_factor,
@@ -247,7 +150,7 @@ fn shaped(law: &Shaped) -> Result<Linear> {
 
 /// The law of a shape; `rigid`: shear, stretch.
 fn law_of(
-    shape: section::Shape,
+    shape: Shape,
     material: Material,
     torsion_constant: Option<f64>,
     shear_factor: Option<f64>,

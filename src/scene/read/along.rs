@@ -3,6 +3,7 @@
 use super::fields::ALONG;
 use super::reader::{Absent, Reader, Short, Table};
 use super::rule::{Rule, VALUE};
+use crate::error::Result;
 use crate::scene::{Along, FaultKind};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -26,7 +27,7 @@ pub(super) fn along<'a>(
     length: Option<f64>,
 ) -> Option<Along> {
     if !value.get_ref().is_table() {
-        return reader.number(field, value, rule).map(Along::Constant);
+        return reader.number(field, value, rule).map(Along::from);
     }
     let table = reader.table(field, value, &ALONG, ALONG_WORDS)?;
     if table.get("polynomial").is_none() {
@@ -49,8 +50,23 @@ pub(super) fn along<'a>(
             reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
             return None;
         }
-        Some(Along::Polynomial { polynomial })
+        made(reader, field, value, Along::polynomial(&polynomial))
     })
+}
+
+/// What the library made of a value; or the fault that it finds.
+fn made<T>(reader: &Reader, field: &str, value: &Spanned<DeValue>, made: Result<T>) -> Option<T> {
+    made.map_err(|error| {
+        let allowed = "a number, or how it varies along the rod";
+        reader.fault(
+            FaultKind::Value,
+            field,
+            value.span(),
+            allowed,
+            Some(error.to_string()),
+        );
+    })
+    .ok()
 }
 
 /// A polynomial in s/length.
@@ -115,10 +131,9 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
             _ => Some(values),
         }
     });
-    Some(Along::Table {
-        s: s?,
-        values: values?,
-    })
+    let nodes: Vec<_> = s?.into_iter().zip(values?).collect();
+    let value = table.get("s")?;
+    made(reader, &table.field("s"), value, Along::table(&nodes))
 }
 
 /// Somewhere in [0, 1] where the polynomial is not > 0, if there is such a place.

@@ -6,9 +6,7 @@ use super::reader::{Absent, Reader, Table};
 use super::rod::Memory;
 use super::rule::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY};
 use super::section::half_widths;
-use crate::scene::{
-    Damping, FaultKind, FrictionBarrier, FrictionLaw, Maxwell, PowerLaw, StrainMatrix,
-};
+use crate::scene::{BarrierTerm, Damping, FaultKind, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -133,7 +131,7 @@ fn barrier<'a>(
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
     rigid: Option<[bool; 6]>,
-) -> Option<FrictionBarrier> {
+) -> Option<BarrierTerm> {
     let allowed = "a table such as { strength = 0.1, half_widths = [0.05, 0.05] }";
     let table = reader.table(field, value, &BARRIER, allowed)?;
     let strength = table.number("strength");
@@ -150,7 +148,7 @@ fn barrier<'a>(
         );
         return None;
     }
-    Some(FrictionBarrier {
+    Some(BarrierTerm {
         strength: strength?,
         half_widths: half_widths?,
     })

@@ -7,7 +7,7 @@ use super::reader::{Absent, Table};
 use super::scene::open;
 use super::section::{outline, rest, rest_inside_barrier, section};
 use crate::scene::{
-    Bends, Damping, FaultKind, Material, Maxwell, Model, Outline, Profile, Rest, Rod, Section,
+    Bends, Damping, FaultKind, Material, Maxwell, Model, Profile, Rest, Rod, Section, Shape,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -218,9 +218,9 @@ fn planar_section(rod: &Table) -> Option<Section> {
     given("material").then_some(Section::Profile(of_shape(outline)))
 }
 
-fn of_shape(outline: Outline) -> Profile {
+fn of_shape(shape: Shape) -> Profile {
     Profile {
-        outline,
+        shape,
         shear_factor: None,
         torsion_constant: None,
         shear: None,

@@ -6,7 +6,7 @@ use super::reader::Table;
 use super::rod::Memory;
 use super::start::landing;
 use crate::rod::Path;
-use crate::scene::{FaultKind, Landing, Method, Run, Solve};
+use crate::scene::{FaultKind, LandingRule, Method, Run, Solve};
 
 /// What rounding leaves of the tolerance of a viscoelastic run.
 const FINEST: f64 = 1e-13;
@@ -32,7 +32,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         ),
         false => (
             table.flag("reduce"),
-            Some(Landing::Viscous),
+            Some(LandingRule::Viscous),
             Some(1),
             Some(0),
         ),

@@ -6,8 +6,8 @@ use super::matrix::{definite, rows};
 use super::reader::{Absent, Reader, Short, Table};
 use super::rule::{SIZE, STIFFNESS, VALUE};
 use crate::scene::{
-    Along, Barrier, BarrierTerm, Diagonal, FaultKind, Full, LawName, Outline, Profile, Rest, Rigid,
-    Section, Shape, Shaped, Stiffness, StrainName, Transverse,
+    Barrier, BarrierTerm, Diagonal, FaultKind, Full, Profile, Rest, Rigid, Section, Shape, Shaped,
+    Stiffness, StrainName, Transverse,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -213,43 +213,26 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
     }
     word?;
     let (linear, barrier) = (linear?, barrier?);
-    elastic.then_some(Section::Barrier(Barrier {
-        law: LawName::Barrier,
-        linear,
-        barrier,
-    }))
+    elastic.then_some(Section::Barrier(Barrier { linear, barrier }))
 }
 
 /// True if no stiffness varies along the rod, as a law with a barrier needs; else the faults.
 fn uniform(table: &Table, law: &Diagonal) -> bool {
-    let varies = |along: &[Along]| along.iter().any(|along| along.constant().is_none());
-    let shear: &[Along] = match &law.shear {
-        Stiffness::Elastic(shear) => shear,
-        Stiffness::Rigid => &[],
-    };
-    let axial: &[Along] = match &law.axial {
-        Stiffness::Elastic(axial) => std::slice::from_ref(axial),
-        Stiffness::Rigid => &[],
-    };
-    let torsion = std::slice::from_ref(&law.torsion);
-    let all = [
-        ("bending", &law.bending[..]),
-        ("torsion", torsion),
-        ("shear", shear),
-        ("axial", axial),
-    ];
-    let mut sound = true;
-    for (name, along) in all {
-        if let (true, Some(value)) = (varies(along), table.get(name)) {
+    let varying = law.named().filter(|(_, along)| along.constant().is_none());
+    let mut names: Vec<&str> = varying
+        .map(|(name, _)| name.trim_end_matches("[0]").trim_end_matches("[1]"))
+        .collect();
+    names.dedup();
+    for name in &names {
+        if let Some(value) = table.get(name) {
             let (field, kind) = (table.field(name), FaultKind::Conflict);
             let allowed = "the same all along the rod where the law has a barrier";
             table
                 .reader
                 .fault(kind, &field, value.span(), allowed, None);
-            sound = false;
         }
     }
-    sound
+    names.is_empty()
 }
 
 /// Half widths of a barrier.
@@ -265,7 +248,7 @@ pub(super) fn half_widths(table: &Table) -> Option<[f64; 2]> {
 pub(super) const OUTLINES: [&str; 3] = ["circle", "tube", "rectangle"];
 
 /// Reads the shape of a rod of a material.
-pub(super) fn outline(table: &Table) -> Option<Outline> {
+pub(super) fn outline(table: &Table) -> Option<Shape> {
     let given: Vec<&str> = OUTLINES
         .into_iter()
         .filter(|name| table.get(name).is_some())
@@ -303,23 +286,18 @@ pub(super) fn outline(table: &Table) -> Option<Outline> {
         .reader
         .table(&table.field(name), table.get(name)?, spec, allowed)?;
     match *name {
-        "circle" => Some(Outline::Circle {
-            diameter: sizes.number("diameter")?,
+        "circle" => Some(Shape::Circle {
+            radius: 0.5 * sizes.number("diameter")?,
         }),
         "tube" => {
             let (diameter, thickness) = (sizes.number("diameter"), sizes.number("thickness"));
-            let (diameter, thickness) = (diameter?, thickness?);
-            hollow(&sizes, thickness, 0.5 * diameter)?;
-            Some(Outline::Tube {
-                diameter,
-                thickness,
-            })
+            tube(&sizes, diameter.map(|diameter| 0.5 * diameter), thickness)
         }
         _ => {
             let (width, thickness) = (sizes.number("width"), sizes.number("thickness"));
-            Some(Outline::Rectangle {
+            Some(Shape::Rectangle {
                 width: width?,
-                thickness: thickness?,
+                height: thickness?,
             })
         }
     }
@@ -333,7 +311,7 @@ fn profile(table: &Table) -> Option<Profile> {
             !own.contains(name) && !OUTLINES.contains(name) && table.get(name).is_some()
         })
         .collect();
-    let outline = outline(table);
+    let shape = outline(table);
     for stranger in &strangers {
         let shapes: Vec<&str> = OUTLINES
             .into_iter()
@@ -349,7 +327,7 @@ fn profile(table: &Table) -> Option<Profile> {
     let torsion_constant = table.optional("torsion_constant");
     let (shear, axial) = (held(table, "shear"), held(table, "axial"));
     let profile = Profile {
-        outline: outline?,
+        shape: shape?,
         shear_factor: shear_factor?,
         torsion_constant: torsion_constant?,
         shear: shear?,
@@ -452,26 +430,22 @@ fn shape(table: &Table) -> Option<Shape> {
                 .zip(height)
                 .map(|(width, height)| Shape::Rectangle { width, height })
         }
-        Word::Tube => tube(table),
+        Word::Tube => {
+            let radius = radius(table, "outer_radius", "outer_diameter");
+            tube(table, radius, table.number("thickness"))
+        }
     };
     shape.filter(|_| others.is_empty())
 }
 
-fn tube(table: &Table) -> Option<Shape> {
-    let outer_radius = radius(table, "outer_radius", "outer_diameter");
-    let thickness = table.number("thickness");
+/// A tube, if its wall is thinner than its outer radius; else the fault.
+fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Option<Shape> {
     let (outer_radius, thickness) = (outer_radius?, thickness?);
-    hollow(table, thickness, outer_radius)?;
-    Some(Shape::Tube {
-        outer_radius,
-        thickness,
-    })
-}
-
-/// Nothing, if the wall of a tube is thinner than its outer radius; else the fault.
-fn hollow(table: &Table, thickness: f64, outer_radius: f64) -> Option<()> {
     if thickness < outer_radius {
-        return Some(());
+        return Some(Shape::Tube {
+            outer_radius,
+            thickness,
+        });
     }
     let value = table.get("thickness")?;
     let allowed = format!("less than the outer radius, {}", Short(outer_radius));
@@ -538,13 +512,11 @@ pub(super) fn rest_inside_barrier(
     // The border is a norm of the curvature: on a piecewise linear one it is greatest at the nodes.
     let mut places: Vec<f64> = (0..=64).map(|i| length * f64::from(i) / 64.0).collect();
     for along in &rest.curvature {
-        if let Along::Table { s, .. } = along {
-            places.extend(s);
-        }
+        places.extend(along.nodes());
     }
     let [h1, h2] = law.barrier.half_widths;
     let shortest = |s: &f64| {
-        let [u1, u2] = [0, 1].map(|i| rest.curvature[i].at(*s, length));
+        let [u1, u2] = [0, 1].map(|i| rest.curvature[i].at(*s, length).unwrap_or(f64::NAN));
         (h2 * u1).hypot(h1 * u2)
     };
     let Some(s) = places.iter().find(|s| !(shortest(s) < 1.0)) else {

@@ -9,7 +9,7 @@ use super::rod::{Memory, curvature};
 use super::rule::{FINITE, KAPPA, LAMBDA, VALUE};
 use crate::manifold;
 use crate::scene::{
-    Clamp, EndLoad, EndPose, FaultKind, Landing, Place, Relaxed, Rod, Sheet, SheetName, Start,
+    Clamp, EndLoad, EndPose, FaultKind, LandingRule, Place, Relaxed, Rod, Sheet, SheetName, Start,
     Straight, StrainField, StrainName,
 };
 use toml::Spanned;
@@ -452,26 +452,26 @@ pub(super) fn relaxed<'a>(
 }
 
 /// Reads `run.landing`.
-pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<Landing> {
+pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<LandingRule> {
     let words = [
-        ("viscous", Landing::Viscous),
-        ("lowest", Landing::Lowest),
-        ("all", Landing::All),
+        ("viscous", LandingRule::Viscous),
+        ("lowest", LandingRule::Lowest),
+        ("all", LandingRule::All),
     ];
     let allowed = r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#;
     let landing = run.read(
         "landing",
         allowed,
-        Absent::Or(Landing::Viscous),
+        Absent::Or(LandingRule::Viscous),
         |field, value| {
-            let named = |name: SheetName| Landing::Named(name.sheet);
+            let named = |name: SheetName| LandingRule::Named(name.sheet);
             word_or_name(run.reader, field, value, &words, allowed, &LANDING, named)
         },
     );
     let damped = memory.is_some_and(|memory| memory.damped);
     let ruled = landing
         .as_ref()
-        .is_some_and(|landing| *landing != Landing::Viscous);
+        .is_some_and(|landing| *landing != LandingRule::Viscous);
     if let (true, true, Some(value)) = (damped, ruled, run.get("landing")) {
         let hint = "a rod with damping finds its own way through a snap; leave out one of the two";
         run.reader.fault(

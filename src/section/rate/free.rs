@@ -1,11 +1,8 @@
 //! The strains that are free to change, and what is asked of numbers given for them.
 
 use crate::error::{Error, Result};
-use crate::section::{Compliance, Resultant, Strain};
+use crate::section::{Compliance, Resultant, Strain, StrainName};
 use nalgebra::{Matrix6, Vector6};
-
-/// What the strains are called in messages.
-pub(super) const NAMES: [&str; 6] = ["u1", "u2", "u3", "v1", "v2", "v3"];
 
 /// Which strains a compliance holds rigid: those that no resultant changes.
 pub(crate) fn rigid_of(compliance: &Compliance) -> [bool; 6] {
@@ -65,7 +62,8 @@ pub(super) fn kept(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
         if rate[k] != 0.0 {
             return Err(Error::domain(format!(
                 "the strain {} is held rigid: its rate is {} and must be 0",
-                NAMES[k], rate[k]
+                StrainName::ALL[k].as_str(),
+                rate[k]
             )));
         }
     }

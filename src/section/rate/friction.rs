@@ -18,10 +18,10 @@
 //! the integral of the overstress over time is finite, which is the argument of (7.14). (For that argument the bound
 //! (2.41) is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
 
-use super::free::{driving, finite, kept, positive};
+use super::free::{driving, finite, kept};
 use super::{Rate, RateLaw, Viscosity};
 use crate::error::{Error, Result};
-use crate::section::{Resultant, Strain};
+use crate::section::{BarrierTerm, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
 
 /// The law D = H e_t + Omega(d) d_t d(d)/de with Omega = strength/d, d = (v3^2 - V^2)/v3 (see the module's head, in
@@ -29,9 +29,7 @@ use nalgebra::{Matrix6, Vector6};
 #[derive(Debug, Clone)]
 pub struct FrictionBarrier {
     viscosity: Viscosity,
-    /// h2^2, h1^2.
-    squares: [f64; 2],
-    strength: f64,
+    term: BarrierTerm,
 }
 
 /// d and its derivatives.
@@ -48,26 +46,19 @@ impl FrictionBarrier {
     /// # Errors
     /// Half-widths or a strength not finite and > 0; a viscosity that holds v3 rigid.
     pub fn new(viscosity: Viscosity, half_widths: [f64; 2], strength: f64) -> Result<Self> {
-        positive("half_widths[0]", half_widths[0])?;
-        positive("half_widths[1]", half_widths[1])?;
-        positive("barrier strength", strength)?;
+        let term = BarrierTerm::new(half_widths, strength)?;
         if viscosity.rigid()[5] {
             return Err(Error::domain(
                 "a law that holds v3 rigid cannot have a friction barrier against total compression: \
                  give an axial viscosity, or leave the barrier out",
             ));
         }
-        let [h1, h2] = half_widths;
-        Ok(Self {
-            viscosity,
-            squares: [h2 * h2, h1 * h1],
-            strength,
-        })
+        Ok(Self { viscosity, term })
     }
 
     /// Omega(d), d > 0.
     pub fn friction(&self, depth: f64) -> f64 {
-        self.strength / depth
+        self.term.strength / depth
     }
 
     /// d = (v3^2 - V^2)/v3.
@@ -76,20 +67,13 @@ impl FrictionBarrier {
     /// Strains at or beyond total compression, v3 <= V.
     pub fn depth(&self, e: &Strain) -> Result<f64> {
         finite("strains", e)?;
-        let [a, b] = self.squares;
-        let compressed = (a.sqrt() * e[0]).hypot(b.sqrt() * e[1]);
-        if !(compressed < e[5]) {
-            return Err(Error::domain(format!(
-                "total compression: v3 = {} must be > sqrt(h2^2 u1^2 + h1^2 u2^2) = {compressed}",
-                e[5]
-            )));
-        }
+        let compressed = self.term.inside(e)?;
         Ok((e[5] - compressed) * (1.0 + compressed / e[5]))
     }
 
     fn at(&self, e: &Strain) -> Result<Depth> {
         let value = self.depth(e)?;
-        let [a, b] = self.squares;
+        let [b, a] = self.term.half_widths.map(|h| h * h);
         let (x, y, v) = (e[0] / e[5], e[1] / e[5], e[5]);
         let flat = a * x * x + b * y * y;
         let slope = Vector6::new(-2.0 * a * x, -2.0 * b * y, 0.0, 0.0, 0.0, 1.0 + flat);
@@ -116,7 +100,7 @@ impl RateLaw for FrictionBarrier {
         let depth = self.at(e)?;
         let across = inverse * depth.slope;
         // Written with 1/Omega, which is 0 at total compression, where Omega is infinite.
-        let give = depth.value / self.strength;
+        let give = depth.value / self.term.strength;
         let c = depth.slope.dot(&across);
         let share = give / (give + c);
         let push = across.dot(&driving);

@@ -1,9 +1,9 @@
 //! A viscoelastic section: stored energy, rate law, Maxwell branches.
 
 use super::RateLaw;
-use super::free::{NAMES, freed, inverse_of_free, positive, rigid_of};
+use super::free::{freed, inverse_of_free, positive, rigid_of};
 use crate::error::{Error, Result};
-use crate::section::{Resultant, SectionLaw};
+use crate::section::{Resultant, SectionLaw, StrainName};
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
@@ -74,7 +74,7 @@ fn semidefinite(modulus: &Matrix6<f64>) -> Result<()> {
             return Err(Error::domain(format!(
                 "modulus[{i}][{i}] = {} ({}) must be >= 0",
                 modulus[(i, i)],
-                NAMES[i]
+                StrainName::ALL[i].as_str()
             )));
         }
         for j in 0..i {
@@ -144,7 +144,7 @@ impl Viscoelastic {
                 };
                 return Err(Error::domain(format!(
                     "the {first} law holds {} rigid and the {second} law does not: both must, {cure}",
-                    NAMES[k]
+                    StrainName::ALL[k].as_str()
                 )));
             }
         }
