@@ -1,10 +1,10 @@
 //! The rod of a scene: its section, friction and memory.
 
 use super::{Section, section::flattened};
-use crate::section::{BarrierTerm, Rest};
+use crate::section::Rest;
+use crate::section::rate::{Damping, Maxwell, StrainMatrix};
 use crate::{Error, Result};
 use serde::Serialize;
-use serde::ser::{SerializeMap, Serializer};
 
 /// A rod without mass, clamped at its base.
 ///
@@ -32,7 +32,7 @@ pub struct Rod {
     pub damping: Option<Damping>,
     /// Maxwell branches (Prony series), at most 32, only with damping; default none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub relaxation: Vec<Maxwell>,
+    pub relaxation: Vec<Maxwell<StrainMatrix>>,
     /// A fixed number of strain nodes, 4..=400, only with damping; default chosen and adapted by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<usize>,
@@ -133,151 +133,4 @@ pub enum Model {
     Elastica,
     /// The Cosserat rod in space.
     Cosserat,
-}
-
-/// Numbers over the strains (u1, u2, u3, v1, v2, v3): a symmetric matrix. Rows and columns of strains that the section
-/// holds rigid have no effect.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StrainMatrix {
-    /// That of bending in the plane alone: a number; only in the plane.
-    Bending(f64),
-    /// Its diagonal: an array of six numbers.
-    Diagonal([f64; 6]),
-    /// By rows: an array of six arrays.
-    Full(Box<[[f64; 6]; 6]>),
-    /// So many times the stiffness of the section at its unloaded strains: `{ proportional = factor }`.
-    Proportional(f64),
-}
-
-impl StrainMatrix {
-    /// The rows; `None` if it is in proportion to the section.
-    pub fn rows(&self) -> Option<[[f64; 6]; 6]> {
-        let mut rows = [[0.0; 6]; 6];
-        match self {
-            Self::Bending(x) => rows[0][0] = *x,
-            Self::Diagonal(diagonal) => (0..6).for_each(|i| rows[i][i] = diagonal[i]),
-            Self::Full(full) => rows = **full,
-            Self::Proportional(_) => return None,
-        }
-        Some(rows)
-    }
-
-    /// Every entry (i, j) times `entry(i, j)`, a factor of proportionality times `factor`.
-    pub(super) fn scaled(&self, entry: impl Fn(usize, usize) -> f64, factor: f64) -> Self {
-        match self {
-            Self::Bending(x) => Self::Bending(x * entry(0, 0)),
-            Self::Diagonal(diagonal) => {
-                Self::Diagonal(std::array::from_fn(|i| diagonal[i] * entry(i, i)))
-            }
-            Self::Full(rows) => {
-                let row = |i: usize| std::array::from_fn(|j| rows[i][j] * entry(i, j));
-                Self::Full(Box::new(std::array::from_fn(row)))
-            }
-            Self::Proportional(x) => Self::Proportional(x * factor),
-        }
-    }
-
-    /// Every number of it.
-    pub(super) fn numbers(&self) -> Vec<f64> {
-        match self {
-            Self::Diagonal(diagonal) => diagonal.to_vec(),
-            Self::Full(rows) => rows.as_flattened().to_vec(),
-            Self::Bending(x) | Self::Proportional(x) => vec![*x],
-        }
-    }
-}
-
-impl Serialize for StrainMatrix {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        match self {
-            Self::Bending(x) => x.serialize(serializer),
-            Self::Diagonal(diagonal) => diagonal.serialize(serializer),
-            Self::Full(rows) => rows.serialize(serializer),
-            Self::Proportional(factor) => {
-                let mut table = serializer.serialize_map(Some(1))?;
-                table.serialize_entry("proportional", factor)?;
-                table.end()
-            }
-        }
-    }
-}
-
-/// Internal friction, w = dW/de + D(e, e_t) (AMV (2.20)); in the plane of the couple alone, m = EI theta' + D(theta'_t).
-///
-/// In a scene the matrix H alone, or a table: `{ proportional = 0.05, exponent = 0.5, rate = 1.0 }`,
-/// `{ proportional = 0.05, barrier = { strength = 0.1, half_widths = [0.05, 0.05] } }`; with `viscosity` in place of
-/// `proportional`, H is any matrix, in the plane a number.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Damping {
-    /// H, stiffness times time, positive definite in the strains that are not rigid;
-    /// [`StrainMatrix::Proportional`] is a time > 0.
-    pub viscosity: StrainMatrix,
-    /// How D follows from H.
-    pub law: FrictionLaw,
-}
-
-impl Damping {
-    /// eta, stiffness times time, of a planar rod of this bending stiffness; NaN in space.
-    pub fn viscosity(&self, bending_stiffness: f64) -> f64 {
-        match self.viscosity {
-            StrainMatrix::Bending(viscosity) => viscosity,
-            StrainMatrix::Proportional(time) => time * bending_stiffness,
-            StrainMatrix::Diagonal(_) | StrainMatrix::Full(_) => f64::NAN,
-        }
-    }
-}
-
-/// How friction depends on strains and rates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FrictionLaw {
-    /// Kelvin-Voigt, D = H e_t.
-    Linear,
-    /// D = H e_t (1 + e_t.K e_t/(B rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at its
-    /// unloaded strains, and B the reference bending stiffness of the rod
-    /// ([`Rod::reference_stiffness`](crate::rod::Rod::reference_stiffness)); for flexure alone
-    /// eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
-    Power(PowerLaw),
-    /// D = H e_t and friction that is infinite at total compression (AMV (2.40), (2.41)); only in space.
-    Barrier(BarrierTerm),
-}
-
-/// Friction that grows with a power of the rate: linear below `rate`, as rate^exponent above it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct PowerLaw {
-    /// In [0.1, 10]; 1 is Kelvin-Voigt, less is shear thinning.
-    pub exponent: f64,
-    /// Rate of the curvature > 0 at which the power sets in, 1/(length times time).
-    pub rate: f64,
-}
-
-impl Serialize for Damping {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        if self.law == FrictionLaw::Linear {
-            return self.viscosity.serialize(serializer);
-        }
-        let mut table = serializer.serialize_map(None)?;
-        match &self.viscosity {
-            StrainMatrix::Proportional(time) => table.serialize_entry("proportional", time)?,
-            matrix => table.serialize_entry("viscosity", matrix)?,
-        }
-        match self.law {
-            FrictionLaw::Linear => {}
-            FrictionLaw::Power(PowerLaw { exponent, rate }) => {
-                table.serialize_entry("exponent", &exponent)?;
-                table.serialize_entry("rate", &rate)?;
-            }
-            FrictionLaw::Barrier(barrier) => table.serialize_entry("barrier", &barrier)?,
-        }
-        table.end()
-    }
-}
-
-/// A Maxwell branch, a spring in series with a dashpot beside the section: with z the strain of its dashpot it adds
-/// E (e - z) to the resultants.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Maxwell {
-    /// E, positive semidefinite in the strains that are not rigid; [`StrainMatrix::Proportional`] is a number >= 0.
-    pub stiffness: StrainMatrix,
-    /// Its relaxation time > 0.
-    pub time: f64,
 }

@@ -1,9 +1,8 @@
 //! From the user's units to those of the library, and back.
 
 use super::{
-    BarrierTerm, Body, Clamp, ClampMotion, Damping, EndLoad, EndPose, Force, FrictionLaw, InTime,
-    Joint, Loads, Maxwell, Place, PowerLaw, Pulse, Ramp, Relaxed, Scene, Sine, Start, StrainField,
-    StrainMatrix, Translation, Turn, TurnAngle, Units,
+    Body, Clamp, Damping, FrictionLaw, InTime, Joint, Loads, Maxwell, Place, Relaxed, Scene, Sine,
+    Start, StrainField, StrainMatrix, Translation, TurnAngle, Units,
 };
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
@@ -32,6 +31,41 @@ pub struct Scales {
     pub acceleration: f64,
     /// force / velocity = sqrt(m EI / L^3).
     pub drag: f64,
+}
+
+/// What a number of a scene measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// A pure number.
+    Number,
+    /// A length.
+    Length,
+    /// A time.
+    Time,
+    /// A frequency, or the rate of an angle.
+    Frequency,
+    /// A velocity.
+    Velocity,
+    /// An acceleration.
+    Acceleration,
+    /// A mass times a length squared.
+    Inertia,
+    /// A force.
+    Force,
+    /// A couple, or an energy.
+    Couple,
+    /// A force per velocity.
+    Drag,
+    /// A couple per angular velocity.
+    RotationalDrag,
+    /// A curvature, or a twist per length.
+    Curvature,
+    /// The rate of a curvature.
+    CurvatureRate,
+    /// A stiffness between the strains i and j of (u1, .. v3).
+    Stiffness(usize, usize),
+    /// A viscosity between them.
+    Viscosity(usize, usize),
 }
 
 impl Scales {
@@ -94,6 +128,30 @@ impl Scales {
         }
     }
 
+    /// A number of the scene in the library's units: the one place where they are made.
+    pub fn inward(&self, dimension: Dimension, x: f64) -> f64 {
+        // Couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
+        let size = |i: usize| if i < 3 { 1.0 } else { self.length };
+        let stiffness = |i, j| size(i) * size(j) / self.stiffness();
+        match dimension {
+            Dimension::Number => x,
+            Dimension::Length => x / self.length,
+            Dimension::Time => x / self.time,
+            Dimension::Frequency => x * self.time,
+            Dimension::Velocity => x / self.velocity,
+            Dimension::Acceleration => x / self.acceleration,
+            Dimension::Inertia => x / (self.mass * self.length * self.length),
+            Dimension::Force => x / self.force,
+            Dimension::Couple => x / self.energy,
+            Dimension::Drag => x / self.drag,
+            Dimension::RotationalDrag => x / (self.energy * self.time),
+            Dimension::Curvature => x * self.length,
+            Dimension::CurvatureRate => x * self.length * self.time,
+            Dimension::Stiffness(i, j) => x * stiffness(i, j),
+            Dimension::Viscosity(i, j) => x * (stiffness(i, j) / self.time),
+        }
+    }
+
     /// True if no scale over- or underflows.
     pub(super) fn are_normal(&self) -> bool {
         let all = [self.length, self.force, self.energy, self.mass];
@@ -109,7 +167,7 @@ pub struct Dimensionless {
     /// Friction; a proportional one is a time.
     pub damping: Option<Damping>,
     /// Maxwell branches.
-    pub relaxation: Vec<Maxwell>,
+    pub relaxation: Vec<Maxwell<StrainMatrix>>,
     /// The pose of the base.
     pub clamp: Clamp,
     /// The body; its mass is 1.
@@ -149,177 +207,198 @@ impl Scene {
     /// As [`Scene::scales`].
     pub fn dimensionless(&self) -> Result<Dimensionless> {
         let scales = self.scales()?;
-        let over = |scale: f64| move |x: f64| x / scale;
-        // Couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
-        let size = |i: usize| if i < 3 { 1.0 } else { scales.length };
-        let stiffness = |i: usize, j: usize| size(i) * size(j) / scales.stiffness();
-        let viscosity = |i, j| stiffness(i, j) / scales.time;
-        let damping = |damping: &Damping| Damping {
-            viscosity: damping.viscosity.scaled(viscosity, 1.0 / scales.time),
-            law: match damping.law {
-                FrictionLaw::Linear => FrictionLaw::Linear,
-                FrictionLaw::Power(power) => FrictionLaw::Power(PowerLaw {
-                    rate: power.rate * scales.length * scales.time,
-                    ..power
-                }),
-                FrictionLaw::Barrier(barrier) => FrictionLaw::Barrier(BarrierTerm {
-                    strength: barrier.strength * viscosity(5, 5),
-                    half_widths: barrier.half_widths.map(over(scales.length)),
-                }),
-            },
+        let mut plain = Dimensionless {
+            damping: self.rod.damping.clone(),
+            relaxation: self.rod.relaxation.clone(),
+            clamp: self.clamp.clone(),
+            body: self.body()?.clone(),
+            start: self.start.clone(),
+            loads: self.loads.clone(),
+            duration: self.run()?.duration,
         };
-        let branch = |branch: &Maxwell| Maxwell {
-            stiffness: branch.stiffness.scaled(stiffness, 1.0),
-            time: branch.time / scales.time,
-        };
-        let body = self.body()?;
-        let inertia = scales.mass * scales.length * scales.length;
-        let joint = match &body.joint {
-            Joint::Ball => Joint::Ball,
-            Joint::Weld { offset, inertia: j } => Joint::Weld {
-                offset: offset.map(over(scales.length)),
-                inertia: j.map(|row| row.map(over(inertia))),
-            },
-        };
-        let loads = &self.loads;
-        Ok(Dimensionless {
-            damping: self.rod.damping.as_ref().map(damping),
-            relaxation: self.rod.relaxation.iter().map(branch).collect(),
-            clamp: clamp(&self.clamp, &scales),
-            body: Body { mass: 1.0, joint },
-            start: start(&self.start, &scales),
-            loads: Loads {
-                gravity: loads.gravity.map(over(scales.acceleration)),
-                dead: loads.dead.map(over(scales.force)),
-                couple: loads.couple.map(over(scales.energy)),
-                drag: loads.drag / scales.drag,
-                rotational_drag: loads.rotational_drag / (scales.energy * scales.time),
-                force: loads
-                    .force
-                    .iter()
-                    .map(|load| force(load, &scales))
-                    .collect(),
-            },
-            duration: self.run()?.duration / scales.time,
-        })
-    }
-}
-
-fn sine(sine: &Sine, scales: &Scales, size: f64) -> Sine {
-    Sine {
-        amplitude: sine.amplitude / size,
-        frequency: sine.frequency * scales.time,
-        phase: sine.phase,
-    }
-}
-
-fn force(force: &Force, scales: &Scales) -> Force {
-    let (t, f) = (scales.time, scales.force);
-    let size = match &force.size {
-        InTime::Sine(size) => InTime::Sine(sine(size, scales, f)),
-        InTime::Ramp(ramp) => InTime::Ramp(Ramp {
-            from: ramp.from / f,
-            to: ramp.to / f,
-            start: ramp.start / t,
-            until: ramp.until / t,
-        }),
-        InTime::Pulse(pulse) => InTime::Pulse(Pulse {
-            at: pulse.at / t,
-            width: pulse.width / t,
-            amplitude: pulse.amplitude / f,
-        }),
-        InTime::Table(rows) => InTime::Table(rows.iter().map(|[s, x]| [s / t, x / f]).collect()),
-    };
-    Force {
-        direction: force.direction,
-        size,
-    }
-}
-
-fn clamp(clamp: &Clamp, scales: &Scales) -> Clamp {
-    let length = scales.length;
-    let row = |row: &Vec<f64>| {
-        let scaled = row.iter().enumerate();
-        let scaled = scaled.map(|(i, x)| x / if i == 0 { scales.time } else { length });
-        scaled.collect()
-    };
-    let translate = |translation: &Translation| match translation {
-        Translation::Table(rows) => Translation::Table(rows.iter().map(row).collect()),
-        Translation::Sine { direction, sine: s } => Translation::Sine {
-            direction: *direction,
-            sine: sine(s, scales, length),
-        },
-    };
-    let turn = |turn: &Turn| Turn {
-        axis: turn.axis,
-        angle: match &turn.angle {
-            TurnAngle::Rate { rate } => TurnAngle::Rate {
-                rate: rate * scales.time,
-            },
-            TurnAngle::Sine(s) => TurnAngle::Sine(sine(s, scales, 1.0)),
-        },
-    };
-    Clamp {
-        position: clamp.position.map(|x| x / length),
-        orientation: clamp.orientation,
-        motion: clamp.motion.as_ref().map(|motion| ClampMotion {
-            translate: motion.translate.as_ref().map(translate),
-            turn: motion.turn.as_ref().map(turn),
-        }),
-    }
-}
-
-fn start(start: &Start, scales: &Scales) -> Start {
-    let over = |scale: f64| move |x: f64| x / scale;
-    let curvature = |field: &Vec<f64>| field.iter().map(|c| c * scales.length).collect();
-    let strain = |field: &StrainField| {
-        let scaled = |i: usize| {
-            let by = if i < 3 { scales.length } else { 1.0 };
-            Some(field.0[i].as_ref()?.iter().map(|c| c * by).collect())
-        };
-        StrainField(std::array::from_fn(scaled))
-    };
-    let place = match &start.place {
-        Place::Position { position, sheet } => Place::Position {
-            position: position.map(over(scales.length)),
-            sheet: sheet.clone(),
-        },
-        Place::Curvature { curvature: c } => Place::Curvature {
-            curvature: curvature(c),
-        },
-        Place::Strain { strain: field } => Place::Strain {
-            strain: strain(field),
-        },
-        Place::Equilibrium { equilibrium } => Place::Equilibrium {
-            equilibrium: EndLoad {
-                force: equilibrium.force.map(over(scales.force)),
-                couple: equilibrium.couple.map(over(scales.energy)),
-            },
-        },
-        Place::Pose { pose } => Place::Pose {
-            pose: EndPose {
-                position: pose.position.map(over(scales.length)),
-                ..*pose
-            },
-        },
-        Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {
-            start.place.clone()
+        for number in plain.numbers() {
+            *number.value = scales.inward(number.dimension, *number.value);
         }
-    };
-    Start {
-        place,
-        relaxed: match &start.relaxed {
-            Relaxed::Curvature(field) => Relaxed::Curvature(curvature(field)),
-            Relaxed::Strain(field) => Relaxed::Strain(strain(field)),
-            other => other.clone(),
-        },
-        velocity: start.velocity.map(over(scales.velocity)),
-        angular_velocity: start.angular_velocity.map(|w| w * scales.time),
-        wrench: start.wrench,
+        plain.body.mass = 1.0;
+        Ok(plain)
+    }
+}
+
+/// A number of a scene.
+struct Number<'a> {
+    dimension: Dimension,
+    /// It must be > 0.
+    positive: bool,
+    value: &'a mut f64,
+}
+
+/// A list of them in the making.
+#[derive(Default)]
+struct Numbers<'a>(Vec<Number<'a>>);
+
+impl<'a> Numbers<'a> {
+    fn add(&mut self, dimension: Dimension, values: impl IntoIterator<Item = &'a mut f64>) {
+        self.extend(dimension, values, false);
+    }
+
+    fn positive(&mut self, dimension: Dimension, values: impl IntoIterator<Item = &'a mut f64>) {
+        self.extend(dimension, values, true);
+    }
+
+    fn extend(
+        &mut self,
+        dimension: Dimension,
+        values: impl IntoIterator<Item = &'a mut f64>,
+        positive: bool,
+    ) {
+        let number = |value| Number {
+            dimension,
+            positive,
+            value,
+        };
+        self.0.extend(values.into_iter().map(number));
+    }
+
+    /// A matrix over the strains.
+    fn matrix(&mut self, matrix: &'a mut StrainMatrix, entry: fn(usize, usize) -> Dimension) {
+        match matrix {
+            StrainMatrix::Bending(x) => self.add(entry(0, 0), [x]),
+            StrainMatrix::Proportional(x) => self.add(Dimension::Number, [x]),
+            StrainMatrix::Diagonal(all) => {
+                let each = all.iter_mut().enumerate();
+                each.for_each(|(i, x)| self.add(entry(i, i), [x]));
+            }
+            StrainMatrix::Full(rows) => {
+                let each = rows.as_flattened_mut().iter_mut().enumerate();
+                each.for_each(|(k, x)| self.add(entry(k / 6, k % 6), [x]));
+            }
+        }
+    }
+
+    fn sine(&mut self, size: Dimension, sine: &'a mut Sine) {
+        self.add(size, [&mut sine.amplitude]);
+        self.add(Dimension::Frequency, [&mut sine.frequency]);
+    }
+
+    fn clamp(&mut self, clamp: &'a mut Clamp) {
+        self.add(Dimension::Length, &mut clamp.position);
+        let Some(motion) = &mut clamp.motion else {
+            return;
+        };
+        match &mut motion.translate {
+            None => {}
+            Some(Translation::Sine { sine, .. }) => self.sine(Dimension::Length, sine),
+            Some(Translation::Table(rows)) => {
+                for row in rows {
+                    let (time, place) = row.split_at_mut(1);
+                    self.add(Dimension::Time, time);
+                    self.add(Dimension::Length, place);
+                }
+            }
+        }
+        match motion.turn.as_mut().map(|turn| &mut turn.angle) {
+            None => {}
+            Some(TurnAngle::Rate { rate }) => self.add(Dimension::Frequency, [rate]),
+            Some(TurnAngle::Sine(sine)) => self.sine(Dimension::Number, sine),
+        }
+    }
+
+    fn strains(&mut self, field: &'a mut StrainField) {
+        let (bent, stretched) = field.0.split_at_mut(3);
+        self.add(Dimension::Curvature, bent.iter_mut().flatten().flatten());
+        self.add(Dimension::Number, stretched.iter_mut().flatten().flatten());
+    }
+
+    fn start(&mut self, start: &'a mut Start) {
+        match &mut start.place {
+            Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {}
+            Place::Position { position, .. } => self.add(Dimension::Length, position),
+            Place::Curvature { curvature } => self.add(Dimension::Curvature, curvature),
+            Place::Strain { strain } => self.strains(strain),
+            Place::Equilibrium { equilibrium } => {
+                self.add(Dimension::Force, &mut equilibrium.force);
+                self.add(Dimension::Couple, &mut equilibrium.couple);
+            }
+            Place::Pose { pose } => self.add(Dimension::Length, &mut pose.position),
+        }
+        match &mut start.relaxed {
+            Relaxed::Start | Relaxed::Unloaded => {}
+            Relaxed::Curvature(field) => self.add(Dimension::Curvature, field),
+            Relaxed::Strain(field) => self.strains(field),
+        }
+        self.add(Dimension::Velocity, &mut start.velocity);
+        self.add(Dimension::Frequency, &mut start.angular_velocity);
+    }
+
+    fn loads(&mut self, loads: &'a mut Loads) {
+        self.add(Dimension::Acceleration, &mut loads.gravity);
+        self.add(Dimension::Force, &mut loads.dead);
+        self.add(Dimension::Couple, &mut loads.couple);
+        self.add(Dimension::Drag, [&mut loads.drag]);
+        self.add(Dimension::RotationalDrag, [&mut loads.rotational_drag]);
+        for force in &mut loads.force {
+            match &mut force.size {
+                InTime::Sine(sine) => self.sine(Dimension::Force, sine),
+                InTime::Ramp(ramp) => {
+                    self.add(Dimension::Force, [&mut ramp.from, &mut ramp.to]);
+                    self.add(Dimension::Time, [&mut ramp.start, &mut ramp.until]);
+                }
+                InTime::Pulse(pulse) => {
+                    self.add(Dimension::Time, [&mut pulse.at]);
+                    self.positive(Dimension::Time, [&mut pulse.width]);
+                    self.add(Dimension::Force, [&mut pulse.amplitude]);
+                }
+                InTime::Table(rows) => {
+                    for [t, f] in rows {
+                        self.add(Dimension::Time, [t]);
+                        self.add(Dimension::Force, [f]);
+                    }
+                }
+            }
+        }
     }
 }
 
 impl Dimensionless {
+    /// Every number of it, with what it measures.
+    fn numbers(&mut self) -> Vec<Number<'_>> {
+        let mut all = Numbers::default();
+        all.positive(Dimension::Time, [&mut self.duration]);
+        if let Some(damping) = &mut self.damping {
+            match &mut damping.viscosity {
+                StrainMatrix::Bending(x) => all.positive(Dimension::Viscosity(0, 0), [x]),
+                StrainMatrix::Proportional(time) => all.positive(Dimension::Time, [time]),
+                matrix => all.matrix(matrix, Dimension::Viscosity),
+            }
+            match &mut damping.law {
+                FrictionLaw::Linear => {}
+                FrictionLaw::Power(power) => {
+                    all.positive(Dimension::CurvatureRate, [&mut power.rate]);
+                }
+                FrictionLaw::Barrier(barrier) => {
+                    all.positive(Dimension::Viscosity(5, 5), [&mut barrier.strength]);
+                    all.positive(Dimension::Length, &mut barrier.half_widths);
+                }
+            }
+        }
+        for branch in &mut self.relaxation {
+            all.matrix(&mut branch.modulus, Dimension::Stiffness);
+            all.positive(Dimension::Time, [&mut branch.time]);
+        }
+        if let Joint::Weld { offset, inertia } = &mut self.body.joint {
+            all.add(Dimension::Length, offset);
+            for (i, row) in inertia.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    all.extend(Dimension::Inertia, [entry], i == j);
+                }
+            }
+        }
+        all.clamp(&mut self.clamp);
+        all.start(&mut self.start);
+        all.loads(&mut self.loads);
+        all.0
+    }
+
     /// Viscosity eta of a planar rod; 0 if it is elastic.
     pub fn viscosity(&self) -> f64 {
         self.damping
@@ -327,76 +406,10 @@ impl Dimensionless {
             .map_or(0.0, |damping| damping.viscosity(1.0))
     }
 
-    /// True if every number is finite, with its square, as energies and powers have it, and none that is > 0 underflows.
-    pub(super) fn is_finite(&self) -> bool {
-        let (mut numbers, mut positive) = (Vec::new(), vec![self.duration]);
-        if let Some(damping) = &self.damping {
-            numbers.extend(damping.viscosity.numbers());
-            match damping.law {
-                FrictionLaw::Linear => {}
-                FrictionLaw::Power(power) => positive.push(power.rate),
-                FrictionLaw::Barrier(BarrierTerm {
-                    strength,
-                    half_widths,
-                }) => positive.extend([strength, half_widths[0], half_widths[1]]),
-            }
-            if let StrainMatrix::Bending(x) | StrainMatrix::Proportional(x) = damping.viscosity {
-                positive.push(x);
-            }
-        }
-        for branch in &self.relaxation {
-            numbers.extend(branch.stiffness.numbers());
-            positive.push(branch.time);
-        }
-        if let Joint::Weld { offset, inertia } = &self.body.joint {
-            numbers.extend(offset);
-            numbers.extend(inertia.as_flattened());
-            positive.extend([0, 1, 2].map(|i| inertia[i][i]));
-        }
-        let Start {
-            place,
-            relaxed,
-            velocity,
-            angular_velocity,
-            ..
-        } = &self.start;
-        match place {
-            Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {}
-            Place::Position { position, .. } => numbers.extend(position),
-            Place::Curvature { curvature } => numbers.extend(curvature),
-            Place::Strain { strain } => numbers.extend(strain.0.iter().flatten().flatten()),
-            Place::Equilibrium { equilibrium: load } => {
-                numbers.extend(load.force.iter().chain(&load.couple))
-            }
-            Place::Pose { pose } => numbers.extend(pose.position),
-        }
-        match relaxed {
-            Relaxed::Start | Relaxed::Unloaded => {}
-            Relaxed::Curvature(field) => numbers.extend(field),
-            Relaxed::Strain(field) => numbers.extend(field.0.iter().flatten().flatten()),
-        }
-        let loads = &self.loads;
-        let vectors = [
-            self.clamp.position,
-            *velocity,
-            *angular_velocity,
-            loads.gravity,
-            loads.dead,
-            loads.couple,
-        ];
-        numbers.extend(vectors.as_flattened());
-        numbers.extend([loads.drag, loads.rotational_drag]);
-        for force in &loads.force {
-            match &force.size {
-                InTime::Sine(sine) => numbers.extend([sine.amplitude, sine.frequency]),
-                InTime::Ramp(r) => numbers.extend([r.from, r.to, r.start, r.until]),
-                InTime::Pulse(pulse) => {
-                    numbers.extend([pulse.at, pulse.amplitude]);
-                    positive.push(pulse.width);
-                }
-                InTime::Table(rows) => numbers.extend(rows.as_flattened()),
-            }
-        }
-        numbers.iter().all(|x| (x * x).is_finite()) && positive.iter().all(|x| x.is_normal())
+    /// True if every number is finite, with its square, as energies and powers have it, and none that must be > 0 underflows.
+    pub(super) fn is_finite(mut self) -> bool {
+        let sound = |x: f64, positive: bool| (x * x).is_finite() && (!positive || x.is_normal());
+        let mut numbers = self.numbers().into_iter();
+        numbers.all(|number| sound(*number.value, number.positive))
     }
 }

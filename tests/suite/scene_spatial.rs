@@ -126,7 +126,7 @@ fn fields_and_defaults() {
     );
     assert_eq!(scene.rod.relaxation.len(), 2);
     assert_eq!(
-        scene.rod.relaxation[1].stiffness,
+        scene.rod.relaxation[1].modulus,
         StrainMatrix::Proportional(0.25)
     );
     assert_eq!((scene.rod.nodes, scene.rod.length), (Some(16), 0.5));
@@ -489,15 +489,12 @@ fn si_scales() {
     };
     let by_hand = [0.15, 0.2, 0.1, 1.25, 2.5, 6.25].map(|x| x / time);
     all_close(h, &by_hand);
-    let StrainMatrix::Diagonal(e) = &free.relaxation[0].stiffness else {
+    let StrainMatrix::Diagonal(e) = &free.relaxation[0].modulus else {
         panic!()
     };
     all_close(e, &[0.5, 1.0, 0.0, 12.5, 25.0, 37.5]);
     close(free.relaxation[0].time, 2.0 / time);
-    assert_eq!(
-        free.relaxation[1].stiffness,
-        StrainMatrix::Proportional(0.25)
-    );
+    assert_eq!(free.relaxation[1].modulus, StrainMatrix::Proportional(0.25));
     all_close(&free.clamp.position, &[0.2, 0.0, 0.4]);
     let Joint::Weld { offset, inertia } = &free.body.joint else {
         panic!()

@@ -56,7 +56,7 @@ fn planar_fields_and_defaults() {
         (Some(eta), Some(24))
     );
     let branch = |stiffness, time| Maxwell {
-        stiffness: StrainMatrix::Bending(stiffness),
+        modulus: StrainMatrix::Bending(stiffness),
         time,
     };
     assert_eq!(scene.rod.relaxation, [branch(0.01, 2.0), branch(0.0, 0.5)]);
@@ -297,12 +297,12 @@ fn planar_si_scales() {
     };
     close(rate.rate, 2.0 * time);
     assert_eq!(rate.exponent, 0.5);
-    let StrainMatrix::Bending(stiffness) = free.relaxation[0].stiffness else {
+    let StrainMatrix::Bending(stiffness) = free.relaxation[0].modulus else {
         panic!()
     };
     close(stiffness, 0.5);
     close(free.relaxation[0].time, 2.0 / time);
-    assert_eq!(free.relaxation[1].stiffness, StrainMatrix::Bending(0.0));
+    assert_eq!(free.relaxation[1].modulus, StrainMatrix::Bending(0.0));
     let curvature = vec![0.75, -0.75];
     assert_eq!(free.start.place, Place::Curvature { curvature });
     assert_eq!(free.start.relaxed, Relaxed::Curvature(vec![0.125]));

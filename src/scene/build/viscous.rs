@@ -2,6 +2,7 @@
 
 use super::clamp::{self, Seen};
 use super::planar::{body, start};
+use super::section::ELASTIC;
 use crate::body::Body;
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
@@ -11,11 +12,8 @@ use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousRun, ViscousStart};
 use crate::motion::{Nodes, Options};
-use crate::scene::{Damping, FrictionLaw, Place, Relaxed, Rod, Scales, Scene, StrainMatrix};
-use crate::section::Linear;
-use crate::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
-use nalgebra::{Matrix6, Vector1, Vector2};
-use std::sync::Arc;
+use crate::scene::{Place, Relaxed, Scales, Scene, StrainName};
+use nalgebra::{Vector1, Vector2};
 
 /// A planar viscoelastic scene made ready to run: length, stiffness and mass are 1.
 #[derive(Debug, Clone)]
@@ -132,7 +130,7 @@ impl ViscousSetup {
         let law = scene.viscoelastic()?.measured(scales.measures());
         Ok(Self {
             body: body(&plain)?,
-            material: Material::new(law, [BENDING])?,
+            material: Material::new(law, [StrainName::U1 as usize])?,
             viscosity,
             strain,
             relaxed,
@@ -163,34 +161,3 @@ impl ViscousSetup {
         .map_err(|e| e.context("[start]"))
     }
 }
-
-pub(super) const ELASTIC: &str = "rod.damping is missing or 0: an elastic rod has";
-
-/// The section of a planar rod, in the scene's units. Of it only bending in the plane moves; the other stiffnesses are not
-/// used.
-pub(super) fn planar_section(rod: &Rod, bending: f64, damping: &Damping) -> Result<Viscoelastic> {
-    let viscosity = damping.viscosity(bending);
-    let friction = Viscosity::diagonal([viscosity; 2], viscosity)?;
-    let rate: Arc<dyn RateLaw> = match damping.law {
-        FrictionLaw::Power(power) => {
-            let onset = viscosity * power.rate * power.rate;
-            Arc::new(Carreau::new(friction, onset, power.exponent)?)
-        }
-        FrictionLaw::Linear | FrictionLaw::Barrier(_) => Arc::new(KelvinVoigt::new(friction)),
-    };
-    let elastic = Linear::diagonal([bending; 2], bending)?;
-    let mut law = Viscoelastic::new(Arc::new(elastic), rate)?;
-    for branch in &rod.relaxation {
-        let mut modulus = Matrix6::zeros();
-        modulus[(BENDING, BENDING)] = match branch.stiffness {
-            StrainMatrix::Bending(stiffness) => stiffness,
-            StrainMatrix::Proportional(share) => share * bending,
-            _ => f64::NAN,
-        };
-        law = law.with_branch(Maxwell::new(modulus, branch.time)?)?;
-    }
-    Ok(law)
-}
-
-/// The strain that a planar rod has, among u1 .. v3.
-const BENDING: usize = 0;

@@ -204,7 +204,10 @@ fn array_matrix(
 }
 
 /// Reads `rod.relaxation`.
-pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<Maxwell>> {
+pub(super) fn branches(
+    rod: &Table,
+    rigid: Option<[bool; 6]>,
+) -> Option<Vec<Maxwell<StrainMatrix>>> {
     let allowed = "an array of tables such as { stiffness = { proportional = 0.5 }, time = 2.0 }, one for each Maxwell \
                    branch";
     relaxation(rod, allowed, |table| {
@@ -213,7 +216,7 @@ pub(super) fn branches(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Vec<Maxw
         });
         let time = relaxation_time(table);
         Some(Maxwell {
-            stiffness: stiffness?,
+            modulus: stiffness?,
             time: time?,
         })
     })
@@ -321,7 +324,7 @@ pub(super) fn relaxation<T>(
 }
 
 /// Reads the Maxwell branches of a planar rod.
-pub(super) fn planar_branches(rod: &Table) -> Option<Vec<Maxwell>> {
+pub(super) fn planar_branches(rod: &Table) -> Option<Vec<Maxwell<StrainMatrix>>> {
     if !Memory::of(rod).damped {
         let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, \
                    however small";
@@ -333,7 +336,7 @@ pub(super) fn planar_branches(rod: &Table) -> Option<Vec<Maxwell>> {
         let stiffness = table.number("stiffness");
         let time = relaxation_time(table);
         Some(Maxwell {
-            stiffness: StrainMatrix::Bending(stiffness?),
+            modulus: StrainMatrix::Bending(stiffness?),
             time: time?,
         })
     })

@@ -8,6 +8,7 @@ use super::scene::open;
 use super::section::{outline, rest, rest_inside_barrier, section};
 use crate::scene::{
     Bends, Damping, FaultKind, Material, Maxwell, Model, Profile, Rest, Rod, Section, Shape,
+    StrainMatrix,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -52,7 +53,7 @@ pub(super) struct Parts {
     pub section: Option<Section>,
     rest: Option<Rest>,
     damping: Option<Option<Damping>>,
-    relaxation: Option<Vec<Maxwell>>,
+    relaxation: Option<Vec<Maxwell<StrainMatrix>>>,
     nodes: Option<Option<usize>>,
 }
 

@@ -12,6 +12,8 @@
 //! | [`Dissipative`] | d(Phi)/d(e_t) | a user's own [`DissipationPotential`] |
 //! | [`SmallViscosity`] | D(e, eta e_t) of another law | (8.1) |
 //!
+//! [`Damping`] prescribes one of the first three by numbers, which may be in proportion to the elastic law.
+//!
 //! A [`Viscoelastic`] section joins a stored energy, a rate law and [`Maxwell`] branches. Strains that the elastic law
 //! holds rigid (v1, v2, v3 can be) have rate zero; what belongs to them in an overstress is a reaction and is ignored.
 
@@ -20,6 +22,7 @@ mod dissipative;
 mod free;
 mod friction;
 mod kelvin_voigt;
+mod prescribed;
 mod small;
 mod viscoelastic;
 mod viscosity;
@@ -28,6 +31,7 @@ pub use carreau::Carreau;
 pub use dissipative::{DissipationPotential, Dissipative};
 pub use friction::FrictionBarrier;
 pub use kelvin_voigt::KelvinVoigt;
+pub use prescribed::{Damping, FrictionLaw, PowerLaw, StrainMatrix};
 pub use small::SmallViscosity;
 pub use viscoelastic::{Maxwell, Viscoelastic};
 pub use viscosity::{Viscosity, ViscosityAt};

@@ -9,10 +9,14 @@ use std::sync::Arc;
 
 /// A Maxwell branch beside the stored energy: a spring in series with a dashpot. With z the strain of its dashpot the
 /// branch adds E (e - z) to the resultants, 1/2 (e - z).E (e - z) to the stored energy, and z_t = (e - z)/time.
+///
+/// E is a matrix, or a [`StrainMatrix`](super::StrainMatrix) that may be in proportion to the section beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Maxwell {
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Maxwell<E = Matrix6<f64>> {
     /// E, symmetric positive semidefinite.
-    pub modulus: Matrix6<f64>,
+    #[cfg_attr(feature = "scene", serde(rename = "stiffness"))]
+    pub modulus: E,
     /// Its relaxation time, > 0.
     pub time: f64,
 }
