@@ -73,7 +73,9 @@ pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMa
 pub use crate::section::{Along, BarrierTerm, Diagonal, Rest, Shape, Stiffness, StrainName};
 pub use crate::solve::integrator::Method;
 pub use branch::{Continue, Second, Solve};
-pub use build::{MotionSetup, Moving, Setup, SpaceField, ViscousSetup};
+pub use build::{
+    ElasticPlane, ModelKind, MotionModel, Moving, Setup, SpaceField, ViscousPlane, ViscousSpace,
+};
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Sine, Translation,
     Turn, TurnAngle,

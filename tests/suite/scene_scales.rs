@@ -1,7 +1,7 @@
 //! Scenes: the scaling between the user's units and the library's.
 
 use proptest::prelude::*;
-use snaprod::scene::{Force, InTime, Place, Scene, Section, Setup, Sine, Units};
+use snaprod::scene::{ElasticPlane, Force, InTime, Place, Scene, Section, Sine, Units};
 use std::path::Path;
 
 fn scene_file(name: &str) -> Scene {
@@ -139,7 +139,7 @@ fn a_tilted_clamp_is_a_turned_world() {
              [loads]\ngravity = {gravity:?}\n[run]\nduration = 1.0\n[clamp]\n{clamp}"
         )
     };
-    let setup = |text: &str| Setup::new(&Scene::parse(text).unwrap()).unwrap();
+    let setup = |text: &str| ElasticPlane::new(&Scene::parse(text).unwrap()).unwrap();
     let (sin, cos) = 0.4_f64.sin_cos();
     let outward = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
     let ([x, y], velocity, gravity) = ([1.2, 0.7], [0.3, -0.2], [0.5, -4.0]);

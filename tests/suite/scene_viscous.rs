@@ -2,7 +2,7 @@
 
 use snaprod::scene::{
     Damping, Fault, FaultKind, FrictionLaw, LandingRule, Maxwell, Method, Place, PowerLaw, Relaxed,
-    Scene, StrainMatrix, ViscousSetup,
+    Scene, Setup, StrainMatrix,
 };
 use std::path::Path;
 
@@ -333,8 +333,10 @@ fn full_reach_is_refused_with_the_reason() {
         let text = edit(PLANAR, "curvature = [1.5, -1.5]", &start);
         let text = edit(&text, "relaxed = [0.25]\n", "");
         let text = edit(&text, "nodes = 24\n", "");
-        let setup = ViscousSetup::new(&planar(&text));
-        let error = setup.and_then(|setup| setup.run().map(|_| ())).unwrap_err();
+        let setup = Setup::new(&planar(&text));
+        let error = setup
+            .and_then(|setup| setup.motion().map(|_| ()))
+            .unwrap_err();
         let error = error.to_string();
         assert!(error.contains(why) && !error.contains("NaN"), "{error}");
     }
@@ -399,11 +401,11 @@ fn a_pulse_on_a_straight_strip() {
     let text = edit(STRIP, "gravity = [0.0, -9.81]", pulse)
         .replace("duration = 1.0", "duration = 0.03")
         .replace("tolerance = 1e-10", "tolerance = 1e-6");
-    let setup = ViscousSetup::new(&planar(&text)).unwrap();
-    let mut run = setup.run().unwrap();
+    let setup = Setup::new(&planar(&text)).unwrap();
+    let mut run = setup.motion().unwrap();
     let (mut opened, mut shortest, mut largest) = (0.0f64, f64::INFINITY, 0.0f64);
-    while let Some(event) = run.next() {
-        let ledger = &run.now().ledger;
+    while let Some(event) = run.advance() {
+        let ledger = run.now().ledger();
         opened = opened.max(ledger.total().abs());
         largest = largest.max(ledger.largest());
         if let Event::Step { from, to } = event
@@ -412,7 +414,7 @@ fn a_pulse_on_a_straight_strip() {
             shortest = shortest.min(to - from);
         }
     }
-    assert!((run.time() / run.duration() - 1.0).abs() < 1e-12);
+    assert!((run.now().time() / run.duration() - 1.0).abs() < 1e-12);
     assert!(opened <= 1e-5 * largest, "{opened:e} of {largest:e}");
     assert!(shortest > 1e-6, "{shortest:e}");
 }

@@ -1,9 +1,9 @@
 //! The clamp as a support of the body: where it stands, and how it moves.
 
-use crate::body::{History, Support};
+use crate::body::{Body, Frame, History, Support};
 use crate::error::{Error, Result};
 use crate::scene::{Clamp, ClampMotion, Sine, Translation, TurnAngle};
-use nalgebra::{SVector, Vector2, Vector3};
+use nalgebra::{Isometry3, SVector, Vector2, Vector3};
 use std::f64::consts::TAU;
 
 use super::planar::in_plane;
@@ -31,6 +31,14 @@ pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
             .map_err(named)?;
     }
     Ok(Some(support))
+}
+
+/// The clamp of a planar rod with this body at time `t`.
+pub(super) fn frame(body: &Body<2>, t: f64) -> Frame<3> {
+    match body.support() {
+        Some(support) => support.at(t).in_space(),
+        None => Frame::standing(&Isometry3::identity()),
+    }
 }
 
 /// The clamp of a rod in space, in units of the rod, if it moves. One that stands is the frame of the run.

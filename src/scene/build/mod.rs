@@ -1,13 +1,113 @@
-//! From a scene to the library's types: one scaling, to units of the rod.
+//! From a scene to what the library solves and runs: statics in the scene's units, motions in those of the rod.
 
 mod clamp;
-mod in_time;
+mod loads;
 mod planar;
 mod rod;
 mod section;
 mod space;
 mod viscous;
 
-pub use planar::Setup;
-pub use space::{MotionSetup, Moving, SpaceField};
-pub use viscous::ViscousSetup;
+pub use planar::ElasticPlane;
+pub use space::{Moving, SpaceField, ViscousSpace};
+pub use viscous::ViscousPlane;
+
+use super::{Dimension, Scales, Scene};
+use crate::body::Frame;
+use crate::error::Result;
+use crate::motion::reduction::{Reduction, Refusal};
+use crate::motion::{Motion, Nodes, Options};
+
+/// A model of rods, made from a scene of motion and ready to run. Length, bending stiffness and mass are 1, and states are
+/// seen from the clamp.
+pub trait MotionModel {
+    /// What tables and figures show of it.
+    fn kind(&self) -> ModelKind;
+
+    /// The motion from its start.
+    ///
+    /// # Errors
+    /// A start from which it cannot go.
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>>;
+
+    /// The clamp at time `t`.
+    fn clamp(&self, t: f64) -> Frame<3>;
+
+    /// True if forces in time do work on the body.
+    fn is_driven(&self) -> bool;
+
+    /// Names of the strains that move, with their places among (u1, .. v3).
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        Vec::new()
+    }
+
+    /// The Morse index of the equilibrium at the start, if it is one and was found by its end.
+    fn start_index(&self) -> Option<usize> {
+        None
+    }
+
+    /// The spring and dashpot that the rod is, or why it is none; None where the question does not arise.
+    ///
+    /// # Errors
+    /// A start that cannot be evaluated.
+    fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
+        Ok(None)
+    }
+}
+
+/// What kind of rod runs, as far as tables and figures differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelKind {
+    /// Elastic, in a plane: a point on a sheet.
+    Sheet,
+    /// Viscoelastic, in a plane.
+    Planar,
+    /// Viscoelastic, in space.
+    Space,
+}
+
+/// A scene of motion made ready to run.
+pub struct Setup {
+    /// The model that its rod asks for.
+    pub model: Box<dyn MotionModel>,
+    /// What to run.
+    pub options: Options,
+    /// The way back to the scene's units.
+    pub scales: Scales,
+}
+
+impl Setup {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// A scene of statics; as the model that its rod asks for.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let (run, scales) = (scene.run()?, scene.scales()?);
+        let model: Box<dyn MotionModel> = match (scene.is_planar(), &scene.rod.damping) {
+            (true, None) => Box::new(ElasticPlane::new(scene)?),
+            (true, Some(_)) => Box::new(ViscousPlane::new(scene)?),
+            (false, _) => Box::new(ViscousSpace::new(scene)?),
+        };
+        let mut options = Options::new(scales.inward(Dimension::Time, run.duration))
+            .and_then(|options| options.with_tolerance(run.tolerance))
+            .map_err(|e| e.context("[run]"))?
+            .with_landing(run.landing)
+            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
+            .with_method(run.method);
+        options.max_steps = run.max_steps as u64;
+        options.max_snaps = run.max_snaps as u64;
+        Ok(Self {
+            model,
+            options,
+            scales,
+        })
+    }
+
+    /// The motion from its start.
+    ///
+    /// # Errors
+    /// A start from which it cannot go.
+    pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
+        self.model.motion(self.options)
+    }
+}

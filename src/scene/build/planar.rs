@@ -1,28 +1,25 @@
-//! From a scene to what the library runs: body, start and options, in units of the rod.
+//! An elastic rod in a plane, and how a planar rod starts.
 
 use super::clamp::{self, Seen};
-use super::in_time::forces;
-use crate::body::Body;
+use super::loads::point_mass;
+use super::{ModelKind, MotionModel};
+use crate::body::{Body, Frame};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
-use crate::motion::{Options, Run};
-use crate::scene::{Dimensionless, Place, Scales, Scene, Sheet, SheetName};
+use crate::motion::{Motion, Options, Run};
+use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
 
-/// A scene made ready to run: length, stiffness and mass are 1.
+/// An elastic rod in a plane: a point on a sheet.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct ElasticPlane {
     /// The mass and its loads.
     pub body: Body<2>,
     /// The equilibrium it starts from; `None`: the straight rod.
     pub start: Option<Equilibrium>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
-    /// What to run.
-    pub options: Options,
-    /// The way back to the scene's units.
-    pub scales: Scales,
 }
 
 /// Loads up to which every equilibrium of a start position is found: those of a sheet that is named,
@@ -32,23 +29,18 @@ const STABLE_LAMBDA: f64 = 14.0;
 /// Equilibria listed in a message.
 const LISTED: usize = 8;
 
-impl Setup {
-    /// Finds the start and scales everything.
+impl ElasticPlane {
+    /// Finds the start.
     ///
     /// # Errors
-    /// A start position with no equilibrium as asked for, or with several: the message lists them.
+    /// A scene with damping; a start position with no equilibrium as asked for, or with several: the message lists them.
     pub fn new(scene: &Scene) -> Result<Self> {
         if scene.rod.damping.is_some() {
             return Err(Error::domain(
                 "rod.damping: a viscoelastic rod has strains of its own, and no elastic run; leave it out",
             ));
         }
-        let (plain, run) = (scene.dimensionless()?, scene.run()?);
-        let mut options = Options::new(plain.duration)?
-            .with_tolerance(run.tolerance)?
-            .with_landing(run.landing);
-        options.max_steps = run.max_steps as u64;
-        options.max_snaps = run.max_snaps as u64;
+        let plain = scene.dimensionless()?;
         let start = start(scene, &plain)?;
         let seen = Seen(clamp::planar(&plain.clamp)?);
         let velocity = seen.velocity(&end(start.as_ref()), plain.start.velocity);
@@ -56,24 +48,33 @@ impl Setup {
             body: body(&plain)?,
             start,
             velocity,
-            options,
-            scales: scene.scales()?,
         })
     }
+}
 
-    /// The run.
-    ///
-    /// # Errors
-    /// A degenerate start from which no sheet can be followed.
-    pub fn run(&self) -> Result<Run<'_, Elastica, 2>> {
-        match &self.start {
-            None => Run::straight(&self.body, self.velocity, self.options)
-                .map_err(|e| e.context("[start] rest = \"straight\"")),
+impl MotionModel for ElasticPlane {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Sheet
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let run = match &self.start {
+            None => Run::straight(&self.body, self.velocity, options)
+                .map_err(|e| e.context("[start] rest = \"straight\""))?,
             Some(start) => {
                 let q = Vector2::new(start.p, start.w);
-                Run::new(&Elastica, &self.body, q, self.velocity, self.options)
+                Run::new(&Elastica, &self.body, q, self.velocity, options)?
             }
-        }
+        };
+        Ok(Box::new(run))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        clamp::frame(&self.body, t)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.body.is_driven()
     }
 }
 
@@ -84,17 +85,7 @@ fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
 
 /// The mass and its loads.
 pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
-    let loads = &plain.loads;
-    let body = Body::new(1.0)?
-        .with_gravity(in_plane(loads.gravity))?
-        .with_dead_force(in_plane(loads.dead))?
-        .with_drag(loads.drag)?;
-    let forces = forces(&loads.force, in_plane)?;
-    let body = forces.into_iter().fold(body, Body::with_force);
-    Ok(match clamp::planar(&plain.clamp)? {
-        Some(support) => body.with_support(support),
-        None => body,
-    })
+    point_mass(&plain.loads, in_plane, clamp::planar(&plain.clamp)?)
 }
 
 /// A vector of the plane.

@@ -15,9 +15,9 @@ impl Scene {
     /// section does not hold rigid; Maxwell branches in proportion to a section that varies along the rod.
     pub fn viscoelastic(&self) -> Result<Viscoelastic> {
         let Some(damping) = &self.rod.damping else {
-            return Err(Error::domain(format!(
-                "{ELASTIC} no section that creeps or remembers; write damping > 0"
-            )));
+            return Err(Error::domain(
+                "rod.damping is missing or 0: an elastic rod has no section that creeps or remembers; write damping > 0",
+            ));
         };
         let planar = self.is_planar();
         let (elastic, bending): (Arc<dyn SectionLaw>, f64) = match planar {
@@ -56,5 +56,3 @@ impl Scene {
         Ok(law)
     }
 }
-
-pub(super) const ELASTIC: &str = "rod.damping is missing or 0: an elastic rod has";

@@ -1,16 +1,17 @@
-//! A scene of motion in space made ready to run.
+//! A viscoelastic rod in space.
 
 use super::clamp as supports;
-use super::in_time::forces;
+use super::loads::{forces, point_mass};
 use super::rod::rotation;
-use crate::body::{Body, EndBody, Frame, RigidBody, Support};
+use super::{ModelKind, MotionModel};
+use crate::body::{EndBody, Frame, RigidBody, Support};
 use crate::creep::kinematics::{AtEnd, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
 use crate::motion::reduction::{Carried, ReducedStart, Reduction, Refusal};
-use crate::motion::{Motion, Nodes, Options, State};
+use crate::motion::{Motion, Options, State};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Dimensionless, EndLoad, EndPose, Joint, Place, Relaxed, Scales, Scene, StrainField, StrainName,
@@ -19,10 +20,9 @@ use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
-/// A scene of motion in space made ready to run. Inside, length, reference bending stiffness and mass are 1, and the frame is
-/// that of the clamp; records of runs lead back.
+/// A viscoelastic rod in space. The frame of its body is that of the clamp.
 #[derive(Debug, Clone)]
-pub struct MotionSetup {
+pub struct ViscousSpace {
     /// The body with its loads.
     pub carried: Carried,
     /// The section, in the scene's units.
@@ -37,8 +37,6 @@ pub struct MotionSetup {
     pub velocity: Vector6<f64>,
     /// The Morse index of the equilibrium at the start, if it is one.
     pub start_index: Option<usize>,
-    /// What to run.
-    pub options: Options,
     /// The way back to the scene's units.
     pub scales: Scales,
     /// The pose of the base, in the scene's units.
@@ -150,7 +148,7 @@ impl Scene {
     }
 }
 
-impl MotionSetup {
+impl ViscousSpace {
     /// Finds the start and scales everything.
     ///
     /// # Errors
@@ -158,13 +156,7 @@ impl MotionSetup {
     /// for which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
-        let (plain, run) = (scene.dimensionless()?, scene.run()?);
-        let mut options = Options::new(plain.duration)
-            .and_then(|options| options.with_tolerance(run.tolerance))
-            .map_err(|e| e.context("[run]"))?
-            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(run.method);
-        options.max_steps = run.max_steps as u64;
+        let plain = scene.dimensionless()?;
         let rod = scene.cosserat_rod()?;
         let clamp = Isometry3::from_parts(
             Vector3::from(scene.clamp.position).into(),
@@ -181,7 +173,7 @@ impl MotionSetup {
                 Place::Strain { strain: given } => (field(given), None),
                 _ => (field(&StrainField::default()), None),
             },
-            Some(end) => equilibrium(&rod, end, run.tolerance)?,
+            Some(end) => equilibrium(&rod, end, scene.run()?.tolerance)?,
         };
         let relaxed = match &scene.start.relaxed {
             Relaxed::Start => None,
@@ -203,38 +195,24 @@ impl MotionSetup {
             relaxed,
             velocity,
             start_index,
-            options,
             scales: scene.scales()?,
             clamp,
         })
-    }
-
-    /// The motion from its start, with the kinematics that its strains and its joint ask for.
-    ///
-    /// # Errors
-    /// As [`ViscousRun::new`].
-    pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
-        match &self.carried {
-            Carried::Welded(body) => self.with_body(body, self.velocity),
-            Carried::BallJoint(body) => {
-                let velocity = self.velocity.fixed_rows::<3>(3).into_owned();
-                self.with_body(body, velocity)
-            }
-        }
     }
 
     fn with_body<'a, B, const D: usize>(
         &'a self,
         body: &'a B,
         velocity: AtEnd<D>,
+        options: Options,
     ) -> Result<Box<dyn Motion<'a> + 'a>>
     where
         B: EndBody<D, Pose = Isometry3<f64>>,
     {
         match self.strains {
-            Moving::Flexure => self.with_strains::<B, 3, D>(body, velocity),
-            Moving::Stretch => self.with_strains::<B, 4, D>(body, velocity),
-            Moving::All => self.with_strains::<B, 6, D>(body, velocity),
+            Moving::Flexure => self.with_strains::<B, 3, D>(body, velocity, options),
+            Moving::Stretch => self.with_strains::<B, 4, D>(body, velocity, options),
+            Moving::All => self.with_strains::<B, 6, D>(body, velocity, options),
         }
     }
 
@@ -242,6 +220,7 @@ impl MotionSetup {
         &'a self,
         body: &'a B,
         velocity: AtEnd<D>,
+        options: Options,
     ) -> Result<Box<dyn Motion<'a> + 'a>>
     where
         B: EndBody<D, Pose = Isometry3<f64>>,
@@ -266,17 +245,60 @@ impl MotionSetup {
             material.clone(),
             body,
             &start,
-            self.options,
+            options,
         )
         .map_err(|e| e.context("[start], in the frame of the clamp"))?;
         Ok(Box::new(run))
     }
+}
 
-    /// The spring and dashpot that the rod is, if the motion is one of those in which it is exactly that.
-    ///
-    /// # Errors
-    /// [`Refusal`]: why it is not; a start that cannot be evaluated.
-    pub fn reduction(&self) -> Result<std::result::Result<Reduction, Refusal>> {
+impl MotionModel for ViscousSpace {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Space
+    }
+
+    /// With the kinematics that its strains and its joint ask for.
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        match &self.carried {
+            Carried::Welded(body) => self.with_body(body, self.velocity, options),
+            Carried::BallJoint(body) => {
+                let velocity = self.velocity.fixed_rows::<3>(3).into_owned();
+                self.with_body(body, velocity, options)
+            }
+        }
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        let support = match &self.carried {
+            Carried::Welded(body) => body.support(),
+            Carried::BallJoint(body) => body.support(),
+        };
+        match support {
+            Some(support) => support.at(t),
+            None => {
+                let position = self.clamp.translation.vector / self.scales.length;
+                Frame::standing(&Isometry3::from_parts(position.into(), self.clamp.rotation))
+            }
+        }
+    }
+
+    fn is_driven(&self) -> bool {
+        match &self.carried {
+            Carried::Welded(body) => body.is_driven(),
+            Carried::BallJoint(body) => body.is_driven(),
+        }
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        let names = self.strains.names().iter();
+        names.map(|name| (name.as_str(), *name as usize)).collect()
+    }
+
+    fn start_index(&self) -> Option<usize> {
+        self.start_index
+    }
+
+    fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
             Ok(self.scales.measures().strain_in(&field.at(x)?))
         };
@@ -294,30 +316,7 @@ impl MotionSetup {
             velocity: self.velocity,
         };
         let section = self.section.measured(self.scales.measures());
-        Ok(Reduction::recognise(&section, &self.carried, &start))
-    }
-
-    /// True if forces in time do work on the body.
-    pub fn is_driven(&self) -> bool {
-        match &self.carried {
-            Carried::Welded(body) => body.is_driven(),
-            Carried::BallJoint(body) => body.is_driven(),
-        }
-    }
-
-    /// The clamp's frame at time `t`, in the units of the rod.
-    pub fn clamp(&self, t: f64) -> Frame<3> {
-        let support = match &self.carried {
-            Carried::Welded(body) => body.support(),
-            Carried::BallJoint(body) => body.support(),
-        };
-        match support {
-            Some(support) => support.at(t),
-            None => {
-                let position = self.clamp.translation.vector / self.scales.length;
-                Frame::standing(&Isometry3::from_parts(position.into(), self.clamp.rotation))
-            }
-        }
+        Ok(Some(Reduction::recognise(&section, &self.carried, &start)))
     }
 }
 
@@ -345,31 +344,22 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
         None => inward.vector(v),
         Some(_) => Vector3::from(*v),
     };
-    let (gravity, dead) = (vector(&loads.gravity), vector(&loads.dead));
-    let couple = vector(&loads.couple);
-    let forces = forces(&loads.force, |v| vector(&v))?;
     match &plain.body.joint {
         Joint::Ball => {
-            let body = Body::new(1.0)?
-                .with_gravity(gravity)?
-                .with_dead_force(dead)?
-                .with_drag(loads.drag)?;
-            let body = forces.into_iter().fold(body, Body::with_force);
-            Ok(Carried::BallJoint(match support {
-                None => body,
-                Some(support) => body.with_support(support),
-            }))
+            let body = point_mass(loads, |v| vector(&v), support.clone())?;
+            Ok(Carried::BallJoint(body))
         }
         Joint::Weld { offset, inertia } => {
             let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
             let body = RigidBody::new(1.0, inertia)
                 .map_err(|e| e.context("body.inertia, in units of mass length^2"))?
                 .with_centre((*offset).into())?
-                .with_gravity(gravity)?
-                .with_dead_force(dead)?
-                .with_dead_couple(couple)?
+                .with_gravity(vector(&loads.gravity))?
+                .with_dead_force(vector(&loads.dead))?
+                .with_dead_couple(vector(&loads.couple))?
                 .with_rotational_drag(loads.rotational_drag)?
                 .with_drag(loads.drag)?;
+            let forces = forces(&loads.force, |v| vector(&v))?;
             let body = forces.into_iter().fold(body, RigidBody::with_force);
             Ok(Carried::Welded(match support {
                 None => body,

@@ -1,9 +1,9 @@
-//! From a planar scene with damping to a viscoelastic run, in units of the rod.
+//! A viscoelastic rod in a plane.
 
 use super::clamp::{self, Seen};
 use super::planar::{body, start};
-use super::section::ELASTIC;
-use crate::body::Body;
+use super::{ModelKind, MotionModel};
+use crate::body::{Body, Frame};
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
 use crate::creep::plane::Plane;
@@ -11,29 +11,23 @@ use crate::elastica::Equilibrium;
 use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousRun, ViscousStart};
-use crate::motion::{Nodes, Options};
-use crate::scene::{Place, Relaxed, Scales, Scene, StrainName};
+use crate::motion::{Motion, Options};
+use crate::scene::{Place, Relaxed, Scene, StrainName};
 use nalgebra::{Vector1, Vector2};
 
-/// A planar viscoelastic scene made ready to run: length, stiffness and mass are 1.
+/// A viscoelastic rod in a plane.
 #[derive(Debug, Clone)]
-pub struct ViscousSetup {
+pub struct ViscousPlane {
     /// The mass and its loads.
     pub body: Body<2>,
     /// The section.
     pub material: Material<1>,
-    /// Viscosity eta at small rates.
-    pub viscosity: f64,
     /// The strains at the start.
     pub strain: Field,
     /// Where the Maxwell branches are relaxed at the start, if not there.
     pub relaxed: Option<Field>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
-    /// What to run.
-    pub options: Options,
-    /// The way back to the scene's units.
-    pub scales: Scales,
 }
 
 /// Panels, and Gauss nodes in each, of the integral to the end of a rod of given curvature.
@@ -81,26 +75,15 @@ impl Field {
     }
 }
 
-impl ViscousSetup {
-    /// Finds the start and scales everything.
+impl ViscousPlane {
+    /// Finds the start.
     ///
     /// # Errors
-    /// A scene without damping; a start position with no equilibrium as asked for, or with several; scales at which the
+    /// As [`Scene::viscoelastic`]; a start position with no equilibrium as asked for, or with several; scales at which the
     /// law is not one of doubles.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let (plain, run) = (scene.dimensionless()?, scene.run()?);
-        let viscosity = plain.viscosity();
-        if !(viscosity > 0.0) {
-            return Err(Error::domain(format!(
-                "{ELASTIC} no strains of its own to be followed; write damping > 0"
-            )));
-        }
-        let mut options = Options::new(plain.duration)?
-            .with_tolerance(run.tolerance)
-            .map_err(|e| e.context("[run]"))?
-            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(run.method);
-        options.max_steps = run.max_steps as u64;
+        let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+        let law = scene.viscoelastic()?.measured(scales.measures());
         let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
             _ => match start(scene, &plain)? {
@@ -126,38 +109,45 @@ impl ViscousSetup {
         };
         let seen = Seen(clamp::planar(&plain.clamp)?);
         let velocity = seen.velocity(&strain.end(), plain.start.velocity);
-        let scales = scene.scales()?;
-        let law = scene.viscoelastic()?.measured(scales.measures());
         Ok(Self {
             body: body(&plain)?,
-            material: Material::new(law, [StrainName::U1 as usize])?,
-            viscosity,
+            material: Material::new(law, [BENDING])?,
             strain,
             relaxed,
             velocity,
-            options,
-            scales,
         })
     }
+}
 
-    /// The run.
-    ///
-    /// # Errors
-    /// As [`ViscousRun::new`].
-    pub fn run(&self) -> Result<ViscousRun<'_, Plane, Body<2>, 1, 2>> {
+impl MotionModel for ViscousPlane {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Planar
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
         let relaxed = self.relaxed.as_ref().map(|field| |s: f64| field.at(s));
         let start = ViscousStart {
             strain: &|s| self.strain.at(s),
             relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<1>),
             velocity: self.velocity,
         };
-        ViscousRun::new(
-            Plane,
-            self.material.clone(),
-            &self.body,
-            &start,
-            self.options,
-        )
-        .map_err(|e| e.context("[start]"))
+        let run = ViscousRun::new(Plane, self.material.clone(), &self.body, &start, options)
+            .map_err(|e| e.context("[start]"))?;
+        Ok(Box::new(run))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        clamp::frame(&self.body, t)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.body.is_driven()
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        vec![("curvature", BENDING)]
     }
 }
+
+/// The strain that a planar rod has.
+const BENDING: usize = StrainName::U1 as usize;

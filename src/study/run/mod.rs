@@ -8,8 +8,9 @@ mod spring;
 mod summary;
 mod table;
 
+pub use crate::scene::ModelKind;
 pub use line::Line;
-pub use prepared::{ModelKind, Prepared};
+pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
@@ -88,11 +89,11 @@ pub fn run(
         let id = branches.len();
         let (first, ledger) = (prepared.moment(&*motion.now()), motion.now().ledger());
         let mut recorder = Recorder::new(prepared, sink, hooks, fields, (id, ledger), total)?;
-        let outcome = drive(&mut *motion, prepared.samples, &mut recorder)?;
+        let outcome = drive(&mut *motion, prepared.run.samples, &mut recorder)?;
         if let Outcome::Branched(snaps) = &outcome {
             for snap in snaps {
                 // The bound counts whole runs: a fork replaces one by several.
-                if branches.len() + waiting.len() + 1 < prepared.branches {
+                if branches.len() + waiting.len() + 1 < prepared.run.branches {
                     waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
                 } else {
                     cut += 1;
@@ -115,11 +116,11 @@ pub fn run(
         units: prepared.units,
         scales: prepared.scales,
         scene: prepared.scene.clone(),
-        duration: prepared.duration,
+        duration: prepared.run.duration,
         bounds: Bounds {
-            steps: prepared.max_steps,
-            snaps: prepared.max_snaps,
-            branches: prepared.branches,
+            steps: prepared.run.max_steps,
+            snaps: prepared.run.max_snaps,
+            branches: prepared.run.branches,
         },
         start_index: match prepared.kind() {
             ModelKind::Sheet => branches.first().and_then(RunBranch::index_of_start),

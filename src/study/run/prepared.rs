@@ -2,50 +2,26 @@
 
 use super::record::Moment;
 use super::spring::Spring;
-use crate::body::{Frame, Support};
+use crate::body::Frame;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::motion::{Bounce, Motion, Snap, State};
-use crate::scene::{MotionSetup, Scales, Scene, Setup, StrainName, Units, ViscousSetup};
+use crate::scene::{ModelKind, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use nalgebra::{DVector, Isometry3, Vector3};
 
-/// A scene of motion made ready to run: the model, and the way back to the scene's units.
+/// A scene of motion made ready to run, with the way back to the scene's units.
 pub struct Prepared {
-    model: Model,
+    setup: Setup,
     /// The scene's units.
     pub units: Units,
     /// The way back to them.
     pub scales: Scales,
     /// The scene as it was read, with its defaults.
     pub scene: serde_json::Value,
-    pub(super) samples: usize,
-    pub(super) branches: usize,
-    pub(super) duration: f64,
-    pub(super) tolerance: f64,
-    pub(super) max_steps: usize,
-    pub(super) max_snaps: usize,
-    reduce: bool,
-}
-
-enum Model {
-    /// An elastic rod in a plane.
-    Elastic(Setup),
-    /// A viscoelastic rod in a plane.
-    Planar(ViscousSetup),
-    /// A viscoelastic rod in space.
-    Space(Box<MotionSetup>),
-}
-
-/// What kind of rod runs, as far as tables and figures differ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ModelKind {
-    /// Elastic, in a plane: a point on a sheet.
-    Sheet,
-    /// Viscoelastic, in a plane.
-    Planar,
-    /// Viscoelastic, in space.
-    Space,
+    /// What was asked for.
+    pub(super) run: Run,
+    viscosity: Option<f64>,
 }
 
 impl Prepared {
@@ -55,41 +31,26 @@ impl Prepared {
     /// Whatever keeps the scene from running: no equilibrium at the start as asked for, or several; strains held rigid in a
     /// combination that has no kinematics; numbers at which a law is not one of doubles.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let run = scene.run()?;
-        let model = match (scene.is_planar(), &scene.rod.damping) {
-            (true, None) => Setup::new(scene).map(Model::Elastic),
-            (true, Some(_)) => ViscousSetup::new(scene).map(Model::Planar),
-            (false, _) => MotionSetup::new(scene).map(|setup| Model::Space(Box::new(setup))),
-        };
-        let model = model.map_err(|e| scene.in_own_units(e))?;
-        let scales = match &model {
-            Model::Elastic(setup) => setup.scales,
-            Model::Planar(setup) => setup.scales,
-            Model::Space(setup) => setup.scales,
+        let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
+        let damping = scene.rod.damping.as_ref().filter(|_| scene.is_planar());
+        let viscosity = match damping {
+            Some(damping) => Some(damping.viscosity(scene.rod.bending_stiffness()?)),
+            None => None,
         };
         Ok(Self {
-            model,
+            scales: setup.scales,
+            setup,
             units: scene.units,
-            scales,
             scene: serde_json::to_value(scene)
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
-            samples: run.samples,
-            branches: run.branches,
-            duration: run.duration,
-            tolerance: run.tolerance,
-            max_steps: run.max_steps,
-            max_snaps: run.max_snaps,
-            reduce: run.reduce,
+            run: scene.run()?.clone(),
+            viscosity,
         })
     }
 
     /// What kind of rod runs.
     pub fn kind(&self) -> ModelKind {
-        match &self.model {
-            Model::Elastic(_) => ModelKind::Sheet,
-            Model::Planar(_) => ModelKind::Planar,
-            Model::Space(_) => ModelKind::Space,
-        }
+        self.setup.model.kind()
     }
 
     /// The motion from its start.
@@ -97,37 +58,24 @@ impl Prepared {
     /// # Errors
     /// A start from which it cannot go.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
-        let motion: Result<Box<dyn Motion<'_> + '_>> = match &self.model {
-            Model::Elastic(setup) => setup.run().map(|run| Box::new(run) as _),
-            Model::Planar(setup) => setup.run().map(|run| Box::new(run) as _),
-            Model::Space(setup) => setup.motion(),
-        };
-        motion.map_err(|e| e.in_units(&self.scales.of_messages(self.units)))
+        self.setup
+            .motion()
+            .map_err(|e| e.in_units(&self.scales.of_messages(self.units)))
     }
 
     /// True if forces in time do work on the body.
     pub fn is_driven(&self) -> bool {
-        match &self.model {
-            Model::Elastic(setup) => setup.body.is_driven(),
-            Model::Planar(setup) => setup.body.is_driven(),
-            Model::Space(setup) => setup.is_driven(),
-        }
+        self.setup.model.is_driven()
     }
 
     /// The viscosity of a planar rod at small rates, in the scene's units.
     pub fn viscosity(&self) -> Option<f64> {
-        match &self.model {
-            Model::Planar(setup) => Some(setup.viscosity * self.scales.viscosity()),
-            Model::Elastic(_) | Model::Space(_) => None,
-        }
+        self.viscosity
     }
 
-    /// The Morse index of the equilibrium at the start of a rod in space, if it is one.
+    /// The Morse index of the equilibrium at the start, if it was found by its end.
     pub(super) fn index_of_start(&self) -> Option<usize> {
-        match &self.model {
-            Model::Space(setup) => setup.start_index,
-            Model::Elastic(_) | Model::Planar(_) => None,
-        }
+        self.setup.model.start_index()
     }
 
     /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.
@@ -135,37 +83,28 @@ impl Prepared {
     /// # Errors
     /// A start that cannot be evaluated.
     pub(super) fn spring(&self) -> Result<Option<Result<Spring, String>>> {
-        let Model::Space(setup) = &self.model else {
-            return Ok(None);
-        };
-        if !self.reduce {
+        if !self.run.reduce {
             return Ok(Some(Err("[run] reduce = false".to_owned())));
         }
-        Ok(Some(match setup.reduction()? {
-            Ok(reduction) => Ok(Spring::new(&reduction, &self.scales)?),
-            Err(refusal) => {
+        Ok(match self.setup.model.reduction()? {
+            None => None,
+            Some(Ok(reduction)) => Some(Ok(Spring::new(&reduction, &self.scales)?)),
+            Some(Err(refusal)) => {
                 let units = self.scales.of_messages(self.units);
-                Err(refusal.in_units(&units).to_string())
+                Some(Err(refusal.in_units(&units).to_string()))
             }
-        }))
+        })
     }
 
     /// Names of the strains that move, with their places among (u1, .. v3).
     pub(super) fn strains(&self) -> Vec<(&'static str, usize)> {
-        match &self.model {
-            Model::Elastic(_) => Vec::new(),
-            Model::Planar(_) => vec![("curvature", StrainName::U1 as usize)],
-            Model::Space(setup) => {
-                let names = setup.strains.names().iter();
-                names.map(|name| (name.as_str(), *name as usize)).collect()
-            }
-        }
+        self.setup.model.strains()
     }
 
     /// A state in the world frame and the scene's units.
     pub(super) fn moment(&self, state: &dyn State) -> Moment {
         let (k, ledger, pose) = (&self.scales, state.ledger(), state.pose());
-        let clamp = self.clamp(state.time());
+        let clamp = self.setup.model.clamp(state.time());
         let (frame, end) = (clamp.of_poses(), pose.translation.vector);
         let twist = frame.absolute(&joined(&Vector3::zeros(), &end), &state.twist());
         let action = frame.outward(&state.action());
@@ -186,7 +125,7 @@ impl Prepared {
     /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
     pub(super) fn sections(&self, state: &dyn State, points: usize) -> Vec<Isometry3<f64>> {
         let sections = state.sections(points);
-        let clamp = self.clamp(state.time());
+        let clamp = self.setup.model.clamp(state.time());
         let outward = |pose| self.outward(&clamp, pose);
         sections.iter().map(outward).collect()
     }
@@ -229,17 +168,6 @@ impl Prepared {
         }
     }
 
-    /// The clamp at time `t`, in the units of the rod.
-    fn clamp(&self, t: f64) -> Frame<3> {
-        let planar = |support: Option<&Support<2>>| Some(support?.at(t).in_space());
-        let frame = match &self.model {
-            Model::Elastic(setup) => planar(setup.body.support()),
-            Model::Planar(setup) => planar(setup.body.support()),
-            Model::Space(setup) => return setup.clamp(t),
-        };
-        frame.unwrap_or_else(|| Frame::standing(&Isometry3::identity()))
-    }
-
     /// Place and velocity in a plane, seen from the clamp, as the world sees them.
     fn planar_outward(
         &self,
@@ -247,7 +175,7 @@ impl Prepared {
         pose: &DVector<f64>,
         velocity: &DVector<f64>,
     ) -> (DVector<f64>, DVector<f64>) {
-        let clamp = self.clamp(t);
+        let clamp = self.setup.model.clamp(t);
         let lifted = |v: &DVector<f64>| Vector3::new(v[0], v[1], 0.0);
         let flat = |v: Vector3<f64>| DVector::from_column_slice(&v.as_slice()[..2]);
         let (x, v) = (lifted(pose), lifted(velocity));

@@ -1,6 +1,6 @@
 //! What a run leaves behind, in the scene's units.
 
-use super::prepared::ModelKind;
+use super::ModelKind;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};

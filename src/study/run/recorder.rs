@@ -1,6 +1,7 @@
 //! Watches a motion: writes the tables, keeps what figures show.
 
-use super::prepared::{ModelKind, Prepared};
+use super::ModelKind;
+use super::prepared::Prepared;
 use super::record::{Frame, RunBranch};
 use super::table;
 use super::{Fields, places};
@@ -97,7 +98,7 @@ pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
         _ if prepared.strains().is_empty() => None,
         Fields::None => None,
         Fields::All => Some(1),
-        Fields::Some => Some((prepared.samples - 1).div_ceil(INSTANTS - 1).max(1)),
+        Fields::Some => Some((prepared.run.samples - 1).div_ceil(INSTANTS - 1).max(1)),
     }
 }
 
@@ -169,7 +170,7 @@ impl<'r> Recorder<'r> {
 
     /// The outcome; a run that is complete but for its ledger is not: none ends well that has lost or made energy.
     fn audited(&self, outcome: Outcome, at: f64) -> Outcome {
-        if outcome != Outcome::EndOfTime || self.closing.is_closed(self.prepared.tolerance) {
+        if outcome != Outcome::EndOfTime || self.closing.is_closed(self.prepared.run.tolerance) {
             return outcome;
         }
         let relative = self.closing.relative();
@@ -317,7 +318,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn go_on(&mut self, time: f64) -> bool {
-        let (t, duration) = (time * self.prepared.scales.time, self.prepared.duration);
+        let (t, duration) = (time * self.prepared.scales.time, self.prepared.run.duration);
         self.hooks.progress(t / duration, t);
         !self.hooks.interrupted()
     }

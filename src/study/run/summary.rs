@@ -1,6 +1,6 @@
 //! A run's record as JSON: summary.json and events.json.
 
-use super::prepared::ModelKind;
+use super::ModelKind;
 use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;

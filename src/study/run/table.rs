@@ -1,6 +1,7 @@
 //! The tables of a run: trajectory and strain field.
 
-use super::prepared::{ModelKind, Prepared};
+use super::ModelKind;
+use super::prepared::Prepared;
 use super::record::Moment;
 use crate::study::{Cell, Column, Table};
 
