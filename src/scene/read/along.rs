@@ -1,8 +1,10 @@
 //! Numbers of a rod in space, and how they may vary along it.
 
 use super::fields::ALONG;
-use super::reader::{Absent, Reader, Short, Table};
+use super::reader::Reader;
 use super::rule::{Rule, VALUE};
+use super::table::{Absent, Table};
+use super::words::Short;
 use crate::error::Result;
 use crate::scene::{Along, FaultKind};
 use toml::Spanned;
@@ -47,8 +49,7 @@ pub(super) fn along<'a>(
         {
             let hint = Some(format!("it is not > 0 at s / length = {x:.6}"));
             let allowed = "> 0 everywhere on the rod, 0 <= s / length <= 1";
-            reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
-            return None;
+            return reader.refuse(FaultKind::Value, field, value, allowed, hint);
         }
         made(reader, field, value, Along::polynomial(&polynomial))
     })
@@ -58,13 +59,7 @@ pub(super) fn along<'a>(
 fn made<T>(reader: &Reader, field: &str, value: &Spanned<DeValue>, made: Result<T>) -> Option<T> {
     made.map_err(|error| {
         let allowed = "a number, or how it varies along the rod";
-        reader.fault(
-            FaultKind::Value,
-            field,
-            value.span(),
-            allowed,
-            Some(error.to_string()),
-        );
+        reader.fault(FaultKind::Value, field, value, allowed, error.to_string());
     })
     .ok()
 }
@@ -81,8 +76,7 @@ pub(super) fn polynomial(
     let list = reader.list(field, value, allowed, number)?;
     if !(1..=COEFFICIENTS).contains(&list.len()) {
         let hint = Some(format!("it has {} elements", list.len()));
-        reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
-        return None;
+        return reader.refuse(FaultKind::Value, field, value, allowed, hint);
     }
     list.into_iter().collect()
 }
@@ -109,8 +103,7 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
             _ => Some("it is empty".to_owned()),
         };
         if wrong.is_some() {
-            reader.fault(FaultKind::Value, field, value.span(), s_words, wrong);
-            return None;
+            return reader.refuse(FaultKind::Value, field, value, s_words, wrong);
         }
         if let (Some(last), Some(length)) = (s.last_mut(), length) {
             *last = length;
@@ -125,8 +118,7 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
         match &s {
             Some(s) if s.len() != values.len() => {
                 let hint = format!("it has {} elements, s has {}", values.len(), s.len());
-                reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
-                None
+                reader.refuse(FaultKind::Value, field, value, allowed, hint)
             }
             _ => Some(values),
         }

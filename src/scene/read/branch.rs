@@ -2,8 +2,9 @@
 
 use super::ends::{REACH, out_of_reach};
 use super::fields::SECOND;
-use super::reader::{Absent, Short, Table, nearest};
 use super::rule::{SIZE, VALUE};
+use super::table::{Absent, Table};
+use super::words::{Short, nearest};
 use crate::scene::{Continue, FaultKind, Parameter, Scene, Second};
 
 /// Reads `[continue]`. `scene` is the rest of the scene; `None` if that has faults, and then only the table itself is read.
@@ -52,8 +53,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
         let (least, most) = (Short(least), Short(most));
         let allowed = format!("between {least} and {most}, where the branch goes");
         let field = format!("continue.at[{i}]");
-        reader.fault(FaultKind::Value, &field, value.span(), allowed, None);
-        return None;
+        return reader.refuse(FaultKind::Value, &field, value, allowed, None);
     }
     Some(continuation)
 }
@@ -74,11 +74,9 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
             Err(_) => nearest(path, paths.iter().map(String::as_str))
                 .map(|meant| format!("did you mean {meant:?}?")),
         };
-        let kind = FaultKind::Value;
         table
             .reader
-            .fault(kind, field, value.span(), allowed.as_str(), hint);
-        None
+            .refuse(FaultKind::Value, field, value, allowed.as_str(), hint)
     })
 }
 
@@ -123,31 +121,23 @@ fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> O
     let from = from?.unwrap_or_else(|| scene.value(&parameter));
     let mut reachable = true;
     for (name, x) in [("from", Some(from)), ("to", to)] {
-        let (Some(value), Some(x)) = (table.get(name), x) else {
-            continue;
-        };
-        if let Some(hint) = out_of_reach(&scene.with(&parameter, x)) {
-            let (kind, field) = (FaultKind::Value, table.field(name));
+        let given = x.filter(|_| table.get(name).is_some());
+        let beyond = given.and_then(|x| out_of_reach(&scene.with(&parameter, x)));
+        if let Some(hint) = beyond {
             let allowed = format!("such that the end of the rod is {REACH}");
-            table
-                .reader
-                .fault(kind, &field, value.span(), allowed, Some(hint));
+            table.fault(FaultKind::Value, name, allowed, hint);
             reachable = false;
         }
     }
     let to = to?;
     if from == to {
-        let (value, shown) = (table.get("to")?, Short(from));
+        let shown = Short(from);
         let hint = match table.get("from") {
             Some(_) => "a branch goes from one value to another".to_owned(),
             None => format!("{parameter} = {shown} in the scene, where the branch begins"),
         };
         let allowed = format!("another number than `from`, {shown}");
-        let (kind, field) = (FaultKind::Value, table.field("to"));
-        table
-            .reader
-            .fault(kind, &field, value.span(), allowed, Some(hint));
-        return None;
+        return table.refuse(FaultKind::Value, "to", allowed, hint);
     }
     reachable.then_some((from, to))
 }
@@ -177,40 +167,29 @@ fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
             format!("from min_step = {least} to max_step = {most}"),
         )
     };
-    if let Some(value) = table.get(name) {
-        let (kind, field) = (FaultKind::Conflict, table.field(name));
-        table
-            .reader
-            .fault(kind, &field, value.span(), allowed, None);
-    }
+    table.fault(FaultKind::Conflict, name, allowed, None);
     (None, None, None)
 }
 
 fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Option<Second> {
-    let reader = table.reader;
     let parameter = parameter(table, scene);
     let ends = ends(table, scene, parameter);
     let (least, step, most) = steps(table);
     let points = table.count("points");
     if let (Some(parameter), true) = (parameter, parameter == first) {
-        let value = table.get("parameter")?;
         let allowed = format!("another parameter than {parameter}");
-        let (kind, field) = (FaultKind::Conflict, table.field("parameter"));
-        reader.fault(kind, &field, value.span(), allowed, None);
-        return None;
+        return table.refuse(FaultKind::Conflict, "parameter", allowed, None);
     }
     let (from, to) = ends?;
     let here = scene?.value(&parameter?);
     if !(from.min(to) <= here && here <= from.max(to)) {
         // The default of `from` is the value of the scene: it is written.
-        let value = table.get("from")?;
+
         let here = Short(here);
         let allowed =
             format!("such that {here}, the value in the scene, lies between `from` and `to`");
-        let hint = "the curves begin at the folds of the branch, which has that value".to_owned();
-        let (kind, field) = (FaultKind::Value, table.field("from"));
-        reader.fault(kind, &field, value.span(), allowed, Some(hint));
-        return None;
+        let hint = "the curves begin at the folds of the branch, which has that value";
+        return table.refuse(FaultKind::Value, "from", allowed, hint);
     }
     Some(Second {
         parameter: parameter?,

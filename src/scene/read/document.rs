@@ -3,7 +3,7 @@
 use super::fields::{
     ANY, Field, Form, IN_SPACE, Kinds, MOTION, Need, PLANE, REST, SPACE, Spec, TOP,
 };
-use super::reader::listed;
+use super::words::listed;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 

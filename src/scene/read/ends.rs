@@ -2,8 +2,10 @@
 
 use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
 use super::matrix::{definite, rows};
-use super::reader::{Absent, Reader, Short, Table};
+use super::reader::Reader;
 use super::rule::{FINITE, MOMENT, VALUE};
+use super::table::{Absent, Table};
+use super::words::Short;
 use crate::scene::{
     Body, Clamp, ClampMotion, Component, End, FaultKind, Joint, Orientation, Rotation, Scene, Sine,
     Translation, Turn, TurnAngle,
@@ -66,9 +68,8 @@ fn translation(table: &Table) -> Option<Option<Translation>> {
                 .into_iter()
                 .collect::<Option<_>>()?;
             if row.len() != size {
-                let hint = Some(format!("it has {} elements", row.len()));
-                reader.fault(FaultKind::Value, field, value.span(), words, hint);
-                return None;
+                let hint = format!("it has {} elements", row.len());
+                return reader.refuse(FaultKind::Value, field, value, words, hint);
             }
             Some(row)
         };
@@ -93,8 +94,7 @@ pub(super) fn growing(
         return Some(());
     }
     let allowed = "rows of growing times, at least one";
-    reader.fault(FaultKind::Value, field, value.span(), allowed, None);
-    None
+    reader.refuse(FaultKind::Value, field, value, allowed, None)
 }
 
 fn turn(table: &Table) -> Option<Option<Turn>> {
@@ -157,8 +157,7 @@ pub(super) fn direction(table: &Table, name: &str) -> Option<[f64; 3]> {
         let direction = table.reader.point(field, value, &FINITE)?;
         if direction == [0.0; 3] {
             let reader = table.reader;
-            reader.fault(FaultKind::Value, field, value.span(), words, None);
-            return None;
+            return reader.refuse(FaultKind::Value, field, value, words, None);
         }
         Some(direction)
     })
@@ -266,8 +265,7 @@ fn quaternion(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<
         ),
     };
     let allowed = "a rotation: a quaternion [w, x, y, z] with w^2 + x^2 + y^2 + z^2 = 1, to 1e-6";
-    reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
-    None
+    reader.refuse(FaultKind::Value, field, value, allowed, hint)
 }
 
 fn rotation<'a>(
@@ -281,9 +279,8 @@ fn rotation<'a>(
     let axis = table.read("axis", words, Absent::Fault, |field, value| {
         let axis: [f64; 3] = reader.vector(field, value, &VALUE)?;
         if axis == [0.0; 3] {
-            let hint = "a rotation about no axis is none".to_owned();
-            reader.fault(FaultKind::Value, field, value.span(), words, Some(hint));
-            return None;
+            let hint = "a rotation about no axis is none";
+            return reader.refuse(FaultKind::Value, field, value, words, hint);
         }
         Some(unit(axis))
     });
@@ -408,8 +405,7 @@ fn loads_are_free(table: &Table, end: &End) -> bool {
         |field: String, value: Option<&Spanned<DeValue>>, allowed: &str, hint: &str| {
             let Some(value) = value else { return };
             free = false;
-            let (kind, hint) = (FaultKind::Conflict, Some(hint.to_owned()));
-            reader.fault(kind, &field, value.span(), allowed, hint);
+            reader.fault(FaultKind::Conflict, &field, value, allowed, hint);
         };
     let element = |name: &str, i: usize| table.get(name)?.get_ref().as_array()?.get(i);
     for i in 0..3 {
@@ -501,6 +497,7 @@ pub(super) fn in_reach(top: &Table, scene: &Scene) -> bool {
         .or_else(pose)
         .unwrap_or((top.at..top.at, "end.position"));
     let kind = FaultKind::Value;
-    top.reader.fault(kind, field, span, REACH, Some(hint));
+    top.reader
+        .record(kind, span.start, field, Some(span), REACH, hint);
     false
 }

@@ -2,10 +2,11 @@
 
 use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL};
 use super::matrix::{definite, rows};
-use super::reader::{Absent, Reader, Table};
+use super::reader::Reader;
 use super::rod::Memory;
 use super::rule::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY};
 use super::section::half_widths;
+use super::table::{Absent, Table};
 use crate::scene::{BarrierTerm, Damping, FaultKind, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -43,7 +44,7 @@ pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Damping> 
     let Some(value) = rod.get("damping") else {
         let hint = "write `damping = { proportional = 0.05 }` in [rod]; the motion of elastic rods in space is planned";
         let (kind, at, field) = (FaultKind::Missing, rod.at, rod.field("damping"));
-        reader.record(kind, at, &field, None, FORMS, Some(hint.to_owned()));
+        reader.record(kind, at, &field, None, FORMS, hint);
         return None;
     };
     let field = rod.field("damping");
@@ -65,15 +66,15 @@ fn bare_number(reader: &Reader, field: &str, value: &Spanned<DeValue>) {
         return;
     };
     if x == 0.0 {
-        let hint = "the motion of elastic rods in space is planned".to_owned();
-        reader.fault(FaultKind::Planned, field, value.span(), FORMS, Some(hint));
+        let hint = "the motion of elastic rods in space is planned";
+        reader.fault(FaultKind::Planned, field, value, FORMS, hint);
         return;
     }
     let hint = format!(
         "one number does not say how flexure, twist, shear and stretch share it; \
          {{ proportional = {x:?} }} is {x:?} times the stiffness of each"
     );
-    reader.fault(FaultKind::Type, field, value.span(), FORMS, Some(hint));
+    reader.fault(FaultKind::Type, field, value, FORMS, hint);
 }
 
 fn by_table<'a>(
@@ -138,15 +139,8 @@ fn barrier<'a>(
     let half_widths = half_widths(&table);
     if rigid.is_some_and(|rigid| rigid[5]) {
         let allowed = "left out where the section holds the stretch rigid";
-        let hint = "a rod that cannot be compressed needs no barrier: write `axial = 300.0` in [rod.section]".to_owned();
-        reader.fault(
-            FaultKind::Conflict,
-            field,
-            value.span(),
-            allowed,
-            Some(hint),
-        );
-        return None;
+        let hint = "a rod that cannot be compressed needs no barrier: write `axial = 300.0` in [rod.section]";
+        return reader.refuse(FaultKind::Conflict, field, value, allowed, hint);
     }
     Some(BarrierTerm {
         strength: strength?,
@@ -224,14 +218,12 @@ pub(super) fn branches(
 
 /// Reports that a field is of no use to a rod that has no damping.
 pub(super) fn needs_damping(table: &Table, name: &str, why: &str) {
-    let Some(value) = table.get(name) else { return };
     let hint = format!("{why}; write `damping = 0.1` in [rod], or leave it out");
-    table.reader.fault(
+    table.fault(
         FaultKind::Conflict,
-        &table.field(name),
-        value.span(),
+        name,
         "left out where the rod has no damping",
-        Some(hint),
+        hint,
     );
 }
 
@@ -314,10 +306,9 @@ pub(super) fn relaxation<T>(
         };
         let list = reader.list(field, value, allowed, one)?;
         if list.len() > BRANCHES {
-            let hint = Some(format!("it has {} branches", list.len()));
+            let hint = format!("it has {} branches", list.len());
             let allowed = format!("an array of at most {BRANCHES} tables");
-            reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
-            return None;
+            return reader.refuse(FaultKind::Value, field, value, allowed, hint);
         }
         list.into_iter().collect()
     })

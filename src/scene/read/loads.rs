@@ -2,9 +2,10 @@
 
 use super::ends::{direction, growing, sine};
 use super::fields::{FORCE, PLANE, PULSE, RAMP, SPACE};
-use super::reader::{Absent, Reader, Table};
+use super::reader::Reader;
 use super::rule::FINITE;
 use super::start::turning;
+use super::table::{Absent, Table};
 use crate::scene::{FaultKind, Force, InTime, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::DeValue;
@@ -32,16 +33,14 @@ fn rotational_drag(table: &Table, weld: Option<bool>) -> Option<f64> {
     if weld != Some(false) || drag == 0.0 {
         return Some(drag);
     }
-    let value = table.get("rotational_drag")?;
+
     let hint = "the end of a ball joint is free to turn, and its body is a point; write joint = \"weld\" in [body]";
-    table.reader.fault(
+    table.refuse(
         FaultKind::Conflict,
-        &table.field("rotational_drag"),
-        value.span(),
+        "rotational_drag",
         "0, or left out, where the joint is a ball",
-        Some(hint.to_owned()),
-    );
-    None
+        hint,
+    )
 }
 
 fn forces(loads: &Table) -> Option<Vec<Force>> {
@@ -109,13 +108,8 @@ fn ramp(table: &Table) -> Option<InTime> {
         let (start, until) = (table.number("start"), table.number("until"));
         let (start, until) = (start?, until?);
         if !(start < until) {
-            let value = table.get("until")?;
-            let (kind, field) = (FaultKind::Value, table.field("until"));
             let allowed = format!("a time after `start`, {start}");
-            table
-                .reader
-                .fault(kind, &field, value.span(), allowed, None);
-            return None;
+            return table.refuse(FaultKind::Value, "until", allowed, None);
         }
         Some(InTime::Ramp(Ramp {
             from: from?,

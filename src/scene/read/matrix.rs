@@ -1,8 +1,9 @@
 //! Symmetric matrices of a scene: what they must be.
 
 use super::along::ROUNDING;
-use super::reader::{Reader, Short};
+use super::reader::Reader;
 use super::rule::{Rule, VALUE};
+use super::words::Short;
 use crate::scene::FaultKind;
 use nalgebra::{DMatrix, SymmetricEigen};
 use toml::Spanned;
@@ -33,8 +34,7 @@ pub(super) fn definite<const N: usize>(
     consequence: &str,
 ) -> Option<[[f64; N]; N]> {
     let refuse = |field: &str, allowed: &str, hint: String| {
-        reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
-        None
+        reader.refuse(FaultKind::Value, field, value, allowed, hint)
     };
     for &i in free {
         if !(diagonal.holds)(rows[i][i]) {

@@ -17,6 +17,8 @@ mod scene;
 mod section;
 mod sources;
 mod start;
+mod table;
+mod words;
 
 pub use document::{json_schema, reference};
 pub(super) use scene::scene;

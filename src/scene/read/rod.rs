@@ -3,9 +3,9 @@
 use super::along::polynomial;
 use super::fields::{MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
 use super::friction::{self, needs_damping};
-use super::reader::{Absent, Table};
 use super::scene::open;
 use super::section::{outline, rest, rest_inside_barrier, section};
+use super::table::{Absent, Table};
 use crate::scene::{
     Bends, Damping, FaultKind, Material, Maxwell, Model, Profile, Rest, Rod, Section, Shape,
     StrainMatrix,

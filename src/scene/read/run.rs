@@ -2,9 +2,9 @@
 
 use super::fields::PLANE;
 use super::friction::needs_damping;
-use super::reader::Table;
 use super::rod::Memory;
 use super::start::landing;
+use super::table::Table;
 use crate::rod::Path;
 use crate::scene::{FaultKind, LandingRule, Method, Run, Solve};
 
@@ -52,18 +52,11 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
 
 fn tolerance(table: &Table, damped: bool) -> Option<f64> {
     let tolerance = table.number("tolerance")?;
-    let value = table.get("tolerance");
-    match value.filter(|_| damped && !(tolerance >= FINEST)) {
-        None => Some(tolerance),
-        Some(value) => {
-            let (kind, field) = (FaultKind::Value, table.field("tolerance"));
-            let allowed = "a number in [1e-13, 1e-2] where the rod has damping";
-            table
-                .reader
-                .fault(kind, &field, value.span(), allowed, None);
-            None
-        }
+    if damped && !(tolerance >= FINEST) {
+        let allowed = "a number in [1e-13, 1e-2] where the rod has damping";
+        return table.refuse(FaultKind::Value, "tolerance", allowed, None);
     }
+    Some(tolerance)
 }
 
 pub(super) fn solve(table: &Table) -> Option<Solve> {

@@ -7,11 +7,12 @@ use super::fields::{
 };
 use super::kind::kind_of;
 use super::loads::loads;
-use super::reader::{Absent, Reader, Table};
+use super::reader::Reader;
 use super::rod::{Memory, rod};
 use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
+use super::table::{Absent, Table};
 use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, Solve, Start, Units};
 use toml::Spanned;
 use toml::de::DeValue;

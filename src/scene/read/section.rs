@@ -3,8 +3,10 @@
 use super::along::{ALONG_WORDS, along};
 use super::fields::{BARRIER, CIRCLE, Kinds, RECTANGLE, SECTION, TUBE};
 use super::matrix::{definite, rows};
-use super::reader::{Absent, Reader, Short, Table};
+use super::reader::Reader;
 use super::rule::{SIZE, STIFFNESS, VALUE};
+use super::table::{Absent, Table};
+use super::words::Short;
 use crate::scene::{
     Barrier, BarrierTerm, Diagonal, FaultKind, Full, Profile, Rest, Rigid, Section, Shape, Shaped,
     Stiffness, StrainName, Transverse,
@@ -136,8 +138,7 @@ fn full(table: &Table) -> Option<Full> {
                 "flexure and twist cannot be rigid, as {:?} is here",
                 held.as_str()
             );
-            reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
-            return None;
+            return reader.refuse(FaultKind::Value, field, value, allowed, hint);
         }
         Some(names)
     });
@@ -224,13 +225,8 @@ fn uniform(table: &Table, law: &Diagonal) -> bool {
         .collect();
     names.dedup();
     for name in &names {
-        if let Some(value) = table.get(name) {
-            let (field, kind) = (table.field(name), FaultKind::Conflict);
-            let allowed = "the same all along the rod where the law has a barrier";
-            table
-                .reader
-                .fault(kind, &field, value.span(), allowed, None);
-        }
+        let allowed = "the same all along the rod where the law has a barrier";
+        table.fault(FaultKind::Conflict, name, allowed, None);
     }
     names.is_empty()
 }
@@ -447,13 +443,9 @@ fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Opt
             thickness,
         });
     }
-    let value = table.get("thickness")?;
     let allowed = format!("less than the outer radius, {}", Short(outer_radius));
-    let hint = Some("a tube without a hole is a circle".to_owned());
-    let field = table.field("thickness");
-    let reader = table.reader;
-    reader.fault(FaultKind::Value, &field, value.span(), allowed, hint);
-    None
+    let hint = "a tube without a hole is a circle";
+    table.refuse(FaultKind::Value, "thickness", allowed, hint)
 }
 
 /// A radius, or half a diameter.

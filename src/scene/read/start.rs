@@ -4,9 +4,11 @@ use super::along::{not_positive, polynomial};
 use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
 use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, REST, SHEET, STRAIN, Spec};
 use super::friction::needs_damping;
-use super::reader::{Absent, Reader, Short, Table};
+use super::reader::Reader;
 use super::rod::{Memory, curvature};
 use super::rule::{FINITE, KAPPA, LAMBDA, VALUE};
+use super::table::{Absent, Table};
+use super::words::Short;
 use crate::manifold;
 use crate::scene::{
     Clamp, EndLoad, EndPose, FaultKind, LandingRule, Place, Relaxed, Rod, Sheet, SheetName, Start,
@@ -209,8 +211,7 @@ fn reachable(
         "inside the disc of radius {}, the length of the rod, around the clamp",
         Short(length)
     );
-    reader.fault(FaultKind::Value, field, value.span(), allowed, Some(hint));
-    None
+    reader.refuse(FaultKind::Value, field, value, allowed, hint)
 }
 
 /// One of some words, or the name of a sheet.
@@ -309,16 +310,14 @@ pub(super) fn turning(table: &Table, name: &str, weld: Option<bool>) -> Option<[
     if weld != Some(false) || vector == [0.0; 3] {
         return Some(vector);
     }
-    let value = table.get(name)?;
+
     let hint = "an end that is free to turn takes no couple, and its body is a point; write joint = \"weld\" in [body]";
-    table.reader.fault(
+    table.refuse(
         FaultKind::Conflict,
-        &table.field(name),
-        value.span(),
+        name,
         "0, or left out, where the joint is a ball",
-        Some(hint.to_owned()),
-    );
-    None
+        hint,
+    )
 }
 
 fn strain<'a>(
@@ -335,15 +334,8 @@ fn strain<'a>(
             if rigid[name as usize] {
                 let hint =
                     "the section holds it at its rest value: give it a stiffness in [rod.section]";
-                let (kind, hint) = (FaultKind::Conflict, Some(hint.to_owned()));
-                reader.fault(
-                    kind,
-                    field,
-                    value.span(),
-                    "left out where it is rigid",
-                    hint,
-                );
-                return None;
+                let kind = FaultKind::Conflict;
+                return reader.refuse(kind, field, value, "left out where it is rigid", hint);
             }
             let coefficients = polynomial(reader, field, value, &VALUE)?;
             if name == StrainName::V3
@@ -353,8 +345,7 @@ fn strain<'a>(
                     "it is not > 0 at s / length = {x:.6}: total compression"
                 ));
                 let allowed = "> 0 everywhere on the rod, 0 <= s / length <= 1";
-                reader.fault(FaultKind::Value, field, value.span(), allowed, hint);
-                return None;
+                return reader.refuse(FaultKind::Value, field, value, allowed, hint);
             }
             Some(Some(coefficients))
         })
@@ -381,10 +372,7 @@ fn pose<'a>(
         let apart: [f64; 3] = std::array::from_fn(|i| position[i] - clamp.position[i]);
         match too_far(norm(&apart), rod.length).filter(|_| rod.section.is_inextensible()) {
             None => Some(position),
-            hint => {
-                reader.fault(FaultKind::Value, field, value.span(), REACH, hint);
-                None
-            }
+            hint => reader.refuse(FaultKind::Value, field, value, REACH, hint),
         }
     });
     let orientation = orientation(&table)?;
@@ -395,16 +383,10 @@ fn pose<'a>(
             return None;
         }
         (Some(false), Some(_)) => {
-            let given = ["quaternion", "rotation"].into_iter();
-            for name in given.filter(|name| table.get(name).is_some()) {
-                let value = table.get(name)?;
-                let hint = Some(
-                    "an end that is free to turn is where it is, whichever way it points"
-                        .to_owned(),
-                );
-                let (kind, field) = (FaultKind::Conflict, table.field(name));
+            for name in ["quaternion", "rotation"] {
+                let hint = "an end that is free to turn is where it is, whichever way it points";
                 let allowed = "left out where the joint is a ball";
-                reader.fault(kind, &field, value.span(), allowed, hint);
+                table.fault(FaultKind::Conflict, name, allowed, hint);
             }
             return None;
         }
@@ -424,14 +406,11 @@ pub(super) fn relaxed<'a>(
     strain: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<Relaxed>,
 ) -> Option<Relaxed> {
     let reader = start.reader;
-    if memory.is_some_and(|memory| !memory.relaxes)
-        && let Some(value) = start.get("relaxed")
-    {
+    if memory.is_some_and(|memory| !memory.relaxes) {
         let hint = "nothing else remembers the shape; write `relaxation = [{ stiffness = 0.5, time = 2.0 }]` in \
                     [rod], or leave it out";
         let allowed = "left out where the rod has no Maxwell branches";
-        let (kind, field) = (FaultKind::Conflict, start.field("relaxed"));
-        reader.fault(kind, &field, value.span(), allowed, Some(hint.to_owned()));
+        start.fault(FaultKind::Conflict, "relaxed", allowed, hint);
     }
     start.read("relaxed", "", Absent::Or(Relaxed::Start), |field, value| {
         match value.get_ref() {
@@ -469,17 +448,13 @@ pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<LandingRule
         },
     );
     let damped = memory.is_some_and(|memory| memory.damped);
-    let ruled = landing
-        .as_ref()
-        .is_some_and(|landing| *landing != LandingRule::Viscous);
-    if let (true, true, Some(value)) = (damped, ruled, run.get("landing")) {
+    if damped && landing.is_some_and(|landing| landing != LandingRule::Viscous) {
         let hint = "a rod with damping finds its own way through a snap; leave out one of the two";
-        run.reader.fault(
+        run.fault(
             FaultKind::Conflict,
-            &run.field("landing"),
-            value.span(),
+            "landing",
             "\"viscous\", or left out, where the rod has damping",
-            Some(hint.to_owned()),
+            hint,
         );
     }
     landing

@@ -1,0 +1,321 @@
+//! One table of the document: its fields, read by what the tables of fields say of them.
+
+use super::fields::{Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
+use super::reader::{Hint, Reader};
+use super::rule::{FINITE, Rule};
+use super::words::{listed, nearest, shorten, vector_words};
+use crate::scene::FaultKind;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What stands in for an absent field whose value is read by a function.
+pub(super) enum Absent<T> {
+    /// Nothing; the fault shows the example of the table.
+    Fault,
+    /// This.
+    Or(T),
+}
+
+/// One table of the document, its unknown fields already reported.
+pub(super) struct Table<'a> {
+    /// Where faults go.
+    pub reader: &'a Reader<'a>,
+    path: String,
+    spec: &'static Spec,
+    entries: &'a DeTable<'a>,
+    /// Byte at which the table begins.
+    pub at: usize,
+    /// Misspelt fields: (what was meant, what was written). They are reported, then read as what
+    /// was meant, so that one slip does not also count as a missing field and hides no other fault.
+    slips: Vec<(&'static str, &'a str)>,
+}
+
+impl<'a> Table<'a> {
+    /// Opens a table and reports the fields that `spec` does not hold in a scene of this kind.
+    pub fn open(
+        reader: &'a Reader<'a>,
+        path: &str,
+        entries: &'a DeTable<'a>,
+        at: usize,
+        spec: &'static Spec,
+    ) -> Self {
+        let mut table = Self {
+            reader,
+            path: path.to_owned(),
+            spec,
+            entries,
+            at,
+            slips: Vec::new(),
+        };
+        let kind = reader.kind.get();
+        for (key, value) in entries.iter() {
+            let name: &'a str = key.get_ref();
+            if spec.field(name, kind).is_some() {
+                continue;
+            }
+            if reader.is_full() {
+                reader.count_on();
+                continue;
+            }
+            let field = table.field(name);
+            // The text of a table would only repeat its name.
+            let shown = (!value.get_ref().is_table()).then(|| value.span());
+            let barred = |(on, barred, _): &&(Kinds, &str, &str)| *barred == name && on & kind != 0;
+            if let Some((_, _, hint)) = spec.barred.iter().find(barred) {
+                let at = value.span().start;
+                reader.record(FaultKind::Conflict, at, &field, shown, "left out", *hint);
+                continue;
+            }
+            let hint = table.misplaced(name).or_else(|| {
+                let meant = nearest(name, spec.names(kind))?;
+                // Of two slips for one field the first in the table wins.
+                if !entries.contains_key(meant) && table.slip(meant).is_none() {
+                    table.slips.push((meant, name));
+                }
+                Some(format!("did you mean `{meant}`?"))
+            });
+            let names: Vec<&str> = spec.names(kind).collect();
+            let allowed = format!("one of {}", names.join(", "));
+            let at = key.span().start;
+            reader.record(FaultKind::Unknown, at, &field, shown, allowed, hint);
+        }
+        table
+    }
+
+    /// Where a field that this table does not have belongs, if it is known.
+    fn misplaced(&self, name: &str) -> Option<String> {
+        let kind = self.reader.kind.get();
+        let header = HOMES.iter().any(|home| home.name == self.spec.name);
+        let home = HOMES
+            .iter()
+            .find(|home| header && home.field(name, kind).is_some());
+        if let Some(home) = home {
+            return Some(match home.name {
+                "" => format!("`{name}` belongs at the top of the file, before the first [table]"),
+                home => format!("`{name}` belongs in [{home}]"),
+            });
+        }
+        let other = self.spec.field(name, Kinds::MAX)?;
+        Some(match other.on {
+            PLANE => format!("`{name}` is for scenes in the plane, rod.model = \"elastica\""),
+            SPACE => {
+                format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
+            }
+            _ => format!("`{name}` is for rods in space, rod.model = \"cosserat\""),
+        })
+    }
+
+    fn slip(&self, meant: &str) -> Option<&'a str> {
+        let found = self.slips.iter().find(|(field, _)| *field == meant);
+        found.map(|(_, written)| *written)
+    }
+
+    /// Path of a field of this table.
+    pub fn field(&self, name: &str) -> String {
+        let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let name = match !name.is_empty() && name.chars().all(bare) {
+            true => shorten(name),
+            false => shorten(&format!("{name:?}")),
+        };
+        match self.path.is_empty() {
+            true => name,
+            false => format!("{}.{name}", self.path),
+        }
+    }
+
+    /// The value of a field, if it was given.
+    pub fn get(&self, name: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        let written = self.slip(name).unwrap_or(name);
+        self.entries.get(written)
+    }
+
+    /// Where a field is, in words, if it was given.
+    fn place_of(&self, name: &str) -> Option<String> {
+        let value = self.get(name)?;
+        Some(self.reader.place(value.span().start))
+    }
+
+    /// The entry of a field in the tables.
+    fn of(&self, name: &str) -> &'static Field {
+        static NONE: Field = Field {
+            name: "",
+            on: 0,
+            form: Form::Number(&FINITE),
+            unit: "",
+            need: Need::No,
+            doc: "",
+        };
+        let found = self.spec.field(name, self.reader.kind.get());
+        debug_assert!(found.is_some(), "{} {name}", self.spec.name);
+        found.unwrap_or(&NONE)
+    }
+
+    /// Reports a required field that is absent.
+    pub fn missing(&self, name: &str, allowed: &str, example: &str) {
+        let place = match self.path.as_str() {
+            "" => "at the top of the file".to_owned(),
+            inline if inline.contains('.') => format!("in {inline}"),
+            header => format!("in [{header}]"),
+        };
+        let (field, hint) = (self.field(name), format!("write `{example}` {place}"));
+        self.reader
+            .record(FaultKind::Missing, self.at, &field, None, allowed, hint);
+    }
+
+    /// Reports that `name` stands where `others` exclude it.
+    pub fn conflict(&self, name: &str, others: &[&str], hint: &str) {
+        let Some(value) = self.get(name) else { return };
+        let named = |other: &&str| {
+            let place = self.place_of(other)?;
+            Some(format!("{} ({place})", self.field(other)))
+        };
+        let others: Vec<String> = others.iter().filter_map(named).collect();
+        let verb = if others.len() == 1 { "is" } else { "are" };
+        let place = self.reader.place(value.span().start);
+        let allowed = format!(
+            "left out ({place}) where {} {verb} given",
+            others.join(" and ")
+        );
+        self.fault(FaultKind::Conflict, name, allowed, hint);
+    }
+
+    /// Records a fault in a field that is given.
+    pub fn fault(
+        &self,
+        kind: FaultKind,
+        name: &str,
+        allowed: impl Into<String>,
+        hint: impl Into<Hint>,
+    ) {
+        if let Some(value) = self.get(name) {
+            let field = self.field(name);
+            self.reader.fault(kind, &field, value, allowed, hint);
+        }
+    }
+
+    /// The same, of a field that must be given up.
+    pub fn refuse<T>(
+        &self,
+        kind: FaultKind,
+        name: &str,
+        allowed: impl Into<String>,
+        hint: impl Into<Hint>,
+    ) -> Option<T> {
+        self.fault(kind, name, allowed, hint);
+        None
+    }
+
+    /// Reads a field with `parse`, or takes what stands in for it.
+    pub fn read<T>(
+        &self,
+        name: &str,
+        allowed: &str,
+        absent: Absent<T>,
+        parse: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
+    ) -> Option<T> {
+        match (self.get(name), absent) {
+            (Some(value), _) => parse(&self.field(name), value),
+            (None, Absent::Or(default)) => Some(default),
+            (None, Absent::Fault) => {
+                let example = match self.of(name).need {
+                    Need::Yes(example) => example,
+                    _ => name,
+                };
+                self.missing(name, allowed, example);
+                None
+            }
+        }
+    }
+
+    /// A field of the tables by its form, its default parsed by `default`.
+    fn by_form<T>(
+        &self,
+        name: &str,
+        allowed: &str,
+        default: impl FnOnce(&str) -> Option<T>,
+        parse: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
+    ) -> Option<T> {
+        let absent = match self.of(name).need {
+            Need::Or(text) => default(text).map_or(Absent::Fault, Absent::Or),
+            Need::Yes(_) | Need::No => Absent::Fault,
+        };
+        self.read(name, allowed, absent, parse)
+    }
+
+    fn rule(&self, name: &str) -> &'static Rule {
+        match &self.of(name).form {
+            Form::Number(rule) | Form::Vector(rule) | Form::OneOf([Form::Number(rule), ..]) => rule,
+            _ => &FINITE,
+        }
+    }
+
+    /// A number, as the tables have it.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let rule = self.rule(name);
+        let default = |text: &str| text.parse().ok();
+        self.by_form(name, rule.allowed, default, |field, value| {
+            self.reader.number(field, value, rule)
+        })
+    }
+
+    /// The default of a number; NaN if it has none.
+    pub fn default(&self, name: &str) -> f64 {
+        match self.of(name).need {
+            Need::Or(text) => text.parse().unwrap_or(f64::NAN),
+            _ => f64::NAN,
+        }
+    }
+
+    /// A number, if it was given.
+    pub fn optional(&self, name: &str) -> Option<Option<f64>> {
+        let rule = self.rule(name);
+        self.read(name, rule.allowed, Absent::Or(None), |field, value| {
+            self.reader.number(field, value, rule).map(Some)
+        })
+    }
+
+    /// An integer, as the tables have it.
+    pub fn count(&self, name: &str) -> Option<usize> {
+        let Form::Count(least, most) = self.of(name).form else {
+            return None;
+        };
+        let allowed = format!("an integer from {least} to {most}");
+        let default = |text: &str| text.parse().ok();
+        self.by_form(name, &allowed, default, |field, value| {
+            self.reader.count(field, value, (least, most))
+        })
+    }
+
+    /// true or false, as the tables have it.
+    pub fn flag(&self, name: &str) -> Option<bool> {
+        let default = |text: &str| text.parse().ok();
+        self.by_form(name, "true or false", default, |field, value| {
+            self.reader.flag(field, value)
+        })
+    }
+
+    /// The one of the field's words that was given, of which `choices` has the meanings; its default is the first of them.
+    pub fn word<T: Clone>(&self, name: &str, choices: &[T]) -> Option<T> {
+        let words: &'static [&'static str] = match &self.of(name).form {
+            Form::Word(words) | Form::OneOf([Form::Word(words), ..]) => words,
+            _ => &[],
+        };
+        let pairs: Vec<(&'static str, T)> =
+            words.iter().copied().zip(choices.iter().cloned()).collect();
+        let allowed = listed(words);
+        let default = |_: &str| choices.first().cloned();
+        self.by_form(name, &allowed, default, |field, value| {
+            self.reader.choice(field, value, &pairs, &allowed)
+        })
+    }
+
+    /// A vector: two numbers in the plane, where the third is 0, three in space.
+    pub fn vector(&self, name: &str) -> Option<[f64; 3]> {
+        let plane = self.reader.kind.get() == PLANE;
+        let allowed = vector_words(if plane { 2 } else { 3 });
+        let default = |_: &str| Some([0.0; 3]);
+        self.by_form(name, allowed, default, |field, value| {
+            self.reader.point(field, value, self.rule(name))
+        })
+    }
+}

@@ -1,0 +1,88 @@
+//! Words of faults: lists, nearest names, excerpts, numbers.
+
+use std::fmt;
+use toml::de::DeValue;
+
+/// Longest excerpt of a value in a fault, in characters.
+const EXCERPT: usize = 48;
+/// Longer unknown names get no suggestion: they are no typing slip.
+const LONGEST_NAME: usize = 64;
+
+/// `"a", "b" or "c"`.
+pub(super) fn listed(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
+    match quoted.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// What an array of so many numbers must be.
+pub(super) fn vector_words(count: usize) -> &'static str {
+    match count {
+        2 => "an array of two finite numbers, [x, y]",
+        3 => "an array of three finite numbers, [x, y, z]",
+        4 => "an array of four finite numbers",
+        _ => "an array of six finite numbers",
+    }
+}
+
+/// The nearest of `names` to `word`, if near enough for a typing slip: one edit, and one more for
+/// every four letters; or one name that contains the other.
+pub(super) fn nearest<'n>(word: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    if word.len() > LONGEST_NAME {
+        return None;
+    }
+    let word = word.to_lowercase().replace('-', "_");
+    names
+        .filter_map(|name| {
+            let edits = strsim::osa_distance(&word, name);
+            let part =
+                word.len().min(name.len()) >= 4 && (name.contains(&word) || word.contains(name));
+            (edits <= 1 + word.len() / 4 && edits < name.len() || part).then_some((edits, name))
+        })
+        .min()
+        .map(|(_, name)| name)
+}
+
+/// One line of at most [`EXCERPT`] characters.
+pub(super) fn shorten(text: &str) -> String {
+    // Taken first, so that a huge value costs nothing.
+    let head: String = text.chars().take(4 * EXCERPT).collect();
+    let line = head.split_whitespace().collect::<Vec<_>>().join(" ");
+    let whole = head.len() == text.len() && line.chars().count() <= EXCERPT;
+    match whole {
+        true => line,
+        false => line
+            .chars()
+            .take(EXCERPT - 3)
+            .chain("...".chars())
+            .collect(),
+    }
+}
+
+/// The type of a value, with its article.
+pub(super) fn kind_of(value: &DeValue) -> &'static str {
+    match value {
+        DeValue::String(_) => "a string",
+        DeValue::Integer(_) => "an integer",
+        DeValue::Float(_) => "a float",
+        DeValue::Boolean(_) => "a boolean",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+/// A number of a message, which prints in a few characters whatever its size.
+pub(super) struct Short(pub f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) {
+            true => self.0.fmt(f),
+            false => fmt::LowerExp::fmt(&self.0, f),
+        }
+    }
+}
