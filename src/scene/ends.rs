@@ -3,6 +3,8 @@
 use serde::Serialize;
 
 /// The base of the rod. Default: at the origin, the directors along the world axes, in the plane the tangent along +x.
+///
+/// It keeps how orientation and motion are given, beside what [`Support`](crate::body::Support) makes of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct Clamp {
     /// Position.
@@ -65,7 +67,7 @@ pub enum TurnAngle {
     Sine(Sine),
 }
 
-/// amplitude * sin(2 pi frequency t + phase).
+/// amplitude * sin(2 pi frequency t + phase), by its frequency; a [`History`](crate::body::History) has the angular one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sine {
     /// Amplitude, of either sign.
@@ -123,7 +125,8 @@ pub struct Rotation {
 /// What holds or loads the end, s = L: `[end]` may be empty, but not left out.
 ///
 /// Nothing held: a load. The position alone held: a ball joint. Position and orientation held: a clamp. The
-/// orientation alone: guided. Single components of the position may be free.
+/// orientation alone: guided. Single components of the position may be free. Beside the
+/// [`EndConditions`](crate::rod::EndConditions) it keeps the factor of the load and how the orientation is given.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct End {
     /// Position, each component held or free.
@@ -203,7 +206,8 @@ impl Component {
     }
 }
 
-/// The body at the end of the rod.
+/// The body at the end of the rod; the loads are apart, and both make a [`Body`](crate::body::Body) or a
+/// [`RigidBody`](crate::body::RigidBody).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Body {
     /// Mass > 0.

@@ -30,7 +30,7 @@ pub struct Force {
     pub size: InTime,
 }
 
-/// The size of a force in time.
+/// The size of a force in time, as it is written; a [`History`](crate::body::History) is made of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum InTime {

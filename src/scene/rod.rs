@@ -69,7 +69,8 @@ impl Rod {
     }
 }
 
-/// What a rod is made of: an isotropic elastic material.
+/// What a rod is made of: an isotropic elastic material. Beside [`section::Material`](crate::section::Material) it has a
+/// density, and in the plane it may lack the second constant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Material {
     /// Young's modulus > 0, force per area.

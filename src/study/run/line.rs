@@ -1,6 +1,6 @@
 //! One motion out of a record: from the start to the end of the branch that ran last.
 
-use super::prepared::ModelKind;
+use super::ModelKind;
 use super::record::{Frame, Moment, RunRecord};
 use crate::elastica::Equilibrium;
 use crate::error::Result;
