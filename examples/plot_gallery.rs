@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("rod_state", rod_state(&state())?),
         ("strain_map", strain_map(&strain_map_data(400, 60))?),
         ("layer", layer(&layer_data())?),
-        ("convergence", convergence(&convergence_data())?),
+        ("convergence", lines(&convergence_data())?),
         (
             "dissipated_against_released",
             dissipated_against_released(&losses_data())?,

@@ -17,8 +17,7 @@ use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::creep::{Layer, ViscousRun, ViscousSample, ViscousStart};
 use snaprod::motion::{Event, Options, Run, Snap, State};
 use snaprod::plot::{
-    self, Convergence, ConvergenceSeries, Curve, LayerFigure, LayerRun, LossRun, LossesOverTime,
-    Shape, Slope,
+    self, Curve, LayerFigure, LayerRun, Lines, LossesOverTime, Series, Shape, Slope, Trace,
 };
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
@@ -68,10 +67,7 @@ fn main() -> Result<(), Failure> {
     if let Some(directory) = std::env::args().nth(1) {
         let write =
             |name: &str, svg: String| std::fs::write(format!("{directory}/{name}.svg"), svg);
-        write(
-            "vanishing_viscosity",
-            plot::convergence(&convergence(&series))?,
-        )?;
+        write("vanishing_viscosity", plot::lines(&convergence(&series))?)?;
         write("layer", plot::layer(&layer(&elastic, &runs)?)?)?;
         write(
             "losses_over_time",
@@ -385,45 +381,36 @@ fn report(elastic: &Elastic, runs: &[Viscous], series: &[Errors]) {
 }
 
 /// The largest errors of the three snaps, which all but coincide.
-fn convergence(series: &[Errors]) -> Convergence {
+fn convergence(series: &[Errors]) -> Lines {
     let names = [
-        "position on the sheet, before a snap",
-        "delay of a snap",
-        "velocity right after a snap",
+        "position on the sheet, before a snap (ℓ)",
+        "delay of a snap (√(μℓ³/EI))",
+        "velocity right after a snap (√(EI/μℓ))",
         "loss in a snap, relative",
     ];
-    let largest = |(name, three): (&str, &[Errors])| ConvergenceSeries {
+    let largest = |(name, three): (&str, &[Errors])| Series {
         name: name.into(),
-        eta: three[0].points.iter().map(|p| p.0).collect(),
-        error: (0..three[0].points.len())
-            .map(|i| {
-                three
-                    .iter()
-                    .map(|errors| errors.points[i].1)
-                    .fold(0.0, f64::max)
-            })
+        x: three[0].points.iter().map(|p| p.0).collect(),
+        y: (0..three[0].points.len())
+            .map(|i| three.iter().fold(0.0, |m: f64, e| m.max(e.points[i].1)))
             .collect(),
+        trace: Trace::LineMarks,
+        ..Series::default()
     };
-    Convergence {
-        series: names
-            .into_iter()
-            .zip(series.chunks(3))
-            .map(largest)
-            .collect(),
-        slopes: vec![
-            Slope {
-                order: 1.0,
-                name: "1".into(),
-                series: Some(0),
-            },
-            Slope {
-                order: 2.0 / 3.0,
-                name: "2/3".into(),
-                series: Some(1),
-            },
-        ],
-        error_label: "difference from the elastic run, largest of three snaps".into(),
-        ..Convergence::default()
+    let slope = |order: f64, name: &str, series: usize| Slope {
+        order,
+        name: name.into(),
+        series: Some(series),
+    };
+    let series = names.into_iter().zip(series.chunks(3));
+    Lines {
+        series: series.map(largest).collect(),
+        slopes: vec![slope(1.0, "1", 0), slope(2.0 / 3.0, "2/3", 1)],
+        x_label: "viscosity η (√(EI·μℓ³))".into(),
+        y_label: "difference from the elastic run, largest of three snaps".into(),
+        x_log: true,
+        y_log: true,
+        ..Lines::default()
     }
 }
 
@@ -484,13 +471,14 @@ fn losses(elastic: &Elastic, runs: &[Viscous]) -> LossesOverTime {
         runs: runs
             .iter()
             .filter(|run| (0.9e-5..1.1e-3).contains(&run.eta))
-            .map(|run| LossRun {
+            .map(|run| Series {
                 name: format!(
                     "dissipated in the rod, η = 10⁻{}",
                     ["³", "⁴", "⁵"][(-run.eta.log10()).round() as usize - 3]
                 ),
-                time: run.lost.iter().map(|p| p[0]).collect(),
-                dissipated: run.lost.iter().map(|p| p[1]).collect(),
+                x: run.lost.iter().map(|p| p[0]).collect(),
+                y: run.lost.iter().map(|p| p[1]).collect(),
+                ..Series::default()
             })
             .collect(),
         ..LossesOverTime::default()

@@ -1,7 +1,7 @@
 //! Rods in space as figures want them, from records.
 
 use nalgebra::Vector3;
-use snaprod::plot::{RodState, RodUnits, SpaceRod};
+use snaprod::plot::{AxisUnits, RodState, SpaceRod};
 use snaprod::rod::RodSection;
 use snaprod::scene::Units;
 use snaprod::study::{EquilibriumRecord, equilibrium::resultants};
@@ -22,15 +22,11 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
 }
 
 /// The units of figures.
-pub fn units(units: Units) -> RodUnits {
+pub fn units(units: Units) -> AxisUnits {
     match units {
-        Units::Si => RodUnits::si(),
+        Units::Si => AxisUnits::si(1.0),
         // Any consistent system: no symbol is right but those of the scene's own numbers.
-        Units::Dimensionless => RodUnits {
-            length: String::new(),
-            force: String::new(),
-            couple: String::new(),
-        },
+        Units::Dimensionless => AxisUnits::unnamed(1.0),
     }
 }
 

@@ -9,7 +9,7 @@ use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
 use snaprod::plot::{
     self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch,
-    PathOnSurface, RodShapes, Series, Shape, SnapLosses, Snapshots, SpaceRod, StrainMap,
+    PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, StrainMap,
 };
 use snaprod::scene;
 use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
@@ -135,12 +135,7 @@ fn labels(units: scene::Units, length: f64, natural: bool) -> AxisUnits {
     match units {
         scene::Units::Si => AxisUnits::si(length),
         scene::Units::Dimensionless if natural => AxisUnits::default(),
-        scene::Units::Dimensionless => AxisUnits {
-            length: String::new(),
-            time: String::new(),
-            energy: String::new(),
-            rod: length,
-        },
+        scene::Units::Dimensionless => AxisUnits::unnamed(length),
     }
 }
 
@@ -257,12 +252,15 @@ impl<'r> Drawn<'r> {
             path.push(here);
             last = Some(moment);
         }
-        Ok(PathOnSurface {
+        let sheets = Sheets {
             patches,
+            units: self.units.clone(),
+            ..Sheets::default()
+        };
+        Ok(PathOnSurface {
+            sheets,
             path,
             jumps,
-            units: self.units.clone(),
-            ..PathOnSurface::default()
         })
     }
 

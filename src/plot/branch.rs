@@ -1,11 +1,12 @@
 //! Bifurcation diagrams: branches of equilibria over a parameter, with their stability.
 
-use super::axes::{Axis, LABEL, Mark, Panel, SMALL, clip, draw_mark};
-use super::canvas::{Canvas, Pen, Side, Type};
-use super::legend::{Entry, Key};
-use super::page::{Column, WIDTH};
-use super::palette::{GREY, INK, category};
-use super::text;
+use super::axes::{Axis, Panel};
+use super::canvas::{Canvas, Pen};
+use super::geometry::{Pixel, apart, finite, midway};
+use super::labels;
+use super::legend::{Entry, Key, Mark, draw_mark};
+use super::page::{Block, Height, Page, WIDTH, Width};
+use super::palette::{Colour, GREY, INK, category};
 use crate::error::{Error, Result};
 
 /// One branch of equilibria; points that are not finite break it.
@@ -107,11 +108,10 @@ pub struct BranchDiagram {
 /// Errs if there is no panel, or one without a finite point.
 pub fn branch_diagram(data: &BranchDiagram) -> Result<String> {
     let nothing = |i: usize| {
-        let what = format!(
-            "branch diagram: panel {} has no finite point to show",
-            i + 1
-        );
-        Error::domain(what)
+        let panel = i + 1;
+        Error::domain(format!(
+            "branch diagram: panel {panel} has no finite point to show"
+        ))
     };
     if data.panels.is_empty() {
         return Err(Error::domain("branch diagram: no panel to show"));
@@ -123,29 +123,28 @@ pub fn branch_diagram(data: &BranchDiagram) -> Result<String> {
     };
     let xs: Vec<f64> = data.panels.iter().flat_map(points).map(|p| p.0).collect();
     let x = Axis::over(&xs, data.x_range, &data.x_label, 7).ok_or_else(|| nothing(0))?;
-    let mut axes = Vec::new();
+    let mut blocks = Vec::new();
     for (i, panel) in data.panels.iter().enumerate() {
         let values: Vec<f64> = points(panel).map(|p| p.1).collect();
         let wanted = (height / 52.0) as usize;
         // A range given by hand does not make an empty panel worth showing.
         let fitted = Axis::over(&values, panel.y_range, &panel.y_label, wanted);
-        let fitted = fitted.filter(|_| !values.is_empty());
-        axes.push((fitted.ok_or_else(|| nothing(i))?, height));
+        let y = fitted
+            .filter(|_| !values.is_empty())
+            .ok_or_else(|| nothing(i))?;
+        let block = Block::plane(x.clone(), y, Height::Pixels(height), Vec::new());
+        blocks.push(block.over(|canvas, frame| paint(canvas, frame, panel)));
     }
-    let page = Column::new(WIDTH, &data.title, legends(data), &x, axes);
-    Ok(page.draw(|canvas, i, frame| paint(canvas, frame, &data.panels[i])))
+    let page = Page::new(&data.title, legends(data));
+    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
 }
 
 /// All finite points of a panel.
 fn points(panel: &BranchPanel) -> impl Iterator<Item = (f64, f64)> {
-    let curves = panel
-        .branches
-        .iter()
-        .flat_map(|b| b.x.iter().copied().zip(b.y.iter().copied()));
+    let branches = panel.branches.iter();
+    let curves = branches.flat_map(|b| b.x.iter().copied().zip(b.y.iter().copied()));
     let specials = panel.specials.iter().map(|s| (s.x, s.y));
-    curves
-        .chain(specials)
-        .filter(|p| p.0.is_finite() && p.1.is_finite())
+    curves.chain(specials).filter(finite)
 }
 
 /// How a piece of a branch is drawn.
@@ -159,24 +158,14 @@ enum Style {
 }
 
 impl Style {
-    const ALL: [(Self, &'static str); 5] = [
-        (Self::Stable, "stable (index 0)"),
-        (Self::One, "index 1"),
-        (Self::Two, "index 2"),
-        (Self::More, "index ≥ 3"),
-        (Self::Unknown, "index unknown"),
+    /// Each with its words, and those where lines are curves of folds.
+    const ALL: [(Self, [&'static str; 2]); 5] = [
+        (Self::Stable, ["stable (index 0)", "stable meets index 1"]),
+        (Self::One, ["index 1", "indices 1 and 2"]),
+        (Self::Two, ["index 2", "indices 2 and 3"]),
+        (Self::More, ["index ≥ 3", "indices ≥ 3"]),
+        (Self::Unknown, ["index unknown"; 2]),
     ];
-
-    /// Its words where lines are curves of folds.
-    fn of_folds(self) -> &'static str {
-        match self {
-            Self::Stable => "stable meets index 1",
-            Self::One => "indices 1 and 2",
-            Self::Two => "indices 2 and 3",
-            Self::More => "indices ≥ 3",
-            Self::Unknown => "index unknown",
-        }
-    }
 
     fn new(index: Option<usize>) -> Self {
         match index {
@@ -188,7 +177,7 @@ impl Style {
         }
     }
 
-    fn pen(self, colour: super::palette::Colour) -> Pen {
+    fn pen(self, colour: Colour) -> Pen {
         match self {
             Self::Stable => Pen::new(colour, 2.4),
             Self::One => Pen::new(colour, 1.6).dashed(9.0, 4.5),
@@ -198,8 +187,6 @@ impl Style {
         }
     }
 }
-
-type Pixel = (f64, f64);
 
 /// The style at each point of a branch.
 fn styles(branch: &BranchLine) -> impl Iterator<Item = Style> {
@@ -231,9 +218,8 @@ fn legends(data: &BranchDiagram) -> Vec<Vec<Entry>> {
     let lines = Style::ALL
         .into_iter()
         .filter(|(style, _)| seen.contains(style))
-        .map(|(style, word)| match data.folds {
-            true => Entry::new(Key::Line(style.pen(INK)), style.of_folds()),
-            false => Entry::new(Key::Line(style.pen(INK)), word),
+        .map(|(style, words)| {
+            Entry::new(Key::Line(style.pen(INK)), words[usize::from(data.folds)])
         });
     let marks = SpecialKind::ALL
         .into_iter()
@@ -253,7 +239,7 @@ fn paint(canvas: &mut Canvas, frame: &Panel, panel: &BranchPanel) {
         .specials
         .iter()
         .map(|s| (frame.at(s.x, s.y), s))
-        .filter(|(at, _)| at.0.is_finite() && at.1.is_finite())
+        .filter(|(at, _)| finite(at))
         .collect();
     let spots: Vec<Pixel> = marks.iter().map(|(at, _)| *at).collect();
     let mut runs = Vec::new();
@@ -278,30 +264,13 @@ fn paint(canvas: &mut Canvas, frame: &Panel, panel: &BranchPanel) {
         };
         if !shown.iter().any(again) {
             shown.push((at, special));
+            draw_mark(canvas, at, special.kind.mark(), 4.0, INK);
         }
     }
-    for &(at, special) in &shown {
-        draw_mark(canvas, at, special.kind.mark(), 4.0, INK);
-    }
-    let edges = [frame.left, frame.top, frame.right(), frame.bottom()];
-    let ink: Vec<Pixel> = runs
-        .iter()
-        .flat_map(|(_, run, _)| clip(run, edges))
-        .flat_map(|run| dotted(&run))
-        .collect();
+    let lines = runs.iter().map(|(_, run, _)| run);
     let spots: Vec<Pixel> = shown.iter().map(|(at, _)| *at).collect();
-    let words: Vec<&str> = shown.iter().map(|(_, s)| s.label.as_str()).collect();
-    let font = Type::new(SMALL, Side::Middle, Side::Middle);
-    for (place, word) in labels(edges, &ink, &spots, &words).iter().zip(words) {
-        if let Some([from, to]) = place.leader {
-            canvas.line(&[from, to], Pen::new(INK, 0.6));
-        }
-        canvas.halo_text(place.at, word, font);
-    }
-}
-
-fn apart(a: Pixel, b: Pixel) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
+    let words = shown.iter().map(|(at, s)| (*at, s.label.as_str()));
+    labels::write(canvas, frame, lines, &spots, &words.collect::<Vec<_>>());
 }
 
 /// Cuts a branch where its style changes: at the special point there, if there is one.
@@ -333,99 +302,13 @@ fn cut(pixels: &[Pixel], styles: &[Style], spots: &[Pixel]) -> Vec<(Style, Vec<P
             Some(&s) if apart(a, s) < SAME => push(style[1], a, b),
             Some(&s) if apart(b, s) < SAME => push(style[0], a, b),
             _ => {
-                let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
-                let s = spot.copied().unwrap_or(middle);
+                let s = spot.copied().unwrap_or(midway(a, b, 0.5));
                 push(style[0], a, s);
                 push(style[1], s, b);
             }
         }
     }
     runs
-}
-
-/// Points on a line, at most three pixels apart.
-fn dotted(run: &[Pixel]) -> Vec<Pixel> {
-    let mut dots = Vec::new();
-    for pair in run.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        let n = (apart(a, b) / 3.0).ceil().clamp(1.0, 2000.0);
-        for i in 0..=n as usize {
-            let t = i as f64 / n;
-            dots.push((a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1)));
-        }
-    }
-    dots
-}
-
-/// Where a label stands.
-struct Place {
-    /// Its middle.
-    at: Pixel,
-    /// A line to its point, if it stands far off.
-    leader: Option<[Pixel; 2]>,
-}
-
-/// A place for each word near its spot: where it covers the least ink, no mark and no other word.
-fn labels(edges: [f64; 4], ink: &[Pixel], spots: &[Pixel], words: &[&str]) -> Vec<Place> {
-    const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    const WAYS: [(f64, f64); 8] = [
-        (DIAGONAL, -DIAGONAL),
-        (1.0, 0.0),
-        (DIAGONAL, DIAGONAL),
-        (-DIAGONAL, -DIAGONAL),
-        (-1.0, 0.0),
-        (-DIAGONAL, DIAGONAL),
-        (0.0, -1.0),
-        (0.0, 1.0),
-    ];
-    let mut taken: Vec<[f64; 4]> = Vec::new();
-    let mut places = Vec::new();
-    for (&spot, word) in spots.iter().zip(words) {
-        let (w, h) = (0.5 * text::width(word, SMALL) + 1.5, 0.5 * LABEL);
-        let mut best: Option<(f64, Place, [f64; 4])> = None;
-        for (off, dear) in [(7.0, 0.0), (13.0, 0.7), (24.0, 1.6)] {
-            for (i, way) in WAYS.iter().enumerate() {
-                let lean = |c: f64| if c.abs() < 0.1 { 0.0 } else { c.signum() };
-                let at = (
-                    spot.0 + off * way.0 + w * lean(way.0),
-                    spot.1 + off * way.1 + h * lean(way.1),
-                );
-                let area = [at.0 - w, at.1 - h, at.0 + w, at.1 + h];
-                let covers =
-                    |p: &&Pixel| p.0 > area[0] && p.0 < area[2] && p.1 > area[1] && p.1 < area[3];
-                let meets = |o: &&[f64; 4]| {
-                    area[0] < o[2] && o[0] < area[2] && area[1] < o[3] && o[1] < area[3]
-                };
-                let near_mark = |p: &&Pixel| {
-                    let grown = [area[0] - 4.5, area[1] - 4.5, area[2] + 4.5, area[3] + 4.5];
-                    p.0 > grown[0] && p.0 < grown[2] && p.1 > grown[1] && p.1 < grown[3]
-                };
-                let outside = area[0] < edges[0] + 2.0
-                    || area[1] < edges[1] + 2.0
-                    || area[2] > edges[2] - 2.0
-                    || area[3] > edges[3] - 2.0;
-                let cost = 0.01 * i as f64
-                    + dear
-                    + ink.iter().filter(covers).count() as f64
-                    + 8.0 * spots.iter().filter(near_mark).count() as f64
-                    + 30.0 * taken.iter().filter(meets).count() as f64
-                    + if outside { 100.0 } else { 0.0 };
-                if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
-                    let to = (spot.0 + (off - 2.0) * way.0, spot.1 + (off - 2.0) * way.1);
-                    let from = (spot.0 + 5.0 * way.0, spot.1 + 5.0 * way.1);
-                    let leader = (off > 20.0 && !word.is_empty()).then_some([from, to]);
-                    best = Some((cost, Place { at, leader }, area));
-                }
-            }
-        }
-        if let Some((_, place, area)) = best {
-            if !word.is_empty() {
-                taken.push(area);
-            }
-            places.push(place);
-        }
-    }
-    places
 }
 
 #[cfg(test)]

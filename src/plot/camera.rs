@@ -1,73 +1,7 @@
-//! Vectors of space and the camera: where a point is seen.
+//! The camera: where a point of space is seen.
 
-use super::data::{Bounds, View};
-
-pub(crate) type Point = [f64; 3];
-pub(crate) type Pixel = (f64, f64);
-
-/// Coordinates beyond this count as not finite: their squares would not be.
-const FAR: f64 = 1e100;
-
-/// True if the point can be drawn.
-pub(crate) fn drawable(p: &Point) -> bool {
-    p.iter().all(|c| c.abs() < FAR)
-}
-
-pub(crate) fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(crate) fn minus(a: Point, b: Point) -> Point {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn along(p: Point, t: f64, d: Point) -> Point {
-    std::array::from_fn(|i| p[i] + t * d[i])
-}
-
-pub(crate) fn between(a: Point, b: Point, t: f64) -> Point {
-    std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
-}
-
-pub(crate) fn cross(a: Point, b: Point) -> Point {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-/// The vector at length 1; `None` if it has no direction.
-pub(crate) fn unit(v: Point) -> Option<Point> {
-    let largest = v.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-    if !(largest > 0.0 && largest < FAR) {
-        return None;
-    }
-    let v = v.map(|c| c / largest);
-    let length = dot(v, v).sqrt();
-    Some(v.map(|c| c / length))
-}
-
-/// The least box that holds all points; `None` without points.
-pub(crate) fn box_of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<Bounds> {
-    points
-        .into_iter()
-        .filter(|p| drawable(p))
-        .fold(None, |b, p| {
-            let b: Bounds = b.unwrap_or_else(|| p.map(|c| [c, c]));
-            Some(std::array::from_fn(|i| {
-                [b[i][0].min(p[i]), b[i][1].max(p[i])]
-            }))
-        })
-}
-
-/// left, top, right, bottom of some pixels.
-pub(crate) fn hull(pixels: impl Iterator<Item = Pixel>) -> [f64; 4] {
-    let start = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
-    pixels.fold(start, |b, p| {
-        [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
-    })
-}
+use super::data::View;
+use super::geometry::{Pixel, Point, dot, hull};
 
 /// Looks at the origin of a box about 1 in size.
 #[derive(Debug, Clone)]
@@ -98,6 +32,10 @@ impl Camera {
             scale: 1.0,
             centre: (0.0, 0.0),
         }
+    }
+
+    pub(crate) fn is_parallel(&self) -> bool {
+        self.distance.is_infinite()
     }
 
     /// How much larger than at the origin things look there.

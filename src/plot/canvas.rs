@@ -3,7 +3,9 @@
 //! The backend knows whole pixels only, so everything is drawn ten times too large and the first
 //! tag then shows it at its true size: a resolution of a tenth of a pixel.
 
+use super::geometry::{Pixel, finite};
 use super::palette::{Colour, INK, WHITE};
+use plotters::element::{DashedPathElement, Drawable};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -128,10 +130,6 @@ fn whole(pixels: f64) -> i32 {
     (pixels * OVERSAMPLING).round().clamp(-1e7, 1e7) as i32
 }
 
-fn finite(p: &(f64, f64)) -> bool {
-    p.0.is_finite() && p.1.is_finite()
-}
-
 fn style(colour: Colour, alpha: f64, width: f64) -> ShapeStyle {
     ShapeStyle {
         color: RGBColor(colour.0, colour.1, colour.2).mix((100.0 * alpha).round() / 100.0),
@@ -142,42 +140,38 @@ fn style(colour: Colour, alpha: f64, width: f64) -> ShapeStyle {
 
 impl Canvas<'_> {
     /// A line through the points; those that are not finite break it.
-    pub(crate) fn line(&mut self, points: &[(f64, f64)], pen: Pen) {
+    pub(crate) fn line(&mut self, points: &[Pixel], pen: Pen) {
+        let style = style(pen.colour, pen.alpha, pen.width);
         for run in points.split(|p| !finite(p)).filter(|run| run.len() > 1) {
-            match pen.dash {
-                None => self.stroke(run, pen),
-                Some(dash) => {
-                    for piece in dashes(run, dash, pen.width) {
-                        self.stroke(&piece, pen);
-                    }
-                }
+            let mut path: Vec<(i32, i32)> = run.iter().map(|p| (whole(p.0), whole(p.1))).collect();
+            path.dedup();
+            if let Some((on, off)) = pen.dash {
+                // The round caps are taken off the length of a dash.
+                let (on, off) = ((on - pen.width).max(0.1), (off + pen.width).max(0.5));
+                let (on, off) = (whole(on), whole(off));
+                let dashes = DashedPathElement::new(path.iter().copied(), on, off, style);
+                dashes
+                    .draw(path.iter().copied(), &mut self.backend, (0, 0))
+                    .ok();
+            } else {
+                path.extend((path.len() == 1).then(|| path[0]));
+                self.backend.draw_path(path, &style).ok();
             }
         }
     }
 
-    fn stroke(&mut self, run: &[(f64, f64)], pen: Pen) {
-        let mut path: Vec<(i32, i32)> = run.iter().map(|p| (whole(p.0), whole(p.1))).collect();
-        path.dedup();
-        if path.len() == 1 {
-            path.push(path[0]);
-        }
-        let style = style(pen.colour, pen.alpha, pen.width);
-        self.backend.draw_path(path, &style).ok();
-    }
-
     /// A filled polygon; nothing if a corner is not finite.
-    pub(crate) fn polygon(&mut self, corners: &[(f64, f64)], fill: Colour, alpha: f64) {
+    pub(crate) fn polygon(&mut self, corners: &[Pixel], fill: Colour, alpha: f64) {
         if corners.len() > 2 && corners.iter().all(finite) {
             let path: Vec<_> = corners.iter().map(|p| (whole(p.0), whole(p.1))).collect();
-            self.backend
-                .fill_polygon(path, &style(fill, alpha, 0.0))
-                .ok();
+            let style = style(fill, alpha, 0.0);
+            self.backend.fill_polygon(path, &style).ok();
         }
     }
 
     /// One area bounded by several rings, holes running the other way round. The rings are strung on
     /// there-and-back bridges to the first point, which enclose nothing.
-    pub(crate) fn region(&mut self, rings: &[Vec<(f64, f64)>], fill: Colour, alpha: f64) {
+    pub(crate) fn region(&mut self, rings: &[Vec<Pixel>], fill: Colour, alpha: f64) {
         let Some(&home) = rings.iter().find_map(|ring| ring.first()) else {
             return;
         };
@@ -191,29 +185,30 @@ impl Canvas<'_> {
     }
 
     /// A filled circle.
-    pub(crate) fn disc(&mut self, centre: (f64, f64), radius: f64, fill: Colour, alpha: f64) {
-        if finite(&centre) {
-            let at = (whole(centre.0), whole(centre.1));
-            let style = style(fill, alpha, 0.1);
-            self.backend
-                .draw_circle(at, whole(radius).max(0) as u32, &style, true)
-                .ok();
-        }
+    pub(crate) fn disc(&mut self, centre: Pixel, radius: f64, fill: Colour, alpha: f64) {
+        self.round(centre, radius, style(fill, alpha, 0.1), true);
     }
 
     /// A circle's line.
-    pub(crate) fn circle(&mut self, centre: (f64, f64), radius: f64, pen: Pen) {
+    pub(crate) fn circle(&mut self, centre: Pixel, radius: f64, pen: Pen) {
+        self.round(
+            centre,
+            radius,
+            style(pen.colour, pen.alpha, pen.width),
+            false,
+        );
+    }
+
+    fn round(&mut self, centre: Pixel, radius: f64, style: ShapeStyle, filled: bool) {
         if finite(&centre) {
             let at = (whole(centre.0), whole(centre.1));
-            let style = style(pen.colour, pen.alpha, pen.width);
-            self.backend
-                .draw_circle(at, whole(radius).max(0) as u32, &style, false)
-                .ok();
+            let radius = whole(radius).max(0) as u32;
+            self.backend.draw_circle(at, radius, &style, filled).ok();
         }
     }
 
     /// A line of text.
-    pub(crate) fn text(&mut self, at: (f64, f64), text: &str, font: Type) {
+    pub(crate) fn text(&mut self, at: Pixel, text: &str, font: Type) {
         if text.is_empty() || !finite(&at) {
             return;
         }
@@ -247,7 +242,7 @@ impl Canvas<'_> {
     }
 
     /// Text on a white halo, for labels that lie on a drawing.
-    pub(crate) fn halo_text(&mut self, at: (f64, f64), text: &str, font: Type) {
+    pub(crate) fn halo_text(&mut self, at: Pixel, text: &str, font: Type) {
         for (dx, dy) in [(-1.2, 0.0), (1.2, 0.0), (0.0, -1.2), (0.0, 1.2)] {
             self.text((at.0 + dx, at.1 + dy), text, font.colour(WHITE));
         }
@@ -263,39 +258,4 @@ fn font_size(size: f64) -> f64 {
         .into_iter()
         .find(|s| s / FONT_FACTOR == wanted)
         .unwrap_or(guess)
-}
-
-/// Cuts a line into dashes; the round caps are taken off their length.
-fn dashes(run: &[(f64, f64)], (on, off): (f64, f64), width: f64) -> Vec<Vec<(f64, f64)>> {
-    let on = (on - width).max(0.1);
-    let off = (off + width).max(0.5);
-    let mut pieces = Vec::new();
-    let mut piece = vec![run[0]];
-    let (mut drawing, mut left) = (true, on);
-    for pair in run.windows(2) {
-        let (from, to) = (pair[0], pair[1]);
-        let length = (to.0 - from.0).hypot(to.1 - from.1);
-        let mut done = 0.0;
-        while length - done > left {
-            done += left;
-            let t = done / length;
-            let at = (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
-            if drawing {
-                piece.push(at);
-                pieces.push(std::mem::take(&mut piece));
-            } else {
-                piece = vec![at];
-            }
-            drawing = !drawing;
-            left = if drawing { on } else { off };
-        }
-        left -= length - done;
-        if drawing {
-            piece.push(to);
-        }
-    }
-    if drawing && piece.len() > 1 {
-        pieces.push(piece);
-    }
-    pieces
 }

@@ -4,15 +4,21 @@
 //! the colours are stacked instead: the area of all cells of band k and above is painted as one, then
 //! that of band k + 1 over it. Paper is never seen, and a smooth field costs its level lines, not its cells.
 
+use super::axes::Panel;
 use super::canvas::Canvas;
+use super::contour::rings;
+use super::geometry::Pixel;
 use super::palette::Colour;
+use std::collections::BTreeSet;
 
 /// Numbers of bands that are tried; the first that is small enough as SVG is taken.
 const BANDS: [usize; 4] = [65, 33, 17, 9];
 /// Corners a map may have, each about 11 bytes.
 const CORNERS: usize = 40_000;
+/// Columns of a panel that can be told apart: a tenth of a pixel.
+const FINEST: f64 = 5000.0;
 
-type Ring = Vec<(f64, f64)>;
+type Ring = Vec<Pixel>;
 
 /// A traced grid.
 pub(crate) struct Cells {
@@ -26,11 +32,11 @@ pub(crate) struct Cells {
 
 impl Cells {
     /// From `levels` in [0, 1] (NaN for a gap), column by column: the cell between `x[i]`, `x[i + 1]` and `y[j]`,
-    /// `y[j + 1]` (in pixels) has the level `levels[i * (y.len() - 1) + j]`.
+    /// `y[j + 1]` (as parts of the panel from its lower left corner) has the level `levels[i * (y.len() - 1) + j]`.
     pub(crate) fn new(x: &[f64], y: &[f64], levels: &[f64]) -> Self {
         let rows = y.len().saturating_sub(1);
         // Columns below the drawing's resolution take no room; their neighbours meet there.
-        let seen = |i: &usize| (10.0 * x[*i]).round() != (10.0 * x[i + 1]).round();
+        let seen = |i: &usize| (FINEST * x[*i]).round() != (FINEST * x[i + 1]).round();
         let columns: Vec<usize> = (0..x.len().saturating_sub(1)).filter(seen).collect();
         let mut edges: Vec<f64> = columns.iter().map(|&i| x[i]).collect();
         edges.extend(columns.last().map(|&i| x[i + 1]));
@@ -61,16 +67,20 @@ impl Cells {
         Self { bands, areas, gaps }
     }
 
-    /// Paints the areas `down` pixels below where they were traced, band k in the k-th of `bands` colours.
-    pub(crate) fn paint(&self, canvas: &mut Canvas, down: f64, colours: &[Colour]) {
-        for (k, rings) in &self.areas {
-            let lowered: Vec<Ring> = rings
+    /// Paints the areas, band k in the k-th of `bands` colours.
+    pub(crate) fn paint(&self, canvas: &mut Canvas, panel: &Panel, colours: &[Colour]) {
+        let at = |p: &Pixel| {
+            (
+                panel.left + p.0 * panel.width,
+                panel.bottom() - p.1 * panel.height,
+            )
+        };
+        for ((_, rings), colour) in self.areas.iter().map(|area| (area, colours[area.0])) {
+            let rings: Vec<Ring> = rings
                 .iter()
-                .map(|ring| ring.iter().map(|p| (p.0, p.1 + down)).collect())
+                .map(|ring| ring.iter().map(at).collect())
                 .collect();
-            if let Some(&colour) = colours.get(*k) {
-                canvas.region(&lowered, colour, 1.0);
-            }
+            canvas.region(&rings, colour, 1.0);
         }
     }
 }
@@ -93,48 +103,25 @@ fn outlines(
     rows: usize,
     inside: impl Fn(usize, usize) -> bool,
 ) -> Vec<Vec<(usize, usize)>> {
-    let has = |i: isize, j: isize| {
-        i >= 0
-            && j >= 0
-            && (i as usize) < columns
-            && (j as usize) < rows
-            && inside(i as usize, j as usize)
-    };
-    let index = |(i, j): (usize, usize)| i * (rows + 1) + j;
-    // Where the edges from each corner lead: two where cells touch at a corner.
-    let mut leads: Vec<Vec<(usize, usize)>> = vec![Vec::new(); (columns + 1) * (rows + 1)];
-    for i in 0..columns {
-        for j in 0..rows {
-            let (a, b) = (i as isize, j as isize);
-            if !has(a, b) {
-                continue;
-            }
-            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-            let beyond = [(a, b - 1), (a + 1, b), (a, b + 1), (a - 1, b)];
-            for (side, &(p, q)) in beyond.iter().enumerate() {
-                if !has(p, q) {
-                    leads[index(corners[side])].push(corners[(side + 1) % 4]);
-                }
+    // Below the first column or row indices wrap round to large ones.
+    let has = |i: usize, j: usize| i < columns && j < rows && inside(i, j);
+    let mut edges = BTreeSet::new();
+    for (i, j) in (0..columns * rows).map(|m| (m / rows, m % rows)) {
+        let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+        let (left, below) = (i.wrapping_sub(1), j.wrapping_sub(1));
+        let beyond = [(i, below), (i + 1, j), (i, j + 1), (left, j)];
+        for (side, (p, q)) in beyond.into_iter().enumerate() {
+            if has(i, j) && !has(p, q) {
+                let ends = [side, (side + 1) % 4].map(|k| corners[k].0 * (rows + 1) + corners[k].1);
+                edges.insert((ends[0], ends[1]));
             }
         }
     }
-    let mut rings = Vec::new();
-    for m in 0..leads.len() {
-        let start = (m / (rows + 1), m % (rows + 1));
-        while let Some(mut next) = leads[m].pop() {
-            let mut ring = vec![start];
-            while next != start {
-                ring.push(next);
-                // As many edges leave a corner as reach it.
-                let Some(further) = leads[index(next)].pop() else {
-                    break;
-                };
-                next = further;
-            }
-            rings.push(bends(&ring));
-        }
-    }
+    let corner = |m: usize| (m / (rows + 1), m % (rows + 1));
+    let rings = rings(edges).into_iter();
     rings
+        .map(|ring| bends(&ring.into_iter().map(corner).collect::<Vec<_>>()))
+        .collect()
 }
 
 /// The corners of a ring at which it turns.
@@ -151,19 +138,20 @@ fn bends(ring: &[(usize, usize)]) -> Vec<(usize, usize)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::geometry::area;
     use super::*;
 
     /// Catches a hole lost, or one that runs the same way as its rim: then the fill would cover it.
     #[test]
     fn a_hole_runs_the_other_way() {
         let rings = outlines(3, 3, |i, j| (i, j) != (1, 1));
-        let area = |ring: &[(usize, usize)]| -> f64 {
-            (0..ring.len())
-                .map(|k| {
-                    let (a, b) = (ring[k], ring[(k + 1) % ring.len()]);
-                    0.5 * (a.0 as f64 * b.1 as f64 - b.0 as f64 * a.1 as f64)
-                })
-                .sum()
+        let area = |ring: &[(usize, usize)]| {
+            0.5 * area(
+                &ring
+                    .iter()
+                    .map(|p| (p.0 as f64, p.1 as f64))
+                    .collect::<Vec<_>>(),
+            )
         };
         let areas: Vec<f64> = rings.iter().map(|r| area(r)).collect();
         assert_eq!(areas.len(), 2);
@@ -174,8 +162,8 @@ mod tests {
     /// Catches cells lost where two of them touch at a corner, and noise that makes a huge file.
     #[test]
     fn noise_keeps_to_the_budget() {
-        let x: Vec<f64> = (0..=400).map(f64::from).collect();
-        let y: Vec<f64> = (0..=60).map(|j| 3.0 * f64::from(j)).collect();
+        let x: Vec<f64> = (0..=400).map(|i| f64::from(i) / 400.0).collect();
+        let y: Vec<f64> = (0..=60).map(|j| f64::from(j) / 60.0).collect();
         let levels: Vec<f64> = (0..400 * 60)
             .map(|m| (0.5 + 0.5 * (f64::from(m) * 12.9898).sin()) * 43.7 % 1.0)
             .collect();

@@ -1,6 +1,7 @@
 //! Areas where a gridded function is at least some level, as rings.
 
 use super::data::Field;
+use super::geometry::{Pixel, apart, middle};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A point of the level line or the grid: three to each grid point, itself and the crossings on the grid
@@ -9,17 +10,15 @@ type Key = usize;
 
 /// The rings around {values >= level}, in data coordinates, the area on their left. Cells with a value that
 /// is not a number belong to no area. Values are interpolated along grid edges.
-pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<Pixel>> {
     let (nx, ny) = (field.columns, field.rows);
     let cell = |i: usize, j: usize| {
         let a = j * nx + i;
         [a, a + 1, a + nx + 1, a + nx]
     };
     let full = |i: isize, j: isize| {
-        i >= 0
-            && j >= 0
-            && (i as usize) < nx - 1
-            && (j as usize) < ny - 1
+        let inside = (0..nx as isize - 1).contains(&i) && (0..ny as isize - 1).contains(&j);
+        inside
             && cell(i as usize, j as usize)
                 .iter()
                 .all(|&m| values[m] >= level)
@@ -64,18 +63,15 @@ pub(crate) fn at_least(field: &Field, values: &[f64], level: f64) -> Vec<Vec<(f6
             }
         }
     }
-    chain(edges)
-        .into_iter()
-        .map(|ring| {
-            ring.into_iter()
-                .map(|key| place(field, values, level, key))
-                .collect()
-        })
+    let point = |key: Key| place(field, values, level, key);
+    let rings = rings(edges).into_iter();
+    rings
+        .map(|ring| ring.into_iter().map(point).collect())
         .collect()
 }
 
 /// Joins directed edges to rings.
-fn chain(edges: BTreeSet<(Key, Key)>) -> Vec<Vec<Key>> {
+pub(crate) fn rings(edges: BTreeSet<(Key, Key)>) -> Vec<Vec<Key>> {
     let mut next: BTreeMap<Key, Vec<Key>> = BTreeMap::new();
     for (from, to) in edges {
         next.entry(from).or_default().push(to);
@@ -100,7 +96,7 @@ fn chain(edges: BTreeSet<(Key, Key)>) -> Vec<Vec<Key>> {
 }
 
 /// The data point of a key.
-fn place(field: &Field, values: &[f64], level: f64, key: Key) -> (f64, f64) {
+fn place(field: &Field, values: &[f64], level: f64, key: Key) -> Pixel {
     let node = key / 3;
     let (i, j) = ((node % field.columns) as f64, (node / field.columns) as f64);
     let crossing = |other: usize| {
@@ -135,23 +131,12 @@ pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usi
                     continue;
                 }
                 let (mut sum, mut count) = (0.0, 0);
-                for (di, dj) in [
-                    (-1, 0),
-                    (1, 0),
-                    (0, -1),
-                    (0, 1),
-                    (-1, -1),
-                    (1, 1),
-                    (-1, 1),
-                    (1, -1),
-                ] {
-                    let (a, b) = (i + di, j + dj);
-                    if (0..nx).contains(&a) && (0..ny).contains(&b) {
-                        let value = before[(b * nx + a) as usize];
-                        if !value.is_nan() {
-                            sum += value;
-                            count += 1;
-                        }
+                let around = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (i + di, j + dj)));
+                for (a, b) in around.filter(|(a, b)| (0..nx).contains(a) && (0..ny).contains(b)) {
+                    let value = before[(b * nx + a) as usize];
+                    if !value.is_nan() {
+                        sum += value;
+                        count += 1;
                     }
                 }
                 if count > 0 {
@@ -165,42 +150,33 @@ pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usi
 /// For each connected area of one value, its value and its point farthest from other values and from the
 /// grid's edge, with that distance in grid steps. Of several such points, the one nearest to their mean: mirror
 /// images have theirs at mirror images.
-pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, (f64, f64), usize)> {
+pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, Pixel, usize)> {
     let (nx, ny) = (field.columns, field.rows);
-    let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
+    let same =
+        |a: usize, b: usize| values[a] == values[b] || (values[a].is_nan() && values[b].is_nan());
+    // Neighbours of the same value: left, below, right, above.
     let around = |m: usize| {
         let (i, j) = (m % nx, m / nx);
         [
             (i > 0).then(|| m - 1),
-            (i + 1 < nx).then_some(m + 1),
             (j > 0).then(|| m - nx),
+            (i + 1 < nx).then_some(m + 1),
             (j + 1 < ny).then_some(m + nx),
         ]
+        .map(|n| n.filter(|n| same(m, *n)))
     };
-    // Distance from each point to the edge of its area, by breadth.
+    // Distance to the edge of the area along the grid, in a pass from each corner.
     let mut depth = vec![usize::MAX; values.len()];
-    let mut front: Vec<usize> = (0..values.len())
-        .filter(|&m| {
-            around(m)
-                .iter()
-                .any(|n| n.is_none_or(|n| !same(values[n], values[m])))
-        })
-        .collect();
-    let mut level = 1;
-    while !front.is_empty() {
-        for &m in &front {
-            depth[m] = level;
-        }
-        let mut next: Vec<usize> = front
-            .iter()
-            .flat_map(|&m| around(m))
-            .flatten()
-            .filter(|&n| depth[n] == usize::MAX)
-            .collect();
-        next.sort_unstable();
-        next.dedup();
-        front = next;
-        level += 1;
+    let deeper = |depth: &[usize], n: Option<usize>| n.map_or(1, |n| depth[n].saturating_add(1));
+    for m in 0..values.len() {
+        let [left, below, ..] = around(m);
+        depth[m] = deeper(&depth, left).min(deeper(&depth, below));
+    }
+    for m in (0..values.len()).rev() {
+        let [_, _, right, above] = around(m);
+        depth[m] = depth[m]
+            .min(deeper(&depth, right))
+            .min(deeper(&depth, above));
     }
     let mut seen = vec![false; values.len()];
     let mut found = Vec::new();
@@ -213,8 +189,7 @@ pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, (f64, f64), usiz
         let mut next = 0;
         while next < area.len() {
             for n in around(area[next]).into_iter().flatten() {
-                if !seen[n] && same(values[n], values[start]) {
-                    seen[n] = true;
+                if !std::mem::replace(&mut seen[n], true) {
                     area.push(n);
                 }
             }
@@ -222,39 +197,23 @@ pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, (f64, f64), usiz
         }
         let deepest = area.iter().map(|&m| depth[m]).max().unwrap_or(0);
         area.retain(|&m| depth[m] == deepest);
-        let points: Vec<(f64, f64)> = area
+        let points = area
             .iter()
-            .map(|&m| field.point((m % nx) as f64, (m / nx) as f64))
-            .collect();
-        let n = points.len() as f64;
-        let (sx, sy) = points
-            .iter()
-            .fold((0.0, 0.0), |(x, y), p| (x + p.0, y + p.1));
-        let off = |p: &(f64, f64)| (p.0 - sx / n).hypot(p.1 - sy / n);
-        let at = points
-            .iter()
-            .copied()
-            .min_by(|a, b| off(a).total_cmp(&off(b)))
-            .unwrap_or_default();
-        found.push((values[start], at, deepest));
+            .map(|&m| field.point((m % nx) as f64, (m / nx) as f64));
+        let points: Vec<Pixel> = points.collect();
+        let mean = middle(&points);
+        let nearest = points
+            .into_iter()
+            .min_by(|a, b| apart(*a, mean).total_cmp(&apart(*b, mean)));
+        found.push((values[start], nearest.unwrap_or_default(), deepest));
     }
     found
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::geometry::area;
     use super::*;
-
-    /// Twice the signed area.
-    fn area(ring: &[(f64, f64)]) -> f64 {
-        (0..ring.len())
-            .map(|i| {
-                let (a, b) = (ring[i], ring[(i + 1) % ring.len()]);
-                a.0 * b.1 - a.1 * b.0
-            })
-            .sum::<f64>()
-            * 0.5
-    }
 
     #[test]
     fn rings_of_an_annulus_enclose_its_area() {
@@ -265,7 +224,7 @@ mod tests {
         // Radii 0.3 and 0.7.
         let rings = at_least(&field, &field.values, 0.21);
         assert_eq!(rings.len(), 2);
-        let total: f64 = rings.iter().map(|ring| area(ring)).sum();
+        let total: f64 = rings.iter().map(|ring| 0.5 * area(ring)).sum();
         let exact = std::f64::consts::PI * (0.49 - 0.09);
         assert!((total / exact - 1.0).abs() < 1e-3, "{total} {exact}");
     }

@@ -1,5 +1,8 @@
 //! What figures are made from: plain numbers, whoever computed them.
 
+use super::canvas::Pen;
+use super::legend::{Drawn, Key, mark};
+use super::palette::category;
 use crate::error::{Error, Result};
 
 /// The units written on the axes, each empty for labels without one, and the rod's length in them.
@@ -11,31 +14,42 @@ pub struct AxisUnits {
     pub time: String,
     /// The unit of energy.
     pub energy: String,
+    /// The unit of force.
+    pub force: String,
+    /// The unit of couple.
+    pub couple: String,
     /// The rod's length in that unit: the radius of the disc that bounds its free end.
     pub rod: f64,
 }
 
 impl Default for AxisUnits {
-    /// Length ℓ, time √(μℓ³/EI), energy EI/ℓ.
+    /// Length ℓ, time √(μℓ³/EI), energy and couple EI/ℓ, force EI/ℓ².
     fn default() -> Self {
-        Self {
-            length: "ℓ".into(),
-            time: "√(μℓ³/EI)".into(),
-            energy: "EI/ℓ".into(),
-            rod: 1.0,
-        }
+        Self::new(["ℓ", "√(μℓ³/EI)", "EI/ℓ", "EI/ℓ²", "EI/ℓ"], 1.0)
     }
 }
 
 impl AxisUnits {
-    /// Metres, seconds, joules, for a rod of the given length in metres.
-    pub fn si(rod: f64) -> Self {
+    fn new(names: [&str; 5], rod: f64) -> Self {
+        let [length, time, energy, force, couple] = names.map(String::from);
         Self {
-            length: "m".into(),
-            time: "s".into(),
-            energy: "J".into(),
+            length,
+            time,
+            energy,
+            force,
+            couple,
             rod,
         }
+    }
+
+    /// Metres, seconds, joules, newtons, newton metres, for a rod of the given length in metres.
+    pub fn si(rod: f64) -> Self {
+        Self::new(["m", "s", "J", "N", "N m"], rod)
+    }
+
+    /// Numbers without units, for a rod of the given length.
+    pub fn unnamed(rod: f64) -> Self {
+        Self::new([""; 5], rod)
     }
 
     /// "name (unit of length)", or the name alone.
@@ -60,15 +74,6 @@ impl AxisUnits {
         )
     }
 
-    /// The unit of the viscosity eta of m = EI theta' + eta theta'_t: energy x length x time.
-    pub(crate) fn viscosity(&self) -> String {
-        self.derived(
-            "√(EI·μℓ³)",
-            "N m² s",
-            format!("{}·{}·{}", self.energy, self.length, self.time),
-        )
-    }
-
     /// The unit of (time / viscosity).
     pub(crate) fn stretched_time(&self) -> String {
         self.derived(
@@ -80,16 +85,21 @@ impl AxisUnits {
 
     /// A unit made of these, in short where it has a short form.
     fn derived(&self, scaled: &str, si: &str, other: String) -> String {
-        let same =
-            |u: &Self| [&self.length, &self.time, &self.energy] == [&u.length, &u.time, &u.energy];
-        if [&self.length, &self.time, &self.energy].map(String::len) == [0; 3] {
-            String::new()
-        } else if same(&Self::default()) {
-            scaled.into()
-        } else if same(&Self::si(1.0)) {
-            si.into()
-        } else {
-            other
+        let own = [&self.length, &self.time, &self.energy];
+        let same = |u: &Self| own == [&u.length, &u.time, &u.energy];
+        match () {
+            () if same(&Self::unnamed(1.0)) => String::new(),
+            () if same(&Self::default()) => scaled.into(),
+            () if same(&Self::si(1.0)) => si.into(),
+            () => other,
+        }
+    }
+
+    /// "curvature (1 / unit of length)".
+    pub(crate) fn curvature(&self) -> String {
+        match self.length.as_str() {
+            "" => "curvature".to_owned(),
+            length => format!("curvature (1/{length})"),
         }
     }
 
@@ -128,11 +138,59 @@ impl Curve {
         Self { x, y }
     }
 
+    /// Its finite points.
+    pub(crate) fn points(&self) -> impl DoubleEndedIterator<Item = (f64, f64)> {
+        let count = self.x.len().min(self.y.len());
+        let points = (0..count).map(|i| (self.x[i], self.y[i]));
+        points.filter(|p| p.0.is_finite() && p.1.is_finite())
+    }
+
     pub(crate) fn has_points(&self) -> bool {
-        self.x
-            .iter()
-            .zip(&self.y)
-            .any(|(x, y)| x.is_finite() && y.is_finite())
+        self.points().next().is_some()
+    }
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Trace {
+    /// A line.
+    #[default]
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// Marks alone.
+    Marks,
+    /// A line with marks.
+    LineMarks,
+}
+
+/// One named curve; points that are not finite break it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Series {
+    /// Its name in the legend; without one it is left out there.
+    pub name: String,
+    /// Abscissae.
+    pub x: Vec<f64>,
+    /// Ordinates, as many.
+    pub y: Vec<f64>,
+    /// How it is drawn.
+    pub trace: Trace,
+    /// Which colour (and mark) of the palette; by default its place in the list.
+    pub colour: Option<usize>,
+}
+
+impl Series {
+    /// As drawn, the i-th of a list.
+    pub(crate) fn drawn(&self, i: usize, width: f64) -> Drawn {
+        let look = self.colour.unwrap_or(i);
+        let pen = Pen::new(category(look), width);
+        let key = match self.trace {
+            Trace::Line => Key::Line(pen),
+            Trace::Dashed => Key::Line(pen.dashed(6.0, 4.0)),
+            Trace::Marks => Key::Mark(mark(look), pen.colour),
+            Trace::LineMarks => Key::LineMark(pen, mark(look)),
+        };
+        Drawn::new(key, &self.name, &self.x, &self.y)
     }
 }
 

@@ -4,17 +4,18 @@
 //! So every two faces that overlap on the canvas are compared where they overlap, and the order obeys
 //! these comparisons; the depth of the middle decides only what they leave open.
 
-use std::cmp::Ordering;
+use super::geometry::{Pixel, area, cut, hull, middle};
+use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 /// What the order depends on.
 pub(crate) trait Layer {
     /// Corners on the canvas.
-    fn outline(&self) -> &[(f64, f64)];
+    fn outline(&self) -> &[Pixel];
     /// Mean depth, growing towards the eye.
     fn depth(&self) -> f64;
     /// Depth at a pixel inside the outline; `None` if the face is seen edge-on.
-    fn depth_at(&self, pixel: (f64, f64)) -> Option<f64>;
+    fn depth_at(&self, pixel: Pixel) -> Option<f64>;
     /// Which sheet it belongs to.
     fn sheet(&self) -> usize;
 }
@@ -36,70 +37,38 @@ pub(crate) fn order<F: Layer>(faces: &[F], tie: f64) -> Vec<usize> {
         }
     }
     // Kahn's algorithm, farthest first; a cycle is broken at its farthest face.
-    let mut heap: BinaryHeap<Farthest> = (0..n)
-        .filter(|&i| waiting[i] == 0)
-        .map(|i| Farthest(faces[i].depth(), i))
-        .collect();
     let mut by_depth: Vec<usize> = (0..n).collect();
     by_depth.sort_by(|&a, &b| faces[a].depth().total_cmp(&faces[b].depth()));
-    let mut rest = by_depth.into_iter();
+    let mut rank = vec![0; n];
+    for (k, &i) in by_depth.iter().enumerate() {
+        rank[i] = k;
+    }
+    let free = (0..n).filter(|&i| waiting[i] == 0);
+    let mut heap: BinaryHeap<Reverse<usize>> = free.map(|i| Reverse(rank[i])).collect();
+    let mut rest = 0..n;
     let mut done = vec![false; n];
     let mut out = Vec::with_capacity(n);
-    while out.len() < n {
-        let next = match heap.pop() {
-            Some(Farthest(_, i)) => i,
-            None => match rest.find(|&i| !done[i]) {
-                Some(i) => i,
-                None => break,
-            },
-        };
-        if done[next] {
+    while let Some(next) = heap.pop().map(|r| r.0).or_else(|| rest.next()) {
+        let next = by_depth[next];
+        if std::mem::replace(&mut done[next], true) {
             continue;
         }
-        done[next] = true;
         out.push(next);
         for &front in &in_front_of[next] {
             let front = front as usize;
             waiting[front] -= 1;
             if waiting[front] == 0 && !done[front] {
-                heap.push(Farthest(faces[front].depth(), front));
+                heap.push(Reverse(rank[front]));
             }
         }
     }
     out
 }
 
-/// Orders a heap so that the farthest comes first, and among equals the first.
-struct Farthest(f64, usize);
-
-impl PartialEq for Farthest {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-impl Eq for Farthest {}
-impl PartialOrd for Farthest {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Farthest {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.0.total_cmp(&self.0).then(other.1.cmp(&self.1))
-    }
-}
-
 /// Pairs of faces whose bounding boxes overlap, by a sweep from left to right.
 fn overlapping<F: Layer>(faces: &[F]) -> Vec<(usize, usize)> {
-    let boxes: Vec<[f64; 4]> = faces
-        .iter()
-        .map(|face| {
-            let start = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
-            face.outline().iter().fold(start, |b, p| {
-                [b[0].min(p.0), b[1].min(p.1), b[2].max(p.0), b[3].max(p.1)]
-            })
-        })
-        .collect();
+    let outlines = faces.iter().map(Layer::outline);
+    let boxes: Vec<[f64; 4]> = outlines.map(|o| hull(o.iter().copied())).collect();
     let mut queue: Vec<usize> = (0..faces.len()).collect();
     queue.sort_by(|&a, &b| boxes[a][0].total_cmp(&boxes[b][0]));
     let mut active: Vec<usize> = Vec::new();
@@ -129,49 +98,21 @@ fn compare<F: Layer>(a: &F, b: &F, tie: f64) -> Option<bool> {
     Some(da < db)
 }
 
-/// Twice the area, positive if the corners run like x to y.
-fn area(polygon: &[(f64, f64)]) -> f64 {
-    (0..polygon.len())
-        .map(|i| {
-            let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-            a.0 * b.1 - a.1 * b.0
-        })
-        .sum()
-}
-
 /// The middle of what two convex polygons have in common.
-fn middle_of_overlap(a: &[(f64, f64)], b: &[(f64, f64)]) -> Option<(f64, f64)> {
+fn middle_of_overlap(a: &[Pixel], b: &[Pixel]) -> Option<Pixel> {
     let sense = area(b).signum();
-    let mut common = a.to_vec();
+    let mut common: Vec<[f64; 2]> = a.iter().map(|p| [p.0, p.1]).collect();
     for i in 0..b.len() {
         let (p, q) = (b[i], b[(i + 1) % b.len()]);
         let inside =
-            |c: (f64, f64)| sense * ((q.0 - p.0) * (c.1 - p.1) - (q.1 - p.1) * (c.0 - p.0));
-        let mut kept = Vec::with_capacity(common.len() + 1);
-        for (k, &c) in common.iter().enumerate() {
-            let d = common[(k + 1) % common.len()];
-            let (ic, id) = (inside(c), inside(d));
-            if ic >= 0.0 {
-                kept.push(c);
-            }
-            if (ic >= 0.0) != (id >= 0.0) {
-                let t = ic / (ic - id);
-                kept.push((c.0 + t * (d.0 - c.0), c.1 + t * (d.1 - c.1)));
-            }
-        }
-        common = kept;
+            |c: &[f64; 2]| sense * ((q.0 - p.0) * (c[1] - p.1) - (q.1 - p.1) * (c[0] - p.0));
+        common = cut(common, inside);
         if common.len() < 3 {
             return None;
         }
     }
-    if area(&common).abs() < 2.0 * LEAST_OVERLAP {
-        return None;
-    }
-    let n = common.len() as f64;
-    let sum = common
-        .iter()
-        .fold((0.0, 0.0), |s, p| (s.0 + p.0, s.1 + p.1));
-    Some((sum.0 / n, sum.1 / n))
+    let common: Vec<Pixel> = common.iter().map(|c| (c[0], c[1])).collect();
+    (area(&common).abs() >= 2.0 * LEAST_OVERLAP).then(|| middle(&common))
 }
 
 #[cfg(test)]
@@ -179,17 +120,17 @@ mod tests {
     use super::*;
 
     /// A rectangle whose depth rises with x.
-    struct Ramp(Vec<(f64, f64)>, [f64; 2], usize);
+    struct Ramp(Vec<Pixel>, [f64; 2], usize);
 
     impl Layer for Ramp {
-        fn outline(&self) -> &[(f64, f64)] {
+        fn outline(&self) -> &[Pixel] {
             &self.0
         }
         fn depth(&self) -> f64 {
             self.depth_at((0.5 * (self.0[0].0 + self.0[2].0), 0.0))
                 .unwrap_or(0.0)
         }
-        fn depth_at(&self, pixel: (f64, f64)) -> Option<f64> {
+        fn depth_at(&self, pixel: Pixel) -> Option<f64> {
             Some(self.1[0] + self.1[1] * pixel.0)
         }
         fn sheet(&self) -> usize {

@@ -1,10 +1,12 @@
 //! Surfaces in space: faces painted from back to front, lines hidden exactly.
 
-use super::axes::thin;
-use super::camera::{Pixel, Point, between, cross, dot, minus};
 use super::canvas::{Canvas, Pen};
 use super::data::Patch;
 use super::depth::{Layer, order};
+use super::geometry::{
+    Pixel, Point, apart, between, contains, cross, cut, cut_segment, dot, length, middle, midway,
+    minus, norm, thin,
+};
 use super::palette::{Colour, category};
 use super::stage::Stage;
 use std::collections::HashMap;
@@ -39,7 +41,7 @@ struct Face {
     sheet: usize,
     depth: f64,
     /// Corners on the canvas.
-    shown: Vec<(f64, f64)>,
+    shown: Vec<Pixel>,
     /// Depth as a function of the pixel: at a pixel (x, y), slope . (x, y, 1), kept within the range.
     slope: Option<Point>,
     range: [f64; 2],
@@ -49,7 +51,7 @@ struct Face {
 struct Edge {
     /// Patch, row, column, direction: the same for the two faces that share it.
     name: [usize; 4],
-    ends: [(f64, f64); 2],
+    ends: [Pixel; 2],
     pen: Pen,
 }
 
@@ -58,11 +60,11 @@ struct Run {
     seen: bool,
     /// Begins where the one before ends.
     joined: bool,
-    line: Vec<(f64, f64)>,
+    line: Vec<Pixel>,
 }
 
 impl Layer for Face {
-    fn outline(&self) -> &[(f64, f64)] {
+    fn outline(&self) -> &[Pixel] {
         &self.shown
     }
 
@@ -70,7 +72,7 @@ impl Layer for Face {
         self.depth
     }
 
-    fn depth_at(&self, (x, y): (f64, f64)) -> Option<f64> {
+    fn depth_at(&self, (x, y): Pixel) -> Option<f64> {
         self.slope
             .map(|s| dot(s, [x, y, 1.0]).clamp(self.range[0], self.range[1]))
     }
@@ -131,10 +133,11 @@ impl Faces {
                     } else {
                         continue;
                     };
-                    if let Some((a, b)) = self.cut_segment(corners[side], corners[(side + 1) % 4]) {
+                    let ends = [corners[side], corners[(side + 1) % 4]];
+                    if let Some(ends) = cut_segment(ends[0], ends[1], self.bounds()) {
                         edges.push(Edge {
                             name: [self.patches, row, column, way],
-                            ends: [self.project(a), self.project(b)],
+                            ends: ends.map(|p| self.project(p)),
                             pen,
                         });
                     }
@@ -171,7 +174,7 @@ impl Faces {
         let (n, camera) = (c.len(), self.stage.camera());
         let normal = cross(minus(c[n / 2], c[0]), minus(c[n - 1], c[1]));
         let facing = dot(normal, camera.back);
-        let length = dot(normal, normal).sqrt();
+        let length = norm(normal);
         if length.is_nan() || facing.abs() <= 0.02 * length {
             return None;
         }
@@ -189,7 +192,7 @@ impl Faces {
     /// The colour of a face in the light, paler at its back.
     fn shaded(&self, corners: [Point; 4], colour: Colour) -> Colour {
         let normal = cross(minus(corners[2], corners[0]), minus(corners[3], corners[1]));
-        let length = dot(normal, normal).sqrt();
+        let length = norm(normal);
         if length.is_nan() || length <= 0.0 {
             return colour;
         }
@@ -207,57 +210,19 @@ impl Faces {
         }
     }
 
-    /// A polygon cut at the six planes of the box (Sutherland and Hodgman).
-    fn cut(&self, corners: &[Point]) -> Vec<Point> {
-        let aspect = self.stage.aspect();
-        let mut polygon = corners.to_vec();
-        for axis in 0..3 {
-            for sign in [-1.0, 1.0] {
-                let limit = 0.5 * aspect[axis] * (1.0 + 1e-12);
-                let inside = |p: &Point| limit - sign * p[axis];
-                if polygon.iter().all(|p| inside(p) >= 0.0) {
-                    continue;
-                }
-                let mut kept = Vec::with_capacity(polygon.len() + 2);
-                for (i, &a) in polygon.iter().enumerate() {
-                    let b = polygon[(i + 1) % polygon.len()];
-                    let (da, db) = (inside(&a), inside(&b));
-                    if da >= 0.0 {
-                        kept.push(a);
-                    }
-                    if (da >= 0.0) != (db >= 0.0) {
-                        kept.push(between(a, b, da / (da - db)));
-                    }
-                }
-                polygon = kept;
-            }
-        }
-        polygon
+    /// The box, before the camera.
+    fn bounds(&self) -> [[f64; 2]; 3] {
+        let half = self.stage.aspect().map(|a| 0.5 * a * (1.0 + 1e-12));
+        half.map(|h| [-h, h])
     }
 
-    /// A segment cut at the box.
-    fn cut_segment(&self, a: Point, b: Point) -> Option<(Point, Point)> {
-        let aspect = self.stage.aspect();
-        let (mut t0, mut t1) = (0f64, 1f64);
-        for axis in 0..3 {
-            let limit = 0.5 * aspect[axis] * (1.0 + 1e-12);
-            let (da, db) = (a[axis], b[axis]);
-            if !(db - da).is_finite() {
-                return None;
-            }
-            for (p, q) in [(da - db, da + limit), (db - da, limit - da)] {
-                if p == 0.0 {
-                    if q < 0.0 {
-                        return None;
-                    }
-                } else if p < 0.0 {
-                    t0 = t0.max(q / p);
-                } else {
-                    t1 = t1.min(q / p);
-                }
-            }
-        }
-        (t0 <= t1).then(|| (between(a, b, t0), between(a, b, t1)))
+    /// A polygon cut at the six planes of the box.
+    fn cut(&self, corners: &[Point]) -> Vec<Point> {
+        let bounds = self.bounds();
+        (0..3).fold(corners.to_vec(), |polygon, i| {
+            let above = cut(polygon, |p| p[i] - bounds[i][0]);
+            cut(above, |p| bounds[i][1] - p[i])
+        })
     }
 
     /// Draws the faces from back to front; an edge with the later of the two faces that share it.
@@ -284,15 +249,12 @@ impl Faces {
         let mut runs: Vec<Run> = Vec::new();
         let mut end = None;
         for pair in points.windows(2) {
-            let Some((a, b)) =
-                self.cut_segment(self.stage.boxed(pair[0]), self.stage.boxed(pair[1]))
-            else {
+            let [a, b] = [pair[0], pair[1]].map(|p| self.stage.boxed(p));
+            let Some([a, b]) = cut_segment(a, b, self.bounds()) else {
                 continue;
             };
-            let length = dot(minus(b, a), minus(b, a)).sqrt();
-            let parts = (length * self.stage.camera().scale / 3.0)
-                .ceil()
-                .clamp(1.0, 1000.0) as usize;
+            let pixels = norm(minus(b, a)) * self.stage.camera().scale;
+            let parts = (pixels / 3.0).ceil().clamp(1.0, 1000.0) as usize;
             for k in 0..parts {
                 let from = between(a, b, k as f64 / parts as f64);
                 let to = between(a, b, (k + 1) as f64 / parts as f64);
@@ -314,13 +276,13 @@ impl Faces {
         for i in 1..runs.len().saturating_sub(1) {
             let between_seen = runs[i - 1].seen && runs[i + 1].seen;
             let whole = runs[i].joined && runs[i + 1].joined;
-            if between_seen && whole && path_length(&runs[i].line) < SHORT_DIVE {
+            if between_seen && whole && length(&runs[i].line) < SHORT_DIVE {
                 runs[i].seen = true;
             }
         }
         for visible in [false, true] {
             let pen = if visible { seen } else { hidden };
-            let mut line: Vec<(f64, f64)> = Vec::new();
+            let mut line: Vec<Pixel> = Vec::new();
             for run in runs.iter().filter(|run| run.seen == visible) {
                 if line.last() != run.line.first() {
                     canvas.line(&thin(&line, 0.06), pen);
@@ -333,7 +295,7 @@ impl Faces {
     }
 
     /// The pixel of a data point, and whether it is seen.
-    pub(crate) fn spot(&self, p: Point) -> ((f64, f64), bool) {
+    pub(crate) fn spot(&self, p: Point) -> (Pixel, bool) {
         let boxed = self.stage.boxed(p);
         (self.project(boxed), self.sees(boxed))
     }
@@ -350,40 +312,9 @@ impl Faces {
     }
 }
 
-fn path_length(points: &[(f64, f64)]) -> f64 {
-    points
-        .windows(2)
-        .map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1))
-        .sum()
-}
-
 /// The polygon with its corners moved a little outwards.
-fn grown(corners: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let n = corners.len() as f64;
-    let (sx, sy) = corners
-        .iter()
-        .fold((0.0, 0.0), |(x, y), p| (x + p.0, y + p.1));
-    let (mx, my) = (sx / n, sy / n);
-    corners
-        .iter()
-        .map(|&(x, y)| {
-            let (dx, dy) = (x - mx, y - my);
-            let length = dx.hypot(dy).max(1e-9);
-            (x + OVERLAP * dx / length, y + OVERLAP * dy / length)
-        })
-        .collect()
-}
-
-/// True if the point lies in the polygon (even-odd rule).
-fn contains(polygon: &[(f64, f64)], p: (f64, f64)) -> bool {
-    let mut inside = false;
-    let mut previous = polygon.len() - 1;
-    for i in 0..polygon.len() {
-        let (a, b) = (polygon[i], polygon[previous]);
-        if (a.1 > p.1) != (b.1 > p.1) && p.0 < (b.0 - a.0) * (p.1 - a.1) / (b.1 - a.1) + a.0 {
-            inside = !inside;
-        }
-        previous = i;
-    }
-    inside
+fn grown(corners: &[Pixel]) -> Vec<Pixel> {
+    let middle = middle(corners);
+    let out = |&p: &Pixel| midway(p, middle, -OVERLAP / apart(p, middle).max(1e-9));
+    corners.iter().map(out).collect()
 }

@@ -1,11 +1,11 @@
 //! The strain of a rod over time and arclength, and where its energy is dissipated.
 
-use super::axes::{Axis, Panel, ROOM_BELOW, room_left};
-use super::canvas::{Canvas, Pen, draw};
+use super::axes::Axis;
+use super::canvas::Pen;
 use super::cells::Cells;
 use super::data::{AxisUnits, as_many, rising, with_unit};
-use super::legend::{ColourBar, Entry, Key, Legend};
-use super::page::{head, top};
+use super::legend::{ColourBar, Entry, Key};
+use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
 use crate::error::{Error, Result};
 
@@ -42,7 +42,6 @@ pub struct StrainMap {
 }
 
 const FIGURE: &str = "strain map";
-const WIDTH: f64 = 700.0;
 /// The fill where there is no value.
 const GAP: Colour = Colour(188, 188, 188);
 const SNAP: Pen = Pen::new(INK, 0.9).dashed(4.0, 4.0);
@@ -85,96 +84,46 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
     }
     let length = data.units.length_of("arclength s");
     let y = Axis::linear(y_edges[0], y_edges[data.s.len()], &length, 5);
-    let left = room_left(&y);
-    let bars = layers
-        .iter()
-        .map(|layer| bar(layer, &[]).width())
-        .fold(0.0, f64::max);
-    let width = WIDTH - left - 14.0 - bars;
-
-    let upper = Panel {
-        left,
-        top: 0.0,
-        width,
-        height: 220.0,
-        x: Axis::linear(start, end, &data.units.time_of("time t"), 7),
-        y,
-    };
-    let pixel = |t: f64| left + width * upper.x.place(t).clamp(0.0, 1.0);
-    let across: Vec<f64> = shown
-        .iter()
-        .map(|&i| x_edges[i])
-        .chain(shown.last().map(|&i| x_edges[i + 1]))
-        .map(pixel)
-        .collect();
-    let up: Vec<f64> = y_edges.iter().map(|&s| upper.at(start, s).1).collect();
-    let cells: Vec<Cells> = layers
-        .iter()
-        .map(|layer| Cells::new(&across, &up, &layer.levels))
-        .collect();
-
-    let snaps: Vec<f64> = data
-        .snaps
-        .iter()
-        .copied()
-        .filter(|t| (start..=end).contains(t))
-        .collect();
+    let x = Axis::linear(start, end, &data.units.time_of("time t"), 7);
+    let across = shown.iter().copied().chain(shown.last().map(|&i| i + 1));
+    let across = across
+        .map(|i| x.place(x_edges[i]).clamp(0.0, 1.0))
+        .collect::<Vec<_>>();
+    let up: Vec<f64> = y_edges.iter().map(|&s| y.place(s)).collect();
+    let within = |t: &&f64| (start..=end).contains(*t);
+    let snaps: Vec<f64> = data.snaps.iter().filter(within).copied().collect();
     let mut entries = Vec::new();
     if !snaps.is_empty() {
         entries.push(Entry::new(Key::Line(SNAP), "snap"));
     }
-    if cells.iter().any(|c| c.gaps) {
+    let (snaps, mut gaps) = (&snaps, false);
+    let blocks = layers.into_iter().map(|layer| {
+        let cells = Cells::new(&across, &up, &layer.levels);
+        gaps |= cells.gaps;
+        let colour = |b: usize| (layer.colour)(b as f64 / (cells.bands - 1) as f64);
+        let colours: Vec<Colour> = (0..cells.bands).map(colour).collect();
+        let bar = ColourBar::new(layer.scale, colours.clone(), layer.open);
+        let mut block = Block::plane(x.clone(), y.clone(), Height::Pixels(220.0), Vec::new())
+            .without_grid()
+            .under(move |canvas, panel| {
+                if cells.gaps {
+                    canvas.polygon(&panel.ring()[..4], GAP, 1.0);
+                }
+                cells.paint(canvas, panel, &colours);
+                for &snap in snaps {
+                    panel.upright(canvas, snap, SNAP_RIM);
+                    panel.upright(canvas, snap, SNAP);
+                }
+            });
+        block.bar = Some(bar);
+        block
+    });
+    let blocks: Vec<Block> = blocks.collect();
+    if gaps {
         entries.push(Entry::new(Key::Fill(GAP), "no value"));
     }
-    let legend = Legend::new(entries, width);
-    let top = top(&data.title, &legend);
-    let gap = upper.height + 20.0;
-    let height = top + gap * layers.len() as f64 - 20.0 + ROOM_BELOW;
-    Ok(draw(WIDTH, height, |canvas| {
-        head(canvas, &data.title, &legend, left);
-        for (k, (layer, cells)) in layers.iter().zip(&cells).enumerate() {
-            let mut panel = upper.clone();
-            panel.top = top + gap * k as f64;
-            if k + 1 < layers.len() {
-                panel.x = panel.x.bare();
-            }
-            let colours: Vec<Colour> = (0..cells.bands)
-                .map(|b| (layer.colour)(b as f64 / (cells.bands - 1) as f64))
-                .collect();
-            paint(canvas, &panel, cells, &colours);
-            for &snap in &snaps {
-                for pen in [SNAP_RIM, SNAP] {
-                    panel.line(canvas, &[snap; 2], &[panel.y.lo, panel.y.hi], pen);
-                }
-            }
-            panel.frame(canvas);
-            let room = |open: bool| if open { 12.0 } else { 0.0 };
-            bar(layer, &colours).draw(
-                canvas,
-                panel.right() + 14.0,
-                panel.top + room(layer.open[1]),
-                panel.bottom() - room(layer.open[0]),
-            );
-        }
-    }))
-}
-
-/// The cells, traced for a panel whose top is at 0, in their panel.
-fn paint(canvas: &mut Canvas, panel: &Panel, cells: &Cells, colours: &[Colour]) {
-    if cells.gaps {
-        let (l, t, r, b) = (panel.left, panel.top, panel.right(), panel.bottom());
-        canvas.polygon(&[(l, t), (r, t), (r, b), (l, b)], GAP, 1.0);
-    }
-    cells.paint(canvas, panel.top, colours);
-}
-
-fn bar<'a>(layer: &'a Layer, colours: &'a [Colour]) -> ColourBar<'a> {
-    ColourBar {
-        axis: &layer.scale,
-        colours,
-        open_below: layer.open[0],
-        open_above: layer.open[1],
-    }
+    let page = Page::new(&data.title, vec![entries]);
+    Ok(page.column(Width::Whole(700.0), blocks).draw())
 }
 
 /// The finite values of the columns shown; errs if the list does not have its lengths.
@@ -206,13 +155,9 @@ fn strain_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
         None if largest > 0.0 => largest.min(1e300),
         None => 1.0,
     };
-    let label = if data.strain_label.is_empty() {
-        match data.units.length.as_str() {
-            "" => "curvature".to_owned(),
-            length => format!("curvature (1/{length})"),
-        }
-    } else {
-        data.strain_label.clone()
+    let label = match data.strain_label.as_str() {
+        "" => data.units.curvature(),
+        label => label.to_owned(),
     };
     Ok(Layer {
         open: [

@@ -3,8 +3,8 @@
 use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, as_many};
-use super::legend::{Entry, Key};
-use super::page::{Column, WIDTH};
+use super::legend::{Drawn, Entry, Key};
+use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, INK, category};
 use crate::error::{Error, Result};
 
@@ -70,10 +70,8 @@ pub fn kernel(data: &KernelFigure) -> Result<String> {
             names.push(&curve.name);
         }
     }
-    let look = |curve: &KernelCurve| {
-        let i = names.iter().position(|n| *n == curve.name).unwrap_or(0);
-        pen(i)
-    };
+    let names = &names;
+    let look = move |c: &KernelCurve| pen(names.iter().position(|n| *n == c.name).unwrap_or(0));
 
     let label = |given: &str, usual: &str| {
         let label = if given.is_empty() { usual } else { given };
@@ -95,46 +93,43 @@ pub fn kernel(data: &KernelFigure) -> Result<String> {
     };
     let shown: Vec<_> = parts.iter().filter(|p| !p.0.is_empty()).collect();
     let height = if shown.len() > 1 { 230.0 } else { 320.0 };
-    let mut drawn: Vec<&Vec<KernelCurve>> = Vec::new();
-    let mut axes = Vec::new();
+    let x = Axis::log(start, end, &data.units.time_of("time t"), 10);
+    let mut blocks = Vec::new();
     for (curves, label) in shown {
         let values: Vec<f64> = curves.iter().flat_map(positive).collect();
-        let axis = Axis::fit(&values, data.log, label, 6)
+        let y = Axis::fit(&values, data.log, label, 6)
             .filter(|axis| (axis.hi - axis.lo).is_finite())
             .ok_or_else(|| Error::domain(format!("{FIGURE}: {label}: no value to show")))?;
-        drawn.push(curves);
-        axes.push((axis, height));
+        let drawn = |c: &KernelCurve| Drawn::line_of(look(c), &data.time, &c.values);
+        let drawn = curves.iter().map(drawn).collect();
+        let block = Block::plane(x.clone(), y, Height::Pixels(height), drawn);
+        blocks.push(block.under(move |canvas, panel| {
+            if panel.y.lo < 0.0 && panel.y.hi > 0.0 && !data.log {
+                panel.level(canvas, 0.0, Pen::new(GREY, 0.9));
+            }
+            for curve in curves.iter() {
+                limits(canvas, panel, curve, look(curve));
+            }
+        }));
     }
-    if drawn.is_empty() {
+    if blocks.is_empty() {
         return Err(Error::domain(format!("{FIGURE}: no component to show")));
     }
 
-    let mut entries: Vec<Entry> = names
+    let known = names
         .iter()
         .enumerate()
-        .filter(|(_, name)| !name.is_empty())
-        .map(|(i, name)| Entry::new(Key::Line(pen(i)), *name))
-        .collect();
-    let mut curves = drawn.iter().copied().flatten();
+        .filter(|(_, name)| !name.is_empty());
+    let entry = |(i, name): (usize, &&str)| Entry::new(Key::Line(pen(i)), *name);
+    let mut entries: Vec<Entry> = known.map(entry).collect();
+    let mut curves = data.relaxation.iter().chain(&data.creep);
     if curves.any(|c| c.instantaneous.is_some() || c.relaxed.is_some()) {
         let pen = limit(Pen::new(INK, 1.6));
         let name = "instantaneous (left), relaxed (right)";
         entries.push(Entry::new(Key::Line(pen), name));
     }
-    let x = Axis::log(start, end, &data.units.time_of("time t"), 10);
-    let page = Column::new(WIDTH, &data.title, vec![entries], &x, axes);
-    Ok(page.draw(|canvas, row, panel| {
-        if panel.y.lo < 0.0 && panel.y.hi > 0.0 && !data.log {
-            let across = [panel.x.lo, panel.x.hi];
-            panel.line(canvas, &across, &[0.0; 2], Pen::new(GREY, 0.9));
-        }
-        for curve in drawn[row] {
-            limits(canvas, panel, curve, look(curve));
-        }
-        for curve in drawn[row] {
-            panel.line(canvas, &data.time, &curve.values, look(curve));
-        }
-    }))
+    let page = Page::new(&data.title, vec![entries]);
+    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
 }
 
 /// The i-th curve: dashes where the colours begin again.

@@ -1,17 +1,114 @@
-//! Legends and colour bars. They stand outside the panels, so they never cover data.
+//! How curves and marks look, and the legends and colour bars that say what they mean. Legends stand outside the
+//! panels, so they never cover data.
 
-use super::axes::{Axis, LABEL, Mark, SMALL, draw_mark};
+use super::axes::{Axis, LABEL, Panel, SMALL, extent};
 use super::canvas::{Canvas, Pen, Side, Type};
-use super::palette::{Colour, INK};
+use super::geometry::Pixel;
+use super::palette::{Colour, INK, WHITE, sequential_line};
 use super::text;
 
-/// The sample drawn before a legend's word.
+/// A shape that marks a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mark {
+    Disc,
+    Square,
+    Triangle,
+    Diamond,
+    Ring,
+    Cross,
+}
+
+/// The i-th mark for things without an order.
+pub(crate) fn mark(i: usize) -> Mark {
+    use Mark::*;
+    [Disc, Square, Triangle, Diamond, Ring][i % 5]
+}
+
+/// Draws a mark of about the area of a disc of radius `r`, with a thin white rim.
+pub(crate) fn draw_mark(canvas: &mut Canvas, at: Pixel, mark: Mark, r: f64, colour: Colour) {
+    let shape: &[Pixel] = match mark {
+        Mark::Disc => {
+            canvas.disc(at, r + 0.8, WHITE, 1.0);
+            return canvas.disc(at, r, colour, 1.0);
+        }
+        Mark::Ring => {
+            canvas.disc(at, r, WHITE, 1.0);
+            return canvas.circle(at, r - 0.4, Pen::new(colour, 1.4));
+        }
+        Mark::Cross => {
+            for (width, colour) in [(4.0, WHITE), (2.0, colour)] {
+                for s in [r, -r] {
+                    let arm = [(at.0 - r, at.1 - s), (at.0 + r, at.1 + s)];
+                    canvas.line(&arm, Pen::new(colour, width));
+                }
+            }
+            return;
+        }
+        Mark::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+        Mark::Triangle => &[(0.0, -1.3), (1.13, 0.65), (-1.13, 0.65)],
+        Mark::Diamond => &[(0.0, -1.3), (1.1, 0.0), (0.0, 1.3), (-1.1, 0.0)],
+    };
+    for (r, colour) in [(r + 0.9, WHITE), (r, colour)] {
+        let corners = shape.iter().map(|p| (at.0 + r * p.0, at.1 + r * p.1));
+        canvas.polygon(&corners.collect::<Vec<_>>(), colour, 1.0);
+    }
+}
+
+/// How something looks: the sample drawn before a legend's word.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Key {
     Line(Pen),
     Mark(Mark, Colour),
     LineMark(Pen, Mark),
     Fill(Colour),
+}
+
+/// A curve of a panel: its look, its name in the legend and its points, those not finite breaking it.
+#[derive(Debug, Clone)]
+pub(crate) struct Drawn {
+    pub entry: Entry,
+    x: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl Drawn {
+    pub(crate) fn new(key: Key, name: &str, x: &[f64], y: &[f64]) -> Self {
+        Self {
+            entry: Entry::new(key, name),
+            x: x.to_vec(),
+            y: y.to_vec(),
+        }
+    }
+
+    /// A line without a name.
+    pub(crate) fn line_of(pen: Pen, x: &[f64], y: &[f64]) -> Self {
+        Self::new(Key::Line(pen), "", x, y)
+    }
+
+    /// Its line, cut at the frame.
+    pub(crate) fn line(&self, canvas: &mut Canvas, panel: &Panel) {
+        if let Key::Line(pen) | Key::LineMark(pen, _) = self.entry.key {
+            panel.line(canvas, &self.x, &self.y, pen);
+        }
+    }
+
+    /// Its marks in the frame.
+    pub(crate) fn marks(&self, canvas: &mut Canvas, panel: &Panel) {
+        let (mark, colour) = match self.entry.key {
+            Key::Mark(mark, colour) => (mark, colour),
+            Key::LineMark(pen, mark) => (mark, pen.colour),
+            Key::Line(_) | Key::Fill(_) => return,
+        };
+        for at in panel.pixels(&self.x, &self.y) {
+            panel.mark(canvas, at, mark, 3.6, colour);
+        }
+    }
+}
+
+/// The entries of those curves that have a name.
+pub(crate) fn named(curves: &[Drawn]) -> Vec<Entry> {
+    let named = curves.iter().filter(|c| !c.entry.text.is_empty());
+    named.map(|c| c.entry.clone()).collect()
 }
 
 /// One word of a legend with its sample.
@@ -23,10 +120,8 @@ pub(crate) struct Entry {
 
 impl Entry {
     pub(crate) fn new(key: Key, text: impl Into<String>) -> Self {
-        Self {
-            key,
-            text: text.into(),
-        }
+        let text = text.into();
+        Self { key, text }
     }
 
     fn sample_width(&self) -> f64 {
@@ -50,13 +145,8 @@ pub(crate) struct Legend {
 }
 
 impl Legend {
-    /// Breaks the entries into rows no wider than `width` pixels.
-    pub(crate) fn new(entries: Vec<Entry>, width: f64) -> Self {
-        Self::grouped(vec![entries], width)
-    }
-
-    /// The same; each group begins a row.
-    pub(crate) fn grouped(groups: Vec<Vec<Entry>>, width: f64) -> Self {
+    /// Breaks the entries into rows no wider than `width` pixels; each group begins a row.
+    pub(crate) fn new(groups: &[Vec<Entry>], width: f64) -> Self {
         let mut rows: Vec<Vec<Entry>> = Vec::new();
         for group in groups {
             let mut used = f64::INFINITY;
@@ -68,7 +158,7 @@ impl Legend {
                 }
                 used += needed;
                 if let Some(row) = rows.last_mut() {
-                    row.push(entry);
+                    row.push(entry.clone());
                 }
             }
         }
@@ -91,18 +181,18 @@ impl Legend {
             for entry in row {
                 let end = x + entry.sample_width();
                 let mid = (0.5 * (x + end), y);
+                if let Key::Line(pen) | Key::LineMark(pen, _) = entry.key {
+                    canvas.line(&[(x, y), (end, y)], pen);
+                }
                 match entry.key {
-                    Key::Line(pen) => canvas.line(&[(x, y), (end, y)], pen),
+                    Key::Line(_) => {}
                     Key::Mark(mark, colour) => draw_mark(canvas, mid, mark, 4.0, colour),
-                    Key::LineMark(pen, mark) => {
-                        canvas.line(&[(x, y), (end, y)], pen);
-                        draw_mark(canvas, mid, mark, 3.6, pen.colour);
-                    }
+                    Key::LineMark(pen, mark) => draw_mark(canvas, mid, mark, 3.6, pen.colour),
                     Key::Fill(colour) => {
                         let (t, b) = (y - 5.0, y + 5.0);
-                        canvas.polygon(&[(x, t), (end, t), (end, b), (x, b)], colour, 1.0);
-                        let pen = Pen::new(INK, 0.5);
-                        canvas.line(&[(x, t), (end, t), (end, b), (x, b), (x, t)], pen);
+                        let ring = [(x, t), (end, t), (end, b), (x, b), (x, t)];
+                        canvas.polygon(&ring[..4], colour, 1.0);
+                        canvas.line(&ring, Pen::new(INK, 0.5));
                     }
                 }
                 let font = Type::new(SMALL, Side::Start, Side::Middle);
@@ -114,68 +204,97 @@ impl Legend {
 }
 
 /// A strip of colours with a scale, standing at the right of a panel.
-pub(crate) struct ColourBar<'a> {
+#[derive(Debug, Clone)]
+pub(crate) struct ColourBar {
     /// The scale; its label names the quantity.
-    pub axis: &'a Axis,
+    axis: Axis,
     /// Colours from bottom to top in equal steps.
-    pub colours: &'a [Colour],
-    /// Draws a point below: values under the scale have the first colour.
-    pub open_below: bool,
-    /// Draws a point on top: values above the scale have the last colour.
-    pub open_above: bool,
+    pub colours: Vec<Colour>,
+    /// Points below and on top: values under and over the scale have the first and the last colour.
+    open: [bool; 2],
+}
+
+/// Colours of lines for a range of numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tones {
+    lo: f64,
+    span: f64,
+}
+
+impl Tones {
+    /// From the least to the largest of the finite values; `None` if there are none or they span too much.
+    pub(crate) fn over<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<Self> {
+        let (lo, hi) = extent(values)?;
+        let span = if hi > lo { hi - lo } else { 1.0 };
+        (span.is_finite() && lo + span > lo).then_some(Self { lo, span })
+    }
+
+    pub(crate) fn colour(&self, value: f64) -> Colour {
+        sequential_line((value - self.lo) / self.span)
+    }
+
+    /// The bar that says what they mean.
+    pub(crate) fn bar(&self, label: &str) -> ColourBar {
+        let axis = Axis::linear(self.lo, self.lo + self.span, label, 6);
+        let colours = (0..64).map(|i| sequential_line(f64::from(i) / 63.0));
+        ColourBar::new(axis, colours.collect(), [false; 2])
+    }
 }
 
 /// The strip's width.
 const STRIP: f64 = 14.0;
+/// The height of its points.
+const TIP: f64 = 10.0;
 
-impl<'a> ColourBar<'a> {
-    /// A strip whose ends are the ends of the scale.
-    pub(crate) fn new(axis: &'a Axis, colours: &'a [Colour]) -> Self {
+impl ColourBar {
+    /// A strip whose ends are the ends of the scale, open below and on top if there are values beyond.
+    pub(crate) fn new(axis: Axis, colours: Vec<Colour>, open: [bool; 2]) -> Self {
         Self {
             axis,
             colours,
-            open_below: false,
-            open_above: false,
+            open,
         }
     }
 
-    /// The room it takes to the right of its left edge.
+    /// The room it takes to the right of its left edge, less the margin of the page.
     pub(crate) fn width(&self) -> f64 {
         STRIP + 8.0 + self.axis.label_width() + 8.0 + LABEL + 8.0
     }
 
     /// Draws it between top and bottom, from `left` on.
     pub(crate) fn draw(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
+        let tip = |open: bool| if open { TIP + 2.0 } else { 0.0 };
+        let (top, bottom) = (top + tip(self.open[1]), bottom - tip(self.open[0]));
         let right = left + STRIP;
         let step = (bottom - top) / self.colours.len().max(1) as f64;
         for (i, &colour) in self.colours.iter().enumerate() {
             let low = bottom - i as f64 * step;
             // Reaches a little under the next one, so that no seam shows.
             let high = (low - step - 0.5).max(top);
-            canvas.polygon(
-                &[(left, low), (right, low), (right, high), (left, high)],
-                colour,
-                1.0,
-            );
+            let strip = [(left, low), (right, low), (right, high), (left, high)];
+            canvas.polygon(&strip, colour, 1.0);
+        }
+        let ends = [
+            (
+                self.open[0],
+                bottom,
+                TIP,
+                self.colours.first(),
+                [left, right],
+            ),
+            (self.open[1], top, -TIP, self.colours.last(), [right, left]),
+        ];
+        let mut outline = vec![(left, top)];
+        for (open, y, tip, colour, [from, to]) in ends {
+            outline.push((from, y));
+            if let Some(&colour) = colour.filter(|_| open) {
+                let tip = (0.5 * (left + right), y + tip);
+                canvas.polygon(&[(left, y), (right, y), tip], colour, 1.0);
+                outline.push(tip);
+            }
+            outline.push((to, y));
         }
         let pen = Pen::new(INK, 0.8);
-        let mut outline = vec![(left, top), (left, bottom)];
-        if self.open_below {
-            let tip = (0.5 * (left + right), bottom + 10.0);
-            if let Some(&first) = self.colours.first() {
-                canvas.polygon(&[(left, bottom), (right, bottom), tip], first, 1.0);
-            }
-            outline.push(tip);
-        }
-        outline.extend([(right, bottom), (right, top)]);
-        if self.open_above {
-            let tip = (0.5 * (left + right), top - 10.0);
-            if let Some(&last) = self.colours.last() {
-                canvas.polygon(&[(left, top), (right, top), tip], last, 1.0);
-            }
-            outline.push(tip);
-        }
-        outline.push((left, top));
         canvas.line(&outline, pen);
         let font = Type::new(SMALL, Side::Start, Side::Middle);
         for tick in &self.axis.ticks {

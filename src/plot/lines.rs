@@ -1,40 +1,12 @@
-//! Curves over a pair of axes: work-precision plots and every small figure.
+//! Curves over a pair of axes: work-precision plots, orders of convergence and every small figure.
 
-use super::axes::{Axis, draw_mark, mark, room_left};
-use super::canvas::Pen;
-use super::legend::{Entry, Key};
-use super::page::{Column, ROOM_RIGHT};
-use super::palette::category;
+use super::axes::Axis;
+use super::data::{Series, as_many};
+use super::geometry::Pixel;
+use super::legend::{Drawn, named};
+use super::page::{Block, Height, Page, Width};
+use super::slopes::{self, Slope};
 use crate::error::{Error, Result};
-
-/// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Trace {
-    /// A line.
-    #[default]
-    Line,
-    /// A dashed line.
-    Dashed,
-    /// Marks alone.
-    Marks,
-    /// A line with marks.
-    LineMarks,
-}
-
-/// One named curve; points that are not finite break it.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series {
-    /// Its name in the legend; without one it is left out there.
-    pub name: String,
-    /// Abscissae.
-    pub x: Vec<f64>,
-    /// Ordinates.
-    pub y: Vec<f64>,
-    /// How it is drawn.
-    pub trace: Trace,
-    /// Which colour (and mark) of the palette; by default its place in the list.
-    pub colour: Option<usize>,
-}
 
 /// A figure of curves.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -53,68 +25,57 @@ pub struct Lines {
     pub series: Vec<Series>,
     /// One unit of x as long as one of y (both axes linear): for positions.
     pub equal: bool,
+    /// Reference slopes, thin triangles put where they cover no data (both axes logarithmic).
+    pub slopes: Vec<Slope>,
 }
+
+const FIGURE: &str = "figure of lines";
 
 /// Draws curves over linear or logarithmic axes as SVG.
 ///
-/// Errs if no point can be shown.
+/// Errs if a series has not as many ordinates as abscissae, if a slope is not finite, names no series or stands over an
+/// axis that is not logarithmic, or if no point can be shown.
 pub fn lines(data: &Lines) -> Result<String> {
-    const WIDTH: f64 = 600.0;
-    let shown = |log: bool, v: f64| v.is_finite() && (!log || v > 0.0);
-    let points: Vec<(f64, f64)> = data
-        .series
-        .iter()
-        .flat_map(|s| s.x.iter().copied().zip(s.y.iter().copied()))
-        .filter(|p| shown(data.x_log, p.0) && shown(data.y_log, p.1))
-        .collect();
-    let (xs, ys): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
-    let nothing = || Error::domain("figure of lines: no point to show");
-    let x = Axis::fit(&xs, data.x_log, &data.x_label, 6).ok_or_else(nothing)?;
-    let y = Axis::fit(&ys, data.y_log, &data.y_label, 6).ok_or_else(nothing)?;
-    let width = WIDTH - room_left(&y) - ROOM_RIGHT;
-    let height = if data.equal && !data.x_log && !data.y_log {
-        (width * (y.hi - y.lo) / (x.hi - x.lo)).clamp(80.0, 2.0 * width)
-    } else {
-        340.0
+    for (i, series) in data.series.iter().enumerate() {
+        let (field, count) = (format!("series[{i}].y"), series.x.len());
+        as_many(FIGURE, &field, series.y.len(), count, "abscissae")?;
+    }
+    let count = data.series.len();
+    for (i, slope) in data.slopes.iter().enumerate() {
+        let there = slope.series.is_none_or(|s| s < count) && data.x_log && data.y_log;
+        if !(slope.order.abs() <= 100.0 && there) {
+            return Err(Error::domain(format!(
+                "{FIGURE}: slopes[{i}] has order {} at series {:?}; it needs a number within ±100, one of {count} series \
+                 and logarithmic axes",
+                slope.order, slope.series,
+            )));
+        }
+    }
+    // Logarithms of what lies outside these have no margin left.
+    let shown = |log: bool, v: f64| v.is_finite() && (!log || (1e-290..1e290).contains(&v));
+    let points = data.series.iter().flat_map(|s| s.x.iter().zip(&s.y));
+    let points = points.filter(|(x, y)| shown(data.x_log, **x) && shown(data.y_log, **y));
+    let (xs, ys): (Vec<f64>, Vec<f64>) = points.unzip();
+    let nothing = || Error::domain(format!("{FIGURE}: no point to show"));
+    let ticks = |log: bool| if log { 12 } else { 6 };
+    let x = Axis::fit(&xs, data.x_log, &data.x_label, ticks(data.x_log)).ok_or_else(nothing)?;
+    let y = Axis::fit(&ys, data.y_log, &data.y_label, ticks(data.y_log)).ok_or_else(nothing)?;
+    let height = match data.equal && !data.x_log && !data.y_log {
+        true => Height::Equal(80.0, 1100.0),
+        false => Height::Pixels(360.0),
     };
-    let named = data.series.iter().enumerate();
-    let entries = named
-        .filter(|(_, s)| !s.name.is_empty())
-        .map(|(i, s)| Entry::new(key(s, i), s.name.as_str()))
-        .collect();
-    let page = Column::new(WIDTH, &data.title, vec![entries], &x, vec![(y, height)]);
-    Ok(page.draw(|canvas, _, panel| {
-        for (i, series) in data.series.iter().enumerate() {
-            if series.trace != Trace::Marks {
-                panel.line(canvas, &series.x, &series.y, pen(series, i));
-            }
-        }
-        for (i, series) in data.series.iter().enumerate() {
-            if matches!(series.trace, Trace::Marks | Trace::LineMarks) {
-                let look = series.colour.unwrap_or(i);
-                for at in panel.pixels(&series.x, &series.y) {
-                    if panel.holds(at) {
-                        draw_mark(canvas, at, mark(look), 3.6, category(look));
-                    }
-                }
-            }
-        }
-    }))
-}
-
-fn pen(series: &Series, i: usize) -> Pen {
-    let pen = Pen::new(category(series.colour.unwrap_or(i)), 1.5);
-    match series.trace {
-        Trace::Dashed => pen.dashed(6.0, 4.0),
-        _ => pen,
-    }
-}
-
-fn key(series: &Series, i: usize) -> Key {
-    let look = series.colour.unwrap_or(i);
-    match series.trace {
-        Trace::Line | Trace::Dashed => Key::Line(pen(series, i)),
-        Trace::Marks => Key::Mark(mark(look), category(look)),
-        Trace::LineMarks => Key::LineMark(pen(series, i), mark(look)),
-    }
+    let series = data.series.iter().enumerate();
+    let curves: Vec<Drawn> = series.map(|(i, s)| s.drawn(i, 1.5)).collect();
+    let legend = vec![named(&curves)];
+    let block = Block::plane(x, y, height, curves).under(|canvas, panel| {
+        let curves = data.series.iter().map(|s| panel.pixels(&s.x, &s.y));
+        slopes::draw(
+            canvas,
+            panel,
+            &data.slopes,
+            &curves.collect::<Vec<Vec<Pixel>>>(),
+        );
+    });
+    let page = Page::new(&data.title, legend);
+    Ok(page.column(Width::Whole(600.0), vec![block]).draw())
 }

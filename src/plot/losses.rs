@@ -1,12 +1,13 @@
 //! What a viscous run dissipates against what the elastic limit releases in its snaps.
 
-use super::axes::{Axis, LABEL, Panel, SMALL, draw_mark, extent, mark};
-use super::canvas::{Canvas, Pen, Side, Type};
-use super::data::{AxisUnits, as_many, rising};
-use super::legend::{Entry, Key};
-use super::page::{Column, ROOM_RIGHT, WIDTH, room};
+use super::axes::{Axis, Panel, extent};
+use super::canvas::{Canvas, Pen};
+use super::data::{AxisUnits, Series, as_many, rising};
+use super::geometry::Pixel;
+use super::labels;
+use super::legend::{Drawn, Entry, Key, mark, named};
+use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{Colour, GREY, category};
-use super::text;
 use crate::error::{Error, Result};
 
 /// Snaps that share a name, as those of one viscosity.
@@ -40,8 +41,6 @@ const FIGURE: &str = "figure of losses";
 /// The staircase and the diagonal, under the data.
 const LIMIT: Pen = Pen::new(Colour(190, 190, 190), 5.0);
 
-type Pixel = (f64, f64);
-
 /// Draws the energy dissipated in the layer of each snap against the energy that the snap releases in the elastic
 /// limit, with the diagonal, as SVG; below, by how much they differ relative to what is released, on a
 /// logarithmic scale (none where they are equal).
@@ -71,39 +70,28 @@ pub fn dissipated_against_released(data: &SnapLosses) -> Result<String> {
         .ok_or_else(nothing)?;
     let differences: Vec<f64> = points.iter().map(difference).collect();
     let below = Axis::fit(&differences, true, "relative difference", 5);
-
     let groups = data.groups.iter().enumerate();
-    let mut entries: Vec<Entry> = groups
-        .filter(|(_, g)| !g.name.is_empty() && finite(g).next().is_some())
-        .map(|(i, g)| Entry::new(Key::Mark(mark(i), category(i)), g.name.as_str()))
-        .collect();
+    let groups = groups.filter(|(_, group)| finite(group).next().is_some());
+    let marks = |f: fn(&[f64; 2]) -> f64| -> Vec<Drawn> {
+        let drawn = groups.clone().map(|(i, group)| {
+            let (x, y): (Vec<f64>, Vec<f64>) = finite(group).map(|p| (p[0], f(&p))).unzip();
+            Drawn::new(Key::Mark(mark(i), category(i)), &group.name, &x, &y)
+        });
+        drawn.collect()
+    };
+    let upper = marks(|p| p[1]);
+    let mut entries = named(&upper);
     let diagonal = Pen::new(GREY, 1.2);
     entries.push(Entry::new(Key::Line(diagonal), "dissipated = released"));
     let x = Axis::linear(y.lo, y.hi, &released, 6);
-    let axes: Vec<_> = [(y, SIDE)]
-        .into_iter()
-        .chain(below.map(|y| (y, 120.0)))
-        .collect();
-    let width = room(&axes) + SIDE + ROOM_RIGHT;
-    let page = Column::new(width, &data.title, vec![entries], &x, axes);
-    Ok(page.draw(|canvas, row, panel| {
-        if row == 0 {
-            let ends = [panel.x.lo, panel.x.hi];
-            panel.line(canvas, &ends, &ends, diagonal);
-        }
-        for (i, group) in data.groups.iter().enumerate() {
-            for point in finite(group) {
-                let shown = [point[1], difference(&point)][row];
-                let at = panel.at(point[0], shown);
-                if panel.holds(at) {
-                    draw_mark(canvas, at, mark(i), 4.2, category(i));
-                }
-            }
-        }
-        if row == 0 {
-            labels(canvas, panel, data);
-        }
-    }))
+    let ends = [y.lo, y.hi];
+    let upper = Block::plane(x.clone(), y, Height::Pixels(SIDE), upper)
+        .under(move |canvas, panel| panel.line(canvas, &ends, &ends, diagonal))
+        .over(|canvas, panel| labels(canvas, panel, data));
+    let lower = below.map(|y| Block::plane(x, y, Height::Pixels(120.0), marks(difference)));
+    let blocks = [upper].into_iter().chain(lower).collect();
+    let page = Page::new(&data.title, vec![entries]);
+    Ok(page.column(Width::Panels(SIDE), blocks).draw())
 }
 
 /// The finite points (released, dissipated) of a group.
@@ -120,73 +108,26 @@ fn difference(point: &[f64; 2]) -> f64 {
 
 /// Writes each label once, beside the highest of its points, clear of points, labels and the diagonal.
 fn labels(canvas: &mut Canvas, panel: &Panel, data: &SnapLosses) {
-    let mut taken: Vec<Pixel> = Vec::new();
-    let mut named: Vec<(&str, Pixel)> = Vec::new();
+    let mut marks: Vec<Pixel> = Vec::new();
+    let mut words: Vec<(Pixel, &str)> = Vec::new();
     for group in &data.groups {
-        for (k, (&x, &y)) in group.released.iter().zip(&group.dissipated).enumerate() {
+        let names = group.labels.iter().map(String::as_str);
+        let names = names.chain(std::iter::repeat(""));
+        for ((&x, &y), name) in group.released.iter().zip(&group.dissipated).zip(names) {
             let at = panel.at(x, y);
             if !(at.0.is_finite() && at.1.is_finite()) {
                 continue;
             }
-            taken.push(at);
-            let Some(label) = group.labels.get(k).filter(|l| !l.is_empty()) else {
-                continue;
-            };
-            match named.iter_mut().find(|n| n.0 == label) {
-                Some(first) if at.1 < first.1.1 => first.1 = at,
+            marks.push(at);
+            match words.iter_mut().find(|word| word.1 == name) {
+                Some(first) if at.1 < first.0.1 => first.0 = at,
                 Some(_) => {}
-                None => named.push((label, at)),
+                None => words.push((at, name)),
             }
         }
     }
-    let font = Type::new(SMALL, Side::Middle, Side::Middle);
-    for (label, at) in named {
-        let half = 0.5 * text::width(label, SMALL);
-        let clearance = |p: &Pixel| {
-            let across = |q: &Pixel| (p.0 - q.0).abs() - half;
-            let apart = |q: &Pixel| across(q).max(0.0).hypot(p.1 - q.1);
-            let diagonal = ((p.0 - panel.left) - (panel.bottom() - p.1)).abs() / 2f64.sqrt();
-            let least = taken
-                .iter()
-                .map(apart)
-                .fold(diagonal - 0.7 * half, f64::min);
-            // Enough is enough: the first of the places that are clear.
-            least.min(9.0)
-        };
-        // Above to the left first: that side of the diagonal is where nothing should be.
-        let place = [135, 180, 90, 0, 315, 270, 45, 225]
-            .into_iter()
-            .flat_map(|angle: i32| [12.0, 18.0].map(|r| (f64::from(angle).to_radians(), r)))
-            .map(|(a, r)| (at.0 + (r + half) * a.cos(), at.1 - r * a.sin()))
-            .filter(|p| {
-                p.0 - half > panel.left + 3.0
-                    && p.0 + half < panel.right() - 3.0
-                    && p.1 > panel.top + 9.0
-                    && p.1 < panel.bottom() - 9.0
-            })
-            .map(|p| (clearance(&p), p))
-            .reduce(|best, next| if next.0 > best.0 { next } else { best });
-        if let Some((_, place)) = place {
-            canvas.halo_text(place, label, font);
-            let reach = half.min(3.0 * LABEL);
-            taken.extend([
-                place,
-                (place.0 - reach, place.1),
-                (place.0 + reach, place.1),
-            ]);
-        }
-    }
-}
-
-/// What one viscous run has dissipated so far.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct LossRun {
-    /// Its name in the legend, as "dissipated, η = 10⁻³".
-    pub name: String,
-    /// Times, in `units.time`, finite, not falling.
-    pub time: Vec<f64>,
-    /// Energy dissipated up to each; what is not finite breaks the curve.
-    pub dissipated: Vec<f64>,
+    let [l, t, r, b] = panel.edges();
+    labels::write(canvas, panel, [&vec![(l, b), (r, t)]], &marks, &words);
 }
 
 /// Cumulative losses over time.
@@ -198,8 +139,8 @@ pub struct LossesOverTime {
     pub snaps: Vec<f64>,
     /// Elastic energy released in snaps up to and with each of them (so it rises), in `units.energy`.
     pub released: Vec<f64>,
-    /// The viscous runs.
-    pub runs: Vec<LossRun>,
+    /// The viscous runs: the energy dissipated (y) up to each time (x, finite, not falling).
+    pub runs: Vec<Series>,
     /// Units.
     pub units: AxisUnits,
 }
@@ -210,13 +151,8 @@ pub struct LossesOverTime {
 /// Errs if there is no run, if lists differ in length, if times are not finite, fall or (of a run) span nothing, or
 /// if no energy is finite.
 pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
-    as_many(
-        FIGURE,
-        "released",
-        data.released.len(),
-        data.snaps.len(),
-        "snaps",
-    )?;
+    let count = data.snaps.len();
+    as_many(FIGURE, "released", data.released.len(), count, "snaps")?;
     let sound = |v: &f64| v.is_finite();
     if !data.snaps.iter().chain(&data.released).all(sound) || !data.snaps.is_sorted() {
         return Err(Error::domain(format!(
@@ -225,25 +161,25 @@ pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
     }
     let mut times = Vec::new();
     for (i, run) in data.runs.iter().enumerate() {
-        let (first, last) = rising(FIGURE, &format!("runs[{i}].time"), &run.time)?;
+        let (first, last) = rising(FIGURE, &format!("runs[{i}].x"), &run.x)?;
         times.extend([first, last]);
-        let (field, count) = (format!("runs[{i}].dissipated"), run.time.len());
-        as_many(FIGURE, &field, run.dissipated.len(), count, "times")?;
+        let (field, count) = (format!("runs[{i}].y"), run.x.len());
+        as_many(FIGURE, &field, run.y.len(), count, "times")?;
     }
     let (start, end) = extent(&times)
         .filter(|(start, end)| (end - start).is_finite())
         .ok_or_else(|| Error::domain(format!("{FIGURE}: no run to show")))?;
-    let mut steps = vec![(start, 0.0)];
-    let mut level = 0.0;
-    for (&t, &released) in data.snaps.iter().zip(&data.released) {
-        if t <= end {
-            steps.extend([(t.max(start), level), (t.max(start), released)]);
-            level = released;
-        }
+    // Its thick ends stay inside the frame.
+    let inside = |t: f64| t.clamp(start + 0.004 * (end - start), end - 0.004 * (end - start));
+    let (mut step_times, mut step_levels) = (vec![inside(start)], vec![0.0]);
+    let snaps = data.snaps.iter().zip(&data.released);
+    for (&t, &released) in snaps.filter(|(t, _)| **t <= end) {
+        step_times.extend([inside(t); 2]);
+        step_levels.extend([step_levels[step_levels.len() - 1], released]);
     }
-    steps.push((end, level));
-    let (step_times, step_levels): (Vec<f64>, Vec<f64>) = steps.into_iter().unzip();
-    let dissipated = data.runs.iter().flat_map(|r| &r.dissipated);
+    step_times.push(inside(end));
+    step_levels.push(step_levels[step_levels.len() - 1]);
+    let dissipated = data.runs.iter().flat_map(|r| &r.y);
     if !dissipated.clone().any(|v| v.is_finite()) {
         return Err(Error::domain(format!("{FIGURE}: no energy to show")));
     }
@@ -252,32 +188,18 @@ pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
         .filter(|axis| (axis.hi - axis.lo).is_finite())
         .ok_or_else(|| Error::domain(format!("{FIGURE}: energies span no range")))?;
 
-    let mut entries = Vec::new();
-    if !data.snaps.is_empty() {
-        entries.push(Entry::new(
-            Key::Line(LIMIT),
-            "released in the elastic limit",
-        ));
-    }
-    for (i, run) in data.runs.iter().enumerate() {
-        if !run.name.is_empty() {
-            let pen = Pen::new(category(i), 1.6);
-            entries.push(Entry::new(Key::Line(pen), run.name.as_str()));
-        }
-    }
+    let stairs = (!data.snaps.is_empty()).then(|| {
+        let name = "released in the elastic limit";
+        Drawn::new(Key::Line(LIMIT), name, &step_times, &step_levels)
+    });
+    let runs = data
+        .runs
+        .iter()
+        .enumerate()
+        .map(|(i, run)| run.drawn(i, 1.6));
+    let curves: Vec<Drawn> = stairs.into_iter().chain(runs).collect();
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
-    let page = Column::new(WIDTH, &data.title, vec![entries], &x, vec![(y, 320.0)]);
-    Ok(page.draw(|canvas, _, panel| {
-        if !data.snaps.is_empty() {
-            // Its thick ends stay inside the frame.
-            let (l, r) = (panel.left + 2.5, panel.right() - 2.5);
-            let mut stairs = panel.pixels(&step_times, &step_levels);
-            stairs.iter_mut().for_each(|p| p.0 = p.0.clamp(l, r));
-            panel.pixel_line(canvas, &stairs, LIMIT);
-        }
-        for (i, run) in data.runs.iter().enumerate() {
-            let pen = Pen::new(category(i), 1.6);
-            panel.line(canvas, &run.time, &run.dissipated, pen);
-        }
-    }))
+    let page = Page::new(&data.title, vec![named(&curves)]);
+    let block = Block::plane(x, y, Height::Pixels(320.0), curves);
+    Ok(page.column(Width::Whole(WIDTH), vec![block]).draw())
 }

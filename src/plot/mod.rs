@@ -13,12 +13,11 @@
 //! | [`sheets_over_disc`] | sheets over the positions of the free end (AMV Fig. 3.24) |
 //! | [`fold_map`] | fold curves, cusps, numbers of stable equilibria |
 //! | [`energy_landscape`] | the elastic energy over the disc |
-//! | [`lines`] | any curves, linear or logarithmic |
+//! | [`lines`] | any curves, linear or logarithmic; orders of convergence with reference slopes |
 //! | [`branch_diagram`] | branches of equilibria over a parameter, their stability, special points |
 //! | [`rod_shapes`] | rods in space, in perspective |
 //! | [`strain_map`] | strain and dissipation of a viscous rod over time and arclength |
 //! | [`layer`] | a snap in stretched time: shapes and energies |
-//! | [`convergence`] | errors against the viscosity, reference slopes |
 //! | [`dissipated_against_released`], [`losses_over_time`] | losses of a viscous run against the elastic limit |
 //! | [`kernel`] | memory: relaxation and creep functions of the end |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
@@ -32,12 +31,13 @@ mod camera;
 mod canvas;
 mod cells;
 mod contour;
-mod convergence;
 mod data;
 mod depth;
 mod faces;
+mod geometry;
 mod heat;
 mod kernel;
+mod labels;
 mod layer;
 mod legend;
 mod lines;
@@ -52,6 +52,7 @@ mod png;
 mod portrait;
 mod rods;
 mod scenery;
+mod slopes;
 mod spread;
 mod stage;
 mod state;
@@ -59,23 +60,24 @@ mod surfaces;
 mod text;
 mod ticks;
 
+pub use axes::Scale;
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
-pub use convergence::{Convergence, ConvergenceSeries, Slope, convergence};
-pub use data::{AxisUnits, Bounds, Curve, Field, Patch, View};
+pub use data::{AxisUnits, Bounds, Curve, Field, Patch, Series, Trace, View};
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};
-pub use lines::{Lines, Series, Trace, lines};
+pub use lines::{Lines, lines};
 pub use losses::{
-    LossGroup, LossRun, LossesOverTime, SnapLosses, dissipated_against_released, losses_over_time,
+    LossGroup, LossesOverTime, SnapLosses, dissipated_against_released, losses_over_time,
 };
-pub use maps::{EnergyLandscape, FoldMap, Scale, energy_landscape, fold_map};
+pub use maps::{EnergyLandscape, FoldMap, energy_landscape, fold_map};
 pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};
-pub use scenery::{RodUnits, SpaceRod};
+pub use scenery::SpaceRod;
+pub use slopes::Slope;
 pub use state::{RodState, rod_state};
 pub use surfaces::{
     PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,

@@ -1,11 +1,12 @@
 //! Figures of one motion: the rod's shapes in the plane, and the ledger against time.
 
-use super::axes::{Axis, Mark, Panel, ROOM_BELOW, draw_mark, extent, room_left};
-use super::canvas::{Canvas, Pen, draw};
+use super::axes::{Axis, Panel, extent};
+use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, Curve};
-use super::legend::{ColourBar, Entry, Key, Legend};
-use super::page::{Column, WIDTH, head, top};
-use super::palette::{ALARM, Colour, GREY, INK, category, line_colours, sequential_line};
+use super::geometry::{Pixel, finite, heading};
+use super::legend::{Drawn, Entry, Key, Mark, Tones, named};
+use super::page::{Block, Height, Page, WIDTH, Width};
+use super::palette::{ALARM, Colour, GREY, INK, category};
 use crate::error::{Error, Result};
 
 /// The rod at one time.
@@ -15,6 +16,12 @@ pub struct Shape {
     pub time: f64,
     /// Its axis from the clamp to the mass; about 100 points.
     pub axis: Curve,
+}
+
+/// Those that can be drawn.
+pub(crate) fn seen(shapes: &[Shape]) -> Vec<&Shape> {
+    let seen = |s: &&Shape| s.time.is_finite() && s.axis.has_points();
+    shapes.iter().filter(seen).collect()
 }
 
 /// A motion in the plane.
@@ -36,79 +43,58 @@ pub struct Snapshots {
 ///
 /// Errs if there is no shape with a finite point and a finite time.
 pub fn snapshots(data: &Snapshots) -> Result<String> {
-    let shapes: Vec<&Shape> = data
-        .shapes
-        .iter()
-        .filter(|s| s.time.is_finite() && s.axis.has_points())
-        .collect();
-    let (first, last) = extent(shapes.iter().map(|s| &s.time))
+    let shapes = seen(&data.shapes);
+    let tones = Tones::over(shapes.iter().map(|s| &s.time))
         .ok_or_else(|| Error::domain("figure of snapshots: no shape to show"))?;
-    let span = if last > first { last - first } else { 1.0 };
-    let tone = |t: f64| sequential_line((t - first) / span);
-    let times = Axis::linear(first, first + span, &data.units.time_of("time t"), 6);
-    let colours = line_colours();
-    let bar = ColourBar::new(&times, &colours);
 
-    let mut entries = Vec::new();
-    if data.path.has_points() {
-        entries.push(Entry::new(Key::Line(PATH), "path of the mass"));
-    }
-    if data.folds.iter().any(Curve::has_points) {
-        entries.push(Entry::new(Key::Line(FOLD), "fold"));
-    }
+    let folds = data.folds.iter().enumerate();
+    let name = |i: usize| if i == 0 { "fold" } else { "" };
+    let folds = folds.map(|(i, fold)| Drawn::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
+    let path = Drawn::new(
+        Key::Line(PATH),
+        "path of the mass",
+        &data.path.x,
+        &data.path.y,
+    );
+    let path = data.path.has_points().then_some(path);
+    let rods = shapes.iter().map(|shape| {
+        let pen = Pen::new(tones.colour(shape.time), 1.8);
+        Drawn::line_of(pen, &shape.axis.x, &shape.axis.y)
+    });
+    let curves: Vec<Drawn> = folds.chain(path).chain(rods).collect();
+    let mut entries = named(&curves);
     if !data.snaps.is_empty() {
         entries.push(Entry::new(Key::Mark(Mark::Cross, ALARM), "snap"));
     }
-    let mut panel = disc_panel(&data.units, 430.0);
-    let legend = Legend::new(entries, panel.width);
-    panel.top = top("", &legend);
-    let width = panel.right() + 22.0 + bar.width();
-    Ok(draw(width, panel.bottom() + ROOM_BELOW, |canvas| {
-        head(canvas, "", &legend, panel.left);
-        disc_ground(canvas, &panel, data.units.radius());
-        for fold in &data.folds {
-            panel.line(canvas, &fold.x, &fold.y, FOLD);
-        }
-        panel.line(canvas, &data.path.x, &data.path.y, PATH);
-        for shape in &shapes {
-            let pen = Pen::new(tone(shape.time), 1.8);
-            panel.line(canvas, &shape.axis.x, &shape.axis.y, pen);
-        }
-        for shape in &shapes {
-            let points = panel.pixels(&shape.axis.x, &shape.axis.y);
-            let tip = points.iter().rev().find(|p| p.0.is_finite());
-            if let Some(&tip) = tip.filter(|p| panel.holds(**p)) {
-                draw_mark(canvas, tip, Mark::Disc, 5.0, tone(shape.time));
+    let (x, y) = disc_axes(&data.units);
+    let mut block = Block::plane(x, y, Height::Equal(0.0, 1e3), curves)
+        .without_grid()
+        .under(|canvas, panel| disc_ground(canvas, panel, data.units.radius()))
+        .over(|canvas, panel| {
+            for shape in &shapes {
+                if let Some(tip) = shape.axis.points().next_back() {
+                    let tip = panel.at(tip.0, tip.1);
+                    panel.mark(canvas, tip, Mark::Disc, 5.0, tones.colour(shape.time));
+                }
             }
-        }
-        for snap in &data.snaps {
-            let at = panel.at(snap[0], snap[1]);
-            if panel.holds(at) {
-                draw_mark(canvas, at, Mark::Cross, 4.5, ALARM);
+            for snap in &data.snaps {
+                panel.mark(canvas, panel.at(snap[0], snap[1]), Mark::Cross, 4.5, ALARM);
             }
-        }
-        clamp(canvas, panel.at(0.0, 0.0));
-        panel.frame(canvas);
-        let (top, bottom) = (panel.top + 20.0, panel.bottom() - 20.0);
-        bar.draw(canvas, panel.right() + 22.0, top, bottom);
-    }))
+            wall(canvas, panel.at(0.0, 0.0), panel.at(1.0, 0.0), 13.0);
+        });
+    block.bar = Some(tones.bar(&data.units.time_of("time t")));
+    let page = Page::new("", vec![entries]);
+    Ok(page.column(Width::Panels(430.0), vec![block]).draw())
 }
 
 const PATH: Pen = Pen::new(Colour(60, 60, 60), 0.9);
 const FOLD: Pen = Pen::new(ALARM, 1.0).dashed(5.0, 3.5);
 
-/// A square panel a little larger than the disc.
-pub(crate) fn disc_panel(units: &AxisUnits, side: f64) -> Panel {
+/// Axes of a square a little larger than the disc.
+pub(crate) fn disc_axes(units: &AxisUnits) -> (Axis, Axis) {
     let reach = 1.08 * units.radius();
-    let y = Axis::linear(-reach, reach, &units.length_of("y"), 5);
-    Panel {
-        left: room_left(&y),
-        top: 10.0,
-        width: side,
-        height: side,
-        x: Axis::linear(-reach, reach, &units.length_of("x"), 5),
-        y,
-    }
+    let axis = |name: &str| Axis::linear(-reach, reach, &units.length_of(name), 5);
+    (axis("x"), axis("y"))
 }
 
 /// The points of a circle about the origin.
@@ -127,17 +113,24 @@ pub(crate) fn disc_ground(canvas: &mut Canvas, panel: &Panel, radius: f64) {
     canvas.line(&pixels, Pen::new(GREY, 0.9));
 }
 
-/// The wall at the origin that holds the rod along +x.
-pub(crate) fn clamp(canvas: &mut Canvas, at: (f64, f64)) {
-    let half = 13.0;
-    for i in 0..6 {
-        let y = at.1 - half + (i as f64 + 0.8) * 2.0 * half / 6.0;
-        canvas.line(&[(at.0 - 6.0, y + 5.0), (at.0, y)], Pen::new(INK, 0.8));
+/// The wall that holds a rod at a pixel, across its direction there, of half a height in pixels.
+pub(crate) fn wall(canvas: &mut Canvas, at: Pixel, towards: Pixel, half: f64) {
+    let Some(d) = heading(at, towards).filter(|_| finite(&at)) else {
+        return;
+    };
+    // `along` the rod, `aside` along the wall.
+    let point = |along: f64, aside: f64| {
+        (
+            at.0 + along * d.0 - aside * d.1,
+            at.1 + along * d.1 + aside * d.0,
+        )
+    };
+    for i in 0..7 {
+        let aside = -half + (i as f64 + 0.7) * 2.0 * half / 7.0;
+        let hatch = [point(-6.0, aside + 5.0), point(0.0, aside)];
+        canvas.line(&hatch, Pen::new(INK, 0.8));
     }
-    canvas.line(
-        &[(at.0, at.1 - half), (at.0, at.1 + half)],
-        Pen::new(INK, 2.0),
-    );
+    canvas.line(&[point(0.0, -half), point(0.0, half)], Pen::new(INK, 2.0));
 }
 
 /// The ledger of a motion: every vector as long as `time`, or empty to leave it out.
@@ -181,48 +174,38 @@ pub fn energies(data: &Energies) -> Result<String> {
         ("work", &data.work),
         ("total mechanical", &data.total),
     ];
-    let curves: Vec<(&str, &Vec<f64>, Pen)> = all
-        .into_iter()
-        .zip([0, 1, 2, 3, 4, 6])
-        .filter(|((_, values), _)| !values.is_empty())
-        .map(|((name, values), colour)| {
-            let pen = match name {
-                "total mechanical" => Pen::new(INK, 1.6),
-                "work" => Pen::new(category(colour), 1.5).dashed(6.0, 4.0),
-                _ => Pen::new(category(colour), 1.5),
-            };
-            (name, values, pen)
-        })
-        .collect();
-    let values = curves.iter().flat_map(|(_, values, _)| values.iter());
+    let used = all.into_iter().zip([0, 1, 2, 3, 4, 6]);
+    let used = used.filter(|((_, values), _)| !values.is_empty());
+    let curves = used.clone().map(|((name, values), colour)| {
+        let pen = match name {
+            "total mechanical" => Pen::new(INK, 1.6),
+            "work" => Pen::new(category(colour), 1.5).dashed(6.0, 4.0),
+            _ => Pen::new(category(colour), 1.5),
+        };
+        Drawn::new(Key::Line(pen), name, &data.time, values)
+    });
+    let curves: Vec<Drawn> = curves.collect();
+    let values = used.flat_map(|((_, values), _)| values.iter());
     let y = Axis::fit(values, false, &data.units.energy_of("energy"), 6)
         .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
     let (floor, error_axis) = error_scale(&data.error, &data.units);
 
-    let mut entries: Vec<Entry> = curves
-        .iter()
-        .map(|(name, _, pen)| Entry::new(Key::Line(*pen), *name))
-        .collect();
+    let mut entries = named(&curves);
     if !data.snaps.is_empty() {
         entries.push(Entry::new(Key::Line(SNAP), "snap"));
     }
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
-    let axes = vec![(y, 250.0), (error_axis, 110.0)];
-    let page = Column::new(WIDTH, "", vec![entries], &x, axes);
     let sizes: Vec<f64> = data.error.iter().map(|e| e.abs().max(floor)).collect();
-    Ok(page.draw(|canvas, row, panel| {
+    let error = Drawn::line_of(Pen::new(category(0), 1.0), &data.time, &sizes);
+    let snaps = |canvas: &mut Canvas, panel: &Panel| {
         for &snap in &data.snaps {
-            let ends = [panel.y.lo, panel.y.hi];
-            panel.line(canvas, &[snap, snap], &ends, SNAP);
+            panel.upright(canvas, snap, SNAP);
         }
-        if row == 0 {
-            for (_, values, pen) in &curves {
-                panel.line(canvas, &data.time, values, *pen);
-            }
-        } else {
-            panel.line(canvas, &data.time, &sizes, Pen::new(category(0), 1.0));
-        }
-    }))
+    };
+    let upper = Block::plane(x.clone(), y, Height::Pixels(250.0), curves).under(snaps);
+    let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
+    let page = Page::new("", vec![entries]);
+    Ok(page.column(Width::Whole(WIDTH), vec![upper, lower]).draw())
 }
 
 const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);

@@ -1,105 +1,347 @@
-//! The scaffold of a figure: a title, a legend, and under them panels in a column over one horizontal axis.
+//! The scaffold of every figure: a title, a legend, and under them columns of blocks. A block is a panel in the plane or
+//! a box of space, with a title, a legend and a colour bar of its own if it needs them.
 
 use super::axes::{Axis, Panel, ROOM_BELOW, TITLE, room_left};
 use super::canvas::{Canvas, Side, Type, draw};
-use super::legend::{Entry, Legend};
+use super::legend::{ColourBar, Drawn, Entry, Legend};
+use super::stage::Stage;
 
 /// The usual width of a figure, in pixels.
 pub(crate) const WIDTH: f64 = 640.0;
-/// From a panel to the right edge of the figure.
-pub(crate) const ROOM_RIGHT: f64 = 18.0;
+/// From a panel to the right edge of its column, and to its colour bar.
+const ROOM_RIGHT: f64 = 18.0;
+/// From the left edge to the words over a box of space.
+const INSET: f64 = 30.0;
 /// From the upper edge of the figure, or from its title, to the legend and to a panel without one.
-pub(crate) const ABOVE_LEGEND: f64 = 6.0;
+const ABOVE_LEGEND: f64 = 6.0;
 const ABOVE: f64 = 10.0;
 /// Between panels that share an axis.
 const GAP: f64 = 14.0;
+/// What a title takes.
+const TITLE_HEIGHT: f64 = 24.0;
 
-/// The height that a title takes.
-pub(crate) fn title_height(title: &str) -> f64 {
-    if title.is_empty() { 0.0 } else { 24.0 }
+type Paint<'a, T> = Box<dyn Fn(&mut Canvas, &T) + 'a>;
+type Place<'a> = Box<dyn Fn([f64; 4]) -> Stage + 'a>;
+
+/// The height of a panel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Height {
+    Pixels(f64),
+    /// One unit of y as long as one of x; axes are widened where the height would leave these bounds.
+    Equal(f64, f64),
 }
 
-/// Writes the title of a figure.
-pub(crate) fn heading(canvas: &mut Canvas, title: &str, left: f64) {
-    let font = Type::new(TITLE, Side::Start, Side::End);
-    canvas.text((left, 23.0), title, font);
+enum Body<'a> {
+    Plane {
+        x: Axis,
+        y: Axis,
+        height: Height,
+        curves: Vec<Drawn>,
+        grid: bool,
+        under: Paint<'a, Panel>,
+        over: Paint<'a, Panel>,
+    },
+    Space {
+        height: f64,
+        place: Place<'a>,
+        paint: Paint<'a, Stage>,
+    },
 }
 
-/// The upper edge of the panel under a title and a legend.
-pub(crate) fn top(title: &str, legend: &Legend) -> f64 {
-    ABOVE + title_height(title) + legend.height()
+/// A panel or a box of space.
+pub(crate) struct Block<'a> {
+    pub title: &'a str,
+    /// Its own legend; what the whole figure has in common stands in that of the page.
+    pub legend: Vec<Vec<Entry>>,
+    pub bar: Option<ColourBar>,
+    body: Body<'a>,
 }
 
-/// Writes the title and the legend, both flush left.
-pub(crate) fn head(canvas: &mut Canvas, title: &str, legend: &Legend, left: f64) {
-    heading(canvas, title, left);
-    legend.draw(canvas, left, ABOVE_LEGEND + title_height(title));
-}
+impl<'a> Block<'a> {
+    /// A panel with curves.
+    pub(crate) fn plane(x: Axis, y: Axis, height: Height, curves: Vec<Drawn>) -> Self {
+        Self::new(Body::Plane {
+            x,
+            y,
+            height,
+            curves,
+            grid: true,
+            under: Box::new(|_, _| ()),
+            over: Box::new(|_, _| ()),
+        })
+    }
 
-/// The room that the widest of some vertical axes takes at its left.
-pub(crate) fn room(axes: &[(Axis, f64)]) -> f64 {
-    axes.iter()
-        .map(|(axis, _)| room_left(axis))
-        .fold(0.0, f64::max)
-}
-
-/// Panels over one horizontal axis.
-pub(crate) struct Column<'a> {
-    title: &'a str,
-    width: f64,
-    legend: Legend,
-    panels: Vec<Panel>,
-}
-
-impl<'a> Column<'a> {
-    /// A figure of this width; each group of entries begins a row of the legend. `axes` are the vertical axes of the panels
-    /// from top to bottom, with the panels' heights.
-    pub(crate) fn new(
-        width: f64,
-        title: &'a str,
-        groups: Vec<Vec<Entry>>,
-        x: &Axis,
-        axes: Vec<(Axis, f64)>,
+    /// A box of space: `place` puts it into the pixels [left, top, width, height].
+    pub(crate) fn space(
+        height: f64,
+        place: impl Fn([f64; 4]) -> Stage + 'a,
+        paint: impl Fn(&mut Canvas, &Stage) + 'a,
     ) -> Self {
-        let left = room(&axes);
-        let inner = width - left - ROOM_RIGHT;
-        let legend = Legend::grouped(groups, inner);
-        let mut below = top(title, &legend);
-        let last = axes.len().saturating_sub(1);
-        let row = |(i, (y, height)): (usize, (Axis, f64))| {
-            let panel = Panel {
-                left,
-                top: below,
-                width: inner,
-                height,
-                // Only the lowest has the numbers and the name.
-                x: if i == last { x.clone() } else { x.bare() },
-                y,
-            };
-            below = panel.bottom() + GAP;
-            panel
-        };
+        let (place, paint) = (Box::new(place), Box::new(paint));
+        Self::new(Body::Space {
+            height,
+            place,
+            paint,
+        })
+    }
+
+    fn new(body: Body<'a>) -> Self {
         Self {
-            title,
-            width,
-            legend,
-            panels: axes.into_iter().enumerate().map(row).collect(),
+            title: "",
+            legend: Vec::new(),
+            bar: None,
+            body,
         }
     }
 
-    /// Draws all panels, each with its data between its grid and its frame.
-    pub(crate) fn draw(&self, mut paint: impl FnMut(&mut Canvas, usize, &Panel)) -> String {
-        let (left, bottom) = match self.panels.last() {
-            Some(panel) => (panel.left, panel.bottom()),
-            None => (0.0, 0.0),
+    /// What is painted under the curves of a panel.
+    pub(crate) fn under(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
+        if let Body::Plane { under, .. } = &mut self.body {
+            *under = Box::new(paint);
+        }
+        self
+    }
+
+    /// What is painted over them.
+    pub(crate) fn over(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
+        if let Body::Plane { over, .. } = &mut self.body {
+            *over = Box::new(paint);
+        }
+        self
+    }
+
+    /// Leaves the grid out, for panels that are filled.
+    pub(crate) fn without_grid(mut self) -> Self {
+        if let Body::Plane { grid, .. } = &mut self.body {
+            *grid = false;
+        }
+        self
+    }
+
+    /// The room at its left.
+    fn room(&self) -> f64 {
+        match &self.body {
+            Body::Plane { y, .. } => room_left(y),
+            Body::Space { .. } => INSET,
+        }
+    }
+
+    /// From its lower edge to the next block, or the end of the figure.
+    fn gap(&self, shared: bool) -> f64 {
+        match &self.body {
+            Body::Plane { .. } if shared => GAP,
+            Body::Plane { .. } => ROOM_BELOW,
+            Body::Space { .. } => 0.0,
+        }
+    }
+
+    /// Widens the axes of a panel of this width where its height would leave its bounds.
+    fn even(&mut self, width: f64) {
+        if let Body::Plane { x, y, height, .. } = &mut self.body
+            && let Height::Equal(least, most) = *height
+        {
+            let (across, up) = (x.hi - x.lo, y.hi - y.lo);
+            let tall = (width * up / across).clamp(least, most);
+            let scale = (width / across).min(tall / up);
+            x.widen(width / scale);
+            y.widen(tall / scale);
+        }
+    }
+
+    fn height(&self, width: f64) -> f64 {
+        match &self.body {
+            Body::Plane {
+                x,
+                y,
+                height: Height::Equal(..),
+                ..
+            } => width * (y.hi - y.lo) / (x.hi - x.lo),
+            Body::Plane {
+                height: Height::Pixels(height),
+                ..
+            }
+            | Body::Space { height, .. } => *height,
+        }
+    }
+
+    /// True if the block below has the same horizontal axis.
+    fn shares(&self, below: Option<&Self>) -> bool {
+        match (&self.body, below.map(|b| &b.body)) {
+            (Body::Plane { x, .. }, Some(Body::Plane { x: other, .. })) => {
+                (x.lo, x.hi, &x.label) == (other.lo, other.hi, &other.label)
+            }
+            _ => false,
+        }
+    }
+}
+
+/// How wide a column is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Width {
+    /// With all that stands beside its panels.
+    Whole(f64),
+    /// The panels themselves.
+    Panels(f64),
+}
+
+/// A figure.
+pub(crate) struct Page<'a> {
+    title: &'a str,
+    /// Each group of entries begins a row.
+    legend: Vec<Vec<Entry>>,
+    columns: Vec<(Width, Vec<Block<'a>>)>,
+}
+
+/// A block as laid out: [left, top, width, height] of its panel or box.
+struct Laid<'p> {
+    block: &'p Block<'p>,
+    legend: Legend,
+    place: [f64; 4],
+    shared: bool,
+    alone: bool,
+}
+
+impl<'a> Page<'a> {
+    pub(crate) fn new(title: &'a str, legend: Vec<Vec<Entry>>) -> Self {
+        Self {
+            title,
+            legend,
+            columns: Vec::new(),
+        }
+    }
+
+    /// With one more column, at the right of the others.
+    pub(crate) fn column(mut self, width: Width, blocks: Vec<Block<'a>>) -> Self {
+        self.columns.push((width, blocks));
+        self
+    }
+
+    /// Draws everything.
+    pub(crate) fn draw(mut self) -> String {
+        let columns = self.columns.iter_mut();
+        let measures: Vec<[f64; 3]> = columns
+            .map(|(width, blocks)| measure(*width, blocks))
+            .collect();
+        let total = measures.iter().map(|m| m[2]).sum();
+        let left = measures.first().map_or(0.0, |m| m[0]);
+        let legend = Legend::new(&self.legend, total - left - ROOM_RIGHT);
+        let titled = if self.title.is_empty() {
+            0.0
+        } else {
+            TITLE_HEIGHT
         };
-        draw(self.width, bottom + ROOM_BELOW, |canvas| {
-            head(canvas, self.title, &self.legend, left);
-            for (i, panel) in self.panels.iter().enumerate() {
-                panel.grid(canvas);
-                paint(canvas, i, panel);
+        let mut blocks = self.columns.iter().flat_map(|(_, blocks)| blocks);
+        let above = if blocks.any(|b| !b.title.is_empty()) {
+            TITLE_HEIGHT
+        } else {
+            0.0
+        };
+
+        let (mut edge, mut bottom) = (0.0, 0.0);
+        let mut laid: Vec<Laid> = Vec::new();
+        for ((_, blocks), [room, inner, width]) in self.columns.iter().zip(measures) {
+            let mut below = ABOVE + titled + legend.height();
+            for (i, block) in blocks.iter().enumerate() {
+                let own = Legend::new(&block.legend, inner);
+                let shared = block.shares(blocks.get(i + 1));
+                let top = below + above + own.height();
+                let place = [edge + room, top, inner, block.height(inner)];
+                below = top + place[3] + block.gap(shared);
+                laid.push(Laid {
+                    block,
+                    legend: own,
+                    place,
+                    shared,
+                    alone: blocks.len() == 1,
+                });
+            }
+            edge += width;
+            bottom = f64::max(bottom, below);
+        }
+        // A box of space beside panels is as high as they are.
+        for at in laid.iter_mut().filter(|at| at.alone) {
+            if let Body::Space { .. } = at.block.body {
+                at.place[3] = bottom - at.place[1];
+            }
+        }
+        draw(total, bottom, |canvas| {
+            let font = Type::new(TITLE, Side::Start, Side::End);
+            canvas.text((left, 23.0), self.title, font);
+            legend.draw(canvas, left, ABOVE_LEGEND + titled);
+            laid.iter().for_each(|block| block.paint(canvas));
+        })
+    }
+}
+
+/// The room at the left of a column's panels, their width, and its own.
+fn measure(width: Width, blocks: &mut [Block]) -> [f64; 3] {
+    let bars = blocks.iter().filter_map(|b| b.bar.as_ref());
+    let right = ROOM_RIGHT + bars.map(ColourBar::width).fold(0.0, f64::max);
+    let mut room: f64 = 0.0;
+    let mut inner = 0.0;
+    // Axes that are widened have other numbers, which may be longer.
+    for _ in 0..2 {
+        room = blocks.iter().map(Block::room).fold(room, f64::max);
+        inner = match width {
+            Width::Whole(width) => width - room - right,
+            Width::Panels(inner) => inner,
+        };
+        blocks.iter_mut().for_each(|block| block.even(inner));
+    }
+    [room, inner, room + inner + right]
+}
+
+impl Laid<'_> {
+    fn paint(&self, canvas: &mut Canvas) {
+        let [left, top, width, height] = self.place;
+        let words = top - self.legend.height();
+        let font = Type::new(TITLE, Side::Start, Side::End);
+        canvas.text((left, words - 5.0), self.block.title, font);
+        self.legend.draw(canvas, left, words);
+        match &self.block.body {
+            Body::Plane {
+                x,
+                y,
+                curves,
+                grid,
+                under,
+                over,
+                ..
+            } => {
+                // Only the lowest of the panels that share an axis has its numbers and its name.
+                let x = if self.shared { x.bare() } else { x.clone() };
+                let panel = Panel {
+                    left,
+                    top,
+                    width,
+                    height,
+                    x,
+                    y: y.clone(),
+                };
+                if *grid {
+                    panel.grid(canvas);
+                }
+                under(canvas, &panel);
+                curves.iter().for_each(|curve| curve.line(canvas, &panel));
+                curves.iter().for_each(|curve| curve.marks(canvas, &panel));
+                over(canvas, &panel);
                 panel.frame(canvas);
             }
-        })
+            Body::Space { place, paint, .. } => {
+                // Its words reach to the edges of the column.
+                let stage = place([left - INSET, top, width + INSET + ROOM_RIGHT, height]);
+                stage.walls(canvas);
+                paint(canvas, &stage);
+                stage.axes(canvas);
+            }
+        }
+        if let Some(bar) = &self.block.bar {
+            let inset = match self.block.body {
+                Body::Plane { .. } => 0.0,
+                Body::Space { .. } => 0.12 * height,
+            };
+            let right = left + width + ROOM_RIGHT;
+            bar.draw(canvas, right, top + inset, top + height - inset);
+        }
     }
 }

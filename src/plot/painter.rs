@@ -1,8 +1,10 @@
 //! Paints rods, plates and arrows from back to front; what is nearer cuts a white rim into what it crosses.
 
 use super::axes::SMALL;
-use super::camera::{Pixel, Point, along, between, cross, dot, drawable, minus, unit};
 use super::canvas::{Canvas, Pen, Side, Type};
+use super::geometry::{
+    Pixel, Point, along, apart, between, cross, dot, drawable, heading, minus, norm, tangent, unit,
+};
 use super::palette::{Colour, GREY, INK, WHITE, category};
 use super::scenery::{Scenery, SpaceRod, pen};
 use super::stage::Stage;
@@ -90,20 +92,13 @@ impl<'a> Painter<'a> {
             return;
         };
         if with.shadow && self.stage.shows_floor() {
-            let points: Vec<Pixel> = rod
-                .points
-                .iter()
-                .map(|p| {
-                    if drawable(p) {
-                        self.stage.pixel(self.stage.on_floor(*p))
-                    } else {
-                        (f64::NAN, f64::NAN)
-                    }
-                })
-                .collect();
+            let shadow = |p: &Point| match drawable(p) {
+                true => self.stage.pixel(self.stage.on_floor(*p)),
+                false => (f64::NAN, f64::NAN),
+            };
             let pen = Pen::new(Colour(208, 208, 208), 2.2);
-            self.things
-                .push((f64::INFINITY, vec![Ink::Line(points, pen)]));
+            let line = Ink::Line(rod.points.iter().map(shadow).collect(), pen);
+            self.things.push((f64::INFINITY, vec![line]));
         }
         if let Some(plate) = with.plate(rod, first).filter(|_| with.clamp) {
             self.plate(plate);
@@ -166,24 +161,16 @@ impl<'a> Painter<'a> {
                     (Some(a), Some(b)) => unit(between(a, b, t)),
                     _ => None,
                 };
-                let next = if k == n {
-                    to
-                } else {
-                    station(between(from.at, to.at, t), side)
-                };
+                let part = || station(between(from.at, to.at, t), side);
+                let next = if k == n { to } else { part() };
                 length += apart(from.pixel, to.pixel) / n as f64;
                 if drawing {
                     piece.push(next);
                 }
                 let wanted = match pen.dash {
                     None => 7.0,
-                    Some((on, off)) => {
-                        if drawing {
-                            on - pen.width
-                        } else {
-                            off + pen.width
-                        }
-                    }
+                    Some((on, _)) if drawing => on - pen.width,
+                    Some((_, off)) => off + pen.width,
                 };
                 if length >= wanted - 0.5 {
                     length = 0.0;
@@ -251,10 +238,7 @@ impl<'a> Painter<'a> {
 
     /// The plate of a clamp, once even if several rods share it.
     fn plate(&mut self, corners: [Point; 8]) {
-        let close = |a: Point, b: Point| {
-            let d = minus(a, b);
-            dot(d, d).sqrt() < 1e-6 * self.stage.size()
-        };
+        let close = |a: Point, b: Point| norm(minus(a, b)) < 1e-6 * self.stage.size();
         let drawn = |other: &[Point; 8]| (0..8).all(|i| close(other[i], corners[i]));
         if self.plates.iter().any(drawn) {
             return;
@@ -291,8 +275,8 @@ impl<'a> Painter<'a> {
     /// A word beyond the point of an arrow.
     pub(crate) fn word(&mut self, from: Point, to: Point, word: &'static str, colour: Colour) {
         let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
-        let way = unit([b.0 - a.0, b.1 - a.1, 0.0]).unwrap_or([0.7, -0.7, 0.0]);
-        let at = (b.0 + 10.0 * way[0], b.1 + 9.0 * way[1]);
+        let way = heading(a, b).unwrap_or((0.7, -0.7));
+        let at = (b.0 + 10.0 * way.0, b.1 + 9.0 * way.1);
         self.words.push((at, word, colour));
     }
 
@@ -300,7 +284,7 @@ impl<'a> Painter<'a> {
     pub(crate) fn arrow(&mut self, from: Point, to: Point, pen: Pen, heads: usize) {
         let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
         let length = apart(a, b);
-        let way = unit([b.0 - a.0, b.1 - a.1, 0.0]).unwrap_or_default();
+        let way = heading(a, b).unwrap_or_default();
         // Seen along itself an arrow is all head.
         let head = (3.4 + 2.6 * pen.width).min(0.45 * length);
         let neck = (heads as f64 * 0.8 * head).min(0.95 * length);
@@ -320,8 +304,7 @@ impl<'a> Painter<'a> {
         }
         let mut inks = Vec::new();
         for i in (0..heads).rev() {
-            let by =
-                |d: f64, w: f64| (b.0 - d * way[0] - w * way[1], b.1 - d * way[1] + w * way[0]);
+            let by = |d: f64, w: f64| (b.0 - d * way.0 - w * way.1, b.1 - d * way.1 + w * way.0);
             let tip = 0.8 * head * i as f64;
             let (base, half) = (tip + head, 0.4 * head);
             let corners = vec![by(tip, 0.0), by(base, half), by(base, -half)];
@@ -331,20 +314,14 @@ impl<'a> Painter<'a> {
     }
 }
 
-fn apart(a: Pixel, b: Pixel) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
-}
-
 /// A band about a line, cut off square at its ends: a round end would bite into the next piece.
 fn strip(line: &[Pixel], half: f64) -> Vec<Pixel> {
     let n = line.len();
-    let side = |sign: f64| {
+    let side = |by: f64| {
         (0..n).map(move |i| {
-            let (a, b) = (line[i.saturating_sub(1)], line[(i + 1).min(n - 1)]);
-            let way = unit([b.0 - a.0, b.1 - a.1, 0.0]).unwrap_or_default();
-            let by = sign * half;
-            (line[i].0 - by * way[1], line[i].1 + by * way[0])
+            let way = tangent(line, i).unwrap_or_default();
+            (line[i].0 - by * way.1, line[i].1 + by * way.0)
         })
     };
-    side(1.0).chain(side(-1.0).rev()).collect()
+    side(half).chain(side(-half).rev()).collect()
 }

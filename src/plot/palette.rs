@@ -98,8 +98,3 @@ impl Colour {
         self.mix(BLACK, t)
     }
 }
-
-/// The colours of [`sequential_line`] from 0 to 1, for a colour bar.
-pub(crate) fn line_colours() -> Vec<Colour> {
-    (0..64).map(|i| sequential_line(i as f64 / 63.0)).collect()
-}

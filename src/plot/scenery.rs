@@ -1,49 +1,12 @@
 //! Rods in space, and what is drawn along with them: units, plates that hold them, the room they need.
 
-use super::camera::{Point, along, box_of, cross, drawable, minus, unit};
 use super::canvas::Pen;
-use super::data::{Bounds, View, with_unit};
+use super::data::{AxisUnits, Bounds, View};
+use super::geometry::{Point, along, box_of, cross, drawable, minus, unit};
 use super::palette::Colour;
 use super::spread::Spread;
 use super::stage::{Stage, size_of};
 use crate::error::{Error, Result};
-
-/// The units written in figures of rods in space.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RodUnits {
-    /// The unit of length; empty, like each of them, for labels without a unit.
-    pub length: String,
-    /// The unit of force.
-    pub force: String,
-    /// The unit of couple.
-    pub couple: String,
-}
-
-impl Default for RodUnits {
-    /// Length ℓ, force EI/ℓ², couple EI/ℓ.
-    fn default() -> Self {
-        Self {
-            length: "ℓ".into(),
-            force: "EI/ℓ²".into(),
-            couple: "EI/ℓ".into(),
-        }
-    }
-}
-
-impl RodUnits {
-    /// Metres, newtons, newton metres.
-    pub fn si() -> Self {
-        Self {
-            length: "m".into(),
-            force: "N".into(),
-            couple: "N m".into(),
-        }
-    }
-
-    pub(crate) fn axes(&self) -> [String; 3] {
-        ["x", "y", "z"].map(|name| with_unit(name, &self.length))
-    }
-}
 
 /// One rod in space.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -170,13 +133,10 @@ impl Scenery {
         }
     }
 
-    pub(crate) fn stage(&self, labels: &[String; 3], rectangle: [f64; 4]) -> Stage {
-        Stage::new(
-            self.content,
-            labels,
-            self.view.unwrap_or(self.best),
-            rectangle,
-        )
+    /// The box round everything, in the pixels [left, top, width, height].
+    pub(crate) fn stage(&self, units: &AxisUnits, place: [f64; 4]) -> Stage {
+        let labels = ["x", "y", "z"].map(|name| units.length_of(name));
+        Stage::new(self.content, &labels, self.view.unwrap_or(self.best), place)
     }
 
     /// The corners of the plate that holds a rod's first point: four in front, four behind.

@@ -1,7 +1,7 @@
 //! How points lie in space, and from where they are seen best.
 
-use super::camera::{Point, along, box_of, cross, drawable, unit};
 use super::data::View;
+use super::geometry::{Point, along, box_of, cross, drawable, unit};
 use super::stage::size_of;
 use nalgebra::{Matrix3, SymmetricEigen};
 
@@ -100,7 +100,7 @@ impl Spread {
 
 #[cfg(test)]
 mod tests {
-    use super::super::camera::dot;
+    use super::super::geometry::dot;
     use super::*;
 
     fn facing(points: &[Point], normal: Point) -> f64 {

@@ -1,9 +1,10 @@
 //! A box of space with walls and axes, seen by a camera.
 
 use super::axes::{LABEL, MARK_3D, SMALL};
-use super::camera::{Camera, Pixel, Point, dot, hull, minus};
+use super::camera::Camera;
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::{Bounds, View};
+use super::geometry::{Pixel, Point, dot, hull, meet, minus};
 use super::palette::{Colour, FAINT, INK};
 use super::text;
 use super::ticks::{self, Tick};
@@ -98,23 +99,17 @@ impl Stage {
         });
         let longest = bounds.iter().fold(0.0, |m: f64, b| m.max(b[1] - b[0]));
         let aspect = bounds.map(|[lo, hi]| (hi - lo) / longest);
-        let camera = Camera::new(view, DISTANCE);
-        Self::framed(bounds, labels, aspect, camera, rectangle)
+        Self::seen(
+            bounds,
+            labels,
+            aspect,
+            Camera::new(view, DISTANCE),
+            rectangle,
+        )
     }
 
-    /// Just this box, its edges drawn in the ratios of `aspect`, in parallel projection.
-    pub(crate) fn parallel(
-        bounds: Bounds,
-        labels: &[String; 3],
-        aspect: Point,
-        view: View,
-        rectangle: [f64; 4],
-    ) -> Self {
-        let camera = Camera::new(view, f64::INFINITY);
-        Self::framed(bounds, labels, aspect, camera, rectangle)
-    }
-
-    fn framed(
+    /// Just this box, its edges drawn in the ratios of `aspect`, seen by a camera of any distance.
+    pub(crate) fn seen(
         bounds: Bounds,
         labels: &[String; 3],
         aspect: Point,
@@ -137,12 +132,7 @@ impl Stage {
             let frame = hull((0..8).map(|c| stage.pixel(stage.corner(c))));
             let words = stage.edges.iter().flat_map(|e| &e.words).map(Word::area);
             let all = words.fold(frame, |b, a| {
-                [
-                    b[0].min(a[0]),
-                    b[1].min(a[1]),
-                    b[2].max(a[2]),
-                    b[3].max(a[3]),
-                ]
+                hull([b, a].map(|b| [(b[0], b[1]), (b[2], b[3])]).concat())
             });
             let sign = [-1.0, -1.0, 1.0, 1.0];
             room = std::array::from_fn(|i| sign[i] * (all[i] - frame[i]) + MARGIN);
@@ -264,28 +254,21 @@ impl Stage {
                     .map(|c| self.edge(axis, c, &labels[axis]))
                     .collect();
                 edges.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-                edges.truncate(if self.camera.distance.is_finite() {
-                    3
-                } else {
-                    1
-                });
+                edges.truncate(if self.camera.is_parallel() { 1 } else { 3 });
                 edges
             })
             .collect();
-        let mut least = f64::INFINITY;
-        let mut chosen = [0; 3];
-        for n in 0..27 {
-            let pick = [n % 3, n / 3 % 3, n / 9];
-            if (0..3).any(|i| pick[i] >= options[i].len()) {
-                continue;
-            }
-            let edges: [&Edge; 3] = std::array::from_fn(|i| &options[i][pick[i]]);
-            let cost: f64 = edges.iter().map(|e| e.cost).sum::<f64>() + clashes(edges);
-            if cost < least {
-                (least, chosen) = (cost, pick);
-            }
+        let picks = (0..27).map(|n| [n % 3, n / 3 % 3, n / 9]);
+        let picked = picks.filter_map(|pick| {
+            let edges = [0, 1, 2].map(|i| options[i].get(pick[i]));
+            let [Some(a), Some(b), Some(c)] = edges else {
+                return None;
+            };
+            Some((a.cost + b.cost + c.cost + clashes([a, b, c]), [a, b, c]))
+        });
+        if let Some((_, edges)) = picked.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            self.edges = edges.map(Edge::clone);
         }
-        self.edges = std::array::from_fn(|i| options[i][chosen[i]].clone());
     }
 
     /// The edge along `axis` from a corner, with its words.
@@ -317,12 +300,10 @@ impl Stage {
         } else {
             Vec::new()
         };
-        let side = if out.0 > 0.35 {
-            Side::Start
-        } else if out.0 < -0.35 {
-            Side::End
-        } else {
-            Side::Middle
+        let side = match out.0 {
+            x if x > 0.35 => Side::Start,
+            x if x < -0.35 => Side::End,
+            _ => Side::Middle,
         };
         let font = Type::new(SMALL, side, Side::Middle);
         let mut edge = Edge {
@@ -344,12 +325,8 @@ impl Stage {
         }
         edge.ticks = ticks;
         if length > 12.0 {
-            let beside = if side == Side::Middle {
-                0.5 * widest * out.0.abs()
-            } else {
-                widest * out.0.abs()
-            };
-            let off = MARK_3D + 14.0 + beside + 14.0 * out.1.abs();
+            let part = if side == Side::Middle { 0.5 } else { 1.0 };
+            let off = MARK_3D + 14.0 + part * widest * out.0.abs() + 14.0 * out.1.abs();
             let turned = upright && length > text::width(label, LABEL);
             let font = if turned {
                 let down = if out.0 < 0.0 { Side::End } else { Side::Start };
@@ -388,17 +365,10 @@ fn clashes(edges: [&Edge; 3]) -> f64 {
         .enumerate()
         .flat_map(|(i, edge)| edge.words.iter().map(move |word| (i, word.area())))
         .collect();
-    let mut count = 0.0;
-    for (k, (i, a)) in areas.iter().enumerate() {
-        for (j, b) in &areas[..k] {
-            let meet =
-                a[0] < b[2] + 3.0 && b[0] < a[2] + 3.0 && a[1] < b[3] + 1.0 && b[1] < a[3] + 1.0;
-            if i != j && meet {
-                count += 1.0;
-            }
-        }
-    }
-    300.0 * count
+    let pairs = areas.iter().enumerate();
+    let pairs = pairs.flat_map(|(k, a)| areas[..k].iter().map(move |b| (a, b)));
+    let count = pairs.filter(|((i, a), (j, b))| i != j && meet(a, b, (3.0, 1.0)));
+    300.0 * count.count() as f64
 }
 
 #[cfg(test)]

@@ -1,14 +1,14 @@
 //! One equilibrium of a rod in space: its shape, and couples, forces and strains along it.
 
-use super::axes::{Axis, LABEL, Panel, ROOM_BELOW, room_left};
-use super::camera::{Point, along, dot, unit};
-use super::canvas::{Pen, draw};
-use super::data::{View, with_unit};
-use super::legend::{Entry, Key, Legend};
-use super::page::{ABOVE_LEGEND, head, title_height};
+use super::axes::{Axis, extent};
+use super::canvas::Pen;
+use super::data::{AxisUnits, View, with_unit};
+use super::geometry::{Point, along, dot, unit};
+use super::legend::{Drawn, Entry, Key, named};
+use super::page::{Block, Height, Page, Width};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
-use super::scenery::{RodUnits, Scenery, SpaceRod};
+use super::scenery::{Scenery, SpaceRod};
 use super::text;
 use crate::error::{Error, Result};
 
@@ -38,7 +38,7 @@ pub struct RodState {
     /// Where from; by default the side from which the shape is seen best.
     pub view: Option<View>,
     /// Units.
-    pub units: RodUnits,
+    pub units: AxisUnits,
 }
 
 const FORCE: Colour = ALARM;
@@ -56,7 +56,7 @@ const ROUNDOFF: f64 = 1e-9;
 pub fn rod_state(data: &RodState) -> Result<String> {
     const LEFT: f64 = 440.0;
     const RIGHT: f64 = 420.0;
-    let groups = groups(data)?;
+    let blocks = blocks(data)?;
     let rods = std::slice::from_ref(&data.rod);
     let mut scenery = Scenery::new(rods, data.ribbon, true, true)?;
     let loads = [(data.end_force, 1, FORCE), (data.end_couple, 2, COUPLE)];
@@ -75,17 +75,15 @@ pub fn rod_state(data: &RodState) -> Result<String> {
         let way = unit(load).filter(|_| size > ROUNDOFF * sizes[i]);
         let pen = Pen::new(colour, 2.4);
         let text = match way {
-            Some(_) => format!("{name} |{letter}| = {} {unit_name}", number(size)),
+            Some(_) => format!("{name} |{letter}| = {} {unit_name}", text::short(size, 3)),
             None => format!("{name} {letter} = 0"),
         };
         entries.push(Entry::new(Key::Line(pen), text));
         if let (Some(way), Some((_, last))) = (way, data.rod.ends()) {
             let length = if heads == 1 { 2.2 } else { 1.6 } * scenery.arm;
             let end = data.rod.points[last];
-            let presses = data
-                .rod
-                .heading(last)
-                .is_some_and(|d| dot(d, way) < -0.25 && heads == 1);
+            let ahead = data.rod.heading(last);
+            let presses = heads == 1 && ahead.is_some_and(|d| dot(d, way) < -0.25);
             let gap = 0.2 * scenery.arm;
             let ends = if presses {
                 [along(end, -gap - length, way), along(end, -gap, way)]
@@ -99,58 +97,22 @@ pub fn rod_state(data: &RodState) -> Result<String> {
         }
     }
     scenery.view = data.view;
-    let top = ABOVE_LEGEND + title_height(&data.title);
-    let legend = Legend::new(entries, LEFT - 24.0);
-
-    let plots = panels(&groups, data, LEFT + 20.0, RIGHT - 38.0, top);
-    let below = plots.last().map_or(0.0, |p| p.panel.bottom() + ROOM_BELOW);
-    let height = below.max(top + 430.0);
-    let width = if plots.is_empty() { LEFT } else { LEFT + RIGHT };
-    let shown = top + legend.height();
-    let stage = scenery.stage(&data.units.axes(), [0.0, shown, LEFT, height - shown]);
-    Ok(draw(width, height, |canvas| {
-        head(canvas, &data.title, &legend, 16.0);
-        stage.walls(canvas);
-        let mut painter = Painter::new(&stage, !scenery.plane);
+    let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
+    let mut shape = Block::space(430.0, stage, |canvas, stage| {
+        let mut painter = Painter::new(stage, !scenery.plane);
         painter.rod(&data.rod, category(data.rod.colour.unwrap_or(6)), &scenery);
-        for (ends, pen, heads, name, letter) in arrows {
+        for &(ends, pen, heads, name, letter) in &arrows {
             painter.arrow(ends[0], ends[1], pen, heads);
             painter.word(name[0], name[1], letter, pen.colour);
         }
         painter.paint(canvas);
-        stage.axes(canvas);
-        for plot in &plots {
-            plot.legend.draw(
-                canvas,
-                plot.panel.left,
-                plot.panel.top - plot.legend.height(),
-            );
-            plot.panel.grid(canvas);
-            for (values, pen) in &plot.curves {
-                plot.panel.line(canvas, &data.s, values, *pen);
-            }
-            plot.panel.frame(canvas);
-        }
-    }))
-}
-
-/// Three digits.
-fn number(value: f64) -> String {
-    if (1e-3..1e5).contains(&value.abs()) {
-        let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 6);
-        text::fixed(value, decimals as usize)
-    } else {
-        text::scientific(format!("{value:.2e}").parse().unwrap_or(value))
-    }
-}
-
-/// Three components over s.
-struct Group {
-    label: String,
-    names: [&'static str; 3],
-    values: [Vec<f64>; 3],
-    /// What a component must exceed not to vanish.
-    least: f64,
+    });
+    shape.legend = vec![entries];
+    let page = Page::new(&data.title, Vec::new()).column(Width::Whole(LEFT), vec![shape]);
+    Ok(match blocks.len() {
+        0 => page.draw(),
+        _ => page.column(Width::Whole(RIGHT), blocks).draw(),
+    })
 }
 
 /// The sizes of force and couple: a couple with no force is measured against the rod's length.
@@ -170,47 +132,49 @@ fn scales(data: &RodState) -> [f64; 2] {
     [n.max(m / length), m.max(n * length)]
 }
 
-fn groups(data: &RodState) -> Result<Vec<Group>> {
+/// A panel for each group of three components over s.
+fn blocks(data: &RodState) -> Result<Vec<Block<'static>>> {
     let units = &data.units;
     let [force, couple] = scales(data);
-    let finite = data.s.iter().filter(|s| s.is_finite());
-    let length = finite.fold(0.0, |m: f64, s| m.max(s.abs()));
-    let u_least = if length > 0.0 { ROUNDOFF / length } else { 0.0 };
+    let (lo, hi) = extent(&data.s).unwrap_or_default();
+    let length = hi.abs().max(lo.abs());
+    let bending = if length > 0.0 { ROUNDOFF / length } else { 0.0 };
+    let (couples, forces) = (
+        with_unit("couple", &units.couple),
+        with_unit("force", &units.force),
+    );
+    // Each with the size that a component must exceed not to vanish.
     let all = [
         (
             "couples",
             &data.couples,
-            with_unit("couple", &units.couple),
+            couples,
             ["m₁", "m₂", "m₃"],
             ROUNDOFF * couple,
         ),
         (
             "forces",
             &data.forces,
-            with_unit("force", &units.force),
+            forces,
             ["n₁", "n₂", "n₃"],
             ROUNDOFF * force,
         ),
         (
             "curvatures",
             &data.curvatures,
-            if units.length.is_empty() {
-                "curvature".to_owned()
-            } else {
-                format!("curvature (1/{})", units.length)
-            },
+            units.curvature(),
             ["u₁", "u₂", "u₃"],
-            u_least,
+            bending,
         ),
         (
             "stretches",
             &data.stretches,
-            "strain".to_string(),
+            "strain".into(),
             ["v₁", "v₂", "v₃ − 1"],
             ROUNDOFF,
         ),
     ];
-    let mut groups = Vec::new();
+    let mut blocks = Vec::new();
     for (field, list, label, names, least) in all {
         if list.is_empty() {
             continue;
@@ -222,100 +186,52 @@ fn groups(data: &RodState) -> Result<Vec<Group>> {
                 data.s.len()
             )));
         }
-        let of = |k: usize| -> Vec<f64> {
-            let from = if names[k].ends_with('1') { 1.0 } else { 0.0 };
-            list.iter().map(|v| v[k] - from).collect()
-        };
-        groups.push(Group {
-            label,
-            names,
-            values: [of(0), of(1), of(2)],
-            least,
-        });
+        let from = [0.0, 0.0, if field == "stretches" { 1.0 } else { 0.0 }];
+        let values = [0, 1, 2].map(|k| list.iter().map(|v| v[k] - from[k]).collect::<Vec<f64>>());
+        blocks.extend(group(data, &label, names, &values, least));
     }
-    Ok(groups)
+    Ok(blocks)
 }
 
-/// A group as drawn.
-struct Plot {
-    panel: Panel,
-    legend: Legend,
-    curves: Vec<(Vec<f64>, Pen)>,
-}
-
-fn panels(groups: &[Group], data: &RodState, left: f64, width: f64, top: f64) -> Vec<Plot> {
+/// One panel, lower if all vanishes; `None` if nothing is finite.
+fn group(
+    data: &RodState,
+    label: &str,
+    names: [&'static str; 3],
+    values: &[Vec<f64>; 3],
+    least: f64,
+) -> Option<Block<'static>> {
     const HEIGHT: f64 = 112.0;
-    let mut plots: Vec<Plot> = Vec::new();
-    let mut below = top;
-    for (i, group) in groups.iter().enumerate() {
-        let vanishes = |k: &usize| !group.values[*k].iter().any(|v| v.abs() > group.least);
-        let (none, some): (Vec<usize>, Vec<usize>) = (0..3).partition(vanishes);
-        let zero = Pen::new(GREY, 0.9);
-        let mut entries = Vec::new();
-        let mut curves = Vec::new();
-        for &k in &none {
-            curves.push((group.values[k].clone(), zero));
-        }
-        for &k in &some {
-            let pen = Pen::new(category(k), 1.7);
-            entries.push(Entry::new(Key::Line(pen), group.names[k]));
-            curves.push((group.values[k].clone(), pen));
-        }
-        if !none.is_empty() {
-            let names: Vec<&str> = none.iter().map(|&k| group.names[k]).collect();
-            entries.push(Entry::new(Key::Line(zero), names.join(" = ") + " = 0"));
-        }
-        // What vanishes is drawn at 0 however large its roundoff on the panel's scale.
-        let mut values: Vec<f64> = some.iter().flat_map(|&k| group.values[k].clone()).collect();
-        if !none.is_empty() {
-            values.push(0.0);
-        }
-        let all_vanish = some.is_empty();
-        let y = if all_vanish {
-            let mut flat = Axis::linear(-1.0, 1.0, &group.label, 2);
-            flat.ticks.retain(|tick| tick.value == 0.0);
-            Some(flat)
-        } else {
-            Axis::over(&values, None, &group.label, 4)
-        };
-        let label = with_unit("s", &data.units.length);
-        let Some((y, x)) = y.zip(Axis::over(&data.s, None, &label, 6)) else {
-            continue;
-        };
-        let ends = data.s.iter().filter(|s| s.is_finite());
-        let (lo, hi) = ends.fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(*s), h.max(*s)));
-        let x = if hi > lo && (hi - lo).is_finite() {
-            Axis::linear(lo, hi, &label, 6)
-        } else {
-            x
-        };
-        // Only the lowest has the numbers and the name.
-        let x = if i + 1 == groups.len() { x } else { x.bare() };
-        let legend = Legend::new(entries, width);
-        let height = if all_vanish { 0.5 * HEIGHT } else { HEIGHT };
-        let panel = Panel {
-            left,
-            top: below + legend.height(),
-            width,
-            height,
-            x,
-            y,
-        };
-        below = panel.bottom() + 9.0;
-        plots.push(Plot {
-            panel,
-            legend,
-            curves,
-        });
-    }
-    // One left edge for all.
-    let room = plots
+    let vanishes = |k: &usize| !values[*k].iter().any(|v| v.abs() > least);
+    let (none, some): (Vec<usize>, Vec<usize>) = (0..3).partition(vanishes);
+    let zero = Pen::new(GREY, 0.9);
+    let grey = none
         .iter()
-        .map(|p| room_left(&p.panel.y))
-        .fold(LABEL, f64::max);
-    for plot in &mut plots {
-        plot.panel.left = left + room;
-        plot.panel.width = width - room;
+        .map(|&k| Drawn::line_of(zero, &data.s, &values[k]));
+    let pens = some.iter().map(|&k| (k, Pen::new(category(k), 1.7)));
+    let drawn = pens.map(|(k, pen)| Drawn::new(Key::Line(pen), names[k], &data.s, &values[k]));
+    let curves: Vec<Drawn> = grey.chain(drawn).collect();
+    let mut entries = named(&curves);
+    if !none.is_empty() {
+        let names: Vec<&str> = none.iter().map(|&k| names[k]).collect();
+        entries.push(Entry::new(Key::Line(zero), names.join(" = ") + " = 0"));
     }
-    plots
+    // What vanishes is drawn at 0 however large its roundoff on the panel's scale.
+    let shown = some.iter().flat_map(|&k| values[k].iter().copied());
+    let shown: Vec<f64> = shown.chain((!none.is_empty()).then_some(0.0)).collect();
+    let (y, height) = if some.is_empty() {
+        let mut flat = Axis::linear(-1.0, 1.0, label, 2);
+        flat.ticks.retain(|tick| tick.value == 0.0);
+        (flat, 0.5 * HEIGHT)
+    } else {
+        (Axis::over(&shown, None, label, 4)?, HEIGHT)
+    };
+    let s = with_unit("s", &data.units.length);
+    let x = match extent(&data.s)? {
+        (lo, hi) if hi > lo && (hi - lo).is_finite() => Axis::linear(lo, hi, &s, 6),
+        _ => Axis::over(&data.s, None, &s, 6)?,
+    };
+    let mut block = Block::plane(x, y, Height::Pixels(height), curves);
+    block.legend = vec![entries];
+    Some(block)
 }

@@ -73,6 +73,16 @@ pub(crate) fn scientific(value: f64) -> String {
     }
 }
 
+/// A number with so many significant digits at most, without a needless fraction: 0.05, but 10⁻⁴.
+pub(crate) fn short(value: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+    if rounded == 0.0 || (0.01..1e4).contains(&rounded.abs()) {
+        format!("{rounded}").replace('-', "−")
+    } else {
+        scientific(rounded)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -19,33 +19,28 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let raw = span / wanted.max(1) as f64;
     let power = raw.log10().floor();
     let base = 10f64.powf(power);
-    let (factor, extra) = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)]
-        .into_iter()
-        .find(|(factor, _)| factor * base >= 0.999 * raw)
-        .unwrap_or((10.0, -1));
+    let factors = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)];
+    let fits = |(factor, _): &(f64, i64)| factor * base >= 0.999 * raw;
+    let (factor, extra) = factors.into_iter().find(fits).unwrap_or(factors[4]);
     let step = factor * base;
     if !(step.is_finite() && step > 0.0) {
         return Vec::new();
     }
-    let decimals = (-(power as i64) + i64::from(extra)).clamp(0, 12) as usize;
+    let decimals = (extra - power as i64).clamp(0, 12) as usize;
     let written_out = lo.abs().max(hi.abs()) < 1e5 && step > 1e-5;
     let first = (lo / step - 1e-9).ceil();
     let count = ((hi / step + 1e-9).floor() - first).max(-1.0) as i64;
-    (0..=count.min(100))
-        .map(|i| {
-            let value = (first + i as f64) * step;
-            let label = if written_out {
-                text::fixed(value, decimals)
-            } else {
-                // The nearest short decimal, so that 3 * 0.1 is not 0.30000000000000004.
-                text::scientific(format!("{value:.5e}").parse().unwrap_or(value))
-            };
-            Tick {
-                value,
-                label: Some(label),
-            }
-        })
-        .collect()
+    let tick = |i: i64| {
+        let value = (first + i as f64) * step;
+        let label = match written_out {
+            true => text::fixed(value, decimals),
+            // The nearest short decimal, so that 3 * 0.1 is not 0.30000000000000004.
+            false => text::scientific(format!("{value:.5e}").parse().unwrap_or(value)),
+        };
+        let label = Some(label);
+        Tick { value, label }
+    };
+    (0..=count.min(100)).map(tick).collect()
 }
 
 /// Powers of ten in [lo, hi], at most `wanted` of them labelled, with minor marks at 2..9 where
@@ -60,17 +55,18 @@ pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let decades = (last - first).max(1);
     let stride = (decades as usize).div_ceil(wanted.max(1)).max(1) as i32;
     let mut ticks = Vec::new();
+    let mut push = |value: f64, label: Option<String>| {
+        if value >= lo * (1.0 - 1e-9) && value <= hi * (1.0 + 1e-9) {
+            ticks.push(Tick { value, label });
+        }
+    };
     for n in first..=last {
         let power = 10f64.powi(n);
-        if n.rem_euclid(stride) == 0 {
-            push(&mut ticks, power, Some(text::power_of_ten(n)), lo, hi);
-        } else {
-            push(&mut ticks, power, None, lo, hi);
-        }
-        if stride > 1 {
-            continue;
-        }
-        for digit in 2..10 {
+        push(
+            power,
+            (n.rem_euclid(stride) == 0).then(|| text::power_of_ten(n)),
+        );
+        for digit in (2..10).filter(|_| stride == 1) {
             let label = (decades <= 2 && (digit == 2 || digit == 5 || hi / lo < 3.0)).then(|| {
                 if (-2..=3).contains(&n) {
                     text::fixed(f64::from(digit) * power, (-n).max(0) as usize)
@@ -78,16 +74,32 @@ pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
                     format!("{digit}·10{}", text::superscript(n))
                 }
             });
-            push(&mut ticks, f64::from(digit) * power, label, lo, hi);
+            push(f64::from(digit) * power, label);
         }
     }
     ticks
 }
 
-fn push(ticks: &mut Vec<Tick>, value: f64, label: Option<String>, lo: f64, hi: f64) {
-    if value >= lo * (1.0 - 1e-9) && value <= hi * (1.0 + 1e-9) {
-        ticks.push(Tick { value, label });
-    }
+/// Numbers of one digit, or with 5 as their second, near equal steps of the root from lo >= 0 to hi.
+pub(crate) fn roots(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
+    let (from, to) = (lo.sqrt(), hi.sqrt());
+    let round = |i: usize| {
+        let value = (from + (to - from) * i as f64 / wanted as f64).powi(2);
+        let unit = 10f64.powf(value.log10().floor());
+        let steps = if value < 2.75 * unit { 2.0 } else { 1.0 };
+        let value = if value > 0.0 {
+            (steps * value / unit).round() / steps * unit
+        } else {
+            0.0
+        };
+        let label = Some(text::short(value, 3));
+        Tick { value, label }
+    };
+    let mut ticks: Vec<Tick> = (0..=wanted).map(round).collect();
+    ticks.dedup();
+    let room = 1e-9 * (hi - lo);
+    ticks.retain(|tick| (lo - room..=hi + room).contains(&tick.value));
+    ticks
 }
 
 /// Ticks at the multiples of pi, or at every second, third, ... to have at most seven.
@@ -101,18 +113,16 @@ pub(crate) fn angles(lo: f64, hi: f64) -> Vec<Tick> {
         return linear(lo, hi, 5);
     }
     let step = (last - first) / 7 + 1;
-    (first..=last)
-        .filter(|n| n % step == 0)
-        .map(|n| Tick {
-            value: PI * n as f64,
-            label: Some(match n {
-                0 => "0".into(),
-                1 => "π".into(),
-                -1 => "−π".into(),
-                _ => format!("{n}π").replace('-', "−"),
-            }),
-        })
-        .collect()
+    let tick = |n: i64| Tick {
+        value: PI * n as f64,
+        label: Some(match n {
+            0 => "0".into(),
+            1 => "π".into(),
+            -1 => "−π".into(),
+            _ => format!("{n}π").replace('-', "−"),
+        }),
+    };
+    (first..=last).filter(|n| n % step == 0).map(tick).collect()
 }
 
 #[cfg(test)]

@@ -214,15 +214,17 @@ fn bad_numbers_never_panic() {
                 ..Energies::default()
             }),
             path_on_surface(&PathOnSurface {
-                patches: vec![patch(2), patch(usize::MAX)],
+                sheets: Sheets {
+                    patches: vec![patch(2), patch(usize::MAX)],
+                    view: Some(View {
+                        azimuth: bad,
+                        elevation: bad,
+                    }),
+                    units: units.clone(),
+                    ..Sheets::default()
+                },
                 path: vec![[0.0; 3], [bad; 3], [0.2, 0.2, 0.1]],
                 jumps: vec![[[bad; 3], [0.0; 3]]],
-                view: Some(View {
-                    azimuth: bad,
-                    elevation: bad,
-                }),
-                units: units.clone(),
-                ..PathOnSurface::default()
             }),
             sheets_lambda_alpha(&[Sheets {
                 patches: vec![patch(2), patch(0)],

@@ -407,11 +407,13 @@ pub fn path_data(m: &Motion, rows: usize, columns: usize) -> PathOnSurface {
     let mut path: Vec<[f64; 3]> = (0..m.t.len()).map(point).collect();
     path.insert(m.snap, [f64::NAN; 3]);
     PathOnSurface {
-        patches: stable_patches(rows, columns),
-        folds: fold_in_space(1, rows),
+        sheets: Sheets {
+            patches: stable_patches(rows, columns),
+            curves: fold_in_space(1, rows),
+            ..Sheets::default()
+        },
         path,
         jumps: vec![[point(m.snap - 1), point(m.snap)]],
-        ..PathOnSurface::default()
     }
 }
 
@@ -626,6 +628,6 @@ pub fn lines_data() -> Lines {
             series("DOP853, plain", 7.0, 1500.0, Trace::LineMarks),
             series("RK4", 4.0, 500.0, Trace::LineMarks),
         ],
-        equal: false,
+        ..Lines::default()
     }
 }

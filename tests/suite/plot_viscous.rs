@@ -139,7 +139,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "convergence",
-            convergence(&convergence_data()),
+            lines(&convergence_data()),
             vec![
                 "on the sheet",
                 "after the third fold",
@@ -407,7 +407,7 @@ fn a_layer_keeps_its_end_and_its_energies() {
 /// Catches guides with another slope than they say, and guides over data or over one another.
 #[test]
 fn guides_have_their_slopes_and_cover_nothing() {
-    let svg = convergence(&convergence_data()).unwrap();
+    let svg = lines(&convergence_data()).unwrap();
     let document = Document::parse(&svg).unwrap();
     let [l, t, r, b] = frames(&document)[0];
     let marks: Vec<Pixel> = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"]
@@ -421,7 +421,7 @@ fn guides_have_their_slopes_and_cover_nothing() {
     assert_eq!(guides.len(), 2);
     // From the data: eta spans 7 decades and errors what their formula gives, both with the same margin.
     let data = convergence_data();
-    let errors = || data.series.iter().flat_map(|s| s.error.iter().copied());
+    let errors = || data.series.iter().flat_map(|s| s.y.iter().copied());
     let spread = (errors().fold(0.0, f64::max) / errors().fold(1.0, f64::min)).log10();
     let across = (r - l) / (1.1 * 7.0);
     let up = (b - t) / (1.1 * spread);
@@ -556,18 +556,20 @@ fn bad_data_are_refused_by_name() {
         "runs[2].stretched",
     );
 
-    refused(convergence(&Convergence::default()), "no positive error");
-    let orders = |change: fn(&mut Convergence)| {
+    refused(lines(&Lines::default()), "no point");
+    let orders = |change: fn(&mut Lines)| {
         let mut data = convergence_data();
         change(&mut data);
-        convergence(&data)
+        lines(&data)
     };
-    refused(
-        orders(|d| d.series[2].error.truncate(3)),
-        "series[2].error has 3",
-    );
+    refused(orders(|d| d.series[2].y.truncate(3)), "series[2].y has 3");
     refused(orders(|d| d.slopes[0].order = f64::NAN), "slopes[0]");
     refused(orders(|d| d.slopes[1].series = Some(4)), "slopes[1]");
+    refused(orders(|d| d.y_log = false), "slopes[0]");
+    refused(
+        orders(|d| d.series.iter_mut().for_each(|s| s.y.fill(-1.0))),
+        "no point",
+    );
 
     refused(
         dissipated_against_released(&SnapLosses::default()),
@@ -593,11 +595,8 @@ fn bad_data_are_refused_by_name() {
     refused(stairs(|d| d.released.truncate(2)), "released has 2");
     refused(stairs(|d| d.snaps[1] = f64::NAN), "snaps");
     refused(stairs(|d| d.snaps[1] = 0.0), "snaps must not fall");
-    refused(stairs(|d| d.runs[0].time[1] = -1.0), "runs[0].time falls");
-    refused(
-        stairs(|d| d.runs[0].dissipated.truncate(1)),
-        "runs[0].dissipated",
-    );
+    refused(stairs(|d| d.runs[0].x[1] = -1.0), "runs[0].x falls");
+    refused(stairs(|d| d.runs[0].y.truncate(1)), "runs[0].y");
 
     refused(kernel(&KernelFigure::default()), "time");
     let memory = |change: fn(&mut KernelFigure)| {
@@ -651,12 +650,12 @@ fn bad_numbers_never_panic() {
         point.landing = Curve::default();
         point.fold = Curve::new([[bad, 0.0], [0.3, 0.3]]);
         let mut orders = convergence_data();
-        (orders.series[0].eta[0], orders.series[1].error[2]) = (bad, bad);
+        (orders.series[0].x[0], orders.series[1].y[2]) = (bad, bad);
         orders.slopes[0].order = bad;
         let mut losses = losses_data();
         (losses.groups[0].released[1], losses.groups[1].dissipated[2]) = (bad, bad);
         let mut stairs = losses_over_time_data();
-        (stairs.runs[0].dissipated[5], stairs.runs[1].time[1200]) = (bad, bad);
+        (stairs.runs[0].y[5], stairs.runs[1].x[1200]) = (bad, bad);
         let mut memory = kernel_data();
         memory.relaxation[0].values[3] = bad;
         (memory.creep[0].relaxed, memory.time[0]) = (Some(bad), bad);
@@ -668,7 +667,7 @@ fn bad_numbers_never_panic() {
             strain_map(&flat),
             layer(&snap),
             layer(&point),
-            convergence(&orders),
+            lines(&orders),
             dissipated_against_released(&losses),
             losses_over_time(&stairs),
             kernel(&memory),

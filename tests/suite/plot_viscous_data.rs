@@ -118,16 +118,18 @@ pub fn layer_data() -> LayerFigure {
 }
 
 /// First order on the sheet, two thirds across folds.
-pub fn convergence_data() -> Convergence {
+pub fn convergence_data() -> Lines {
     let series = |name: &str, order: f64, size: f64| {
         let eta: Vec<f64> = (2..=16).map(|k| 10f64.powf(-0.5 * f64::from(k))).collect();
-        ConvergenceSeries {
+        Series {
             name: name.into(),
-            error: eta
+            y: eta
                 .iter()
                 .map(|e| size * e.powf(order) * (1.0 + 0.8 * e.powf(1.0 / 3.0)))
                 .collect(),
-            eta,
+            x: eta,
+            trace: Trace::LineMarks,
+            ..Series::default()
         }
     };
     let slope = |order: f64, name: &str, series: usize| Slope {
@@ -135,7 +137,7 @@ pub fn convergence_data() -> Convergence {
         name: name.into(),
         series: Some(series),
     };
-    Convergence {
+    Lines {
         series: vec![
             series("on the sheet", 1.0, 0.3),
             series("after the first fold", 2.0 / 3.0, 0.9),
@@ -143,8 +145,11 @@ pub fn convergence_data() -> Convergence {
             series("after the third fold", 2.0 / 3.0, 7.0),
         ],
         slopes: vec![slope(1.0, "1", 0), slope(2.0 / 3.0, "2/3", 1)],
-        error_label: "error of r(1) (ℓ)".into(),
-        ..Convergence::default()
+        x_label: "viscosity η (√(EI·μℓ³))".into(),
+        y_label: "error of r(1) (ℓ)".into(),
+        x_log: true,
+        y_log: true,
+        ..Lines::default()
     }
 }
 
@@ -186,10 +191,11 @@ pub fn losses_over_time_data() -> LossesOverTime {
             };
             (0..3).map(layer).sum::<f64>() + 3.0 * eta * t
         };
-        LossRun {
+        Series {
             name: name.into(),
-            dissipated: time.iter().map(|&t| lost(t)).collect(),
-            time,
+            y: time.iter().map(|&t| lost(t)).collect(),
+            x: time,
+            ..Series::default()
         }
     };
     LossesOverTime {

@@ -75,7 +75,7 @@ pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> 
             length: "unit of length".into(),
             time: "unit of time".into(),
             energy: "unit of energy".into(),
-            rod: 1.0,
+            ..plot::AxisUnits::unnamed(1.0)
         },
     };
     KernelFigure {
