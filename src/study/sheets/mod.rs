@@ -58,7 +58,7 @@ pub struct StableMap {
 /// let [sheets, folds, stable] = record.tables()?;
 /// assert!(sheets.words("sign").iter().any(|sign| sign == "-"));
 /// let counts = stable.integers("stable");
-/// assert_eq!(counts[120 * 241 + 10], Some(2)); // near (-0.9, 0)
+/// assert_eq!(counts[144 * 241 + 156], Some(3)); // at (0.3, 0.2)
 /// assert!(folds.reals("lam").iter().all(|lam| *lam > 5.77));
 /// # Ok::<(), snaprod::Error>(())
 /// ```
