@@ -9,7 +9,7 @@ use super::corrector::{Corrected, Cubic, Failure, Finish, Space, length};
 use super::elimination::Place;
 use super::family::Family;
 use super::roots::chandrupatla;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 /// Sorts a handful of items by a number, by insertion: the library's sort is long code for every type that it sorts.
 pub(super) fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
@@ -74,6 +74,8 @@ pub struct Special<const N: usize> {
     pub error_s: f64,
     /// Error of p, likewise.
     pub error_p: f64,
+    /// Errors of the unknowns, likewise.
+    pub error_x: SVector<f64, N>,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
     /// True of a branch point or a cusp at which the parameter turns as well (as in a pitchfork met
@@ -390,6 +392,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             interval: found.interval(),
             error_s,
             error_p: (slope * error_s + second + at.on.error) / self.weight,
+            error_x: (at.on.tangent.x.abs() * error_s).add_scalar(second + at.on.error),
             index: (found.left.index, found.right.index),
             turning: false,
         }
@@ -423,6 +426,7 @@ impl<F: Family<N>, const N: usize> Space<'_, F, N> {
             let mut special = self.special(SpecialKind::BranchPoint, &at, &rough, error);
             special.status = Status::Converged;
             special.error_p = error / self.weight;
+            special.error_x.fill(error);
             return special;
         }
         let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);

@@ -53,6 +53,54 @@ fn precision_of_special_points_is_a_bound() {
     }
 }
 
+/// Catches a `+-` of a special point on a fold curve that leaves out the error of the integration along the rod: the two cusps of
+/// the elastica, to 25 digits (tests/data/folds.csv).
+#[test]
+fn precision_of_cusps_is_a_bound() {
+    let cusps = [
+        (-0.1365485885035407, 0.1573267637655802),
+        (0.18506575480546944, 0.08525263711354785),
+    ];
+    for (tolerance, path) in [
+        (1e-6, "spatial"),
+        (1e-8, "planar"),
+        (1e-10, "planar"),
+        (1e-10, "auto"),
+    ] {
+        let text = format!(
+            "[rod]\nmodel = \"cosserat\"\nlength = 1.0\n[rod.section]\nbending = [1000.0, 1.0]\ntorsion = 1000.0\n\
+             [end]\nposition = [0.0, 0.0, 0.6]\n[solve]\ntolerance = {tolerance:e}\npath = \"{path}\"\n\
+             [continue]\nparameter = \"end.position.x\"\nto = -0.75\nmax_step = 0.3\n\
+             second = {{ parameter = \"end.position.z\", from = -0.2, to = 0.6, max_step = 0.1, points = 120 }}\n"
+        );
+        let record = branch(&Scene::parse(&text).unwrap(), &mut Silent).unwrap();
+        let found = record.fold_curves.expect("fold curves").curves.specials;
+        let mut seen = 0;
+        for (z, x) in cusps {
+            let away = |at: &&SpecialPoint| (at.second.unwrap() - z).abs();
+            let at = found.iter().filter(|at| at.kind_name() == "cusp");
+            let at = at.min_by(|a, b| away(a).total_cmp(&away(b)));
+            // A curve of so few points may end before the second.
+            let Some(at) = at.filter(|at| away(at) < 1e-3) else {
+                continue;
+            };
+            seen += 1;
+            let first = at.first_precision.unwrap();
+            let errors = [away(&at), (at.parameter.abs() - x).abs()];
+            println!(
+                "{path} {tolerance:e}: {errors:?} {:e} {first:e}",
+                at.precision
+            );
+            assert_eq!(at.doubt, None);
+            for (error, bound) in errors.into_iter().zip([at.precision, first]) {
+                let idle = 3e4 * tolerance + 1e-10;
+                assert!(error <= bound && bound < idle, "{error:e} {bound:e}");
+            }
+        }
+        assert!(seen > 0, "{path} {tolerance:e}: no cusp");
+    }
+}
+
 /// Stops after so many questions.
 struct Impatient(usize);
 

@@ -106,9 +106,11 @@ fn line(text: &mut String, at: &SpecialPoint) {
     let _ = match at.second {
         Some(second) => write!(
             text,
-            "{label:<5} {kind:<17} at {}, {}",
+            "{label:<5} {kind:<17} at {} +- {}, {} +- {}",
             exact(at.parameter),
-            exact(second)
+            upward(at.first_precision.unwrap_or(f64::NAN)),
+            exact(second),
+            upward(at.precision)
         ),
         None => {
             let [before, after] = at

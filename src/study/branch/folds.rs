@@ -1,5 +1,6 @@
 //! Fold curves in two parameters.
 
+use super::finer;
 use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, signed};
 use super::record::{self, CurveRecord, CurveSet};
 use crate::error::Result;
@@ -19,8 +20,8 @@ struct Folds<const M: usize> {
     landed: Vec<SVector<f64, M>>,
 }
 
-/// The range of the first parameter, its unit on fold curves, and the rod at (x, p, q).
-struct Window<'a, S> {
+/// The range of the first parameter, its unit on fold curves, the rod at (x, p, q), and special points with their bounds.
+struct Window<'a, S, const M: usize> {
     name: Parameter,
     range: (f64, f64),
     unit: f64,
@@ -28,6 +29,7 @@ struct Window<'a, S> {
     /// The scene's value of the second parameter.
     here: f64,
     state: S,
+    bounded: &'a dyn Fn(Special<M>) -> Special<M>,
 }
 
 /// Follows the fold curves through the folds of the branches; M = N + 1. `make` gives the family of a scene over one of its
@@ -43,20 +45,32 @@ where
     let (scene, wanted) = (study.scene, study.wanted);
     let (p_span, q_span) = (wanted.to - wanted.from, second.to - second.from);
     let unit = p_span.abs() / TYPICAL;
-    let at_q = |q: f64| make(&scene.with(&second.parameter, q), wanted.parameter, p_span);
-    let at_p = |p: f64| make(&scene.with(&wanted.parameter, p), second.parameter, q_span);
-    let crossed = Crossed::new(at_q, at_p, unit);
-    let family = FoldCurve::<_, N, M>::new(&crossed);
-    let window = Window {
-        name: wanted.parameter,
-        range: wanted.range(),
-        unit,
-        second,
-        here: scene.value(&second.parameter),
-        state: |x: &SVector<f64, N>, p: f64, q: f64| at_q(q).state(x, p),
+    let at_q = |scene: &Scene, q: f64, part: f64| {
+        make(
+            &scene.with(&second.parameter, q),
+            wanted.parameter,
+            part * p_span,
+        )
     };
+    let crossed = |(scene, part): (Scene, f64)| {
+        let other = scene.clone();
+        let in_p = move |q: f64| at_q(&scene, q, part);
+        let in_q = move |p: f64| {
+            make(
+                &other.with(&wanted.parameter, p),
+                second.parameter,
+                part * q_span,
+            )
+        };
+        Crossed::new(in_p, in_q, unit)
+    };
+    let [given, tighter] = [vec![(scene.clone(), 1.0)], finer(scene).into()]
+        .map(|scenes| scenes.into_iter().map(crossed).collect::<Vec<_>>());
+    let family = FoldCurve::<_, N, M>::new(&given[0]);
+    let tighter: Vec<_> = tighter.iter().map(FoldCurve::<_, N, M>::new).collect();
+    let here = scene.value(&second.parameter);
     let options = |direction: Direction| Options {
-        at: vec![window.here],
+        at: vec![here],
         direction,
         initial_step: TYPICAL * second.step,
         min_step: TYPICAL * second.min_step,
@@ -65,6 +79,19 @@ where
         weight: TYPICAL / q_span.abs(),
         max_points: second.points,
         ..Options::between(second.from, second.to)
+    };
+    let fine = Options {
+        tolerance: (0.01 * scene.solve.tolerance).max(1e-12),
+        ..options(Direction::Forward)
+    };
+    let window = Window {
+        name: wanted.parameter,
+        range: wanted.range(),
+        unit,
+        second,
+        here,
+        state: |x: &SVector<f64, N>, p: f64, q: f64| at_q(scene, q, 1.0).state(x, p),
+        bounded: &|special: Special<M>| special.bounded(&tighter, &fine),
     };
     let mut this = Folds {
         rows: Vec::new(),
@@ -93,11 +120,11 @@ where
             (Direction::Forward, second.to),
         ] {
             // At an end of the range only the other way leads into it.
-            if window.here == end || study.watch.interrupted {
+            if here == end || study.watch.interrupted {
                 continue;
             }
             let again = this.rows.len() > row;
-            match Continuation::new(&family, y, window.here, options(direction)) {
+            match Continuation::new(&family, y, here, options(direction)) {
                 Ok(branch) => {
                     let way = (direction, again);
                     let watch = &mut study.watch;
@@ -116,7 +143,10 @@ where
         ));
     }
     study.remarks.extend(remarks);
-    let first = |at: &Located<M>| Some(at.special.point.x[M - 1]);
+    let first = |at: &Located<M>| {
+        let special = &at.special;
+        Some((special.point.x[M - 1], special.error_x[M - 1]))
+    };
     Ok(CurveSet {
         points: record::table(scene, wanted, Some(second), &this.rows)?,
         curves: this.curves,
@@ -130,7 +160,7 @@ impl<const M: usize> Folds<M> {
         &mut self,
         branch: Continuation<'_, FoldCurve<'_, F, N, M>, M>,
         family: &FoldCurve<'_, F, N, M>,
-        window: &Window<S>,
+        window: &Window<S, M>,
         (direction, again): (Direction, bool),
         watch: &mut Watch<'_>,
         remarks: &mut Vec<String>,
@@ -171,10 +201,12 @@ impl<const M: usize> Folds<M> {
                 break;
             }
             let label = match special {
-                Some(mut special) => {
+                Some(special) => {
+                    let mut special = (window.bounded)(special);
                     // A name for now: they are numbered along the curve.
                     let label = format!("#{}", self.located.len());
                     special.point.x[M - 1] = p;
+                    special.error_x[M - 1] *= window.unit.abs();
                     self.located.push(Located {
                         label: label.clone(),
                         curve: number,

@@ -84,9 +84,10 @@ pub struct SpecialPoint {
     pub arclength: f64,
     /// The arclengths between which it lies.
     pub interval: [f64; 2],
-    /// Bound of the error of the parameter, that of the integration along the rod included. On a fold curve, the error with which
-    /// the second parameter was located, without that of the integration.
+    /// Bound of the error of the parameter, on a fold curve of the second one, that of the integration along the rod included.
     pub precision: f64,
+    /// The same of the first parameter, on a fold curve.
+    pub first_precision: Option<f64>,
     /// Estimated error of the arclength.
     pub arclength_precision: f64,
     /// Morse index before and after, in the direction of growing arclength.
@@ -195,8 +196,8 @@ pub(super) fn table(
 }
 
 impl<const N: usize> Located<N> {
-    /// As plain data; on a fold curve the second parameter is the one that was followed, and the first is given.
-    pub(super) fn record(&self, first: Option<f64>) -> SpecialPoint {
+    /// As plain data; on a fold curve the second parameter is the one that was followed, and the first is given with its bound.
+    pub(super) fn record(&self, first: Option<(f64, f64)>) -> SpecialPoint {
         let special = &self.special;
         let along = |s: f64| signed(self.backward, s);
         let (a, b) = special.interval;
@@ -209,11 +210,12 @@ impl<const N: usize> Located<N> {
                 Status::Converged => None,
                 Status::Guess(why) => Some(why.clone()),
             },
-            parameter: first.unwrap_or(special.point.p),
+            parameter: first.map_or(special.point.p, |(p, _)| p),
             second: first.map(|_| special.point.p),
             arclength: along(special.point.arclength),
             interval: [along(a).min(along(b)), along(a).max(along(b))],
             precision: special.error_p,
+            first_precision: first.map(|(_, error)| error),
             arclength_precision: signed(false, special.error_s),
             index: match self.backward {
                 true => [after, before],
@@ -250,8 +252,11 @@ impl SpecialPoint {
             Some(second) => {
                 object["curve"] = self.curve.into();
                 object["second"] = second.into();
-                object["precision"] =
-                    json!({ "second": self.precision, "arclength": self.arclength_precision });
+                object["precision"] = json!({
+                    "parameter": self.first_precision,
+                    "second": self.precision,
+                    "arclength": self.arclength_precision,
+                });
             }
             None => {
                 object["branch"] = self.curve.into();
