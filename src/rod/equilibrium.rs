@@ -266,7 +266,7 @@ impl Problem {
         let (section, _) = super::line::end::<0>(&first.rod.law, &b, self.tolerance)?;
         let (r, rotation) = (section.position(), section.rotation());
         let n = b.fixed_rows::<3>(3).into_owned();
-        let couple = b.fixed_rows::<3>(0) - r.cross(&n);
+        let couple = b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n);
         let turn = self.orientation.map(|target| {
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(
                 target * rotation.transpose(),

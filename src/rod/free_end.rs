@@ -67,7 +67,7 @@ impl FreeEndTrial {
 impl Problem {
     /// True if the end bears no couple.
     pub(super) fn has_free_end(&self) -> bool {
-        self.orientation.is_none() && self.couple == Vector3::zeros()
+        self.orientation.is_none() && [self.couple, self.arm] == [Vector3::zeros(); 2]
     }
 }
 

@@ -8,7 +8,9 @@
 //! sought, double points count twice, and unshearable and inextensible rods are as good as any.
 //!
 //! * Rotation held at the end: a_k counts floor(a_k/pi).
-//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues.
+//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues. A dead force n beside
+//!   the end, on the arm c, makes that stiffness P J^-1 - S, S = ([n][c] + [c][n])/2: the angles are those of P - S J, by
+//!   which they turn as S grows from 0.
 //! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one (Haynsworth).
 
 use super::Problem;
@@ -16,7 +18,7 @@ use super::line::Wrench;
 use super::variations::{Variations, variations};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 impl Problem {
@@ -58,10 +60,14 @@ impl Problem {
         let clamped = self.end.orientation.is_some();
         if held.is_empty() {
             let along = variations::<3>(&self.rod.law, b, tolerance)?;
-            return Count::at_given_force(&along, b, clamped, 10.0 * tolerance, tolerance);
+            let arm = self.lever(&along.end.rotation()).cross_matrix();
+            let n = halves(b).1.cross_matrix();
+            let beside = (n * arm + arm * n) * 0.5;
+            return Count::at_given_force(&along, b, clamped, &beside, 10.0 * tolerance, tolerance);
         }
         let along = variations::<6>(&self.rod.law, b, tolerance)?;
-        let loaded = Count::at_given_force(&along, b, clamped, 0.0, tolerance)?;
+        let none = Matrix3::zeros();
+        let loaded = Count::at_given_force(&along, b, clamped, &none, 0.0, tolerance)?;
         let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
         let (taken, margin) = held_back(&along, b, clamped, &axes, tolerance)?;
         let index = loaded.index.checked_sub(taken).ok_or_else(|| {
@@ -90,15 +96,18 @@ struct Count {
 
 impl Count {
     /// The index among variations that keep the force n: the conjugate points between clamp and end, counted by the angle of
-    /// det(P + i kappa J).
+    /// det(P + i kappa J). `beside` is the S of a force beside the end.
     fn at_given_force<const K: usize>(
         along: &Variations<K>,
         b: &Wrench,
         clamped: bool,
+        beside: &Matrix3<f64>,
         zero: f64,
         tolerance: f64,
     ) -> Result<Self> {
         let (j, p) = along.conjugate(b);
+        let turned = turned_by(&j, &p, beside, along.weight)?;
+        let p = p - beside * j;
         let (mut remainders, mut margin) = (0.0, f64::INFINITY);
         for angle in angles(&(along.weight * j), &p)? {
             // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one
@@ -108,7 +117,7 @@ impl Count {
             margin = margin.min(beyond).min(PI - beyond);
             remainders += if clamped { beyond } else { beyond - FRAC_PI_2 };
         }
-        let count = ((along.angle - remainders) / PI).round();
+        let count = ((along.angle + turned - remainders) / PI).round();
         if count < 0.0 {
             return Err(Error::no_convergence(
                 "the conjugate points of the rod could not be counted; tighten the tolerance",
@@ -120,6 +129,23 @@ impl Count {
             noise: tolerance * along.growth,
         })
     }
+}
+
+/// By how much the angle of det(P - t S J + i kappa J) turns as t goes from 0 to 1. With W = J (P + i kappa J)^-1 that is
+/// det(1 - t S W) times its start, and each factor 1 - t mu runs along a straight line that misses 0.
+fn turned_by(j: &Matrix3<f64>, p: &Matrix3<f64>, s: &Matrix3<f64>, kappa: f64) -> Result<f64> {
+    if *s == Matrix3::zeros() {
+        return Ok(0.0);
+    }
+    let complex = |m: &Matrix3<f64>| m.map(|x| Complex::new(x, 0.0));
+    let whole = p.zip_map(j, |p, j| Complex::new(p, kappa * j));
+    let turn = |inverse: Matrix3<Complex<f64>>| {
+        let factors = (complex(s) * complex(j) * inverse).schur().eigenvalues()?;
+        Some(factors.map(|mu| (Complex::new(1.0, 0.0) - mu).arg()).sum())
+    };
+    whole.try_inverse().and_then(turn).ok_or_else(|| {
+        Error::no_convergence("the index is undefined: the rod's variations have run together")
+    })
 }
 
 /// The angles of a Lagrangian plane (X, Y), modulo pi.

@@ -83,6 +83,9 @@ impl Plane {
 impl Problem {
     /// The plane in which the rod stays, and that holds the base wrench `guess` if there is one, or why there is none.
     pub(super) fn plane(&self, guess: Option<&Wrench>) -> std::result::Result<Plane, String> {
+        if self.arm != Vector3::zeros() {
+            return Err("the force acts beside the end".to_owned());
+        }
         let law = &self.rod.law;
         let [about_first, about_second] = law.planar_about();
         let (mut inside, mut along) = (Vec::new(), vec![self.couple]);

@@ -21,6 +21,9 @@ pub struct EndConditions {
     pub couple: Vector3<f64>,
     /// Force and couple are given along the directors at the end; only if nothing is held.
     pub follower: bool,
+    /// From the end to the point at which the force acts, along the directors there; 0 where anything is held, or the force
+    /// follows.
+    pub arm: Vector3<f64>,
 }
 
 impl EndConditions {
@@ -32,6 +35,16 @@ impl EndConditions {
             force,
             couple,
             follower: false,
+            arm: Vector3::zeros(),
+        }
+    }
+
+    /// A free end under a dead force that acts at a point beside it, as the weight of a body: `arm` leads there, along the
+    /// directors at the end.
+    pub fn weight(force: Vector3<f64>, arm: Vector3<f64>, couple: Vector3<f64>) -> Self {
+        Self {
+            arm,
+            ..Self::load(force, couple)
         }
     }
 
@@ -76,6 +89,8 @@ pub struct Problem {
     pub(super) targets: [f64; 3],
     pub(super) orientation: Option<Matrix3<f64>>,
     pub(super) couple: Vector3<f64>,
+    /// Where the force acts, from the end and along the directors there.
+    pub(super) arm: Vector3<f64>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
 }
@@ -94,14 +109,15 @@ impl Problem {
     /// Checks that the end condition makes sense and can be met.
     ///
     /// # Errors
-    /// A number that is not finite; a follower load on a held end; a position out of the reach of an inextensible rod.
+    /// A number that is not finite; a follower load, or an arm, on a held end; a position out of the reach of an inextensible rod.
     pub fn new(rod: Rod, end: EndConditions, tolerance: f64) -> Result<Self> {
         if !(1e-14..=1e-3).contains(&tolerance) {
             return Err(Error::domain(format!(
                 "the tolerance is {tolerance}; it must be in [1e-14, 1e-3]"
             )));
         }
-        let numbers = end.force.iter().chain(end.couple.iter()).copied();
+        let loads = end.force.iter().chain(&end.couple).chain(&end.arm);
+        let numbers = loads.copied();
         if !numbers
             .chain(end.position.iter().flatten().copied())
             .all(f64::is_finite)
@@ -113,6 +129,11 @@ impl Problem {
         if end.follower && end.holds() {
             return Err(Error::domain(
                 "a follower load needs a free end: leave out the held position and orientation, or follower",
+            ));
+        }
+        if end.arm != Vector3::zeros() && (end.follower || end.holds()) {
+            return Err(Error::domain(
+                "a force beside the end needs an end that is free, and must not follow it: leave out the arm, or what is held",
             ));
         }
         let problem = Self::unchecked(rod, end, tolerance);
@@ -151,6 +172,7 @@ impl Problem {
                 .orientation
                 .map(|q| *(turn * q).to_rotation_matrix().matrix()),
             couple: if end.follower { given } else { turn * given },
+            arm: end.arm / rod.length,
             rod,
             end,
             tolerance,
@@ -178,6 +200,11 @@ impl Problem {
     /// True if the loads have a potential: no follower load, no couple at an end that is free to turn.
     pub fn is_conservative(&self) -> bool {
         !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
+    }
+
+    /// The arm of the force where the end has this rotation.
+    pub(super) fn lever(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
+        rotation * self.arm
     }
 
     /// The end of the rod at the base wrench `b`, with its tangent.
@@ -215,7 +242,7 @@ impl Problem {
         } else {
             let first = match &self.orientation {
                 Some(target) => rotation_vector(&(trial.rotation * target.transpose())),
-                None => m - self.couple,
+                None => m - self.couple - self.lever(&trial.rotation).cross(&n),
             };
             let second = Vector3::from_fn(|i, _| {
                 let quantity = if self.end.position[i].is_some() {
@@ -255,7 +282,9 @@ impl Problem {
                 let phi = value.fixed_rows::<3>(0).into_owned();
                 inverse_left_jacobian(&phi) * d_phi
             } else {
-                d_m
+                // d(R arm) = dphi x R arm.
+                let lever = self.lever(&trial.rotation).cross_matrix();
+                d_m - n.cross_matrix() * lever * d_phi - lever * d_n
             };
             let mut second = Matrix3x6::zeros();
             for i in 0..3 {

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::rod::{EndConditions, Problem, Rod};
 use snaprod::section::{Along, Linear, Varying};
+use std::f64::consts::PI;
 
 /// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series know nothing of ours.
 #[test]
@@ -222,4 +223,78 @@ fn indices_agree_with_discretised_second_variations() {
     }
     assert!(wrong.is_empty(), "of {tested}: {wrong:#?}");
     assert!(tested >= 20, "only {tested}");
+}
+
+/// Catches an index that forgets the lever of a force beside the end: a column that carries its load on a stiff mast of height h
+/// (hung below the end for h < 0) buckles where lambda tan lambda = 1/h, lambda^2 the load; and of the shapes under a load that is
+/// too heavy, or that pulls sideways on an arm, one is stable and balances it.
+#[test]
+fn a_load_on_a_mast_buckles_the_column_early() {
+    let rod = Rod::new(1.0, Linear::diagonal([1.0, 2.0], 0.8).unwrap()).expect("a rod");
+    let problem = |load: Vector3<f64>, arm: Vector3<f64>| {
+        let end = EndConditions::weight(load, arm, Vector3::zeros());
+        Problem::new(rod.clone(), end, 1e-12).expect("a problem")
+    };
+    let critical = |h: f64, b: f64| {
+        let (mut low, mut high) = if h > 0.0 {
+            (0.0, 0.5 * PI)
+        } else {
+            (0.5 * PI, PI)
+        };
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            let before = middle.sin() * h * middle < middle.cos();
+            *(if before { &mut low } else { &mut high }) = middle;
+        }
+        b * low * low
+    };
+    for h in [0.5, 0.05, -0.3, -1.0] {
+        let arm = Vector3::z() * h;
+        let (first, second) = (critical(h, 1.0), critical(h, 2.0));
+        for (load, index) in [
+            (0.3 * first, 0),
+            (0.999 * first, 0),
+            (1.001 * first, 1),
+            (0.999 * second, 1),
+            (1.001 * second, 2),
+            (-1.0, 0),
+        ] {
+            let problem = problem(Vector3::z() * -load, arm);
+            let base = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -load);
+            assert_eq!(
+                problem.index_at(&base).unwrap(),
+                index,
+                "h = {h}, load {load}"
+            );
+        }
+    }
+    for (load, arm) in [
+        (Vector3::new(0.0, 0.0, -3.0), Vector3::new(0.0, 0.0, 0.5)),
+        (Vector3::new(0.1, -0.4, -2.0), Vector3::new(0.2, 0.1, 0.3)),
+        (Vector3::new(3.0, 2.0, 1.0), Vector3::new(-0.5, 0.4, 0.0)),
+        (Vector3::new(0.0, 6.0, 0.0), Vector3::new(0.0, 0.0, 1.0)),
+    ] {
+        let found = problem(load, arm).solve(None).expect("an equilibrium");
+        assert_eq!(found.index, 0, "{load}");
+        let couple = (found.end.directors * arm).cross(&load);
+        let off = (found.end.couple - couple).norm() + (found.end.force - load).norm();
+        assert!(off < 1e-10, "{load}: {off:e}");
+    }
+    let arm = Vector3::x();
+    for end in [
+        EndConditions {
+            arm,
+            ..EndConditions::ball(Vector3::z() * 0.5)
+        },
+        EndConditions {
+            arm,
+            ..EndConditions::follower(Vector3::x(), Vector3::zeros())
+        },
+    ] {
+        assert!(
+            Problem::new(rod.clone(), end, 1e-10)
+                .unwrap_err()
+                .is_domain()
+        );
+    }
 }

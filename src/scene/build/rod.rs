@@ -20,9 +20,8 @@ impl Scene {
         let end = EndConditions {
             position: held.position.map(Component::held),
             orientation: held.orientation.as_ref().map(rotation),
-            force: held.applied_force().into(),
-            couple: held.applied_couple().into(),
             follower: held.follower,
+            ..EndConditions::load(held.applied_force().into(), held.applied_couple().into())
         };
         // Equilibria are solved a digit better than asked for.
         Ok(Problem::new(rod, end, 0.1 * self.solve.tolerance)?.with_path(self.solve.path))
