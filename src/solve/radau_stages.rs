@@ -175,6 +175,9 @@ impl Newton {
         let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
         let mut at = DVector::zeros(n);
         let (mut last, mut last_ratio) = (0.0, 0.0);
+        // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time before the next.
+        let blind = z.iter().all(|z| z.amax() == 0.0);
+        let mut first = 0;
         self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
@@ -221,12 +224,12 @@ impl Newton {
             if !size.is_finite() {
                 return Outcome::Slow(0.3);
             }
-            if k > 0 {
+            if k > first {
                 let ratio = size / last;
                 if size <= floor && ratio > 0.3 {
                     return Outcome::Solved;
                 }
-                let theta: f64 = if k == 1 {
+                let theta: f64 = if k == first + 1 {
                     ratio
                 } else {
                     (ratio * last_ratio).sqrt()
@@ -235,7 +238,7 @@ impl Newton {
                     return Outcome::Slow(0.5);
                 }
                 // Ratios of increments at the level of rounding say nothing.
-                if size > floor || k == 1 {
+                if size > floor || k == first + 1 {
                     self.contraction = theta;
                 }
                 self.remainder = (theta / (1.0 - theta)).max(LAG);
@@ -248,7 +251,10 @@ impl Newton {
                 last_ratio = ratio;
             }
             if self.remainder * size <= self.goal {
-                return Outcome::Solved;
+                if !(blind && k == 0) {
+                    return Outcome::Solved;
+                }
+                first = 1;
             }
             last = size;
         }
