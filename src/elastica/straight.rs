@@ -10,12 +10,27 @@
 //! length 1, bending stiffness 1.
 
 use super::chart::Integrals;
+use crate::error::{Error, Message, Quantity};
 use crate::math::gauss::Rule;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
 /// Euler's load: under this push the straight rod buckles.
 pub const EULER: f64 = 0.25 * PI * PI;
+/// The refusal of a push along the straight rod that is beyond [`EULER`].
+pub fn unstable(push: f64) -> Error {
+    Error::domain(
+        Message::from("a push of ")
+            .number(push, Quantity::Force)
+            .words(" along the rod is beyond Euler's load, (pi^2/4) EI/L^2 = ")
+            .number(EULER, Quantity::Force)
+            .words(
+                ": the straight rod is unstable, and which way it buckles is not determined; give it an imperfection \
+                 (imperfection = 0.01 in [start], the angle of its end), a velocity or a load across, or less load along the rod",
+            ),
+    )
+}
+
 /// The largest pull served: the bends at the clamp, of width 1/lam, are to be resolved.
 pub const MOST_PULL: f64 = 3600.0;
 

@@ -14,7 +14,8 @@
 
 use super::sheet::Phase;
 use crate::body::Body;
-use crate::elastica::straight::{AlmostStraight, Bent, EULER, MOST_PULL};
+use crate::elastica::Equilibrium;
+use crate::elastica::straight::{AlmostStraight, Bent, EULER, MOST_PULL, unstable};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::math::gauss::{Rule, legendre};
 use nalgebra::{DMatrix, DVector, Vector2, vector};
@@ -29,8 +30,9 @@ const TAIL: f64 = 1e-13;
 const SETTLED: f64 = 1e-13;
 /// Rounds of Newton's method after which the derivatives c'(N) are good enough.
 const SLOPES: usize = 3;
-/// The state shown at t = 0, where the chart has none, is that of this part of the opening.
-const INITIAL: f64 = 1e-40;
+/// The state shown at t = 0, where the chart has none, is that of the first of these parts of the opening in which the rod has
+/// bent enough to be told from the straight one.
+const INITIAL: [f64; 4] = [1e-40, 1e-20, 1e-10, 1e-5];
 
 /// The motion of a straight rod from t = 0 to `until`.
 pub struct Opening {
@@ -79,6 +81,9 @@ impl Opening {
         let at_once = loads(0.0);
         let idle = |i: usize| loads(until * i as f64 / POINTS as f64)[1] == 0.0;
         if v == 0.0 && (0..=POINTS).all(idle) {
+            if at_once[0] < -EULER {
+                return Err(unstable(-at_once[0]));
+            }
             return Err(Error::domain(
                 "nothing acts across the straight rod at t = 0, so it stays as it is; give a load across (gravity or dead in \
                  [loads]), a velocity across, or a rod that is bent a little (lambda and kappa in [start])",
@@ -224,7 +229,12 @@ impl Opening {
 
     /// The state at the time t in [0, until]; None never, but by a fault.
     pub fn at(&self, t: f64) -> Option<Phase<2>> {
-        let shown = t.max(INITIAL * self.until);
+        let shown = INITIAL.map(|part| t.max(part * self.until));
+        shown.into_iter().find_map(|shown| self.shown(t, shown))
+    }
+
+    /// The state at the time t, its place in the chart that of the time `shown`; None where the chart has none.
+    fn shown(&self, t: f64, shown: f64) -> Option<Phase<2>> {
         let part = shown / self.until;
         let n = self.power_of_pull();
         let over = |values: &DVector<f64>, weight: &dyn Fn(f64) -> f64| {
@@ -239,6 +249,7 @@ impl Opening {
         let inward = self.interpolate(part).dot(&self.inward);
         let bent = self.bent(shown, &vector![1.0 - short, y], &v, inward)?;
         let [p, w] = bent.chart();
+        Equilibrium::new(p, w).ok()?;
         Some(Phase {
             q: vector![p, w],
             v,
@@ -268,17 +279,7 @@ fn initial_pull(body: &Body<2>, along: f64, v: f64) -> Result<f64> {
     let rods = AlmostStraight::new(pull);
     for _ in 0..40 {
         let Some((c, _)) = (pull > -EULER).then(|| rods.shortening(pull)).flatten() else {
-            return Err(Error::domain(
-                Message::from("a push of ")
-                    .number(-pull, Quantity::Force)
-                    .words(" along the rod is beyond Euler's load, (pi^2/4) EI/L^2 = ")
-                    .number(EULER, Quantity::Force)
-                    .words(
-                        ": the straight rod is unstable, and which way it buckles is not determined; give it an imperfection \
-                         (kappa = 0.01 with a lambda in [start], or a position off the axis), a velocity across, or less load \
-                         along the rod",
-                    ),
-            ));
+            return Err(unstable(-pull));
         };
         pull = along + 2.0 * c * swing;
     }

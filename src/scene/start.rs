@@ -17,10 +17,22 @@ pub struct Start {
     pub velocity: [f64; 3],
     /// Angular velocity of a welded body; default 0, and 0 for a point mass.
     pub angular_velocity: [f64; 3],
+    /// In the plane, of a rod that starts straight: the angle of its end in radians, bent by so little to the side to which it is to
+    /// buckle; default 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub imperfection: f64,
+    /// True if these velocities come on top of those at which the clamp carries the end at t = 0; default false: they are
+    /// those in the world.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub with_clamp: bool,
     /// At rest: where the search begins, a base wrench (m1, m2, m3, n1, n2, n3) in the world frame; without it, the
     /// unloaded rod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrench: Option<[f64; 6]>,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// The shape of the rod at the start: an equilibrium, or, of a rod with damping, any shape.

@@ -62,6 +62,8 @@ mod scene_scales;
 #[cfg(feature = "scene")]
 mod scene_spatial;
 #[cfg(feature = "scene")]
+mod scene_starts;
+#[cfg(feature = "scene")]
 mod scene_viscous;
 mod sections;
 mod sections_nonlinear;

@@ -2,7 +2,7 @@
 
 use crate::body::{Body, Frame, History, Support};
 use crate::error::{Error, Result};
-use crate::scene::{Clamp, ClampMotion, Sine, Translation, TurnAngle};
+use crate::scene::{Clamp, ClampMotion, Dimensionless, Scales, Sine, Translation, TurnAngle};
 use nalgebra::{Isometry3, SVector, Vector2, Vector3};
 use std::f64::consts::TAU;
 
@@ -97,7 +97,7 @@ fn sinusoidal(sine: &Sine) -> Result<History> {
     History::sine(sine.amplitude, TAU * sine.frequency, sine.phase)
 }
 
-/// A place and a velocity in the world as they are seen from the clamp at t = 0.
+/// A place and a velocity in the world as they are seen from the clamp of a planar rod at t = 0.
 pub(super) struct Seen(pub Option<Support<2>>);
 
 impl Seen {
@@ -109,11 +109,53 @@ impl Seen {
         })
     }
 
-    /// The velocity of the end, which is at `end` as seen from the clamp.
-    pub fn velocity(&self, end: &Vector2<f64>, velocity: [f64; 3]) -> Vector2<f64> {
-        let velocity = in_plane(velocity);
-        self.0
-            .as_ref()
-            .map_or(velocity, |support| support.at(0.0).relative(end, &velocity))
+    /// The velocity at the start of the end, which is at `end` as seen from the clamp, and the words `about` that start.
+    pub fn velocity(
+        &self,
+        end: &Vector2<f64>,
+        plain: &Dimensionless,
+        (about, scales): (&str, &Scales),
+    ) -> (Vector2<f64>, String) {
+        let velocity = in_plane(plain.start.velocity);
+        let Some(support) = &self.0 else {
+            return (velocity, about.to_owned());
+        };
+        let frame = support.at(0.0);
+        let carried = frame.outward(&frame.carried(end)) * scales.velocity;
+        (
+            begun(&frame, end, &velocity, plain),
+            words(about, &[("velocity", carried.as_slice())], plain),
+        )
     }
+}
+
+/// The velocity at t = 0, seen from the clamp's frame, of an end that is at `place` there and to start with `velocity`, along
+/// the axes of the world.
+pub(super) fn begun<const D: usize>(
+    frame: &Frame<D>,
+    place: &SVector<f64, D>,
+    velocity: &SVector<f64, D>,
+    plain: &Dimensionless,
+) -> SVector<f64, D> {
+    match plain.start.with_clamp {
+        true => frame.inward(velocity),
+        false => frame.relative(place, velocity),
+    }
+}
+
+/// The words `about` a start that may not do, with those velocities at which the clamp carries the end at t = 0 that the
+/// start should perhaps have.
+pub(super) fn words(about: &str, carried: &[(&str, &[f64])], plain: &Dimensionless) -> String {
+    let moving = |(_, rates): &(&str, &[f64])| rates.iter().any(|rate| *rate != 0.0);
+    if plain.start.with_clamp || !carried.iter().any(moving) {
+        return about.to_owned();
+    }
+    let named: Vec<String> = carried
+        .iter()
+        .map(|(name, rates)| format!("{name} = {rates:?}"))
+        .collect();
+    format!(
+        "{about} (the clamp moves at t = 0: an end at rest on it has {} in the world; with_clamp = true in [start] adds that)",
+        named.join(" and ")
+    )
 }

@@ -10,6 +10,7 @@ use crate::manifold::Multivalued;
 use crate::motion::{Motion, Options, Run};
 use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
+use std::f64::consts::FRAC_PI_2;
 
 /// An elastic rod in a plane: a point on a sheet.
 #[derive(Debug, Clone)]
@@ -20,6 +21,8 @@ pub struct ElasticPlane {
     pub start: Option<Equilibrium>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
+    /// What a fault of the start is about.
+    words: String,
 }
 
 /// Loads up to which every equilibrium of a start position is found: those of a sheet that is named,
@@ -42,12 +45,18 @@ impl ElasticPlane {
         }
         let plain = scene.dimensionless()?;
         let start = start(scene, &plain)?;
+        let scales = scene.scales()?;
+        let about = match start {
+            None => "[start] rest = \"straight\"",
+            Some(_) => "[start]",
+        };
         let seen = Seen(clamp::planar(&plain.clamp)?);
-        let velocity = seen.velocity(&end(start.as_ref()), plain.start.velocity);
+        let (velocity, words) = seen.velocity(&end(start.as_ref()), &plain, (about, &scales));
         Ok(Self {
             body: body(&plain)?,
             start,
             velocity,
+            words,
         })
     }
 }
@@ -60,7 +69,7 @@ impl MotionModel for ElasticPlane {
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
         let run = match &self.start {
             None => Run::straight(&self.body, self.velocity, options)
-                .map_err(|e| e.context("[start] rest = \"straight\""))?,
+                .map_err(|e| e.context(self.words.as_str()))?,
             Some(start) => {
                 let q = Vector2::new(start.p, start.w);
                 Run::new(&Elastica, &self.body, q, self.velocity, options)?
@@ -102,7 +111,11 @@ pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equil
             let at = Seen(clamp::planar(&plain.clamp)?).place(*position);
             at_position(scene, at.into(), sheet).map(Some)
         }
-        Place::Rest { .. } => Ok(None),
+        Place::Rest { .. } => match plain.start.imperfection {
+            0.0 => Ok(None),
+            // On the verge of buckling: a push along the clamp holds it, alpha = 0 and theta(1) = 2 asin kappa.
+            angle => Equilibrium::new((0.5 * angle).sin().atanh(), FRAC_PI_2).map(Some),
+        },
         Place::Settled { .. } => settled(&body(plain)?.load(0.0)),
         _ => Err(Error::domain(
             "curvature is the start of a rod with damping; an elastic rod starts from an equilibrium",

@@ -5,11 +5,13 @@ use super::loads::{forces, point_mass};
 use super::rod::rotation;
 use super::{ModelKind, MotionModel};
 use crate::body::{EndBody, Frame, RigidBody, Support};
-use crate::creep::kinematics::{AtEnd, Local};
+use crate::creep::grid::{FEWEST, Grid};
+use crate::creep::kinematics::{AtEnd, Kinematics, Local};
 use crate::creep::material::Material;
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
-use crate::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
+use crate::math::se3::{halves, joined};
+use crate::motion::creep::{MOST_NODES, ViscousRun, ViscousSample, ViscousStart};
 use crate::motion::reduction::{Carried, ReducedStart, Reduction, Refusal};
 use crate::motion::{Motion, Options, State};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
@@ -41,6 +43,8 @@ pub struct ViscousSpace {
     pub scales: Scales,
     /// The pose of the base, in the scene's units.
     pub clamp: Isometry3<f64>,
+    /// What a fault of the start is about.
+    words: String,
 }
 
 /// The strains of a rod in space that move.
@@ -136,6 +140,26 @@ impl SpaceField {
             }
         }
     }
+
+    /// Where the end is, seen from the clamp, in units of the rod.
+    fn end(&self, section: &Viscoelastic, scales: &Scales) -> Result<Vector3<f64>> {
+        let mut breaks = section.measured(scales.measures()).breaks();
+        breaks.retain(|s| 0.0 < *s && *s < 1.0);
+        let mut nodes = 2 * FEWEST;
+        loop {
+            let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+            let strain = |x: &f64| Ok(scales.measures().strain_in(&self.at(*x)?));
+            let strains: Vec<Strain> = grid.nodes().iter().map(strain).collect::<Result<_>>()?;
+            let space = Space::<6, 6>::new();
+            let curve = space.shape(&grid, &strains).ok_or_else(|| {
+                Error::domain("[start]: the strains are too large for a shape of the rod")
+            })?;
+            if nodes >= MOST_NODES || space.defect(&grid, &curve) <= SHAPE {
+                return Ok(curve.end().translation.vector);
+            }
+            nodes *= 2;
+        }
+    }
 }
 
 impl Scene {
@@ -157,19 +181,23 @@ impl ViscousSpace {
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
         let plain = scene.dimensionless()?;
-        let rod = scene.cosserat_rod()?;
+        let (mut rod, scales) = (scene.cosserat_rod()?, scene.scales()?);
         let clamp = Isometry3::from_parts(
             Vector3::from(scene.clamp.position).into(),
             rotation(&scene.clamp.orientation),
         );
+        let support = supports::spatial(&plain.clamp)?;
+        if let Some(support) = &support {
+            // An equilibrium is one about the clamp as it stands at t = 0.
+            let begun = support.pose(0.0);
+            rod = rod.with_clamp(begun.translation.vector * scales.length, begun.rotation);
+        }
         let field = |given: &StrainField| SpaceField::Polynomial {
             given: given.clone(),
             rod: rod.clone(),
         };
-        let settled = settled(scene)?;
-        let place = settled.as_ref().unwrap_or(&scene.start.place);
-        let (strain, start_index) = match end(place) {
-            None => match place {
+        let (strain, start_index) = match end(scene)? {
+            None => match &scene.start.place {
                 Place::Strain { strain: given } => (field(given), None),
                 _ => (field(&StrainField::default()), None),
             },
@@ -181,11 +209,28 @@ impl ViscousSpace {
             Relaxed::Unloaded | Relaxed::Curvature(_) => Some(field(&StrainField::default())),
         };
         let inward = Inward(clamp);
-        let support = supports::spatial(&plain.clamp)?;
-        let velocity = inward.pair(&plain.start.angular_velocity, &plain.start.velocity);
-        let velocity = match &support {
-            None => velocity,
-            Some(support) => velocity - carried_at_start(support, &plain)?,
+        let about = "[start], in the frame of the clamp";
+        let start = &plain.start;
+        let (velocity, words) = match &support {
+            None => (
+                inward.pair(&start.angular_velocity, &start.velocity),
+                about.to_owned(),
+            ),
+            Some(support) => {
+                let frame = support.at(0.0).of_poses();
+                let place = joined(&Vector3::zeros(), &strain.end(&section, &scales)?);
+                let given = joined(&start.angular_velocity.into(), &start.velocity.into());
+                let (omega, v) = halves(&frame.outward(&frame.carried(&place)));
+                let (omega, v) = (omega / scales.time, v * scales.velocity);
+                let mut carried = vec![("velocity", v.as_slice())];
+                if matches!(plain.body.joint, Joint::Weld { .. }) {
+                    carried.push(("angular_velocity", omega.as_slice()));
+                }
+                (
+                    supports::begun(&frame, &place, &given, &plain),
+                    supports::words(about, &carried, &plain),
+                )
+            }
         };
         Ok(Self {
             carried: carried(&plain, &inward, support)?,
@@ -195,8 +240,9 @@ impl ViscousSpace {
             relaxed,
             velocity,
             start_index,
-            scales: scene.scales()?,
+            scales,
             clamp,
+            words,
         })
     }
 
@@ -247,7 +293,7 @@ impl ViscousSpace {
             &start,
             options,
         )
-        .map_err(|e| e.context("[start], in the frame of the clamp"))?;
+        .map_err(|e| e.context(self.words.as_str()))?;
         Ok(Box::new(run))
     }
 }
@@ -369,61 +415,9 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
     }
 }
 
-/// (angular velocity, velocity) at t = 0 of what a moving clamp carries with it, along its axes.
-fn carried_at_start(support: &Support<3>, plain: &Dimensionless) -> Result<Vector6<f64>> {
-    let frame = support.at(0.0);
-    let carried = frame.of_poses().carried(&Vector6::zeros());
-    if carried.fixed_rows::<3>(0) != Vector3::zeros() {
-        return Err(Error::domain(
-            "clamp.motion.turn: in space the clamp must not turn yet at t = 0; give amplitude and frequency of a sine with \
-             phase = 1.5707963267948966",
-        ));
-    }
-    let stands = Isometry3::from_parts(
-        Vector3::from(plain.clamp.position).into(),
-        rotation(&plain.clamp.orientation),
-    );
-    let apart = stands.inverse() * frame.pose();
-    let displaced = apart.translation.vector.norm() + apart.rotation.angle() > 1e-12;
-    match plain.start.place {
-        Place::Pose { .. } | Place::Equilibrium { .. } | Place::Settled { .. } if displaced => {
-            Err(Error::domain(
-                "clamp.motion: it has moved the clamp at t = 0 already, where [start] is an equilibrium about the clamp as it \
-                 stands; start from strain or rest = \"straight\", or begin the motion at 0",
-            ))
-        }
-        _ => Ok(carried),
-    }
-}
-
-/// The equilibrium under the loads at t = 0, where `settled` asks for it: their wrench about the end of the unturned
-/// body would be another one about that of the turned body, so that a weld needs its centre of mass at the end.
-fn settled(scene: &Scene) -> Result<Option<Place>> {
-    if !matches!(scene.start.place, Place::Settled { .. }) {
-        return Ok(None);
-    }
-    let (body, loads) = (scene.body()?, &scene.loads);
-    if let Joint::Weld { offset, .. } = &body.joint
-        && *offset != [0.0; 3]
-    {
-        return Err(Error::domain(
-            "start.settled: with body.offset the couple of the weight depends on how the end is turned, which is not solved \
-             yet; name the start by equilibrium = { force = .., couple = .. }, or by a pose",
-        ));
-    }
-    let mut force: [f64; 3] = std::array::from_fn(|i| body.mass * loads.gravity[i] + loads.dead[i]);
-    for load in forces(&loads.force, Vector3::from)? {
-        let at_once = load.at(0.0);
-        (0..3).for_each(|i| force[i] += at_once[i]);
-    }
-    let couple = loads.couple;
-    let equilibrium = EndLoad { force, couple };
-    Ok(Some(Place::Equilibrium { equilibrium }))
-}
-
 /// The end condition of which the start is an equilibrium.
-fn end(place: &Place) -> Option<EndConditions> {
-    match place {
+fn end(scene: &Scene) -> Result<Option<EndConditions>> {
+    Ok(match &scene.start.place {
         Place::Equilibrium {
             equilibrium: EndLoad { force, couple },
         } => Some(EndConditions::load((*force).into(), (*couple).into())),
@@ -436,8 +430,22 @@ fn end(place: &Place) -> Option<EndConditions> {
             None => EndConditions::ball((*position).into()),
             Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
         }),
+        Place::Settled { .. } => Some(at_rest(scene)?),
         _ => None,
-    }
+    })
+}
+
+/// The loads at t = 0 on the end: they act at the centre of mass.
+fn at_rest(scene: &Scene) -> Result<EndConditions> {
+    let (body, loads) = (scene.body()?, &scene.loads);
+    let constant = Vector3::from(loads.gravity) * body.mass + Vector3::from(loads.dead);
+    let moving = forces(&loads.force, Vector3::from)?;
+    let force = moving.iter().fold(constant, |sum, load| sum + load.at(0.0));
+    let arm = match &body.joint {
+        Joint::Weld { offset, .. } => (*offset).into(),
+        Joint::Ball => Vector3::zeros(),
+    };
+    Ok(EndConditions::weight(force, arm, loads.couple.into()))
 }
 
 fn equilibrium(

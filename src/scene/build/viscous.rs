@@ -8,11 +8,12 @@ use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
 use crate::creep::plane::Plane;
 use crate::elastica::Equilibrium;
+use crate::elastica::straight::{EULER, unstable};
 use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousRun, ViscousStart};
 use crate::motion::{Motion, Options};
-use crate::scene::{Place, Relaxed, Scene, StrainName};
+use crate::scene::{Dimensionless, Place, Relaxed, Scene, StrainName};
 use nalgebra::{Vector1, Vector2};
 
 /// A viscoelastic rod in a plane.
@@ -28,6 +29,8 @@ pub struct ViscousPlane {
     pub relaxed: Option<Field>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
+    /// What a fault of the start is about.
+    words: String,
 }
 
 /// Panels, and Gauss nodes in each, of the integral to the end of a rod of given curvature.
@@ -87,7 +90,10 @@ impl ViscousPlane {
         let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
             _ => match start(scene, &plain)? {
-                None => Field::Polynomial(vec![0.0]),
+                None => {
+                    stays_straight(&plain)?;
+                    Field::Polynomial(vec![0.0])
+                }
                 Some(rod) => {
                     // A rod drawn to its full reach has no arclength that double precision holds.
                     rod.section(0.5).map_err(|e| {
@@ -108,13 +114,14 @@ impl ViscousPlane {
             }
         };
         let seen = Seen(clamp::planar(&plain.clamp)?);
-        let velocity = seen.velocity(&strain.end(), plain.start.velocity);
+        let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
         Ok(Self {
             body: body(&plain)?,
             material: Material::new(law, [BENDING])?,
             strain,
             relaxed,
             velocity,
+            words,
         })
     }
 }
@@ -132,7 +139,7 @@ impl MotionModel for ViscousPlane {
             velocity: self.velocity,
         };
         let run = ViscousRun::new(Plane, self.material.clone(), &self.body, &start, options)
-            .map_err(|e| e.context("[start]"))?;
+            .map_err(|e| e.context(self.words.as_str()))?;
         Ok(Box::new(run))
     }
 
@@ -146,6 +153,17 @@ impl MotionModel for ViscousPlane {
 
     fn strains(&self) -> Vec<(&'static str, usize)> {
         vec![("curvature", BENDING)]
+    }
+}
+
+/// Refuses a straight rod that nothing moves across and that a push beyond Euler's load would keep straight for ever.
+fn stays_straight(plain: &Dimensionless) -> Result<()> {
+    let (body, start) = (body(plain)?, &plain.start);
+    let (load, free) = (body.load(0.0), start.relaxed == Relaxed::Start);
+    let idle = load.y == 0.0 && start.velocity == [0.0; 3] && !body.is_driven() && free;
+    match idle && load.x < -EULER {
+        true => Err(unstable(-load.x).context("[start]")),
+        false => Ok(()),
     }
 }
 

@@ -466,7 +466,7 @@ pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
     Some(if ratio <= 1.0 + ON_CIRCLE {
         format!(
             "it is at distance {distance} of the clamp, the length of the rod, which is taut and straight there, \
-             and its force undetermined; end a little inside"
+             and its force undetermined; end a little inside, such as at 0.999 of that"
         )
     } else {
         format!("the rod cannot reach so far: distance {distance:.6} of the clamp, length {length}")

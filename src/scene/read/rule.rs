@@ -81,6 +81,12 @@ pub(super) static P: Rule = Rule {
     holds: |x| (-1e4..=1e4).contains(&x) && x != 0.0,
     hint: |x| (x == 0.0).then_some("p = 0 is the straight rod, whatever lambda: bend it a little"),
 };
+/// An angle, in radians, that is small but not to rounding.
+pub(super) static IMPERFECTION: Rule = Rule {
+    allowed: "a number in [-0.5, 0.5], 0 or at least 1e-9 in size",
+    holds: |x| x == 0.0 || (1e-9..=0.5).contains(&x.abs()),
+    hint: SILENT,
+};
 pub(super) static TOLERANCE: Rule = Rule {
     allowed: "a number in [1e-14, 1e-2]",
     holds: |x| (1e-14..=1e-2).contains(&x),

@@ -47,6 +47,8 @@ pub(super) fn start(table: &Table, known: Known) -> Option<Start> {
 fn planar(table: &Table, known: Known) -> Option<Start> {
     let reader = table.reader;
     let velocity = table.vector("velocity");
+    let with_clamp = table.flag("with_clamp");
+    let imperfection = table.number("imperfection");
     let lambda = table.optional("lambda");
     let kappa = table.optional("kappa");
     let p = table.optional("p");
@@ -78,7 +80,8 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     let unloaded = unloaded(table);
 
     let consistent = one_place(table);
-    let (velocity, lambda, kappa, p) = (velocity?, lambda?, kappa?, p?);
+    let (velocity, with_clamp, imperfection) = (velocity?, with_clamp?, imperfection?);
+    let (lambda, kappa, p) = (lambda?, kappa?, p?);
     let (position, sheet) = (position?, sheet?);
     let (bent, relaxed, unloaded) = (bent?, relaxed?, unloaded?);
     consistent.then_some(())?;
@@ -95,6 +98,8 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
         place,
         relaxed,
         velocity,
+        imperfection,
+        with_clamp,
         ..Start::default()
     })
 }
@@ -126,6 +131,15 @@ fn one_place(table: &Table) -> bool {
     let has = |name: &str| given(&name);
     if one_of(table, &["curvature", "rest", "settled"]).is_none() {
         return false;
+    }
+    if has("imperfection") && !has("rest") {
+        let others = ["lambda", "kappa", "p", "position", "curvature", "settled"];
+        let others: Vec<&str> = others.into_iter().filter(given).collect();
+        if !others.is_empty() {
+            let hint = "it bends a straight rod: write rest = \"straight\", or leave it out";
+            table.conflict("imperfection", &others, hint);
+            return false;
+        }
     }
     let whole = ["curvature", "rest", "settled"];
     if let Some(name) = whole.into_iter().find(|name| has(name)) {
@@ -246,6 +260,7 @@ pub(super) fn word_or_name<'a, T: Clone>(
 fn spatial(table: &Table, known: Known) -> Option<Start> {
     let reader = table.reader;
     let velocity = table.vector("velocity");
+    let with_clamp = table.flag("with_clamp");
     let angular_velocity = turning(table, "angular_velocity", known.weld);
     let words = "a strain field such as { u1 = [0.5, -0.5] }";
     let relaxed = relaxed(table, known.memory, words, |field, value| {
@@ -283,6 +298,8 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
         relaxed: relaxed?,
         velocity: velocity?,
         angular_velocity: angular_velocity?,
+        imperfection: 0.0,
+        with_clamp: with_clamp?,
         wrench: None,
     })
 }
