@@ -4,8 +4,8 @@ use super::canvas::{Canvas, Pen};
 use super::data::Patch;
 use super::depth::{Layer, order};
 use super::geometry::{
-    Pixel, Point, apart, between, contains, cross, cut, cut_segment, dot, length, middle, midway,
-    minus, norm, thin,
+    Pixel, Point, area, between, contains, cross, cut, cut_segment, dot, heading, length, minus,
+    norm, thin,
 };
 use super::palette::{Colour, category};
 use super::stage::Stage;
@@ -312,9 +312,16 @@ impl Faces {
     }
 }
 
-/// The polygon with its corners moved a little outwards.
+/// The polygon with its sides moved a little outwards.
 fn grown(corners: &[Pixel]) -> Vec<Pixel> {
-    let middle = middle(corners);
-    let out = |&p: &Pixel| midway(p, middle, -OVERLAP / apart(p, middle).max(1e-9));
-    corners.iter().map(out).collect()
+    let (n, sense) = (corners.len(), area(corners).signum());
+    let moved = (0..n).map(|i| {
+        let (before, at, after) = (corners[(i + n - 1) % n], corners[i], corners[(i + 1) % n]);
+        let [u, v] = [(before, at), (at, after)].map(|(a, b)| heading(a, b).unwrap_or_default());
+        // Sharp corners are not drawn out to spikes.
+        let bend: f64 = 1.0 + u.0 * v.0 + u.1 * v.1;
+        let by = sense * OVERLAP / bend.max(0.5);
+        (at.0 + by * (u.1 + v.1), at.1 - by * (u.0 + v.0))
+    });
+    moved.collect()
 }
