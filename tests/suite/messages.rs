@@ -159,6 +159,9 @@ fn numbers(text: &str) -> Vec<(f64, String)> {
     found
 }
 
+/// A unit that must be in the message, and the failure that is told.
+type Case<'a> = (&'a str, &'a dyn Fn(&Strip) -> String);
+
 /// Catches a message with numbers in the units of the rod, or of the motion's own time, instead of the scene's: the same
 /// failures of the same strip, of steel, 0.3 m long, and in the units in which it is 1, to the digits that are printed.
 #[test]
@@ -172,7 +175,7 @@ fn messages_are_in_the_units_of_the_scene() {
         let j = 1e-3 * s.k.mass * s.k.length.powi(2);
         format!("inertia = {:?}", [j; 3])
     };
-    let cases: [(&str, &dyn Fn(&Strip) -> String); 13] = [
+    let cases: [Case<'_>; 13] = [
         ("m/s", &|s| {
             motion(&s.planar(0.0, &format!("rest = \"straight\"\n{}", along(s)), ""))
         }),
