@@ -407,7 +407,7 @@ impl Dimensionless {
     }
 
     /// True if every number is finite, with its square, as energies and powers have it, and none that must be > 0 underflows.
-    pub(super) fn is_finite(mut self) -> bool {
+    pub(super) fn has_finite_numbers(mut self) -> bool {
         let sound = |x: f64, positive: bool| (x * x).is_finite() && (!positive || x.is_normal());
         let mut numbers = self.numbers().into_iter();
         numbers.all(|number| sound(*number.value, number.positive))

@@ -187,7 +187,7 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
         return true;
     }
     let normal = match (scene.scales(), scene.dimensionless()) {
-        (Ok(scales), Ok(plain)) => scales.are_normal() && plain.is_finite(),
+        (Ok(scales), Ok(plain)) => scales.are_normal() && plain.has_finite_numbers(),
         _ => false,
     };
     normal
