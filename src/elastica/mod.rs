@@ -9,6 +9,7 @@ pub mod folds;
 pub mod inversion;
 mod layer;
 pub mod model;
+mod near;
 mod settled;
 mod slight;
 pub mod stable;

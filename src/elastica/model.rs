@@ -2,9 +2,9 @@
 
 use super::chart::{ChartPoint, P_MAX, amplitude};
 use super::equilibrium::sheet;
-use super::{folds, inversion, layer};
+use super::{folds, inversion, layer, near};
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Sheet, invert_near};
+use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Patch, Sheet, invert_near};
 use nalgebra::{Matrix2, Vector2};
 
 /// A uniform inextensible planar rod of length 1 and bending stiffness 1, clamped at the origin
@@ -60,7 +60,10 @@ impl Multivalued<2> for Elastica {
 
     /// Taut rods, w = |gam|/2 with gam the direction of the pull, lam = |p| + ln(2 tan(w/2)), are elementary up to
     /// exp(-2 lam) (theory 2.3); those with loops have w within exp(p - lam) of a multiple of pi.
-    fn tautness(&self, q: &Vector2<f64>) -> Option<f64> {
+    fn tautness(&self, patch: Patch, q: &Vector2<f64>) -> Option<f64> {
+        if let Patch::Near(side) = patch {
+            return near::lambda(side, q).filter(|lam| *lam > TAUT_LAMBDA);
+        }
         let (p, w) = (q[0], q[1]);
         // The logarithm is below 3.4: lam is only asked for where it can be large.
         if !(p.abs() > TAUT_LAMBDA - 3.4 && w < 3.0) {
@@ -68,6 +71,30 @@ impl Multivalued<2> for Elastica {
         }
         let lam = ChartPoint::new(p, w).integrals.lam;
         (lam > TAUT_LAMBDA).then_some(lam)
+    }
+
+    fn better_patch(&self, patch: Patch, q: &Vector2<f64>) -> Patch {
+        match patch {
+            Patch::Near(side) if near::holds(side, q) => patch,
+            Patch::Near(_) => Patch::Global,
+            Patch::Global => near::side(q[0], q[1]).map_or(Patch::Global, Patch::Near),
+        }
+    }
+
+    fn carried(&self, q: &Vector2<f64>, from: Patch, to: Patch) -> Vector2<f64> {
+        match (from, to) {
+            (Patch::Global, Patch::Near(_)) => near::from_amplitude(q[0], q[1]),
+            (Patch::Near(side), Patch::Global) => near::to_amplitude(side, q),
+            _ => *q,
+        }
+    }
+
+    #[inline]
+    fn point_in(&self, patch: Patch, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
+        match patch {
+            Patch::Global => self.point(q),
+            Patch::Near(side) => near::point(side, q),
+        }
     }
 
     /// Next to w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D: the digits of lam that w as a double
@@ -118,8 +145,18 @@ impl Multivalued<2> for Elastica {
         Ok(found)
     }
 
+    fn only_landing(&self, q: &Vector2<f64>) -> Option<Vector2<f64>> {
+        near::landing(q)
+    }
+
     fn settle(&self, q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
-        layer::settle(self, q, leaving)
+        // Towards a stronger push, that is, a larger w.
+        let near = if leaving[1] > 0.0 {
+            near::landing(q)
+        } else {
+            None
+        };
+        near.map_or_else(|| layer::settle(self, q, leaving), Ok)
     }
 }
 

@@ -77,6 +77,16 @@ impl std::fmt::Display for Sheet {
     }
 }
 
+/// The chart in which a motion is followed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Patch {
+    /// The global one, that of `q` everywhere else.
+    #[default]
+    Global,
+    /// One of the neighbourhood of a state onto which the global chart collapses, on one side of it.
+    Near(Sign),
+}
+
 /// An equilibrium manifold with a chart and poses of dimension `N`.
 pub trait EquilibriumManifold<const N: usize> {
     /// Pose, force, energy and Jacobian at `q`; None outside the chart.
@@ -102,8 +112,23 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
 
     /// lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces; None elsewhere, and in
     /// models that have no taut state.
-    fn tautness(&self, _q: &SVector<f64, N>) -> Option<f64> {
+    fn tautness(&self, _patch: Patch, _q: &SVector<f64, N>) -> Option<f64> {
         None
+    }
+
+    /// The chart in which a motion should go on that has come to the place `q` of `patch`.
+    fn better_patch(&self, _patch: Patch, _q: &SVector<f64, N>) -> Patch {
+        Patch::Global
+    }
+
+    /// The place in the chart `to` of what lies at `q` in the chart `from`. Changes of chart keep the sign of det(jacobian).
+    fn carried(&self, q: &SVector<f64, N>, _from: Patch, _to: Patch) -> SVector<f64, N> {
+        *q
+    }
+
+    /// As [`EquilibriumManifold::point`], in the chart `patch`.
+    fn point_in(&self, _patch: Patch, q: &SVector<f64, N>) -> Option<ManifoldPoint<N>> {
+        self.point(q)
     }
 
     /// Asks whether double precision holds a motion at `q`.
@@ -119,6 +144,26 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// # Errors
     /// A pose that no equilibrium has, or a search that could not be completed.
     fn stable_at(&self, pose: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>>;
+
+    /// The one stable equilibrium beside the fold `q` at its pose, where more is known of `q` than the digits of the pose hold.
+    fn only_landing(&self, _q: &SVector<f64, N>) -> Option<SVector<f64, N>> {
+        None
+    }
+
+    /// Every stable equilibrium at the pose of the fold `q` but the fold itself, by energy, lowest first.
+    ///
+    /// # Errors
+    /// As [`Multivalued::stable_at`].
+    fn stable_beside(&self, q: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>> {
+        if let Some(landed) = self.only_landing(q) {
+            return Ok(vec![landed]);
+        }
+        let outside = || Error::domain("the fold lies outside the chart");
+        let mut stable = self.stable_at(&self.point(q).ok_or_else(outside)?.pose)?;
+        // Rounding may leave a twin of the fold among them.
+        stable.retain(|other| (other - q).norm() > 1e-4 * (1.0 + q.norm()));
+        Ok(stable)
+    }
 
     /// Where the rod settles when, with the body held, it leaves the equilibrium `q` (at a fold, or
     /// unstable) in the chart direction `leaving`: the fast viscous layer.

@@ -12,7 +12,7 @@ use super::straight::Opening;
 use crate::body::Body;
 use crate::elastica::Elastica;
 use crate::error::{Cause, Error, Result};
-use crate::manifold::{Multivalued, Sheet};
+use crate::manifold::{Multivalued, Patch, Sheet};
 use crate::solve::cost::Cost;
 use nalgebra::{DVector, SVector, Vector2};
 
@@ -152,7 +152,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             milestone: (0, phase.t),
             slow_looks: 0,
         };
-        run.outward = run.moves_outward();
+        run.outward = run.motion.moves_outward();
         Ok(run)
     }
 
@@ -169,7 +169,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         let phase = Phase {
             q: SVector::from_column_slice(snap.to.q.as_slice()),
-            ..*self.motion.phase()
+            ..self.motion.phase()
         };
         Self::start(
             self.manifold,
@@ -183,7 +183,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// The state now.
     pub fn now(&self) -> Sample<N> {
-        self.describe(*self.motion.phase())
+        self.describe(self.motion.phase())
     }
 
     /// The state at a time within the last step; None outside it.
@@ -207,7 +207,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// Time now.
     pub fn time(&self) -> f64 {
-        self.motion.phase().t
+        self.motion.time()
     }
 
     /// End of time.
@@ -265,18 +265,10 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         Some(needed)
     }
 
-    /// While the rod is taut: does the body move against its pull?
-    fn moves_outward(&self) -> Option<bool> {
-        let phase = self.motion.phase();
-        self.manifold.tautness(&phase.q)?;
-        let at = self.manifold.point(&phase.q)?;
-        Some(at.force.dot(&phase.v) < 0.0)
-    }
-
     /// The bounce within the last step, if the body was turned round there: its stored energy went through a maximum on
     /// a taut rod.
     fn bounce(&mut self) -> Option<Bounce> {
-        let now = self.moves_outward();
+        let now = self.motion.moves_outward();
         let turned = match (self.outward, now) {
             (Some(true), Some(false) | None) | (None, Some(false)) => true,
             (Some(false) | None, _) | (Some(true), Some(true)) => false,
@@ -285,9 +277,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if !turned {
             return None;
         }
-        let energy = |phase: &Phase<N>| self.manifold.point(&phase.q).map_or(0.0, |at| at.energy);
-        let there = self.motion.largest(energy)?;
-        let lambda = self.manifold.tautness(&there.q)?;
+        let there = self.motion.hardest()?;
+        let lambda = self.manifold.tautness(Patch::Global, &there.q)?;
         let at = self.manifold.point(&there.q)?;
         Some(Bounce {
             t: there.t,
@@ -314,7 +305,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
         }
-        let phase = *self.motion.phase();
+        let phase = self.motion.phase();
         let here = self.describe(phase);
         let landed = landings(self.manifold, &phase.q, self.options.landing)?;
         let mut snaps = Vec::with_capacity(landed.len());
@@ -363,7 +354,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             orientation(self.manifold, &q)?,
             self.options.tolerance,
         )?;
-        self.outward = self.moves_outward();
+        self.outward = self.motion.moves_outward();
         Ok(Event::Snap(snap))
     }
 }
@@ -431,7 +422,7 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         if from >= self.options.duration {
             return Some(self.stop(Outcome::EndOfTime));
         }
-        if let Err(why) = self.manifold.resolved(&self.motion.phase().q) {
+        if let Err(why) = self.motion.resolved() {
             return Some(self.stuck(
                 Cause::Failed(why),
                 "start with a smaller |p|, less load or less speed",

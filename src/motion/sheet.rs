@@ -10,7 +10,7 @@
 
 use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{ManifoldPoint, Multivalued, adjugate_times};
+use crate::manifold::{ManifoldPoint, Multivalued, Patch, adjugate_times};
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
 use crate::solve::roots::chandrupatla;
@@ -73,7 +73,10 @@ pub enum Progress {
 pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
+    /// The chart of the solver's states.
+    patch: Patch,
     orientation: f64,
+    tolerance: f64,
     solver: Dop853<Phase<N>>,
     last: Option<Step<Phase<N>>>,
     dense: Option<Dense<Phase<N>>>,
@@ -111,18 +114,26 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         orientation: f64,
         tolerance: f64,
     ) -> Result<Self> {
-        let slope = slope(manifold, body, orientation, &start).ok_or_else(|| {
+        let patch = manifold.better_patch(Patch::Global, &start.q);
+        let outside = || {
             Error::domain(format!(
                 "the start q = {:?} lies outside the chart",
                 start.q.as_slice()
             ))
-        })?;
+        };
+        let start = Phase {
+            q: manifold.carried(&start.q, Patch::Global, patch),
+            ..start
+        };
+        let slope = slope(manifold, patch, body, orientation, &start).ok_or_else(outside)?;
         let rate = slope.mean_square(&start, &start).sqrt();
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
         Ok(Self {
             manifold,
             body,
+            patch,
             orientation,
+            tolerance: (LOCAL * tolerance).max(FINEST),
             solver: Dop853::new(start, slope, h, (LOCAL * tolerance).max(FINEST)),
             last: None,
             dense: None,
@@ -130,8 +141,64 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// The current state.
-    pub fn phase(&self) -> &Phase<N> {
-        self.solver.state()
+    pub fn phase(&self) -> Phase<N> {
+        self.global(*self.solver.state())
+    }
+
+    /// Time now.
+    pub fn time(&self) -> f64 {
+        self.solver.state().t
+    }
+
+    /// `phase`, given in the chart of the solver's states, in the global one.
+    fn global(&self, phase: Phase<N>) -> Phase<N> {
+        Phase {
+            q: (self.manifold).carried(&phase.q, self.patch, Patch::Global),
+            ..phase
+        }
+    }
+
+    /// Asks whether double precision holds the motion where it is.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn resolved(&self) -> Result<()> {
+        match self.patch {
+            Patch::Global => self.manifold.resolved(&self.solver.state().q),
+            Patch::Near(_) => Ok(()),
+        }
+    }
+
+    /// While the rod is taut: does the body move against its pull?
+    pub fn moves_outward(&self) -> Option<bool> {
+        let now = self.solver.state();
+        self.manifold.tautness(self.patch, &now.q)?;
+        let at = self.manifold.point_in(self.patch, &now.q)?;
+        Some(at.force.dot(&now.v) < 0.0)
+    }
+
+    /// Goes on in another chart where that is better.
+    fn change_patch(&mut self) {
+        let (now, before) = (*self.solver.state(), *self.solver.slope());
+        let patch = self.manifold.better_patch(self.patch, &now.q);
+        if patch == self.patch {
+            return;
+        }
+        let carried = Phase {
+            q: self.manifold.carried(&now.q, self.patch, patch),
+            ..now
+        };
+        let Some(slope) = slope(self.manifold, patch, self.body, self.orientation, &carried) else {
+            return;
+        };
+        // The same step in time, at first.
+        let h = self.solver.next_step() * before.t / slope.t;
+        let cost = self.cost();
+        self.solver = Dop853::new(carried, slope, h, self.tolerance);
+        *self.solver.cost_mut() = cost;
+        self.solver.cost_mut().evaluations += 1;
+        self.patch = patch;
+        self.last = None;
     }
 
     /// What it cost.
@@ -147,7 +214,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// One step, at most to time `end`, to the next break of the loads, or to the fold if that comes first. None: the step
     /// size has collapsed; the state stays where it was.
     pub fn step(&mut self, end: f64) -> Option<Progress> {
-        let next = self.body.next_break(self.phase().t);
+        self.change_patch();
+        let next = self.body.next_break(self.time());
         if next < end {
             return self.step_to_break(next);
         }
@@ -165,8 +233,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return Some(progress);
         };
         self.solver.rewind(from.0, from.1);
-        let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
-        let f = |y: &Phase<N>| slope(manifold, body, orientation, y);
+        let f = self.right_hand_side();
         let mut step = self.solver.step(f, h).ok()?;
         if step.h == h {
             step.to.t = at;
@@ -177,13 +244,12 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     fn step_to(&mut self, end: f64) -> Option<Progress> {
-        let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
-        let f = |y: &Phase<N>| slope(manifold, body, orientation, y);
+        let f = self.right_hand_side();
         self.dense = None;
         // No use in running far past the end: t' only changes smoothly.
-        let remaining = end - self.phase().t;
-        // The floor is for starts on a fold, where t' = 0; taut rods have t' near 1e-6.
-        let mut h_max = 4.0 * remaining / self.solver.slope().t.max(1e-12);
+        let remaining = end - self.time();
+        // The floor is for starts on a fold, where t' = 0; next to the straight rod t' goes like 1 - x.
+        let mut h_max = 4.0 * remaining / self.solver.slope().t.max(f64::MIN_POSITIVE);
         let mut cost = Cost::default();
         let (step, fold) = loop {
             let mut step = self.solver.step(f, h_max).ok()?;
@@ -243,25 +309,25 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The state within the last step at which `measure` is largest, by golden sections; nothing is counted.
-    pub fn largest(&self, measure: impl Fn(&Phase<N>) -> f64) -> Option<Phase<N>> {
-        let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
+    /// The state within the last step at which the stored energy is largest, by golden sections; nothing is counted.
+    pub fn hardest(&self) -> Option<Phase<N>> {
         let mut step = self.last.clone()?;
-        let dense = step.dense(
-            |y| slope(manifold, body, orientation, y),
-            &mut Cost::default(),
-        )?;
+        let dense = step.dense(self.right_hand_side(), &mut Cost::default())?;
+        let energy = |phase: &Phase<N>| {
+            let at = self.manifold.point_in(self.patch, &phase.q);
+            at.map_or(0.0, |at| at.energy)
+        };
         let golden = 0.5 * (5f64.sqrt() - 1.0);
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..GOLDEN_SECTIONS {
             let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            if measure(&dense.at(a)) >= measure(&dense.at(b)) {
+            if energy(&dense.at(a)) >= energy(&dense.at(b)) {
                 high = b;
             } else {
                 low = a;
             }
         }
-        Some(dense.at(0.5 * (low + high)))
+        Some(self.global(dense.at(0.5 * (low + high))))
     }
 
     fn rewind(&mut self, step: Step<Phase<N>>) {
@@ -271,27 +337,35 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// The state at a time within the last step, from its interpolant (order 7; built on first use).
     pub fn at(&mut self, t: f64) -> Option<Phase<N>> {
+        let f = self.right_hand_side();
         let step = self.last.as_mut()?;
-        if t == step.to.t {
-            return Some(step.to);
-        }
-        if t == step.from.t {
-            return Some(step.from);
+        if t == step.to.t || t == step.from.t {
+            let end = if t == step.to.t { step.to } else { step.from };
+            return Some(self.global(end));
         }
         if !(step.from.t < t && t < step.to.t) {
             return None;
         }
         let (from, to) = (step.from.t, step.to.t);
         if self.dense.is_none() {
-            let (manifold, body, orientation) = (self.manifold, self.body, self.orientation);
             let mut cost = Cost::default();
-            self.dense = step.dense(|y| slope(manifold, body, orientation, y), &mut cost);
+            self.dense = step.dense(f, &mut cost);
             let total = self.solver.cost_mut();
             *total = *total + cost;
         }
         let dense = self.dense.as_ref()?;
         let x = chandrupatla(|x| dense.at(x).t - t, (0.0, from - t), (1.0, to - t), 0.0)?;
-        Some(Phase { t, ..dense.at(x) })
+        Some(Phase {
+            t,
+            ..self.global(dense.at(x))
+        })
+    }
+
+    /// The right-hand side of the motion in the present chart.
+    fn right_hand_side(&self) -> impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy + use<'a, M, N> {
+        let (manifold, patch, body) = (self.manifold, self.patch, self.body);
+        let orientation = self.orientation;
+        move |y| slope(manifold, patch, body, orientation, y)
     }
 }
 
@@ -299,6 +373,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 #[inline]
 fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
+    patch: Patch,
     body: &Body<N>,
     orientation: f64,
     y: &Phase<N>,
@@ -309,7 +384,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
         jacobian,
         pace,
         ..
-    } = manifold.point(&y.q)?;
+    } = manifold.point_in(patch, &y.q)?;
     let (det, along) = adjugate_times(&jacobian, &y.v);
     let slow = orientation / (det * det + pace * pace).sqrt();
     let rate = slow * det;

@@ -120,12 +120,7 @@ pub fn landings<const N: usize>(
         let (leaving, _) = fold_sides(manifold, q)?;
         return Ok(vec![manifold.settle(q, &leaving)?]);
     }
-    let at = manifold
-        .point(q)
-        .ok_or_else(|| crate::Error::domain("the fold lies outside the chart"))?;
-    let mut stable = manifold.stable_at(&at.pose)?;
-    // Rounding may leave a twin of the fold among them.
-    stable.retain(|other| (other - q).norm() > 1e-4 * (1.0 + q.norm()));
+    let mut stable = manifold.stable_beside(q)?;
     match rule {
         LandingRule::Named(sheet) => stable.retain(|other| manifold.sheet(other) == sheet),
         LandingRule::Viscous | LandingRule::Lowest | LandingRule::All => {}

@@ -1,0 +1,508 @@
+//! The elastica's chart next to the straight rod.
+//!
+//! There the amplitude chart (p, w) is polar: kap = sin of half the angle between tip and force, lam^2 the size of the force, and a
+//! mass that shakes along the rod takes the pull through zero, past the pole at lam = 0, twice in every period. Here the force has
+//! Cartesian components instead. From the free end, with delta = theta(1) - theta and z = tan(delta/2), the rod obeys
+//! ```text
+//! ds = dz / sqrt(z (G + P z)(1 + z^2)),     (P, G): pull along the tip's tangent, and across it
+//! z = Z chi(sigma),   chi = (cosh(b sigma) - 1)/(cosh b - 1),   b^2 = P,   ds = dsigma / sqrt(1 + z^2),   0 <= sigma <= 1
+//! ```
+//! so that the rod of P and Z = tan(theta(1)/2) has the length l = int dsigma/sqrt(1 + z^2), by which it is scaled to 1, and its end
+//! ```text
+//! 1 - x = 2 Z^2/(l (1 + Z^2)) int (1 - chi)^2 (1 + z^2)^(-3/2) dsigma
+//!     y = 2 Z/(l (1 + Z^2)) int (1 - chi)(1 + Z^2 chi) (1 + z^2)^(-3/2) dsigma
+//!     U = 2 l Z^2 int chi'^2 (1 + z^2)^(-3/2) dsigma
+//! ```
+//! For small z the square roots are series in z^2, and with them all is made of the moments M_k = int chi^k, smooth functions of P
+//! through 0 up to the first fold and beyond: no elliptic integral, no difference of nearly equal numbers, relative accuracy for Z
+//! down to 1e-100. To leading order this is the beam under tension of theory 2.3.
+
+use super::chart::{Integrals, Modulus};
+use crate::manifold::{ManifoldPoint, Sign, adjugate_times};
+use nalgebra::{Matrix2, Vector2};
+
+/// z up to which a motion is followed here; at this z the terms left out of the series are of relative size 3e-16.
+const LARGEST: f64 = 1e-2;
+/// The chart is left for good before the series lose digits: no step goes beyond.
+const BEYOND: f64 = 2.0 * LARGEST;
+/// z below which a motion comes here.
+const SMALL: f64 = 0.6 * LARGEST;
+/// The least Z, whose square is a normal number.
+const LEAST: f64 = 1e-100;
+/// The strongest push, beyond that of the first fold, 36.21; at 4 pi^2 the rod's end is parallel to the clamp whatever its shape.
+const MOST_PUSH: f64 = 38.0;
+/// The amplitude w next to which lam is that push.
+const MOST_W: f64 = 6.1;
+
+/// -lam^2 at the first fold of the straight rod, and the pull where a rod that leaves it settles, with the same (1 - x)/y^2 =
+/// 0.734496396.
+const FOLD: f64 = -36.211_401_677_2;
+const LANDING: f64 = -9.436_451_114_8;
+/// Rounds of Newton's method from there: the guess is off by Z^2.
+const NEWTON: usize = 4;
+
+/// Coefficients of (1 + z^2)^(-1/2) and (1 + z^2)^(-3/2) in powers of z^2.
+const LENGTH: [f64; 4] = [1.0, -0.5, 0.375, -0.3125];
+const TIP: [f64; 4] = [1.0, -1.5, 1.875, -2.1875];
+
+/// |P| below which the moments come from their series in P, and its terms: it converges for |P| < 4 pi^2.
+const GENTLE: f64 = 3.0;
+const TERMS: usize = 18;
+/// Highest moment.
+const ORDER: usize = 8;
+
+/// Coefficients of P^j in (g, M_1, .., M_8), from
+/// ```text
+/// M_k = (sinh(b)/b - (k+1)/2 P q M_(k+1)) / (2k+1),   q = 2 (cosh b - 1)/P,   g = 4/q
+/// ```
+const SERIES: [[f64; ORDER + 1]; TERMS] = series();
+
+const fn series() -> [[f64; ORDER + 1]; TERMS] {
+    let (mut q, mut sinh) = ([1.0; TERMS], [1.0; TERMS]);
+    let mut j = 1;
+    while j < TERMS {
+        let n = 2.0 * j as f64;
+        q[j] = q[j - 1] / ((n + 1.0) * (n + 2.0));
+        sinh[j] = sinh[j - 1] / (n * (n + 1.0));
+        j += 1;
+    }
+    let mut table = [[0.0; ORDER + 1]; TERMS];
+    table[0][0] = 4.0;
+    j = 1;
+    while j < TERMS {
+        let mut i = 1;
+        while i <= j {
+            table[j][0] -= q[i] * table[j - i][0];
+            i += 1;
+        }
+        j += 1;
+    }
+    // The coefficient of P^j asks for that of P^(j-1) in the next moment: what lies TERMS moments higher does not matter.
+    let mut above = [0.0; TERMS];
+    let mut k = ORDER + TERMS;
+    while k > 0 {
+        let mut moment = [0.0; TERMS];
+        j = 0;
+        while j < TERMS {
+            let (mut product, mut i) = (0.0, 0);
+            while i < j {
+                product += q[i] * above[j - 1 - i];
+                i += 1;
+            }
+            moment[j] = (sinh[j] - 0.5 * (k as f64 + 1.0) * product) / (2.0 * k as f64 + 1.0);
+            if k <= ORDER {
+                table[j][k] = moment[j];
+            }
+            j += 1;
+        }
+        above = moment;
+        k -= 1;
+    }
+    table
+}
+
+/// g = 2 P/(cosh b - 1), so that the cross force at the tip is G = g Z; and the moments M_0 .. M_8; with the derivatives of these by P.
+struct Moments {
+    g: f64,
+    m: [f64; ORDER + 1],
+    slope: [f64; ORDER + 1],
+}
+
+impl Moments {
+    #[inline]
+    fn new(pull: f64) -> Self {
+        let mut slope = [0.0; ORDER + 1];
+        if pull.abs() < GENTLE {
+            let mut value = SERIES[TERMS - 1];
+            for row in SERIES[..TERMS - 1].iter().rev() {
+                for k in 0..=ORDER {
+                    slope[k] = slope[k] * pull + value[k];
+                    value[k] = value[k] * pull + row[k];
+                }
+            }
+            let g = value[0];
+            (value[0], slope[0]) = (1.0, 0.0);
+            return Self { g, m: value, slope };
+        }
+        // tau = chi'(1) = b coth(b/2).
+        let b = pull.abs().sqrt();
+        let (tau, g) = if pull > 0.0 {
+            let e = (-b).exp();
+            let rest = 1.0 - e;
+            (b * (1.0 + e) / rest, 4.0 * pull * e / (rest * rest))
+        } else {
+            let (sin, cos) = (0.5 * b).sin_cos();
+            (b * cos / sin, -pull / (sin * sin))
+        };
+        let inverse = 1.0 / pull;
+        let tau_slope = (0.5 * tau - 0.25 * g) * inverse;
+        let g_slope = g * (1.0 - 0.5 * tau) * inverse;
+        let mut m = [1.0; ORDER + 1];
+        // chi'^2 = P chi^2 + g chi, and so int (chi^(k-1) chi')' = chi'(1) = k P M_k + (k - 1/2) g M_(k-1).
+        for k in 1..=ORDER {
+            let (n, before) = (k as f64, k as f64 - 0.5);
+            let share = inverse / n;
+            m[k] = (tau - before * g * m[k - 1]) * share;
+            slope[k] =
+                (tau_slope - n * m[k] - before * (g_slope * m[k - 1] + g * slope[k - 1])) * share;
+        }
+        Self { g, m, slope }
+    }
+
+    /// chi'(1).
+    fn tau(&self, pull: f64) -> f64 {
+        pull * self.m[1] + 0.5 * self.g
+    }
+}
+
+/// sum_j weights_j u^j f_j for f and for its derivative by P, and its derivative by u.
+#[inline]
+fn sum(weights: &[f64; 4], u: f64, f: impl Fn(usize) -> (f64, f64)) -> [f64; 3] {
+    let (mut value, mut by_u, mut by_pull) = (0.0, 0.0, 0.0);
+    for j in (0..4).rev() {
+        let (f, f_pull) = f(2 * j);
+        by_u = by_u * u + value;
+        value = value * u + weights[j] * f;
+        by_pull = by_pull * u + weights[j] * f_pull;
+    }
+    [value, by_u, by_pull]
+}
+
+/// P = sigma sqrt(1 + sigma^2): linear in small pulls, sigma is lam where the rod is taut.
+#[inline]
+fn pull_of(sigma: f64) -> (f64, f64) {
+    let root = (1.0 + sigma * sigma).sqrt();
+    (sigma * root, root)
+}
+
+fn sigma_of(pull: f64) -> f64 {
+    pull * (2.0 / (1.0 + f64::hypot(1.0, 2.0 * pull))).sqrt()
+}
+
+/// Largest z on the rod: between clamp and tip where the push has made chi swing back.
+#[inline]
+fn largest(pull: f64, tip: f64) -> f64 {
+    if pull > -10.0 {
+        return tip;
+    }
+    let half = (0.5 * (-pull).sqrt()).sin();
+    tip / (half * half)
+}
+
+/// A rod bent to the side of Z > 0.
+struct Rod {
+    pull: f64,
+    /// sqrt(1 + sigma^2).
+    root: f64,
+    z: f64,
+    /// (1 - x, y), and their derivatives by sigma and by ln Z.
+    tip: [f64; 2],
+    by_sigma: [f64; 2],
+    by_ln: [f64; 2],
+    /// Force of the rod on the body.
+    force: [f64; 2],
+    energy: f64,
+}
+
+impl Rod {
+    /// None outside the chart.
+    #[inline]
+    fn new(sigma: f64, ln_z: f64) -> Option<Self> {
+        let z = ln_z.exp();
+        let (pull, root) = pull_of(sigma);
+        if !(pull > -MOST_PUSH && z >= LEAST && largest(pull, z) < BEYOND) {
+            return None;
+        }
+        let moments = Moments::new(pull);
+        let (m, d, g) = (&moments.m, &moments.slope, moments.g);
+        let u = z * z;
+        let [l, l_u, l_pull] = sum(&LENGTH, u, |k| (m[k], d[k]));
+        let second = |a: &[f64; ORDER + 1], k: usize| a[k] - 2.0 * a[k + 1] + a[k + 2];
+        let [x, x_u, x_pull] = sum(&TIP, u, |k| (second(m, k), second(d, k)));
+        let first = |k: usize| (m[k] - m[k + 1], d[k] - d[k + 1]);
+        let [straight, straight_u, straight_pull] = sum(&TIP, u, first);
+        let [bent, bent_u, bent_pull] = sum(&TIP, u, |k| first(k + 1));
+        let (y, y_pull) = (straight + u * bent, straight_pull + u * bent_pull);
+        let y_u = straight_u + bent + u * bent_u;
+        let [stretch, ..] = sum(&TIP, u, |k| (pull * m[k + 2] + g * m[k + 1], 0.0));
+
+        let (inverse, share) = (1.0 / l, 1.0 / (1.0 + u));
+        let scale = 2.0 * z * inverse * share;
+        // d ln(scale)/d ln Z and d ln(scale)/dP.
+        let by_ln = 1.0 - 2.0 * u * (share + l_u * inverse);
+        let by_pull = -l_pull * inverse;
+        let short = scale * z;
+        // dP/dsigma.
+        let rate = (2.0 * root * root - 1.0) / root;
+        let (along, across) = (pull * l * l, g * z * l * l);
+        let (cos, sin) = ((1.0 - u) * share, 2.0 * z * share);
+        Some(Self {
+            pull,
+            root,
+            z,
+            tip: [short * x, scale * y],
+            by_sigma: [
+                rate * short * (x_pull + by_pull * x),
+                rate * scale * (y_pull + by_pull * y),
+            ],
+            by_ln: [
+                short * ((1.0 + by_ln) * x + 2.0 * u * x_u),
+                scale * (by_ln * y + 2.0 * u * y_u),
+            ],
+            force: [across * sin - along * cos, -along * sin - across * cos],
+            energy: 2.0 * l * u * stretch,
+        })
+    }
+}
+
+/// The rod at q = (+-sigma, ln Z), the sign being that of Z; None outside the chart.
+#[inline]
+pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
+    let sign = side.value();
+    let rod = Rod::new(sign * q[0], q[1])?;
+    Some(ManifoldPoint {
+        pose: Vector2::new(1.0 - rod.tip[0], sign * rod.tip[1]),
+        force: Vector2::new(rod.force[0], sign * rod.force[1]),
+        energy: rod.energy,
+        jacobian: Matrix2::new(
+            -sign * rod.by_sigma[0],
+            -rod.by_ln[0],
+            rod.by_sigma[1],
+            sign * rod.by_ln[1],
+        ),
+        // det is of order Z^3/lam^2 at the wall: time runs like (1 - x)/lam.
+        pace: rod.z / rod.root,
+    })
+}
+
+/// The other stable rod with the end of `q` = (p, w), a point of the first fold next to the straight rod; None elsewhere.
+///
+/// Close to the straight rod the energy is the quadratic form of theta' and the end holds theta on a plane and a sphere: such a
+/// form has at most one local minimum beside its least one. So the rod that runs out of the one settles in the other, which has
+/// the same (1 - x, y) of full relative accuracy, and on every scale the same pull but for terms of order Z^2.
+pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
+    let fold_side = side(q[0], q[1])?;
+    let fold = from_amplitude(q[0], q[1]);
+    let rod = Rod::new(fold_side.value() * fold[0], fold[1])?;
+    // On the fold the end has swung through y = 0.
+    if !((rod.pull - FOLD).abs() < 0.01 * FOLD.abs() && rod.tip[1] < 0.0) {
+        return None;
+    }
+    let held = [rod.tip[0], -rod.tip[1]];
+    let m = Moments::new(LANDING).m;
+    let (mut sigma, mut ln_z) = (sigma_of(LANDING), (0.5 * held[1] / (1.0 - m[1])).ln());
+    for _ in 0..NEWTON {
+        let at = Rod::new(sigma, ln_z)?;
+        let gap = Vector2::new(held[0] - at.tip[0], held[1] - at.tip[1]);
+        let slope = Matrix2::new(at.by_sigma[0], at.by_ln[0], at.by_sigma[1], at.by_ln[1]);
+        let (det, step) = adjugate_times(&slope, &gap);
+        sigma += step[0] / det;
+        ln_z += step[1] / det;
+    }
+    let other = Sign::of(-fold_side.value());
+    let landed = Vector2::new(other.value() * sigma, ln_z);
+    Some(to_amplitude(other, &landed))
+}
+
+/// lam of a rod under a pull; None under a push.
+pub(super) fn lambda(side: Sign, q: &Vector2<f64>) -> Option<f64> {
+    let sigma = side.value() * q[0];
+    (sigma > 0.0).then(|| pull_of(sigma).0.sqrt())
+}
+
+/// True if a motion through q = (+-sigma, ln Z) may go on here.
+pub(super) fn holds(side: Sign, q: &Vector2<f64>) -> bool {
+    let (pull, _) = pull_of(side.value() * q[0]);
+    let z = q[1].exp();
+    pull > -MOST_PUSH && z > LEAST && largest(pull, z) < LARGEST
+}
+
+/// The side on which the rod (p, w) lies next to the straight one, if a motion through it is to be followed here.
+pub(super) fn side(p: f64, w: f64) -> Option<Sign> {
+    if !(w < MOST_W && p != 0.0) {
+        return None;
+    }
+    let (Modulus { kap, kap_c }, z) = tip(p, w);
+    // Beyond w = pi/2 the rod is pushed, and z nowhere larger than 2 kap/kap'.
+    let most = if w < 1.5 { z } else { 2.0 * kap / kap_c };
+    (z.abs() > 2.0 * LEAST && most.abs() < SMALL).then(|| Sign::of(p))
+}
+
+/// The modulus, and Z = tan((alpha + 2 asin kap)/2), alpha = -2 atan2(kap cos w, D), by the addition theorem.
+fn tip(p: f64, w: f64) -> (Modulus, f64) {
+    let modulus = Modulus::new(p);
+    let Modulus { kap, kap_c } = modulus;
+    let (s, c) = w.sin_cos();
+    let d = (kap_c * kap_c + kap * kap * s * s).sqrt();
+    // D - kap' c, whose product with D + kap' c is sin^2 w.
+    let gap = if c > 0.0 {
+        s * s / (d + kap_c * c)
+    } else {
+        d - kap_c * c
+    };
+    (modulus, kap * gap / (kap_c * d + kap * kap * c))
+}
+
+/// (+-sigma, ln Z) of the rod (p, w), which lies next to the straight one.
+pub(super) fn from_amplitude(p: f64, w: f64) -> Vector2<f64> {
+    let (Modulus { kap, kap_c }, z) = tip(p, w);
+    let lam = Integrals::new(p, w).lam;
+    let along = lam * lam * (kap * kap - kap_c * kap_c);
+    let u = z * z;
+    let mut pull = along;
+    // The length differs from 1 by Z^2: each round gains as many digits.
+    for _ in 0..6 {
+        let m = Moments::new(pull).m;
+        let [l, ..] = sum(&LENGTH, u, |k| (m[k], 0.0));
+        pull = along / (l * l);
+    }
+    Vector2::new(sigma_of(pull) * Sign::of(p).value(), z.abs().ln())
+}
+
+/// (p, w) of the rod (+-sigma, ln Z).
+///
+/// With the force in polar coordinates, P + i G = -lam^2 exp(-i psi) at the tip, sinh p = tan(psi/2); at the clamp kap sin w =
+/// theta'(0)/(2 lam) and kap cos w = sin(psi/2 - theta(1)/2).
+pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
+    let z = q[1].exp();
+    let (pull, _) = pull_of(side.value() * q[0]);
+    let moments = Moments::new(pull);
+    let across = moments.g * z;
+    let force = pull.hypot(across);
+    let p = if pull <= 0.0 {
+        (across / (force - pull)).asinh()
+    } else {
+        // G goes like exp(-b) and may underflow, its logarithm not.
+        let b = pull.sqrt();
+        let ln_g = (4.0 * pull).ln() - b - 2.0 * (-(-b).exp()).ln_1p();
+        let ln_tan = (force + pull).ln() - ln_g - q[1];
+        if ln_tan > 20.0 {
+            ln_tan + std::f64::consts::LN_2
+        } else {
+            ln_tan.exp().asinh()
+        }
+    };
+    let Modulus { kap, kap_c } = Modulus::new(p);
+    let w = (z * moments.tau(pull) / force.sqrt()).atan2(kap - kap_c * z);
+    let w = if w < 0.0 {
+        w + std::f64::consts::TAU
+    } else {
+        w
+    };
+    Vector2::new(p * side.value(), w)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elastica::{Elastica, Equilibrium};
+    use crate::manifold::{EquilibriumManifold, adjugate_times};
+
+    const SIZES: [f64; 5] = [1e-90, 1e-30, 1e-8, 1e-4, 4e-3];
+
+    fn close(a: f64, b: f64, tolerance: f64) -> bool {
+        (a - b).abs() <= tolerance * b.abs()
+    }
+
+    /// Catches a wrong moment, series or change of chart: taut, slack, pushed and folding rods of every size are the same, there
+    /// and back, as in the amplitude chart, and the sign of det is kept.
+    #[test]
+    fn the_charts_agree() {
+        let pulls = [
+            -6.05, -6.0, -5.0, -4.5, -2.9, -1.6, -1.5, -1e-3, 0.7, 1.65, 1.75, 5.0, 30.0, 1e3, 1e8,
+        ];
+        for (side, sigma, z) in every(&pulls) {
+            let q = Vector2::new(sigma * side.value(), f64::ln(z));
+            let Some(at) = point(side, &q) else {
+                assert!(sigma < -5.9 && z > 1e-3);
+                continue;
+            };
+            let global = to_amplitude(side, &q);
+            let back = from_amplitude(global[0], global[1]);
+            assert!(
+                (back - q).amax() <= 1e-14 * (1.0 + q.amax()),
+                "{sigma}, {z:e}: {back:?}"
+            );
+            let exact = Equilibrium::new(global[0], global[1]).unwrap();
+            let chart = Elastica.point(&global).unwrap();
+            let rod = Rod::new(sigma, f64::ln(z)).unwrap();
+            let same = close(at.pose[1], exact.y, 1e-13)
+                && (exact.one_minus_x == 0.0 || close(rod.tip[0], exact.one_minus_x, 1e-13))
+                && close(at.energy, exact.energy, 1e-13)
+                && close(at.force[0], exact.force[0], 1e-13)
+                && close(at.force[1], exact.force[1], 1e-13);
+            let det = |at: &ManifoldPoint<2>| adjugate_times(&at.jacobian, &at.pose).0;
+            assert!(
+                same && det(&at) * det(&chart).signum() > 0.0,
+                "{sigma}, {z:e}: {exact:?} {at:?}"
+            );
+        }
+    }
+
+    fn every(pulls: &[f64]) -> Vec<(Sign, f64, f64)> {
+        let sides = [Sign::Plus, Sign::Minus].into_iter();
+        let with_pulls = sides.flat_map(|side| pulls.iter().map(move |sigma| (side, *sigma)));
+        with_pulls
+            .flat_map(|(side, sigma)| SIZES.map(|z| (side, sigma, z)))
+            .collect()
+    }
+
+    /// Catches a wrong derivative: the Jacobian against differences of the tip, and dU = -force . d(x, y).
+    #[test]
+    fn derivatives_are_those_of_the_tip() {
+        for sigma in [-5.5, -4.4, -2.9, -1.4, 0.3, 1.5, 8.0] {
+            let (ln_z, h) = (f64::ln(5e-4), 1e-5);
+            let at = |sigma: f64, ln_z: f64| Rod::new(sigma, ln_z).unwrap();
+            let rod = at(sigma, ln_z);
+            let pairs = [
+                (at(sigma + h, ln_z), at(sigma - h, ln_z), rod.by_sigma),
+                (at(sigma, ln_z + h), at(sigma, ln_z - h), rod.by_ln),
+            ];
+            for (ahead, behind, slope) in pairs {
+                for i in 0..2 {
+                    let difference = (ahead.tip[i] - behind.tip[i]) / (2.0 * h);
+                    assert!(
+                        (difference - slope[i]).abs()
+                            <= 1e-8 * rod.tip[i].abs().max(slope[i].abs()),
+                        "{sigma}, {i}: {difference:e} {:e}",
+                        slope[i]
+                    );
+                }
+                // d(1 - x) = -dx.
+                let work = rod.force[0] * slope[0] - rod.force[1] * slope[1];
+                let stored = (ahead.energy - behind.energy) / (2.0 * h);
+                assert!(
+                    (stored - work).abs() <= 1e-8 * rod.energy,
+                    "{sigma}: {stored:e} {work:e}"
+                );
+            }
+        }
+    }
+
+    /// Catches a landing on the fold's own twin: on every scale the rod that runs out of its sheet settles on the other side,
+    /// at the same end, and releases energy.
+    #[test]
+    fn rods_next_to_the_straight_one_land_on_the_other_side() {
+        for kap in [1e-40, 1e-8, -1e-4, 2e-3] {
+            let p = f64::atanh(kap);
+            let fold = crate::elastica::fold_at(1, p).unwrap().equilibrium;
+            let from = Vector2::new(p, fold.w);
+            let to = landing(&from).unwrap();
+            let (a, b) = (
+                Equilibrium::new(p, fold.w).unwrap(),
+                Equilibrium::new(to[0], to[1]).unwrap(),
+            );
+            assert!(kap * to[0] < 0.0 && Elastica.index(&to).unwrap() == 0);
+            assert!(
+                close(b.y, a.y, 1e-12)
+                    && (kap.abs() < 1e-6 || close(b.one_minus_x, a.one_minus_x, 1e-8))
+            );
+            assert!(
+                b.energy < 0.5 * a.energy,
+                "{kap}: {} {}",
+                a.energy,
+                b.energy
+            );
+        }
+    }
+}
