@@ -27,9 +27,9 @@ pub struct ElasticaRecord {
 /// ```
 /// use snaprod::elastica::Equilibrium;
 /// use snaprod::study::elastica;
-/// let record = elastica(Equilibrium::from_lambda_kappa(6.3, 0.6)?, &[0.0, 1.0])?;
+/// let record = elastica(Equilibrium::from_lambda_kappa(6.3, 0.6)?, &[1.0])?;
 /// assert!(record.index == 0 && (record.fold_distance.unwrap() - 0.3434402645620).abs() < 1e-11); // stable, near the first fold
-/// assert_eq!(record.shape()?.reals("x"), [0.0, record.equilibrium.x]);
+/// assert_eq!(record.shape()?.reals("x"), [record.equilibrium.x]);
 /// # Ok::<(), snaprod::Error>(())
 /// ```
 ///
