@@ -459,13 +459,12 @@ mod tests {
                 (at(sigma, ln_z + h), at(sigma, ln_z - h), rod.by_ln),
             ];
             for (ahead, behind, slope) in pairs {
-                for i in 0..2 {
+                for (i, expected) in slope.into_iter().enumerate() {
                     let difference = (ahead.tip[i] - behind.tip[i]) / (2.0 * h);
+                    let size = rod.tip[i].abs().max(expected.abs());
                     assert!(
-                        (difference - slope[i]).abs()
-                            <= 1e-8 * rod.tip[i].abs().max(slope[i].abs()),
-                        "{sigma}, {i}: {difference:e} {:e}",
-                        slope[i]
+                        (difference - expected).abs() <= 1e-8 * size,
+                        "{sigma}, {i}: {difference:e} {expected:e}"
                     );
                 }
                 // d(1 - x) = -dx.
