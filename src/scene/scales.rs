@@ -105,11 +105,6 @@ impl Scales {
         self.stiffness() * self.time
     }
 
-    /// Scale of the rate of a curvature, 1/(length * time).
-    pub fn curvature_rate(&self) -> f64 {
-        1.0 / self.length / self.time
-    }
-
     /// The units of messages, which are made in those of the rod: for [`Error::in_units`].
     pub fn of_messages(&self, units: Units) -> impl Fn(Quantity) -> (f64, &'static str) {
         let k = *self;
@@ -397,13 +392,6 @@ impl Dimensionless {
         all.start(&mut self.start);
         all.loads(&mut self.loads);
         all.0
-    }
-
-    /// Viscosity eta of a planar rod; 0 if it is elastic.
-    pub fn viscosity(&self) -> f64 {
-        self.damping
-            .as_ref()
-            .map_or(0.0, |damping| damping.viscosity(1.0))
     }
 
     /// True if every number is finite, with its square, as energies and powers have it, and none that must be > 0 underflows.

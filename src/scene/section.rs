@@ -40,8 +40,9 @@ impl Section {
             Self::Bending(_) => held(true, true),
             Self::Diagonal(law) => diagonal(law),
             Self::Full(full) => StrainName::ALL.map(|name| full.rigid.contains(&name)),
-            Self::Shaped(shaped) => held(shaped.shear.is_some(), shaped.axial.is_some()),
-            Self::Profile(profile) => held(profile.shear.is_some(), profile.axial.is_some()),
+            Self::Shaped(Shaped { set, .. }) | Self::Profile(Profile { set, .. }) => {
+                held(set.shear.is_some(), set.axial.is_some())
+            }
             Self::Barrier(law) => diagonal(&law.linear),
         }
     }
@@ -82,18 +83,9 @@ pub struct Shaped {
     /// The other elastic constant.
     #[serde(flatten)]
     pub transverse: Transverse,
-    /// Shear stiffness = factor * G * area, in (0, 1]; without it, that of the shape.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shear_factor: Option<f64>,
-    /// Torsional stiffness = G * constant, > 0, length to the fourth; without it, that of St Venant.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub torsion_constant: Option<f64>,
-    /// `"rigid"`: unshearable.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shear: Option<Rigid>,
-    /// `"rigid"`: inextensible.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axial: Option<Rigid>,
+    /// What is set beside them.
+    #[serde(flatten)]
+    pub set: ShapeSettings,
 }
 
 /// The word `"rigid"`.
@@ -110,10 +102,18 @@ pub struct Profile {
     /// Its shape.
     #[serde(flatten, serialize_with = "measured")]
     pub shape: Shape,
-    /// As [`Shaped::shear_factor`].
+    /// What is set beside it.
+    #[serde(flatten)]
+    pub set: ShapeSettings,
+}
+
+/// What may be set beside the shape of a cross-section.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct ShapeSettings {
+    /// Shear stiffness = factor * G * area, in (0, 1]; without it, that of the shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_factor: Option<f64>,
-    /// As [`Shaped::torsion_constant`].
+    /// Torsional stiffness = G * constant, > 0, length to the fourth; without it, that of St Venant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torsion_constant: Option<f64>,
     /// `"rigid"`: unshearable.

@@ -247,11 +247,11 @@ fn sections_in_all_forms() {
     assert_eq!(rectangle.shape, Shape::Rectangle { width, height });
     assert_eq!(rectangle.transverse, Transverse::ShearModulus(0.5));
     assert_eq!(
-        (rectangle.shear_factor, rectangle.torsion_constant),
+        (rectangle.set.shear_factor, rectangle.set.torsion_constant),
         (Some(0.9), Some(2.0))
     );
     assert_eq!(
-        (rectangle.shear, rectangle.axial),
+        (rectangle.set.shear, rectangle.set.axial),
         (Some(Rigid::Rigid), None)
     );
     let tube = shaped("shape = 'tube'\nouter_diameter = 4\nthickness = 1\nyoung = 1\npoisson = 0");

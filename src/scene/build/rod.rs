@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Barrier, BarrierTerm, Component, Full, Orientation, Profile as SceneProfile, Rod as SceneRod,
-    Scene, Section, Shape, Shaped, Transverse,
+    Scene, Section, Shape, ShapeSettings, Shaped, Transverse,
 };
 use crate::section::{self, Linear, Material, Profile, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
@@ -55,9 +55,7 @@ impl SceneRod {
                 ));
             }
         };
-        let (constant, factor) = (section.torsion_constant, section.shear_factor);
-        let rigid = [section.shear.is_some(), section.axial.is_some()];
-        law_of(section.shape, material, constant, factor, rigid)
+        law_of(section.shape, material, &section.set)
     }
 
     fn unclamped(&self) -> Result<Rod> {
@@ -137,31 +135,18 @@ fn shaped(law: &Shaped) -> Result<Linear> {
         Transverse::ShearModulus(modulus) => Material::with_shear(law.young, modulus)?,
         Transverse::Poisson(ratio) => Material::with_poisson(law.young, ratio)?,
     };
-    let rigid = [law.shear.is_some(), law.axial.is_some()];
-    law_of(
-        law.shape,
-        material,
-        law.torsion_constant,
-        law.shear_factor,
-        rigid,
-    )
+    law_of(law.shape, material, &law.set)
 }
 
-/// The law of a shape; `rigid`: shear, stretch.
-fn law_of(
-    shape: Shape,
-    material: Material,
-    torsion_constant: Option<f64>,
-    shear_factor: Option<f64>,
-    rigid: [bool; 2],
-) -> Result<Linear> {
+fn law_of(shape: Shape, material: Material, set: &ShapeSettings) -> Result<Linear> {
+    let [shear, axial] = [set.shear.is_some(), set.axial.is_some()];
     let mut profile = Profile::new(shape, material)?;
-    if let Some(constant) = torsion_constant {
+    if let Some(constant) = set.torsion_constant {
         profile = profile.with_torsion_constant(constant)?;
     }
     // Where shear is rigid the factor is not used.
-    if let Some(factor) = shear_factor.or(rigid[0].then_some(1.0)) {
+    if let Some(factor) = set.shear_factor.or(shear.then_some(1.0)) {
         profile = profile.with_shear_factors([factor; 2])?;
     }
-    profile.law()?.rigid([rigid[0], rigid[0], rigid[1]])
+    profile.law()?.rigid([shear, shear, axial])
 }

@@ -85,9 +85,7 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
     let reader = table.reader;
     let s_words = "an array of arclengths that grow from 0 to the length of the rod, at least two";
     let s = table.read("s", s_words, Absent::Fault, |field, value| {
-        let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
-        let list = reader.list(field, value, s_words, number)?;
-        let mut s: Vec<f64> = list.into_iter().collect::<Option<_>>()?;
+        let mut s = reader.numbers(field, value, s_words, &VALUE)?;
         let grows = s.len() >= 2 && s.windows(2).all(|pair| pair[0] < pair[1]);
         let wrong = match (s.first().copied(), s.last().copied(), length) {
             (Some(first), Some(last), _) if !grows || first != 0.0 => Some(format!(
@@ -112,9 +110,7 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
     });
     let allowed = "an array of numbers, one for each of s";
     let values = table.read("values", allowed, Absent::Fault, |field, value| {
-        let number = |field: &str, value: &_| reader.number(field, value, rule);
-        let list = reader.list(field, value, allowed, number)?;
-        let values: Vec<f64> = list.into_iter().collect::<Option<_>>()?;
+        let values = reader.numbers(field, value, allowed, rule)?;
         match &s {
             Some(s) if s.len() != values.len() => {
                 let hint = format!("it has {} elements, s has {}", values.len(), s.len());

@@ -18,14 +18,15 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     let (both, back) = (table.flag("both"), table.flag("back"));
     let words = "an array of finite numbers, values of the parameter";
     let at = table.read("at", words, Absent::Or(Vec::new()), |field, value| {
-        let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
-        let list = reader.list(field, value, words, number)?;
-        list.into_iter().collect::<Option<Vec<f64>>>()
+        reader.numbers(field, value, words, &VALUE)
     });
     let allowed = "a table such as { parameter = \"end.force[0]\", to = 1.0 }";
-    let second = table.read("second", "", Absent::Or(None), |field, value| {
-        let inner = reader.table(field, value, &SECOND, allowed)?;
-        second(&inner, scene, parameter).map(Some)
+    let second = table.maybe("second", |field, value| {
+        second(
+            &reader.table(field, value, &SECOND, allowed)?,
+            scene,
+            parameter,
+        )
     });
     let (from, to) = ends?;
     let continuation = Continue {
@@ -113,9 +114,7 @@ fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> O
         _ => &VALUE,
     };
     let number = |field: &str, value: &_| table.reader.number(field, value, rule);
-    let from = table.read("from", "", Absent::Or(None), |field, value| {
-        number(field, value).map(Some)
-    });
+    let from = table.maybe("from", number);
     let to = table.read("to", rule.allowed, Absent::Fault, number);
     let (scene, parameter) = (scene?, parameter?);
     let from = from?.unwrap_or_else(|| scene.value(&parameter));

@@ -31,11 +31,11 @@ pub(super) fn clamp(table: &Table) -> Option<Clamp> {
         _ => orientation(table),
     };
     let allowed = "a table such as { turn = { rate = 1.0 } }";
-    let motion = table.read("motion", allowed, Absent::Or(None), |field, value| {
+    let motion = table.maybe("motion", |field, value| {
         let table = reader.table(field, value, &CLAMP_MOTION, allowed)?;
         let (translate, turn) = (translation(&table), turn(&table));
         let (translate, turn) = (translate?, turn?);
-        Some(Some(ClampMotion { translate, turn }))
+        Some(ClampMotion { translate, turn })
     });
     Some(Clamp {
         position: position?,
@@ -49,37 +49,30 @@ fn translation(table: &Table) -> Option<Option<Translation>> {
     let size = if reader.kind.get() == PLANE { 3 } else { 4 };
     let allowed = "an array of rows [t, x, y] (in space [t, x, y, z]) of growing times, or a table such as \
                    { direction = [0.0, 1.0], amplitude = 0.01, frequency = 2.0 }";
-    table.read("translate", allowed, Absent::Or(None), |field, value| {
+    table.maybe("translate", |field, value| {
         if value.get_ref().is_table() {
             let table = reader.table(field, value, &SHAKE, allowed)?;
             let (direction, sine) = (direction(&table, "direction"), sine(&table));
             let (direction, sine) = (direction?, sine?);
-            return Some(Some(Translation::Sine { direction, sine }));
+            return Some(Translation::Sine { direction, sine });
         }
         let words = if size == 3 {
             "a row [t, x, y]"
         } else {
             "a row [t, x, y, z]"
         };
-        let number = |field: &str, value: &_| reader.number(field, value, &FINITE);
         let row = |field: &str, value| {
-            let row: Vec<f64> = reader
-                .list(field, value, words, number)?
-                .into_iter()
-                .collect::<Option<_>>()?;
+            let row = reader.numbers(field, value, words, &FINITE)?;
             if row.len() != size {
                 let hint = format!("it has {} elements", row.len());
                 return reader.refuse(FaultKind::Value, field, value, words, hint);
             }
             Some(row)
         };
-        let table: Vec<Vec<f64>> = reader
-            .list(field, value, allowed, row)?
-            .into_iter()
-            .collect::<Option<_>>()?;
+        let table = reader.all(field, value, allowed, row)?;
         let times: Vec<f64> = table.iter().map(|row| row[0]).collect();
         growing(reader, field, value, &times)?;
-        Some(Some(Translation::Table(table)))
+        Some(Translation::Table(table))
     })
 }
 
@@ -100,7 +93,7 @@ pub(super) fn growing(
 fn turn(table: &Table) -> Option<Option<Turn>> {
     let reader = table.reader;
     let allowed = "a table such as { rate = 1.0 } or { amplitude = 0.1, frequency = 2.0 }";
-    table.read("turn", allowed, Absent::Or(None), |field, value| {
+    table.maybe("turn", |field, value| {
         let table = reader.table(field, value, &TURN, allowed)?;
         let axis = match reader.kind.get() {
             PLANE => Some([0.0, 0.0, 1.0]),
@@ -109,22 +102,17 @@ fn turn(table: &Table) -> Option<Option<Turn>> {
         let rate = table.optional("rate");
         let angle = match rate? {
             Some(rate) => {
-                let sine = ["amplitude", "frequency", "phase"];
-                let given = |name: &&str| table.get(name).is_some();
-                let clash: Vec<&str> = sine.into_iter().filter(given).collect();
+                let clash = table.given(&["amplitude", "frequency", "phase"]);
                 if !clash.is_empty() {
-                    table.conflict(
-                        "rate",
-                        &clash,
-                        "a constant rate, or a sine: keep one of the two",
-                    );
+                    let hint = "a constant rate, or a sine: keep one of the two";
+                    table.conflict("rate", &clash, hint);
                     return None;
                 }
                 TurnAngle::Rate { rate }
             }
             None => TurnAngle::Sine(sine(&table)?),
         };
-        Some(Some(Turn { axis: axis?, angle }))
+        Some(Turn { axis: axis?, angle })
     })
 }
 
@@ -182,8 +170,8 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     let offset = table.vector("offset");
     let allowed =
         "an array of three finite numbers > 0, about the directors; or three rows of three";
-    let inertia = table.read("inertia", "", Absent::Or(None), |field, value| {
-        inertia(reader, field, value, allowed).map(Some)
+    let inertia = table.maybe("inertia", |field, value| {
+        inertia(reader, field, value, allowed)
     });
     let joint = match weld? {
         true => {
@@ -237,13 +225,13 @@ fn inertia(
 
 /// A quaternion, or a rotation, or neither.
 pub(super) fn orientation(table: &Table) -> Option<Option<Orientation>> {
-    let quaternion = table.read("quaternion", "", Absent::Or(None), |field, value| {
-        quaternion(table.reader, field, value).map(Some)
+    let quaternion = table.maybe("quaternion", |field, value| {
+        quaternion(table.reader, field, value)
     });
-    let rotation = table.read("rotation", "", Absent::Or(None), |field, value| {
-        rotation(table.reader, field, value).map(Some)
+    let rotation = table.maybe("rotation", |field, value| {
+        rotation(table.reader, field, value)
     });
-    if table.get("quaternion").is_some() && table.get("rotation").is_some() {
+    if table.has("quaternion") && table.has("rotation") {
         table.conflict("rotation", &["quaternion"], "keep one of them");
         return None;
     }
@@ -286,22 +274,16 @@ fn rotation<'a>(
     });
     let angle = table.optional("angle");
     let degrees = table.optional("angle_degrees");
-    let angle = match (angle?, degrees?) {
-        (Some(angle), None) => Some(angle),
-        (None, Some(degrees)) => Some(degrees.to_radians()),
-        (Some(_), Some(_)) => {
-            table.conflict("angle_degrees", &["angle"], "keep one of them");
-            None
-        }
-        (None, None) => {
-            table.missing(
-                "angle",
-                "an angle in radians; or angle_degrees",
-                "angle = 0.5",
-            );
-            None
-        }
-    };
+    let angle = table.either(
+        ("angle", angle),
+        ("angle_degrees", degrees.map(|x| x.map(f64::to_radians))),
+        "keep one of them",
+        (
+            "angle",
+            "an angle in radians; or angle_degrees",
+            "angle = 0.5",
+        ),
+    );
     Some(Rotation {
         axis: axis?,
         angle: angle?,
@@ -358,10 +340,7 @@ type Place = (Option<[Component; 3]>, Option<Option<Orientation>>);
 
 /// Position and orientation in one table; both must be there.
 fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<Place> {
-    let outside: Vec<&str> = ["position", "quaternion", "rotation"]
-        .into_iter()
-        .filter(|name| table.get(name).is_some())
-        .collect();
+    let outside = table.given(&["position", "quaternion", "rotation"]);
     for name in &outside {
         table.conflict(name, &["pose"], "write it once, inside or outside of pose");
     }

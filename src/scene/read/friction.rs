@@ -85,26 +85,26 @@ fn by_table<'a>(
 ) -> Option<Damping> {
     let table = reader.table(field, value, &DAMPING, FORMS)?;
     let time = table.optional("proportional");
-    let viscosity = table.read("viscosity", "", Absent::Or(None), |field, value| {
-        array_matrix(reader, field, value, MATRIX, rigid, &FRICTION).map(Some)
+    let viscosity = table.maybe("viscosity", |field, value| {
+        array_matrix(reader, field, value, MATRIX, rigid, &FRICTION)
     });
     let power = power(&table);
-    let barrier = table.read("barrier", "", Absent::Or(None), |field, value| {
-        barrier(reader, field, value, rigid).map(Some)
+    let barrier = table.maybe("barrier", |field, value| {
+        barrier(reader, field, value, rigid)
     });
-    let viscosity = match (time?, viscosity?) {
-        (Some(time), None) => Some(StrainMatrix::Proportional(time)),
-        (None, Some(matrix)) => Some(matrix),
-        (Some(_), Some(_)) => {
-            table.conflict("viscosity", &["proportional"], "keep one of them");
-            None
-        }
-        (None, None) => {
-            let allowed = "a time > 0, viscosity over stiffness; or viscosity, a matrix";
-            table.missing("proportional", allowed, "proportional = 0.05");
-            None
-        }
-    };
+    let viscosity = table.either(
+        (
+            "proportional",
+            time.map(|x| x.map(StrainMatrix::Proportional)),
+        ),
+        ("viscosity", viscosity),
+        "keep one of them",
+        (
+            "proportional",
+            "a time > 0, viscosity over stiffness; or viscosity, a matrix",
+            "proportional = 0.05",
+        ),
+    );
     let law = match (power?, barrier?) {
         (None, None) => Some(FrictionLaw::Linear),
         (Some(power), None) => {
@@ -257,20 +257,19 @@ pub(super) fn planar_damping(rod: &Table) -> Option<Option<Damping>> {
 fn friction(table: &Table) -> Option<StrainMatrix> {
     let viscosity = table.optional("viscosity");
     let time = table.optional("proportional");
-    match (viscosity?, time?) {
-        (Some(viscosity), None) => Some(StrainMatrix::Bending(viscosity)),
-        (None, Some(time)) => Some(StrainMatrix::Proportional(time)),
-        (Some(_), Some(_)) => {
-            let hint = "viscosity = proportional * bending_stiffness: keep one of them";
-            table.conflict("proportional", &["viscosity"], hint);
-            None
-        }
-        (None, None) => {
-            let allowed = "a finite number > 0, stiffness times time; or proportional, a time";
-            table.missing("viscosity", allowed, "viscosity = 0.1");
-            None
-        }
-    }
+    table.either(
+        ("viscosity", viscosity.map(|x| x.map(StrainMatrix::Bending))),
+        (
+            "proportional",
+            time.map(|x| x.map(StrainMatrix::Proportional)),
+        ),
+        "viscosity = proportional * bending_stiffness: keep one of them",
+        (
+            "viscosity",
+            "a finite number > 0, stiffness times time; or proportional, a time",
+            "viscosity = 0.1",
+        ),
+    )
 }
 
 /// `exponent` and `rate`: both or neither.

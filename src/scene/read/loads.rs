@@ -78,16 +78,11 @@ fn force<'a>(
 }
 
 fn size(table: &Table) -> Option<InTime> {
-    let forms = ["ramp", "pulse", "table"];
-    let given = |name: &&str| table.get(name).is_some();
-    let chosen: Vec<&str> = forms.into_iter().filter(given).collect();
+    let chosen = table.given(&["ramp", "pulse", "table"]);
     let [form, others @ ..] = chosen.as_slice() else {
         return sine(table).map(InTime::Sine);
     };
-    let sine = ["amplitude", "frequency", "phase"]
-        .into_iter()
-        .filter(given);
-    let strangers: Vec<&str> = others.iter().copied().chain(sine).collect();
+    let strangers = [others, &table.given(&["amplitude", "frequency", "phase"])].concat();
     for stranger in &strangers {
         let hint = "a force is a sine, a ramp, a pulse or a table; for several forces write an array of tables";
         table.conflict(stranger, &[form], hint);
@@ -142,10 +137,7 @@ fn rows(table: &Table) -> Option<InTime> {
             let number = |field: &str, value: &_| reader.number(field, value, &FINITE);
             reader.array(field, value, "a row [t, f]", number)
         };
-        let rows: Vec<[f64; 2]> = reader
-            .list(field, value, allowed, row)?
-            .into_iter()
-            .collect::<Option<_>>()?;
+        let rows: Vec<[f64; 2]> = reader.all(field, value, allowed, row)?;
         let times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
         growing(reader, field, value, &times)?;
         Some(InTime::Table(rows))

@@ -283,6 +283,31 @@ impl<'a> Reader<'a> {
         Some(array.iter().enumerate().map(read).collect())
     }
 
+    /// Any number of elements, if none has a fault.
+    pub fn all<'v, T>(
+        &self,
+        field: &str,
+        value: &'v Spanned<DeValue<'v>>,
+        allowed: &str,
+        parse: impl Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let list = self.list(field, value, allowed, parse)?;
+        list.into_iter().collect()
+    }
+
+    /// Any number of numbers that satisfy `rule`.
+    pub fn numbers(
+        &self,
+        field: &str,
+        value: &Spanned<DeValue>,
+        allowed: &str,
+        rule: &Rule,
+    ) -> Option<Vec<f64>> {
+        self.all(field, value, allowed, |field, value| {
+            self.number(field, value, rule)
+        })
+    }
+
     /// true or false.
     pub fn flag(&self, field: &str, value: &Spanned<DeValue>) -> Option<bool> {
         let flag = value.get_ref().as_bool();

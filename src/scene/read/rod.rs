@@ -5,10 +5,10 @@ use super::fields::{MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
 use super::friction::{self, needs_damping};
 use super::scene::open;
 use super::section::{outline, rest, rest_inside_barrier, section};
-use super::table::{Absent, Table};
+use super::table::Table;
 use crate::scene::{
-    Bends, Damping, FaultKind, Material, Maxwell, Model, Profile, Rest, Rod, Section, Shape,
-    StrainMatrix,
+    Bends, Damping, FaultKind, Material, Maxwell, Model, Profile, Rest, Rod, Section,
+    ShapeSettings, StrainMatrix,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -161,9 +161,9 @@ fn material(rod: &Table) -> Option<Option<Material>> {
     ];
     let allowed = "\"steel\", \"aluminium\", \"nitinol\", \"PET\", \"silicone\" or a table such as { E = 200e9, nu = 0.3 }";
     let reader = rod.reader;
-    rod.read("material", allowed, Absent::Or(None), |field, value| {
+    rod.maybe("material", |field, value| {
         if !value.get_ref().is_table() {
-            return reader.choice(field, value, &names, allowed).map(Some);
+            return reader.choice(field, value, &names, allowed);
         }
         let table = reader.table(field, value, &MATERIAL, allowed)?;
         let (young, poisson, shear) =
@@ -178,18 +178,18 @@ fn material(rod: &Table) -> Option<Option<Material>> {
             table.missing("nu", "a number in (-1, 0.5]; or G > 0", "nu = 0.3");
             return None;
         }
-        Some(Some(Material {
+        Some(Material {
             young: young?,
             poisson,
             shear,
             density: density?,
-        }))
+        })
     })
 }
 
 /// The bending stiffness of a planar rod, or the shape of its material.
 fn planar_section(rod: &Table) -> Option<Section> {
-    let given = |name: &str| rod.get(name).is_some();
+    let given = |name: &str| rod.has(name);
     if !given("material") && !given("section") {
         if given("bends") {
             let hint = "it says which way a shape bends; `bending_stiffness` is that of the plane";
@@ -198,10 +198,7 @@ fn planar_section(rod: &Table) -> Option<Section> {
         return rod.number("bending_stiffness").map(Section::Bending);
     }
     if given("bending_stiffness") {
-        let both: Vec<&str> = ["material", "section"]
-            .into_iter()
-            .filter(|n| given(n))
-            .collect();
+        let both = rod.given(&["material", "section"]);
         let hint = "it follows from material and section: keep it or them";
         rod.conflict("bending_stiffness", &both, hint);
         return None;
@@ -215,18 +212,9 @@ fn planar_section(rod: &Table) -> Option<Section> {
         rod.missing("section", "the shape of the cross-section", example);
         return None;
     };
-    let outline = outline(&open(rod, value, &OUTLINE)?)?;
-    given("material").then_some(Section::Profile(of_shape(outline)))
-}
-
-fn of_shape(shape: Shape) -> Profile {
-    Profile {
-        shape,
-        shear_factor: None,
-        torsion_constant: None,
-        shear: None,
-        axial: None,
-    }
+    let shape = outline(&open(rod, value, &OUTLINE)?)?;
+    let set = ShapeSettings::default();
+    given("material").then_some(Section::Profile(Profile { shape, set }))
 }
 
 fn spatial_section(

@@ -8,8 +8,8 @@ use super::rule::{SIZE, STIFFNESS, VALUE};
 use super::table::{Absent, Table};
 use super::words::Short;
 use crate::scene::{
-    Barrier, BarrierTerm, Diagonal, FaultKind, Full, Profile, Rest, Rigid, Section, Shape, Shaped,
-    Stiffness, StrainName, Transverse,
+    Barrier, BarrierTerm, Diagonal, FaultKind, Full, Profile, Rest, Rigid, Section, Shape,
+    ShapeSettings, Shaped, Stiffness, StrainName, Transverse,
 };
 use std::ops::Range;
 use toml::Spanned;
@@ -25,8 +25,8 @@ const KINDS: [(&str, Range<usize>); 4] = [
 
 /// Reads `[rod.section]`.
 pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
-    let given = |name: &str| table.get(name).is_some();
-    if OUTLINES.iter().any(|name| given(name)) {
+    let given = |name: &str| table.has(name);
+    if !table.given(&OUTLINES).is_empty() {
         return profile(table).map(Section::Profile);
     }
     let fields: Vec<&'static str> = SECTION.names(Kinds::MAX).collect();
@@ -129,8 +129,7 @@ fn full(table: &Table) -> Option<Full> {
         let name = |field: &str, value: &_| {
             reader.choice(field, value, &words, "one of u1, u2, u3, v1, v2, v3")
         };
-        let list = reader.list(field, value, allowed, name)?;
-        let mut names: Vec<StrainName> = list.into_iter().collect::<Option<_>>()?;
+        let mut names = reader.all(field, value, allowed, name)?;
         names.sort();
         names.dedup();
         if let Some(held) = names.iter().find(|name| **name < StrainName::V1) {
@@ -245,10 +244,7 @@ pub(super) const OUTLINES: [&str; 3] = ["circle", "tube", "rectangle"];
 
 /// Reads the shape of a rod of a material.
 pub(super) fn outline(table: &Table) -> Option<Shape> {
-    let given: Vec<&str> = OUTLINES
-        .into_iter()
-        .filter(|name| table.get(name).is_some())
-        .collect();
+    let given = table.given(&OUTLINES);
     let [name] = given.as_slice() else {
         match given.as_slice() {
             [] => {
@@ -309,76 +305,67 @@ fn profile(table: &Table) -> Option<Profile> {
         .collect();
     let shape = outline(table);
     for stranger in &strangers {
-        let shapes: Vec<&str> = OUTLINES
-            .into_iter()
-            .filter(|name| table.get(name).is_some())
-            .collect();
-        table.conflict(
-            stranger,
-            &shapes,
-            "the stiffnesses follow from the shape and rod.material",
-        );
+        let hint = "the stiffnesses follow from the shape and rod.material";
+        table.conflict(stranger, &table.given(&OUTLINES), hint);
     }
-    let shear_factor = table.optional("shear_factor");
-    let torsion_constant = table.optional("torsion_constant");
-    let (shear, axial) = (held(table, "shear"), held(table, "axial"));
+    let set = settings(table);
     let profile = Profile {
         shape: shape?,
-        shear_factor: shear_factor?,
-        torsion_constant: torsion_constant?,
-        shear: shear?,
-        axial: axial?,
+        set: set?,
     };
     strangers.is_empty().then_some(profile)
 }
 
+fn settings(table: &Table) -> Option<ShapeSettings> {
+    let shear_factor = table.optional("shear_factor");
+    let torsion_constant = table.optional("torsion_constant");
+    let (shear, axial) = (held(table, "shear"), held(table, "axial"));
+    Some(ShapeSettings {
+        shear_factor: shear_factor?,
+        torsion_constant: torsion_constant?,
+        shear: shear?,
+        axial: axial?,
+    })
+}
+
 /// The word "rigid", or nothing.
 fn held(table: &Table, name: &str) -> Option<Option<Rigid>> {
-    table.read(name, "", Absent::Or(None), |field, value| {
+    table.maybe(name, |field, value| {
         let allowed = "\"rigid\", or left out: its stiffness follows from the shape";
         let words = [("rigid", Rigid::Rigid)];
-        table.reader.choice(field, value, &words, allowed).map(Some)
+        table.reader.choice(field, value, &words, allowed)
     })
 }
 
 fn shaped(table: &Table) -> Option<Shaped> {
     let young = table.number("young");
     let transverse = transverse(table);
-    let shear_factor = table.optional("shear_factor");
-    let torsion_constant = table.optional("torsion_constant");
-    let (shear, axial) = (held(table, "shear"), held(table, "axial"));
+    let set = settings(table);
     let shape = shape(table);
     Some(Shaped {
         shape: shape?,
         young: young?,
         transverse: transverse?,
-        shear_factor: shear_factor?,
-        torsion_constant: torsion_constant?,
-        shear: shear?,
-        axial: axial?,
+        set: set?,
     })
 }
 
 fn transverse(table: &Table) -> Option<Transverse> {
     let modulus = table.optional("shear_modulus");
     let poisson = table.optional("poisson");
-    match (modulus?, poisson?) {
-        (Some(modulus), None) => Some(Transverse::ShearModulus(modulus)),
-        (None, Some(ratio)) => Some(Transverse::Poisson(ratio)),
-        (Some(_), Some(_)) => {
-            let hint = "E = 2 G (1 + nu): keep one of them";
-            table.conflict("poisson", &["shear_modulus"], hint);
-            None
-        }
-        (None, None) => {
-            table.missing(
-                "poisson",
-                "a number in (-1, 0.5]; or shear_modulus > 0",
-                "poisson = 0.3",
-            );
-            None
-        }
-    }
+    table.either(
+        (
+            "shear_modulus",
+            modulus.map(|x| x.map(Transverse::ShearModulus)),
+        ),
+        ("poisson", poisson.map(|x| x.map(Transverse::Poisson))),
+        "E = 2 G (1 + nu): keep one of them",
+        (
+            "poisson",
+            "a number in (-1, 0.5]; or shear_modulus > 0",
+            "poisson = 0.3",
+        ),
+    )
 }
 
 fn shape(table: &Table) -> Option<Shape> {
@@ -411,8 +398,8 @@ fn shape(table: &Table) -> Option<Shape> {
         "outer_diameter",
         "thickness",
     ];
-    let others = sizes.iter().filter(|name| !own.contains(name));
-    let others: Vec<_> = others.filter(|name| table.get(name).is_some()).collect();
+    let mut others = table.given(&sizes);
+    others.retain(|name| !own.contains(name));
     for other in &others {
         let hint = format!("the sizes of this shape are {}", own.join(", "));
         table.conflict(other, &["shape"], &hint);
@@ -452,18 +439,15 @@ fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Opt
 fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option<f64> {
     let by_radius = table.optional(radius);
     let by_diameter = table.optional(diameter);
-    match (by_radius?, by_diameter?) {
-        (Some(radius), None) => Some(radius),
-        (None, Some(diameter)) => Some(0.5 * diameter),
-        (Some(_), Some(_)) => {
-            table.conflict(diameter, &[radius], "keep one of them");
-            None
-        }
-        (None, None) => {
-            table.missing(radius, SIZE.allowed, &format!("{radius} = 0.01"));
-            None
-        }
-    }
+    table.either(
+        (radius, by_radius),
+        (
+            diameter,
+            by_diameter.map(|x| x.map(|diameter| 0.5 * diameter)),
+        ),
+        "keep one of them",
+        (radius, SIZE.allowed, &format!("{radius} = 0.01")),
+    )
 }
 
 /// Reads `[rod.rest]`.

@@ -32,9 +32,7 @@ pub(super) fn start(table: &Table, known: Known) -> Option<Start> {
         PLANE => planar(table, known),
         REST => {
             let reader = table.reader;
-            let wrench = table.read("wrench", "", Absent::Or(None), |field, value| {
-                reader.vector(field, value, &VALUE).map(Some)
-            });
+            let wrench = table.maybe("wrench", |field, value| reader.vector(field, value, &VALUE));
             Some(Start {
                 wrench: wrench?,
                 ..Start::default()
@@ -52,9 +50,9 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     let lambda = table.optional("lambda");
     let kappa = table.optional("kappa");
     let p = table.optional("p");
-    let position = table.read("position", "", Absent::Or(None), |field, value| {
+    let position = table.maybe("position", |field, value| {
         let position = reader.point(field, value, &FINITE)?;
-        reachable(reader, field, value, position, known).map(Some)
+        reachable(reader, field, value, position, known)
     });
     let allowed = r#""stable", "lowest" or a table such as { mode = 1, sign = "-" }"#;
     let sheet = table.read(
@@ -70,9 +68,7 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
         let why = "an elastic rod is in equilibrium at every instant: its start is lambda and kappa, or a position";
         needs_damping(table, "curvature", why);
     }
-    let bent = table.read("curvature", "", Absent::Or(None), |field, value| {
-        curvature(table, field, value).map(Some)
-    });
+    let bent = table.maybe("curvature", |field, value| curvature(table, field, value));
     let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
     let relaxed = relaxed(table, known.memory, words, |field, value| {
         curvature(table, field, value).map(Relaxed::Curvature)
@@ -126,9 +122,8 @@ fn unloaded(table: &Table) -> Option<Option<Place>> {
 
 /// True if exactly one equilibrium, position or strain field is named; else the faults.
 fn one_place(table: &Table) -> bool {
-    let given = |name: &&str| table.get(name).is_some();
-    let chart: Vec<&str> = ["lambda", "kappa", "p"].into_iter().filter(given).collect();
-    let has = |name: &str| given(&name);
+    let chart = table.given(&["lambda", "kappa", "p"]);
+    let has = |name: &str| table.has(name);
     if one_of(table, &["curvature", "rest", "settled"]).is_none() {
         return false;
     }
@@ -143,8 +138,7 @@ fn one_place(table: &Table) -> bool {
     }
     let whole = ["curvature", "rest", "settled"];
     if let Some(name) = whole.into_iter().find(|name| has(name)) {
-        let others = ["lambda", "kappa", "p", "position", "sheet"];
-        let others: Vec<&str> = others.into_iter().filter(given).collect();
+        let others = table.given(&["lambda", "kappa", "p", "position", "sheet"]);
         if !others.is_empty() {
             let hint = "it is the whole shape of the rod: start from it, or from an equilibrium";
             table.conflict(name, &others, hint);
@@ -266,11 +260,7 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
     let relaxed = relaxed(table, known.memory, words, |field, value| {
         strain(reader, field, value, known.elastic).map(Relaxed::Strain)
     });
-    let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| {
-        table.read(name, "", Absent::Or(None), |field, value| {
-            parse(field, value).map(Some)
-        })
-    };
+    let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| table.maybe(name, parse);
     let by_strain = place("strain", &|field, value| {
         strain(reader, field, value, known.elastic).map(|strain| Place::Strain { strain })
     });
@@ -306,11 +296,7 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
 
 /// Nothing, if at most one of these is given; else the faults.
 fn one_of(table: &Table, names: &[&'static str]) -> Option<()> {
-    let given: Vec<&str> = names
-        .iter()
-        .copied()
-        .filter(|name| table.get(name).is_some())
-        .collect();
+    let given = table.given(names);
     let [first, rest @ ..] = given.as_slice() else {
         return Some(());
     };
@@ -347,7 +333,7 @@ fn strain<'a>(
     let table = reader.table(field, value, &STRAIN, allowed)?;
     let rigid = rod.map_or([false; 6], |rod| rod.section.rigid());
     let read = StrainName::ALL.map(|name| {
-        table.read(name.as_str(), "", Absent::Or(None), |field, value| {
+        table.maybe(name.as_str(), |field, value| {
             if rigid[name as usize] {
                 let hint =
                     "the section holds it at its rest value: give it a stiffness in [rod.section]";
@@ -364,7 +350,7 @@ fn strain<'a>(
                 let allowed = "> 0 everywhere on the rod, 0 <= s / length <= 1";
                 return reader.refuse(FaultKind::Value, field, value, allowed, hint);
             }
-            Some(Some(coefficients))
+            Some(coefficients)
         })
     });
     let [u1, u2, u3, v1, v2, v3] = read;

@@ -129,6 +129,20 @@ impl<'a> Table<'a> {
         self.entries.get(written)
     }
 
+    /// True if a field was given.
+    pub fn has(&self, name: &str) -> bool {
+        self.get(name).is_some()
+    }
+
+    /// Those of these fields that were given.
+    pub fn given<'n>(&self, names: &[&'n str]) -> Vec<&'n str> {
+        names
+            .iter()
+            .copied()
+            .filter(|name| self.has(name))
+            .collect()
+    }
+
     /// Where a field is, in words, if it was given.
     fn place_of(&self, name: &str) -> Option<String> {
         let value = self.get(name)?;
@@ -227,6 +241,34 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// Reads a field, if it was given.
+    pub fn maybe<T>(
+        &self,
+        name: &str,
+        parse: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<T>,
+    ) -> Option<Option<T>> {
+        self.read(name, "", Absent::Or(None), |field, value| {
+            parse(field, value).map(Some)
+        })
+    }
+
+    /// The one of two fields that was given; `keep` says what to do about both, `missing` is what is allowed, and an
+    /// example of the first.
+    pub fn either<T>(
+        &self,
+        (first, one): (&str, Option<Option<T>>),
+        (second, other): (&str, Option<Option<T>>),
+        keep: &str,
+        (name, allowed, example): (&str, &str, &str),
+    ) -> Option<T> {
+        match (one?, other?) {
+            (Some(value), None) | (None, Some(value)) => return Some(value),
+            (Some(_), Some(_)) => self.conflict(second, &[first], keep),
+            (None, None) => self.missing(name, allowed, example),
+        }
+        None
+    }
+
     /// A field of the tables by its form, its default parsed by `default`.
     fn by_form<T>(
         &self,
@@ -269,9 +311,7 @@ impl<'a> Table<'a> {
     /// A number, if it was given.
     pub fn optional(&self, name: &str) -> Option<Option<f64>> {
         let rule = self.rule(name);
-        self.read(name, rule.allowed, Absent::Or(None), |field, value| {
-            self.reader.number(field, value, rule).map(Some)
-        })
+        self.maybe(name, |field, value| self.reader.number(field, value, rule))
     }
 
     /// An integer, as the tables have it.
