@@ -222,9 +222,21 @@ impl Scene {
 /// A number of a scene.
 struct Number<'a> {
     dimension: Dimension,
-    /// It must be > 0.
-    positive: bool,
+    check: Check,
     value: &'a mut f64,
+}
+
+/// What is asked of a number in units of the rod, in which it could over- or underflow.
+#[derive(Clone, Copy, PartialEq)]
+enum Check {
+    /// Its square is finite, as energies and powers have it.
+    Square,
+    /// It is > 0 and does not underflow.
+    Positive,
+    /// Both.
+    Both,
+    /// Nothing.
+    No,
 }
 
 /// A list of them in the making.
@@ -233,22 +245,22 @@ struct Numbers<'a>(Vec<Number<'a>>);
 
 impl<'a> Numbers<'a> {
     fn add(&mut self, dimension: Dimension, values: impl IntoIterator<Item = &'a mut f64>) {
-        self.extend(dimension, values, false);
+        self.extend(dimension, Check::Square, values);
     }
 
     fn positive(&mut self, dimension: Dimension, values: impl IntoIterator<Item = &'a mut f64>) {
-        self.extend(dimension, values, true);
+        self.extend(dimension, Check::Positive, values);
     }
 
     fn extend(
         &mut self,
         dimension: Dimension,
+        check: Check,
         values: impl IntoIterator<Item = &'a mut f64>,
-        positive: bool,
     ) {
         let number = |value| Number {
             dimension,
-            positive,
+            check,
             value,
         };
         self.0.extend(values.into_iter().map(number));
@@ -270,9 +282,9 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    fn sine(&mut self, size: Dimension, sine: &'a mut Sine) {
-        self.add(size, [&mut sine.amplitude]);
-        self.add(Dimension::Frequency, [&mut sine.frequency]);
+    fn sine(&mut self, size: Dimension, check: Check, sine: &'a mut Sine) {
+        self.extend(size, check, [&mut sine.amplitude]);
+        self.extend(Dimension::Frequency, check, [&mut sine.frequency]);
     }
 
     fn clamp(&mut self, clamp: &'a mut Clamp) {
@@ -282,19 +294,19 @@ impl<'a> Numbers<'a> {
         };
         match &mut motion.translate {
             None => {}
-            Some(Translation::Sine { sine, .. }) => self.sine(Dimension::Length, sine),
+            Some(Translation::Sine { sine, .. }) => self.sine(Dimension::Length, Check::No, sine),
             Some(Translation::Table(rows)) => {
                 for row in rows {
                     let (time, place) = row.split_at_mut(1);
-                    self.add(Dimension::Time, time);
-                    self.add(Dimension::Length, place);
+                    self.extend(Dimension::Time, Check::No, time);
+                    self.extend(Dimension::Length, Check::No, place);
                 }
             }
         }
         match motion.turn.as_mut().map(|turn| &mut turn.angle) {
             None => {}
-            Some(TurnAngle::Rate { rate }) => self.add(Dimension::Frequency, [rate]),
-            Some(TurnAngle::Sine(sine)) => self.sine(Dimension::Number, sine),
+            Some(TurnAngle::Rate { rate }) => self.extend(Dimension::Frequency, Check::No, [rate]),
+            Some(TurnAngle::Sine(sine)) => self.sine(Dimension::Number, Check::No, sine),
         }
     }
 
@@ -333,7 +345,7 @@ impl<'a> Numbers<'a> {
         self.add(Dimension::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {
             match &mut force.size {
-                InTime::Sine(sine) => self.sine(Dimension::Force, sine),
+                InTime::Sine(sine) => self.sine(Dimension::Force, Check::Square, sine),
                 InTime::Ramp(ramp) => {
                     self.add(Dimension::Force, [&mut ramp.from, &mut ramp.to]);
                     self.add(Dimension::Time, [&mut ramp.start, &mut ramp.until]);
@@ -361,8 +373,10 @@ impl Dimensionless {
         all.positive(Dimension::Time, [&mut self.duration]);
         if let Some(damping) = &mut self.damping {
             match &mut damping.viscosity {
-                StrainMatrix::Bending(x) => all.positive(Dimension::Viscosity(0, 0), [x]),
-                StrainMatrix::Proportional(time) => all.positive(Dimension::Time, [time]),
+                StrainMatrix::Bending(x) => {
+                    all.extend(Dimension::Viscosity(0, 0), Check::Both, [x]);
+                }
+                StrainMatrix::Proportional(x) => all.extend(Dimension::Time, Check::Both, [x]),
                 matrix => all.matrix(matrix, Dimension::Viscosity),
             }
             match &mut damping.law {
@@ -384,7 +398,8 @@ impl Dimensionless {
             all.add(Dimension::Length, offset);
             for (i, row) in inertia.iter_mut().enumerate() {
                 for (j, entry) in row.iter_mut().enumerate() {
-                    all.extend(Dimension::Inertia, [entry], i == j);
+                    let check = if i == j { Check::Both } else { Check::Square };
+                    all.extend(Dimension::Inertia, check, [entry]);
                 }
             }
         }
@@ -394,10 +409,17 @@ impl Dimensionless {
         all.0
     }
 
-    /// True if every number is finite, with its square, as energies and powers have it, and none that must be > 0 underflows.
+    /// True if every number is as it is asked to be: none over- or underflows.
     pub(super) fn has_finite_numbers(mut self) -> bool {
-        let sound = |x: f64, positive: bool| (x * x).is_finite() && (!positive || x.is_normal());
-        let mut numbers = self.numbers().into_iter();
-        numbers.all(|number| sound(*number.value, number.positive))
+        self.numbers().iter().all(|number| {
+            let x = *number.value;
+            let (square, normal) = ((x * x).is_finite(), x.is_normal());
+            match number.check {
+                Check::Square => square,
+                Check::Positive => normal,
+                Check::Both => square && normal,
+                Check::No => true,
+            }
+        })
     }
 }

@@ -129,7 +129,7 @@ fn one_place(table: &Table) -> bool {
     }
     if has("imperfection") && !has("rest") {
         let others = ["lambda", "kappa", "p", "position", "curvature", "settled"];
-        let others: Vec<&str> = others.into_iter().filter(given).collect();
+        let others = table.given(&others);
         if !others.is_empty() {
             let hint = "it bends a straight rod: write rest = \"straight\", or leave it out";
             table.conflict("imperfection", &others, hint);
