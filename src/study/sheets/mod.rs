@@ -59,7 +59,7 @@ pub struct StableMap {
 /// assert!(sheets.words("sign").iter().any(|sign| sign == "-"));
 /// let counts = stable.integers("stable");
 /// assert_eq!(counts[144 * 241 + 156], Some(3)); // at (0.3, 0.2)
-/// assert!(folds.reals("lam").iter().all(|lam| *lam > 5.77));
+/// assert!(folds.reals("lam").iter().all(|lam| *lam > 5.7658));
 /// # Ok::<(), snaprod::Error>(())
 /// ```
 ///
