@@ -177,6 +177,7 @@
 #[cfg(feature = "cli")]
 extern crate self as snaprod;
 
+pub mod assembly;
 pub mod body;
 // The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by
 // its name, as any other user does.

@@ -21,6 +21,7 @@ pub struct RigidBody {
     offset: Vector3<f64>,
     inertia: Matrix3<f64>,
     inverse_inertia: Matrix3<f64>,
+    rotor: Vector3<f64>,
     couple: Vector3<f64>,
     couples: Vec<TimeLoad<3>>,
     rotational_drag: f64,
@@ -54,6 +55,7 @@ impl RigidBody {
             offset: Vector3::zeros(),
             inertia: symmetric,
             inverse_inertia,
+            rotor: Vector3::zeros(),
             couple: Vector3::zeros(),
             couples: Vec::new(),
             rotational_drag: 0.0,
@@ -68,6 +70,17 @@ impl RigidBody {
     pub fn with_centre(mut self, offset: Vector3<f64>) -> Result<Self> {
         finite("centre", &offset)?;
         self.offset = offset;
+        Ok(self)
+    }
+
+    /// Puts a symmetric rotor into the body that spins at a constant rate: `momentum` is its angular momentum relative to the
+    /// body, in components along the directors. (R1 J R1^T omega + R1 h)' is then what the couples change.
+    ///
+    /// # Errors
+    /// A component that is not finite.
+    pub fn with_rotor(mut self, momentum: Vector3<f64>) -> Result<Self> {
+        finite("rotor", &momentum)?;
+        self.rotor = momentum;
         Ok(self)
     }
 
@@ -191,6 +204,13 @@ impl RigidBody {
         self.centre.is_damped() || self.rotational_drag > 0.0
     }
 
+    /// The wrench of the loads at rest about the end, in the world frame.
+    pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
+        let force = self.centre.load(t);
+        let lever = pose.rotation * self.offset;
+        joined(&(lever.cross(&force) + self.couple_at(t)), &force)
+    }
+
     /// The body at a pose and velocity of the end.
     fn placed(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> Placed {
         let r = pose.rotation.to_rotation_matrix();
@@ -201,6 +221,7 @@ impl RigidBody {
             c,
             inertia: turned(&self.inertia),
             inverse: turned(&self.inverse_inertia),
+            rotor: r * self.rotor,
             omega,
             centre: v + omega.cross(&c),
         }
@@ -211,7 +232,7 @@ impl RigidBody {
         at.inverse
             * (m - at.c.cross(n) + self.couple_at(t)
                 - at.omega * self.rotational_drag
-                - at.omega.cross(&(at.inertia * at.omega)))
+                - at.omega.cross(&(at.inertia * at.omega + at.rotor)))
     }
 }
 
@@ -228,6 +249,7 @@ struct Placed {
     c: Vector3<f64>,
     inertia: Matrix3<f64>,
     inverse: Matrix3<f64>,
+    rotor: Vector3<f64>,
     omega: Vector3<f64>,
     /// Velocity of the centre of mass.
     centre: Vector3<f64>,
@@ -297,10 +319,11 @@ impl RigidBody {
 
         // d(J x) by a turn dphi: dphi x (J x) - J (dphi x x).
         let turned = |x: &Vector3<f64>| inertia * x.cross_matrix() - (inertia * x).cross_matrix();
-        let spin_by_turn =
-            at.inverse * (-n.cross_matrix() * c - omega * turned(&at.omega) - turned(&spin));
+        let rotor = at.rotor.cross_matrix();
+        let spin_by_turn = at.inverse
+            * (-n.cross_matrix() * c - omega * (turned(&at.omega) - rotor) - turned(&spin));
         let spin_by_omega = at.inverse
-            * ((inertia * at.omega).cross_matrix()
+            * ((inertia * at.omega).cross_matrix() + rotor
                 - omega * inertia
                 - identity * self.rotational_drag);
         // The end: centre'' - spin x c - omega x (omega x c), with dc = dphi x c.

@@ -78,11 +78,13 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
 fn snap(record: &RunRecord, snap: &Snap) -> String {
     let (k, u) = (&record.scales, record.units);
     format!(
-        "snap at t = {}{}: {} -> {}, released {}{}{}",
+        "snap at t = {}{}: {}released {}{}{}",
         rounded(snap.t * k.time, 12),
         unit(u.time()),
-        snap.from.sheet,
-        snap.to.sheet,
+        match (snap.from.sheet, snap.to.sheet) {
+            (Some(from), Some(to)) => format!("{from} -> {to}, "),
+            _ => String::new(),
+        },
         rounded(snap.released * k.energy, 9),
         unit(u.energy()),
         // Rules other than "viscous" choose from all that is stable, whatever its energy.

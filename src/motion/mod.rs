@@ -8,10 +8,12 @@
 //! * [`creep`]: a viscoelastic rod, whose state is the field of its strains.
 //! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 
+pub mod assembly;
 pub mod creep;
 mod drive;
 mod event;
 mod ledger;
+mod locate;
 mod options;
 pub mod reduction;
 mod run;

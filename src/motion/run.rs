@@ -322,13 +322,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 velocity: dynamic(&phase.v),
                 from: SnapEnd {
                     q: dynamic(&phase.q),
-                    sheet: here.sheet,
+                    sheet: Some(here.sheet),
                     index: self.index,
                     elastic: here.ledger.elastic,
                 },
                 to: SnapEnd {
                     q: dynamic(&q),
-                    sheet: self.manifold.sheet(&q),
+                    sheet: Some(self.manifold.sheet(&q)),
                     index: self.manifold.index(&q)?,
                     elastic,
                 },

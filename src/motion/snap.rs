@@ -30,8 +30,8 @@ pub enum LandingRule {
 pub struct SnapEnd {
     /// Chart point, for the elastica (p, w).
     pub q: DVector<f64>,
-    /// Its sheet.
-    pub sheet: Sheet,
+    /// Its sheet; None in models that do not name theirs.
+    pub sheet: Option<Sheet>,
     /// Its Morse index (for the fold itself: on the side it was reached from).
     pub index: usize,
     /// Stored energy.

@@ -44,6 +44,11 @@ pub trait State {
     /// The equilibrium of the elastica that the rod is in, or near; None if there is none, or the model names none.
     fn equilibrium(&self) -> Option<Labels>;
 
+    /// The Morse index of the rod with its end held; None off equilibrium.
+    fn index(&self) -> Option<usize> {
+        self.equilibrium().map(|labels| labels.index)
+    }
+
     /// The six strains at places in [0, 1], in growing order.
     fn strains_at(&self, places: &[f64]) -> Vec<Strain>;
 

@@ -29,7 +29,7 @@ pub use problem::{EndConditions, Problem};
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, SectionLaw, Strain};
-use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
 
@@ -74,6 +74,17 @@ pub struct RodEnd {
     pub tangent: Matrix6<f64>,
     /// Steps along the rod.
     pub steps: u64,
+}
+
+impl RodSection {
+    /// Position and directors.
+    pub fn pose(&self) -> Isometry3<f64> {
+        let turn = Rotation3::from_matrix_unchecked(self.directors);
+        Isometry3::from_parts(
+            self.position.into(),
+            UnitQuaternion::from_rotation_matrix(&turn),
+        )
+    }
 }
 
 impl Rod {
@@ -148,7 +159,7 @@ impl Rod {
     }
 
     /// (B/L, B/L^2): units of couple and of force.
-    fn units(&self) -> (f64, f64) {
+    pub fn units(&self) -> (f64, f64) {
         let couple = self.stiffness / self.length;
         (couple, couple / self.length)
     }

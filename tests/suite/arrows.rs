@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Left to right; those in one group do not use each other.
-const ORDER: [&[&str]; 13] = [
+const ORDER: [&[&str]; 14] = [
     &["error"],
     &["math"],
     &["solve"],
@@ -14,6 +14,7 @@ const ORDER: [&[&str]; 13] = [
     &["rod"],
     &["body"],
     &["creep"],
+    &["assembly"],
     &["motion"],
     &["scene"],
     &["study"],

@@ -1,6 +1,7 @@
 //! The integration tests, one binary.
 
 mod arrows;
+mod assembly;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;

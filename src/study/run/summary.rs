@@ -7,6 +7,7 @@ use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Snap, SnapEnd};
 use crate::solve::cost::Cost;
+use nalgebra::DVector;
 use serde_json::{Map, Value, json};
 
 impl RunRecord {
@@ -142,28 +143,41 @@ impl RunRecord {
     fn snap(&self, snap: &Snap) -> Value {
         let k = &self.scales;
         let end = |e: &SnapEnd| {
-            json!({
-                "lam": Equilibrium::new(e.q[0], e.q[1]).ok().map(|e| e.lambda),
-                "p": e.q[0],
-                "w": e.q[1],
-                "mode": e.sheet.mode,
-                "sign": e.sheet.sign.as_str(),
-                "index": e.index,
-                "elastic": e.elastic * k.energy,
-            })
+            let mut end = match e.sheet {
+                Some(sheet) => object(json!({
+                    "lam": Equilibrium::new(e.q[0], e.q[1]).ok().map(|e| e.lambda),
+                    "p": e.q[0],
+                    "w": e.q[1],
+                    "mode": sheet.mode,
+                    "sign": sheet.sign.as_str(),
+                })),
+                // The base wrench, in the directors of the clamp.
+                None => object(json!({
+                    "couple": e.q.rows(0, 3).iter().map(|m| m * k.energy).collect::<Vec<_>>(),
+                    "force": e.q.rows(3, 3).iter().map(|n| n * k.energy / k.length).collect::<Vec<_>>(),
+                })),
+            };
+            end.extend(object(
+                json!({ "index": e.index, "elastic": e.elastic * k.energy }),
+            ));
+            Value::Object(end)
         };
-        json!({
-            "kind": "snap",
-            "t": snap.t * k.time,
-            "x": snap.pose[0] * k.length,
-            "y": snap.pose[1] * k.length,
-            "vx": snap.velocity[0] * k.velocity,
-            "vy": snap.velocity[1] * k.velocity,
+        let along = |names: [&str; 3], values: &DVector<f64>, unit: f64| {
+            let named = names.iter().zip(values.iter());
+            named
+                .map(|(name, x)| ((*name).to_string(), json!(x * unit)))
+                .collect::<Map<_, _>>()
+        };
+        let mut event = object(json!({ "kind": "snap", "t": snap.t * k.time }));
+        event.extend(along(["x", "y", "z"], &snap.pose, k.length));
+        event.extend(along(["vx", "vy", "vz"], &snap.velocity, k.velocity));
+        event.extend(object(json!({
             "from": end(&snap.from),
             "to": end(&snap.to),
             "released": snap.released * k.energy,
             "time_error": snap.time_error * k.time,
-        })
+        })));
+        Value::Object(event)
     }
 
     fn bounce(&self, bounce: &Bounce) -> Value {

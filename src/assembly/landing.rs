@@ -1,0 +1,308 @@
+//! Where a rod settles that has lost its equilibrium, while its ends are held (theory 2.6, 3.3).
+//!
+//! A rod with a little friction falls along the fast layer. In it every strain relaxes towards what the present wrench asks,
+//! ```text
+//! e_T = e^(Q w1) - e,     int Q^T e_T = -2 (pose of the end - where it is held),
+//! ```
+//! with e^ the inverse law. For linear laws that is the flow under a viscosity proportional to the stiffness; for any convex
+//! energy it falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work. The last term brings the end back after the
+//! finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly and to one
+//! side only.
+
+use super::{Joint, Link};
+use crate::creep::grid::Grid;
+use crate::creep::kinematics::{AtEnd, Kinematics, Local};
+use crate::creep::reduced::solve;
+use crate::creep::space::Space;
+use crate::error::{Error, Result};
+use crate::manifold::fold_kernel;
+use crate::math::se3::joined;
+use crate::rod::Wrench;
+use crate::section::{Measures, SectionLaw, measured};
+use crate::solve::dop853::Dop853;
+use nalgebra::{DVector, Isometry3, SMatrix, Vector3};
+use std::sync::Arc;
+
+/// Nodes on every element of the rod: enough to tell where the layer leads, which the chart then makes exact.
+const NODES: usize = 32;
+/// Largest change of a strain (in 1/L) in the push off the fold. The way from there takes a time of one over it; one that is
+/// not small against the way to the landing is tried again smaller.
+const PUSHES: [f64; 3] = [0.3, 0.03, 0.003];
+/// Change of the chart by which strains are differentiated.
+const ASIDE: f64 = 1e-4;
+/// Tolerance of the flow, which need not be accurate: its end is polished in the chart.
+const TOLERANCE: f64 = 1e-7;
+/// Strain rates below this are rest.
+const REST: f64 = 1e-6;
+/// The flow stands on the wrong side once it is back at this part of the push.
+const BACK: f64 = 0.5;
+/// Steps of the flow at most.
+const MOST_STEPS: usize = 5_000;
+/// Newton steps of the polish at most.
+const POLISH: usize = 30;
+
+/// The layer of one rod, in its own units and in the directors of its base.
+struct Layer<const D: usize> {
+    law: Arc<dyn SectionLaw>,
+    grid: Grid,
+    held: Isometry3<f64>,
+    /// The wrench on the end where it was last found.
+    wrench: AtEnd<D>,
+}
+
+impl Link {
+    /// The chart point at which the rod comes to rest that leaves its fold `q` while its ends are held; found to
+    /// `tolerance`, that of the integration along the rod.
+    ///
+    /// # Errors
+    /// No simple fold; a flow that does not settle.
+    pub fn settle(&self, q: &Wrench, tolerance: f64) -> Result<Wrench> {
+        let kernel = fold_kernel(&self.end(q, tolerance)?.jacobian)?;
+        self.leave(q, &kernel, tolerance)
+    }
+
+    /// The same for a rod that leaves the equilibrium `q` in the direction `kernel` of the chart, or against it.
+    fn leave(&self, q: &Wrench, kernel: &Wrench, tolerance: f64) -> Result<Wrench> {
+        match self.joint {
+            Joint::Weld => self.settled::<6>(q, kernel, tolerance),
+            Joint::Ball => self.settled::<3>(q, kernel, tolerance),
+        }
+    }
+
+    fn settled<const D: usize>(
+        &self,
+        q: &Wrench,
+        kernel: &Wrench,
+        tolerance: f64,
+    ) -> Result<Wrench> {
+        let length = self.rod.length();
+        let units = Measures {
+            length,
+            stiffness: self.rod.reference_stiffness(),
+            time: 1.0,
+        };
+        let law = measured(self.rod.law().clone(), units);
+        let breaks: Vec<f64> = law
+            .breaks()
+            .into_iter()
+            .filter(|s| *s > 0.0 && *s < 1.0)
+            .collect();
+        let grid = Grid::new(&breaks, &vec![NODES; breaks.len() + 1]);
+        let end = self.end(q, tolerance)?;
+        let mut held = end.pose;
+        held.translation.vector /= length;
+        let scale = self.units();
+        let wrench = joined(&(end.couple / scale[0]), &(end.force / scale[3]));
+        let mut layer = Layer::<D> {
+            law,
+            grid,
+            held,
+            wrench: wrench.fixed_rows::<D>(6 - D).into_owned(),
+        };
+        let here = self.strains(&layer.grid, q, tolerance)?;
+        let beside = [1.0, -1.0]
+            .map(|side| self.strains(&layer.grid, &(q + kernel * (side * ASIDE)), tolerance));
+        let [ahead, behind] = beside;
+        let push = ahead? - behind?;
+        let push = &push / push.amax();
+        let start = layer.wrench;
+        let mut found: Option<(f64, Wrench)> = None;
+        for size in PUSHES {
+            for side in [size, -size] {
+                layer.wrench = start;
+                let Some(strains) = layer.flow(&here, &(&push * side)) else {
+                    continue;
+                };
+                let q = self.charted(&layer, &strains, tolerance)?;
+                let energy = self.end(&q, tolerance)?.energy;
+                if found.as_ref().is_none_or(|(lowest, _)| energy < *lowest) {
+                    found = Some((energy, q));
+                }
+            }
+            if found.is_some() {
+                break;
+            }
+        }
+        found.map(|(_, q)| q).ok_or_else(|| {
+            Error::no_convergence(format!(
+                "the rod that left its fold at the base wrench {:?} (units B/L, B/L^2) does not come to rest within {MOST_STEPS} \
+                 steps of the fast layer",
+                q.as_slice()
+            ))
+        })
+    }
+
+    /// The strains at the nodes, in units of 1/L, one after the other.
+    fn strains(&self, grid: &Grid, q: &Wrench, tolerance: f64) -> Result<DVector<f64>> {
+        let length = self.rod.length();
+        let places: Vec<f64> = grid.nodes().iter().map(|s| s * length).collect();
+        let sections = self
+            .rod
+            .shape(&q.component_mul(&self.units()), &places, tolerance)?;
+        let values = sections.iter().flat_map(|at| {
+            let e = at.strain;
+            [
+                e[0] * length,
+                e[1] * length,
+                e[2] * length,
+                e[3],
+                e[4],
+                e[5],
+            ]
+        });
+        Ok(DVector::from_iterator(6 * grid.len(), values))
+    }
+
+    /// The chart point of the equilibrium near `strains`, with the end exactly where it is held.
+    fn charted<const D: usize>(
+        &self,
+        layer: &Layer<D>,
+        strains: &DVector<f64>,
+        tolerance: f64,
+    ) -> Result<Wrench> {
+        let curve = Space::<6, D>::new().shape(&layer.grid, &split(strains));
+        let end = curve
+            .ok_or_else(|| Error::no_convergence("the layer ended in strains without a shape"))?;
+        let w = layer.wrench;
+        let n = w.fixed_rows::<3>(D - 3).into_owned();
+        let m = if D == 6 {
+            w.fixed_rows::<3>(0).into_owned()
+        } else {
+            Vector3::zeros()
+        };
+        let start = joined(&(m + end.end().translation.vector.cross(&n)), &n);
+        let mut held = layer.held;
+        held.translation.vector *= self.rod.length();
+        self.polished(&start, &held, tolerance)
+    }
+
+    /// Newton's method in the chart from `q` to the equilibrium with the end at `held`, seen from the base.
+    ///
+    /// # Errors
+    /// No convergence.
+    pub fn polished(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
+        let length = self.rod.length();
+        let apart = |q: &Wrench| -> Result<_> {
+            let end = self.end(q, tolerance)?;
+            let gap = end.gap(held, self.joint);
+            let size = (gap.fixed_rows::<3>(0).norm().powi(2)
+                + (gap.fixed_rows::<3>(3) / length).norm_squared())
+            .sqrt();
+            Ok((end, gap, size))
+        };
+        let mut q = *q;
+        let (mut end, mut gap, mut size) = apart(&q)?;
+        for _ in 0..POLISH {
+            let change = end.jacobian.full_piv_lu().solve(&gap);
+            let Some(change) = change else { break };
+            let mut part = 1.0;
+            loop {
+                let trial = q + change * part;
+                if let Ok((there, left, smaller)) = apart(&trial)
+                    && smaller < size
+                {
+                    (q, end, gap, size) = (trial, there, left, smaller);
+                    break;
+                }
+                part *= 0.5;
+                // Halving without gain: rounding is reached.
+                if part < 1e-4 {
+                    let floor = (1e3 * tolerance).max(1e-12);
+                    return if size <= floor {
+                        Ok(q)
+                    } else {
+                        Err(unpolished(&q, size))
+                    };
+                }
+            }
+            if size < 0.1 * tolerance {
+                return Ok(q);
+            }
+        }
+        Err(unpolished(&q, size))
+    }
+}
+
+fn unpolished(q: &Wrench, size: f64) -> Error {
+    Error::no_convergence(format!(
+        "no equilibrium of the rod found near the base wrench {:?} (units B/L, B/L^2): its end stays {size:.1e} off",
+        q.as_slice()
+    ))
+}
+
+fn split(strains: &DVector<f64>) -> Vec<Local<6>> {
+    strains
+        .as_slice()
+        .chunks_exact(6)
+        .map(Local::from_column_slice)
+        .collect()
+}
+
+impl<const D: usize> Layer<D> {
+    /// The twist that leads from where the end is held to where it is.
+    fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
+        let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
+        let all = joined(
+            &turn,
+            &(end.translation.vector - self.held.translation.vector),
+        );
+        all.fixed_rows::<D>(6 - D).into_owned()
+    }
+
+    /// Rates of the strains `e`; None where a law refuses.
+    fn rates(&mut self, e: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        let space = Space::<6, D>::new();
+        let strains = split(e);
+        let curve = space.shape(&self.grid, &strains)?;
+        let off = self.off(curve.end());
+        let nodes = self
+            .grid
+            .nodes()
+            .iter()
+            .zip(self.grid.weights())
+            .zip(&strains)
+            .enumerate();
+        let linear = self.law.uniform_linear().is_some();
+        for round in 0..20 {
+            let mut missing: AtEnd<D> = off * 2.0;
+            let mut give = SMatrix::<f64, D, D>::zeros();
+            for (i, ((s, weight), e)) in nodes.clone() {
+                let transfer = space.transfer(&curve, i);
+                let asked = self.law.inverse(*s, &(transfer * self.wrench)).ok()?;
+                let rate = asked.strain - e;
+                out.fixed_rows_mut::<6>(6 * i).copy_from(&rate);
+                missing += transfer.tr_mul(&rate) * *weight;
+                give += transfer.tr_mul(&(asked.compliance.matrix() * transfer)) * *weight;
+            }
+            if round > 0 && (linear || missing.norm() < 1e-9) {
+                return out.iter().all(|x| x.is_finite()).then_some(());
+            }
+            self.wrench -= solve(&give, &missing)?;
+        }
+        None
+    }
+
+    /// Where the flow from `start` + `push` comes to rest; None if it falls back to `start`, or does not settle.
+    fn flow(&mut self, start: &DVector<f64>, push: &DVector<f64>) -> Option<DVector<f64>> {
+        let state = start + push;
+        let size = push.norm();
+        let mut slope = state.clone();
+        self.rates(&state, &mut slope)?;
+        let mut solver = Dop853::new(state, slope.clone(), 0.1, TOLERANCE);
+        let mut step = solver.blank();
+        for _ in 0..MOST_STEPS {
+            let taken = solver.step_into(|y, out| self.rates(y, out), 10.0, &mut step);
+            taken.ok()?;
+            let away = (solver.state() - start).norm();
+            if away < BACK * size {
+                return None;
+            }
+            if solver.slope().amax() < REST && away > 2.0 * size {
+                let last = solver.state().clone();
+                self.rates(&last, &mut slope)?;
+                return Some(last);
+            }
+        }
+        None
+    }
+}

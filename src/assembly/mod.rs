@@ -1,0 +1,105 @@
+//! Bodies and rods between them: what is attached where, and what holds for the whole (theory 3.3, 3.4).
+//!
+//! A rod without inertia sits between two attachments: the ground, a support that moves, or the frame of a body. In the
+//! directors of its base it is the equilibrium manifold with the base wrench q = (m(0), n) as its chart, whose end
+//! moves as the twist of one attachment seen from the other says. The bodies are free but for the wrenches of their rods.
+//!
+//! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments.
+//! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
+
+mod carrier;
+mod landing;
+mod link;
+mod state;
+mod stiffness;
+
+pub use carrier::{Carrier, Place};
+pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
+pub use state::{Configuration, Evaluated, Integrals, Slowed};
+pub use stiffness::Stiffness;
+
+use crate::error::{Error, Result};
+
+/// Bodies and the rods between them.
+#[derive(Debug, Clone)]
+pub struct Assembly {
+    carriers: Vec<Carrier>,
+    links: Vec<Link>,
+}
+
+impl Assembly {
+    /// An assembly of bodies and rods, both known by their place in the lists.
+    ///
+    /// # Errors
+    /// No body; a rod that ends on a body that is not in the list, on the body that it begins on, or on a point mass that it
+    /// is welded to; a body that no rod reaches.
+    pub fn new(carriers: Vec<Carrier>, links: Vec<Link>) -> Result<Self> {
+        if carriers.is_empty() {
+            return Err(Error::domain("an assembly has one body at least"));
+        }
+        for (k, link) in links.iter().enumerate() {
+            for (site, joint) in [(&link.from, Joint::Weld), (&link.to, link.joint)] {
+                let On::Body(body) = site.on else { continue };
+                let carrier = carriers.get(body).ok_or_else(|| {
+                    Error::domain(format!(
+                        "rod {k} is attached to body {body}; there are {}",
+                        carriers.len()
+                    ))
+                })?;
+                if matches!(carrier, Carrier::Point(_))
+                    && (joint == Joint::Weld || site.lever() != 0.0)
+                {
+                    return Err(Error::domain(format!(
+                        "rod {k} is attached to the point mass {body}: only an end on a ball joint at the point itself can be; \
+                         give the body an inertia, or use a ball joint"
+                    )));
+                }
+            }
+            if let (On::Body(a), On::Body(b)) = (&link.from.on, &link.to.on)
+                && a == b
+            {
+                return Err(Error::domain(format!(
+                    "rod {k} begins and ends on body {a}"
+                )));
+            }
+        }
+        let reached = |body: usize| {
+            links.iter().any(|link| {
+                [&link.from, &link.to]
+                    .iter()
+                    .any(|site| matches!(site.on, On::Body(on) if on == body))
+            })
+        };
+        if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
+            return Err(Error::domain(format!("no rod reaches body {body}")));
+        }
+        Ok(Self { carriers, links })
+    }
+
+    /// The bodies.
+    pub fn carriers(&self) -> &[Carrier] {
+        &self.carriers
+    }
+
+    /// The rods.
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The first time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
+        let supports = self.links.iter().map(|link| link.next_break(t));
+        bodies.chain(supports).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Where the velocities of each body begin among those of all, and how many there are.
+    pub fn freedoms(&self) -> (Vec<usize>, usize) {
+        let mut total = 0;
+        let starts = self.carriers.iter().map(|carrier| {
+            total += carrier.freedoms();
+            total - carrier.freedoms()
+        });
+        (starts.collect(), total)
+    }
+}

@@ -1,0 +1,228 @@
+//! States of an assembly as numbers, and how they move (theory 3.3).
+//!
+//! A state holds the place and the velocity of every body, the chart of every rod, then time, the work of loads and supports
+//! and what drag took. Poses and charts say the same thing twice: their gap is the error of the integration.
+//!
+//! ```text
+//! place' = V,   M V' = wrenches of the rods + loads,   q_k' = J_k^-1 xi_k,
+//! ```
+//! xi_k the twist of the end of rod k relative to its base. Where a rod nears its fold, det J_k = 0, time itself is slowed,
+//! t' = det J_k/d, and q_k' = adj(J_k) xi_k/d: both are smooth through the fold, which is where t' = 0.
+
+use super::{Assembly, Carrier, LinkPoint, Place};
+use crate::manifold::adjugate_times;
+use crate::rod::Wrench;
+use nalgebra::{DVector, Isometry3, Vector6};
+use std::ops::Range;
+
+/// Where everything is: the bodies, and the charts (m(0), n) of the rods in their bases' directors, in units B/L, B/L^2.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Configuration {
+    /// Poses and velocities of the bodies.
+    pub bodies: Vec<Place>,
+    /// Charts of the rods.
+    pub charts: Vec<Wrench>,
+}
+
+/// Time slowed for one rod near its fold: t' = det J/`scale`, which has the sign of det J there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slowed {
+    /// The rod.
+    pub link: usize,
+    /// det J where it began.
+    pub scale: f64,
+}
+
+/// Time and the integrals that the ledger needs.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Integrals {
+    /// Time.
+    pub time: f64,
+    /// Work of the loads in time and of the supports.
+    pub work: f64,
+    /// Lost to drag.
+    pub drag: f64,
+}
+
+/// A state taken apart and evaluated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluated {
+    /// Where everything is.
+    pub now: Configuration,
+    /// Time and integrals.
+    pub integrals: Integrals,
+    /// The rods.
+    pub points: Vec<LinkPoint>,
+}
+
+impl Assembly {
+    fn starts(&self) -> impl Iterator<Item = (usize, &Carrier)> {
+        let mut next = 0;
+        self.carriers().iter().map(move |carrier| {
+            next += carrier.numbers();
+            (next - carrier.numbers(), carrier)
+        })
+    }
+
+    fn chart_start(&self) -> usize {
+        self.carriers().iter().map(Carrier::numbers).sum()
+    }
+
+    /// Where the chart of rod `k` stands in a state.
+    pub fn chart_slots(&self, k: usize) -> Range<usize> {
+        let start = self.chart_start() + 6 * k;
+        start..start + 6
+    }
+
+    /// Where time stands in a state; work and drag follow.
+    pub fn time_slot(&self) -> usize {
+        self.chart_start() + 6 * self.links().len()
+    }
+
+    /// A configuration as a state.
+    pub fn state(&self, now: &Configuration, integrals: &Integrals) -> DVector<f64> {
+        let time = self.time_slot();
+        let mut state = DVector::zeros(time + 3);
+        for ((start, carrier), place) in self.starts().zip(&now.bodies) {
+            carrier.write(
+                place,
+                &mut state.as_mut_slice()[start..start + carrier.numbers()],
+            );
+        }
+        for (k, q) in now.charts.iter().enumerate() {
+            state.as_mut_slice()[self.chart_slots(k)].copy_from_slice(q.as_slice());
+        }
+        state.as_mut_slice()[time..].copy_from_slice(&[
+            integrals.time,
+            integrals.work,
+            integrals.drag,
+        ]);
+        state
+    }
+
+    /// The configuration of a state.
+    pub fn configuration(&self, state: &DVector<f64>) -> Configuration {
+        let numbers = state.as_slice();
+        Configuration {
+            bodies: self
+                .starts()
+                .map(|(start, carrier)| carrier.read(&numbers[start..start + carrier.numbers()]))
+                .collect(),
+            charts: (0..self.links().len())
+                .map(|k| Vector6::from_column_slice(&numbers[self.chart_slots(k)]))
+                .collect(),
+        }
+    }
+
+    /// Time and integrals of a state.
+    pub fn integrals(&self, state: &DVector<f64>) -> Integrals {
+        let time = self.time_slot();
+        Integrals {
+            time: state[time],
+            work: state[time + 1],
+            drag: state[time + 2],
+        }
+    }
+
+    /// The rods of a state in place; None where a rod's law or its length of integration refuses.
+    pub fn evaluated(&self, state: &DVector<f64>, tolerance: f64) -> Option<Evaluated> {
+        let now = self.configuration(state);
+        let integrals = self.integrals(state);
+        let points = self
+            .points(integrals.time, &now.bodies, &now.charts, tolerance)
+            .ok()?;
+        Some(Evaluated {
+            now,
+            integrals,
+            points,
+        })
+    }
+
+    /// Writes the rates of `state`; None outside the domain of a law. `tolerance` is that along the rods; `seen` is told det J of
+    /// every rod.
+    pub fn write_slope(
+        &self,
+        state: &DVector<f64>,
+        slowed: Option<Slowed>,
+        tolerance: f64,
+        out: &mut DVector<f64>,
+        mut seen: impl FnMut(usize, f64),
+    ) -> Option<()> {
+        let Evaluated {
+            now,
+            integrals,
+            points,
+        } = self.evaluated(state, tolerance)?;
+        let mut rate = 1.0;
+        for (k, (link, point)) in self.links().iter().zip(&points).enumerate() {
+            let drive = point.drive(link.joint());
+            let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
+            seen(k, det);
+            let along = match slowed {
+                Some(slowed) if slowed.link == k => {
+                    rate = det / slowed.scale;
+                    scaled / slowed.scale
+                }
+                // Multiplied by t' below, with all that time alone drives.
+                _ => scaled / det,
+            };
+            out.as_mut_slice()[self.chart_slots(k)].copy_from_slice(along.as_slice());
+        }
+        for k in 0..points.len() {
+            if slowed.is_none_or(|slowed| slowed.link != k) {
+                out.as_mut_slice()[self.chart_slots(k)]
+                    .iter_mut()
+                    .for_each(|x| *x *= rate);
+            }
+        }
+        let wrenches = self.wrenches(&now.bodies, &points);
+        let (mut power, mut loss) = (self.support_power(&points), 0.0);
+        for (((start, carrier), place), wrench) in self.starts().zip(&now.bodies).zip(&wrenches) {
+            let motion = carrier.motion(integrals.time, place, wrench);
+            let slots = start..start + carrier.numbers();
+            carrier.write_rates(
+                &state.as_slice()[slots.clone()],
+                &motion,
+                rate,
+                &mut out.as_mut_slice()[slots],
+            );
+            power += motion.power;
+            loss += motion.loss;
+        }
+        out.as_mut_slice()[self.time_slot()..].copy_from_slice(&[rate, power * rate, loss * rate]);
+        out.iter().all(|x| x.is_finite()).then_some(())
+    }
+
+    /// Kinetic, elastic and potential energy.
+    pub fn energies(&self, at: &Evaluated) -> [f64; 3] {
+        let t = at.integrals.time;
+        let bodies = || self.carriers().iter().zip(&at.now.bodies);
+        [
+            bodies()
+                .map(|(carrier, place)| carrier.kinetic(t, place))
+                .sum(),
+            at.points.iter().map(|point| point.end.energy).sum(),
+            bodies()
+                .map(|(carrier, place)| carrier.potential(t, &place.pose))
+                .sum(),
+        ]
+    }
+
+    /// How far the ends of the rods are from their attachments, at worst: in radians, and in lengths of the rod.
+    pub fn drift(&self, at: &Evaluated) -> f64 {
+        let rods = self.links().iter().zip(&at.points);
+        rods.map(|(link, point)| {
+            let gap = point.gap(link.joint());
+            let length = link.rod().length();
+            (0..6)
+                .map(|i| (if i < 3 { gap[i] } else { gap[i] / length }).abs())
+                .fold(0.0, f64::max)
+        })
+        .fold(0.0, f64::max)
+    }
+
+    /// Poses at rest.
+    pub fn at_rest(&self, poses: &[Isometry3<f64>]) -> Vec<Place> {
+        poses.iter().map(|pose| Place::at_rest(*pose)).collect()
+    }
+}

@@ -1,0 +1,508 @@
+//! The motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory 3.3).
+//!
+//! Away from folds time is what the steps advance in. A rod that nears its fold slows it (see [`crate::assembly::Slowed`]): the
+//! fold is then an ordinary root of t', found to the accuracy of the integration. There that rod settles with its ends held,
+//! and the others stay as they are.
+
+mod sample;
+
+pub use sample::AssemblySample;
+
+use super::drive::Motion;
+use super::event::{Event, Outcome};
+use super::locate::{Guess, Timed, first_fold, locate};
+use super::options::Options;
+use super::snap::{LandingRule, Snap, SnapEnd};
+use super::state::Seen;
+use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Slowed};
+use crate::error::{Cause, Error, Result};
+use crate::solve::cost::Cost;
+use crate::solve::dop853::{Dense, Dop853, State, Step};
+use crate::solve::roots::chandrupatla;
+use nalgebra::{DVector, Vector6};
+use std::sync::Arc;
+
+/// Bound of a step's local error, as a part of the tolerance.
+const LOCAL: f64 = 0.1;
+/// Local errors below this drown in rounding.
+const FINEST: f64 = 1e-14;
+/// Error of the integration along a rod, as a part of that of a step: slopes must be smooth to it.
+const ALONG: f64 = 0.1;
+/// Time is slowed for a rod whose det J would vanish, at its present rate, within so many steps ...
+const NEAR: f64 = 8.0;
+/// ... until det J has grown to so many times what it was then.
+const FAR: f64 = 4.0;
+/// A state this near to the end of time, relative to 1 + its size, is at it.
+const ON_TIME: f64 = 1e-12;
+/// Ends of rods that are farther than this many tolerances from their attachments at the start are no start.
+const APART: f64 = 1e4;
+
+/// The numbers of a state; time stands third from the last.
+#[derive(Debug, Clone)]
+struct Numbers(DVector<f64>);
+
+impl State for Numbers {
+    fn axpy(&mut self, a: f64, x: &Self) {
+        State::axpy(&mut self.0, a, &x.0);
+    }
+
+    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
+        self.0.mean_square(&from.0, &to.0)
+    }
+}
+
+impl Timed for Numbers {
+    fn time(&self) -> f64 {
+        self.0[self.0.len() - 3]
+    }
+}
+
+impl Numbers {
+    fn at_time(mut self, t: f64) -> Self {
+        let slot = self.0.len() - 3;
+        self.0[slot] = t;
+        self
+    }
+}
+
+/// How a step ended.
+enum Progress {
+    Moved,
+    Arrived,
+    Fold { link: usize, time_error: f64 },
+}
+
+/// A motion of an assembly in progress.
+pub struct AssemblyRun {
+    assembly: Arc<Assembly>,
+    options: Options,
+    solver: Dop853<Numbers>,
+    step: Step<Numbers>,
+    dense: Option<Dense<Numbers>>,
+    slowed: Option<Slowed>,
+    /// det J of the rods at the present state.
+    dets: Vec<f64>,
+    /// The index of every rod with its ends held, on the sheet it moves on.
+    indices: Vec<usize>,
+    /// Cost outside the steps.
+    extra: Cost,
+    released: f64,
+    snaps: u64,
+    /// The rod that has reached its fold.
+    pending: Option<(usize, f64)>,
+    first: AssemblySample,
+    before_snap: Option<AssemblySample>,
+    stopped: bool,
+    interrupted: bool,
+}
+
+impl AssemblyRun {
+    /// A run from `start` at time 0. Poses and charts must agree.
+    ///
+    /// # Errors
+    /// Rods whose ends are not where their attachments are, or that stand at a fold; a landing rule that is not served.
+    pub fn new(assembly: Assembly, start: &Configuration, options: Options) -> Result<Self> {
+        if options.landing != LandingRule::Viscous {
+            return Err(Error::domain(
+                "landing: in space a rod lands where friction takes it; use landing = \"viscous\"",
+            ));
+        }
+        let assembly = Arc::new(assembly);
+        let local = (LOCAL * options.tolerance).max(FINEST);
+        let state = assembly.state(start, &Integrals::default());
+        let at = assembly.evaluated(&state, ALONG * local).ok_or_else(|| {
+            Error::domain("the rods cannot be followed under the wrenches of the start")
+        })?;
+        let apart = assembly.drift(&at);
+        if !(apart <= APART * options.tolerance) {
+            return Err(Error::domain(format!(
+                "the ends of the rods are {apart:.1e} of their length away from their attachments at the start"
+            )));
+        }
+        let links = assembly.links().len();
+        let numbers = Numbers(state);
+        let mut slope = numbers.clone();
+        let mut dets = vec![0.0; links];
+        assembly
+            .write_slope(&numbers.0, None, ALONG * local, &mut slope.0, |k, det| {
+                dets[k] = det
+            })
+            .ok_or_else(|| {
+                Error::ill_conditioned(
+                    "a rod is exactly at a fold at the start; move the start a little",
+                )
+            })?;
+        let rate = slope.mean_square(&numbers, &numbers).sqrt();
+        let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
+        let indices = indices(&assembly, &at.now, ALONG * local)?;
+        let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
+        let solver = Dop853::new(numbers, slope, h, local);
+        Ok(Self {
+            step: solver.blank(),
+            solver,
+            assembly,
+            options,
+            dense: None,
+            slowed: None,
+            dets,
+            indices,
+            extra: Cost::default(),
+            released: 0.0,
+            snaps: 0,
+            pending: None,
+            first,
+            before_snap: None,
+            stopped: false,
+            interrupted: false,
+        })
+    }
+
+    fn local(&self) -> f64 {
+        (LOCAL * self.options.tolerance).max(FINEST)
+    }
+
+    fn describe(&self, state: &DVector<f64>) -> AssemblySample {
+        let at = self
+            .assembly
+            .evaluated(state, ALONG * self.local())
+            .expect("every state of a run has its rods");
+        AssemblySample::new(self.assembly.clone(), at, self.released, &self.indices)
+    }
+
+    /// The state at a time within the last step; None outside it.
+    pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
+        let state = self.inside(t)?;
+        Some(self.describe(&state))
+    }
+
+    /// The state now.
+    pub fn sample_now(&self) -> AssemblySample {
+        self.describe(&self.solver.state().0)
+    }
+
+    /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with.
+    fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+        let along = ALONG * self.local();
+        let mut slope = state.clone();
+        let dets = &mut self.dets;
+        self.assembly
+            .write_slope(&state.0, slowed, along, &mut slope.0, |k, det| {
+                dets[k] = det
+            })?;
+        self.extra.evaluations += 1;
+        self.slowed = slowed;
+        self.solver.restart(state, slope, h);
+        Some(())
+    }
+
+    /// Slows time for rod `link`.
+    fn slow(&mut self, state: Numbers, link: usize, scale: f64) -> Option<()> {
+        let h = self.solver.next_step();
+        self.resume(state, Some(Slowed { link, scale }), h)
+    }
+
+    fn take_step(&mut self, h_max: f64) -> Option<()> {
+        let (assembly, along, slowed) = (
+            &self.assembly,
+            ALONG * (LOCAL * self.options.tolerance).max(FINEST),
+            self.slowed,
+        );
+        let dets = &mut self.dets;
+        let f = |y: &Numbers, out: &mut Numbers| {
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det| dets[k] = det)
+        };
+        self.dense = None;
+        self.solver.step_into(f, h_max, &mut self.step).ok()
+    }
+
+    /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
+    fn advance_to(&mut self, end: f64) -> Option<Progress> {
+        if self.slowed.is_some() {
+            return self.slow_step(end);
+        }
+        let before = self.dets.clone();
+        let from = self.solver.state().clone();
+        let left = end - from.time();
+        if self.take_step(left).is_none() {
+            // As at a fold that is too near for plain steps: towards which det J fell.
+            let nearest = (0..before.len()).max_by(|a, b| {
+                let fall = |k: &usize| (1.0 - self.dets[*k] / before[*k]).abs();
+                fall(a).total_cmp(&fall(b))
+            })?;
+            self.slow(from, nearest, before[nearest])?;
+            return self.slow_step(end);
+        }
+        let crossed = (0..before.len()).find(|k| self.dets[*k] * before[*k] <= 0.0);
+        if let Some(link) = crossed {
+            self.slow(from, link, before[link])?;
+            return self.slow_step(end);
+        }
+        let h = self.step.h;
+        let arrived = h >= left || (end - self.step.to.time()).abs() <= ON_TIME * (1.0 + end);
+        if arrived {
+            self.step.to = self.step.to.clone().at_time(end);
+            let slope = self.step.end_slope().clone();
+            self.solver.rewind(self.step.to.clone(), slope);
+        }
+        let falling = |k: &usize| {
+            let rate = (self.dets[*k] - before[*k]) / h;
+            let time = -self.dets[*k] / rate;
+            0.0 < time && time < NEAR * self.solver.next_step()
+        };
+        if let Some(link) = (0..before.len()).find(falling) {
+            self.slow(self.step.to.clone(), link, self.dets[link])?;
+        }
+        Some(if arrived {
+            Progress::Arrived
+        } else {
+            Progress::Moved
+        })
+    }
+
+    /// The same with time slowed for the rod that nears its fold.
+    fn slow_step(&mut self, end: f64) -> Option<Progress> {
+        let slowed = self.slowed?;
+        let (assembly, along) = (self.assembly.clone(), ALONG * self.local());
+        let f = |y: &Numbers| {
+            let mut out = y.clone();
+            assembly.write_slope(&y.0, Some(slowed), along, &mut out.0, |_, _| ())?;
+            Some(out)
+        };
+        let remaining = end - self.solver.state().time();
+        let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
+        let mut cost = Cost::default();
+        let (mut step, fold) = loop {
+            self.take_step(h_max)?;
+            let mut step = self.step.clone();
+            let fold = first_fold(&mut step, f, &mut cost)
+                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.time(), &mut cost));
+            if fold.is_some() || step.end_slope().time() > 0.0 {
+                break (step, fold);
+            }
+            // Time turned back and the fold was not found: it must be in a shorter step.
+            self.solver
+                .rewind(step.from.clone(), step.stage_slopes()[0].clone());
+            h_max = 0.5 * step.h;
+        };
+        let progress = match fold {
+            Some(fold) if fold.step.to.time() < end => {
+                step = fold.step;
+                Progress::Fold {
+                    link: slowed.link,
+                    time_error: fold.time_error,
+                }
+            }
+            _ if step.to.time() >= end => {
+                let guess = Guess {
+                    h: step.h * remaining / (step.to.time() - step.from.time()),
+                    rate: (step.to.time() - step.from.time()) / step.h,
+                    t: end,
+                };
+                let found = locate(&step, f, guess, |state, _| state.time() - end, &mut cost)?;
+                if (found.step.to.time() - end).abs() > ON_TIME * (1.0 + end) {
+                    return None;
+                }
+                step = found.step;
+                step.to = step.to.at_time(end);
+                Progress::Arrived
+            }
+            _ => Progress::Moved,
+        };
+        self.extra.evaluations += cost.evaluations;
+        self.extra.samples += cost.samples;
+        let rate = step.end_slope().time();
+        self.solver
+            .rewind(step.to.clone(), step.end_slope().clone());
+        self.step = step;
+        if rate > FAR {
+            let h = rate * self.solver.next_step();
+            self.resume(self.step.to.clone(), None, h)?;
+        }
+        Some(progress)
+    }
+
+    /// The state at a time within the last step.
+    fn inside(&mut self, t: f64) -> Option<DVector<f64>> {
+        let (from, to) = (self.step.from.time(), self.step.to.time());
+        if t == to {
+            return Some(self.step.to.0.clone());
+        }
+        if t == from {
+            return Some(self.step.from.0.clone());
+        }
+        if !(from < t && t < to) {
+            return None;
+        }
+        if self.dense.is_none() {
+            let (assembly, along) = (self.assembly.clone(), ALONG * self.local());
+            // The step was taken under the clock that its own slopes show.
+            let slowed = self.slowed.filter(|_| {
+                self.step
+                    .stage_slopes()
+                    .iter()
+                    .any(|slope| slope.time() != 1.0)
+            });
+            let f = |y: &Numbers| {
+                let mut out = y.clone();
+                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
+                Some(out)
+            };
+            let mut cost = Cost::default();
+            self.dense = self.step.dense(f, &mut cost);
+            self.extra.evaluations += cost.evaluations;
+            self.extra.samples += cost.samples;
+        }
+        let dense = self.dense.as_ref()?;
+        let x = chandrupatla(
+            |x| dense.at(x).time() - t,
+            (0.0, from - t),
+            (1.0, to - t),
+            0.0,
+        )?;
+        Some(dense.at(x).at_time(t).0)
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        self.stopped = true;
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.solver.state().time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// At a fold of rod `link`: settles it and goes on.
+    fn snap(&mut self, link: usize, time_error: f64) -> Result<Event> {
+        if self.snaps >= self.options.max_snaps {
+            return Ok(self.stop(Outcome::SnapLimit));
+        }
+        let along = ALONG * self.local();
+        let here = self.sample_now();
+        let rod = &self.assembly.links()[link];
+        let Evaluated {
+            mut now,
+            integrals,
+            points,
+        } = here.at.clone();
+        let fallen = rod.settle(&now.charts[link], along)?;
+        let before = SnapEnd {
+            q: DVector::from_column_slice(now.charts[link].as_slice()),
+            sheet: None,
+            index: self.indices[link],
+            elastic: points[link].end.energy,
+        };
+        now.charts[link] = fallen;
+        let after = SnapEnd {
+            q: DVector::from_column_slice(fallen.as_slice()),
+            sheet: None,
+            index: rod.index(&fallen, along)?,
+            elastic: rod.end(&fallen, along)?.energy,
+        };
+        let body = &now.bodies[0];
+        let snap = Snap {
+            t: integrals.time,
+            time_error,
+            pose: DVector::from_column_slice(body.pose.translation.vector.as_slice()),
+            velocity: DVector::from_column_slice(&body.twist.as_slice()[3..]),
+            released: before.elastic - after.elastic,
+            from: before,
+            to: after,
+        };
+        let h = self.solver.next_step();
+        let state = Numbers(self.assembly.state(&now, &integrals));
+        self.released += snap.released;
+        self.snaps += 1;
+        self.indices[link] = snap.to.index;
+        self.before_snap = Some(here);
+        self.resume(state, None, h)
+            .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
+        self.step = self.solver.blank();
+        self.dense = None;
+        Ok(Event::Snap(snap))
+    }
+}
+
+fn indices(assembly: &Assembly, now: &Configuration, tolerance: f64) -> Result<Vec<usize>> {
+    assembly
+        .links()
+        .iter()
+        .zip(&now.charts)
+        .map(|(link, q): (_, &Vector6<f64>)| link.index(q, tolerance))
+        .collect()
+}
+
+impl<'a> Motion<'a> for AssemblyRun {
+    fn advance(&mut self) -> Option<Event> {
+        if self.stopped {
+            return None;
+        }
+        if let Some((link, time_error)) = self.pending.take() {
+            return Some(self.snap(link, time_error).unwrap_or_else(|why| {
+                self.stuck(
+                    Cause::Failed(why),
+                    "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
+                )
+            }));
+        }
+        if self.interrupted {
+            return Some(self.stop(Outcome::Interrupted));
+        }
+        let from = self.solver.state().time();
+        if from >= self.options.duration {
+            return Some(self.stop(Outcome::EndOfTime));
+        }
+        if self.cost().steps >= self.options.max_steps {
+            return Some(self.stop(Outcome::StepLimit));
+        }
+        let end = self.assembly.next_break(from).min(self.options.duration);
+        let Some(progress) = self.advance_to(end) else {
+            let cause = Cause::StepCollapsed {
+                next: self.solver.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return Some(self.stuck(
+                cause,
+                "a rod is pulled straight, or folds in a way that is not simple: give it stretch (a finite axial stiffness), or \
+                 friction (damping)",
+            ));
+        };
+        if let Progress::Fold { link, time_error } = progress {
+            self.pending = Some((link, time_error));
+        }
+        Some(Event::Step {
+            from,
+            to: self.step.to.time(),
+        })
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Kept(&self.first)
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.sample_now()))
+    }
+
+    fn before_snap(&self) -> Option<Seen<'_>> {
+        self.before_snap
+            .as_ref()
+            .map(|sample| Seen::Kept(sample as _))
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.state_at(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    fn cost(&self) -> Cost {
+        self.solver.cost() + self.extra
+    }
+}

@@ -1,0 +1,132 @@
+//! What a state of an assembly shows.
+
+use crate::assembly::{Assembly, Evaluated};
+use crate::math::se3::{halves, joined};
+use crate::motion::ledger::Ledger;
+use crate::motion::state::{Labels, State};
+use crate::rod::RodSection;
+use crate::section::Strain;
+use nalgebra::{Isometry3, Vector6};
+use std::sync::Arc;
+
+/// Tolerance of the sections that are shown.
+const SHAPE: f64 = 1e-12;
+
+/// The state of an assembly at one moment.
+#[derive(Debug, Clone)]
+pub struct AssemblySample {
+    assembly: Arc<Assembly>,
+    /// Bodies, rods, time.
+    pub at: Evaluated,
+    /// The energies.
+    pub ledger: Ledger,
+    /// The index of every rod with its ends held.
+    pub indices: Vec<usize>,
+}
+
+impl AssemblySample {
+    pub(super) fn new(
+        assembly: Arc<Assembly>,
+        at: Evaluated,
+        released: f64,
+        indices: &[usize],
+    ) -> Self {
+        let [kinetic, elastic, potential] = assembly.energies(&at);
+        let ledger = Ledger {
+            kinetic,
+            elastic,
+            potential,
+            dissipated: released + at.integrals.drag,
+            work: at.integrals.work,
+        };
+        Self {
+            assembly,
+            at,
+            ledger,
+            indices: indices.to_vec(),
+        }
+    }
+
+    /// Sections of rod `link` at places in [0, 1], in growing order, seen from its base; empty where it cannot be followed.
+    pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
+        let rod = &self.assembly.links()[link];
+        let at: Vec<f64> = places.iter().map(|s| s * rod.rod().length()).collect();
+        let base = self.at.now.charts[link].component_mul(&rod.units());
+        rod.rod().shape(&base, &at, SHAPE).unwrap_or_default()
+    }
+
+    /// How far the ends of rods are from their attachments.
+    pub fn drift(&self) -> f64 {
+        self.assembly.drift(&self.at)
+    }
+}
+
+/// The first rod stands for all where one is asked for.
+impl State for AssemblySample {
+    fn time(&self) -> f64 {
+        self.at.integrals.time
+    }
+
+    fn pose(&self) -> Isometry3<f64> {
+        self.at.points[0].end.pose
+    }
+
+    fn twist(&self) -> Vector6<f64> {
+        let (link, point) = (&self.assembly.links()[0], &self.at.points[0]);
+        let moved = point
+            .end
+            .jacobian
+            .full_piv_lu()
+            .solve(&point.drive(link.joint()));
+        let moved = moved.map(|q| point.end.tangent * q.component_mul(&link.units()));
+        // At a fold the chart moves infinitely fast, and only what the attachment shares with the rod is finite.
+        let (spin, _) = halves(&moved.unwrap_or_default());
+        let (_, v) = halves(&point.drive(link.joint()));
+        joined(&spin, &v)
+    }
+
+    fn action(&self) -> Vector6<f64> {
+        let end = &self.at.points[0].end;
+        -joined(&end.couple, &end.force)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    fn friction(&self) -> f64 {
+        0.0
+    }
+
+    fn distance(&self) -> f64 {
+        0.0
+    }
+
+    fn equilibrium(&self) -> Option<Labels> {
+        None
+    }
+
+    fn index(&self) -> Option<usize> {
+        Some(self.indices.iter().sum())
+    }
+
+    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
+        self.rod_sections(0, places)
+            .iter()
+            .map(|section| section.strain)
+            .collect()
+    }
+
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        vec![0.0; places.len()]
+    }
+
+    fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
+        let last = points.max(2) - 1;
+        let places: Vec<f64> = (0..=last).map(|k| k as f64 / last as f64).collect();
+        self.rod_sections(0, &places)
+            .iter()
+            .map(RodSection::pose)
+            .collect()
+    }
+}

@@ -1,0 +1,138 @@
+//! Events inside a step, found to the accuracy of the integration: the step is taken again with other lengths.
+
+use crate::solve::cost::Cost;
+use crate::solve::dop853::{State, Step};
+use crate::solve::roots::chandrupatla;
+
+/// Most corrections of an event by redoing the step; three reach rounding from the interpolant.
+const CORRECTIONS: usize = 40;
+/// A correction below this part of the step that brings nothing is rounding.
+const ROUNDING: f64 = 1e-8;
+/// Look inside a step when t' at a stage falls below this fraction of its values at the ends.
+const SUSPICIOUS: f64 = 0.1;
+/// Samples of a suspicious step.
+const SAMPLES: usize = 12;
+
+/// A state that has time among its variables.
+pub trait Timed: State {
+    /// Time; of a slope, t'.
+    fn time(&self) -> f64;
+}
+
+/// Where in a step an event is thought to be, and how fast its function changes with h there.
+#[derive(Clone, Copy)]
+pub struct Guess {
+    /// The length of the step that ends there.
+    pub h: f64,
+    /// Change of the event function by h.
+    pub rate: f64,
+    /// The time there.
+    pub t: f64,
+}
+
+/// An event found.
+pub struct Located<S> {
+    /// The step that ends there.
+    pub step: Step<S>,
+    /// Change of its time in the last correction.
+    pub time_error: f64,
+}
+
+/// The first zero of t' inside a step, if there is one: seen at the stages, confirmed on the interpolant.
+pub fn first_fold<S: Timed>(
+    step: &mut Step<S>,
+    mut f: impl FnMut(&S) -> Option<S>,
+    cost: &mut Cost,
+) -> Option<Guess> {
+    let ends = step.stage_slopes()[0].time().min(step.end_slope().time());
+    let rates = step.stage_slopes().iter().map(Timed::time);
+    let least = rates.fold(f64::INFINITY, f64::min);
+    if ends > 0.0 && least > SUSPICIOUS * ends {
+        return None;
+    }
+    let h = step.h;
+    let (start, end) = (step.stage_slopes()[0].time(), step.end_slope().time());
+    let dense = step.dense(&mut f, cost)?;
+    let mut rate_at = |x: f64| {
+        cost.evaluations += 1;
+        f(&dense.at(x)).map_or(f64::NAN, |slope| slope.time())
+    };
+    let mut before = (0.0, start);
+    for i in 1..=SAMPLES {
+        let x = i as f64 / SAMPLES as f64;
+        let after = (x, if i == SAMPLES { end } else { rate_at(x) });
+        // A start at a fold has t' = 0 there: only a change from positive counts.
+        if before.1 > 0.0 && after.1 <= 0.0 {
+            let rate = (after.1 - before.1) / ((after.0 - before.0) * h);
+            let x = chandrupatla(rate_at, before, after, 1e-9)?;
+            return Some(Guess {
+                h: x * h,
+                rate,
+                t: dense.at(x).time(),
+            });
+        }
+        before = after;
+    }
+    None
+}
+
+/// Redoes the step with other lengths until the event function, of state and slope, vanishes at its end: the event then has
+/// the accuracy of the integration, not of an interpolant. Secants, and halving where they fail: t may grow like h^2 from a
+/// fold.
+pub fn locate<S: Timed>(
+    step: &Step<S>,
+    mut f: impl FnMut(&S) -> Option<S>,
+    guess: Guess,
+    event: impl Fn(&S, &S) -> f64,
+    cost: &mut Cost,
+) -> Option<Located<S>> {
+    let Guess {
+        mut h,
+        mut rate,
+        t: mut time,
+    } = guess;
+    let (mut low, mut high) = (0.0, step.h);
+    let mut previous: Option<(f64, f64)> = None;
+    let mut best: Option<(f64, Located<S>)> = None;
+    for _ in 0..CORRECTIONS {
+        let redone = step.redo(&mut f, h, cost)?;
+        let g = event(&redone.to, redone.end_slope());
+        let moved = previous.map_or(f64::INFINITY, |(h0, _)| (h - h0).abs());
+        if let Some((h0, g0)) = previous
+            && h != h0
+            && g != g0
+        {
+            rate = (g - g0) / (h - h0);
+        }
+        let t = redone.to.time();
+        let time_error = (t - time).abs() + f64::EPSILON * t.abs();
+        time = t;
+        let better = best.as_ref().is_none_or(|(size, _)| g.abs() <= *size);
+        if better {
+            best = Some((
+                g.abs(),
+                Located {
+                    step: redone,
+                    time_error,
+                },
+            ));
+        }
+        let correction = -g / rate;
+        if correction.abs() <= 4.0 * f64::EPSILON * h || !better && moved <= ROUNDING * h {
+            break;
+        }
+        if g * guess.rate < 0.0 {
+            low = h;
+        } else {
+            high = h;
+        }
+        previous = Some((h, g));
+        let secant = h + correction;
+        h = if better && low < secant && secant < high {
+            secant
+        } else {
+            0.5 * (low + high)
+        };
+    }
+    best.map(|(_, located)| located)
+}

@@ -1,0 +1,456 @@
+//! Bodies on elastic rods in space against runs of other programs in 80-bit arithmetic (tests/data/space; each file tells its
+//! recipe), and against what must hold whatever the numbers: the ledger, the gap between charts and poses.
+
+use crate::support::{json, list, number, quaternion, rows, vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
+use serde_json::Value;
+use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, On, Place};
+use snaprod::body::{Body, History, RigidBody, Support};
+use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
+use snaprod::motion::{Event, Motion, Options, Outcome, Snap, State};
+use snaprod::rod::Rod;
+use snaprod::section::{Linear, Varying};
+
+const TOLERANCE: f64 = 1e-11;
+
+fn pose(row: &Value) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        vector3(row, "position").into(),
+        quaternion(row, "quaternion"),
+    )
+}
+
+fn wrench(row: &Value) -> Vector6<f64> {
+    twist(vector3(row, "couple"), vector3(row, "force"))
+}
+
+fn twist(a: Vector3<f64>, b: Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+}
+
+/// A rod with six stiffnesses, some of them "rigid", and a rest shape that may vary linearly.
+fn rod(row: &Value) -> Rod {
+    let stiffness: Vec<Option<f64>> = rows(row, "stiffness", 6)
+        .iter()
+        .map(Value::as_f64)
+        .collect();
+    let value = |i: usize| stiffness[i].expect("a stiffness in bending and torsion");
+    let rest = vector3(row, "rest_curvature_u0");
+    let slope = match &row["rest_curvature_slope"] {
+        Value::Null => Vector3::zeros(),
+        _ => vector3(row, "rest_curvature_slope"),
+    };
+    let rigid = [3, 4, 5].map(|i| stiffness[i].is_none());
+    let (bending, torsion) = ([value(0), value(1)], value(2));
+    let free = [3, 4, 5].map(|i| stiffness[i].unwrap_or(1.0));
+    let law = move |s: f64| {
+        let u = rest + slope * s;
+        Linear::diagonal(bending, torsion)?
+            .with_shear([free[0], free[1]])?
+            .with_axial(free[2])?
+            .rigid(rigid)?
+            .with_rest([u.x, u.y], u.z)
+    };
+    let length = number(row, "length");
+    let rod = if slope == Vector3::zeros() {
+        Rod::new(length, law(0.0).expect("a law"))
+    } else {
+        Rod::new(length, Varying::by(law))
+    };
+    rod.expect("a rod")
+}
+
+fn rigid(row: &Value, gravity: Vector3<f64>) -> RigidBody {
+    let inertia = Matrix3::from_row_slice(&list(&row["inertia_about_com"]));
+    let rotor = if row["rotor_spin"].is_array() {
+        vector3(row, "rotor_spin")
+    } else {
+        Vector3::zeros()
+    };
+    RigidBody::new(number(row, "mass"), inertia)
+        .and_then(|body| body.with_centre(vector3(row, "com_offset")))
+        .and_then(|body| body.with_gravity(gravity))
+        .and_then(|body| body.with_rotor(rotor))
+        .expect("a body")
+}
+
+fn point(mass: f64, gravity: Vector3<f64>) -> Carrier {
+    Carrier::point(
+        Body::new(mass)
+            .and_then(|body| body.with_gravity(gravity))
+            .expect("a mass"),
+    )
+}
+
+/// One rod from a clamp at the origin to one body.
+fn single(rod: Rod, body: Carrier, base: Attachment) -> (Assembly, Vector6<f64>) {
+    let joint = if body.freedoms() == 3 {
+        Joint::Ball
+    } else {
+        Joint::Weld
+    };
+    let link = Link::new(rod, base, Attachment::body(0, Isometry3::identity()), joint);
+    let units = link.units();
+    (
+        Assembly::new(vec![body], vec![link]).expect("an assembly"),
+        units,
+    )
+}
+
+fn clamp() -> Attachment {
+    Attachment::ground(Isometry3::identity())
+}
+
+/// A run to its end: the states at the given times, the snaps, the largest change of the ledger's total and the largest gap
+/// between charts and poses.
+struct Course {
+    samples: Vec<AssemblySample>,
+    snaps: Vec<Snap>,
+    opened: f64,
+    drift: f64,
+}
+
+fn course(assembly: Assembly, start: &Configuration, times: &[f64]) -> Course {
+    let duration = times.last().expect("a time");
+    let options = Options::new(*duration)
+        .and_then(|o| o.with_tolerance(TOLERANCE))
+        .expect("options");
+    let mut run = AssemblyRun::new(assembly, start, options).expect("a run");
+    let total = run.now().ledger().total();
+    let mut course = Course {
+        samples: Vec::new(),
+        snaps: Vec::new(),
+        opened: 0.0,
+        drift: 0.0,
+    };
+    let mut next = times.iter().peekable();
+    while let Some(event) = run.advance() {
+        match event {
+            Event::Step { to, .. } => {
+                while let Some(t) = next.next_if(|t| **t <= to) {
+                    let sample = run.state_at(*t).expect("a state inside the step");
+                    course.opened = course.opened.max((sample.ledger().total() - total).abs());
+                    course.drift = course.drift.max(sample.drift());
+                    course.samples.push(sample);
+                }
+            }
+            Event::Snap(snap) => course.snaps.push(snap),
+            Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!(course.samples.len(), times.len());
+    course
+}
+
+fn times(states: &[Value]) -> Vec<f64> {
+    states.iter().map(|state| number(state, "t")).collect()
+}
+
+/// Poses (or places) and charts against a list of states, all to `tolerance`.
+fn check(course: &Course, states: &[Value], units: &[Vector6<f64>], tolerance: f64, what: &str) {
+    for (sample, state) in course.samples.iter().zip(states) {
+        let t = number(state, "t");
+        for (place, row) in sample.at.now.bodies.iter().zip(rows(state, "bodies", 1)) {
+            let off = (place.pose.translation.vector - vector3(row, "position")).norm();
+            assert!(off <= tolerance, "{what}, t = {t}: a body is {off:e} off");
+            if row["quaternion"].is_array() {
+                let off = place.pose.rotation.angle_to(&quaternion(row, "quaternion"));
+                assert!(
+                    off <= tolerance,
+                    "{what}, t = {t}: a body is turned {off:e} too far"
+                );
+            }
+        }
+        for ((q, row), units) in sample
+            .at
+            .now
+            .charts
+            .iter()
+            .zip(rows(state, "rods", 1))
+            .zip(units)
+        {
+            let given = wrench(&row["base_wrench_chart"]);
+            let off = (q.component_mul(units) - given).norm() / (1.0 + given.norm());
+            assert!(
+                off <= 10.0 * tolerance,
+                "{what}, t = {t}: a base wrench is {off:e} off"
+            );
+        }
+    }
+}
+
+/// Would catch a wrong sign or arm anywhere in the motion of a welded body: stiffness in all six strains, offset, rotor,
+/// gravity, a rest shape that varies.
+#[test]
+fn welded_bodies_move_as_another_program_has_it() {
+    let data = json("space/motion_weld_given.json");
+    for case in rows(&data, "cases", 2) {
+        let name = case["name"].as_str().expect("a name");
+        let body = rigid(&case["body"], vector3(case, "gravity"));
+        let (assembly, units) = single(rod(case), Carrier::rigid(body), clamp());
+        let start = &case["start"];
+        let pose = pose(start);
+        let omega = pose.rotation * vector3(start, "angular_velocity");
+        let now = Configuration {
+            bodies: vec![Place {
+                pose,
+                twist: twist(omega, vector3(start, "velocity_of_end")),
+            }],
+            charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+        };
+        let states = rows(case, "states", 6);
+        let course = course(assembly, &now, &times(states));
+        check(&course, states, &[units], 1e-9, name);
+        assert!(
+            course.opened < 1e-10,
+            "{name}: the ledger opens by {:e}",
+            course.opened
+        );
+        assert!(
+            course.drift < 1e-10,
+            "{name}: charts and poses part by {:e}",
+            course.drift
+        );
+    }
+}
+
+/// Would catch a chart that does not keep m(1) = 0, or the wrong Jacobian of a ball joint.
+#[test]
+fn masses_on_ball_joints_move_as_another_program_has_it() {
+    let data = json("space/motion_ball_given.json");
+    for case in rows(&data, "cases", 2) {
+        let name = case["name"].as_str().expect("a name");
+        let (assembly, units) = single(
+            rod(case),
+            point(number(case, "mass"), vector3(case, "gravity")),
+            clamp(),
+        );
+        let start = &case["start"];
+        let r = vector3(start, "position");
+        let now = Configuration {
+            bodies: vec![Place {
+                pose: Isometry3::translation(r.x, r.y, r.z),
+                twist: twist(Vector3::zeros(), vector3(start, "velocity")),
+            }],
+            charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+        };
+        let states = rows(case, "states", 6);
+        let course = course(assembly, &now, &times(states));
+        // The mass passes the taut wall, where the rod is stiff: errors grow tenfold there.
+        check(&course, states, &[units], 1e-8, name);
+        assert!(
+            course.opened < 1e-9,
+            "{name}: the ledger opens by {:e}",
+            course.opened
+        );
+        let couple = course
+            .samples
+            .iter()
+            .map(|at| at.at.points[0].end.couple.norm())
+            .fold(0.0, f64::max);
+        assert!(
+            couple < 1e-8,
+            "{name}: the ball joint bears a couple of {couple:e}"
+        );
+    }
+}
+
+/// Would catch a fold that is passed over or found late, a fall to the wrong side of it, energy that goes amiss in the snap.
+#[test]
+fn a_rod_in_space_snaps_where_and_whither_another_program_says() {
+    let data = json("space/snap_space_given.json");
+    for case in rows(&data, "cases", 2) {
+        let name = case["name"].as_str().expect("a name");
+        let (gravity, row, start) = (vector3(case, "gravity"), &case["body"], &case["start"]);
+        let (body, pose, spin) = if row["joint"] == "ball" {
+            let r = vector3(start, "position");
+            (
+                point(number(row, "mass"), gravity),
+                Isometry3::translation(r.x, r.y, r.z),
+                Vector3::zeros(),
+            )
+        } else {
+            (
+                Carrier::rigid(rigid(row, gravity)),
+                pose(start),
+                vector3(start, "angular_velocity"),
+            )
+        };
+        let (assembly, units) = single(rod(case), body, clamp());
+        let now = Configuration {
+            bodies: vec![Place {
+                pose,
+                twist: twist(pose.rotation * spin, vector3(start, "velocity_of_end")),
+            }],
+            charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+        };
+        let after = rows(case, "after", 3);
+        let course = course(assembly, &now, &times(after));
+        let [snap] = course.snaps.as_slice() else {
+            panic!("{name}: {} snaps", course.snaps.len())
+        };
+        let late = snap.t - number(&case["fold"], "time");
+        assert!(
+            late.abs() < 1e-10,
+            "{name}: the fold is found {late:e} late"
+        );
+        let landing = &case["landing"];
+        let off = snap.released - number(landing, "energy_released");
+        assert!(off.abs() < 1e-9, "{name}: released {off:e} too much");
+        let landed = Vector6::from_column_slice(snap.to.q.as_slice()).component_mul(&units);
+        let given = wrench(&landing["base_wrench"]);
+        assert!(
+            (landed - given).norm() < 1e-8 * given.norm(),
+            "{name}: landed at {landed}, not {given}"
+        );
+        assert_eq!((snap.from.index, snap.to.index), (0, 0), "{name}");
+        check(&course, after, &[units], 1e-8, name);
+        assert!(
+            course.opened < 1e-9,
+            "{name}: the ledger opens by {:e}",
+            course.opened
+        );
+    }
+}
+
+/// Several rods and bodies: a chain and a loop. Would catch a wrench on the wrong body, a lever arm or a base that does not
+/// take its rod along.
+#[test]
+fn chains_and_loops_move_as_another_program_has_it() {
+    let data = json("space/network_motion_given.json");
+    for case in rows(&data, "cases", 2) {
+        let (name, network) = (case["name"].as_str().expect("a name"), &case["network"]);
+        let gravity = vector3(network, "gravity");
+        let bodies = rows(network, "bodies", 1)
+            .iter()
+            .map(|row| Carrier::rigid(rigid(row, gravity)))
+            .collect();
+        let site = |row: &Value| match row["on"].as_str().expect("on").strip_prefix("body ") {
+            Some(number) => Attachment::body(number.parse().expect("a number"), pose(row)),
+            None => Attachment::ground(pose(row)),
+        };
+        let links: Vec<Link> = rows(network, "rods", 2)
+            .iter()
+            .map(|row| Link::new(rod(row), site(&row["base"]), site(&row["end"]), Joint::Weld))
+            .collect();
+        let units: Vec<_> = links.iter().map(Link::units).collect();
+        let start = &case["start"];
+        let place = |row: &Value| {
+            let pose = pose(row);
+            let omega = pose.rotation * vector3(row, "angular_velocity");
+            Place {
+                pose,
+                twist: twist(omega, vector3(row, "velocity")),
+            }
+        };
+        let charts = rows(start, "charts", 2).iter().zip(&units);
+        let now = Configuration {
+            bodies: rows(start, "bodies", 1).iter().map(place).collect(),
+            charts: charts
+                .map(|(q, units)| Vector6::from_column_slice(&list(q)).component_div(units))
+                .collect(),
+        };
+        let states = rows(case, "states", 5);
+        let course = course(
+            Assembly::new(bodies, links).expect("an assembly"),
+            &now,
+            &times(states),
+        );
+        check(&course, states, &units, 1e-9, name);
+        assert!(
+            course.opened < 1e-10,
+            "{name}: the ledger opens by {:e}",
+            course.opened
+        );
+        assert!(
+            course.drift < 1e-10,
+            "{name}: charts and poses part by {:e}",
+            course.drift
+        );
+    }
+}
+
+/// A base that is shaken, and one that is turned to and fro about a skew axis through another point; would catch a wrong power
+/// of the support, or a velocity of the base that its rod does not see.
+#[test]
+fn supports_move_rods_as_another_program_has_it() {
+    let data = json("space/support_groove_given.json");
+    let cases = rows(&data, "cases", 4);
+    for case in cases.iter().filter(|case| case["support"].is_object()) {
+        let (name, motion, start) = (
+            case["name"].as_str().expect("a name"),
+            &case["support"],
+            &case["start"],
+        );
+        let entry = |key: &str| motion[key].as_f64().unwrap_or(0.0);
+        let centre = if motion["centre"].is_array() {
+            vector3(motion, "centre")
+        } else {
+            Vector3::zeros()
+        };
+        let upright = nalgebra::UnitQuaternion::identity();
+        let support = if motion["A"].is_array() {
+            // A (sin(w t + phi) - sin phi).
+            let (w, phi, shift) = (entry("w"), entry("phi"), vector3(motion, "A"));
+            let shaken = History::sine(1.0, w, phi).expect("a sine");
+            Support::<3>::new(-shift * phi.sin(), &upright)
+                .and_then(|support| support.with_translation(shift, shaken))
+        } else {
+            // Theta (1 - cos(wr t))/2 about an axis through the centre.
+            let (half, w) = (0.5 * entry("Theta"), entry("wr"));
+            let turned = move |t: f64| {
+                let (sin, cos) = (w * t).sin_cos();
+                [half * (1.0 - cos), half * w * sin, half * w * w * cos]
+            };
+            let angle = History::custom(turned, Vec::new()).expect("a history");
+            Support::<3>::new(centre, &upright)
+                .and_then(|support| support.with_turning(&vector3(motion, "axis"), angle))
+        };
+        let base = Attachment {
+            on: On::Support(Box::new(support.expect("a support"))),
+            place: Isometry3::translation(-centre.x, -centre.y, -centre.z),
+        };
+        let (gravity, row) = (vector3(case, "gravity"), &case["body"]);
+        let r = vector3(start, "position");
+        let (body, place) = if row["joint"] == "ball" {
+            let place = Place {
+                pose: Isometry3::translation(r.x, r.y, r.z),
+                twist: twist(Vector3::zeros(), vector3(start, "velocity")),
+            };
+            (point(number(row, "mass"), gravity), place)
+        } else {
+            let pose = pose(start);
+            let omega = pose.rotation * vector3(start, "angular_velocity_directors");
+            let place = Place {
+                pose,
+                twist: twist(omega, vector3(start, "velocity_of_end_world")),
+            };
+            (Carrier::rigid(rigid(row, gravity)), place)
+        };
+        let (assembly, units) = single(rod(case), body, base);
+        let chart = match &start["base_wrench"] {
+            Value::Null => Vector6::zeros(),
+            given => wrench(given).component_div(&units),
+        };
+        let now = Configuration {
+            bodies: vec![place],
+            charts: vec![chart],
+        };
+        let states = rows(case, "states", 4);
+        let course = course(assembly, &now, &times(states));
+        check(&course, states, &[units], 1e-8, name);
+        assert!(
+            course.opened < 1e-9,
+            "{name}: the ledger opens by {:e}",
+            course.opened
+        );
+        for (sample, state) in course.samples.iter().zip(states) {
+            let off = sample.ledger().work - number(state, "support_work");
+            assert!(
+                off.abs() < 1e-8,
+                "{name}: the support has done {off:e} too much work"
+            );
+        }
+    }
+}
