@@ -172,6 +172,14 @@ impl Carrier {
         }
     }
 
+    /// Force and centre of mass from the reference point in the world, of which [`Carrier::load`] is made at rest.
+    pub(super) fn dead(&self, t: f64, pose: &Isometry3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        match self {
+            Self::Rigid(body) => (body.centre().load(t), pose.rotation * body.offset()),
+            Self::Point(body) => (body.load(t), Vector3::zeros()),
+        }
+    }
+
     /// Kinetic energy.
     pub fn kinetic(&self, t: f64, place: &Place) -> f64 {
         match self {

@@ -5,7 +5,12 @@ use crate::body::Support;
 use crate::error::Result;
 use crate::math::se3::{halves, joined};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
-use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+
+/// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
+const NEUTRAL: f64 = 1e-7;
+/// How far aside the index of a rod is counted that is neutral under its force.
+const ASIDE: f64 = 1e-6;
 
 /// What an end of a rod is attached to.
 #[derive(Debug, Clone)]
@@ -139,7 +144,7 @@ pub struct LinkPoint {
 
 impl Link {
     /// A rod from one attachment to another, which holds it by `joint`. At the first it is welded: a rod with a ball joint at
-    /// one side begins at the other.
+    /// one side begins at the other ([`Link::reversed`]).
     pub fn new(rod: Rod, from: Attachment, to: Attachment, joint: Joint) -> Self {
         let rod = rod.with_clamp(Vector3::zeros(), nalgebra::UnitQuaternion::identity());
         Self {
@@ -148,6 +153,21 @@ impl Link {
             to,
             joint,
         }
+    }
+
+    /// A rod from one attachment, which holds it by `joint`, to another, to which it is welded: the same as [`Link::new`] for
+    /// the rod begun at its other end, the attachments' directors turned by pi about their d1 ([`Rod::reversed`]).
+    ///
+    /// # Errors
+    /// As [`Rod::reversed`].
+    pub fn reversed(rod: &Rod, from: Attachment, to: Attachment, joint: Joint) -> Result<Self> {
+        let turned = |mut site: Attachment| {
+            // Exactly half a turn.
+            let half = UnitQuaternion::new_unchecked(Quaternion::new(0.0, 1.0, 0.0, 0.0));
+            site.place.rotation *= half;
+            site
+        };
+        Ok(Self::new(rod.reversed()?, turned(to), turned(from), joint))
     }
 
     /// The rod.
@@ -227,13 +247,42 @@ impl Link {
     /// # Errors
     /// As [`Problem::index_at`].
     pub fn index(&self, q: &Wrench, tolerance: f64) -> Result<usize> {
-        let base = q.component_mul(&self.units());
-        let end = self.rod.end(&base, tolerance)?.section.pose();
+        // What is held counts, not where.
         let conditions = match self.joint {
-            Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
-            Joint::Ball => EndConditions::ball(end.translation.vector),
+            Joint::Weld => EndConditions::pose(Vector3::zeros(), UnitQuaternion::identity()),
+            Joint::Ball => EndConditions::ball(Vector3::zeros()),
         };
-        Problem::new(self.rod.clone(), conditions, tolerance)?.index_at(&base)
+        let problem = Problem::new(self.rod.clone(), conditions, tolerance)?;
+        let count = |q: &Wrench| problem.index_at(&q.component_mul(&self.units()));
+        // It is counted under the force alone first. Where that is neutral (an elastica that can turn about its force) rounding
+        // decides; nearby it is not, and away from folds the index of the held rod is the same there.
+        let end = self.end(q, tolerance)?;
+        let loaded = (self.gap_scale() * end.jacobian)
+            .fixed_view::<3, 3>(0, 0)
+            .into_owned();
+        if loaded.singular_values().min() < NEUTRAL && self.regular(&end).is_some() {
+            let aside = Wrench::new(0.6, -0.8, 0.3, 0.7, 0.4, -0.5) * (ASIDE * (1.0 + q.norm()));
+            if let (Ok(a), Ok(b)) = (count(&(q + aside)), count(&(q - aside)))
+                && a == b
+            {
+                return Ok(a);
+            }
+        }
+        count(q)
+    }
+
+    /// How far the end is from its attachment: the largest component of the gap, in radians (for a ball joint the couple it
+    /// should not bear, in B/L) and lengths of the rod.
+    pub(super) fn apart(&self, point: &LinkPoint) -> f64 {
+        let gap = point.gap(self.joint);
+        let (turn, length) = match self.joint {
+            Joint::Weld => (1.0, self.rod.length()),
+            Joint::Ball => (self.rod.units().0, self.rod.length()),
+        };
+        let parts = gap.iter().enumerate();
+        parts.fold(0.0, |most: f64, (i, x)| {
+            most.max(x.abs() / if i < 3 { turn } else { length })
+        })
     }
 
     pub(super) fn next_break(&self, t: f64) -> f64 {

@@ -6,16 +6,25 @@
 //!
 //! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments.
 //! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
+//! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily::branch`]: statics, small vibrations, branches.
 
+mod branch;
 mod carrier;
+mod equations;
 mod landing;
 mod link;
+mod modes;
+mod padded;
 mod state;
+mod statics;
 mod stiffness;
 
+pub use branch::{AssemblyBranch, AssemblyFamily, AssemblyPoint, AssemblySpecial};
 pub use carrier::{Carrier, Place};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
+pub use modes::Modes;
 pub use state::{Configuration, Evaluated, Integrals, Slowed};
+pub use statics::{AssemblyEquilibrium, AssemblyRoute};
 pub use stiffness::Stiffness;
 
 use crate::error::{Error, Result};

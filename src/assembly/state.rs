@@ -138,15 +138,15 @@ impl Assembly {
         })
     }
 
-    /// Writes the rates of `state`; None outside the domain of a law. `tolerance` is that along the rods; `seen` is told det J of
-    /// every rod.
+    /// Writes the rates of `state`; None outside the domain of a law. `tolerance` is that along the rods; `seen` is told of
+    /// every rod det J and how far its end is from its attachment, in radians and lengths of the rod.
     pub fn write_slope(
         &self,
         state: &DVector<f64>,
         slowed: Option<Slowed>,
         tolerance: f64,
         out: &mut DVector<f64>,
-        mut seen: impl FnMut(usize, f64),
+        mut seen: impl FnMut(usize, f64, f64),
     ) -> Option<()> {
         let Evaluated {
             now,
@@ -157,7 +157,7 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(&points).enumerate() {
             let drive = point.drive(link.joint());
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
-            seen(k, det);
+            seen(k, det, link.apart(point));
             let along = match slowed {
                 Some(slowed) if slowed.link == k => {
                     rate = det / slowed.scale;
@@ -193,6 +193,20 @@ impl Assembly {
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 
+    /// The charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold.
+    pub fn held(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
+        let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
+        rods.map(|((link, point), q)| {
+            let change = point
+                .end
+                .jacobian
+                .full_piv_lu()
+                .solve(&point.gap(link.joint()))?;
+            Some(q + change)
+        })
+        .collect()
+    }
+
     /// Kinetic, elastic and potential energy.
     pub fn energies(&self, at: &Evaluated) -> [f64; 3] {
         let t = at.integrals.time;
@@ -211,14 +225,8 @@ impl Assembly {
     /// How far the ends of the rods are from their attachments, at worst: in radians, and in lengths of the rod.
     pub fn drift(&self, at: &Evaluated) -> f64 {
         let rods = self.links().iter().zip(&at.points);
-        rods.map(|(link, point)| {
-            let gap = point.gap(link.joint());
-            let length = link.rod().length();
-            (0..6)
-                .map(|i| (if i < 3 { gap[i] } else { gap[i] / length }).abs())
-                .fold(0.0, f64::max)
-        })
-        .fold(0.0, f64::max)
+        rods.map(|(link, point)| link.apart(point))
+            .fold(0.0, f64::max)
     }
 
     /// Poses at rest.

@@ -1,12 +1,12 @@
 //! The stiffness of a whole assembly against small displacements of its bodies, and its index (theory 3.4).
 
-use super::{Assembly, Configuration, Joint, LinkPoint, On, Place};
+use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, Vector6};
+use nalgebra::{DMatrix, DVector, FullPivLU, Matrix3, Matrix6, SMatrix, U6, Vector3, Vector6};
 
 /// A twist of the reference point of a body as one of a place `lever` away, all along the axes of the world.
-fn carried(lever: &nalgebra::Vector3<f64>) -> Matrix6<f64> {
+pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
     let mut carried = Matrix6::identity();
     carried
         .fixed_view_mut::<3, 3>(3, 0)
@@ -21,30 +21,47 @@ fn diagonal(turn: &Matrix3<f64>) -> Matrix6<f64> {
     both
 }
 
-/// phi x f for a small turn phi, as a matrix on phi.
-fn turning(m: &nalgebra::Vector3<f64>, n: &nalgebra::Vector3<f64>) -> SMatrix<f64, 6, 3> {
-    let mut turned = SMatrix::<f64, 6, 3>::zeros();
+/// What a small turn of the body does to the couple of a force `n` that acts `lever` away: d(lever x n) = (phi x lever) x n.
+pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f64> {
+    let mut turned = Matrix6::zeros();
     turned
         .fixed_view_mut::<3, 3>(0, 0)
-        .copy_from(&-m.cross_matrix());
-    turned
-        .fixed_view_mut::<3, 3>(3, 0)
-        .copy_from(&-n.cross_matrix());
+        .copy_from(&(n.cross_matrix() * lever.cross_matrix()));
     turned
 }
 
+/// Pivots of a rod's Jacobian below this part of the largest mean that its ends held leave some wrench undetermined.
+const SINGULAR: f64 = 1e-13;
+
+impl Link {
+    /// The bodies that carry its ends, with the levers from their reference points in the world.
+    pub(super) fn levers(&self, bodies: &[Place]) -> [Option<(usize, Vector3<f64>)>; 2] {
+        [&self.from, &self.to].map(|site| match site.on {
+            On::Body(body) => {
+                let lever = bodies[body].pose.rotation * site.place.translation.vector;
+                Some((body, lever))
+            }
+            _ => None,
+        })
+    }
+}
+
+impl Link {
+    /// The Jacobian in units of [`Link::gap_scale`], factored; None where it is singular: at a fold, and on a rod that is straight
+    /// and cannot be stretched.
+    pub(super) fn regular(&self, end: &LinkEnd) -> Option<FullPivLU<f64, U6, U6>> {
+        let factors = (self.gap_scale() * end.jacobian).full_piv_lu();
+        let pivots = factors.u().diagonal().abs();
+        (pivots.min() > SINGULAR * pivots.max()).then_some(factors)
+    }
+}
+
 impl LinkPoint {
-    /// Derivatives of the wrenches on base and end (each at its attachment, in the world) by twists of base and end: 12 x 12,
-    /// and the chart's by the same: 6 x 12. None at a fold.
-    fn linear(
-        &self,
-        joint: Joint,
-        units: &Vector6<f64>,
-    ) -> Option<(SMatrix<f64, 12, 12>, SMatrix<f64, 6, 12>)> {
+    /// What the end attachment does as the base sees it, by twists of base and end in the world: [`LinkPoint::drive`].
+    pub(super) fn drive_by_twists(&self, joint: Joint) -> SMatrix<f64, 6, 12> {
         let turn = self.base.pose.rotation.to_rotation_matrix();
         let back = diagonal(&turn.matrix().transpose());
         let arm = self.tip.pose.translation.vector - self.base.pose.translation.vector;
-        // xi = back (twist of the end - that of the base carried to it).
         let mut drive = SMatrix::<f64, 6, 12>::zeros();
         drive
             .fixed_view_mut::<6, 6>(0, 0)
@@ -53,27 +70,47 @@ impl LinkPoint {
         if joint == Joint::Ball {
             drive.fixed_rows_mut::<3>(0).fill(0.0);
         }
-        let chart = self.end.jacobian.full_piv_lu().try_inverse()? * drive;
+        drive
+    }
+
+    /// Derivatives of the wrenches on base and end (each at its attachment, in the world) by the chart.
+    pub(super) fn wrenches_by_chart(&self, units: &Vector6<f64>) -> SMatrix<f64, 12, 6> {
         // dm(0), dn in the base; dm(1) = dm(0) - dr x n - r x dn.
-        let physical = Matrix6::from_diagonal(units);
-        let change = physical * chart;
+        let change = Matrix6::from_diagonal(units);
         let moved = self.end.tangent * change;
         let (r, n) = (self.end.pose.translation.vector, self.end.force);
         let dm0 = change.fixed_rows::<3>(0).into_owned();
         let dn = change.fixed_rows::<3>(3).into_owned();
         let dm1 = dm0 + n.cross_matrix() * moved.fixed_rows::<3>(3) - r.cross_matrix() * dn;
+        let turn = self.base.pose.rotation.to_rotation_matrix();
         let matrix = turn.matrix();
-        let mut by = SMatrix::<f64, 12, 12>::zeros();
+        let mut by = SMatrix::<f64, 12, 6>::zeros();
         by.fixed_rows_mut::<3>(0).copy_from(&(matrix * dm0));
         by.fixed_rows_mut::<3>(3).copy_from(&(matrix * dn));
         by.fixed_rows_mut::<3>(6).copy_from(&(matrix * -dm1));
         by.fixed_rows_mut::<3>(9).copy_from(&(matrix * -dn));
-        // The base's turn takes the wrenches along.
-        for (row, wrench) in [(0, self.wrenches()[0]), (6, self.wrenches()[1])] {
-            let (m, n) = halves(&wrench);
-            let mut block = by.fixed_view_mut::<6, 3>(row, 0);
-            block += turning(&m, &n);
+        by
+    }
+
+    /// The same by twists of base and end at held chart: the base's turn takes the wrenches along.
+    pub(super) fn wrenches_by_turn(&self) -> SMatrix<f64, 12, 12> {
+        let mut by = SMatrix::<f64, 12, 12>::zeros();
+        for (i, wrench) in self.wrenches().iter().enumerate() {
+            let (m, n) = halves(wrench);
+            for (j, f) in [m, n].iter().enumerate() {
+                by.fixed_view_mut::<3, 3>(6 * i + 3 * j, 0)
+                    .copy_from(&-f.cross_matrix());
+            }
         }
+        by
+    }
+
+    /// Derivatives of the wrenches by twists of base and end, the rod following, and the chart's by the same. None at a fold,
+    /// and for a rod that is straight and cannot be stretched.
+    fn linear(&self, link: &Link) -> Option<(SMatrix<f64, 12, 12>, SMatrix<f64, 6, 12>)> {
+        let drive = link.gap_scale() * self.drive_by_twists(link.joint());
+        let chart = link.regular(&self.end)?.solve(&drive)?;
+        let by = self.wrenches_by_chart(&link.units()) * chart + self.wrenches_by_turn();
         Some((by, chart))
     }
 }
@@ -86,7 +123,7 @@ pub struct Stiffness {
     pub matrix: DMatrix<f64>,
     /// The mass matrix M about the reference points.
     pub mass: DMatrix<f64>,
-    /// Minus the derivative of the balance by the velocities: drag.
+    /// Minus the derivative of the balance by the velocities: drag, and the gyroscopic couples of rotors (skew).
     pub damping: DMatrix<f64>,
     /// Derivatives of the charts, rod by rod: 6 rows each.
     pub charts: DMatrix<f64>,
@@ -125,71 +162,47 @@ impl Assembly {
             charts: DMatrix::zeros(6 * points.len(), total),
         };
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
-            let (by, chart) = point.linear(link.joint(), &link.units()).ok_or_else(|| {
+            let (by, chart) = point.linear(link).ok_or_else(|| {
                 Error::ill_conditioned(format!(
-                    "rod {k} is exactly at a fold, where it has no stiffness; move the configuration a little"
+                    "rod {k} is exactly at a fold, or straight and inextensible: it has no stiffness there; use the compliance, \
+                     move the configuration a little, or let the rod stretch"
                 ))
             })?;
-            let sites = [link.from(), link.to()];
-            let lever = |i: usize| match sites[i].on {
-                On::Body(body) => Some((
-                    body,
-                    bodies[body].pose.rotation * sites[i].place.translation.vector,
-                )),
-                _ => None,
-            };
-            for i in 0..2 {
-                let Some((row, arm)) = lever(i) else { continue };
-                let skip = 6 - self.carriers()[row].freedoms();
-                let onto = carried(&arm).transpose();
-                for j in 0..2 {
-                    let Some((column, other)) = lever(j) else {
+            let levers = link.levers(bodies);
+            for (i, lever) in levers.iter().enumerate() {
+                let Some((row, arm)) = lever else { continue };
+                let skip = 6 - self.carriers()[*row].freedoms();
+                let onto = carried(arm).transpose();
+                for (j, lever) in levers.iter().enumerate() {
+                    let Some((column, other)) = lever else {
                         continue;
                     };
-                    let block = onto * by.fixed_view::<6, 6>(6 * i, 6 * j) * carried(&other);
+                    let block = onto * by.fixed_view::<6, 6>(6 * i, 6 * j) * carried(other);
                     add(
                         &mut sum.matrix,
-                        (starts[row], starts[column]),
+                        (starts[*row], starts[*column]),
                         &-block,
-                        (skip, 6 - self.carriers()[column].freedoms()),
+                        (skip, 6 - self.carriers()[*column].freedoms()),
                     );
                 }
-                // The lever turns with the body: d(lever x n) = (phi x lever) x n.
                 let n = halves(&point.wrenches()[i]).1;
-                let mut block = Matrix6::zeros();
-                block
-                    .fixed_view_mut::<3, 3>(0, 0)
-                    .copy_from(&(n.cross_matrix() * arm.cross_matrix()));
                 if skip == 0 {
-                    add(&mut sum.matrix, (starts[row], starts[row]), &-block, (0, 0));
+                    let at = (starts[*row], starts[*row]);
+                    add(&mut sum.matrix, at, &-lever_turned(arm, &n), (0, 0));
                 }
             }
-            for j in 0..2 {
-                let Some((column, other)) = lever(j) else {
+            for (j, lever) in levers.iter().enumerate() {
+                let Some((column, other)) = lever else {
                     continue;
                 };
-                let block = chart.fixed_columns::<6>(6 * j) * carried(&other);
-                let skip = 6 - self.carriers()[column].freedoms();
-                for i in 0..6 {
-                    for c in skip..6 {
-                        sum.charts[(6 * k + i, starts[column] + c - skip)] += block[(i, c)];
-                    }
-                }
+                let block = chart.fixed_columns::<6>(6 * j) * carried(other);
+                let skip = 6 - self.carriers()[*column].freedoms();
+                add(&mut sum.charts, (6 * k, starts[*column]), &block, (0, skip));
             }
         }
-        let wrenches = self.wrenches(bodies, points);
-        for (((carrier, place), wrench), start) in self
-            .carriers()
-            .iter()
-            .zip(bodies)
-            .zip(&wrenches)
-            .zip(starts)
-        {
-            let [by_pose, by_velocity, by_wrench] = carrier.linear(t, &place.pose, wrench);
-            let mass = by_wrench
-                .try_inverse()
-                .ok_or_else(|| Error::ill_conditioned("a body without inertia"))?;
-            let size = (carrier.freedoms(), carrier.freedoms());
+        let parts = self.linear_bodies(t, bodies, points)?;
+        for ([mass, by_pose, by_velocity], start) in parts.into_iter().zip(starts) {
+            let size = mass.shape();
             let mut view = sum.matrix.view_mut((start, start), size);
             view -= &mass * by_pose;
             let mut view = sum.damping.view_mut((start, start), size);
@@ -199,30 +212,100 @@ impl Assembly {
         Ok(sum)
     }
 
+    /// Of every body: its mass matrix, and the derivatives of its acceleration by pose and velocity.
+    fn linear_bodies(
+        &self,
+        t: f64,
+        bodies: &[Place],
+        points: &[LinkPoint],
+    ) -> Result<Vec<[DMatrix<f64>; 3]>> {
+        let wrenches = self.wrenches(bodies, points);
+        let all = self.carriers().iter().zip(bodies).zip(&wrenches);
+        let parts = all.map(|((carrier, place), wrench)| {
+            let [by_pose, by_velocity, by_wrench] = carrier.linear(t, &place.pose, wrench);
+            let mass = by_wrench.try_inverse();
+            let mass = mass.ok_or_else(|| Error::ill_conditioned("a body without inertia"))?;
+            Ok([mass, by_pose, by_velocity])
+        });
+        parts.collect()
+    }
+
+    /// The mass matrix M about the reference points.
+    pub(super) fn mass_matrix(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+    ) -> Result<DMatrix<f64>> {
+        let (starts, total) = self.freedoms();
+        let mut matrix = DMatrix::zeros(total, total);
+        for ([mass, ..], start) in self
+            .linear_bodies(0.0, &now.bodies, points)?
+            .iter()
+            .zip(starts)
+        {
+            matrix
+                .view_mut((start, start), mass.shape())
+                .copy_from(mass);
+        }
+        Ok(matrix)
+    }
+
     /// The Morse index of the whole with the bodies free: the rods' indices with their ends held and the negative eigenvalues
-    /// of the stiffness (Haynsworth). 0 is stable.
+    /// of the stiffness (Haynsworth). 0 is stable; an eigenvalue within the tolerance of zero, relative to the largest, is
+    /// neutral and does not count. Where a rod is straight and inextensible there is no
+    /// stiffness: the frequencies tell.
     ///
     /// # Errors
-    /// As [`Assembly::stiffness`] and [`super::Link::index`].
+    /// As [`super::Link::index`]; a configuration with neither stiffness nor compliance.
     pub fn index(&self, t: f64, now: &Configuration, tolerance: f64) -> Result<usize> {
         let points = self.points(t, &now.bodies, &now.charts, tolerance)?;
-        let stiffness = self.stiffness(t, &now.bodies, &points)?;
-        let symmetric = (&stiffness.matrix + stiffness.matrix.transpose()) * 0.5;
-        let negative = symmetric
-            .symmetric_eigenvalues()
-            .iter()
-            .filter(|x| **x < 0.0)
-            .count();
+        let negative = match self.stiffness(t, &now.bodies, &points) {
+            Ok(stiffness) => self.negative(&stiffness.matrix, tolerance),
+            Err(_) => {
+                let root = self.mass_root(now, &points)?;
+                let soft = self.soft_modes(now, &points, &root, tolerance)?;
+                let below = -10.0 * tolerance * soft.shift;
+                soft.squares.iter().filter(|x| **x < below).count()
+            }
+        };
         let rods = self
             .links()
             .iter()
             .zip(&now.charts)
             .map(|(link, q)| link.index(q, tolerance));
-        rods.sum::<Result<usize>>().map(|held| held + negative)
+        let held = rods.sum::<Result<usize>>()?;
+        Ok(held + negative)
+    }
+
+    /// How many negative eigenvalues a stiffness has, beyond rounding.
+    fn negative(&self, matrix: &DMatrix<f64>, tolerance: f64) -> usize {
+        let mut scaled = (matrix + matrix.transpose()) * 0.5;
+        // Congruent, so that no sign changes: rows and columns that compare, as far as they are above rounding.
+        let congruent = |scaled: &mut DMatrix<f64>, i: usize, factor: f64| {
+            scaled.row_mut(i).scale_mut(factor);
+            scaled.column_mut(i).scale_mut(factor);
+        };
+        for i in self.rotations() {
+            congruent(&mut scaled, i, 1.0 / self.scales().0);
+        }
+        let largest = scaled.amax();
+        for i in 0..scaled.nrows() {
+            let own = scaled[(i, i)].abs().max(1e-6 * largest);
+            congruent(&mut scaled, i, 1.0 / own.sqrt());
+        }
+        let values = scaled.symmetric_eigenvalues();
+        let zero = 10.0 * tolerance * values.amax();
+        values.iter().filter(|x| **x < -zero).count()
     }
 }
 
-fn add(to: &mut DMatrix<f64>, at: (usize, usize), block: &Matrix6<f64>, skip: (usize, usize)) {
+/// Adds the rows and columns of a block from `skip` on.
+pub(super) fn add(
+    to: &mut DMatrix<f64>,
+    at: (usize, usize),
+    block: &Matrix6<f64>,
+    skip: (usize, usize),
+) {
     for i in skip.0..6 {
         for j in skip.1..6 {
             to[(at.0 + i - skip.0, at.1 + j - skip.1)] += block[(i, j)];

@@ -110,7 +110,7 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
             let first = [snapshots(), energies(), ("strain".to_owned(), Ok(strain))];
             first.into_iter().chain(layer).chain(losses()).collect()
         }
-        ModelKind::Space => {
+        ModelKind::ElasticSpace | ModelKind::Space => {
             let drawn = line.drawn_strains();
             // A rod that only stretches is one line at all times.
             let bends = drawn.iter().any(|i| record.strains[*i].1 != 5);

@@ -114,7 +114,7 @@ fn passage(layer: &Layer, u: Units) -> String {
 fn place(record: &RunRecord, branch: &RunBranch) -> String {
     let u = record.units;
     let (axes, decimals) = match record.kind {
-        ModelKind::Space => (3, 9),
+        ModelKind::ElasticSpace | ModelKind::Space => (3, 9),
         ModelKind::Sheet | ModelKind::Planar => (2, 12),
     };
     let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
@@ -123,7 +123,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
     };
     let end = &branch.last;
     let on = match (record.kind, &end.labels) {
-        (ModelKind::Space, _) => String::new(),
+        (ModelKind::ElasticSpace | ModelKind::Space, _) => String::new(),
         (ModelKind::Sheet, Some(labels)) => format!(", {}", labels.sheet),
         (_, Some(labels)) => format!(", near {}", labels.sheet),
         (_, None) => ", near no equilibrium".to_owned(),

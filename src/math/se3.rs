@@ -30,6 +30,38 @@ pub fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation)).scaled_axis()
 }
 
+/// d(rotation vector)/d(spin): I - (phi x)/2 + c (phi x)^2.
+pub fn inverse_left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = phi.norm();
+    let c = if angle < 1e-2 {
+        let square = angle * angle;
+        1.0 / 12.0 + square / 720.0 + square * square / 30240.0
+    } else {
+        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle)
+    };
+    let cross = phi.cross_matrix();
+    Matrix3::identity() - 0.5 * cross + c * cross * cross
+}
+
+/// d(spin)/d(rotation vector), the inverse of [`inverse_left_jacobian`]: I + a (phi x) + b (phi x)^2.
+pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
+    let square = phi.norm_squared();
+    let (a, b) = if square < 1e-4 {
+        (
+            0.5 - square / 24.0 + square * square / 720.0,
+            1.0 / 6.0 - square / 120.0 + square * square / 5040.0,
+        )
+    } else {
+        let angle = square.sqrt();
+        (
+            2.0 * (0.5 * angle).sin().powi(2) / square,
+            (angle - angle.sin()) / (square * angle),
+        )
+    };
+    let cross = phi.cross_matrix();
+    Matrix3::identity() + a * cross + b * cross * cross
+}
+
 /// A quaternion (w, x, y, z) of a rotation; its norm is 1 to rounding where not said otherwise.
 pub type Turn = Vector4<f64>;
 

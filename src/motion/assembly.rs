@@ -36,6 +36,10 @@ const FAR: f64 = 4.0;
 const ON_TIME: f64 = 1e-12;
 /// Ends of rods that are farther than this many tolerances from their attachments at the start are no start.
 const APART: f64 = 1e4;
+/// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
+const DRIFTED: f64 = 3.0;
+/// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
+const LOOSE: f64 = 1e3;
 
 /// The numbers of a state; time stands third from the last.
 #[derive(Debug, Clone)]
@@ -65,6 +69,15 @@ impl Numbers {
     }
 }
 
+/// What is watched of a rod while it moves.
+#[derive(Debug, Clone, Copy, Default)]
+struct Watch {
+    /// det J: 0 at a fold.
+    det: f64,
+    /// Distance of its end from its attachment.
+    gap: f64,
+}
+
 /// How a step ended.
 enum Progress {
     Moved,
@@ -80,8 +93,8 @@ pub struct AssemblyRun {
     step: Step<Numbers>,
     dense: Option<Dense<Numbers>>,
     slowed: Option<Slowed>,
-    /// det J of the rods at the present state.
-    dets: Vec<f64>,
+    /// The rods at the present state.
+    watch: Vec<Watch>,
     /// The index of every rod with its ends held, on the sheet it moves on.
     indices: Vec<usize>,
     /// Cost outside the steps.
@@ -122,14 +135,13 @@ impl AssemblyRun {
         let links = assembly.links().len();
         let numbers = Numbers(state);
         let mut slope = numbers.clone();
-        let mut dets = vec![0.0; links];
+        let mut watch = vec![Watch::default(); links];
         assembly
-            .write_slope(&numbers.0, None, ALONG * local, &mut slope.0, |k, det| {
-                dets[k] = det
-            })
+            .write_slope(&numbers.0, None, ALONG * local, &mut slope.0, |k, det, gap| watch[k] = Watch { det, gap })
             .ok_or_else(|| {
                 Error::ill_conditioned(
-                    "a rod is exactly at a fold at the start; move the start a little",
+                    "a rod stands exactly at a fold at the start, as a straight rod that cannot stretch does; let it stretch (an axial \
+                     stiffness), start it bent (an equilibrium under a load, settled = true), or give it friction (damping)",
                 )
             })?;
         let rate = slope.mean_square(&numbers, &numbers).sqrt();
@@ -144,7 +156,7 @@ impl AssemblyRun {
             options,
             dense: None,
             slowed: None,
-            dets,
+            watch,
             indices,
             extra: Cost::default(),
             released: 0.0,
@@ -184,10 +196,10 @@ impl AssemblyRun {
     fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let along = ALONG * self.local();
         let mut slope = state.clone();
-        let dets = &mut self.dets;
+        let watch = &mut self.watch;
         self.assembly
-            .write_slope(&state.0, slowed, along, &mut slope.0, |k, det| {
-                dets[k] = det
+            .write_slope(&state.0, slowed, along, &mut slope.0, |k, det, gap| {
+                watch[k] = Watch { det, gap }
             })?;
         self.extra.evaluations += 1;
         self.slowed = slowed;
@@ -207,9 +219,11 @@ impl AssemblyRun {
             ALONG * (LOCAL * self.options.tolerance).max(FINEST),
             self.slowed,
         );
-        let dets = &mut self.dets;
+        let watch = &mut self.watch;
         let f = |y: &Numbers, out: &mut Numbers| {
-            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det| dets[k] = det)
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det, gap| {
+                watch[k] = Watch { det, gap }
+            })
         };
         self.dense = None;
         self.solver.step_into(f, h_max, &mut self.step).ok()
@@ -220,19 +234,19 @@ impl AssemblyRun {
         if self.slowed.is_some() {
             return self.slow_step(end);
         }
-        let before = self.dets.clone();
+        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
         let from = self.solver.state().clone();
         let left = end - from.time();
         if self.take_step(left).is_none() {
             // As at a fold that is too near for plain steps: towards which det J fell.
             let nearest = (0..before.len()).max_by(|a, b| {
-                let fall = |k: &usize| (1.0 - self.dets[*k] / before[*k]).abs();
+                let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
                 fall(a).total_cmp(&fall(b))
             })?;
             self.slow(from, nearest, before[nearest])?;
             return self.slow_step(end);
         }
-        let crossed = (0..before.len()).find(|k| self.dets[*k] * before[*k] <= 0.0);
+        let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
         if let Some(link) = crossed {
             self.slow(from, link, before[link])?;
             return self.slow_step(end);
@@ -244,13 +258,20 @@ impl AssemblyRun {
             let slope = self.step.end_slope().clone();
             self.solver.rewind(self.step.to.clone(), slope);
         }
+        if self
+            .watch
+            .iter()
+            .any(|rod| rod.gap > DRIFTED * self.local())
+        {
+            self.hold()?;
+        }
         let falling = |k: &usize| {
-            let rate = (self.dets[*k] - before[*k]) / h;
-            let time = -self.dets[*k] / rate;
+            let rate = (self.watch[*k].det - before[*k]) / h;
+            let time = -self.watch[*k].det / rate;
             0.0 < time && time < NEAR * self.solver.next_step()
         };
         if let Some(link) = (0..before.len()).find(falling) {
-            self.slow(self.step.to.clone(), link, self.dets[link])?;
+            self.slow(self.step.to.clone(), link, self.watch[link].det)?;
         }
         Some(if arrived {
             Progress::Arrived
@@ -259,13 +280,35 @@ impl AssemblyRun {
         })
     }
 
+    /// Brings the charts back to the poses of the bodies.
+    fn hold(&mut self) -> Option<()> {
+        let state = self.solver.state().clone();
+        let at = self.assembly.evaluated(&state.0, ALONG * self.local())?;
+        self.extra.evaluations += 1;
+        let charts = self.assembly.held(&at)?;
+        let held = self
+            .assembly
+            .state(&Configuration { charts, ..at.now }, &at.integrals);
+        let h = self.solver.next_step();
+        self.resume(Numbers(held), None, h)
+    }
+
+    /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
+    fn loose(&self) -> Option<(usize, f64, f64)> {
+        let off = |rod: &Watch| rod.gap > LOOSE * self.options.tolerance;
+        let link = self.watch.iter().position(off)?;
+        let slots = self.assembly.chart_slots(link);
+        let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
+        Some((link, self.watch[link].gap, force.sqrt()))
+    }
+
     /// The same with time slowed for the rod that nears its fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
         let slowed = self.slowed?;
         let (assembly, along) = (self.assembly.clone(), ALONG * self.local());
         let f = |y: &Numbers| {
             let mut out = y.clone();
-            assembly.write_slope(&y.0, Some(slowed), along, &mut out.0, |_, _| ())?;
+            assembly.write_slope(&y.0, Some(slowed), along, &mut out.0, |_, _, _| ())?;
             Some(out)
         };
         let remaining = end - self.solver.state().time();
@@ -344,7 +387,7 @@ impl AssemblyRun {
             });
             let f = |y: &Numbers| {
                 let mut out = y.clone();
-                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
+                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _, _| ())?;
                 Some(out)
             };
             let mut cost = Cost::default();
@@ -467,6 +510,20 @@ impl<'a> Motion<'a> for AssemblyRun {
                  friction (damping)",
             ));
         };
+        if let Some((link, gap, lambda)) = self.loose() {
+            let which = match self.assembly.links().len() {
+                1 => "the rod".to_owned(),
+                _ => format!("rod {link}"),
+            };
+            let why = Error::ill_conditioned(format!(
+                "the end of {which} can be held no better than {gap:.1e} of its length: it is pulled so taut, by \
+                 sqrt(F L^2/B) = {lambda:.1}, that its base wrench no longer tells where its end is"
+            ));
+            return Some(self.stuck(
+                Cause::Failed(why),
+                "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut",
+            ));
+        }
         if let Progress::Fold { link, time_error } = progress {
             self.pending = Some((link, time_error));
         }

@@ -28,7 +28,7 @@ pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
 
 use crate::error::{Error, Result};
-use crate::section::{Measures, SectionLaw, Strain};
+use crate::section::{Measures, Reversed, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
@@ -121,11 +121,37 @@ impl Rod {
         })
     }
 
+    /// The same rod in other units, from the origin along z.
+    #[cfg(feature = "scene")]
+    pub(crate) fn measured(&self, units: Measures) -> Self {
+        Self {
+            length: self.length / units.length,
+            stiffness: self.stiffness / units.stiffness,
+            law: self.law.clone(),
+            section: crate::section::measured(self.section.clone(), units),
+            clamp: Isometry3::identity(),
+        }
+    }
+
     /// The same rod with its clamp elsewhere.
     #[must_use]
     pub fn with_clamp(mut self, position: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
         self.clamp = Isometry3::from_parts(position.into(), rotation);
         self
+    }
+
+    /// The same rod begun at its other end: s* = L - s, with directors turned by pi about d1, so that d3 points along the rod
+    /// again: d1* = d1, d2* = -d2, d3* = -d3. Strains and resultants of s* are (-u1, u2, u3, -v1, v2, v3) of s, and so are couple
+    /// and force. The clamp is back at the origin.
+    ///
+    /// # Errors
+    /// A law that cannot be inverted without load at its other end.
+    pub fn reversed(&self) -> Result<Self> {
+        let law = Reversed {
+            law: self.section.clone(),
+            length: self.length,
+        };
+        Self::new(self.length, law)
     }
 
     /// Length.
@@ -164,8 +190,8 @@ impl Rod {
         (couple, couple / self.length)
     }
 
-    /// A base wrench of the world frame in the numerics' frame and units.
-    fn inward(&self, base: &Wrench) -> Wrench {
+    /// A base wrench of the world frame along the clamp's directors, in units B/L and B/L^2.
+    pub(crate) fn inward(&self, base: &Wrench) -> Wrench {
         let (couple, force) = self.units();
         let turn = self.clamp.rotation.inverse();
         let m = turn * base.fixed_rows::<3>(0).into_owned() / couple;

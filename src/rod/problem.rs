@@ -4,7 +4,7 @@ use super::line::{self, Wrench};
 use super::path::Path;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, rotation_vector};
+use crate::math::se3::{halves, inverse_left_jacobian, rotation_vector};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 /// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
@@ -308,17 +308,4 @@ impl Problem {
         let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
         self.rod.outward(&end, b)
     }
-}
-
-/// d(rotation vector)/d(spin): I - [phi]x/2 + c [phi]x^2.
-fn inverse_left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
-    let angle = phi.norm();
-    let c = if angle < 1e-2 {
-        let square = angle * angle;
-        1.0 / 12.0 + square / 720.0 + square * square / 30240.0
-    } else {
-        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle)
-    };
-    let cross = phi.cross_matrix();
-    Matrix3::identity() - 0.5 * cross + c * cross * cross
 }

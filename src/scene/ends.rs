@@ -230,7 +230,14 @@ pub enum Joint {
         /// Its inertia about the centre of mass, in components along the directors, symmetric positive definite; in a
         /// scene also the three numbers of its diagonal.
         inertia: [[f64; 3]; 3],
+        /// Angular momentum relative to it of a symmetric rotor inside, along the directors; default 0.
+        #[serde(skip_serializing_if = "is_none")]
+        rotor: [f64; 3],
     },
+}
+
+fn is_none(rotor: &[f64; 3]) -> bool {
+    *rotor == [0.0; 3]
 }
 
 impl Joint {

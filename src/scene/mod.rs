@@ -74,7 +74,8 @@ pub use crate::section::{Along, BarrierTerm, Diagonal, Rest, Shape, Stiffness, S
 pub use crate::solve::integrator::Method;
 pub use branch::{Continue, Second, Solve};
 pub use build::{
-    ElasticPlane, ModelKind, MotionModel, Moving, Setup, SpaceField, ViscousPlane, ViscousSpace,
+    ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, Moving, Setup, SpaceField,
+    ViscousPlane, ViscousSpace,
 };
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Sine, Translation,

@@ -56,7 +56,7 @@ pub enum Dimension {
     Couple,
     /// A force per velocity.
     Drag,
-    /// A couple per angular velocity.
+    /// A couple per angular velocity; an angular momentum has the same.
     RotationalDrag,
     /// A curvature, or a twist per length.
     Curvature,
@@ -394,8 +394,14 @@ impl Dimensionless {
             all.matrix(&mut branch.modulus, Dimension::Stiffness);
             all.positive(Dimension::Time, [&mut branch.time]);
         }
-        if let Joint::Weld { offset, inertia } = &mut self.body.joint {
+        if let Joint::Weld {
+            offset,
+            inertia,
+            rotor,
+        } = &mut self.body.joint
+        {
             all.add(Dimension::Length, offset);
+            all.add(Dimension::RotationalDrag, rotor);
             for (i, row) in inertia.iter_mut().enumerate() {
                 for (j, entry) in row.iter_mut().enumerate() {
                     let check = if i == j { Check::Both } else { Check::Square };

@@ -15,6 +15,7 @@ mod measured;
 pub(crate) mod newton;
 mod profile;
 pub mod rate;
+mod reversed;
 mod stored_energy;
 mod varying;
 
@@ -26,6 +27,7 @@ pub(crate) use measured::measured;
 /// Numbers that carry their derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Shape};
+pub(crate) use reversed::Reversed;
 pub use stored_energy::{Hyperelastic, StoredEnergy};
 pub use varying::{Diagonal, Rest, Stiffness, Varying};
 

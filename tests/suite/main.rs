@@ -2,6 +2,7 @@
 
 mod arrows;
 mod assembly;
+mod assembly_statics;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;

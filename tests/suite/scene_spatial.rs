@@ -132,7 +132,14 @@ fn fields_and_defaults() {
     assert_eq!((scene.rod.nodes, scene.rod.length), (Some(16), 0.5));
     let inertia = [[1e-4, 0.0, 0.0], [0.0, 2e-4, 0.0], [0.0, 0.0, 3e-4]];
     let offset = [0.0, 0.01, 0.02];
-    assert_eq!(scene.body().unwrap().joint, Joint::Weld { offset, inertia });
+    assert_eq!(
+        scene.body().unwrap().joint,
+        Joint::Weld {
+            offset,
+            inertia,
+            rotor: [0.0; 3]
+        }
+    );
     let bent = field(&[(StrainName::U1, &[0.5, -0.25]), (StrainName::V3, &[1.1])]);
     assert_eq!(bent.at(StrainName::U1, 0.5), Some(0.375));
     assert_eq!(bent.at(StrainName::U2, 0.5), None);
@@ -176,7 +183,10 @@ fn fields_and_defaults() {
         "joint = \"ball\"",
         "inertia = [[1, 0.1, 0], [0.1, 1, 0], [0, 0, 1]]",
     );
-    let Joint::Weld { offset, inertia } = parse(&weld).body.unwrap().joint else {
+    let Joint::Weld {
+        offset, inertia, ..
+    } = parse(&weld).body.unwrap().joint
+    else {
         panic!()
     };
     assert_eq!((offset, inertia[0][1]), ([0.0; 3], 0.1));
@@ -286,9 +296,10 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
     let place = |text: &str| edit(FULL, "strain = { u1 = [0.5, -0.25], v3 = [1.1] }", text);
     vec![
         // Damping.
-        (ball("damping = { proportional = 0.05 }\n", ""), 1, "rod.damping", Missing, "elastic rods in space is planned"),
+        (ball("damping = { proportional = 0.05 }", "nodes = 8"), 4, "rod.nodes", Conflict, "no strains of its own"),
+        (ball("damping = { proportional = 0.05 }", "relaxation = []\nnodes = 8"), 5, "rod.nodes", Conflict, "{ proportional = 0.1 }"),
+        (edit(&ball("damping = { proportional = 0.05 }\n", ""), "[start]", "[start]\nstrain = { u1 = [0.5] }"), 11, "start.strain", Conflict, "a pose"),
         (damping("0.1"), 4, "rod.damping", Type, "{ proportional = 0.1 }"),
-        (damping("0"), 4, "rod.damping", Planned, "elastic rods in space is planned"),
         (damping("-0.1"), 4, "rod.damping", Value, ">= 0"),
         (damping("true"), 4, "rod.damping", Type, "u1 u2 u3"),
         (damping("[1, 2, 3]"), 4, "rod.damping", Value, "3 elements"),
@@ -496,7 +507,10 @@ fn si_scales() {
     close(free.relaxation[0].time, 2.0 / time);
     assert_eq!(free.relaxation[1].modulus, StrainMatrix::Proportional(0.25));
     all_close(&free.clamp.position, &[0.2, 0.0, 0.4]);
-    let Joint::Weld { offset, inertia } = &free.body.joint else {
+    let Joint::Weld {
+        offset, inertia, ..
+    } = &free.body.joint
+    else {
         panic!()
     };
     all_close(offset, &[0.0, 0.02, 0.04]);

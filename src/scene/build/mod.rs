@@ -1,6 +1,8 @@
 //! From a scene to what the library solves and runs: statics in the scene's units, motions in those of the rod.
 
 mod clamp;
+mod elastic_space;
+mod in_space;
 mod loads;
 mod planar;
 mod rod;
@@ -8,8 +10,10 @@ mod section;
 mod space;
 mod viscous;
 
+pub use elastic_space::ElasticSpace;
+pub use in_space::{InSpace, SpaceField};
 pub use planar::ElasticPlane;
-pub use space::{Moving, SpaceField, ViscousSpace};
+pub use space::{Moving, ViscousSpace};
 pub use viscous::ViscousPlane;
 
 use super::{Dimension, Scales, Scene};
@@ -62,8 +66,22 @@ pub enum ModelKind {
     Sheet,
     /// Viscoelastic, in a plane.
     Planar,
+    /// Elastic, in space: a point of the equilibrium manifold.
+    ElasticSpace,
     /// Viscoelastic, in space.
     Space,
+}
+
+impl ModelKind {
+    /// True if the rod is elastic: it is in equilibrium at every moment, and snaps.
+    pub fn is_elastic(self) -> bool {
+        matches!(self, Self::Sheet | Self::ElasticSpace)
+    }
+
+    /// True if the rod moves in space.
+    pub fn in_space(self) -> bool {
+        matches!(self, Self::ElasticSpace | Self::Space)
+    }
 }
 
 /// A scene of motion made ready to run.
@@ -86,7 +104,8 @@ impl Setup {
         let model: Box<dyn MotionModel> = match (scene.is_planar(), &scene.rod.damping) {
             (true, None) => Box::new(ElasticPlane::new(scene)?),
             (true, Some(_)) => Box::new(ViscousPlane::new(scene)?),
-            (false, _) => Box::new(ViscousSpace::new(scene)?),
+            (false, None) => Box::new(ElasticSpace::new(scene)?),
+            (false, Some(_)) => Box::new(ViscousSpace::new(scene)?),
         };
         let mut options = Options::new(scales.inward(Dimension::Time, run.duration))
             .and_then(|options| options.with_tolerance(run.tolerance))

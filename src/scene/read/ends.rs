@@ -168,6 +168,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     let reader = table.reader;
     let mass = table.number("mass");
     let offset = table.vector("offset");
+    let rotor = table.vector("rotor");
     let allowed =
         "an array of three finite numbers > 0, about the directors; or three rows of three";
     let inertia = table.maybe("inertia", |field, value| {
@@ -181,11 +182,16 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
             Joint::Weld {
                 offset: offset?,
                 inertia: inertia??,
+                rotor: rotor?,
             }
         }
         false => {
             let hint = "an end that is free to turn carries a point mass; a body with extension has joint = \"weld\"";
             table.conflict("inertia", &["joint"], hint);
+            if rotor.is_some_and(|rotor| rotor != [0.0; 3]) {
+                table.conflict("rotor", &["joint"], hint);
+                return None;
+            }
             let moved = offset != Some([0.0; 3]);
             if moved && offset.is_some() {
                 table.conflict("offset", &["joint"], hint);

@@ -193,8 +193,8 @@ pub(super) static ROD: Spec = Spec {
         field("rest", IN_SPACE, Table(&REST_STRAINS), "", No, "Strains of the unloaded rod; without it, straight and untwisted."),
         field("damping", PLANE, OneOf(&[Number(&ETA), Table(&DAMPING)]), "N m² s", No,
             "Internal friction: the viscosity eta of the couple EI theta' + eta theta'_t, or a table; without it, or 0, the rod is elastic."),
-        field("damping", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", Yes("damping = { proportional = 0.05 }"),
-            "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table. The motion of elastic rods in space is planned."),
+        field("damping", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", No,
+            "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic."),
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
         field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping."),
     ],
@@ -341,6 +341,7 @@ pub(super) static BODY: Spec = spec("body", &[
     field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
     field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),
     field("inertia", SPACE, OneOf(&[Numbers(3), Rows(3)]), "kg m²", Yes("inertia = [0.01, 0.01, 0.01]"), "Inertia of a welded body about its centre of mass, along the directors: its diagonal, or three rows."),
+    field("rotor", SPACE, Vector(&VALUE), "kg m²/s", Or("[0.0, 0.0, 0.0]"), "Angular momentum, relative to a welded body, of a symmetric rotor in it that spins at a constant rate; along the directors."),
 ]);
 #[rustfmt::skip]
 pub(super) static END: Spec = spec("end", &[
@@ -368,7 +369,7 @@ pub(super) static START: Spec = spec("start", &[
     field("position", PLANE, Vector(&FINITE), "m", No, "Position of the body; of the equilibria there the one that `sheet` names. At full reach along the clamp's tangent the rod is straight."),
     field("sheet", PLANE, OneOf(&[Word(&["stable", "lowest"]), Table(&SHEET)]), "", Or("\"stable\""), "Of the equilibria at a position: the only stable one, the one of lowest energy, or the one of a name."),
     field("curvature", PLANE, List, "1/m", No, "theta' = c0 + c1 x + ..., x = s / length, 1 to 16 numbers: any shape, only with damping."),
-    field("strain", SPACE, Table(&STRAIN), "", No, "The strains, each a polynomial in s / length; without any start the rod is unloaded."),
+    field("strain", SPACE, Table(&STRAIN), "", No, "The strains, each a polynomial in s / length, only with damping; without any start the rod is unloaded."),
     field("equilibrium", SPACE, Table(&EQUILIBRIUM), "", No, "The equilibrium under a load at the end."),
     field("pose", SPACE, Table(&POSE), "", No, "An equilibrium with the end held in a pose."),
     field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod, which leaves the clamp as that is turned; held so and let go."),
@@ -458,9 +459,9 @@ pub(super) static RUN: Spec = Spec {
         field("branches", PLANE, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
         field("samples", MOTION, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
         field("max_steps", MOTION, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
-        field("max_snaps", PLANE, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
+        field("max_snaps", MOTION, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
     ],
-    barred: &[(SPACE, "landing", "a rod with damping finds its own way through a snap")],
+    barred: &[(SPACE, "landing", "in space a rod that snaps lands where friction takes it")],
 };
 #[rustfmt::skip]
 pub(super) static SOLVE: Spec = spec("solve", &[

@@ -1,6 +1,6 @@
 //! Reads internal friction and Maxwell branches of `[rod]`.
 
-use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL};
+use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL, SPACE};
 use super::matrix::{definite, rows};
 use super::reader::Reader;
 use super::rod::Memory;
@@ -38,43 +38,36 @@ const SPRING: Kind = Kind {
     consequence: "the branch would store negative energy",
 };
 
-/// Reads `rod.damping`. `rigid`: the strains that the section holds, if the section was read.
-pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Damping> {
+/// Reads `rod.damping`; `None` inside if the rod is elastic. `rigid`: the strains that the section holds, if the section was
+/// read.
+pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Option<Damping>> {
     let reader = rod.reader;
     let Some(value) = rod.get("damping") else {
-        let hint = "write `damping = { proportional = 0.05 }` in [rod]; the motion of elastic rods in space is planned";
-        let (kind, at, field) = (FaultKind::Missing, rod.at, rod.field("damping"));
-        reader.record(kind, at, &field, None, FORMS, hint);
-        return None;
+        return Some(None);
     };
     let field = rod.field("damping");
     match value.get_ref() {
-        DeValue::Table(_) => by_table(reader, &field, value, rigid),
-        DeValue::Float(_) | DeValue::Integer(_) => {
-            bare_number(reader, &field, value);
-            None
-        }
-        _ => Some(Damping {
+        DeValue::Table(_) => by_table(reader, &field, value, rigid).map(Some),
+        DeValue::Float(_) | DeValue::Integer(_) => bare_number(reader, &field, value),
+        _ => Some(Some(Damping {
             viscosity: matrix(reader, &field, value, rigid, &FRICTION)?,
             law: FrictionLaw::Linear,
-        }),
+        })),
     }
 }
 
-fn bare_number(reader: &Reader, field: &str, value: &Spanned<DeValue>) {
-    let Some(x) = reader.number(field, value, &NON_NEGATIVE) else {
-        return;
-    };
+/// 0, which says that the rod is elastic; any other number is a fault.
+fn bare_number(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<Option<Damping>> {
+    let x = reader.number(field, value, &NON_NEGATIVE)?;
     if x == 0.0 {
-        let hint = "the motion of elastic rods in space is planned";
-        reader.fault(FaultKind::Planned, field, value, FORMS, hint);
-        return;
+        return Some(None);
     }
     let hint = format!(
         "one number does not say how flexure, twist, shear and stretch share it; \
          {{ proportional = {x:?} }} is {x:?} times the stiffness of each"
     );
     reader.fault(FaultKind::Type, field, value, FORMS, hint);
+    None
 }
 
 fn by_table<'a>(
@@ -202,6 +195,7 @@ pub(super) fn branches(
     rod: &Table,
     rigid: Option<[bool; 6]>,
 ) -> Option<Vec<Maxwell<StrainMatrix>>> {
+    relaxes_with_damping(rod);
     let allowed = "an array of tables such as { stiffness = { proportional = 0.5 }, time = 2.0 }, one for each Maxwell \
                    branch";
     relaxation(rod, allowed, |table| {
@@ -216,9 +210,21 @@ pub(super) fn branches(
     })
 }
 
+fn relaxes_with_damping(rod: &Table) {
+    if !Memory::of(rod).damped {
+        let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, \
+                   however small";
+        needs_damping(rod, "relaxation", why);
+    }
+}
+
 /// Reports that a field is of no use to a rod that has no damping.
 pub(super) fn needs_damping(table: &Table, name: &str, why: &str) {
-    let hint = format!("{why}; write `damping = 0.1` in [rod], or leave it out");
+    let example = match table.reader.kind.get() {
+        SPACE => "{ proportional = 0.1 }",
+        _ => "0.1",
+    };
+    let hint = format!("{why}; write `damping = {example}` in [rod], or leave it out");
     table.fault(
         FaultKind::Conflict,
         name,
@@ -315,11 +321,7 @@ pub(super) fn relaxation<T>(
 
 /// Reads the Maxwell branches of a planar rod.
 pub(super) fn planar_branches(rod: &Table) -> Option<Vec<Maxwell<StrainMatrix>>> {
-    if !Memory::of(rod).damped {
-        let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, \
-                   however small";
-        needs_damping(rod, "relaxation", why);
-    }
+    relaxes_with_damping(rod);
     let allowed =
         "an array of tables such as { stiffness = 0.5, time = 2.0 }, one for each Maxwell branch";
     relaxation(rod, allowed, |table| {

@@ -120,7 +120,7 @@ pub(super) fn rod(table: &Table) -> Parts {
             nodes(table),
         ),
         _ => (
-            friction::damping(table, rigid).map(Some),
+            friction::damping(table, rigid),
             friction::branches(table, rigid),
             nodes(table),
         ),
@@ -140,7 +140,7 @@ pub(super) fn rod(table: &Table) -> Parts {
 
 fn nodes(rod: &Table) -> Option<Option<usize>> {
     let memory = Memory::of(rod);
-    if !memory.damped && rod.reader.kind.get() == PLANE {
+    if !memory.damped {
         let why = "an elastic rod is in equilibrium and has no strains of its own to follow";
         needs_damping(rod, "nodes", why);
     }

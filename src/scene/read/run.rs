@@ -15,7 +15,8 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let planar = table.reader.kind.get() == PLANE;
     let duration = table.number("duration");
     let tolerance = tolerance(table, !planar || memory.is_some_and(|memory| memory.damped));
-    if memory.is_some_and(|memory| planar && !memory.damped) {
+    let elastic = memory.is_some_and(|memory| !memory.damped);
+    if elastic {
         needs_damping(table, "method", "an elastic run has one method");
     }
     let methods = [Method::Auto, Method::Explicit, Method::Implicit];
@@ -34,7 +35,10 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
             table.flag("reduce"),
             Some(LandingRule::Viscous),
             Some(1),
-            Some(0),
+            match table.count("max_snaps") {
+                Some(_) if !elastic => Some(0),
+                count => count,
+            },
         ),
     };
     Some(Run {

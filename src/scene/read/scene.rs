@@ -173,7 +173,7 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
     let kind: Kinds = top.reader.kind.get();
     let made = match kind {
         PLANE => scene.rod.bending_stiffness().map(drop),
-        SPACE => scene
+        SPACE if scene.rod.damping.is_some() => scene
             .moving()
             .map(drop)
             .and_then(|()| scene.viscoelastic().map(drop)),

@@ -261,6 +261,11 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
         strain(reader, field, value, known.elastic).map(Relaxed::Strain)
     });
     let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| table.maybe(name, parse);
+    if known.memory.is_some_and(|memory| !memory.damped) {
+        let why = "an elastic rod is in equilibrium at every instant: its start is a pose, an equilibrium under a load, settled, or \
+                   rest = \"straight\"";
+        needs_damping(table, "strain", why);
+    }
     let by_strain = place("strain", &|field, value| {
         strain(reader, field, value, known.elastic).map(|strain| Place::Strain { strain })
     });

@@ -124,6 +124,7 @@ pub fn run(
         },
         start_index: match prepared.kind() {
             ModelKind::Sheet => branches.first().and_then(RunBranch::index_of_start),
+            ModelKind::ElasticSpace => branches.first().and_then(|branch| branch.first.index),
             ModelKind::Planar | ModelKind::Space => prepared.index_of_start(),
         },
         branches,

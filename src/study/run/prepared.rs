@@ -119,6 +119,7 @@ impl Prepared {
             total: ledger.total() * k.energy,
             friction: state.friction() * k.energy,
             labels: state.equilibrium(),
+            index: state.index(),
         }
     }
 
@@ -150,7 +151,7 @@ impl Prepared {
 
     /// A snap as the world sees it.
     pub(super) fn snap(&self, snap: &Snap) -> Snap {
-        let (pose, velocity) = self.planar_outward(snap.t, &snap.pose, &snap.velocity);
+        let (pose, velocity) = self.point_outward(snap.t, &snap.pose, &snap.velocity);
         Snap {
             pose,
             velocity,
@@ -160,7 +161,7 @@ impl Prepared {
 
     /// A bounce as the world sees it.
     pub(super) fn bounce(&self, bounce: &Bounce) -> Bounce {
-        let (pose, velocity) = self.planar_outward(bounce.t, &bounce.pose, &bounce.velocity);
+        let (pose, velocity) = self.point_outward(bounce.t, &bounce.pose, &bounce.velocity);
         Bounce {
             pose,
             velocity,
@@ -168,16 +169,16 @@ impl Prepared {
         }
     }
 
-    /// Place and velocity in a plane, seen from the clamp, as the world sees them.
-    fn planar_outward(
+    /// Place and velocity, seen from the clamp, as the world sees them; in a plane they have two components.
+    fn point_outward(
         &self,
         t: f64,
         pose: &DVector<f64>,
         velocity: &DVector<f64>,
     ) -> (DVector<f64>, DVector<f64>) {
         let clamp = self.setup.model.clamp(t);
-        let lifted = |v: &DVector<f64>| Vector3::new(v[0], v[1], 0.0);
-        let flat = |v: Vector3<f64>| DVector::from_column_slice(&v.as_slice()[..2]);
+        let lifted = |v: &DVector<f64>| Vector3::from_fn(|i, _| v.get(i).copied().unwrap_or(0.0));
+        let flat = |v: Vector3<f64>| DVector::from_column_slice(&v.as_slice()[..pose.len()]);
         let (x, v) = (lifted(pose), lifted(velocity));
         (flat(clamp.place(&x)), flat(clamp.absolute(&x, &v)))
     }

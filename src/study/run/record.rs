@@ -151,6 +151,8 @@ pub struct Moment {
     pub friction: f64,
     /// The equilibrium of the elastica that the rod is in, or near.
     pub labels: Option<Labels>,
+    /// The Morse index of the rod with its end held; None off equilibrium.
+    pub index: Option<usize>,
 }
 
 impl Moment {
@@ -223,7 +225,7 @@ impl RunRecord {
         };
         let end = &branch.last;
         let place: Vec<String> = end.position().iter().map(|x| format!("{x:.6}")).collect();
-        let axes = if self.kind == ModelKind::Space { 3 } else { 2 };
+        let axes = if self.kind.in_space() { 3 } else { 2 };
         let spaced = |unit: &str| match unit {
             "" => String::new(),
             _ => format!(" {unit}"),
@@ -256,7 +258,7 @@ impl RunRecord {
             ModelKind::Space => format!(
                 "the equilibrium at the start has Morse index {index}: it is not stable, and the rod leaves it as rounding or loads will"
             ),
-            ModelKind::Sheet | ModelKind::Planar => format!(
+            ModelKind::Sheet | ModelKind::Planar | ModelKind::ElasticSpace => format!(
                 "the start has Morse index {index}: it is not stable, a real rod would leave it at once; the run follows the sheet as asked"
             ),
         })

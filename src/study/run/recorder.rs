@@ -125,7 +125,7 @@ impl<'r> Recorder<'r> {
         };
         let kept = match prepared.kind() {
             ModelKind::Sheet => KEPT_ON_SHEET,
-            ModelKind::Planar | ModelKind::Space => KEPT,
+            ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => KEPT,
         };
         Ok(Self {
             prepared,
@@ -194,7 +194,7 @@ impl<'r> Recorder<'r> {
         }
         let axis = match prepared.kind() {
             ModelKind::Planar => prepared.sections(state, CURVE),
-            ModelKind::Sheet | ModelKind::Space => Vec::new(),
+            ModelKind::Sheet | ModelKind::ElasticSpace | ModelKind::Space => Vec::new(),
         };
         Frame {
             moment,
@@ -221,7 +221,7 @@ impl<'r> Recorder<'r> {
 
     /// The last axis in its place, or instead of one that is near in time.
     fn end_axes(&mut self, last: &dyn State) {
-        if self.prepared.kind() != ModelKind::Space {
+        if !self.prepared.kind().in_space() {
             return;
         }
         let t = last.time() * self.prepared.scales.time;
@@ -276,7 +276,7 @@ impl Observer for Recorder<'_> {
                 self.write_strain(table, &frame)?;
             }
         }
-        if self.prepared.kind() == ModelKind::Space {
+        if self.prepared.kind().in_space() {
             let prepared = self.prepared;
             let axis = || (frame.moment.t, prepared.sections(state, CURVE));
             self.axes.show(axis);

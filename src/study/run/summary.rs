@@ -32,7 +32,7 @@ impl RunRecord {
         }));
         let mut add = |key: &str, value: Value| summary.insert(key.to_owned(), value);
         match self.kind {
-            ModelKind::Sheet => {
+            ModelKind::Sheet | ModelKind::ElasticSpace => {
                 let snaps = |b: &RunBranch| b.snaps.len() + usize::from(b.entered.is_some());
                 add(
                     "snaps",
@@ -122,7 +122,7 @@ impl RunRecord {
         let labels = at.labels.as_ref();
         let (q, w, m) = (at.pose.rotation, at.angular_velocity, at.couple);
         state.extend(object(match self.kind {
-            ModelKind::Space => json!({
+            ModelKind::ElasticSpace | ModelKind::Space => json!({
                 "z": r.z, "vz": v.z, "fz": f.z,
                 "qw": q.w, "qx": q.i, "qy": q.j, "qz": q.k,
                 "wx": w.x, "wy": w.y, "wz": w.z,
@@ -137,6 +137,9 @@ impl RunRecord {
                 "index": labels.map(|l| l.index),
             }),
         }));
+        if self.kind == ModelKind::ElasticSpace {
+            state.insert("index".to_owned(), json!(at.index));
+        }
         Value::Object(state)
     }
 
@@ -200,7 +203,7 @@ impl RunRecord {
         let (evaluations, steps) = (sum(|w| w.evaluations), sum(|w| w.steps));
         let rejected = sum(|w| w.rejected);
         match self.kind {
-            ModelKind::Sheet => json!({
+            ModelKind::Sheet | ModelKind::ElasticSpace => json!({
                 "evaluations": evaluations,
                 "steps": steps,
                 "rejected": rejected,

@@ -18,7 +18,7 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
     let u = prepared.units;
     let axes: &[(&str, &str)] = match prepared.kind() {
         ModelKind::Sheet | ModelKind::Planar => &[("x", "x"), ("y", "y")],
-        ModelKind::Space => &[("x", "x"), ("y", "y"), ("z", "z")],
+        ModelKind::ElasticSpace | ModelKind::Space => &[("x", "x"), ("y", "y"), ("z", "z")],
     };
     let vector = |prefix: &str, unit: &'static str, meaning: &str| -> Vec<Column> {
         let name = |axis: &str| format!("{prefix}{axis}");
@@ -31,7 +31,7 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
     columns.extend(vector("", u.length(), "position of the end"));
     let velocity = vector("v", u.velocity(), "velocity of the end");
     let force = vector("f", u.force(), "force of the rod on the body");
-    if prepared.kind() == ModelKind::Space {
+    if prepared.kind().in_space() {
         let part = |name, which| {
             Column::reals(
                 name,
@@ -85,17 +85,21 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
             "kinetic + elastic + potential + dissipated - work, which should not change",
         ),
     ]);
+    if prepared.kind() == ModelKind::ElasticSpace {
+        let meaning = "Morse index of the rod with its end held: 0 is stable";
+        columns.push(Column::integers("index", meaning));
+    }
     Table::new(trajectory_name(branch), columns)
 }
 
 /// The row of a state.
 pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
     let real = Cell::Real;
-    let axes = if kind == ModelKind::Space { 3 } else { 2 };
+    let axes = if kind.in_space() { 3 } else { 2 };
     let mut cells = vec![real(at.t)];
     let r = at.pose.translation.vector;
     cells.extend(r.iter().take(axes).copied().map(real));
-    if kind == ModelKind::Space {
+    if kind.in_space() {
         let q = at.pose.rotation;
         cells.extend([q.w, q.i, q.j, q.k].map(real));
         for v in [at.velocity, at.angular_velocity, at.force, at.couple] {
@@ -123,6 +127,9 @@ pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
         real(ledger.work),
         real(at.total),
     ]);
+    if kind == ModelKind::ElasticSpace {
+        cells.push(at.index.into());
+    }
     cells
 }
 

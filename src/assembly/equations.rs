@@ -1,0 +1,317 @@
+//! The equations of statics and their derivative, in unknowns without dimension.
+//!
+//! ```text
+//! balance of every body = 0,       gap of every rod = 0
+//! ```
+//! in the rotation vectors and displacements of the bodies from a frame of reference and the charts of the rods, all together:
+//! regular where a single rod passes its fold, and where it is straight and inextensible.
+
+use super::stiffness::{add, carried, lever_turned};
+use super::{Assembly, Carrier, Configuration, Joint, Link, LinkPoint, Place};
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
+use crate::rod::Wrench;
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector6};
+
+/// Charts beyond these couples and forces (in B/L, B/L^2) are refused: an integration from the base is worthless and costly there.
+const WILD: (f64, f64) = (400.0, 2e4);
+/// Rotation vectors are kept away from a full turn, where they are singular.
+const TURNED: f64 = 6.0;
+
+/// What the unknowns are measured by: x = (rotation vector, displacement/length) from the reference of each body, then charts.
+#[derive(Debug, Clone)]
+pub(super) struct Frame {
+    reference: Vec<Isometry3<f64>>,
+    length: f64,
+    couple: f64,
+}
+
+impl Frame {
+    pub(super) fn new(
+        assembly: &Assembly,
+        reference: impl Iterator<Item = Isometry3<f64>>,
+    ) -> Self {
+        let (length, couple) = assembly.scales();
+        Self {
+            reference: reference.collect(),
+            length,
+            couple,
+        }
+    }
+
+    /// The unknowns of a configuration.
+    pub(super) fn unknowns(&self, assembly: &Assembly, now: &Configuration) -> DVector<f64> {
+        let mut x = Vec::new();
+        for ((carrier, place), from) in assembly
+            .carriers()
+            .iter()
+            .zip(&now.bodies)
+            .zip(&self.reference)
+        {
+            let shift = place.pose.translation.vector - from.translation.vector;
+            if let Carrier::Rigid(_) = carrier {
+                let turn = place.pose.rotation * from.rotation.inverse();
+                x.extend(turn.scaled_axis().iter());
+            }
+            x.extend((shift / self.length).iter());
+        }
+        x.extend(now.charts.iter().flat_map(|q| q.iter()));
+        DVector::from_vec(x)
+    }
+
+    /// The configuration, at rest, of unknowns.
+    pub(super) fn configuration(&self, assembly: &Assembly, x: &[f64]) -> Configuration {
+        let (starts, total) = assembly.freedoms();
+        let bodies = starts.iter().zip(assembly.carriers()).zip(&self.reference);
+        Configuration {
+            bodies: bodies
+                .map(|((start, carrier), from)| {
+                    let mut twist = x[*start..start + carrier.freedoms()].to_vec();
+                    let skip = carrier.freedoms() - 3;
+                    twist[skip..].iter_mut().for_each(|x| *x *= self.length);
+                    Place::at_rest(carrier.moved(from, &twist))
+                })
+                .collect(),
+            charts: x[total..]
+                .chunks(6)
+                .map(Vector6::from_column_slice)
+                .collect(),
+        }
+    }
+
+    /// The equations at a configuration whose rods are in place.
+    pub(super) fn residual(
+        &self,
+        assembly: &Assembly,
+        bodies: &[Place],
+        points: &[LinkPoint],
+    ) -> DVector<f64> {
+        let balance = assembly.balance(0.0, bodies, points);
+        let total = balance.len();
+        let mut residual = DVector::zeros(total + 6 * points.len());
+        let force = self.couple / self.length;
+        residual.rows_mut(0, total).copy_from(&(balance / force));
+        for i in assembly.rotations() {
+            residual[i] /= self.length;
+        }
+        for (k, (link, point)) in assembly.links().iter().zip(points).enumerate() {
+            let gap = link.gap_scale() * point.gap(link.joint());
+            residual.rows_mut(total + 6 * k, 6).copy_from(&gap);
+        }
+        residual
+    }
+
+    /// Their derivative by the unknowns.
+    pub(super) fn jacobian(
+        &self,
+        assembly: &Assembly,
+        x: &[f64],
+        bodies: &[Place],
+        points: &[LinkPoint],
+    ) -> DMatrix<f64> {
+        let (starts, total) = assembly.freedoms();
+        let mut matrix = assembly.twist_jacobian(bodies, points);
+        let force = self.couple / self.length;
+        matrix.rows_mut(0, total).scale_mut(1.0 / force);
+        for i in assembly.rotations() {
+            matrix.row_mut(i).scale_mut(1.0 / self.length);
+        }
+        for (start, carrier) in starts.iter().zip(assembly.carriers()) {
+            if let Carrier::Rigid(_) = carrier {
+                let turn = left_jacobian(&Vector3::from_column_slice(&x[*start..start + 3]));
+                let mut columns = matrix.columns_mut(*start, 3);
+                let turned = &columns * turn;
+                columns.copy_from(&turned);
+            }
+            let shift = start + carrier.freedoms() - 3;
+            matrix.columns_mut(shift, 3).scale_mut(self.length);
+        }
+        matrix
+    }
+
+    /// Refuses unknowns that no solution is near.
+    pub(super) fn check(&self, assembly: &Assembly, x: &[f64]) -> Result<()> {
+        let (starts, total) = assembly.freedoms();
+        for (body, (start, carrier)) in starts.iter().zip(assembly.carriers()).enumerate() {
+            let turn = Vector3::from_column_slice(&x[*start..start + 3]).norm();
+            if carrier.freedoms() == 6 && !(turn < TURNED) {
+                return Err(Error::domain(format!(
+                    "body {body} has turned by {turn:.1} radians from where the search began, near a full turn"
+                )));
+            }
+        }
+        for (k, q) in x[total..].chunks(6).enumerate() {
+            let (m, n) = halves(&Wrench::from_column_slice(q));
+            if !(m.norm() < WILD.0 && n.norm() < WILD.1) {
+                return Err(Error::ill_conditioned(format!(
+                    "rod {k} would bear the couple {:.1e} and the force {:.1e} at its base, in B/L and B/L^2; {:.0e} and {:.0e} are the \
+                     most that can be integrated from there",
+                    m.norm(),
+                    n.norm(),
+                    WILD.0,
+                    WILD.1
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Link {
+    /// What gaps are measured by: rotations as they are, lengths in that of the rod; couples of a ball joint in B/L.
+    pub(super) fn gap_scale(&self) -> Matrix6<f64> {
+        let length = 1.0 / self.rod().length();
+        let first = match self.joint() {
+            Joint::Weld => 1.0,
+            Joint::Ball => 1.0 / self.units()[0],
+        };
+        Matrix6::from_diagonal(&Vector6::new(first, first, first, length, length, length))
+    }
+}
+
+impl LinkPoint {
+    /// Derivatives of the gap by twists of base and end, and by the chart.
+    fn gap_derivatives(
+        &self,
+        joint: Joint,
+        units: &Vector6<f64>,
+    ) -> (nalgebra::SMatrix<f64, 6, 12>, Matrix6<f64>) {
+        let mut by_twists = self.drive_by_twists(joint);
+        let mut by_chart = -self.end.jacobian;
+        if joint == Joint::Weld {
+            // The gap is log W, W = (wanted rotation) R(1)^T; W changes by the spin a of the one less W times that of the other.
+            let gap = halves(&self.gap(joint)).0;
+            let log = inverse_left_jacobian(&gap);
+            let turn = UnitQuaternion::from_scaled_axis(gap).to_rotation_matrix();
+            let spins = self.end.tangent * Matrix6::from_diagonal(units);
+            let first = log * by_twists.fixed_rows::<3>(0);
+            by_twists.fixed_rows_mut::<3>(0).copy_from(&first);
+            let first = -(log * turn.matrix()) * spins.fixed_rows::<3>(0);
+            by_chart.fixed_rows_mut::<3>(0).copy_from(&first);
+        }
+        (by_twists, by_chart)
+    }
+}
+
+impl Assembly {
+    /// The mean length of the rods, and the greatest of their units B/L of couples.
+    pub(super) fn scales(&self) -> (f64, f64) {
+        let links = self.links().iter();
+        let length: f64 = links.clone().map(|link| link.rod().length()).sum();
+        let couple = links.map(|link| link.units()[0]).fold(0.0, f64::max);
+        (length / self.links().len() as f64, couple)
+    }
+
+    /// Which of the velocities of all bodies are rotations.
+    pub(super) fn rotations(&self) -> Vec<usize> {
+        let (starts, _) = self.freedoms();
+        let rigid = starts
+            .iter()
+            .zip(self.carriers())
+            .filter(|(_, carrier)| carrier.freedoms() == 6);
+        rigid.flat_map(|(start, _)| *start..start + 3).collect()
+    }
+
+    /// Derivatives of balance and gaps by the twists of the bodies and the charts of the rods.
+    fn twist_jacobian(&self, bodies: &[Place], points: &[LinkPoint]) -> DMatrix<f64> {
+        let (starts, total) = self.freedoms();
+        let size = total + 6 * points.len();
+        let mut matrix = DMatrix::zeros(size, size);
+        for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
+            let own = total + 6 * k;
+            let (gap_by_twists, gap_by_chart) = point.gap_derivatives(link.joint(), &link.units());
+            let scale = link.gap_scale();
+            add(&mut matrix, (own, own), &(scale * gap_by_chart), (0, 0));
+            let by_chart = point.wrenches_by_chart(&link.units());
+            let by_turn = point.wrenches_by_turn();
+            let levers = link.levers(bodies);
+            for (i, lever) in levers.iter().enumerate() {
+                let Some((body, arm)) = lever else { continue };
+                let (start, skip) = (starts[*body], 6 - self.carriers()[*body].freedoms());
+                let onto = carried(arm).transpose();
+                let along = scale * gap_by_twists.fixed_columns::<6>(6 * i) * carried(arm);
+                add(&mut matrix, (own, start), &along, (0, skip));
+                let along = onto * by_chart.fixed_rows::<6>(6 * i);
+                add(&mut matrix, (start, own), &along, (skip, 0));
+                if let Some((base, _)) = levers[0] {
+                    let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 0);
+                    add(&mut matrix, (start, starts[base]), &block, (skip, 0));
+                }
+                if skip == 0 {
+                    let n = halves(&point.wrenches()[i]).1;
+                    add(&mut matrix, (start, start), &lever_turned(arm, &n), (0, 0));
+                }
+            }
+        }
+        for ((carrier, place), start) in self.carriers().iter().zip(bodies).zip(starts) {
+            if carrier.freedoms() == 6 {
+                let (force, arm) = carrier.dead(0.0, &place.pose);
+                add(
+                    &mut matrix,
+                    (start, start),
+                    &lever_turned(&arm, &force),
+                    (0, 0),
+                );
+            }
+        }
+        matrix
+    }
+
+    /// The compliance at an equilibrium: twists of the bodies, and changes of the charts, by small wrenches on the bodies. It
+    /// exists where rods are straight and inextensible; the stiffness, its inverse, does not.
+    ///
+    /// # Errors
+    /// A neutral equilibrium, which wrenches move without bound.
+    pub fn compliance(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+        let total = self.freedoms().1;
+        self.held_compliance(now, points, &DMatrix::zeros(total, total))
+    }
+
+    /// The compliance with every body held by springs of the stiffness `held` as well.
+    pub(super) fn held_compliance(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+        held: &DMatrix<f64>,
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+        let total = held.nrows();
+        let frame = Frame::new(self, now.bodies.iter().map(|place| place.pose));
+        let mut matrix = self.twist_jacobian(&now.bodies, points);
+        let mut bodies = matrix.view_mut((0, 0), (total, total));
+        bodies -= held;
+        // Wrenches and displacements in the frame's units: rows and columns that compare.
+        let force = frame.couple / frame.length;
+        let (mut by, mut of) = (vec![1.0 / force; total], vec![frame.length; total]);
+        for i in self.rotations() {
+            (by[i], of[i]) = (1.0 / frame.couple, 1.0);
+        }
+        let mut right = DMatrix::zeros(matrix.nrows(), total);
+        for i in 0..total {
+            matrix.row_mut(i).scale_mut(by[i]);
+            matrix.column_mut(i).scale_mut(of[i]);
+            right[(i, i)] = -by[i];
+        }
+        let factors = matrix.full_piv_lu();
+        let pivots = factors.u().diagonal().abs();
+        let mut answer = factors
+            .solve(&right)
+            .filter(|answer| pivots.min() > 1e-14 * pivots.max() && answer.iter().all(|x| x.is_finite()))
+            .ok_or_else(|| {
+                Error::ill_conditioned(
+                    "the assembly can move without force, or its rods hold each other in more ways than they can deform; let the \
+                     rods stretch, or move the configuration a little",
+                )
+            })?;
+        for (i, of) in of.into_iter().enumerate() {
+            answer.row_mut(i).scale_mut(of);
+        }
+        Ok((
+            answer.rows(0, total).into_owned(),
+            answer.rows(total, 6 * points.len()).into_owned(),
+        ))
+    }
+}

@@ -1,0 +1,243 @@
+//! Small vibrations of an assembly about an equilibrium.
+
+use super::{Assembly, Configuration, LinkPoint};
+use crate::error::{Error, Result};
+use crate::rod::RodSection;
+use nalgebra::{Complex, DMatrix, DVector, Schur, Vector6};
+
+/// Natural frequencies without drag and rotors: K x = omega^2 M x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    /// omega^2, ascending.
+    pub squares: Vec<f64>,
+    /// Angular frequencies, ascending; of an instability, where omega^2 < 0, -sqrt(-omega^2): minus its rate of growth.
+    pub frequencies: Vec<f64>,
+    /// x by columns, x^T M x = 1: (rotation, translation of the reference point) body by body, in the world.
+    pub shapes: DMatrix<f64>,
+    /// What the charts do, by columns: 6 rows a rod, in units B/L, B/L^2.
+    pub charts: DMatrix<f64>,
+    /// True at index 0: no frequency is imaginary, and no rod unstable with its ends held.
+    pub stable: bool,
+}
+
+/// Modes of an assembly with straight inextensible rods, and the omega^2 that they were shifted by.
+pub(super) struct SoftModes {
+    pub squares: Vec<f64>,
+    shapes: DMatrix<f64>,
+    charts: DMatrix<f64>,
+    pub shift: f64,
+}
+
+impl Modes {
+    /// The configuration displaced along the mode of this number (from 0), for drawing: bodies by amplitude times shape, and
+    /// the rods' charts with them. Ends meet to first order in the amplitude.
+    ///
+    /// # Errors
+    /// No such mode.
+    pub fn displaced(
+        &self,
+        assembly: &Assembly,
+        now: &Configuration,
+        mode: usize,
+        amplitude: f64,
+    ) -> Result<Configuration> {
+        if mode >= self.squares.len() {
+            return Err(Error::domain(format!(
+                "mode {mode} of {} (they are counted from 0)",
+                self.squares.len()
+            )));
+        }
+        let (x, dq) = (
+            self.shapes.column(mode) * amplitude,
+            self.charts.column(mode) * amplitude,
+        );
+        let mut moved = now.clone();
+        let (starts, _) = assembly.freedoms();
+        for ((place, carrier), start) in
+            moved.bodies.iter_mut().zip(assembly.carriers()).zip(starts)
+        {
+            place.pose = carrier.moved(
+                &place.pose,
+                &x.as_slice()[start..start + carrier.freedoms()],
+            );
+        }
+        for (q, dq) in moved.charts.iter_mut().zip(dq.as_slice().chunks(6)) {
+            *q += Vector6::from_column_slice(dq);
+        }
+        Ok(moved)
+    }
+}
+
+impl Assembly {
+    /// Frequencies and mode shapes about an equilibrium at t = 0, drag and rotors left out. A direction in which the assembly is
+    /// rigid, along a straight inextensible rod, has no mode.
+    ///
+    /// # Errors
+    /// A configuration with neither stiffness nor compliance; as [`super::Link::index`].
+    pub fn modes(&self, now: &Configuration, tolerance: f64) -> Result<Modes> {
+        let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
+        let root = self.mass_root(now, &points)?;
+        let index = self.index(0.0, now, tolerance)?;
+        let (squares, shapes, charts) = match self.stiffness(0.0, &now.bodies, &points) {
+            Ok(stiffness) => {
+                let (squares, y) = symmetric(&reduced(&root, &stiffness.matrix)?);
+                let shapes = back(&root, &y)?;
+                let charts = &stiffness.charts * &shapes;
+                (squares, shapes, charts)
+            }
+            Err(_) => {
+                let soft = self.soft_modes(now, &points, &root, tolerance)?;
+                (soft.squares, soft.shapes, soft.charts)
+            }
+        };
+        Ok(Modes {
+            frequencies: squares
+                .iter()
+                .map(|x| x.signum() * x.abs().sqrt())
+                .collect(),
+            squares,
+            shapes,
+            charts,
+            stable: index == 0,
+        })
+    }
+
+    /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0 with drag and rotors: of the first-order system of
+    /// M x'' + C x' + K x = 0, two for each velocity, by imaginary then real part. A real part above zero is an
+    /// instability; a rotor can hold what the stiffness alone cannot.
+    ///
+    /// # Errors
+    /// As [`Assembly::stiffness`]; eigenvalues that do not converge.
+    pub fn eigenvalues(&self, now: &Configuration, tolerance: f64) -> Result<Vec<Complex<f64>>> {
+        let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
+        let stiffness = self.stiffness(0.0, &now.bodies, &points)?;
+        let root = self.mass_root(now, &points)?;
+        let (k, c) = (
+            reduced(&root, &stiffness.matrix)?,
+            reduced(&root, &stiffness.damping)?,
+        );
+        let n = k.nrows();
+        // Velocities are measured by the largest frequency, which balances the blocks.
+        let rate = k.norm().sqrt().max(f64::MIN_POSITIVE);
+        let mut first = DMatrix::zeros(2 * n, 2 * n);
+        first.view_mut((0, n), (n, n)).fill_diagonal(rate);
+        first.view_mut((n, 0), (n, n)).copy_from(&(-k / rate));
+        first.view_mut((n, n), (n, n)).copy_from(&-c);
+        let schur = Schur::try_new(first, f64::EPSILON, 10_000).ok_or_else(|| {
+            Error::no_convergence("the eigenvalues of small motions did not converge")
+        })?;
+        let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
+        values.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
+        Ok(values)
+    }
+
+    /// The modes without those in which a rod would have to stretch and cannot: where there is no stiffness K, there is the
+    /// compliance C of the bodies held by springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y, omega^2 =
+    /// 1/mu - shift and x = C L y/mu; what is rigid has mu = 0.
+    pub(super) fn soft_modes(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+        root: &DMatrix<f64>,
+        tolerance: f64,
+    ) -> Result<SoftModes> {
+        let (length, couple) = self.scales();
+        // B/L^3 over the mean of the masses.
+        let rotations = self.rotations();
+        let shifts: Vec<usize> = (0..root.nrows())
+            .filter(|i| !rotations.contains(i))
+            .collect();
+        let masses: f64 = shifts.iter().map(|i| root.row(*i).norm_squared()).sum();
+        let shift = couple / (length * length) * shifts.len() as f64 / masses;
+        let held = root * root.transpose() * shift;
+        let (compliance, charts) = self.held_compliance(now, points, &held)?;
+        let (inverse, vectors) = symmetric(&(root.transpose() * &compliance * root));
+        let rigid = tolerance.max(1e-12) * inverse.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let mut kept: Vec<usize> = (0..inverse.len())
+            .filter(|i| inverse[*i].abs() > rigid)
+            .collect();
+        kept.sort_by(|a, b| (1.0 / inverse[*a]).total_cmp(&(1.0 / inverse[*b])));
+        let mut forces = root * vectors.select_columns(&kept);
+        for (mut column, k) in forces.column_iter_mut().zip(&kept) {
+            column /= inverse[*k];
+        }
+        Ok(SoftModes {
+            squares: kept.iter().map(|k| 1.0 / inverse[*k] - shift).collect(),
+            shapes: compliance * &forces,
+            charts: charts * forces,
+            shift,
+        })
+    }
+
+    /// L of the mass matrix M = L L^T.
+    pub(super) fn mass_root(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+    ) -> Result<DMatrix<f64>> {
+        let factors = self.mass_matrix(now, points)?.cholesky();
+        factors.map(|factors| factors.l()).ok_or_else(|| {
+            Error::ill_conditioned("the mass matrix is not positive definite to rounding: a body has next to no inertia about some axis")
+        })
+    }
+
+    /// The rods in the world: sections at `count` + 1 arclengths from end to end.
+    ///
+    /// # Errors
+    /// As [`super::Link::end`].
+    pub fn shapes(
+        &self,
+        now: &Configuration,
+        count: usize,
+        tolerance: f64,
+    ) -> Result<Vec<Vec<RodSection>>> {
+        let links = self.links().iter().zip(&now.charts);
+        let shape = links.map(|(link, q)| {
+            let base = link.from().at(0.0, &now.bodies).pose;
+            let length = link.rod().length();
+            let at: Vec<f64> = (0..=count)
+                .map(|i| length * i as f64 / count.max(1) as f64)
+                .collect();
+            let sections = link
+                .rod()
+                .shape(&q.component_mul(&link.units()), &at, tolerance)?;
+            let turn = base.rotation.to_rotation_matrix();
+            let placed = sections.into_iter().map(|section| RodSection {
+                position: base.translation.vector + turn * section.position,
+                directors: turn.matrix() * section.directors,
+                couple: turn * section.couple,
+                force: turn * section.force,
+                ..section
+            });
+            Ok(placed.collect())
+        });
+        shape.collect()
+    }
+}
+
+/// L^-1 A L^-T.
+fn reduced(root: &DMatrix<f64>, a: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let half = root.solve_lower_triangular(a);
+    let whole = half.and_then(|half| root.solve_lower_triangular(&half.transpose()));
+    whole
+        .map(|whole| whole.transpose())
+        .ok_or_else(|| Error::ill_conditioned("the mass matrix is singular"))
+}
+
+/// L^-T y.
+fn back(root: &DMatrix<f64>, y: &DMatrix<f64>) -> Result<DMatrix<f64>> {
+    let x = root.transpose().solve_upper_triangular(y);
+    x.ok_or_else(|| Error::ill_conditioned("the mass matrix is singular"))
+}
+
+/// Eigenvalues, ascending, and vectors of the symmetric part.
+fn symmetric(a: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    let eigen = ((a + a.transpose()) * 0.5).symmetric_eigen();
+    let mut order: Vec<usize> = (0..a.nrows()).collect();
+    let values: &DVector<f64> = &eigen.eigenvalues;
+    order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
+    (
+        order.iter().map(|i| values[*i]).collect(),
+        eigen.eigenvectors.select_columns(&order),
+    )
+}

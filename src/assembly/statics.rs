@@ -1,0 +1,379 @@
+//! Equilibria of an assembly under its loads at t = 0.
+//!
+//! Newton's method needs a start near by. Without one, rods are laid out unloaded along the tree of attachments from the ground,
+//! which leaves a gap where they close a loop, and the residual homotopy R(y) = (1 - lambda) (R(y0) + springs) brings gaps and loads
+//! together from what they are there to zero; its path is followed through its limit points. Rods slightly bent by couples
+//! serve where the unloaded ones lead to an unstable equilibrium (a straight column) or begin singular (straight and
+//! inextensible ones that hold each other): the bend goes with the residual.
+
+use super::equations::Frame;
+use super::padded::{self, Equations, Root};
+use super::{Assembly, Carrier, Configuration, On, Place};
+use crate::error::{Error, Result};
+use crate::math::se3::joined;
+use crate::rod::Wrench;
+use crate::solve::arclength::{Options, Stop};
+use crate::solve::newton;
+use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
+
+/// An equilibrium of an assembly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AssemblyEquilibrium {
+    /// Where everything is.
+    pub now: Configuration,
+    /// Stored energy and potential of the constant forces. Couples and loads in time have none.
+    pub energy: f64,
+    /// Morse index with the bodies free; 0 is stable.
+    pub index: usize,
+    /// The largest of the equations left over: gaps in radians and lengths of the rod, balance in B/L and B/L^2.
+    pub residual: f64,
+    /// Length of Newton's last correction, in radians, mean lengths of the rods, and B/L, B/L^2 of each rod.
+    pub correction: f64,
+    /// How it was reached.
+    pub route: AssemblyRoute,
+}
+
+/// How an equilibrium was reached.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AssemblyRoute {
+    /// By Newton's method from the guess.
+    Guess,
+    /// Along the homotopy from the guess.
+    FromGuess,
+    /// Along the homotopy from the unloaded rods.
+    Unloaded,
+    /// Along the homotopy from rods slightly bent, in the way of this number.
+    Bent(usize),
+}
+
+/// Couples (B/L) that bend the rods of a start, and whether every second rod is bent the other way. Generic directions, so that
+/// no symmetry is kept.
+const BENDS: [([f64; 3], bool); 6] = [
+    ([0.011, 0.023, 0.001], false),
+    ([0.021, -0.013, -0.002], true),
+    ([-0.12, -0.22, 0.015], true),
+    ([-0.2, 0.14, 0.01], false),
+    ([0.7, 0.4, 0.05], true),
+    ([-0.5, 0.8, -0.05], false),
+];
+/// Springs, in the units of the balance, that hold the bodies at the start of a homotopy and slacken along it: what nothing else
+/// holds (a body that can spin about a ball joint) would leave no path.
+const SPRING: f64 = 0.1;
+/// How near its end a homotopy may be stuck: an equilibrium that is free to move is a singular end.
+const NEARLY: f64 = 0.99;
+/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
+const NEUTRAL: f64 = 1e-7;
+/// Steps of least length at most.
+const MOST_SETTLING: usize = 20;
+
+/// A path that led nowhere: how far it came, why no farther, and whether it was too long, as others would be.
+struct Lost {
+    part: f64,
+    why: Error,
+    heavy: bool,
+}
+
+/// The equations at t = 0, or those of a homotopy.
+struct Statics<'a> {
+    assembly: &'a Assembly,
+    frame: Frame,
+    tolerance: f64,
+    /// R(y0) of the homotopy, p its parameter; None for the equations themselves.
+    start: Option<DVector<f64>>,
+}
+
+impl Equations for Statics<'_> {
+    fn size(&self) -> usize {
+        self.assembly.freedoms().1 + 6 * self.assembly.links().len()
+    }
+
+    fn linearised(&self, x: &[f64], p: f64) -> Result<(DVector<f64>, DMatrix<f64>, DVector<f64>)> {
+        self.frame.check(self.assembly, x)?;
+        let now = self.frame.configuration(self.assembly, x);
+        let points = self
+            .assembly
+            .points(0.0, &now.bodies, &now.charts, self.tolerance)?;
+        let mut residual = self.frame.residual(self.assembly, &now.bodies, &points);
+        let mut jacobian = self.frame.jacobian(self.assembly, x, &now.bodies, &points);
+        let Some(start) = &self.start else {
+            let size = residual.len();
+            return Ok((residual, jacobian, DVector::zeros(size)));
+        };
+        let mut slope = start.clone();
+        for i in 0..self.assembly.freedoms().1 {
+            slope[i] += SPRING * x[i];
+            jacobian[(i, i)] -= (1.0 - p) * SPRING;
+        }
+        residual -= &slope * (1.0 - p);
+        Ok((residual, jacobian, slope))
+    }
+}
+
+impl Assembly {
+    /// An equilibrium under the constant loads and those in time at t = 0, near `guess` or, without one, reached from the
+    /// unloaded rods: a stable one if a few starts lead to one, otherwise that of the lowest index found.
+    ///
+    /// `tolerance` bounds Newton's last correction relative to the unknowns ([`AssemblyEquilibrium::correction`]).
+    ///
+    /// # Errors
+    /// A tolerance outside [1e-13, 1e-3]; more than 72 unknowns; a guess of another assembly; a body that no chain of rods joins
+    /// to the ground; no equilibrium found, with how far the best path came.
+    pub fn equilibrium(
+        &self,
+        guess: Option<&Configuration>,
+        tolerance: f64,
+    ) -> Result<AssemblyEquilibrium> {
+        if !(1e-13..=1e-3).contains(&tolerance) {
+            return Err(Error::domain(format!(
+                "the tolerance is {tolerance}; it must be in [1e-13, 1e-3]"
+            )));
+        }
+        padded::check(self.freedoms().1 + 6 * self.links().len())?;
+        if let Some(guess) = guess {
+            return self.near(guess, tolerance);
+        }
+        let straight = std::iter::once((AssemblyRoute::Unloaded, [0.0; 3], false));
+        let bent = BENDS.iter().enumerate();
+        let bent = bent.map(|(k, (bend, other))| (AssemblyRoute::Bent(k), *bend, *other));
+        let mut best: Option<AssemblyEquilibrium> = None;
+        let mut farthest: Option<Lost> = None;
+        for (route, bend, other) in straight.chain(bent) {
+            let charts = (0..self.links().len()).map(|k| {
+                let sign = if other && k % 2 == 1 { -1.0 } else { 1.0 };
+                joined(&(Vector3::from(bend) * sign), &Vector3::zeros())
+            });
+            match self.led(
+                &self.laid_out(charts.collect(), tolerance)?,
+                route,
+                tolerance,
+            ) {
+                Ok(found) if found.index == 0 => return Ok(found),
+                Ok(found) => {
+                    let order = |a: &AssemblyEquilibrium| (a.index, a.energy);
+                    if best.as_ref().is_none_or(|best| order(&found) < order(best)) {
+                        best = Some(found);
+                    }
+                }
+                Err(lost) => {
+                    let heavy = lost.heavy;
+                    if heavy || farthest.as_ref().is_none_or(|far| lost.part >= far.part) {
+                        farthest = Some(lost);
+                    }
+                    if heavy {
+                        break;
+                    }
+                }
+            }
+        }
+        best.ok_or_else(|| match farthest {
+            Some(lost) => lost.why.context(format!(
+                "no equilibrium was found; of the paths from the unloaded rods and from slightly bent ones the farthest came {:.1} % \
+                 of its way; give a guess, or lower the loads and follow a branch up to them",
+                100.0 * lost.part
+            )),
+            None => Error::no_convergence("no equilibrium was found; give a guess"),
+        })
+    }
+
+    fn near(&self, guess: &Configuration, tolerance: f64) -> Result<AssemblyEquilibrium> {
+        if guess.bodies.len() != self.carriers().len() || guess.charts.len() != self.links().len() {
+            return Err(Error::domain(format!(
+                "the guess has {} bodies and {} rods; the assembly has {} and {}",
+                guess.bodies.len(),
+                guess.charts.len(),
+                self.carriers().len(),
+                self.links().len()
+            )));
+        }
+        let statics = self.statics(guess, tolerance);
+        let x = statics.frame.unknowns(self, guess);
+        match solved(&statics, &x, tolerance) {
+            Ok(root) => self.described(&statics, &root, AssemblyRoute::Guess),
+            Err(direct) => self.led(guess, AssemblyRoute::FromGuess, tolerance).map_err(|lost| {
+                direct.context(format!(
+                    "no equilibrium near the guess, and the path that takes its residual back ends after {:.1} % of its way; \
+                     give a guess nearer to an equilibrium, or none",
+                    100.0 * lost.part
+                ))
+            }),
+        }
+    }
+
+    fn statics(&self, now: &Configuration, tolerance: f64) -> Statics<'_> {
+        Statics {
+            assembly: self,
+            frame: Frame::new(self, now.bodies.iter().map(|place| place.pose)),
+            tolerance: (0.01 * tolerance).clamp(1e-14, 1e-9),
+            start: None,
+        }
+    }
+
+    /// The end of the homotopy from a configuration, or how far it came and why no farther.
+    fn led(
+        &self,
+        from: &Configuration,
+        route: AssemblyRoute,
+        tolerance: f64,
+    ) -> std::result::Result<AssemblyEquilibrium, Lost> {
+        let mut statics = self.statics(from, tolerance);
+        let x = statics.frame.unknowns(self, from);
+        let lost = |part, why| Lost {
+            part,
+            why,
+            heavy: false,
+        };
+        let begin = |why| lost(0.0, why);
+        let (residual, ..) = statics.linearised(x.as_slice(), 0.0).map_err(begin)?;
+        let (mut end, mut stuck) = (x.clone(), false);
+        if residual.amax() > tolerance {
+            statics.start = Some(residual);
+            let options = Options {
+                initial_step: 0.1,
+                max_step: 50.0,
+                tolerance: 1e-7,
+                max_points: 400,
+                special: false,
+                ..Options::between(0.0, 1.0)
+            };
+            let followed = padded::follow(&statics, &x, 0.0, &options).map_err(begin)?;
+            let far = followed
+                .points
+                .iter()
+                .map(|point| point.p)
+                .fold(0.0, f64::max);
+            match (followed.stop, followed.points.last()) {
+                (Stop::Reached, Some(last)) => end = last.x.clone(),
+                (_, Some(last)) if last.p > NEARLY => (end, stuck) = (last.x.clone(), true),
+                (Stop::Undefined { reason, .. }, _) => return Err(lost(far, reason)),
+                (Stop::MaxPoints, _) => {
+                    let why = Error::ill_conditioned(
+                        "the path took too many steps: as a rule a rod is pulled so hard that an integration from its base holds no \
+                         digits (sqrt(F L^2/B) above 18); lower the loads, or divide the rod by bodies",
+                    );
+                    return Err(Lost {
+                        heavy: true,
+                        ..lost(far, why)
+                    });
+                }
+                (stop, _) => return Err(lost(far, Error::no_convergence(stop.to_string()))),
+            }
+            statics.start = None;
+        }
+        let settled = stuck.then(|| settled(&statics, &end, tolerance)).flatten();
+        let found = settled.map_or_else(|| solved(&statics, &end, tolerance), Ok);
+        found
+            .and_then(|root| self.described(&statics, &root, route))
+            .map_err(|why| lost(1.0, why))
+    }
+
+    fn described(
+        &self,
+        statics: &Statics<'_>,
+        root: &Root,
+        route: AssemblyRoute,
+    ) -> Result<AssemblyEquilibrium> {
+        let now = statics.frame.configuration(self, root.x.as_slice());
+        let points = self.points(0.0, &now.bodies, &now.charts, statics.tolerance)?;
+        let index = self
+            .index(0.0, &now, statics.tolerance.max(1e-11))
+            .map_err(|why| why.context("the index of an equilibrium that was found"))?;
+        Ok(AssemblyEquilibrium {
+            energy: self.statical_energy(&now, &points),
+            index,
+            residual: statics.frame.residual(self, &now.bodies, &points).amax(),
+            correction: root.correction,
+            route,
+            now,
+        })
+    }
+
+    pub(super) fn statical_energy(&self, now: &Configuration, points: &[super::LinkPoint]) -> f64 {
+        let bodies = self.carriers().iter().zip(&now.bodies);
+        let potential: f64 = bodies
+            .map(|(carrier, place)| carrier.potential(0.0, &place.pose))
+            .sum();
+        points.iter().map(|point| point.end.energy).sum::<f64>() + potential
+    }
+
+    /// Bodies where rods with these charts bring them, rod by rod from the ground: a body is where the first rod that reaches it
+    /// ends. Ball joints are laid out as welds.
+    ///
+    /// # Errors
+    /// A body that no chain of rods joins to the ground.
+    fn laid_out(&self, charts: Vec<Wrench>, tolerance: f64) -> Result<Configuration> {
+        let ends = self.links().iter().zip(&charts);
+        let ends = ends.map(|(link, q)| Ok(link.end(q, tolerance)?.pose));
+        let ends = ends.collect::<Result<Vec<Isometry3<f64>>>>()?;
+        let mut placed: Vec<Option<Isometry3<f64>>> = vec![None; self.carriers().len()];
+        for _ in 0..placed.len() {
+            for (link, end) in self.links().iter().zip(&ends) {
+                let seen = |site: &super::Attachment| match &site.on {
+                    On::Body(body) => placed[*body].map(|pose| pose * site.place),
+                    _ => Some(site.at(0.0, &[]).pose),
+                };
+                let (base, tip) = (seen(&link.from), seen(&link.to));
+                let new = match (&link.from.on, &link.to.on, base, tip) {
+                    (_, On::Body(body), Some(base), None) => {
+                        Some((*body, base * end * link.to.place.inverse()))
+                    }
+                    (On::Body(body), _, None, Some(tip)) => {
+                        Some((*body, tip * end.inverse() * link.from.place.inverse()))
+                    }
+                    _ => None,
+                };
+                if let Some((body, mut pose)) = new {
+                    if let Carrier::Point(_) = self.carriers()[body] {
+                        pose.rotation = UnitQuaternion::identity();
+                    }
+                    placed[body] = Some(pose);
+                }
+            }
+        }
+        let bodies = placed.into_iter().enumerate().map(|(body, pose)| {
+            pose.map(Place::at_rest).ok_or_else(|| {
+                Error::domain(format!(
+                    "no chain of rods joins body {body} to the ground or to a support: it has no equilibrium of its own; hold it by \
+                     a rod"
+                ))
+            })
+        });
+        Ok(Configuration {
+            bodies: bodies.collect::<Result<_>>()?,
+            charts,
+        })
+    }
+}
+
+/// Newton's method; where it fails, since the equilibrium is one of a continuous family (a column of equal bending stiffnesses
+/// buckles any way round, a body turns about a ball joint), steps of least length.
+fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Result<Root> {
+    let options = newton::Options {
+        tolerance,
+        ..newton::Options::default()
+    };
+    padded::root(statics, x, 0.0, &options).or_else(|why| settled(statics, x, tolerance).ok_or(why))
+}
+
+fn settled(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Option<Root> {
+    let (mut x, mut last) = (x.clone(), f64::INFINITY);
+    for _ in 0..MOST_SETTLING {
+        let (value, jacobian, _) = statics.linearised(x.as_slice(), 0.0).ok()?;
+        let size = jacobian.norm();
+        let step = jacobian
+            .svd(true, true)
+            .solve(&value, NEUTRAL * size)
+            .ok()?;
+        let correction = step.norm();
+        let fine = correction <= tolerance * (1.0 + x.norm());
+        let rounding = 4.0 * f64::EPSILON * (1.0 + x.norm());
+        if fine && (correction > 0.5 * last || correction <= rounding) {
+            return Some(Root { x, correction });
+        }
+        if !fine && !(correction < 0.9 * last) {
+            return None;
+        }
+        last = correction;
+        x -= step;
+    }
+    None
+}

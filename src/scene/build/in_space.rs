@@ -1,0 +1,298 @@
+//! What every rod in space has in a motion: its body, its clamp, its start.
+
+use super::clamp as supports;
+use super::loads::{forces, point_mass};
+use super::rod::rotation;
+use crate::body::{Frame, RigidBody, Support};
+use crate::creep::grid::{FEWEST, Grid};
+use crate::creep::kinematics::Kinematics;
+use crate::creep::space::Space;
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined};
+use crate::motion::creep::MOST_NODES;
+use crate::motion::reduction::Carried;
+use crate::rod::{EndConditions, Problem, Rod, Wrench};
+use crate::scene::{
+    Dimensionless, EndLoad, EndPose, Joint, Place, Scales, Scene, StrainField, StrainName,
+};
+use crate::section::Strain;
+use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
+
+/// Body, clamp and start of a rod in space. The frame of its body is that of the clamp.
+#[derive(Debug, Clone)]
+pub struct InSpace {
+    /// The body with its loads.
+    pub carried: Carried,
+    /// The strains at the start, in the scene's units.
+    pub strain: SpaceField,
+    /// (angular velocity, velocity) of the end at the start.
+    pub velocity: Vector6<f64>,
+    /// The Morse index of the equilibrium at the start, if it is one.
+    pub start_index: Option<usize>,
+    /// The way back to the scene's units.
+    pub scales: Scales,
+    /// The pose of the base, in the scene's units.
+    pub clamp: Isometry3<f64>,
+    /// What a fault of the start is about.
+    pub(super) words: String,
+    /// The rod on its clamp as that stands at t = 0, in the scene's units.
+    pub(super) rod: Rod,
+}
+
+impl InSpace {
+    /// Finds the start and scales everything; `breaks` are the places in [0, 1] at which the section is not smooth.
+    ///
+    /// # Errors
+    /// A start for which no equilibrium is found.
+    pub(super) fn new(scene: &Scene, breaks: Vec<f64>) -> Result<Self> {
+        let plain = scene.dimensionless()?;
+        let (mut rod, scales) = (scene.cosserat_rod()?, scene.scales()?);
+        let clamp = Isometry3::from_parts(
+            Vector3::from(scene.clamp.position).into(),
+            rotation(&scene.clamp.orientation),
+        );
+        let support = supports::spatial(&plain.clamp)?;
+        if let Some(support) = &support {
+            // An equilibrium is one about the clamp as it stands at t = 0.
+            let begun = support.pose(0.0);
+            rod = rod.with_clamp(begun.translation.vector * scales.length, begun.rotation);
+        }
+        let field = |given: &StrainField| SpaceField::Polynomial {
+            given: given.clone(),
+            rod: rod.clone(),
+        };
+        let (strain, start_index) = match end(scene)? {
+            None => match &scene.start.place {
+                Place::Strain { strain: given } => (field(given), None),
+                _ => (field(&StrainField::default()), None),
+            },
+            Some(end) => equilibrium(&rod, end, scene.run()?.tolerance)?,
+        };
+        let inward = Inward(clamp);
+        let about = "[start], in the frame of the clamp";
+        let start = &plain.start;
+        let (velocity, words) = match &support {
+            None => (
+                inward.pair(&start.angular_velocity, &start.velocity),
+                about.to_owned(),
+            ),
+            Some(support) => {
+                let frame = support.at(0.0).of_poses();
+                let place = joined(&Vector3::zeros(), &strain.end(breaks, &scales)?);
+                let given = joined(&start.angular_velocity.into(), &start.velocity.into());
+                let (omega, v) = halves(&frame.outward(&frame.carried(&place)));
+                let (omega, v) = (omega / scales.time, v * scales.velocity);
+                let mut carried = vec![("velocity", v.as_slice())];
+                if matches!(plain.body.joint, Joint::Weld { .. }) {
+                    carried.push(("angular_velocity", omega.as_slice()));
+                }
+                (
+                    supports::begun(&frame, &place, &given, &plain),
+                    supports::words(about, &carried, &plain),
+                )
+            }
+        };
+        Ok(Self {
+            carried: carried(&plain, &inward, support)?,
+            strain,
+            velocity,
+            start_index,
+            scales,
+            clamp,
+            words,
+            rod,
+        })
+    }
+
+    /// The clamp at time `t`.
+    pub(super) fn clamp(&self, t: f64) -> Frame<3> {
+        let support = match &self.carried {
+            Carried::Welded(body) => body.support(),
+            Carried::BallJoint(body) => body.support(),
+        };
+        match support {
+            Some(support) => support.at(t),
+            None => {
+                let position = self.clamp.translation.vector / self.scales.length;
+                Frame::standing(&Isometry3::from_parts(position.into(), self.clamp.rotation))
+            }
+        }
+    }
+
+    /// True if forces in time do work on the body.
+    pub(super) fn is_driven(&self) -> bool {
+        match &self.carried {
+            Carried::Welded(body) => body.is_driven(),
+            Carried::BallJoint(body) => body.is_driven(),
+        }
+    }
+}
+
+/// A field of all six strains along a rod, in the scene's units.
+#[derive(Debug, Clone)]
+pub enum SpaceField {
+    /// Polynomials, and the strains of the unloaded rod where none is given.
+    Polynomial {
+        /// The polynomials.
+        given: StrainField,
+        /// The rod.
+        rod: Rod,
+    },
+    /// An equilibrium.
+    Equilibrium {
+        /// The rod.
+        rod: Rod,
+        /// Its base wrench.
+        base: Wrench,
+    },
+}
+
+/// Tolerance of the integration along an equilibrium at the start.
+const SHAPE: f64 = 1e-13;
+
+impl SpaceField {
+    /// The strains at x = s/L.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`]; a law that has no unloaded state there.
+    pub fn at(&self, x: f64) -> Result<Strain> {
+        match self {
+            Self::Polynomial { given, rod } => {
+                let mut strain = rod.law().unloaded(x * rod.length())?;
+                for name in StrainName::ALL {
+                    if let Some(value) = given.at(name, x) {
+                        strain[name as usize] = value;
+                    }
+                }
+                Ok(strain)
+            }
+            Self::Equilibrium { rod, base } => {
+                let sections = rod.shape(base, &[x * rod.length()], SHAPE)?;
+                sections
+                    .first()
+                    .map(|section| section.strain)
+                    .ok_or_else(|| Error::domain(format!("no section at s/L = {x}")))
+            }
+        }
+    }
+
+    /// Where the end is, seen from the clamp, in units of the rod.
+    fn end(&self, mut breaks: Vec<f64>, scales: &Scales) -> Result<Vector3<f64>> {
+        breaks.retain(|s| 0.0 < *s && *s < 1.0);
+        let mut nodes = 2 * FEWEST;
+        loop {
+            let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+            let strain = |x: &f64| Ok(scales.measures().strain_in(&self.at(*x)?));
+            let strains: Vec<Strain> = grid.nodes().iter().map(strain).collect::<Result<_>>()?;
+            let space = Space::<6, 6>::new();
+            let curve = space.shape(&grid, &strains).ok_or_else(|| {
+                Error::domain("[start]: the strains are too large for a shape of the rod")
+            })?;
+            if nodes >= MOST_NODES || space.defect(&grid, &curve) <= SHAPE {
+                return Ok(curve.end().translation.vector);
+            }
+            nodes *= 2;
+        }
+    }
+}
+
+/// World vectors in the frame of the clamp.
+struct Inward(Isometry3<f64>);
+
+impl Inward {
+    fn vector(&self, v: &[f64; 3]) -> Vector3<f64> {
+        self.0.rotation.inverse() * Vector3::from(*v)
+    }
+
+    fn pair(&self, a: &[f64; 3], b: &[f64; 3]) -> Vector6<f64> {
+        let (a, b) = (self.vector(a), self.vector(b));
+        Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+    }
+}
+
+fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<Carried> {
+    let loads = &plain.loads;
+    // The support of a clamp that moves leads the loads inwards by itself.
+    let vector = |v: &[f64; 3]| match support {
+        None => inward.vector(v),
+        Some(_) => Vector3::from(*v),
+    };
+    match &plain.body.joint {
+        Joint::Ball => {
+            let body = point_mass(loads, |v| vector(&v), support.clone())?;
+            Ok(Carried::BallJoint(body))
+        }
+        Joint::Weld {
+            offset,
+            inertia,
+            rotor,
+        } => {
+            let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
+            let body = RigidBody::new(1.0, inertia)
+                .map_err(|e| e.context("body.inertia, in units of mass length^2"))?
+                .with_centre((*offset).into())?
+                .with_rotor((*rotor).into())?
+                .with_gravity(vector(&loads.gravity))?
+                .with_dead_force(vector(&loads.dead))?
+                .with_dead_couple(vector(&loads.couple))?
+                .with_rotational_drag(loads.rotational_drag)?
+                .with_drag(loads.drag)?;
+            let forces = forces(&loads.force, |v| vector(&v))?;
+            let body = forces.into_iter().fold(body, RigidBody::with_force);
+            Ok(Carried::Welded(match support {
+                None => body,
+                Some(support) => body.with_support(support),
+            }))
+        }
+    }
+}
+
+/// The end condition of which the start is an equilibrium.
+fn end(scene: &Scene) -> Result<Option<EndConditions>> {
+    Ok(match &scene.start.place {
+        Place::Equilibrium {
+            equilibrium: EndLoad { force, couple },
+        } => Some(EndConditions::load((*force).into(), (*couple).into())),
+        Place::Pose {
+            pose: EndPose {
+                position,
+                orientation,
+            },
+        } => Some(match orientation {
+            None => EndConditions::ball((*position).into()),
+            Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
+        }),
+        Place::Settled { .. } => Some(at_rest(scene)?),
+        _ => None,
+    })
+}
+
+/// The loads at t = 0 on the end: they act at the centre of mass.
+fn at_rest(scene: &Scene) -> Result<EndConditions> {
+    let (body, loads) = (scene.body()?, &scene.loads);
+    let constant = Vector3::from(loads.gravity) * body.mass + Vector3::from(loads.dead);
+    let moving = forces(&loads.force, Vector3::from)?;
+    let force = moving.iter().fold(constant, |sum, load| sum + load.at(0.0));
+    let arm = match &body.joint {
+        Joint::Weld { offset, .. } => (*offset).into(),
+        Joint::Ball => Vector3::zeros(),
+    };
+    Ok(EndConditions::weight(force, arm, loads.couple.into()))
+}
+
+fn equilibrium(
+    rod: &Rod,
+    end: EndConditions,
+    tolerance: f64,
+) -> Result<(SpaceField, Option<usize>)> {
+    let doing = |e: Error| e.context("[start]");
+    let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
+    let found = Problem::new(rod.clone(), end, tolerance)
+        .and_then(|problem| problem.solve(None))
+        .map_err(doing)?;
+    let field = SpaceField::Equilibrium {
+        rod: rod.clone(),
+        base: found.base,
+    };
+    Ok((field, Some(found.index)))
+}
