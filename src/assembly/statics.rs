@@ -11,7 +11,7 @@ use super::padded::{self, Equations, Root};
 use super::{Assembly, Carrier, Configuration, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::rod::Wrench;
+use crate::rod::{EndConditions, Problem, Wrench};
 use crate::solve::arclength::{Options, Stop};
 use crate::solve::newton;
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
@@ -173,6 +173,35 @@ impl Assembly {
             )),
             None => Error::no_convergence("no equilibrium was found; give a guess"),
         })
+    }
+
+    /// The bodies at rest where the unloaded rods bring them, each where the first rod that reaches it ends. Rods that close a loop
+    /// need not meet their attachments there.
+    ///
+    /// # Errors
+    /// A body that no chain of rods joins to the ground or to a support; as [`super::Link::end`].
+    pub fn unloaded(&self, tolerance: f64) -> Result<Configuration> {
+        self.laid_out(vec![Wrench::zeros(); self.links().len()], tolerance)
+    }
+
+    /// A guess for [`Assembly::equilibrium`] from places of the bodies alone: every rod in the equilibrium that it is found in
+    /// with its ends held there, slightly bent where none is found.
+    pub fn held(&self, bodies: Vec<Place>, tolerance: f64) -> Configuration {
+        let bent = joined(&Vector3::from(BENDS[0].0), &Vector3::zeros());
+        let chart = |link: &super::Link| {
+            let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
+            let end = base.pose.inv_mul(&tip.pose);
+            let conditions = match link.joint() {
+                super::Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
+                super::Joint::Ball => EndConditions::ball(end.translation.vector),
+            };
+            let problem = Problem::new(link.rod().clone(), conditions, tolerance).ok()?;
+            let found = problem.solve(None).ok()?;
+            Some(found.base.component_div(&link.units()))
+        };
+        let charts = self.links().iter();
+        let charts = charts.map(|link| chart(link).unwrap_or(bent)).collect();
+        Configuration { bodies, charts }
     }
 
     fn near(&self, guess: &Configuration, tolerance: f64) -> Result<AssemblyEquilibrium> {

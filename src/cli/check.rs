@@ -5,6 +5,7 @@ use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::json;
 use snaprod::scene::{Faults, ReadError, Scene};
+use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::run::Prepared;
 use std::path::{Path, PathBuf};
 
@@ -52,6 +53,15 @@ pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
 pub fn read_statics(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
     scene.end().map_err(|e| no_start(&given.path, &e))?;
+    Ok(scene)
+}
+
+/// The same, or an assembly, at rest or not.
+pub fn read_equilibrium(given: &SceneArgs) -> Result<Scene, Refusal> {
+    let scene = given.read().map_err(refuse)?;
+    if scene.assembly.is_none() {
+        scene.end().map_err(|e| no_start(&given.path, &e))?;
+    }
     Ok(scene)
 }
 
@@ -110,6 +120,11 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
 
 /// What only setting up can find.
 fn start(scene: &Scene) -> snaprod::Result<()> {
+    match (scene.assembly.is_some(), scene.is_motion()) {
+        (true, true) => return AssemblyPrepared::new(scene)?.motion().map(drop),
+        (true, false) => return assembly::equilibrium(scene).map(drop),
+        (false, _) => {}
+    }
     if !scene.is_motion() {
         return scene.problem().map(drop);
     }

@@ -1,9 +1,9 @@
 //! `snaprod equilibrium SCENE`.
 
-use super::check::{SceneArgs, no_start, read_statics};
+use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, print, print_json};
 use super::output::{FigureArgs, Output};
-use super::{Ending, Refusal, rod_figures};
+use super::{Ending, Refusal, assembly, rod_figures};
 use clap::Args;
 use nalgebra::Vector3;
 use snaprod::math::se3::halves;
@@ -28,10 +28,14 @@ pub struct EquilibriumArgs {
 }
 
 /// What the command writes.
-const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
+pub const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
+
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
-    let scene = read_statics(&args.scene)?;
+    let scene = read_equilibrium(&args.scene)?;
+    if scene.assembly.is_some() {
+        return assembly::equilibrium(args, &scene);
+    }
     let record = study::equilibrium(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
     if let Some(directory) = &args.out {

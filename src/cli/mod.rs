@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 the run ended short of what was asked (the reason is in the output), 2 bad input.
 
+mod assembly;
 mod branch;
 mod check;
 mod elastica;

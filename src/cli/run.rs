@@ -5,7 +5,7 @@ use super::files::{json_text, print, print_error, print_json, toml_text};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
 use super::run_figures::{RunFigure, run_figures};
-use super::{Ending, Refusal, check, run_text, signals};
+use super::{Ending, Refusal, assembly, check, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
@@ -34,8 +34,19 @@ pub struct RunArgs {
     pub figures: FigureArgs,
 }
 
+impl RunArgs {
+    /// Where to write; None: nowhere.
+    pub fn directory(&self) -> Option<PathBuf> {
+        match &self.out {
+            Some(out) => Some(out.clone()),
+            None if self.json => None,
+            None => Some(self.scene.directory()),
+        }
+    }
+}
+
 /// Every file that a run may write.
-const FILES: &[&str] = &[
+pub const FILES: &[&str] = &[
     "trajectory.csv",
     "trajectory-*.csv",
     "strain.csv",
@@ -55,15 +66,15 @@ const FILES: &[&str] = &[
 
 /// Runs the scene.
 pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
+    let scene = check::read(&args.scene)?;
+    if scene.assembly.is_some() {
+        return assembly::run(args, &scene);
+    }
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
-    let prepared = Prepared::new(&check::read(&args.scene)?).map_err(no_start)?;
+    let prepared = Prepared::new(&scene).map_err(no_start)?;
     // A start that cannot run is refused before a directory is made.
     drop(prepared.motion().map_err(no_start)?);
-    let directory = match &args.out {
-        Some(out) => Some(out.clone()),
-        None if args.json => None,
-        None => Some(args.scene.directory()),
-    };
+    let directory = args.directory();
     let out = Output::open(directory.as_deref(), FILES, args.figures)?;
     signals::watch();
     let mut tables = out.tables();

@@ -451,6 +451,7 @@ impl AssemblyRun {
             released: before.elastic - after.elastic,
             from: before,
             to: after,
+            rod: link,
         };
         let h = self.solver.next_step();
         let state = Numbers(self.assembly.state(&now, &integrals));

@@ -333,6 +333,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                     elastic,
                 },
                 released: here.ledger.elastic - elastic,
+                rod: 0,
             });
         }
         if snaps.is_empty() {

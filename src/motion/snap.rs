@@ -55,6 +55,8 @@ pub struct Snap {
     pub to: SnapEnd,
     /// Energy dissipated in the layer: elastic before minus after.
     pub released: f64,
+    /// The number of the rod that jumps, of those of an assembly; 0 of one rod.
+    pub rod: usize,
 }
 
 /// Change of the force, relative to it, at which the two sides of a fold are told apart.

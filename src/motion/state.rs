@@ -3,6 +3,7 @@
 use super::Ledger;
 use super::creep::{ViscousSample, near_equilibrium};
 use super::run::Sample;
+use crate::assembly::Place;
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::{Kinematics, Local};
 use crate::creep::plane::Plane;
@@ -47,6 +48,11 @@ pub trait State {
     /// The Morse index of the rod with its end held; None off equilibrium.
     fn index(&self) -> Option<usize> {
         self.equilibrium().map(|labels| labels.index)
+    }
+
+    /// Where the bodies of an assembly are and how they move, in the world; none of one rod, whose body is at its end.
+    fn bodies(&self) -> &[Place] {
+        &[]
     }
 
     /// The six strains at places in [0, 1], in growing order.

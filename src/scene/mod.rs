@@ -51,8 +51,10 @@
 //! With `damping` in `[rod]` the rod is viscoelastic: it may start from any strain field, and has no snaps but fast motion.
 //!
 //! What kind of scene it is follows from its content: `rod.model = "elastica"` lies in the plane, `"cosserat"` in space; with
-//! `[body]` and `[run]` it is a motion, with `[end]` a scene of statics.
+//! `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. Several rods and bodies, `[[rod]]` and `[[body]]`, are
+//! an assembly ([`AssemblyScene`]), at rest or with `[run]` in motion.
 
+mod assembly;
 mod branch;
 mod build;
 mod ends;
@@ -72,10 +74,11 @@ pub use crate::motion::LandingRule;
 pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 pub use crate::section::{Along, BarrierTerm, Diagonal, Rest, Shape, Stiffness, StrainName};
 pub use crate::solve::integrator::Method;
+pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, Guess, Site};
 pub use branch::{Continue, Second, Solve};
 pub use build::{
-    ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, Moving, Setup, SpaceField,
-    ViscousPlane, ViscousSpace,
+    AssemblySetup, ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, Moving, RodCurve,
+    Setup, SpaceField, ViscousPlane, ViscousSpace,
 };
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Sine, Translation,
@@ -126,7 +129,7 @@ use std::path::Path;
 pub struct Scene {
     /// The system of units of every quantity below.
     pub units: Units,
-    /// `[rod]`: the rod.
+    /// `[rod]`: the rod; of an assembly the first.
     pub rod: Rod,
     /// `[clamp]`: the pose of its base, s = 0.
     pub clamp: Clamp,
@@ -148,6 +151,10 @@ pub struct Scene {
     /// `[continue]`: the branch of equilibria to follow, if any.
     #[serde(rename = "continue", skip_serializing_if = "Option::is_none")]
     pub continuation: Option<Continue>,
+    /// `[[rod]]` and `[[body]]`: several rods and bodies. [`Scene::rod`] is then the first of them, and there are neither clamp
+    /// nor body nor end.
+    #[serde(skip)]
+    pub assembly: Option<AssemblyScene>,
 }
 
 impl Scene {
@@ -224,7 +231,10 @@ impl Scene {
     /// # Errors
     /// A scene of statics has none.
     pub fn body(&self) -> Result<&Body> {
-        self.body.as_ref().ok_or_else(at_rest)
+        self.body.as_ref().ok_or_else(|| match self.assembly {
+            Some(_) => several(),
+            None => at_rest(),
+        })
     }
 
     /// `[run]`.
@@ -232,7 +242,12 @@ impl Scene {
     /// # Errors
     /// A scene of statics has none.
     pub fn run(&self) -> Result<&Run> {
-        self.run.as_ref().ok_or_else(at_rest)
+        self.run.as_ref().ok_or_else(|| match self.assembly {
+            Some(_) => Error::domain(
+                "this assembly has no [run]: use `snaprod equilibrium`, or add [run] with `duration = 3.0`",
+            ),
+            None => at_rest(),
+        })
     }
 
     /// `[end]`.
@@ -240,12 +255,19 @@ impl Scene {
     /// # Errors
     /// A scene of motion has none.
     pub fn end(&self) -> Result<&End> {
-        self.end.as_ref().ok_or_else(|| {
-            Error::domain(
+        self.end.as_ref().ok_or_else(|| match self.assembly {
+            Some(_) => several(),
+            None => Error::domain(
                 "this is a scene of motion: use `snaprod run`; one of statics has [end] in place of [body] and [run]",
-            )
+            ),
         })
     }
+}
+
+fn several() -> Error {
+    Error::domain(
+        "this is an assembly of several rods, [[rod]]: use `snaprod equilibrium`, or `snaprod run` where it has [run]",
+    )
 }
 
 fn at_rest() -> Error {

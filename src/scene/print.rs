@@ -14,8 +14,17 @@ impl Serialize for Scene {
         let Value::Object(mut tables) = whole else {
             return Err(S::Error::custom("a scene is a table"));
         };
-        let names = |table: &str| fields_of(self.is_planar(), self.is_motion(), table);
+        let names = |table: &str| fields_of(self, table);
         tables.retain(|name, _| names("").contains(&name.as_str()));
+        if let Some(assembly) = &self.assembly {
+            let value = serde_json::to_value(assembly).map_err(S::Error::custom)?;
+            if let Value::Object(lists) = value {
+                tables.extend(lists);
+            }
+            if self.run.is_none() {
+                tables.remove("start");
+            }
+        }
         for (table, value) in &mut tables {
             if let (Some(value), known) = (value.as_object_mut(), names(table)) {
                 value.retain(|name, _| known.contains(&name.as_str()));

@@ -176,7 +176,8 @@ pub struct Dimensionless {
 }
 
 impl Scene {
-    /// The scales of length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass.
+    /// The scales of length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass; of an assembly
+    /// those of its first rod and its first body.
     ///
     /// # Errors
     /// As [`Scene::body`] and, in space, [`Scene::cosserat_rod`].
@@ -185,7 +186,11 @@ impl Scene {
             true => self.rod.bending_stiffness()?,
             false => self.cosserat_rod()?.reference_stiffness(),
         };
-        Ok(Scales::new(self.rod.length, stiffness, self.body()?.mass))
+        let mass = match &self.assembly {
+            Some(assembly) => assembly.mass(),
+            None => self.body()?.mass,
+        };
+        Ok(Scales::new(self.rod.length, stiffness, mass))
     }
 
     /// An error that was made in the units of the rod, in those of the scene.

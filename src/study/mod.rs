@@ -4,6 +4,7 @@
 //! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
 //! made from these records.
 
+pub mod assembly;
 pub mod branch;
 pub mod elastica;
 pub mod equilibrium;

@@ -38,8 +38,12 @@ pub(super) fn wrench_columns(place: &'static str, units: Units) -> impl Iterator
 
 /// [w, x, y, z] of the directors, w >= 0.
 pub(super) fn quaternion(section: &RodSection) -> [f64; 4] {
-    let q =
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(section.directors));
+    let q = Rotation3::from_matrix_unchecked(section.directors);
+    upward(&UnitQuaternion::from_rotation_matrix(&q))
+}
+
+/// [w, x, y, z] of a rotation, w >= 0.
+pub(super) fn upward(q: &UnitQuaternion<f64>) -> [f64; 4] {
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     [q.w, q.i, q.j, q.k].map(|x| sign * x)
 }

@@ -58,6 +58,8 @@ mod rods_invariants;
 #[cfg(feature = "scene")]
 mod scene;
 #[cfg(feature = "scene")]
+mod scene_assemblies;
+#[cfg(feature = "scene")]
 mod scene_rods;
 #[cfg(feature = "scene")]
 mod scene_scales;

@@ -1,6 +1,6 @@
 //! What a state of an assembly shows.
 
-use crate::assembly::{Assembly, Evaluated};
+use crate::assembly::{Assembly, Evaluated, Place};
 use crate::math::se3::{halves, joined};
 use crate::motion::ledger::Ledger;
 use crate::motion::state::{Labels, State};
@@ -108,6 +108,10 @@ impl State for AssemblySample {
 
     fn index(&self) -> Option<usize> {
         Some(self.indices.iter().sum())
+    }
+
+    fn bodies(&self) -> &[Place] {
+        &self.at.now.bodies
     }
 
     fn strains_at(&self, places: &[f64]) -> Vec<Strain> {

@@ -1,5 +1,6 @@
 //! From a scene to what the library solves and runs: statics in the scene's units, motions in those of the rod.
 
+mod assembly;
 mod clamp;
 mod elastic_space;
 mod in_space;
@@ -10,13 +11,14 @@ mod section;
 mod space;
 mod viscous;
 
+pub use assembly::{AssemblySetup, RodCurve};
 pub use elastic_space::ElasticSpace;
 pub use in_space::{InSpace, SpaceField};
 pub use planar::ElasticPlane;
 pub use space::{Moving, ViscousSpace};
 pub use viscous::ViscousPlane;
 
-use super::{Dimension, Scales, Scene};
+use super::{Dimension, Run, Scales, Scene};
 use crate::body::Frame;
 use crate::error::Result;
 use crate::motion::reduction::{Reduction, Refusal};
@@ -107,14 +109,8 @@ impl Setup {
             (false, None) => Box::new(ElasticSpace::new(scene)?),
             (false, Some(_)) => Box::new(ViscousSpace::new(scene)?),
         };
-        let mut options = Options::new(scales.inward(Dimension::Time, run.duration))
-            .and_then(|options| options.with_tolerance(run.tolerance))
-            .map_err(|e| e.context("[run]"))?
-            .with_landing(run.landing)
-            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed))
-            .with_method(run.method);
-        options.max_steps = run.max_steps as u64;
-        options.max_snaps = run.max_snaps as u64;
+        let options = options(run, &scales)?
+            .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed));
         Ok(Self {
             model,
             options,
@@ -129,4 +125,16 @@ impl Setup {
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         self.model.motion(self.options)
     }
+}
+
+/// What `[run]` asks for, in units of the rod.
+fn options(run: &Run, scales: &Scales) -> Result<Options> {
+    let mut options = Options::new(scales.inward(Dimension::Time, run.duration))
+        .and_then(|options| options.with_tolerance(run.tolerance))
+        .map_err(|e| e.context("[run]"))?
+        .with_landing(run.landing)
+        .with_method(run.method);
+    options.max_steps = run.max_steps as u64;
+    options.max_snaps = run.max_snaps as u64;
+    Ok(options)
 }

@@ -58,7 +58,11 @@ impl SceneRod {
         law_of(section.shape, material, &section.set)
     }
 
-    fn unclamped(&self) -> Result<Rod> {
+    /// The rod at the origin, in the scene's units.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`].
+    pub(in crate::scene) fn unclamped(&self) -> Result<Rod> {
         let length = self.length;
         match &self.section {
             Section::Bending(_) => Err(Error::domain(

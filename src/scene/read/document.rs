@@ -1,8 +1,6 @@
 //! The tables of fields as documents: a JSON Schema for editors, and a reference in Markdown.
 
-use super::fields::{
-    ANY, Field, Form, IN_SPACE, Kinds, MOTION, Need, PLANE, REST, SPACE, Spec, TOP,
-};
+use super::fields::{ASSEMBLY, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
 use super::words::listed;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -26,6 +24,11 @@ fn object(spec: &Spec) -> Value {
         if let Some(default) = default(field) {
             property["default"] = default;
         }
+        if let Some(other) = properties.get_mut(field.name)
+            && is_same_table(other, &property)
+        {
+            continue;
+        }
         // A field that means different things in different kinds of scenes is any of them.
         let property = match properties.remove(field.name) {
             Some(Value::Object(mut other)) if other.len() == 1 && other.contains_key("anyOf") => {
@@ -40,6 +43,19 @@ fn object(spec: &Spec) -> Value {
         properties.insert(field.name.to_owned(), property);
     }
     json!({ "type": "object", "properties": properties, "additionalProperties": false })
+}
+
+/// True if both are the same table; one that is an array of such a table is then taken in, too.
+fn is_same_table(table: &mut Value, other: &Value) -> bool {
+    let of = |table: &Value, other: &Value| {
+        other["properties"].is_object() && table["properties"] == other["properties"]
+    };
+    if of(table, &other["items"]) {
+        table["type"] = json!(["object", "array"]);
+        table["items"] = other["items"].clone();
+        return true;
+    }
+    of(table, other)
 }
 
 fn describe(field: &Field) -> String {
@@ -71,7 +87,7 @@ fn form(form: &Form) -> Value {
             json!({ "type": "integer", "minimum": least, "maximum": most })
         }
         Form::Flag => json!({ "type": "boolean" }),
-        Form::Word([]) => json!({ "type": "string" }),
+        Form::Name | Form::Word([]) => json!({ "type": "string" }),
         Form::Word(words) => json!({ "enum": words }),
         Form::Vector(_) => {
             json!({ "type": "array", "items": { "type": "number" }, "minItems": 2, "maxItems": 3 })
@@ -97,7 +113,10 @@ pub fn reference() -> String {
          walks.\n\n\
          What kind of scene it is follows from its content: `rod.model = \"elastica\"` lies in the plane, `\"cosserat\"` in \
          space; with `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. The column *in* says which kinds \
-         have a field: P, motion in the plane; M, motion in space; S, statics in space.\n\n\
+         have a field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies.\n\n\
+         Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space, each rod from \
+         the ground or a body to another, at rest or, with `[run]`, in motion. `[[rod]]` has the fields of `[rod]` and beside \
+         them name, from and to.\n\n\
          Quantities are in any one consistent system of units; the units given here are those of `units = \"si\"`. Vectors \
          have two components in the plane and three in space. In the plane the rod leaves the clamp along +x; in space it has \
          directors d1, d2, d3, leaves along d3, and `bending[0]` is the stiffness about d1. Any number can be replaced from \
@@ -176,18 +195,11 @@ fn table(text: &mut String, spec: &Spec, title: &str) {
     }
 }
 
-fn kinds(on: Kinds) -> &'static str {
-    match on {
-        PLANE => "P",
-        REST => "S",
-        SPACE => "M",
-        MOTION => "P M",
-        IN_SPACE => "M S",
-        _ => {
-            debug_assert_eq!(on, ANY);
-            "P M S"
-        }
-    }
+fn kinds(on: Kinds) -> String {
+    let letters = [(PLANE, "P"), (SPACE, "M"), (REST, "S"), (ASSEMBLY, "A")];
+    let those = letters.iter().filter(|(kind, _)| on & kind != 0);
+    let those: Vec<&str> = those.map(|(_, letter)| *letter).collect();
+    those.join(" ")
 }
 
 /// What a value is, in words.
@@ -202,6 +214,7 @@ fn words(form: &Form) -> String {
         }
         Form::Count(least, most) => format!("an integer from {least} to {most}"),
         Form::Flag => "true or false".to_owned(),
+        Form::Name => "a name".to_owned(),
         Form::Word([]) => "a path such as `end.force.y`".to_owned(),
         Form::Word(words) => listed(words),
         Form::Numbers(count) => format!("{count} numbers"),

@@ -3,7 +3,7 @@
 use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
 use super::matrix::{definite, rows};
 use super::reader::Reader;
-use super::rule::{FINITE, MOMENT, VALUE};
+use super::rule::{FINITE, MOMENT, Rule, VALUE};
 use super::table::{Absent, Table};
 use super::words::Short;
 use crate::scene::{
@@ -172,7 +172,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     let allowed =
         "an array of three finite numbers > 0, about the directors; or three rows of three";
     let inertia = table.maybe("inertia", |field, value| {
-        inertia(reader, field, value, allowed)
+        inertia(reader, field, value, allowed, &MOMENT)
     });
     let joint = match weld? {
         true => {
@@ -206,11 +206,13 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     Some(Body { mass: mass?, joint })
 }
 
-fn inertia(
+/// An inertia about the centre of mass; `moment` is asked of its diagonal.
+pub(super) fn inertia(
     reader: &Reader,
     field: &str,
     value: &Spanned<DeValue>,
     allowed: &str,
+    moment: &Rule,
 ) -> Option<[[f64; 3]; 3]> {
     let nested = |list: &toml::de::DeArray| list.iter().any(|row| row.get_ref().is_array());
     if value.get_ref().as_array().is_some_and(nested) {
@@ -222,9 +224,9 @@ fn inertia(
             "an array of three finite numbers",
         )?;
         let consequence = "no body has such an inertia";
-        return definite(reader, field, value, rows, &[0, 1, 2], &MOMENT, consequence);
+        return definite(reader, field, value, rows, &[0, 1, 2], moment, consequence);
     }
-    let number = |field: &str, value: &_| reader.number(field, value, &MOMENT);
+    let number = |field: &str, value: &_| reader.number(field, value, moment);
     let [a, b, c] = reader.array(field, value, allowed, number)?;
     Some([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
 }

@@ -13,9 +13,18 @@ pub(super) const PLANE: Kinds = 1;
 pub(super) const REST: Kinds = 2;
 /// A motion in space.
 pub(super) const SPACE: Kinds = 4;
+/// Several rods and bodies in space, at rest or in motion.
+pub(super) const ASSEMBLY: Kinds = 8;
+/// One rod in motion.
 pub(super) const MOTION: Kinds = PLANE | SPACE;
-pub(super) const IN_SPACE: Kinds = REST | SPACE;
-pub(super) const ANY: Kinds = PLANE | REST | SPACE;
+/// What can run.
+const RUNS: Kinds = MOTION | ASSEMBLY;
+pub(super) const IN_SPACE: Kinds = REST | SPACE | ASSEMBLY;
+/// One rod in space.
+const ONE_IN_SPACE: Kinds = REST | SPACE;
+/// One rod.
+const ONE: Kinds = PLANE | REST | SPACE;
+pub(super) const ANY: Kinds = PLANE | REST | SPACE | ASSEMBLY;
 
 /// One table of a scene, and what it may hold.
 pub(super) struct Spec {
@@ -67,6 +76,8 @@ pub(super) enum Form {
     Count(usize, usize),
     /// true or false.
     Flag,
+    /// A name of the user's choice.
+    Name,
     /// One of these words.
     Word(&'static [&'static str]),
     /// A vector: two numbers in the plane, three in space.
@@ -148,18 +159,26 @@ pub(super) static TOP: Spec = Spec {
     fields: &[
         field("units", ANY, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material is given"),
             "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
-        field("rod", ANY, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
-        field("clamp", ANY, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
+        field("rod", ONE, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
+        field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]."),
+        field("clamp", ONE, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
         field("body", MOTION, Table(&BODY), "", Yes("mass = 1.0"), "The body at the end of the rod, s = length, in a scene of motion."),
+        field("body", ASSEMBLY, Array(&Table(&BODY)), "", Yes("[[body]]"), "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed."),
         field("end", REST, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
         field("start", PLANE, Table(&START), "", Yes("lambda = 6.3"), "Shape of the rod at the start, and velocity of its end."),
-        field("start", IN_SPACE, Table(&START), "", No, "Shape of the rod at the start, and velocity of its end; in statics where the search begins."),
+        field("start", ONE_IN_SPACE, Table(&START), "", No, "Shape of the rod at the start, and velocity of its end; in statics where the search begins."),
+        field("start", ASSEMBLY, Table(&START), "", No, "Where the bodies of a motion start: without it settled, at the equilibrium under the loads."),
         field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod."),
+        field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
         field("run", MOTION, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
-        field("solve", REST, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
+        field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
+        field("solve", REST | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
         field("continue", REST, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene."),
     ],
     barred: &[
+        (ASSEMBLY, "clamp", "every rod of an assembly has its own place: `from` in [[rod]]"),
+        (ASSEMBLY, "end", "rods of an assembly end on bodies or on the ground: `to` in [[rod]]; a load is force and couple of a [[body]]"),
+        (ASSEMBLY, "continue", "branches of assemblies are followed by the library (AssemblyFamily::branch), not by scenes yet"),
         (REST, "body", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; at rest its weight is end.force"),
         (REST, "loads", "they act on the body of a scene of motion; in statics write force and couple in [end]"),
         (REST, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
@@ -171,10 +190,14 @@ pub(super) static TOP: Spec = Spec {
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
+const ELASTIC: &str =
+    "rods of an assembly are elastic; one rod with damping is a scene of its own, [rod] and [body]";
+
 #[rustfmt::skip]
 pub(super) static ROD: Spec = Spec {
     name: "rod",
     fields: &[
+        field("name", ASSEMBLY, Name, "", Yes("name = \"left\""), "The name of the rod, letters, digits, - and _; each rod has another."),
         field("model", PLANE, Word(&["elastica"]), "", Yes("model = \"elastica\""),
             "The planar elastica: it bends in the plane, and neither shears nor stretches. \"cosserat\" is a rod in space."),
         field("model", IN_SPACE, Word(&["cosserat"]), "", Yes("model = \"cosserat\""),
@@ -197,9 +220,23 @@ pub(super) static ROD: Spec = Spec {
             "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic."),
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
         field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping."),
+        field("from", ASSEMBLY, Table(&SITE), "", Yes("from = { position = [0.0, 0.0, 0.0] }"), "What holds the rod's base, s = 0, and where."),
+        field("to", ASSEMBLY, Table(&SITE), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where."),
     ],
-    barred: &[(REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES)],
+    barred: &[
+        (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
+        (ASSEMBLY, "damping", ELASTIC), (ASSEMBLY, "relaxation", ELASTIC), (ASSEMBLY, "nodes", ELASTIC),
+    ],
 };
+
+#[rustfmt::skip]
+pub(super) static SITE: Spec = spec("site", &[
+    field("body", ASSEMBLY, Name, "", No, "The name of the body that holds the rod; without it the ground."),
+    field("position", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Place of the attachment: in the frame of the body, or in the world."),
+    field("quaternion", ASSEMBLY, Numbers(4), "", No, "Directors of the attachment in the same frame, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
+    field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Directors of the attachment, by axis and angle."),
+    field("joint", ASSEMBLY, Word(&["weld", "ball"]), "", Or("\"weld\""), "Whether the rod's directors turn with the attachment, or the rod is free to turn there (at one of its two ends; always on a point mass)."),
+]);
 
 #[rustfmt::skip]
 pub(super) static MATERIAL: Spec = spec("material", &[
@@ -300,10 +337,10 @@ pub(super) static PROPORTIONAL: Spec = spec("proportional", &[
 
 #[rustfmt::skip]
 pub(super) static CLAMP: Spec = spec("clamp", &[
-    field("position", ANY, Vector(&VALUE), "m", Or("0"), "Position of the base."),
+    field("position", ONE, Vector(&VALUE), "m", Or("0"), "Position of the base."),
     field("angle", PLANE, Number(&VALUE), "rad", Or("0.0"), "Angle of the rod's tangent at the base from +x towards +y."),
-    field("quaternion", IN_SPACE, Numbers(4), "", No, "Orientation of the directors at the base, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
-    field("rotation", IN_SPACE, Table(&ROTATION), "", No, "Orientation of the directors at the base, by axis and angle."),
+    field("quaternion", ONE_IN_SPACE, Numbers(4), "", No, "Orientation of the directors at the base, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
+    field("rotation", ONE_IN_SPACE, Table(&ROTATION), "", No, "Orientation of the directors at the base, by axis and angle."),
     field("motion", MOTION, Table(&CLAMP_MOTION), "", No, "How the clamp moves."),
 ]);
 #[rustfmt::skip]
@@ -335,13 +372,33 @@ pub(super) static TURN: Spec = spec("clamp.motion.turn", &[
 ]);
 
 #[rustfmt::skip]
-pub(super) static BODY: Spec = spec("body", &[
+pub(super) static BODY: Spec = Spec {
+    name: "body",
+    fields: &[
+    field("name", ASSEMBLY, Name, "", Yes("name = \"m\""), "The name of the body, letters, digits, - and _; each body has another."),
     field("mass", PLANE, Number(&POSITIVE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
-    field("mass", SPACE, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
+    field("mass", SPACE | ASSEMBLY, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
     field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
     field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),
+    field("offset", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a body with inertia, from the origin of its frame, along its axes."),
     field("inertia", SPACE, OneOf(&[Numbers(3), Rows(3)]), "kg m²", Yes("inertia = [0.01, 0.01, 0.01]"), "Inertia of a welded body about its centre of mass, along the directors: its diagonal, or three rows."),
-    field("rotor", SPACE, Vector(&VALUE), "kg m²/s", Or("[0.0, 0.0, 0.0]"), "Angular momentum, relative to a welded body, of a symmetric rotor in it that spins at a constant rate; along the directors."),
+    field("inertia", ASSEMBLY, OneOf(&[Numbers(3), Rows(3)]), "kg m²", No, "Inertia about the centre of mass along the axes of the body's frame: its diagonal, or three rows; without it the body is a point mass."),
+    field("rotor", SPACE | ASSEMBLY, Vector(&VALUE), "kg m²/s", Or("[0.0, 0.0, 0.0]"), "Angular momentum, relative to a welded body, of a symmetric rotor in it that spins at a constant rate; along the directors."),
+    field("force", ASSEMBLY, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass, in the world."),
+    field("couple", ASSEMBLY, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Constant couple on a body with inertia, in the world."),
+    field("drag", ASSEMBLY, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass, in a motion."),
+    field("rotational_drag", ASSEMBLY, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a body with inertia, in a motion."),
+    field("guess", ASSEMBLY, Table(&GUESS), "", No, "Near where the equilibrium is looked for; of all bodies, or of none. Without it the search begins at the unloaded rods."),
+    field("velocity", ASSEMBLY, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the origin of the body's frame at the start of a motion, in the world."),
+    field("angular_velocity", ASSEMBLY, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a body with inertia at the start of a motion, in the world."),
+    ],
+    barred: &[(ASSEMBLY, "joint", "each rod has its own joints: write it in `from` or `to` of [[rod]]")],
+};
+#[rustfmt::skip]
+pub(super) static GUESS: Spec = spec("guess", &[
+    field("position", ASSEMBLY, Vector(&VALUE), "m", Yes("position = [0.5, 0.0, 0.2]"), "Position of the origin of the body's frame."),
+    field("quaternion", ASSEMBLY, Numbers(4), "", No, "Orientation of its frame, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
+    field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Orientation of its frame, by axis and angle."),
 ]);
 #[rustfmt::skip]
 pub(super) static END: Spec = spec("end", &[
@@ -356,9 +413,9 @@ pub(super) static END: Spec = spec("end", &[
 ]);
 #[rustfmt::skip]
 pub(super) static POSE: Spec = spec("pose", &[
-    field("position", IN_SPACE, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", Yes("position = [0.5, 0.0, 0.5]"), "Position of the end."),
-    field("quaternion", IN_SPACE, Numbers(4), "", No, "Orientation of its directors, a unit quaternion [w, x, y, z]; or rotation."),
-    field("rotation", IN_SPACE, Table(&ROTATION), "", No, "Orientation of its directors, by axis and angle."),
+    field("position", ONE_IN_SPACE, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", Yes("position = [0.5, 0.0, 0.5]"), "Position of the end."),
+    field("quaternion", ONE_IN_SPACE, Numbers(4), "", No, "Orientation of its directors, a unit quaternion [w, x, y, z]; or rotation."),
+    field("rotation", ONE_IN_SPACE, Table(&ROTATION), "", No, "Orientation of its directors, by axis and angle."),
 ]);
 
 #[rustfmt::skip]
@@ -373,8 +430,9 @@ pub(super) static START: Spec = spec("start", &[
     field("equilibrium", SPACE, Table(&EQUILIBRIUM), "", No, "The equilibrium under a load at the end."),
     field("pose", SPACE, Table(&POSE), "", No, "An equilibrium with the end held in a pose."),
     field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod, which leaves the clamp as that is turned; held so and let go."),
+    field("rest", ASSEMBLY, Word(&["straight"]), "", No, "\"straight\": the unloaded rods, where each leads to another body (no loops); held so and let go."),
     field("imperfection", PLANE, Number(&IMPERFECTION), "rad", Or("0.0"), "With rest = \"straight\": the angle of the end of a rod that is bent by so little, as one is that begins to buckle; its sign is the side. A push along the rod beyond Euler's load needs it, for the straight rod is unstable then."),
-    field("settled", MOTION, Flag, "", No, "true: the stable equilibrium under the loads at t = 0."),
+    field("settled", RUNS, Flag, "", No, "true: the stable equilibrium under the loads at t = 0."),
     field("relaxed", PLANE, OneOf(&[Flag, List]), "", Or("true"), "Where the Maxwell branches are relaxed: true, at the shape of the start; false, at the unloaded rod; or the curvature c0, c1, ..."),
     field("relaxed", SPACE, OneOf(&[Flag, Table(&STRAIN)]), "", Or("true"), "Where the Maxwell branches are relaxed: true, at the shape of the start; false, at the unloaded rod; or these strains."),
     field("velocity", PLANE, Vector(&FINITE), "m/s", Or("[0.0, 0.0]"), "Velocity of the body in the world, or on top of that of the clamp (`with_clamp`)."),
@@ -410,16 +468,24 @@ pub(super) static EQUILIBRIUM: Spec = spec("equilibrium", &[
 ]);
 
 #[rustfmt::skip]
-pub(super) static LOADS: Spec = spec("loads", &[
+pub(super) static LOADS: Spec = Spec {
+    name: "loads",
+    fields: &[
     field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
-    field("gravity", SPACE, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
+    field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
     field("couple", SPACE, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Constant couple on a welded body."),
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
     field("force", MOTION, OneOf(&[Table(&FORCE), Array(&Table(&FORCE))]), "", No, "Forces in time at the centre of mass, added up: one table, or an array of them."),
-]);
+    ],
+    barred: &[
+        (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
+        (ASSEMBLY, "drag", "write it as `drag` of its [[body]]"), (ASSEMBLY, "rotational_drag", "write it as `rotational_drag` of its [[body]]"),
+        (ASSEMBLY, "force", "forces in time act on bodies of one rod; a constant one is `force` of its [[body]]"),
+    ],
+};
 #[rustfmt::skip]
 pub(super) static FORCE: Spec = spec("loads.force", &[
     field("direction", PLANE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
@@ -445,27 +511,31 @@ pub(super) static PULSE: Spec = spec("pulse", &[
     field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
 ]);
 
+const LANDS: &str = "in space a rod that snaps lands where friction takes it";
 #[rustfmt::skip]
 pub(super) static RUN: Spec = Spec {
     name: "run",
     fields: &[
-        field("duration", MOTION, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
+        field("duration", RUNS, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
         field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13."),
-        field("tolerance", SPACE, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; with damping at least 1e-13."),
+        field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; with damping at least 1e-13."),
         field("method", MOTION, Word(&["auto", "explicit", "implicit"]), "", Or("\"auto\""), "How a rod with damping steps through time; the program chooses, or explicit steps, or implicit ones for stiff rods."),
         field("reduce", SPACE, Flag, "", Or("true"), "Integrate a motion that is exactly that of a spring and a dashpot as one."),
         field("landing", PLANE, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
             "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),
         field("branches", PLANE, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
-        field("samples", MOTION, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
-        field("max_steps", MOTION, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
-        field("max_snaps", MOTION, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
+        field("samples", RUNS, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
+        field("max_steps", RUNS, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
+        field("max_snaps", RUNS, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
     ],
-    barred: &[(SPACE, "landing", "in space a rod that snaps lands where friction takes it")],
+    barred: &[
+        (SPACE, "landing", LANDS), (ASSEMBLY, "landing", LANDS),
+        (ASSEMBLY, "method", "an elastic run has one method"), (ASSEMBLY, "reduce", "it is for one rod with damping"),
+    ],
 };
 #[rustfmt::skip]
 pub(super) static SOLVE: Spec = spec("solve", &[
-    field("tolerance", REST, Number(&SOLVE_TOLERANCE), "", Or("1e-10"), "Relative tolerance of the equilibria."),
+    field("tolerance", REST | ASSEMBLY, Number(&SOLVE_TOLERANCE), "", Or("1e-10"), "Relative tolerance of the equilibria."),
     field("path", REST, Word(&["auto", "planar", "spatial", "closed-form"]), "", Or("\"auto\""), "The path of the computation; the program chooses the fastest that holds."),
 ]);
 #[rustfmt::skip]

@@ -1,6 +1,6 @@
 //! The kind of a scene, from what is in it.
 
-use super::fields::{Kinds, PLANE, REST, SPACE};
+use super::fields::{ASSEMBLY, Kinds, PLANE, REST, SPACE};
 use super::words::nearest;
 use crate::scene::Model;
 use toml::Spanned;
@@ -32,6 +32,12 @@ fn is_motion(document: &DeTable) -> bool {
 
 /// The kind of a scene; where `rod.model` does not say it, what else is there decides.
 pub(super) fn kind_of(document: &DeTable) -> Kinds {
+    if document
+        .get("rod")
+        .is_some_and(|rod| rod.get_ref().is_array())
+    {
+        return ASSEMBLY;
+    }
     match (guess_model(document), is_motion(document)) {
         (Model::Elastica, _) => PLANE,
         (Model::Cosserat, true) => SPACE,

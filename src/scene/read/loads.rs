@@ -1,7 +1,7 @@
 //! Reads `[loads]`.
 
 use super::ends::{direction, growing, sine};
-use super::fields::{FORCE, PLANE, PULSE, RAMP, SPACE};
+use super::fields::{ASSEMBLY, FORCE, PLANE, PULSE, RAMP, SPACE};
 use super::reader::Reader;
 use super::rule::FINITE;
 use super::start::turning;
@@ -11,6 +11,13 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
+    if table.reader.kind.get() == ASSEMBLY {
+        let gravity = table.vector("gravity")?;
+        return Some(Loads {
+            gravity,
+            ..Loads::default()
+        });
+    }
     let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
     let drag = table.number("drag");
     let (couple, rotational_drag) = match table.reader.kind.get() {

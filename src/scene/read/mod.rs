@@ -1,6 +1,7 @@
 //! From TOML to a [`Scene`](super::Scene), or to every fault of the text.
 
 mod along;
+mod assembly;
 mod branch;
 mod document;
 mod ends;
@@ -20,6 +21,7 @@ mod start;
 mod table;
 mod words;
 
+use super::Scene;
 pub use document::{json_schema, reference};
 pub(super) use scene::scene;
 pub(super) use sources::Sources;
@@ -31,10 +33,11 @@ pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Fa
     reader.into_faults()
 }
 
-/// The fields of a table, by its name, in scenes of this kind.
-pub(super) fn fields_of(planar: bool, motion: bool, table: &str) -> Vec<&'static str> {
-    use fields::{Form, PLANE, REST, SPACE, TOP};
-    let kind = match (planar, motion) {
+/// The fields of a table, by its name, in scenes of the kind of this one.
+pub(super) fn fields_of(scene: &Scene, table: &str) -> Vec<&'static str> {
+    use fields::{ASSEMBLY, Form, PLANE, REST, SPACE, TOP};
+    let kind = match (scene.is_planar(), scene.is_motion()) {
+        _ if scene.assembly.is_some() => ASSEMBLY,
         (true, _) => PLANE,
         (false, true) => SPACE,
         (false, false) => REST,

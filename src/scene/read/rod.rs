@@ -1,9 +1,8 @@
 //! Reads `[rod]`.
 
 use super::along::polynomial;
-use super::fields::{MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
+use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
 use super::friction::{self, needs_damping};
-use super::scene::open;
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
 use crate::scene::{
@@ -100,8 +99,8 @@ pub(super) fn rod(table: &Table) -> Parts {
         ),
         false => (Some(Bends::Weak), spatial_section(table, length, material)),
     };
-    let rest = match table.get("rest").filter(|_| !planar) {
-        Some(value) => open(table, value, &REST_STRAINS).and_then(|inner| {
+    let rest = match table.has("rest") && !planar {
+        true => table.inner("rest", &REST_STRAINS).and_then(|inner| {
             let rest = rest(&inner, length)?;
             let known = section.as_ref().zip(length);
             let inside = known.is_none_or(|(section, length)| {
@@ -109,11 +108,11 @@ pub(super) fn rod(table: &Table) -> Parts {
             });
             inside.then_some(rest)
         }),
-        None => Some(Rest::default()),
+        false => Some(Rest::default()),
     };
     let rigid = section.as_ref().map(Section::rigid);
     let (damping, relaxation, nodes) = match kind {
-        REST => (Some(None), Some(Vec::new()), Some(None)),
+        REST | ASSEMBLY => (Some(None), Some(Vec::new()), Some(None)),
         PLANE => (
             friction::planar_damping(table),
             friction::planar_branches(table),
@@ -207,12 +206,12 @@ fn planar_section(rod: &Table) -> Option<Section> {
         let allowed = "what the shape is made of: a name, or a table with E";
         rod.missing("material", allowed, "material = \"steel\"");
     }
-    let Some(value) = rod.get("section") else {
+    if !rod.has("section") {
         let example = "section = { rectangle = { width = 0.02, thickness = 0.0005 } }";
         rod.missing("section", "the shape of the cross-section", example);
         return None;
-    };
-    let shape = outline(&open(rod, value, &OUTLINE)?)?;
+    }
+    let shape = outline(&rod.inner("section", &OUTLINE)?)?;
     let set = ShapeSettings::default();
     given("material").then_some(Section::Profile(Profile { shape, set }))
 }
@@ -223,17 +222,17 @@ fn spatial_section(
     material: Option<Option<Material>>,
 ) -> Option<Section> {
     let reader = rod.reader;
-    let Some(value) = rod.get("section") else {
+    if !rod.has("section") {
         let hint = match material {
             Some(Some(_)) => "write `section = { circle = { diameter = 0.001 } }` in [rod]",
             _ => "add `[rod.section]` with `bending = [1.0, 1.0]` and `torsion = 0.7`",
         };
         let allowed = "a section law: stiffnesses, or shape and material";
         let (kind, hint) = (FaultKind::Missing, Some(hint.to_owned()));
-        reader.record(kind, rod.at, "rod.section", None, allowed, hint);
+        reader.record(kind, rod.at, &rod.field("section"), None, allowed, hint);
         return None;
-    };
-    let table = open(rod, value, &SECTION)?;
+    }
+    let table = rod.inner("section", &SECTION)?;
     let section = section(&table, length);
     match (&section, rod.get("material")) {
         (Some(Section::Profile(_)), None) => {

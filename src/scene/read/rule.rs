@@ -144,6 +144,15 @@ pub(super) static MOMENT: Rule = Rule {
         _ => (SIZE.hint)(x),
     },
 };
+/// The same of a body that is a point mass where it has no inertia.
+pub(super) static SPREAD: Rule = Rule {
+    allowed: MOMENT.allowed,
+    holds: SIZE.holds,
+    hint: |x| match x {
+        0.0 => Some("a body without extension is a point mass: leave the inertia out"),
+        _ => (SIZE.hint)(x),
+    },
+};
 /// Entries of viscosities on the diagonal.
 pub(super) static VISCOSITY: Rule = Rule {
     allowed: "a finite number > 0 where the section does not hold the strain rigid",

@@ -1,6 +1,6 @@
 //! Reads `[run]` and `[solve]`.
 
-use super::fields::PLANE;
+use super::fields::{ASSEMBLY, PLANE};
 use super::friction::needs_damping;
 use super::rod::Memory;
 use super::start::landing;
@@ -12,7 +12,8 @@ use crate::scene::{FaultKind, LandingRule, Method, Run, Solve};
 const FINEST: f64 = 1e-13;
 
 pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
-    let planar = table.reader.kind.get() == PLANE;
+    let kind = table.reader.kind.get();
+    let planar = kind == PLANE;
     let duration = table.number("duration");
     let tolerance = tolerance(table, !planar || memory.is_some_and(|memory| memory.damped));
     let elastic = memory.is_some_and(|memory| !memory.damped);
@@ -20,26 +21,17 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         needs_damping(table, "method", "an elastic run has one method");
     }
     let methods = [Method::Auto, Method::Explicit, Method::Implicit];
-    let method = table.word("method", &methods);
     let samples = table.count("samples");
-    let max_steps = table.count("max_steps");
+    let (max_steps, max_snaps) = (table.count("max_steps"), table.count("max_snaps"));
     // What the kind of scene does not have is what its motion does anyway.
-    let (reduce, landing, branches, max_snaps) = match planar {
-        true => (
-            Some(true),
-            landing(table, memory),
-            table.count("branches"),
-            table.count("max_snaps"),
-        ),
-        false => (
-            table.flag("reduce"),
-            Some(LandingRule::Viscous),
-            Some(1),
-            match table.count("max_snaps") {
-                Some(_) if !elastic => Some(0),
-                count => count,
-            },
-        ),
+    let (method, reduce) = match kind {
+        ASSEMBLY => (Some(Method::Auto), Some(false)),
+        PLANE => (table.word("method", &methods), Some(true)),
+        _ => (table.word("method", &methods), table.flag("reduce")),
+    };
+    let (landing, branches) = match planar {
+        true => (landing(table, memory), table.count("branches")),
+        false => (Some(LandingRule::Viscous), Some(1)),
     };
     Some(Run {
         duration: duration?,
@@ -65,7 +57,11 @@ fn tolerance(table: &Table, damped: bool) -> Option<f64> {
 
 pub(super) fn solve(table: &Table) -> Option<Solve> {
     let paths = [Path::Auto, Path::Planar, Path::Spatial, Path::ClosedForm];
-    let (tolerance, path) = (table.number("tolerance"), table.word("path", &paths));
+    let tolerance = table.number("tolerance");
+    let path = match table.reader.kind.get() {
+        ASSEMBLY => Some(Path::Auto),
+        _ => table.word("path", &paths),
+    };
     Some(Solve {
         tolerance: tolerance?,
         path: path?,

@@ -1,9 +1,11 @@
 //! Reads a whole scene: its kind, its tables, and what only all of them together show.
 
+use super::assembly::assembly;
 use super::branch::continuation;
 use super::ends::{body, clamp, end, in_reach};
 use super::fields::{
-    BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, REST, ROD, RUN, SOLVE, SPACE, START, Spec, TOP,
+    ASSEMBLY, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, REST, ROD, RUN, SOLVE, SPACE, START,
+    Spec, TOP,
 };
 use super::kind::kind_of;
 use super::loads::loads;
@@ -25,7 +27,11 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
         reader.kind.set(kind_of(&document));
         // Missing tables are reported at the end of the text, where they can be added.
         let at = sources.document().len().saturating_sub(1);
-        resolve(&Table::open(&reader, "", &document, at, &TOP))
+        let top = Table::open(&reader, "", &document, at, &TOP);
+        match reader.kind.get() {
+            ASSEMBLY => assembly(&top),
+            _ => resolve(&top),
+        }
     });
     match scene {
         Some(scene) if reader.is_clean() => Ok(scene),
@@ -81,6 +87,7 @@ fn resolve(top: &Table) -> Option<Scene> {
             run: Some(run).filter(|run| run.is_some() == motion)?,
             solve: solve?,
             continuation: None,
+            assembly: None,
         })
     };
     let scene = whole().filter(|scene| motion || in_reach(top, scene));
@@ -96,13 +103,13 @@ fn resolve(top: &Table) -> Option<Scene> {
 /// A table of the top: `None` if it is faulty or must not be missing, `Some(None)` if it is left out, or no scene of this
 /// kind has it.
 #[allow(clippy::option_option)]
-fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Table<'a>>> {
+pub(super) fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Table<'a>>> {
     let kind = top.reader.kind.get();
     let Some(field) = TOP.field(spec.name, kind) else {
         return Some(None);
     };
     match (top.get(spec.name), &field.need) {
-        (Some(value), _) => open(top, value, spec).map(Some),
+        (Some(_), _) => top.inner(spec.name, spec).map(Some),
         (None, super::fields::Need::Yes(example)) => {
             let hint = match spec.name {
                 "end" => format!(
@@ -124,7 +131,7 @@ fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Table<'a>>> {
 
 /// The value of an optional table.
 #[allow(clippy::option_option)]
-fn default<'a, T>(
+pub(super) fn default<'a, T>(
     table: Option<Option<Table<'a>>>,
     absent: T,
     parse: impl FnOnce(&Table<'a>) -> Option<T>,
@@ -135,23 +142,17 @@ fn default<'a, T>(
     }
 }
 
-pub(super) fn open<'a>(
-    top: &Table<'a>,
-    value: &'a Spanned<DeValue<'a>>,
-    spec: &'static Spec,
-) -> Option<Table<'a>> {
-    let name = match spec.name.strip_prefix("rod.") {
-        _ if std::ptr::eq(spec, &super::fields::OUTLINE) => "rod.section",
-        _ => spec.name,
-    };
-    let allowed = format!("a table, [{name}]");
-    top.reader.table(name, value, spec, &allowed)
-}
-
 /// The system of units; SI for a rod of a material.
-fn units(top: &Table) -> Option<Units> {
-    let rod = top.get("rod").and_then(|rod| rod.get_ref().as_table());
-    let default = match rod.is_some_and(|rod| rod.contains_key("material")) {
+pub(super) fn units(top: &Table) -> Option<Units> {
+    let material = |rod: &DeValue| {
+        let rod = rod.as_table();
+        rod.is_some_and(|rod| rod.contains_key("material"))
+    };
+    let given = top.get("rod").map(Spanned::get_ref);
+    let default = match given.is_some_and(|rod| match rod.as_array() {
+        Some(rods) => rods.iter().any(|rod| material(rod.get_ref())),
+        None => material(rod),
+    }) {
         true => Units::Si,
         false => Units::Dimensionless,
     };

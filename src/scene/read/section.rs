@@ -40,7 +40,7 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
         table.reader.record(
             FaultKind::Missing,
             table.at,
-            "rod.section",
+            table.path(),
             None,
             "a section law: bending and torsion; or stiffness, 6 x 6; or shape, with its sizes and young; or circle, tube or rectangle with rod.material",
             Some(hint),
@@ -195,7 +195,7 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
             None => (table.at, None),
         };
         let hint = Some(hint.to_owned());
-        reader.record(kind, at, "rod.section.axial", span, allowed, hint);
+        reader.record(kind, at, &table.field("axial"), span, allowed, hint);
         elastic = false;
     }
     let allowed = "a table such as { strength = 1.0, half_widths = [0.05, 0.05] }";
@@ -509,8 +509,13 @@ pub(super) fn rest_inside_barrier(
         None => (table.at, None),
     };
     let kind = FaultKind::Value;
-    table
-        .reader
-        .record(kind, at, "rod.rest.curvature", span, allowed, Some(hint));
+    table.reader.record(
+        kind,
+        at,
+        &table.field("curvature"),
+        span,
+        allowed,
+        Some(hint),
+    );
     false
 }

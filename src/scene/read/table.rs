@@ -1,6 +1,6 @@
 //! One table of the document: its fields, read by what the tables of fields say of them.
 
-use super::fields::{Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
+use super::fields::{ASSEMBLY, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
 use super::reader::{Hint, Reader};
 use super::rule::{FINITE, Rule};
 use super::words::{listed, nearest, shorten, vector_words};
@@ -92,6 +92,9 @@ impl<'a> Table<'a> {
         if let Some(home) = home {
             return Some(match home.name {
                 "" => format!("`{name}` belongs at the top of the file, before the first [table]"),
+                home @ ("rod" | "body") if kind == ASSEMBLY => {
+                    format!("`{name}` belongs in [[{home}]]")
+                }
                 home => format!("`{name}` belongs in [{home}]"),
             });
         }
@@ -101,13 +104,26 @@ impl<'a> Table<'a> {
             SPACE => {
                 format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
             }
+            ASSEMBLY => format!("`{name}` is for assemblies, [[rod]] and [[body]]"),
             _ => format!("`{name}` is for rods in space, rod.model = \"cosserat\""),
         })
+    }
+
+    /// A table in this one.
+    pub fn inner(&self, name: &str, spec: &'static Spec) -> Option<Table<'a>> {
+        let (value, field) = (self.get(name)?, self.field(name));
+        let allowed = format!("a table, [{field}]");
+        self.reader.table(&field, value, spec, &allowed)
     }
 
     fn slip(&self, meant: &str) -> Option<&'a str> {
         let found = self.slips.iter().find(|(field, _)| *field == meant);
         found.map(|(_, written)| *written)
+    }
+
+    /// Its own path; empty for the top of the file.
+    pub fn path(&self) -> &str {
+        &self.path
     }
 
     /// Path of a field of this table.
@@ -168,7 +184,7 @@ impl<'a> Table<'a> {
     pub fn missing(&self, name: &str, allowed: &str, example: &str) {
         let place = match self.path.as_str() {
             "" => "at the top of the file".to_owned(),
-            inline if inline.contains('.') => format!("in {inline}"),
+            inline if inline.contains(['.', '[']) => format!("in {inline}"),
             header => format!("in [{header}]"),
         };
         let (field, hint) = (self.field(name), format!("write `{example}` {place}"));

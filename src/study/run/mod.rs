@@ -2,11 +2,11 @@
 
 mod line;
 mod prepared;
-mod record;
-mod recorder;
+pub(super) mod record;
+pub(super) mod recorder;
 mod spring;
-mod summary;
-mod table;
+pub(super) mod summary;
+pub(super) mod table;
 
 pub use crate::scene::ModelKind;
 pub use line::Line;

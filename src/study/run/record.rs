@@ -52,6 +52,46 @@ pub struct Bounds {
     pub branches: usize,
 }
 
+impl Bounds {
+    /// Why a run ended short, without its place.
+    pub(in crate::study) fn reason(
+        &self,
+        outcome: &Outcome,
+        scales: &Scales,
+        units: Units,
+    ) -> String {
+        match outcome {
+            Outcome::StepLimit => format!(
+                "the bound max_steps = {} was reached; raise it in [run]",
+                self.steps
+            ),
+            Outcome::SnapLimit => format!(
+                "the bound max_snaps = {} was reached; raise it in [run]",
+                self.snaps
+            ),
+            Outcome::Stuck(stuck) => stuck
+                .message()
+                .in_units(&scales.of_messages(units))
+                .to_string(),
+            outcome => outcome.to_string(),
+        }
+    }
+}
+
+fn spaced(unit: &str) -> String {
+    match unit {
+        "" => String::new(),
+        _ => format!(" {unit}"),
+    }
+}
+
+/// Time, place and reason of an end.
+pub(in crate::study) fn at_time(t: f64, units: Units, place: &str, why: &str) -> String {
+    let t = crate::study::exact(t);
+    let t = t.strip_suffix(".0").unwrap_or(&t);
+    format!("at t = {t}{}{place}: {why}", spaced(units.time()))
+}
+
 /// One run: the trunk, or what follows from a snap.
 #[derive(Debug, Clone)]
 pub struct RunBranch {
@@ -207,29 +247,12 @@ impl RunRecord {
     }
 
     fn why(&self, branch: &RunBranch) -> String {
-        let k = &self.scales;
-        let why = match &branch.outcome {
-            Outcome::StepLimit => format!(
-                "the bound max_steps = {} was reached; raise it in [run]",
-                self.bounds.steps
-            ),
-            Outcome::SnapLimit => format!(
-                "the bound max_snaps = {} was reached; raise it in [run]",
-                self.bounds.snaps
-            ),
-            Outcome::Stuck(stuck) => stuck
-                .message()
-                .in_units(&k.of_messages(self.units))
-                .to_string(),
-            outcome => outcome.to_string(),
-        };
+        let why = self
+            .bounds
+            .reason(&branch.outcome, &self.scales, self.units);
         let end = &branch.last;
         let place: Vec<String> = end.position().iter().map(|x| format!("{x:.6}")).collect();
         let axes = if self.kind.in_space() { 3 } else { 2 };
-        let spaced = |unit: &str| match unit {
-            "" => String::new(),
-            _ => format!(" {unit}"),
-        };
         let at = match branch.outcome {
             Outcome::Stuck(_) => format!(
                 ", end of the rod at ({}){}",
@@ -238,9 +261,7 @@ impl RunRecord {
             ),
             _ => String::new(),
         };
-        let t = crate::study::exact(end.t);
-        let t = t.strip_suffix(".0").unwrap_or(&t);
-        format!("at t = {t}{}{at}: {why}", spaced(self.units.time()))
+        at_time(end.t, self.units, &at, &why)
     }
 
     /// The largest change of a ledger's total, and the largest one relative to its ledger's largest term.

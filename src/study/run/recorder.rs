@@ -102,6 +102,24 @@ pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
     }
 }
 
+/// The outcome; a run that is complete but for its ledger is not: none ends well that has lost or made energy.
+pub(in crate::study) fn audited(
+    outcome: Outcome,
+    closing: &Closing,
+    tolerance: f64,
+    at: f64,
+) -> Outcome {
+    if outcome != Outcome::EndOfTime || closing.is_closed(tolerance) {
+        return outcome;
+    }
+    let relative = closing.relative();
+    Outcome::Stuck(Stuck::new(
+        at,
+        Cause::Ledger { relative },
+        "do not trust the motion: lower the tolerance, or end before the error arises (column `total` of the trajectory)",
+    ))
+}
+
 impl<'r> Recorder<'r> {
     /// A recorder of the branch `id`, whose first ledger is `first`; `total` is what the ledger should keep, in the units of the rod.
     pub fn new(
@@ -154,7 +172,12 @@ impl<'r> Recorder<'r> {
         self.end_axes(&*last);
         self.closing.look(&last.ledger());
         RunBranch {
-            outcome: self.audited(branch.outcome, last.time()),
+            outcome: audited(
+                branch.outcome,
+                &self.closing,
+                self.prepared.run.tolerance,
+                last.time(),
+            ),
             snaps: self.snaps,
             layers: self.layers,
             bounces: self.bounces,
@@ -166,19 +189,6 @@ impl<'r> Recorder<'r> {
             axes: self.axes.list,
             ..branch
         }
-    }
-
-    /// The outcome; a run that is complete but for its ledger is not: none ends well that has lost or made energy.
-    fn audited(&self, outcome: Outcome, at: f64) -> Outcome {
-        if outcome != Outcome::EndOfTime || self.closing.is_closed(self.prepared.run.tolerance) {
-            return outcome;
-        }
-        let relative = self.closing.relative();
-        Outcome::Stuck(Stuck::new(
-            at,
-            Cause::Ledger { relative },
-            "do not trust the motion: lower the tolerance, or end before the error arises (column `total` of the trajectory)",
-        ))
     }
 
     fn frame(&self, state: &dyn State) -> Frame {

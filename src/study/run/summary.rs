@@ -199,27 +199,31 @@ impl RunRecord {
     }
 
     fn cost(&self) -> Value {
-        let sum = |f: fn(&Cost) -> u64| self.branches.iter().map(|b| f(&b.cost)).sum::<u64>();
-        let (evaluations, steps) = (sum(|w| w.evaluations), sum(|w| w.steps));
-        let rejected = sum(|w| w.rejected);
+        let each = self.branches.iter().map(|b| b.cost);
+        let all = each.fold(Cost::default(), |sum, cost| sum + cost);
         match self.kind {
-            ModelKind::Sheet | ModelKind::ElasticSpace => json!({
-                "evaluations": evaluations,
-                "steps": steps,
-                "rejected": rejected,
-                "dense": sum(|w| w.samples),
-            }),
+            ModelKind::Sheet | ModelKind::ElasticSpace => elastic_cost(&all),
             ModelKind::Planar | ModelKind::Space => json!({
-                "evaluations": evaluations,
-                "steps": steps,
-                "implicit_steps": sum(|w| w.implicit_steps),
-                "rejected": rejected,
-                "jacobians": sum(|w| w.jacobians),
-                "factorisations": sum(|w| w.factorisations),
-                "iterations": sum(|w| w.iterations),
+                "evaluations": all.evaluations,
+                "steps": all.steps,
+                "implicit_steps": all.implicit_steps,
+                "rejected": all.rejected,
+                "jacobians": all.jacobians,
+                "factorisations": all.factorisations,
+                "iterations": all.iterations,
             }),
         }
     }
+}
+
+/// What an elastic run cost.
+pub(in crate::study) fn elastic_cost(cost: &Cost) -> Value {
+    json!({
+        "evaluations": cost.evaluations,
+        "steps": cost.steps,
+        "rejected": cost.rejected,
+        "dense": cost.samples,
+    })
 }
 
 fn layer(layer: &Layer) -> Value {
@@ -237,7 +241,7 @@ fn layer(layer: &Layer) -> Value {
 }
 
 /// The entries of a JSON object.
-fn object(value: Value) -> Map<String, Value> {
+pub(in crate::study) fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,
         _ => Map::new(),

@@ -3,6 +3,8 @@
 use super::ModelKind;
 use super::prepared::Prepared;
 use super::record::Moment;
+use crate::motion::Ledger;
+use crate::scene::Units;
 use crate::study::{Cell, Column, Table};
 
 /// The name of a branch's trajectory, without the ending.
@@ -73,8 +75,18 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
         ]);
         columns.extend(force);
     }
-    let energy = |name, meaning| Column::reals(name, u.energy(), meaning);
-    columns.extend([
+    columns.extend(ledger_columns(u));
+    if prepared.kind() == ModelKind::ElasticSpace {
+        let meaning = "Morse index of the rod with its end held: 0 is stable";
+        columns.push(Column::integers("index", meaning));
+    }
+    Table::new(trajectory_name(branch), columns)
+}
+
+/// The energies of a state.
+pub(in crate::study) fn ledger_columns(units: Units) -> [Column; 6] {
+    let energy = |name, meaning| Column::reals(name, units.energy(), meaning);
+    [
         energy("kinetic", "kinetic energy of the body"),
         energy("elastic", "energy stored in the rod"),
         energy("potential", "potential of gravity and constant loads"),
@@ -84,12 +96,20 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
             "total",
             "kinetic + elastic + potential + dissipated - work, which should not change",
         ),
-    ]);
-    if prepared.kind() == ModelKind::ElasticSpace {
-        let meaning = "Morse index of the rod with its end held: 0 is stable";
-        columns.push(Column::integers("index", meaning));
-    }
-    Table::new(trajectory_name(branch), columns)
+    ]
+}
+
+/// The values of [`ledger_columns`].
+pub(in crate::study) fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
+    [
+        ledger.kinetic,
+        ledger.elastic,
+        ledger.potential,
+        ledger.dissipated,
+        ledger.work,
+        total,
+    ]
+    .map(Cell::Real)
 }
 
 /// The row of a state.
@@ -118,15 +138,7 @@ pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
         ]);
         cells.extend(at.force.iter().take(axes).copied().map(real));
     }
-    let ledger = &at.ledger;
-    cells.extend([
-        real(ledger.kinetic),
-        real(ledger.elastic),
-        real(ledger.potential),
-        real(ledger.dissipated),
-        real(ledger.work),
-        real(at.total),
-    ]);
+    cells.extend(ledger_cells(&at.ledger, at.total));
     if kind == ModelKind::ElasticSpace {
         cells.push(at.index.into());
     }

@@ -1,0 +1,242 @@
+//! `snaprod run` and `snaprod equilibrium` of several rods and bodies.
+
+use super::check::no_start;
+use super::equilibrium::EquilibriumArgs;
+use super::files::{json_text, number, print, print_error, print_json, rounded, toml_text};
+use super::output::Output;
+use super::progress::Progress;
+use super::run::{FILES, RunArgs};
+use super::run_text::unit;
+use super::{Ending, Refusal, equilibrium, rod_figures, signals};
+use nalgebra::Isometry3;
+use serde_json::{Value, json};
+use snaprod::math::se3::halves;
+use snaprod::plot::{RodShapes, SpaceRod, rod_shapes};
+use snaprod::scene::{Scene, Units};
+use snaprod::study::assembly::{
+    self, AssemblyEquilibriumRecord, AssemblyPrepared, AssemblyRunRecord,
+};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Snaps that are told one by one.
+const SHOWN: usize = 20;
+
+/// Runs the scene.
+pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
+    let refuse = |e: snaprod::Error| no_start(&args.scene.path, &e);
+    let prepared = AssemblyPrepared::new(scene).map_err(refuse)?;
+    // A start that cannot run is refused before a directory is made.
+    let start = prepared.motion().map_err(refuse)?;
+    let directory = args.directory();
+    let out = Output::open(directory.as_deref(), FILES, args.figures)?;
+    signals::watch();
+    let mut tables = out.tables();
+    let mut progress = Progress::new(!args.quiet && !args.json);
+    let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
+    progress.finish();
+    tables.finish()?;
+    let (mut summary, events) = (record.summary(), Value::Array(record.events()));
+    out.write("events.json", json_text(events.clone()).as_bytes())?;
+    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
+    out.figure("shapes", || Ok(moments(&record)), rod_shapes);
+    out.finish()?;
+    if args.json {
+        (summary["events"], summary["out"]) = (events, json!(directory));
+        print_json(summary);
+    } else if !args.quiet {
+        print(&run_text(&record, directory.as_deref()));
+    }
+    match record.reason() {
+        None => Ok(Ending::Done),
+        Some(why) => {
+            if !args.json {
+                print_error(&format!("the run ended short: {why}"));
+            }
+            Ok(Ending::Short)
+        }
+    }
+}
+
+/// The rods at the first moment and at the last.
+fn moments(record: &AssemblyRunRecord) -> RodShapes {
+    let both = [
+        ("start", &record.first_shapes),
+        ("end", &record.last_shapes),
+    ];
+    let rods = both
+        .iter()
+        .enumerate()
+        .flat_map(|(colour, (name, shapes))| {
+            shapes.iter().enumerate().map(move |(k, rod)| {
+                // The legend names each once.
+                let name = if k == 0 { *name } else { "" };
+                drawn(name.to_owned(), rod, Some(colour), false)
+            })
+        });
+    figure(rods.collect(), record.units)
+}
+
+fn drawn(name: String, rod: &[Isometry3<f64>], colour: Option<usize>, unstable: bool) -> SpaceRod {
+    let directors = |pose: &Isometry3<f64>| {
+        let turn = pose.rotation.to_rotation_matrix();
+        std::array::from_fn(|j| turn.matrix().column(j).into_owned().into())
+    };
+    SpaceRod {
+        name,
+        points: rod
+            .iter()
+            .map(|pose| pose.translation.vector.into())
+            .collect(),
+        directors: rod.iter().map(directors).collect(),
+        value: None,
+        unstable,
+        colour,
+    }
+}
+
+fn figure(rods: Vec<SpaceRod>, units: Units) -> RodShapes {
+    RodShapes {
+        rods,
+        // Where rods begin is a body as often as the ground.
+        clamp: false,
+        units: rod_figures::units(units),
+        ..RodShapes::default()
+    }
+}
+
+fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
+    let (k, u) = (&record.scales, record.units);
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let mut line = |line: String| {
+        let _ = writeln!(text, "{line}");
+    };
+    if let Some(why) = record.warning() {
+        line(format!("note: {why}"));
+    }
+    for snap in record.snaps.iter().take(SHOWN) {
+        line(format!(
+            "snap of {} at t = {}{}: released {}{}",
+            record.rods.get(snap.rod).map_or("?", String::as_str),
+            rounded(snap.t * k.time, 12),
+            unit(u.time()),
+            rounded(snap.released * k.energy, 9),
+            unit(u.energy()),
+        ));
+    }
+    if record.snaps.len() > SHOWN {
+        line(format!("... and {} more snaps", record.snaps.len() - SHOWN));
+    }
+    let last = &record.last;
+    line(match record.outcome.is_complete() {
+        true => format!(
+            "t = {}{}: {}",
+            number(record.duration),
+            unit(u.time()),
+            record.outcome
+        ),
+        // The reason follows on the error stream.
+        false => format!(
+            "t = {}{}: ended short ({})",
+            number(last.t),
+            unit(u.time()),
+            record.outcome()
+        ),
+    });
+    let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
+        let parts: Vec<String> = v.iter().map(|x| rounded(*x, 9)).collect();
+        format!("({}){}", parts.join(", "), unit(symbol))
+    };
+    for (name, body) in record.bodies.iter().zip(&last.bodies) {
+        line(format!(
+            "{name}: r = {}, v = {}",
+            vector(&body.pose.translation.vector, u.length()),
+            vector(&body.velocity, u.velocity()),
+        ));
+    }
+    line(format!(
+        "energy ledger closes to {:.1e}{} ({:.1e} of its largest term); {} steps, {} right-hand sides",
+        record.closing.error,
+        unit(u.energy()),
+        record.closing.relative(),
+        record.cost.steps,
+        record.cost.evaluations,
+    ));
+    if let Some(out) = out {
+        line(format!("written to {}", out.display()));
+    }
+    text
+}
+
+/// Solves the scene and describes its equilibrium.
+pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refusal> {
+    let record = assembly::equilibrium(scene).map_err(|e| no_start(&args.scene.path, &e))?;
+    let summary = record.summary();
+    if let Some(directory) = &args.out {
+        let out = Output::open(Some(directory), equilibrium::FILES, args.figures)?;
+        out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
+        out.write("shape.csv", record.shape()?.csv().as_bytes())?;
+        let unstable = record.index > 0;
+        let names = record.rods.iter().map(|(name, _)| name.clone());
+        let poses = record
+            .shapes
+            .iter()
+            .map(|rod| rod.iter().map(|(_, pose)| *pose).collect());
+        let shapes: Vec<Vec<Isometry3<f64>>> = poses.collect();
+        let rods = names
+            .zip(&shapes)
+            .map(|(name, rod)| drawn(name, rod, None, unstable));
+        out.figure(
+            "equilibrium",
+            || Ok(figure(rods.collect(), record.units)),
+            rod_shapes,
+        );
+        out.finish()?;
+    }
+    if args.json {
+        print_json(summary);
+    } else {
+        print(&equilibrium_text(&record));
+    }
+    Ok(Ending::Done)
+}
+
+fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<15}{value}");
+    };
+    let list = |x: &[f64]| {
+        let numbers: Vec<String> = x.iter().map(|x| number(*x)).collect();
+        numbers.join(", ")
+    };
+    for (name, pose) in &record.bodies {
+        let q = pose.rotation;
+        line("body", name.clone());
+        line("  position", list(pose.translation.vector.as_slice()));
+        line("  quaternion", list(&[q.w, q.i, q.j, q.k]));
+    }
+    for (name, wrench) in &record.rods {
+        let (couple, force) = halves(wrench);
+        line("rod", name.clone());
+        line("  base force", list(force.as_slice()));
+        line("  base couple", list(couple.as_slice()));
+    }
+    line("energy", number(record.energy));
+    let meaning = match (record.index, record.from_guess) {
+        (0, _) => "stable",
+        (_, Some(true)) => "unstable",
+        _ => "unstable; no stable equilibrium was found from any start",
+    };
+    line("index", format!("{} ({meaning})", record.index));
+    line("residual", format!("{:.1e}", record.residual));
+    let path = match record.from_guess {
+        Some(true) => "from the guess",
+        Some(false) => "from the unloaded rods: there is no way to an equilibrium from the guess",
+        None => "from the unloaded rods",
+    };
+    line("path", path.to_owned());
+    text
+}

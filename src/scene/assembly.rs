@@ -1,0 +1,106 @@
+//! Several rods and bodies: `[[rod]]` and `[[body]]`.
+
+use super::{Orientation, Rod};
+use crate::assembly::Joint;
+use serde::Serialize;
+
+/// Rods between bodies and the ground, in space. Rods and bodies are known by their names, each list has names of its own.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AssemblyScene {
+    /// The rods; at least one.
+    #[serde(rename = "rod")]
+    pub rods: Vec<AssemblyRod>,
+    /// The bodies; at least one. Every one is joined to the ground by a chain of rods.
+    #[serde(rename = "body")]
+    pub bodies: Vec<AssemblyBody>,
+}
+
+/// An elastic rod and what holds its ends.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AssemblyRod {
+    /// Its name.
+    pub name: String,
+    /// Its length, section and rest strains; without friction.
+    #[serde(flatten)]
+    pub rod: Rod,
+    /// What holds its base, s = 0.
+    pub from: Site,
+    /// What holds its end, s = length. Not both are ball joints.
+    pub to: Site,
+}
+
+/// Where a rod is attached, and how.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Site {
+    /// The name of the body that holds the rod; `None`: the ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// Place in the frame of the body, or in the world.
+    pub position: [f64; 3],
+    /// Directors in the same frame.
+    #[serde(flatten)]
+    pub orientation: Orientation,
+    /// Whether the rod's directors turn with these; on a point mass [`Joint::Ball`].
+    pub joint: Joint,
+}
+
+/// A body of an assembly.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AssemblyBody {
+    /// Its name.
+    pub name: String,
+    /// Mass > 0.
+    pub mass: f64,
+    /// Inertia and centre of mass; `None`: a point mass.
+    #[serde(flatten)]
+    pub extent: Option<Extent>,
+    /// Constant force at the centre of mass, in the world; default 0.
+    pub force: [f64; 3],
+    /// Constant couple, in the world; default 0, and 0 for a point mass.
+    pub couple: [f64; 3],
+    /// Drag coefficient >= 0 of the centre of mass; default 0.
+    pub drag: f64,
+    /// Rotational drag >= 0; default 0, and 0 for a point mass.
+    pub rotational_drag: f64,
+    /// Near where the equilibrium is looked for; of all bodies or of none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub guess: Option<Guess>,
+    /// Velocity of the origin of its frame at the start of a motion, in the world; default 0.
+    pub velocity: [f64; 3],
+    /// Angular velocity at the start of a motion, in the world; default 0, and 0 for a point mass.
+    pub angular_velocity: [f64; 3],
+}
+
+/// What makes a rigid body of a point mass. Components are along the axes of the body's frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Extent {
+    /// Inertia about the centre of mass: symmetric positive definite, each principal moment at most the sum of the others.
+    pub inertia: [[f64; 3]; 3],
+    /// Centre of mass from the origin of the frame; default 0.
+    pub offset: [f64; 3],
+    /// Angular momentum relative to the body of a symmetric rotor inside; default 0.
+    pub rotor: [f64; 3],
+}
+
+/// The pose of a body near an equilibrium.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Guess {
+    /// Position of the origin of its frame.
+    pub position: [f64; 3],
+    /// Orientation of its frame; of no meaning for a point mass.
+    #[serde(flatten)]
+    pub orientation: Orientation,
+}
+
+impl AssemblyScene {
+    /// The mass of the first body, by which masses are measured.
+    pub fn mass(&self) -> f64 {
+        self.bodies.first().map_or(f64::NAN, |body| body.mass)
+    }
+
+    /// The number of the body that holds this end of a rod; None on the ground.
+    pub fn holder(&self, site: &Site) -> Option<usize> {
+        let name = site.body.as_ref()?;
+        self.bodies.iter().position(|body| body.name == *name)
+    }
+}

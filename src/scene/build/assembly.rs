@@ -1,0 +1,247 @@
+//! Several rods and bodies.
+
+use super::rod::rotation;
+use crate::assembly::{
+    Assembly, AssemblyEquilibrium, Attachment, Carrier, Configuration, Joint, Link, Place,
+};
+use crate::body::{Body, RigidBody};
+use crate::error::{Error, Result};
+use crate::math::se3::joined;
+use crate::motion::assembly::AssemblyRun;
+use crate::rod::RodSection;
+use crate::scene::{AssemblyBody, AssemblyScene, Dimension, Place as Shape, Scales, Scene, Site};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+
+/// The finest tolerance of equilibria.
+const FINEST: f64 = 1e-13;
+/// Tolerance of the rods of a guess, and of those that are drawn.
+const FINE: f64 = 1e-10;
+
+/// A rod from base to end: arclengths of the unloaded rod, with the poses of the sections there.
+pub type RodCurve = Vec<(f64, Isometry3<f64>)>;
+
+/// An assembly made from a scene, in the units of its first rod and its first body, with the way back.
+#[derive(Debug, Clone)]
+pub struct AssemblySetup {
+    /// Bodies and rods, in the order of the scene.
+    pub assembly: Assembly,
+    /// The way back to the scene's units.
+    pub scales: Scales,
+    /// True of a rod that begins at its `to` in the library, for its `from` is a ball joint.
+    reversed: Vec<bool>,
+    guess: Option<Vec<Place>>,
+    /// (angular velocity, velocity) of the bodies at the start of a motion.
+    twists: Vec<Vector6<f64>>,
+    unloaded: bool,
+    tolerance: f64,
+}
+
+impl AssemblySetup {
+    /// Scales everything.
+    ///
+    /// # Errors
+    /// A scene of one rod; what [`Scene::parse`] cannot see from the numbers alone.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let given = scene.assembly.as_ref().ok_or_else(|| {
+            Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
+        })?;
+        let scales = scene.scales()?;
+        let gravity = vector(&scales, Dimension::Acceleration, &scene.loads.gravity);
+        let carriers = given.bodies.iter().map(|body| {
+            carrier(body, &scales, gravity)
+                .map_err(|why| why.context(format!("the body {:?}", body.name)))
+        });
+        let carriers = carriers.collect::<Result<Vec<Carrier>>>()?;
+        let (mut links, mut reversed) = (Vec::new(), Vec::new());
+        for rod in &given.rods {
+            let own = rod.rod.unclamped()?.measured(scales.measures());
+            let (from, to) = (
+                attachment(given, &rod.from, &scales),
+                attachment(given, &rod.to, &scales),
+            );
+            let turned = rod.from.joint == Joint::Ball;
+            links.push(match turned {
+                false => Link::new(own, from, to, rod.to.joint),
+                true => Link::reversed(&own, from, to, Joint::Ball)
+                    .map_err(|why| why.context(format!("the rod {:?}", rod.name)))?,
+            });
+            reversed.push(turned);
+        }
+        let guess = given.bodies.iter().map(|body| {
+            let guess = body.guess.as_ref()?;
+            let turn = match body.extent {
+                Some(_) => rotation(&guess.orientation),
+                None => UnitQuaternion::identity(),
+            };
+            Some(Place::at_rest(Isometry3::from_parts(
+                vector(&scales, Dimension::Length, &guess.position).into(),
+                turn,
+            )))
+        });
+        let twists = given.bodies.iter().map(|body| {
+            joined(
+                &vector(&scales, Dimension::Frequency, &body.angular_velocity),
+                &vector(&scales, Dimension::Velocity, &body.velocity),
+            )
+        });
+        Ok(Self {
+            assembly: Assembly::new(carriers, links)?,
+            scales,
+            reversed,
+            guess: guess.collect(),
+            twists: twists.collect(),
+            unloaded: matches!(scene.start.place, Shape::Rest { .. }),
+            // Equilibria are solved a digit better than asked for.
+            tolerance: (0.1 * scene.solve.tolerance).max(FINEST),
+        })
+    }
+
+    /// The equilibrium under the loads: near the guess, or, without one or where none is found near it, from the unloaded rods;
+    /// [`AssemblyEquilibrium::route`] tells which.
+    ///
+    /// # Errors
+    /// As [`Assembly::equilibrium`].
+    pub fn equilibrium(&self) -> Result<AssemblyEquilibrium> {
+        let Some(bodies) = &self.guess else {
+            return self.assembly.equilibrium(None, self.tolerance);
+        };
+        let guess = self.assembly.held(bodies.clone(), FINE);
+        let near = self.assembly.equilibrium(Some(&guess), self.tolerance);
+        near.or_else(|why| {
+            let unloaded = self.assembly.equilibrium(None, self.tolerance);
+            unloaded.map_err(|_| why)
+        })
+    }
+
+    /// Where a motion starts, and the index of the equilibrium there if it was found as one.
+    ///
+    /// # Errors
+    /// As [`AssemblySetup::equilibrium`].
+    pub fn start(&self) -> Result<(Configuration, Option<usize>)> {
+        let (mut now, index) = match self.unloaded {
+            true => (self.assembly.unloaded(FINEST)?, None),
+            false => {
+                let found = self.equilibrium()?;
+                (found.now, Some(found.index))
+            }
+        };
+        for (place, twist) in now.bodies.iter_mut().zip(&self.twists) {
+            place.twist = *twist;
+        }
+        Ok((now, index))
+    }
+
+    /// The motion from there, and that index.
+    ///
+    /// # Errors
+    /// A scene of statics; a start from which it cannot go.
+    pub fn motion(&self, scene: &Scene) -> Result<(AssemblyRun, Option<usize>)> {
+        let options = super::options(scene.run()?, &self.scales)?;
+        let (start, index) = self.start()?;
+        let run = AssemblyRun::new(self.assembly.clone(), &start, options)?;
+        Ok((run, index))
+    }
+
+    /// The wrench (couple, force) at the base of every rod, `from`, in the world and the scene's units.
+    ///
+    /// # Errors
+    /// As [`Assembly::points`].
+    pub fn base_wrenches(&self, now: &Configuration) -> Result<Vec<Vector6<f64>>> {
+        let points = self
+            .assembly
+            .points(0.0, &now.bodies, &now.charts, self.tolerance)?;
+        let k = &self.scales;
+        let each = points.iter().zip(&self.reversed);
+        let each = each.map(|(point, reversed)| {
+            let [base, tip] = point.wrenches();
+            let mut wrench = if *reversed { tip } else { base };
+            wrench.fixed_rows_mut::<3>(0).scale_mut(k.energy);
+            wrench.fixed_rows_mut::<3>(3).scale_mut(k.force);
+            wrench
+        });
+        Ok(each.collect())
+    }
+
+    /// Every rod from `from` to `to`: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's
+    /// units.
+    ///
+    /// # Errors
+    /// As [`Assembly::shapes`].
+    pub fn shapes(&self, now: &Configuration, count: usize) -> Result<Vec<RodCurve>> {
+        let length = self.scales.length;
+        let shapes = self.assembly.shapes(now, count, FINE)?;
+        let links = self.assembly.links().iter().zip(&self.reversed);
+        let scaled = shapes
+            .iter()
+            .zip(links)
+            .map(|(sections, (link, reversed))| {
+                let whole = link.rod().length();
+                let placed = sections.iter().map(|section| {
+                    let (s, turn) = oriented(section, whole, *reversed);
+                    let position = section.position * length;
+                    (s * length, Isometry3::from_parts(position.into(), turn))
+                });
+                let mut placed: Vec<_> = placed.collect();
+                if *reversed {
+                    placed.reverse();
+                }
+                placed
+            });
+        Ok(scaled.collect())
+    }
+}
+
+/// Arclength from `from`, and the directors: those of a reversed rod are turned by pi about d1.
+fn oriented(section: &RodSection, whole: f64, reversed: bool) -> (f64, UnitQuaternion<f64>) {
+    let mut directors = section.directors;
+    if reversed {
+        directors.column_mut(1).neg_mut();
+        directors.column_mut(2).neg_mut();
+    }
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(directors));
+    let s = if reversed {
+        whole - section.s
+    } else {
+        section.s
+    };
+    (s, turn)
+}
+
+fn vector(scales: &Scales, dimension: Dimension, x: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(x.map(|x| scales.inward(dimension, x)))
+}
+
+fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Attachment {
+    let place = Isometry3::from_parts(
+        vector(scales, Dimension::Length, &site.position).into(),
+        rotation(&site.orientation),
+    );
+    match given.holder(site) {
+        Some(body) => Attachment::body(body, place),
+        None => Attachment::ground(place),
+    }
+}
+
+fn carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Result<Carrier> {
+    let mass = body.mass / scales.mass;
+    let force = vector(scales, Dimension::Force, &body.force);
+    let drag = scales.inward(Dimension::Drag, body.drag);
+    let Some(extent) = &body.extent else {
+        let point = Body::new(mass)?
+            .with_gravity(gravity)?
+            .with_dead_force(force)?
+            .with_drag(drag)?;
+        return Ok(Carrier::point(point));
+    };
+    let inertia = Matrix3::from_fn(|i, j| scales.inward(Dimension::Inertia, extent.inertia[i][j]));
+    let turning = scales.inward(Dimension::RotationalDrag, body.rotational_drag);
+    let rigid = RigidBody::new(mass, inertia)?
+        .with_centre(vector(scales, Dimension::Length, &extent.offset))?
+        .with_rotor(vector(scales, Dimension::RotationalDrag, &extent.rotor))?
+        .with_gravity(gravity)?
+        .with_dead_force(force)?
+        .with_dead_couple(vector(scales, Dimension::Couple, &body.couple))?
+        .with_drag(drag)?
+        .with_rotational_drag(turning)?;
+    Ok(Carrier::rigid(rigid))
+}

@@ -1,0 +1,489 @@
+//! Reads an assembly: `[[rod]]`, `[[body]]` and what acts on all of them.
+
+use super::ends::{inertia, orientation};
+use super::fields::{BODY, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
+use super::loads::loads;
+use super::rod::rod;
+use super::rule::SPREAD;
+use super::run::{run, solve};
+use super::scene::{default, part, units};
+use super::table::{Absent, Table};
+use super::words::{Short, listed, nearest};
+use crate::assembly::Joint;
+use crate::scene::{
+    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Guess, Loads, Place, Scene,
+    Site, Solve, Start, Straight,
+};
+use nalgebra::Matrix3;
+use toml::Spanned;
+use toml::de::DeValue;
+
+/// By how much, relative to the others, a principal moment may exceed their sum: rounding.
+const FLAT: f64 = 1e-9;
+
+/// What rods must know of the bodies, whatever else is wrong with these.
+struct Known {
+    names: Vec<Option<String>>,
+    points: Vec<bool>,
+}
+
+/// Reads everything before it gives up anything.
+pub(super) fn assembly(top: &Table) -> Option<Scene> {
+    let units = units(top);
+    let rod_tables = tables(
+        top,
+        "rod",
+        &ROD,
+        "name = \"left\", model = \"cosserat\", ...",
+    );
+    let body_tables = tables(top, "body", &BODY, "name = \"m\" and mass = 1.0");
+    let run = match part(top, &RUN) {
+        Some(Some(table)) => run(&table, None).map(Some),
+        Some(None) => Some(None),
+        None => None,
+    };
+    let motion = top.has("run");
+    let loads = default(part(top, &LOADS), Loads::default(), |table| {
+        loads(table, None)
+    });
+    let solve = default(part(top, &SOLVE), Solve::default(), solve);
+    let bodies = body_tables.as_deref().map(|tables| {
+        let names = names(tables, "body");
+        let read = tables.iter().zip(&names);
+        let read = read.map(|(table, name)| body(table, name.clone(), motion));
+        let list: Vec<Option<AssemblyBody>> = read.collect();
+        let points = tables.iter().map(|table| !table.has("inertia")).collect();
+        (list, Known { names, points })
+    });
+    if let Some(tables) = &body_tables {
+        guesses_are_whole(tables);
+    }
+    let rods = rod_tables.as_deref().map(|tables| {
+        let none = Known {
+            names: Vec::new(),
+            points: Vec::new(),
+        };
+        let known = bodies.as_ref().map_or(&none, |(_, known)| known);
+        let read = tables.iter().zip(names(tables, "rod"));
+        let read = read.map(|(table, name)| one_rod(table, name, known, bodies.is_some()));
+        read.collect::<Vec<Option<AssemblyRod>>>()
+    });
+    let start = default(part(top, &START), settled(), |table| {
+        let count = |tables: &Option<Vec<Table>>| tables.as_ref().map_or(0, Vec::len);
+        start(table, motion, count(&rod_tables), count(&body_tables))
+    });
+    let rods: Option<Vec<AssemblyRod>> = rods.and_then(|rods| rods.into_iter().collect());
+    if let (Some(rods), Some(tables), Some((_, known))) = (&rods, &body_tables, &bodies) {
+        all_are_reached(tables, known, rods);
+    }
+    let bodies: Option<Vec<AssemblyBody>> =
+        bodies.and_then(|(bodies, _)| bodies.into_iter().collect());
+    let (rods, bodies) = (rods?, bodies?);
+    let scene = Scene {
+        units: units?,
+        rod: rods.first()?.rod.clone(),
+        clamp: Clamp::default(),
+        body: None,
+        end: None,
+        start: start?,
+        loads: loads?,
+        run: run?,
+        solve: solve?,
+        continuation: None,
+        assembly: Some(AssemblyScene { rods, bodies }),
+    };
+    can_be_built(top, &rod_tables?, &scene).then_some(scene)
+}
+
+/// The tables of an array that must not be empty.
+fn tables<'a>(
+    top: &Table<'a>,
+    name: &'static str,
+    spec: &'static Spec,
+    example: &str,
+) -> Option<Vec<Table<'a>>> {
+    let allowed = format!("tables [[{name}]], one at least");
+    let hint = format!("add `[[{name}]]` with {example}");
+    let Some(value) = top.get(name) else {
+        let kind = FaultKind::Missing;
+        top.reader.record(kind, top.at, name, None, allowed, hint);
+        return None;
+    };
+    if value.get_ref().is_table() {
+        let hint = format!("write it with two brackets, [[{name}]]: there may be several");
+        top.reader.wrong_type(name, value, &allowed, Some(&hint));
+        return None;
+    }
+    let words = format!("a table, [[{name}]]");
+    let read = |field: &str, value| top.reader.table(field, value, spec, &words);
+    let all = top.reader.all(name, value, &allowed, read)?;
+    if all.is_empty() {
+        return top.refuse(FaultKind::Value, name, allowed, hint);
+    }
+    Some(all)
+}
+
+/// The names of rods or bodies; None where one has a fault.
+fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
+    let mut names: Vec<Option<String>> = Vec::new();
+    for table in tables {
+        let allowed = "a name: letters, digits, - and _";
+        let name = table.read("name", allowed, Absent::Fault, |field, value| {
+            let reader = table.reader;
+            let Some(word) = value.get_ref().as_str() else {
+                reader.wrong_type(field, value, allowed, None);
+                return None;
+            };
+            let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            if word.is_empty() || !word.chars().all(plain) {
+                return reader.refuse(FaultKind::Value, field, value, allowed, None);
+            }
+            let same = |name: &Option<String>| name.as_deref() == Some(word);
+            if let Some(first) = names.iter().position(same) {
+                let hint = format!("{of}[{first}] has this name already (counted from 0)");
+                let allowed = format!("another name than those of the other [[{of}]]");
+                return reader.refuse(FaultKind::Conflict, field, value, allowed, hint);
+            }
+            Some(word.to_owned())
+        });
+        names.push(name);
+    }
+    names
+}
+
+fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBody> {
+    let mass = table.number("mass");
+    let allowed =
+        "an array of three finite numbers > 0, about the axes of the body; or three rows of three";
+    let moments = table.maybe("inertia", |field, value| {
+        let inertia = inertia(table.reader, field, value, allowed, &SPREAD)?;
+        is_of_a_body(table, &inertia).then_some(inertia)
+    });
+    let (offset, rotor) = (table.vector("offset"), table.vector("rotor"));
+    let (force, couple) = (table.vector("force"), table.vector("couple"));
+    let (drag, rotational_drag) = (table.number("drag"), table.number("rotational_drag"));
+    let velocity = table.vector("velocity");
+    let angular_velocity = table.vector("angular_velocity");
+    let mut fits = true;
+    let mut refuse = |names: &[&str], allowed: &str, hint: &str| {
+        for name in table.given(names) {
+            fits = false;
+            table.fault(FaultKind::Conflict, name, allowed, hint);
+        }
+    };
+    if !motion {
+        refuse(
+            &["velocity", "angular_velocity", "drag", "rotational_drag"],
+            "left out at rest",
+            "a scene with [run] is one of motion",
+        );
+    }
+    if !table.has("inertia") {
+        refuse(
+            &[
+                "offset",
+                "rotor",
+                "couple",
+                "rotational_drag",
+                "angular_velocity",
+            ],
+            "left out of a point mass",
+            "a body that turns has an inertia: write `inertia = [0.01, 0.01, 0.01]`",
+        );
+    }
+    let guess = match table.has("guess") {
+        true => table.inner("guess", &GUESS).and_then(|inner| {
+            let allowed = "an array of three finite numbers, [x, y, z]";
+            let position = match inner.has("position") {
+                true => inner.vector("position"),
+                false => {
+                    inner.missing("position", allowed, "position = [0.5, 0.0, 0.2]");
+                    None
+                }
+            };
+            let orientation = orientation(&inner);
+            Some(Some(Guess {
+                position: position?,
+                orientation: orientation?.unwrap_or_default(),
+            }))
+        }),
+        false => Some(None),
+    };
+    let (offset, rotor) = (offset?, rotor?);
+    let body = AssemblyBody {
+        name: name?,
+        mass: mass?,
+        extent: moments?.map(|inertia| Extent {
+            inertia,
+            offset,
+            rotor,
+        }),
+        force: force?,
+        couple: couple?,
+        drag: drag?,
+        rotational_drag: rotational_drag?,
+        guess: guess?,
+        velocity: velocity?,
+        angular_velocity: angular_velocity?,
+    };
+    fits.then_some(body)
+}
+
+/// True if matter has such an inertia: no principal moment exceeds the sum of the other two; else the fault.
+fn is_of_a_body(table: &Table, inertia: &[[f64; 3]; 3]) -> bool {
+    let matrix = Matrix3::from_fn(|i, j| inertia[i][j]);
+    let mut moments: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
+    moments.sort_by(f64::total_cmp);
+    let [a, b, c] = [moments[0], moments[1], moments[2]];
+    if c <= (a + b) * (1.0 + FLAT) {
+        return true;
+    }
+    let hint = format!(
+        "its principal moments are {}, {} and {}: no distribution of mass has these",
+        Short(a),
+        Short(b),
+        Short(c)
+    );
+    let allowed = "the inertia of a body: each principal moment at most the sum of the other two";
+    table.fault(FaultKind::Value, "inertia", allowed, hint);
+    false
+}
+
+/// Reports the bodies without a guess where others have one.
+fn guesses_are_whole(tables: &[Table]) {
+    if !tables.iter().any(|table| table.has("guess")) {
+        return;
+    }
+    for table in tables.iter().filter(|table| !table.has("guess")) {
+        let allowed = "given where another body has one: of all bodies, or of none";
+        table.missing("guess", allowed, "guess = { position = [0.5, 0.0, 0.2] }");
+    }
+}
+
+fn one_rod(
+    table: &Table,
+    name: Option<String>,
+    bodies: &Known,
+    bodies_known: bool,
+) -> Option<AssemblyRod> {
+    let rod = rod(table).rod();
+    let (from, to) = (
+        site(table, "from", bodies, bodies_known),
+        site(table, "to", bodies, bodies_known),
+    );
+    let (from, to) = (from?, to?);
+    let kind = FaultKind::Conflict;
+    if from.joint == Joint::Ball && to.joint == Joint::Ball {
+        let hint = "rods between two ball joints are not served yet: weld one of the ends, or give the body there an inertia and \
+                    divide the rod by it";
+        return table.refuse(kind, "to", "a weld where `from` is a ball joint", hint);
+    }
+    if from.body == to.body {
+        let (allowed, hint) = match &from.body {
+            Some(name) => (
+                "on another body than `from`, or on the ground",
+                format!("the rod begins and ends on {name:?}"),
+            ),
+            None => (
+                "on a body, where `from` is on the ground",
+                "a rod from the ground to the ground is a scene of its own, [rod] and [end]"
+                    .to_owned(),
+            ),
+        };
+        return table.refuse(kind, "to", allowed, hint);
+    }
+    Some(AssemblyRod {
+        name: name?,
+        rod: rod?,
+        from,
+        to,
+    })
+}
+
+/// One end of a rod.
+fn site(rod: &Table, which: &'static str, bodies: &Known, bodies_known: bool) -> Option<Site> {
+    let allowed =
+        "a table with body (left out: the ground), position, quaternion or rotation, joint";
+    if !rod.has(which) {
+        let example = match which {
+            "from" => "from = { position = [0.0, 0.0, 0.0] }",
+            _ => "to = { body = \"m\" }",
+        };
+        rod.missing(which, allowed, example);
+        return None;
+    }
+    let table = rod.inner(which, &SITE)?;
+    let reader = table.reader;
+    let body = table.maybe("body", |field, value: &Spanned<DeValue>| {
+        let known: Vec<&str> = bodies.names.iter().flatten().map(String::as_str).collect();
+        let allowed = match known.is_empty() {
+            true => "the name of a [[body]]".to_owned(),
+            false => format!("the name of a [[body]]: {}", listed(&known)),
+        };
+        let Some(word) = value.get_ref().as_str() else {
+            reader.wrong_type(field, value, &allowed, None);
+            return None;
+        };
+        if let Some(body) = bodies.names.iter().position(|n| n.as_deref() == Some(word)) {
+            return Some((word.to_owned(), body));
+        }
+        // Where a body's own name has a fault it may be the one that is meant.
+        if !bodies_known || bodies.names.iter().any(Option::is_none) {
+            return None;
+        }
+        let hint = match nearest(word, known.into_iter()) {
+            Some(name) => format!("did you mean {name:?}?"),
+            None => {
+                format!("add `[[body]]` with `name = {word:?}`; an end on the ground has no `body`")
+            }
+        };
+        reader.refuse(FaultKind::Unknown, field, value, allowed, hint)
+    });
+    let position = table.vector("position");
+    let orientation = orientation(&table);
+    let joint = table.word("joint", &[Joint::Weld, Joint::Ball]);
+    let (body, position, joint) = (body?, position?, joint?);
+    if let Some((name, _)) = body.as_ref().filter(|(_, body)| bodies.points[*body]) {
+        let hint = format!(
+            "{name:?} is a point mass, and an end on it is free to turn; a body with `inertia` can hold the rod"
+        );
+        if joint == Joint::Weld {
+            match table.has("joint") {
+                true => table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone()),
+                false => rod.fault(
+                    FaultKind::Conflict,
+                    which,
+                    "with joint = \"ball\"",
+                    hint.clone(),
+                ),
+            }
+            return None;
+        }
+        if position != [0.0; 3] {
+            let allowed = "[0.0, 0.0, 0.0], or left out, on a point mass";
+            return table.refuse(FaultKind::Conflict, "position", allowed, hint);
+        }
+    }
+    Some(Site {
+        body: body.map(|(name, _)| name),
+        position,
+        orientation: orientation?.unwrap_or_default(),
+        joint,
+    })
+}
+
+/// Reports every body that no chain of rods joins to the ground.
+fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod]) {
+    let mut joined = vec![false; tables.len()];
+    let number = |site: &Site| {
+        let name = site.body.as_deref()?;
+        known.names.iter().position(|n| n.as_deref() == Some(name))
+    };
+    for _ in 0..tables.len() {
+        for rod in rods {
+            let ends = [number(&rod.from), number(&rod.to)];
+            if ends.iter().any(|end| end.is_none_or(|body| joined[body])) {
+                ends.iter().flatten().for_each(|body| joined[*body] = true);
+            }
+        }
+    }
+    for (body, table) in tables.iter().enumerate().filter(|(body, _)| !joined[*body]) {
+        let name = known.names[body].as_deref().unwrap_or("?");
+        let alone = rods
+            .iter()
+            .all(|rod| number(&rod.from) != Some(body) && number(&rod.to) != Some(body));
+        let hint = match alone {
+            true => format!(
+                "no rod reaches it: write `to = {{ body = {name:?} }}` in a [[rod]], or leave the body out"
+            ),
+            false => "its rods lead to other bodies only: hold one of these on the ground by a rod"
+                .to_owned(),
+        };
+        let allowed = format!("joined to the ground by a chain of rods ({name:?})");
+        let kind = FaultKind::Conflict;
+        let field = table.path().to_owned();
+        table
+            .reader
+            .record(kind, table.at, &field, None, allowed, hint);
+    }
+}
+
+fn settled() -> Start {
+    Start {
+        place: Place::Settled { settled: true },
+        ..Start::default()
+    }
+}
+
+fn start(table: &Table, motion: bool, rods: usize, bodies: usize) -> Option<Start> {
+    let rest = table.has("rest");
+    let straight = match rest {
+        true => table.word("rest", &[Straight::Straight]).map(Some),
+        false => Some(None),
+    };
+    let flag = match table.has("settled") {
+        true => table.maybe("settled", |field, value| table.reader.flag(field, value)),
+        false => Some(None),
+    };
+    let (straight, flag) = (straight?, flag?);
+    let kind = FaultKind::Conflict;
+    if let Some(name) = table
+        .given(&["rest", "settled"])
+        .first()
+        .filter(|_| !motion)
+    {
+        let hint = "at rest the equilibrium is what is asked for; bodies have a `guess`";
+        return table.refuse(kind, name, "left out where there is no [run]", hint);
+    }
+    match (straight, flag) {
+        (Some(_), Some(_)) => {
+            table.conflict("settled", &["rest"], "keep one of them");
+            None
+        }
+        (None, Some(false)) => {
+            let hint = "for the unloaded rods write rest = \"straight\"";
+            table.refuse(FaultKind::Value, "settled", "true, or left out", hint)
+        }
+        (Some(_), None) if rods > bodies => {
+            let hint = format!(
+                "{rods} rods hold {bodies} bodies and close a loop, in which unloaded rods need not fit together: leave it out, \
+                 and the bodies start at equilibrium"
+            );
+            let allowed = "left out where rods close a loop";
+            table.refuse(kind, "rest", allowed, hint)
+        }
+        (Some(rest), None) => Some(Start {
+            place: Place::Rest { rest },
+            ..Start::default()
+        }),
+        (None, _) => Some(settled()),
+    }
+}
+
+/// True if every rod can be made and the scales are numbers; else the faults.
+fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
+    let mut made = true;
+    let Some(assembly) = &scene.assembly else {
+        return false;
+    };
+    for (rod, table) in assembly.rods.iter().zip(tables) {
+        if let Err(error) = rod.rod.unclamped() {
+            made = false;
+            let allowed = "a rod whose section law can be made";
+            let kind = FaultKind::Value;
+            let (field, hint) = (table.path().to_owned(), error.to_string());
+            top.reader
+                .record(kind, table.at, &field, None, allowed, hint);
+        }
+    }
+    if made && !scene.scales().is_ok_and(|scales| scales.are_normal()) {
+        made = false;
+        let at = tables.first().map_or(0, |table| table.at);
+        let allowed =
+            "in units in which the scales of force EI/L^2 and time sqrt(m L^3/EI) are numbers";
+        let hint = "they over- or underflow: choose units nearer to the rod's size";
+        top.reader
+            .record(FaultKind::Value, at, "rod[0]", None, allowed, hint);
+    }
+    made
+}

@@ -1,0 +1,164 @@
+//! The equilibrium of an assembly.
+
+use crate::assembly::AssemblyRoute;
+use crate::error::Result;
+use crate::math::se3::halves;
+use crate::scene::{AssemblySetup, RodCurve, Scene, Units};
+use crate::study::space::upward;
+use crate::study::{Cell, Column, Table};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
+use serde_json::{Map, Value, json};
+
+/// Sections of the shape of a rod, less one.
+const SECTIONS: usize = 100;
+
+/// An equilibrium of an assembly, in the scene's units.
+#[derive(Debug, Clone)]
+pub struct AssemblyEquilibriumRecord {
+    /// The units of every quantity.
+    pub units: Units,
+    /// Every body: its name, and the pose of its frame in the world.
+    pub bodies: Vec<(String, Isometry3<f64>)>,
+    /// Every rod: its name, and the wrench (couple, force) at its base in the world.
+    pub rods: Vec<(String, Vector6<f64>)>,
+    /// Stored energy and potential of gravity and constant forces; couples have none.
+    pub energy: f64,
+    /// Morse index with the bodies free; 0 is stable.
+    pub index: usize,
+    /// The largest of the equations left over, in the units of the rods.
+    pub residual: f64,
+    /// Whether it was found near the guess of the scene; None where that has none.
+    pub from_guess: Option<bool>,
+    /// Every rod.
+    pub shapes: Vec<RodCurve>,
+}
+
+/// Solves the scene of an assembly and describes its equilibrium.
+///
+/// ```
+/// use snaprod::scene::Scene;
+/// use snaprod::study::assembly::equilibrium;
+/// // A mass that hangs between two rods, free to turn on it.
+/// let scene = Scene::parse(
+///     r#"
+///     [[rod]]
+///     name = "left"
+///     model = "cosserat"
+///     length = 1.0
+///     section = { bending = [1.0, 1.0], torsion = 1.0 }
+///     from = { position = [-0.8, 0.0, 0.0], rotation = { axis = [0.0, 1.0, 0.0], angle_degrees = 90.0 } }
+///     to = { body = "m", joint = "ball" }
+///     [[rod]]
+///     name = "right"
+///     model = "cosserat"
+///     length = 1.0
+///     section = { bending = [1.0, 1.0], torsion = 1.0 }
+///     from = { position = [0.8, 0.0, 0.0], rotation = { axis = [0.0, 1.0, 0.0], angle_degrees = -90.0 } }
+///     to = { body = "m", joint = "ball" }
+///     [[body]]
+///     name = "m"
+///     mass = 1.0
+///     force = [0.0, 0.0, -1.0]
+///     guess = { position = [0.0, 0.0, -0.4] }
+///     "#,
+/// )?;
+/// let found = equilibrium(&scene)?;
+/// let lift: f64 = found.rods.iter().map(|(_, wrench)| wrench[5]).sum();
+/// assert!((lift + 1.0).abs() < 1e-9); // the rods pull their bases down by the load
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A scene of one rod; no equilibrium found.
+pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
+    let in_units = |e| scene.in_own_units(e);
+    let setup = AssemblySetup::new(scene).map_err(in_units)?;
+    let found = setup.equilibrium().map_err(in_units)?;
+    let (given, k) = (scene.assembly.as_ref(), &setup.scales);
+    let bodies = given.iter().flat_map(|given| &given.bodies);
+    let bodies = bodies.zip(&found.now.bodies).map(|(body, place)| {
+        let mut pose = place.pose;
+        pose.translation.vector *= k.length;
+        (body.name.clone(), pose)
+    });
+    let rods = given.iter().flat_map(|given| &given.rods);
+    let near = matches!(found.route, AssemblyRoute::Guess | AssemblyRoute::FromGuess);
+    let guess = given.is_some_and(|given| given.bodies.iter().any(|body| body.guess.is_some()));
+    let rods = rods.zip(setup.base_wrenches(&found.now)?);
+    Ok(AssemblyEquilibriumRecord {
+        units: scene.units,
+        bodies: bodies.collect(),
+        rods: rods.map(|(rod, w)| (rod.name.clone(), w)).collect(),
+        energy: found.energy * k.energy,
+        index: found.index,
+        residual: found.residual,
+        from_guess: guess.then_some(near),
+        shapes: setup.shapes(&found.now, SECTIONS)?,
+    })
+}
+
+impl AssemblyEquilibriumRecord {
+    /// All but the shapes, as JSON.
+    pub fn summary(&self) -> Value {
+        let bodies = self.bodies.iter().map(|(name, pose)| {
+            let position = pose.translation.vector;
+            let described = json!({
+                "position": position.as_slice(),
+                "quaternion": upward(&pose.rotation),
+            });
+            (name.clone(), described)
+        });
+        let rods = self.rods.iter().zip(&self.shapes).map(|((name, w), shape)| {
+            let (couple, force) = halves(w);
+            let turn = shape.first().map_or_else(UnitQuaternion::identity, |(_, pose)| pose.rotation);
+            let wrench = |m: Vector3<f64>, n: Vector3<f64>| json!({ "couple": m.as_slice(), "force": n.as_slice() });
+            let described = json!({
+                "base_wrench": wrench(couple, force),
+                "base_wrench_in_directors": wrench(turn.inverse() * couple, turn.inverse() * force),
+            });
+            (name.clone(), described)
+        });
+        json!({
+            "bodies": bodies.collect::<Map<_, _>>(),
+            "rods": rods.collect::<Map<_, _>>(),
+            "energy": self.energy,
+            "index": self.index,
+            "stable": self.index == 0,
+            "residual": self.residual,
+            "from_guess": self.from_guess,
+        })
+    }
+
+    /// The shapes of all rods: a row for each section.
+    ///
+    /// # Errors
+    /// None that is known of.
+    pub fn shape(&self) -> Result<Table> {
+        let length = self.units.length();
+        let place = |name: &'static str| Column::reals(name, length, "position of the centreline");
+        let part = |name: &'static str| Column::reals(name, "", "unit quaternion of the directors");
+        let columns = vec![
+            Column::words("rod", "the rod"),
+            Column::reals("s", length, "arclength of the unloaded rod from its base"),
+            place("x"),
+            place("y"),
+            place("z"),
+            part("qw"),
+            part("qx"),
+            part("qy"),
+            part("qz"),
+        ];
+        let mut table = Table::new("shape", columns);
+        for ((name, _), sections) in self.rods.iter().zip(&self.shapes) {
+            for (s, pose) in sections {
+                let (r, q) = (pose.translation.vector, upward(&pose.rotation));
+                let numbers = [*s].into_iter().chain(r.iter().copied()).chain(q);
+                let row: Vec<Cell> = std::iter::once(name.clone().into())
+                    .chain(numbers.map(Cell::Real))
+                    .collect();
+                table.push(&row)?;
+            }
+        }
+        Ok(table)
+    }
+}

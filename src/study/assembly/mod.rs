@@ -1,0 +1,9 @@
+//! Assemblies: the equilibrium of several rods and bodies, and their motion.
+
+mod equilibrium;
+mod record;
+mod run;
+
+pub use equilibrium::{AssemblyEquilibriumRecord, equilibrium};
+pub use record::{AssemblyMoment, AssemblyRunRecord, BodyMoment};
+pub use run::{AssemblyPrepared, run};

@@ -1,0 +1,223 @@
+//! Runs an assembly.
+
+use super::record::{AssemblyMoment, AssemblyRunRecord, BodyMoment};
+use crate::assembly::Place;
+use crate::error::{Error, Result};
+use crate::motion::assembly::AssemblyRun;
+use crate::motion::{Closing, Event, Motion, Observer, Snap, State, drive};
+use crate::scene::{AssemblySetup, Run, Scene, Units};
+use crate::study::run::Bounds;
+use crate::study::run::recorder::audited;
+use crate::study::run::table::{ledger_cells, ledger_columns};
+use crate::study::{Cell, Column, Hooks, Sink, Table};
+use nalgebra::Isometry3;
+
+/// Sections of a rod that is drawn, less one.
+const SECTIONS: usize = 60;
+
+/// A scene of an assembly in motion made ready to run.
+pub struct AssemblyPrepared {
+    setup: AssemblySetup,
+    scene: Scene,
+    run: Run,
+}
+
+impl AssemblyPrepared {
+    /// Scales everything.
+    ///
+    /// # Errors
+    /// A scene of one rod, or of statics; what [`Scene::parse`] cannot see from the numbers alone.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        Ok(Self {
+            setup: AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?,
+            scene: scene.clone(),
+            run: scene.run()?.clone(),
+        })
+    }
+
+    /// The motion from its start, and the Morse index of the equilibrium there, if it is one.
+    ///
+    /// # Errors
+    /// A start from which it cannot go.
+    pub fn motion(&self) -> Result<(AssemblyRun, Option<usize>)> {
+        let motion = self.setup.motion(&self.scene);
+        motion.map_err(|e| self.scene.in_own_units(e))
+    }
+
+    /// A state in the world and the scene's units.
+    fn moment(&self, state: &dyn State) -> AssemblyMoment {
+        let (k, ledger) = (&self.setup.scales, state.ledger());
+        let body = |place: &Place| {
+            let mut pose = place.pose;
+            pose.translation.vector *= k.length;
+            BodyMoment {
+                pose,
+                velocity: place.twist.fixed_rows::<3>(3) * k.velocity,
+                angular_velocity: place.twist.fixed_rows::<3>(0) / k.time,
+            }
+        };
+        AssemblyMoment {
+            t: state.time() * k.time,
+            bodies: state.bodies().iter().map(body).collect(),
+            ledger: ledger.scaled(k.energy),
+            total: ledger.total() * k.energy,
+            index: state.index(),
+        }
+    }
+
+    /// Every rod now, from base to end.
+    fn shapes(&self, motion: &AssemblyRun) -> Result<Vec<Vec<Isometry3<f64>>>> {
+        let shapes = self.setup.shapes(&motion.sample_now().at.now, SECTIONS)?;
+        let poses = shapes.into_iter();
+        let poses = poses.map(|rod| rod.into_iter().map(|(_, pose)| pose).collect());
+        Ok(poses.collect())
+    }
+
+    fn body_names(&self) -> Vec<String> {
+        let given = self.scene.assembly.iter();
+        let bodies = given.flat_map(|given| &given.bodies);
+        bodies.map(|body| body.name.clone()).collect()
+    }
+
+    fn rod_names(&self) -> Vec<String> {
+        let given = self.scene.assembly.iter();
+        let rods = given.flat_map(|given| &given.rods);
+        rods.map(|rod| rod.name.clone()).collect()
+    }
+}
+
+/// Runs an assembly to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the table `trajectory` go to `sink` as the
+/// run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
+///
+/// # Errors
+/// Rows that the sink refuses.
+pub fn run(
+    prepared: &AssemblyPrepared,
+    (mut motion, start_index): (AssemblyRun, Option<usize>),
+    sink: &mut dyn Sink,
+    hooks: &mut dyn Hooks,
+) -> Result<AssemblyRunRecord> {
+    let scene = serde_json::to_value(&prepared.scene)
+        .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?;
+    let first = prepared.moment(&*motion.now());
+    let first_shapes = prepared.shapes(&motion)?;
+    let ledger = motion.now().ledger();
+    let mut closing = Closing::new(ledger.total());
+    closing.look(&ledger);
+    let bodies = prepared.body_names();
+    let trajectory = sink.begin(trajectory(&bodies, prepared.scene.units))?;
+    let mut recorder = Recorder {
+        prepared,
+        sink,
+        hooks,
+        trajectory,
+        closing,
+        snaps: Vec::new(),
+    };
+    let outcome = drive(&mut motion, prepared.run.samples, &mut recorder)?;
+    let Recorder {
+        mut closing, snaps, ..
+    } = recorder;
+    let (last, scales) = (motion.now(), prepared.setup.scales);
+    closing.look(&last.ledger());
+    Ok(AssemblyRunRecord {
+        units: prepared.scene.units,
+        scales,
+        scene,
+        bodies,
+        rods: prepared.rod_names(),
+        duration: prepared.run.duration,
+        bounds: Bounds {
+            steps: prepared.run.max_steps,
+            snaps: prepared.run.max_snaps,
+            branches: prepared.run.branches,
+        },
+        first,
+        last: prepared.moment(&*last),
+        first_shapes,
+        last_shapes: prepared.shapes(&motion)?,
+        start_index,
+        outcome: audited(outcome, &closing, prepared.run.tolerance, last.time()),
+        cost: motion.cost(),
+        snaps,
+        closing: closing.scaled(scales.energy),
+    })
+}
+
+/// The trajectory, without rows.
+fn trajectory(bodies: &[String], u: Units) -> Table {
+    let mut columns = vec![Column::reals("t", u.time(), "time")];
+    let per_time = match u.time() {
+        "" => "",
+        _ => "rad/s",
+    };
+    let groups = [
+        (&["x", "y", "z"][..], u.length(), "position"),
+        (&["qw", "qx", "qy", "qz"], "", "quaternion"),
+        (&["vx", "vy", "vz"], u.velocity(), "velocity"),
+        (&["wx", "wy", "wz"], per_time, "angular velocity"),
+    ];
+    for body in bodies {
+        for (names, unit, meaning) in groups {
+            let named = names.iter().map(|name| {
+                Column::reals(
+                    format!("{body}.{name}"),
+                    unit,
+                    format!("{meaning} of the frame of {body}, in the world"),
+                )
+            });
+            columns.extend(named);
+        }
+    }
+    columns.extend(ledger_columns(u));
+    let meaning = "Morse indices of the rods with their ends held, added up: 0 is stable";
+    columns.push(Column::integers("index", meaning));
+    Table::new("trajectory", columns)
+}
+
+/// Watches the motion.
+struct Recorder<'r> {
+    prepared: &'r AssemblyPrepared,
+    sink: &'r mut dyn Sink,
+    hooks: &'r mut dyn Hooks,
+    trajectory: usize,
+    closing: Closing,
+    snaps: Vec<Snap>,
+}
+
+impl Observer for Recorder<'_> {
+    fn sample(&mut self, state: &dyn State) -> Result<()> {
+        let at = self.prepared.moment(state);
+        let numbers = at.bodies.iter().flat_map(BodyMoment::numbers);
+        let mut row: Vec<Cell> = std::iter::once(at.t)
+            .chain(numbers)
+            .map(Cell::Real)
+            .collect();
+        row.extend(ledger_cells(&at.ledger, at.total));
+        row.push(at.index.into());
+        self.closing.look(&state.ledger());
+        self.sink.row(self.trajectory, &row)
+    }
+
+    fn event(&mut self, event: &Event, motion: &dyn Motion<'_>) -> Result<()> {
+        if let Event::Snap(snap) = event {
+            self.snaps.push(snap.clone());
+            for state in [motion.before_snap(), Some(motion.now())]
+                .into_iter()
+                .flatten()
+            {
+                self.closing.look(&state.ledger());
+            }
+        }
+        Ok(())
+    }
+
+    fn go_on(&mut self, time: f64) -> bool {
+        let (t, duration) = (
+            time * self.prepared.setup.scales.time,
+            self.prepared.run.duration,
+        );
+        self.hooks.progress(t / duration, t);
+        !self.hooks.interrupted()
+    }
+}

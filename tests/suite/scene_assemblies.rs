@@ -1,0 +1,385 @@
+//! Scenes of several rods and bodies: read, built and scaled as data of other programs (tests/data/space) have them, and refused
+//! where they make no assembly.
+
+use crate::support::{json, list, number, quaternion, rows, vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use serde_json::Value;
+use snaprod::scene::{FaultKind, Scene};
+use snaprod::study::assembly::{AssemblyPrepared, equilibrium, run};
+use snaprod::study::{Silent, Table};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Units of length, force and mass in which the numbers of a file are written down.
+#[derive(Clone, Copy)]
+struct System {
+    length: f64,
+    force: f64,
+    mass: f64,
+}
+
+const PLAIN: System = System {
+    length: 1.0,
+    force: 1.0,
+    mass: 1.0,
+};
+/// None of them 1, none a power of another.
+const ODD: System = System {
+    length: 0.4,
+    force: 0.03,
+    mass: 0.7,
+};
+
+impl System {
+    fn time(self) -> f64 {
+        (self.mass * self.length / self.force).sqrt()
+    }
+}
+
+fn times(x: &[f64], by: f64) -> String {
+    let numbers: Vec<String> = x.iter().map(|x| format!("{:?}", x * by)).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
+fn site(row: &Value, u: System) -> String {
+    let on = row["on"].as_str().expect("on");
+    let body = match on.strip_prefix("body ") {
+        Some(number) => format!("body = \"b{number}\", "),
+        None => String::new(),
+    };
+    format!(
+        "{{ {body}position = {}, quaternion = {} }}",
+        times(&list(&row["position"]), u.length),
+        times(&list(&row["quaternion"]), 1.0)
+    )
+}
+
+/// A network of the data files as a scene, with velocities if there is a start.
+fn text(network: &Value, start: Option<&Value>, u: System) -> String {
+    let mut text = String::new();
+    let gravity = times(&list(&network["gravity"]), u.force / u.mass);
+    writeln!(text, "[loads]\ngravity = {gravity}").expect("text");
+    let bending = u.force * u.length * u.length;
+    for (k, rod) in rows(network, "rods", 2).iter().enumerate() {
+        let (stiffness, rest) = (list(&rod["stiffness"]), list(&rod["rest_curvature_u0"]));
+        write!(
+            text,
+            "[[rod]]\nname = \"r{k}\"\nmodel = \"cosserat\"\nlength = {:?}\n\
+             section = {{ bending = {}, torsion = {:?}, shear = {}, axial = {:?} }}\n\
+             rest = {{ curvature = {}, twist = {:?} }}\nfrom = {}\nto = {}\n",
+            number(rod, "length") * u.length,
+            times(&stiffness[..2], bending),
+            stiffness[2] * bending,
+            times(&stiffness[3..5], u.force),
+            stiffness[5] * u.force,
+            times(&rest[..2], 1.0 / u.length),
+            rest[2] / u.length,
+            site(&rod["base"], u),
+            site(&rod["end"], u),
+        )
+        .expect("text");
+    }
+    for (k, body) in rows(network, "bodies", 1).iter().enumerate() {
+        let inertia = list(&body["inertia_about_com"]);
+        let by = u.mass * u.length * u.length;
+        let inertia: Vec<String> = inertia.chunks(3).map(|row| times(row, by)).collect();
+        write!(
+            text,
+            "[[body]]\nname = \"b{k}\"\nmass = {:?}\ninertia = [{}]\noffset = {}\nforce = {}\n",
+            number(body, "mass") * u.mass,
+            inertia.join(", "),
+            times(&list(&body["com_offset"]), u.length),
+            times(&list(&body["dead_force_at_com"]), u.force),
+        )
+        .expect("text");
+        if let Some(start) = start {
+            let row = &rows(start, "bodies", 1)[k];
+            // In the data along the axes of the body.
+            let omega = quaternion(row, "quaternion") * vector3(row, "angular_velocity");
+            writeln!(
+                text,
+                "velocity = {}\nangular_velocity = {}",
+                times(&list(&row["velocity"]), u.length / u.time()),
+                times(omega.as_slice(), 1.0 / u.time()),
+            )
+            .expect("text");
+        }
+    }
+    text
+}
+
+fn parsed(text: &str) -> Scene {
+    Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
+}
+
+fn bundled(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    Scene::read(&path.join(name)).expect("a scene")
+}
+
+/// Position, relative to a length, and rotation against a row of the data.
+fn assert_pose(
+    position: Vector3<f64>,
+    turn: UnitQuaternion<f64>,
+    row: &Value,
+    u: System,
+    what: &str,
+    tolerance: f64,
+) {
+    let off = (position / u.length - vector3(row, "position")).norm();
+    assert!(off <= tolerance, "{what}: {off:e} off");
+    let off = turn.angle_to(&quaternion(row, "quaternion"));
+    assert!(off <= tolerance, "{what}: turned {off:e} too far");
+}
+
+/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform on three
+/// rods, in plain and in odd units, and the bundled one.
+#[test]
+fn platforms_rest_as_another_program_has_it() {
+    let data = json("space/network_statics_given.json");
+    let cases = rows(&data, "cases", 6);
+    for (case, u) in [(0, PLAIN), (0, ODD), (1, PLAIN), (2, ODD)] {
+        let case = &cases[case];
+        let (name, given) = (case["name"].as_str().expect("a name"), &case["equilibrium"]);
+        let found = equilibrium(&parsed(&text(&case["network"], None, u))).expect(name);
+        let pose = found.bodies[0].1;
+        let row = &rows(given, "bodies", 1)[0];
+        assert_pose(pose.translation.vector, pose.rotation, row, u, name, 1e-9);
+        assert_eq!(found.index, 0, "{name}");
+        let summary = found.summary();
+        for (k, row) in rows(given, "rods", 3).iter().enumerate() {
+            // The chart of the data is along the directors of the base.
+            let wrench = &summary["rods"][format!("r{k}")]["base_wrench_in_directors"];
+            let row = &row["base_wrench_chart"];
+            let off = vector3(wrench, "force") / u.force - vector3(row, "force");
+            assert!(
+                off.norm() <= 1e-8,
+                "{name}: a force is {:e} off",
+                off.norm()
+            );
+            let off = vector3(wrench, "couple") / (u.force * u.length) - vector3(row, "couple");
+            assert!(
+                off.norm() <= 1e-8,
+                "{name}: a couple is {:e} off",
+                off.norm()
+            );
+        }
+    }
+    let (found, given) = (
+        equilibrium(&bundled("platform.toml")),
+        &cases[0]["equilibrium"],
+    );
+    let pose = found.expect("platform.toml").bodies[0].1;
+    let row = &rows(given, "bodies", 1)[0];
+    assert_pose(
+        pose.translation.vector,
+        pose.rotation,
+        row,
+        PLAIN,
+        "platform.toml",
+        1e-9,
+    );
+}
+
+/// Would catch a lost guess, a wrong ball joint, and a rod begun at its other end that is not the same rod: the deep arch as
+/// another program has it, its hinged half from the crown to the hinge and from the hinge to the crown.
+#[test]
+fn the_arch_leans_as_another_program_has_it() {
+    let data = json("space/network_statics_given.json");
+    let point = &rows(&data["cases"][5], "points", 1)[0];
+    let scene = bundled("arch.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/arch.toml");
+    let text = std::fs::read_to_string(path).expect("arch.toml");
+    // Half a turn about d1: the directors of the rod seen from its other end.
+    let half = |q: [f64; 4]| {
+        let turned = Quaternion::new(q[0], q[1], q[2], q[3]) * Quaternion::new(0.0, 1.0, 0.0, 0.0);
+        times(&[turned.w, turned.i, turned.j, turned.k], 1.0)
+    };
+    let root = std::f64::consts::FRAC_1_SQRT_2;
+    let crown = format!(
+        "body = \"crown\", quaternion = {}",
+        half([root, 0.0, root, 0.0])
+    );
+    let (head, tail) = text.split_at(text.find("# from the crown").expect("the hinged rod"));
+    let tail = tail.replace(
+        "from = { body = \"crown\", quaternion = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0] }",
+        "from = { position = [0.9537169507482269, 0.0, -0.3007057995042731], joint = \"ball\" }",
+    );
+    let tail = tail.replace(
+        "to = { position = [0.9537169507482269, 0.0, -0.3007057995042731], joint = \"ball\" }",
+        &format!("to = {{ {crown} }}"),
+    );
+    let turned = parsed(&format!("{head}{tail}"));
+    let (one, other) = (
+        equilibrium(&scene).expect("the arch"),
+        equilibrium(&turned).expect("the arch from its hinge"),
+    );
+    let lean =
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), number(point, "rotation_about_y"));
+    for found in [&one, &other] {
+        let pose = found.bodies[0].1;
+        let off = (pose.translation.vector - vector3(point, "position")).norm();
+        assert!(off <= 1e-9, "the crown is {off:e} off");
+        let off = pose.rotation.angle_to(&lean);
+        assert!(off <= 1e-9, "the crown is turned {off:e} too far");
+        assert_eq!(found.index, 0);
+    }
+    // The hinge gives no couple; its force is what the crown takes from the rod, turned round.
+    let (at_crown, at_hinge) = (one.rods[1].1, other.rods[1].1);
+    let (couple, force) = (at_hinge.fixed_rows::<3>(0), at_hinge.fixed_rows::<3>(3));
+    assert!(
+        couple.norm() <= 1e-9,
+        "a couple {:e} at the hinge",
+        couple.norm()
+    );
+    let off = (force + at_crown.fixed_rows::<3>(3)).norm();
+    assert!(off <= 1e-8, "the force at the hinge is {off:e} off");
+    // Both are drawn from base to end.
+    let ends = |found: &snaprod::study::assembly::AssemblyEquilibriumRecord| {
+        let shape = &found.shapes[1];
+        [shape[0].1, shape[shape.len() - 1].1].map(|pose| pose.translation.vector)
+    };
+    let ([crown, hinge], [first, last]) = (ends(&one), ends(&other));
+    assert!((crown - last).norm() <= 1e-8 && (hinge - first).norm() <= 1e-8);
+}
+
+/// Would catch a wrong start, velocity, scale of time or column of the trajectory: a chain let go unloaded, and a body on two
+/// rods struck at its equilibrium.
+#[test]
+fn chains_and_loops_move_as_another_program_has_it() {
+    let data = json("space/network_motion_given.json");
+    let cases = rows(&data, "cases", 2);
+    for (case, start, u) in [
+        (0, "rest = \"straight\"", PLAIN),
+        (0, "rest = \"straight\"", ODD),
+        (1, "settled = true", ODD),
+    ] {
+        let case = &cases[case];
+        let name = case["name"].as_str().expect("a name");
+        let text = format!(
+            "{}[start]\n{start}\n[run]\nduration = {:?}\ntolerance = 1e-11\nsamples = 7\n",
+            text(&case["network"], Some(&case["start"]), u),
+            1.5 * u.time()
+        );
+        let prepared = AssemblyPrepared::new(&parsed(&text)).expect(name);
+        let mut tables: Vec<Table> = Vec::new();
+        let motion = prepared.motion().expect(name);
+        let record = run(&prepared, motion, &mut tables, &mut Silent).expect(name);
+        assert_eq!(record.reason(), None, "{name}");
+        let table = &tables[0];
+        for state in rows(case, "states", 5) {
+            let row = (number(state, "t") / 0.25).round() as usize;
+            for (k, body) in rows(state, "bodies", 1).iter().enumerate() {
+                let at = |column: &str| table.reals(&format!("b{k}.{column}"))[row];
+                let what = format!("{name}, t = {}", number(state, "t"));
+                let r = Vector3::new(at("x"), at("y"), at("z"));
+                let q = Quaternion::new(at("qw"), at("qx"), at("qy"), at("qz"));
+                let q = UnitQuaternion::from_quaternion(q);
+                assert_pose(r, q, body, u, &what, 1e-8);
+                let v = Vector3::new(at("vx"), at("vy"), at("vz")) * (u.time() / u.length);
+                let off = (v - vector3(body, "velocity")).norm();
+                assert!(off <= 1e-8, "{what}: a velocity is {off:e} off");
+                let w = Vector3::new(at("wx"), at("wy"), at("wz")) * u.time();
+                let off = (w - q * vector3(body, "angular_velocity")).norm();
+                assert!(off <= 1e-8, "{what}: an angular velocity is {off:e} off");
+            }
+        }
+    }
+}
+
+/// Would catch a field that is written but not read again, or read and lost.
+#[test]
+fn a_resolved_assembly_is_the_same_scene() {
+    for name in ["platform.toml", "arch.toml"] {
+        let scene = bundled(name);
+        let text = toml::to_string(&scene).expect("TOML");
+        assert_eq!(parsed(&text), scene, "{name}");
+    }
+}
+
+/// The faults of a scene: line, kind, field.
+fn faults(text: &str) -> Vec<(usize, FaultKind, String)> {
+    let faults = Scene::parse(text).expect_err("faults");
+    let list = faults.into_iter();
+    list.map(|fault| (fault.line, fault.kind, fault.field.clone()))
+        .collect()
+}
+
+const ROD: &str =
+    "model = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
+
+/// Would catch a fault that hides another, or is told at the wrong place: a misspelt body, a name given twice, a rod on a point
+/// mass without its ball joint, an inertia that no body has, friction, and a body that no rod reaches.
+#[test]
+fn every_fault_of_an_assembly_is_found_at_once() {
+    let text = format!(
+        "[[rod]]\nname = \"a\"\n{ROD}from = {{}}\nto = {{ body = \"plattform\" }}\n\
+         [[rod]]\nname = \"a\"\n{ROD}from = {{}}\nto = {{ body = \"mass\" }}\ndamping = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]\n\
+         [[body]]\nname = \"platform\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.3]\n\
+         [[body]]\nname = \"mass\"\nmass = 1.0\nvelocity = [1.0, 0.0, 0.0]\n"
+    );
+    let found = faults(&text);
+    let want = [
+        (7, FaultKind::Unknown, "rod[0].to.body"),
+        (9, FaultKind::Conflict, "rod[1].name"),
+        (14, FaultKind::Conflict, "rod[1].to"),
+        (15, FaultKind::Conflict, "rod[1].damping"),
+        (19, FaultKind::Value, "body[0].inertia"),
+        (23, FaultKind::Conflict, "body[1].velocity"),
+    ];
+    for (line, kind, field) in want {
+        let fault = (line, kind, field.to_owned());
+        assert!(found.contains(&fault), "{fault:?} is not in {found:?}");
+    }
+    assert_eq!(found.len(), want.len(), "{found:?}");
+    let message = Scene::parse(&text).expect_err("faults").to_string();
+    assert!(message.contains("did you mean \"platform\"?"), "{message}");
+}
+
+/// Would catch an assembly that the library cannot take passing the reader: what all rods together show.
+#[test]
+fn rods_must_make_an_assembly() {
+    let body = |name: &str| {
+        format!("[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n")
+    };
+    let rod = |name: &str, from: &str, to: &str| {
+        format!("[[rod]]\nname = \"{name}\"\n{ROD}from = {{ {from} }}\nto = {{ {to} }}\n")
+    };
+    let on = |name: &str| format!("body = \"{name}\"");
+    let ball = "joint = \"ball\", body = \"a\"";
+    let tree = rod("r", "", &on("a")) + &body("a");
+    assert!(Scene::parse(&tree).is_ok());
+    for (text, line, field) in [
+        (tree.clone() + &body("b"), 12, "body[1]"),
+        (
+            tree.clone() + &rod("s", &on("b"), &on("c")) + &body("b") + &body("c"),
+            19,
+            "body[1]",
+        ),
+        (
+            tree.clone() + &rod("s", &on("a"), &on("a")),
+            18,
+            "rod[1].to",
+        ),
+        (tree.clone() + &rod("s", "", ""), 18, "rod[1].to"),
+        (
+            tree.clone() + &rod("s", "joint = \"ball\"", ball),
+            18,
+            "rod[1].to",
+        ),
+        (
+            tree.clone()
+                + &rod("s", "", &on("a"))
+                + "[run]\nduration = 1.0\n[start]\nrest = \"straight\"\n",
+            22,
+            "start.rest",
+        ),
+        (tree.clone() + "guess = { }\n", 12, "body[0].guess.position"),
+        (tree.clone() + "[clamp]\nangle = 0.0\n", 12, "clamp"),
+        (tree.replace("[[body]]", "[body]"), 8, "body"),
+    ] {
+        let found = faults(&text);
+        let told = found.iter().any(|(l, _, f)| *l == line && f == field);
+        assert!(told, "{field} in line {line} is not in {found:?}\n{text}");
+    }
+}
