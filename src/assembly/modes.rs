@@ -70,7 +70,8 @@ impl Modes {
 
 impl Assembly {
     /// Frequencies and mode shapes about an equilibrium at t = 0, drag and rotors left out. A direction in which the assembly is
-    /// rigid, along a straight inextensible rod, has no mode.
+    /// rigid, along a straight inextensible rod, has no mode. Squares have an error of rounding times the largest: next to straight
+    /// inextensible rods, which are all but rigid, the soft ones lose digits.
     ///
     /// # Errors
     /// A configuration with neither stiffness nor compliance; as [`super::Link::index`].
@@ -103,19 +104,27 @@ impl Assembly {
     }
 
     /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0 with drag and rotors: of the first-order system of
-    /// M x'' + C x' + K x = 0, two for each velocity, by imaginary then real part. A real part above zero is an
+    /// M x'' + C x' + K x = 0, two for each velocity that is not rigid, by imaginary then real part. A real part above zero is an
     /// instability; a rotor can hold what the stiffness alone cannot.
     ///
     /// # Errors
-    /// As [`Assembly::stiffness`]; eigenvalues that do not converge.
+    /// As [`Assembly::modes`]; eigenvalues that do not converge.
     pub fn eigenvalues(&self, now: &Configuration, tolerance: f64) -> Result<Vec<Complex<f64>>> {
         let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
-        let stiffness = self.stiffness(0.0, &now.bodies, &points)?;
         let root = self.mass_root(now, &points)?;
-        let (k, c) = (
-            reduced(&root, &stiffness.matrix)?,
-            reduced(&root, &stiffness.damping)?,
-        );
+        let (k, c) = match self.stiffness(0.0, &now.bodies, &points) {
+            Ok(stiffness) => (
+                reduced(&root, &stiffness.matrix)?,
+                reduced(&root, &stiffness.damping)?,
+            ),
+            Err(_) => {
+                // In the modes that are left, M is 1 and K diagonal.
+                let soft = self.soft_modes(now, &points, &root, tolerance)?;
+                let damping = self.damping(now, &points)?;
+                let c = soft.shapes.transpose() * damping * &soft.shapes;
+                (DMatrix::from_diagonal(&soft.squares.into()), c)
+            }
+        };
         let n = k.nrows();
         // Velocities are measured by the largest frequency, which balances the blocks.
         let rate = k.norm().sqrt().max(f64::MIN_POSITIVE);

@@ -194,7 +194,7 @@ impl Assembly {
     }
 
     /// The charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold.
-    pub fn held(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
+    pub fn corrected(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
         rods.map(|((link, point), q)| {
             let change = point

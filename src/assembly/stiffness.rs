@@ -230,6 +230,22 @@ impl Assembly {
         parts.collect()
     }
 
+    /// Minus the derivative of the balance by the velocities.
+    pub(super) fn damping(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+    ) -> Result<DMatrix<f64>> {
+        let (starts, total) = self.freedoms();
+        let mut matrix = DMatrix::zeros(total, total);
+        let parts = self.linear_bodies(0.0, &now.bodies, points)?;
+        for ([mass, _, by_velocity], start) in parts.iter().zip(starts) {
+            let mut view = matrix.view_mut((start, start), mass.shape());
+            view -= mass * by_velocity;
+        }
+        Ok(matrix)
+    }
+
     /// The mass matrix M about the reference points.
     pub(super) fn mass_matrix(
         &self,

@@ -186,6 +186,11 @@ impl RigidBody {
         &self.couple
     }
 
+    /// The angular momentum of the rotor relative to the body, along the directors.
+    pub fn rotor(&self) -> &Vector3<f64> {
+        &self.rotor
+    }
+
     /// The drag on rotation.
     pub fn rotational_drag(&self) -> f64 {
         self.rotational_drag

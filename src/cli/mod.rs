@@ -11,6 +11,7 @@ mod equilibrium;
 mod files;
 mod folds;
 mod memory;
+mod modes;
 mod new;
 mod output;
 mod progress;
@@ -55,6 +56,8 @@ enum Command {
     /// Describes small motions of a straight viscoelastic rod's end: spring, dashpot, memory kernel.
     #[command(allow_negative_numbers = true)]
     Memory(memory::MemoryArgs),
+    /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
+    Modes(modes::ModesArgs),
     /// Checks a scene and reports every fault at once.
     Check(check::CheckArgs),
     /// Writes a commented scene to start from.
@@ -104,6 +107,7 @@ pub fn main() -> ExitCode {
         Command::Equilibrium(args) => equilibrium::equilibrium(args),
         Command::Branch(args) => branch::branch(args),
         Command::Memory(args) => memory::memory(args),
+        Command::Modes(args) => modes::modes(args),
         Command::Check(args) => check::check(args),
         Command::New(args) => new::new(args),
         Command::Schema(args) => new::schema(args),

@@ -13,6 +13,7 @@ mod near;
 mod settled;
 mod slight;
 pub mod stable;
+pub mod stiffness;
 pub mod straight;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
@@ -22,3 +23,4 @@ pub use inversion::{Found, equilibria_at};
 pub use model::Elastica;
 pub use settled::settled;
 pub use stable::{FoldLine, StableRegion};
+pub use stiffness::EndStiffness;

@@ -285,7 +285,7 @@ impl AssemblyRun {
         let state = self.solver.state().clone();
         let at = self.assembly.evaluated(&state.0, ALONG * self.local())?;
         self.extra.evaluations += 1;
-        let charts = self.assembly.held(&at)?;
+        let charts = self.assembly.corrected(&at)?;
         let held = self
             .assembly
             .state(&Configuration { charts, ..at.now }, &at.integrals);

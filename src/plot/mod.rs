@@ -20,6 +20,7 @@
 //! | [`layer`] | a snap in stretched time: shapes and energies |
 //! | [`dissipated_against_released`], [`losses_over_time`] | losses of a viscous run against the elastic limit |
 //! | [`kernel`] | memory: relaxation and creep functions of the end |
+//! | [`mode_shapes`] | small vibrations about an equilibrium, both ways |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
@@ -43,6 +44,7 @@ mod legend;
 mod lines;
 mod losses;
 mod maps;
+mod modes;
 mod motion;
 mod page;
 mod painter;
@@ -71,6 +73,7 @@ pub use losses::{
     LossGroup, LossesOverTime, SnapLosses, dissipated_against_released, losses_over_time,
 };
 pub use maps::{EnergyLandscape, FoldMap, energy_landscape, fold_map};
+pub use modes::{ModeShape, ModeShapes, mode_shapes};
 pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 #[cfg(feature = "png")]
 pub use png::png;

@@ -1,5 +1,6 @@
 //! Several rods and bodies: `[[rod]]` and `[[body]]`.
 
+use super::ends::is_none;
 use super::{Orientation, Rod};
 use crate::assembly::Joint;
 use serde::Serialize;
@@ -59,16 +60,25 @@ pub struct AssemblyBody {
     /// Constant couple, in the world; default 0, and 0 for a point mass.
     pub couple: [f64; 3],
     /// Drag coefficient >= 0 of the centre of mass; default 0.
+    #[serde(skip_serializing_if = "is_zero")]
     pub drag: f64,
     /// Rotational drag >= 0; default 0, and 0 for a point mass.
+    #[serde(skip_serializing_if = "is_zero")]
     pub rotational_drag: f64,
     /// Near where the equilibrium is looked for; of all bodies or of none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guess: Option<Guess>,
     /// Velocity of the origin of its frame at the start of a motion, in the world; default 0.
+    #[serde(skip_serializing_if = "is_none")]
     pub velocity: [f64; 3],
     /// Angular velocity at the start of a motion, in the world; default 0, and 0 for a point mass.
+    #[serde(skip_serializing_if = "is_none")]
     pub angular_velocity: [f64; 3],
+}
+
+/// A scene at rest has no field that only a motion asks.
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// What makes a rigid body of a point mass. Components are along the axes of the body's frame.
@@ -79,6 +89,7 @@ pub struct Extent {
     /// Centre of mass from the origin of the frame; default 0.
     pub offset: [f64; 3],
     /// Angular momentum relative to the body of a symmetric rotor inside; default 0.
+    #[serde(skip_serializing_if = "is_none")]
     pub rotor: [f64; 3],
 }
 

@@ -236,8 +236,9 @@ pub enum Joint {
     },
 }
 
-fn is_none(rotor: &[f64; 3]) -> bool {
-    *rotor == [0.0; 3]
+/// What is left out where it is zero.
+pub(super) fn is_none(vector: &[f64; 3]) -> bool {
+    *vector == [0.0; 3]
 }
 
 impl Joint {

@@ -10,6 +10,7 @@ pub mod elastica;
 pub mod equilibrium;
 pub mod folds;
 pub mod memory;
+pub mod modes;
 pub mod record;
 pub mod run;
 pub mod sheets;
@@ -20,6 +21,7 @@ pub use elastica::{ElasticaRecord, EquilibriaRecord, elastica, equilibria};
 pub use equilibrium::{EquilibriumRecord, equilibrium};
 pub use folds::folds;
 pub use memory::{MemoryRecord, memory};
+pub use modes::{ModesRecord, modes};
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
 pub use sheets::{SheetsRecord, sheets};
 

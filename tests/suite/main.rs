@@ -29,6 +29,8 @@ mod memory_kernel;
 mod memory_motion;
 #[cfg(feature = "scene")]
 mod messages;
+#[cfg(feature = "cli")]
+mod modes;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]

@@ -297,7 +297,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
     vec![
         // Damping.
         (ball("damping = { proportional = 0.05 }", "nodes = 8"), 4, "rod.nodes", Conflict, "no strains of its own"),
-        (ball("damping = { proportional = 0.05 }", "relaxation = []\nnodes = 8"), 5, "rod.nodes", Conflict, "{ proportional = 0.1 }"),
+        (ball("damping = { proportional = 0.05 }", "relaxation = []"), 4, "rod.relaxation", Conflict, "{ proportional = 0.1 }"),
         (edit(&ball("damping = { proportional = 0.05 }\n", ""), "[start]", "[start]\nstrain = { u1 = [0.5] }"), 11, "start.strain", Conflict, "a pose"),
         (damping("0.1"), 4, "rod.damping", Type, "{ proportional = 0.1 }"),
         (damping("-0.1"), 4, "rod.damping", Value, ">= 0"),

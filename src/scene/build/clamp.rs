@@ -2,7 +2,10 @@
 
 use crate::body::{Body, Frame, History, Support};
 use crate::error::{Error, Result};
-use crate::scene::{Clamp, ClampMotion, Dimensionless, Scales, Sine, Translation, TurnAngle};
+use crate::scene::{
+    Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Sine, Start, Translation,
+    TurnAngle,
+};
 use nalgebra::{Isometry3, SVector, Vector2, Vector3};
 use std::f64::consts::TAU;
 
@@ -59,6 +62,38 @@ pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
         support = support.with_turning(&axis, angle).map_err(named)?;
     }
     Ok(Some(support))
+}
+
+impl Scene {
+    /// The scene at t = 0 and at rest, without friction in the rod: the clamp stands as it does then, and nothing has a velocity.
+    ///
+    /// # Errors
+    /// A scene of statics; a motion of the clamp that is none.
+    pub fn standing(&self) -> Result<Self> {
+        let plain = self.dimensionless()?;
+        let frame = match self.is_planar() {
+            true => planar(&plain.clamp)?.map(|support| support.at(0.0).in_space()),
+            false => spatial(&plain.clamp)?.map(|support| support.at(0.0)),
+        };
+        let mut standing = self.clone();
+        if let (Some(_), Some(frame)) = (&self.clamp.motion, frame) {
+            let pose = frame.pose();
+            let q = pose.rotation.quaternion();
+            standing.clamp = Clamp {
+                position: (pose.translation.vector * self.scales()?.length).into(),
+                orientation: Orientation::Quaternion([q.w, q.i, q.j, q.k]),
+                motion: None,
+            };
+        }
+        standing.rod.damping = None;
+        standing.start = Start {
+            velocity: [0.0; 3],
+            angular_velocity: [0.0; 3],
+            with_clamp: false,
+            ..self.start.clone()
+        };
+        Ok(standing)
+    }
 }
 
 fn named(error: Error) -> Error {

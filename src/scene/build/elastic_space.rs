@@ -45,6 +45,34 @@ impl ElasticSpace {
             common,
         })
     }
+
+    /// The rod and the body, and where they start, in the frame of the clamp and units of the rod.
+    ///
+    /// # Errors
+    /// A start that cannot be evaluated.
+    pub fn assembly(&self) -> Result<(Assembly, Configuration)> {
+        let (carrier, joint) = match &self.common.carried {
+            Carried::Welded(body) => (Carrier::rigid(body.clone()), Joint::Weld),
+            Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+        };
+        let here = Isometry3::identity();
+        let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
+        let link = Link::new(self.rod.clone(), from, to, joint);
+        let pose = link.end(&self.chart, POSE)?.pose;
+        let (pose, twist) = match joint {
+            Joint::Weld => (pose, self.common.velocity),
+            Joint::Ball => {
+                let mut twist = self.common.velocity;
+                twist.fixed_rows_mut::<3>(0).fill(0.0);
+                (pose.translation.into(), twist)
+            }
+        };
+        let start = Configuration {
+            bodies: vec![Place { pose, twist }],
+            charts: vec![self.chart],
+        };
+        Ok((Assembly::new(vec![carrier], vec![link])?, start))
+    }
 }
 
 impl MotionModel for ElasticSpace {
@@ -53,34 +81,10 @@ impl MotionModel for ElasticSpace {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let (carrier, joint) = match &self.common.carried {
-            Carried::Welded(body) => (Carrier::rigid(body.clone()), Joint::Weld),
-            Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
-        };
-        let here = Isometry3::identity();
-        let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
-        let link = Link::new(self.rod.clone(), from, to, joint);
-        let begun = || {
-            let pose = link.end(&self.chart, POSE)?.pose;
-            let (pose, twist) = match joint {
-                Joint::Weld => (pose, self.common.velocity),
-                Joint::Ball => {
-                    let mut twist = self.common.velocity;
-                    twist.fixed_rows_mut::<3>(0).fill(0.0);
-                    (pose.translation.into(), twist)
-                }
-            };
-            let start = Configuration {
-                bodies: vec![Place { pose, twist }],
-                charts: vec![self.chart],
-            };
-            AssemblyRun::new(
-                Assembly::new(vec![carrier], vec![link.clone()])?,
-                &start,
-                options,
-            )
-        };
-        let run = begun().map_err(|why| why.context(self.common.words.as_str()))?;
+        let begun = self
+            .assembly()
+            .and_then(|(assembly, start)| AssemblyRun::new(assembly, &start, options));
+        let run = begun.map_err(|why| why.context(self.common.words.as_str()))?;
         Ok(Box::new(run))
     }
 

@@ -511,7 +511,7 @@ pub(super) static PULSE: Spec = spec("pulse", &[
     field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
 ]);
 
-const LANDS: &str = "in space a rod that snaps lands where friction takes it";
+const LANDS: &str = "in space a rod that snaps finds its own way, where friction takes it";
 #[rustfmt::skip]
 pub(super) static RUN: Spec = Spec {
     name: "run",

@@ -1,0 +1,167 @@
+//! `snaprod modes SCENE`.
+
+use super::check::{SceneArgs, no_start, read};
+use super::files::{json_text, print, print_json, rounded};
+use super::output::{FigureArgs, Output};
+use super::{Ending, Refusal, rod_figures};
+use clap::Args;
+use snaprod::plot::{ModeShape, ModeShapes, SpaceRod, mode_shapes};
+use snaprod::study::modes::Station;
+use snaprod::study::{self, ModesRecord};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct ModesArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where to write modes.csv, summary.json and modes.svg; nothing is written without it.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the command writes.
+const FILES: &[&str] = &["modes.*", "summary.json"];
+
+/// Describes small motions about the equilibrium of a scene.
+pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
+    let scene = read(&args.scene)?;
+    let record = study::modes(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
+    if let Some(directory) = &args.out {
+        let out = Output::open(Some(directory), FILES, args.figures)?;
+        out.write("summary.json", json_text(record.summary()).as_bytes())?;
+        out.write("modes.csv", record.table()?.csv().as_bytes())?;
+        out.figure("modes", || Ok(shapes(&record)), mode_shapes);
+        out.finish()?;
+    }
+    if args.json {
+        print_json(record.summary());
+    } else {
+        print(&text(&record));
+    }
+    Ok(Ending::Done)
+}
+
+fn text(record: &ModesRecord) -> String {
+    let motions = &record.motions;
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<15}{value}");
+    };
+    for rod in &motions.rods {
+        if let Some(end) = rod.last() {
+            let p = end.position;
+            let parts = if record.planar { 2 } else { 3 };
+            let parts: Vec<String> = p.iter().take(parts).map(|x| rounded(*x, 12)).collect();
+            let of = if record.of_start {
+                "of [start]"
+            } else {
+                "under the loads"
+            };
+            line("equilibrium", format!("{of}, end at {}", parts.join(", ")));
+        }
+    }
+    let meaning = if motions.stable { "stable" } else { "unstable" };
+    line("index", format!("{} ({meaning})", motions.index));
+    let time = record.units.time();
+    let [rate, time] = match time {
+        "" => [String::new(), String::new()],
+        time => [format!(" rad/{time}"), format!(" {time}")],
+    };
+    for (i, mode) in motions.modes.iter().enumerate() {
+        let moves = motions.coordinates.iter().zip(&mode.shape);
+        // No minus before a zero.
+        let moves = moves.map(|(name, x)| format!("{name} {:.6}", (x * 1e6).round() / 1e6 + 0.0));
+        let moves: Vec<String> = moves.collect();
+        let motion = match (mode.period(), mode.angular_frequency) {
+            (Some(period), omega) => {
+                format!(
+                    "omega {}{rate}, period {}{time}",
+                    rounded(omega, 9),
+                    rounded(period, 9)
+                )
+            }
+            (None, 0.0) => "omega 0: free to move".to_owned(),
+            (None, omega) => format!(
+                "grows at the rate {}{}",
+                rounded(-omega, 9),
+                rate.replace("rad", "1")
+            ),
+        };
+        line(
+            &format!("mode {}", i + 1),
+            format!("{motion}; {}", moves.join(", ")),
+        );
+    }
+    if motions.rigid > 0 {
+        let directions = match motions.rigid {
+            1 => "1 direction, along the straight inextensible rod: it has no mode".to_owned(),
+            n => format!("{n} directions, along straight inextensible rods: they have no modes"),
+        };
+        line("rigid", directions);
+    }
+    for s in motions.eigenvalues.iter().flatten() {
+        line(
+            "eigenvalue",
+            match s.im {
+                0.0 => format!("{}{}", rounded(s.re, 9), rate.replace("rad", "1")),
+                im => format!(
+                    "{} +- {} i{}",
+                    rounded(s.re, 9),
+                    rounded(im, 9),
+                    rate.replace("rad", "1")
+                ),
+            },
+        );
+    }
+    for remark in &record.remarks {
+        line("note", remark.clone());
+    }
+    text
+}
+
+fn shapes(record: &ModesRecord) -> ModeShapes {
+    let rod = |stations: &Vec<Station>| SpaceRod {
+        points: stations.iter().map(|s| s.position.into()).collect(),
+        directors: match record.planar {
+            true => Vec::new(),
+            false => stations
+                .iter()
+                .map(|s| std::array::from_fn(|k| s.directors.column(k).into_owned().into()))
+                .collect(),
+        },
+        ..SpaceRod::default()
+    };
+    let rate = match record.units.time() {
+        "" => String::new(),
+        time => format!(" rad/{time}"),
+    };
+    let modes = record
+        .motions
+        .modes
+        .iter()
+        .enumerate()
+        .map(|(i, mode)| ModeShape {
+            title: match mode.angular_frequency < 0.0 {
+                true => format!(
+                    "mode {}: grows, {:.5}{}",
+                    i + 1,
+                    -mode.angular_frequency,
+                    rate.replace("rad", "1")
+                ),
+                false => format!("mode {}: ω = {:.5}{rate}", i + 1, mode.angular_frequency),
+            },
+            rods: mode.rods.iter().map(rod).collect(),
+        });
+    ModeShapes {
+        rods: record.motions.rods.iter().map(rod).collect(),
+        modes: modes.collect(),
+        planar: record.planar,
+        units: rod_figures::units(record.units),
+    }
+}

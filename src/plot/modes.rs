@@ -1,0 +1,188 @@
+//! Mode shapes: rods in equilibrium and displaced both ways, a panel for each mode.
+
+use super::axes::Axis;
+use super::canvas::Pen;
+use super::data::AxisUnits;
+use super::geometry::{along, drawable};
+use super::legend::{Drawn, Entry, Key, Mark};
+use super::motion::wall;
+use super::page::{Block, Height, Page, Width};
+use super::painter::Painter;
+use super::palette::{Colour, category};
+use super::scenery::{Scenery, SpaceRod, pen};
+use super::spread::Spread;
+use crate::error::{Error, Result};
+
+/// The largest displacement drawn, as a part of the whole, and the largest turn, in radians.
+const REACH: f64 = 0.125;
+const TURN: f64 = 0.35;
+
+/// Modes of vibration.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ModeShapes {
+    /// The rods in equilibrium.
+    pub rods: Vec<SpaceRod>,
+    /// The modes.
+    pub modes: Vec<ModeShape>,
+    /// True if everything lies in the plane z = 0.
+    pub planar: bool,
+    /// Units.
+    pub units: AxisUnits,
+}
+
+/// One mode.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ModeShape {
+    /// Written over its panel.
+    pub title: String,
+    /// How points and directors of the rods move, of any size: the largest displacement is drawn as an eighth of the whole, unless a turn
+    /// would exceed a third of a radian.
+    pub rods: Vec<SpaceRod>,
+}
+
+/// Draws every mode as SVG: equilibrium as a line, displaced both ways dashed.
+///
+/// Errs if there is no mode, or no finite point.
+pub fn mode_shapes(data: &ModeShapes) -> Result<String> {
+    const PANEL: f64 = 300.0;
+    let none = || Error::domain("figure of modes: no mode with a finite point to show");
+    let all = data
+        .rods
+        .iter()
+        .flat_map(|rod| &rod.points)
+        .filter(|p| drawable(p));
+    let size = (0..3)
+        .map(|k| {
+            let (lo, hi) = all
+                .clone()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| {
+                    (lo.min(p[k]), hi.max(p[k]))
+                });
+            hi - lo
+        })
+        .fold(f64::NEG_INFINITY, f64::max);
+    if data.modes.is_empty() || !(size > 0.0 && size.is_finite()) {
+        return Err(none());
+    }
+    let drawn: Vec<Vec<SpaceRod>> = data
+        .modes
+        .iter()
+        .map(|mode| both_ways(data, mode, size))
+        .collect();
+    // All from one side.
+    let points = drawn.iter().flatten().flat_map(|rod| &rod.points);
+    let view = Spread::new(points).ok_or_else(none)?.view();
+    let scenery = |rods: &Vec<SpaceRod>| {
+        let mut scenery = Scenery::new(rods, 0.0, true, true)?;
+        scenery.view = Some(view);
+        Ok(scenery)
+    };
+    let sceneries: Vec<Scenery> = drawn.iter().map(scenery).collect::<Result<_>>()?;
+    let columns = match data.modes.len() {
+        0..=2 => data.modes.len(),
+        4 => 2,
+        _ => 3,
+    };
+    let mut blocks: Vec<Vec<Block>> = (0..columns).map(|_| Vec::new()).collect();
+    for (i, ((mode, rods), scenery)) in data.modes.iter().zip(&drawn).zip(&sceneries).enumerate() {
+        let mut block = match data.planar {
+            true => plane(rods, &data.units).ok_or_else(none)?,
+            false => {
+                let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
+                let needed = stage([0.0, 0.0, PANEL, PANEL]).height();
+                Block::space(needed.clamp(140.0, PANEL), stage, |canvas, stage| {
+                    let mut painter = Painter::new(stage, !scenery.plane);
+                    rods.iter()
+                        .for_each(|rod| painter.rod(rod, colour(rod), scenery));
+                    painter.paint(canvas);
+                })
+            }
+        };
+        block.title = &mode.title;
+        blocks[i % columns].push(block);
+    }
+    let keys = [(false, "equilibrium"), (true, "displaced both ways")].map(|(unstable, word)| {
+        let rod = SpaceRod {
+            unstable,
+            ..SpaceRod::default()
+        };
+        Entry::new(Key::Line(pen(&rod, colour(&rod))), word)
+    });
+    let page = Page::new("", vec![keys.to_vec()]);
+    let page = blocks.into_iter().fold(page, |page, blocks| {
+        page.column(Width::Panels(PANEL), blocks)
+    });
+    Ok(page.draw())
+}
+
+fn colour(rod: &SpaceRod) -> Colour {
+    category(usize::from(rod.unstable))
+}
+
+/// The rods, and displaced along the mode and against it, thin and dashed.
+fn both_ways(data: &ModeShapes, mode: &ModeShape, size: f64) -> Vec<SpaceRod> {
+    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let points = mode.rods.iter().flat_map(|rod| &rod.points);
+    let directors = mode
+        .rods
+        .iter()
+        .flat_map(|rod| rod.directors.iter().flatten());
+    let far = points.map(length).fold(0.0, f64::max) / (REACH * size);
+    let turned = directors.map(length).fold(0.0, f64::max) / TURN;
+    let amplitude = 1.0 / far.max(turned).max(f64::MIN_POSITIVE);
+    let displaced = |by: f64| {
+        data.rods
+            .iter()
+            .zip(&mode.rods)
+            .map(move |(rod, moves)| SpaceRod {
+                points: rod
+                    .points
+                    .iter()
+                    .zip(&moves.points)
+                    .map(|(p, v)| along(*p, by, *v))
+                    .collect(),
+                directors: rod
+                    .directors
+                    .iter()
+                    .zip(&moves.directors)
+                    .map(|(at, moves)| std::array::from_fn(|k| along(at[k], by, moves[k])))
+                    .collect(),
+                unstable: true,
+                ..rod.clone()
+            })
+    };
+    let rest = data.rods.iter().map(|rod| SpaceRod {
+        unstable: false,
+        ..rod.clone()
+    });
+    rest.chain(displaced(amplitude))
+        .chain(displaced(-amplitude))
+        .collect()
+}
+
+fn plane<'a>(rods: &'a [SpaceRod], units: &AxisUnits) -> Option<Block<'a>> {
+    let of = |rod: &SpaceRod, k: usize| rod.points.iter().map(|p| p[k]).collect::<Vec<f64>>();
+    let axis = |k: usize, name: &str| {
+        let values: Vec<f64> = rods.iter().flat_map(|rod| of(rod, k)).collect();
+        Axis::fit(&values, false, &units.length_of(name), 5)
+    };
+    let curves = rods.iter().map(|rod| {
+        let pen: Pen = pen(rod, colour(rod));
+        Drawn::line_of(pen, &of(rod, 0), &of(rod, 1))
+    });
+    let (x, y) = (axis(0, "x")?, axis(1, "y")?);
+    let block = Block::plane(x, y, Height::Equal(140.0, 420.0), curves.collect());
+    Some(block.over(move |canvas, panel| {
+        for rod in rods {
+            let at = |i: usize| panel.at(rod.points[i][0], rod.points[i][1]);
+            let Some((first, last)) = rod.ends() else {
+                continue;
+            };
+            let radius = if rod.unstable { 3.5 } else { 5.0 };
+            panel.mark(canvas, at(last), Mark::Disc, radius, colour(rod));
+            if !rod.unstable && first < last {
+                wall(canvas, at(first), at(first + 1), 11.0);
+            }
+        }
+    }))
+}

@@ -1,0 +1,208 @@
+//! Small motions of bodies and rods in space.
+
+use super::{BALANCED, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration};
+use crate::error::Result;
+use crate::scene::{ElasticSpace, Place, Scales, Scene};
+use nalgebra::{Complex, Isometry3, Vector3};
+
+/// Tolerances of the equilibrium and of the integration along the rods.
+const EQUILIBRIUM: f64 = 1e-11;
+const ALONG: f64 = 1e-13;
+/// Squares of frequencies of directions in which an equilibrium is free to move, in units of the rod and of the largest.
+const NEUTRAL: f64 = 1e-10;
+const ROUNDING: f64 = 1e-14;
+
+pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
+    let mut model = ElasticSpace::new(scene)?;
+    let (mut assembly, mut now) = model.assembly()?;
+    // Strains that are given are those of a rod with friction: no equilibrium.
+    let strained = matches!(&scene.start.place, Place::Strain { strain } if strain.0.iter().any(Option::is_some));
+    let of_start = !strained && balanced(&assembly, &now)?;
+    if !of_start {
+        let mut settled = scene.clone();
+        settled.start.place = Place::Settled { settled: true };
+        model = ElasticSpace::new(&settled).map_err(|why| {
+            why.context("[start] is no equilibrium under the loads at t = 0, and of theirs")
+        })?;
+        (assembly, now) = model.assembly()?;
+    }
+    // Newton's method, where it goes straight there.
+    if let Ok(found) = assembly.equilibrium(Some(&now), EQUILIBRIUM)
+        && found.route == AssemblyRoute::Guess
+    {
+        now = found.now;
+    }
+    let motions = small_motions(&assembly, &now, &model.common.clamp, &model.common.scales)?;
+    Ok((motions, of_start))
+}
+
+/// True if the rods' wrenches on the bodies balance the loads.
+fn balanced(assembly: &Assembly, now: &Configuration) -> Result<bool> {
+    let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
+    let left = assembly.balance(0.0, &now.bodies, &points).norm();
+    let wrenches = assembly.wrenches(&now.bodies, &points);
+    let all: f64 = wrenches.iter().map(|wrench| wrench.norm()).sum();
+    let loads = assembly.carriers().iter().zip(&now.bodies);
+    let loads: f64 = loads
+        .map(|(carrier, place)| carrier.load(0.0, &place.pose).norm())
+        .sum();
+    Ok(left <= BALANCED * (all + loads) || left <= f64::EPSILON)
+}
+
+/// Small motions of an assembly about an equilibrium at t = 0. `clamp` leads its frame into the world, and `scales` its units into those of
+/// the record.
+///
+/// # Errors
+/// As [`Assembly::modes`] and [`Assembly::eigenvalues`].
+pub fn small_motions(
+    assembly: &Assembly,
+    now: &Configuration,
+    clamp: &Isometry3<f64>,
+    scales: &Scales,
+) -> Result<SmallMotions> {
+    let modes = assembly.modes(now, ALONG)?;
+    let index = assembly.index(0.0, now, ALONG)?;
+    let conservative = assembly.carriers().iter().all(is_conservative);
+    let eigenvalues = match assembly.carriers().iter().all(is_simple) {
+        true => None,
+        false => Some(assembly.eigenvalues(now, ALONG)?),
+    };
+    let fastest = eigenvalues
+        .iter()
+        .flatten()
+        .fold(0.0, |a: f64, s| a.max(s.norm()));
+    let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
+    let stable = match &eigenvalues {
+        Some(all) if !conservative => index == 0 && all.iter().all(decaying),
+        _ => index == 0,
+    };
+    let outward = Outward {
+        clamp: *clamp,
+        scales,
+    };
+    let stations = |now: &Configuration| -> Result<Vec<Vec<Station>>> {
+        let rods = assembly.shapes(now, INTERVALS, ALONG)?;
+        let rod = |rod: &Vec<crate::rod::RodSection>| {
+            let each = rod.iter().map(|section| Station {
+                position: section.position,
+                directors: section.directors,
+            });
+            each.collect()
+        };
+        Ok(rods.iter().map(rod).collect())
+    };
+    let largest = modes.squares.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    let zero = NEUTRAL.max(ROUNDING * largest);
+    let omegas = frequencies(&modes.squares, zero, index == 0);
+    let mut list = Vec::new();
+    for (k, omega) in omegas.into_iter().enumerate() {
+        let size = modes
+            .charts
+            .column(k)
+            .amax()
+            .max(modes.shapes.column(k).amax());
+        let step = NUDGE / size;
+        let at = |by: f64| {
+            modes
+                .displaced(assembly, now, k, by)
+                .and_then(|now| stations(&now))
+        };
+        let (before, after) = (at(-step)?, at(step)?);
+        let rods = before.iter().zip(&after).map(|(before, after)| {
+            let pairs = before.iter().zip(after);
+            pairs
+                .map(|(a, b)| outward.rate([a, b], 2.0 * step))
+                .collect()
+        });
+        let mode = Mode {
+            angular_frequency: omega / scales.time,
+            shape: in_world(assembly, modes.shapes.column(k).as_slice(), &outward),
+            rods: rods.collect(),
+        };
+        list.push(mode.oriented());
+    }
+    Ok(SmallMotions {
+        index,
+        stable,
+        conservative,
+        coordinates: coordinates(assembly),
+        rigid: assembly.freedoms().1 - list.len(),
+        modes: list,
+        eigenvalues: eigenvalues.map(|all| {
+            // Zero but for rounding.
+            let zero = |x: f64| if x.abs() <= 1e-14 * fastest { 0.0 } else { x };
+            let all = all
+                .into_iter()
+                .map(|s| Complex::new(zero(s.re), zero(s.im)));
+            let upper = all.filter(|s| s.im >= 0.0);
+            upper.map(|s| s / scales.time).collect()
+        }),
+        rods: stations(now)?
+            .iter()
+            .map(|rod| rod.iter().map(|at| outward.station(at)).collect())
+            .collect(),
+    })
+}
+
+/// True if nothing but inertia and forces with a potential acts on the body.
+fn is_simple(carrier: &Carrier) -> bool {
+    is_conservative(carrier)
+        && match carrier {
+            Carrier::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
+            Carrier::Point(body) => !body.is_damped(),
+        }
+}
+
+/// A couple about axes of the world has no potential.
+fn is_conservative(carrier: &Carrier) -> bool {
+    match carrier {
+        Carrier::Rigid(body) => *body.couple() == Vector3::zeros(),
+        Carrier::Point(_) => true,
+    }
+}
+
+/// Names of the components of a shape; with several bodies, with the body's number.
+fn coordinates(assembly: &Assembly) -> Vec<String> {
+    let several = assembly.carriers().len() > 1;
+    let of = |(body, carrier): (usize, &Carrier)| {
+        let prefix = if several {
+            format!("body{body}_")
+        } else {
+            String::new()
+        };
+        let names = ["rx", "ry", "rz", "dx", "dy", "dz"];
+        let names = &names[6 - carrier.freedoms()..];
+        names
+            .iter()
+            .map(|name| format!("{prefix}{name}"))
+            .collect::<Vec<_>>()
+    };
+    assembly
+        .carriers()
+        .iter()
+        .enumerate()
+        .flat_map(of)
+        .collect()
+}
+
+/// A shape in the world and units of the scene.
+fn in_world(assembly: &Assembly, shape: &[f64], outward: &Outward) -> Vec<f64> {
+    let (starts, _) = assembly.freedoms();
+    let per = 1.0 / outward.scales.mass.sqrt();
+    let mut world = Vec::new();
+    for (carrier, start) in assembly.carriers().iter().zip(starts) {
+        let own = &shape[start..start + carrier.freedoms()];
+        for (i, part) in own.chunks(3).enumerate() {
+            let turns = own.len() == 6 && i == 0;
+            let unit = if turns {
+                per / outward.scales.length
+            } else {
+                per
+            };
+            let vector = outward.clamp.rotation * Vector3::from_column_slice(part) * unit;
+            world.extend(vector.iter());
+        }
+    }
+    world
+}

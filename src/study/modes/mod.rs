@@ -1,0 +1,289 @@
+//! Small motions about an equilibrium of a scene of motion: natural frequencies and mode shapes.
+
+mod assembled;
+mod planar;
+
+pub use assembled::small_motions;
+
+use super::record::{Cell, Column, Table};
+use crate::error::Result;
+use crate::scene::{Scales, Scene, Units};
+use nalgebra::{Complex, Isometry3, Matrix3, Vector3};
+use serde_json::{Map, Value, json};
+use std::f64::consts::TAU;
+
+/// Natural frequencies and mode shapes of a scene about an equilibrium, in its units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModesRecord {
+    /// The units of every quantity.
+    pub units: Units,
+    /// True if the rod moves in a plane.
+    pub planar: bool,
+    /// True if the equilibrium is the start of the scene; false: the forces on the body do not balance there, and it is the one that
+    /// the loads at t = 0 lead to.
+    pub of_start: bool,
+    /// The motions.
+    pub motions: SmallMotions,
+    /// What is left out, and what else is to be said.
+    pub remarks: Vec<String>,
+}
+
+/// Small motions about an equilibrium.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SmallMotions {
+    /// The Morse index, the bodies being free; 0 is stable.
+    pub index: usize,
+    /// True if no small motion grows: at index 0, or, under a couple, which has no potential, by the eigenvalues.
+    pub stable: bool,
+    /// True if all loads have a potential. The modes are those of the symmetric part of the stiffness.
+    pub conservative: bool,
+    /// What moves: names of the components of a shape.
+    pub coordinates: Vec<String>,
+    /// By rising angular frequency.
+    pub modes: Vec<Mode>,
+    /// Directions in which straight inextensible rods do not let the bodies move: they have no mode.
+    pub rigid: usize,
+    /// With drag, rotors or couples: eigenvalues s of motions exp(s t), Im s >= 0, by Im s.
+    pub eigenvalues: Option<Vec<Complex<f64>>>,
+    /// The rods in equilibrium, in the world: evenly spaced sections.
+    pub rods: Vec<Vec<Station>>,
+}
+
+/// A mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mode {
+    /// Its angular frequency; of an instability, minus its rate of growth.
+    pub angular_frequency: f64,
+    /// The displacements x of the bodies, in the world, with x^T M x = 1: translations in 1/sqrt(mass), rotations in 1/(length
+    /// sqrt(mass)).
+    pub shape: Vec<f64>,
+    /// How the rods move with it: derivatives of their stations.
+    pub rods: Vec<Vec<Station>>,
+}
+
+/// A section of a rod, or how fast it moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Position.
+    pub position: Vector3<f64>,
+    /// Directors, by columns; zero in the plane.
+    pub directors: Matrix3<f64>,
+}
+
+/// Intervals between the stations of a rod.
+const INTERVALS: usize = 100;
+/// A mode moves charts by this much for its stations' derivatives, which are for drawing.
+const NUDGE: f64 = 1e-4;
+/// The largest residual force of a start that is an equilibrium, relative to the forces.
+const BALANCED: f64 = 1e-6;
+
+/// Natural frequencies and mode shapes about the start of the scene, if that is an equilibrium, and otherwise about the one that the
+/// loads at t = 0 lead to. The clamp is held as it stands at t = 0, loads in time have their value then, and friction of the rod
+/// is left out.
+///
+/// ```
+/// use snaprod::{scene::Scene, study::modes};
+/// let scene = Scene::parse(
+///     r#"
+///     [rod]
+///     model = "elastica"
+///     length = 2.0
+///     bending_stiffness = 5.0
+///     [body]
+///     mass = 0.5
+///     [start]
+///     rest = "straight"
+///     [run]
+///     duration = 1.0
+///     "#,
+/// )?;
+/// let record = modes(&scene)?;
+/// let across = record.motions.modes[0].angular_frequency;
+/// assert!((across * across - 3.0 * 5.0 / (0.5 * 8.0)).abs() < 1e-14); // 3 EI/(m L^3)
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the rod is infinitely
+/// stiff.
+pub fn modes(scene: &Scene) -> Result<ModesRecord> {
+    let standing = scene.standing()?;
+    let found = match scene.is_planar() {
+        true => planar::modes(&standing),
+        false => assembled::modes(&standing),
+    };
+    let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;
+    let mut record = ModesRecord {
+        units: scene.units,
+        planar: scene.is_planar(),
+        remarks: Vec::new(),
+        of_start,
+        motions,
+    };
+    let motions = &record.motions;
+    let mut remarks = Vec::new();
+    let mut remark = |holds: bool, words: &str| {
+        if holds {
+            remarks.push(words.to_owned());
+        }
+    };
+    remark(
+        !of_start,
+        "[start] is no equilibrium: the forces on the body do not balance there; this is about the equilibrium under the loads at t = 0",
+    );
+    remark(
+        scene.rod.damping.is_some(),
+        "damping of the rod is left out: these are the frequencies of its elastic law",
+    );
+    remark(
+        scene.clamp.motion.is_some(),
+        "the clamp is held as it stands at t = 0",
+    );
+    remark(
+        !scene.loads.force.is_empty(),
+        "loads in time have their values at t = 0",
+    );
+    let growing = motions
+        .modes
+        .iter()
+        .filter(|mode| mode.angular_frequency < 0.0);
+    remark(
+        motions.conservative && motions.index > growing.count(),
+        "the rod is unstable with its end held: it snaps before the body moves",
+    );
+    record.remarks = remarks;
+    Ok(record)
+}
+
+/// Angular frequencies from their squares, which are zero up to `zero`: minus the rate of growth where a square is negative, and 0
+/// where that is rounding of a stable equilibrium.
+fn frequencies(squares: &[f64], zero: f64, stable: bool) -> Vec<f64> {
+    let one = |x: &f64| match x.abs() <= zero || stable && *x < 0.0 {
+        true => 0.0,
+        false => x.signum() * x.abs().sqrt(),
+    };
+    squares.iter().map(one).collect()
+}
+
+/// The way from the frame of the clamp and units of the rod to the world and units of the scene.
+struct Outward<'a> {
+    clamp: Isometry3<f64>,
+    scales: &'a Scales,
+}
+
+impl Outward<'_> {
+    fn station(&self, at: &Station) -> Station {
+        Station {
+            position: self.clamp * nalgebra::Point3::from(at.position * self.scales.length)
+                - nalgebra::Point3::origin(),
+            directors: self.clamp.rotation.to_rotation_matrix() * at.directors,
+        }
+    }
+
+    /// How fast a station moves with a shape in units of [`Mode::shape`], from two that are `apart` in units of the rod.
+    fn rate(&self, [a, b]: [&Station; 2], apart: f64) -> Station {
+        let turn = self.clamp.rotation.to_rotation_matrix();
+        let per = 1.0 / (apart * self.scales.mass.sqrt());
+        Station {
+            position: turn * (b.position - a.position) * per,
+            directors: turn * (b.directors - a.directors) * (per / self.scales.length),
+        }
+    }
+}
+
+impl Mode {
+    /// The same mode, its sign chosen: the largest component is positive, the first of equal ones.
+    fn oriented(mut self) -> Self {
+        let largest = self.shape.iter().fold(0.0, |a: f64, x| {
+            if x.abs() > a.abs() * (1.0 + 1e-9) {
+                *x
+            } else {
+                a
+            }
+        });
+        if largest < 0.0 {
+            self.shape.iter_mut().for_each(|x| *x = -*x);
+            for at in self.rods.iter_mut().flatten() {
+                (at.position, at.directors) = (-at.position, -at.directors);
+            }
+        }
+        self
+    }
+
+    /// The period; None where there is none, of an instability or a neutral mode.
+    pub fn period(&self) -> Option<f64> {
+        (self.angular_frequency > 0.0).then(|| TAU / self.angular_frequency)
+    }
+}
+
+impl ModesRecord {
+    /// The modes: a row for each.
+    ///
+    /// # Errors
+    /// None that is known of.
+    pub fn table(&self) -> Result<Table> {
+        let time = self.units.time();
+        let rate = match time {
+            "" => String::new(),
+            time => format!("rad/{time}"),
+        };
+        let mut columns = vec![
+            Column::integers("mode", "number of the mode, by rising frequency"),
+            Column::reals(
+                "angular_frequency",
+                rate,
+                "angular frequency; of an instability, minus its rate of growth",
+            ),
+            Column::reals("period", time, "period; none of an instability"),
+        ];
+        for name in &self.motions.coordinates {
+            let turns = name.trim_end_matches(['x', 'y', 'z']).ends_with('r');
+            let (unit, what) = match (turns, self.units) {
+                (true, Units::Si) => ("1/(m kg^(1/2))", "rotation"),
+                (false, Units::Si) => ("1/kg^(1/2)", "displacement"),
+                (true, _) => ("", "rotation"),
+                (false, _) => ("", "displacement"),
+            };
+            let meaning = format!("{what} in the mode, in the world; the mode has x^T M x = 1");
+            columns.push(Column::reals(name.clone(), unit, meaning));
+        }
+        let mut table = Table::new("modes", columns);
+        for (i, mode) in self.motions.modes.iter().enumerate() {
+            let mut row: Vec<Cell> = vec![
+                (i + 1).into(),
+                mode.angular_frequency.into(),
+                mode.period().into(),
+            ];
+            row.extend(mode.shape.iter().map(|x| Cell::Real(*x)));
+            table.push(&row)?;
+        }
+        Ok(table)
+    }
+
+    /// Everything but the rods, as JSON.
+    pub fn summary(&self) -> Value {
+        let motions = &self.motions;
+        let modes = || motions.modes.iter();
+        let shape = |mode: &Mode| {
+            let parts = motions.coordinates.iter().zip(&mode.shape);
+            parts
+                .map(|(name, x)| (name.clone(), (*x).into()))
+                .collect::<Map<_, _>>()
+        };
+        let ends = motions.rods.iter().filter_map(|rod| rod.last());
+        let eigenvalues = motions.eigenvalues.as_ref();
+        json!({
+            "angular_frequencies": modes().map(|mode| mode.angular_frequency).collect::<Vec<_>>(),
+            "periods": modes().map(Mode::period).collect::<Vec<_>>(),
+            "shapes": modes().map(shape).collect::<Vec<_>>(),
+            "rigid_directions": motions.rigid,
+            "stable": motions.stable,
+            "index": motions.index,
+            "conservative": motions.conservative,
+            "eigenvalues": eigenvalues.map(|all| all.iter().map(|s| [s.re, s.im]).collect::<Vec<_>>()),
+            "equilibrium": if self.of_start { "start" } else { "loads" },
+            "ends": ends.map(|end| end.position.as_slice().to_vec()).collect::<Vec<_>>(),
+            "remarks": self.remarks,
+        })
+    }
+}

@@ -1,0 +1,234 @@
+//! Small motions of a point mass on a planar elastica: M = m, K in closed form.
+
+use super::{INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use crate::elastica::chart::ChartPoint;
+use crate::elastica::stiffness::{EndStiffness, across, force_by_chart, straight_index};
+use crate::elastica::straight::EULER;
+use crate::elastica::{Equilibrium, folds, settled};
+use crate::error::Result;
+use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight};
+use nalgebra::{Complex, Matrix3, Vector2, Vector3};
+
+/// A load across the rod is none up to this part of the load and EI/L^2: its deflection y changes the frequency by about y^2, and makes
+/// the rod 1/y^2 as stiff along itself.
+const ACROSS: f64 = 1e-6;
+/// By so much a load is turned, relatively, to the side to which an imperfect rod is to buckle.
+const TURNED: f64 = 1e-9;
+/// Newton steps at most.
+const STEPS: usize = 8;
+
+/// A mode of the end, the body's mass being 1, and the rod at two moments of it so far `apart`.
+struct Found {
+    square: f64,
+    shape: Vector2<f64>,
+    rods: [Vec<Station>; 2],
+    apart: f64,
+}
+
+pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
+    let (scales, plain) = (scene.scales()?, scene.dimensionless()?);
+    // The straight rod is a start whatever the loads.
+    let mut straight = scene.clone();
+    (straight.start.place, straight.start.imperfection) = (
+        Place::Rest {
+            rest: Straight::Straight,
+        },
+        0.0,
+    );
+    let model = ElasticPlane::new(&straight)?;
+    let load = model.body.load(0.0);
+    let start = match scene.start.place {
+        // The shape of a rod with friction: no equilibrium.
+        Place::Curvature { .. } => None,
+        _ => Some(ElasticPlane::new(scene)?.start).filter(|at| balanced(at.as_ref(), &load)),
+    };
+    let of_start = start.is_some();
+    let at = match start {
+        Some(at) => at,
+        None => {
+            // A column buckles to the side of its imperfection.
+            let side = scene.start.imperfection;
+            let aside = Vector2::new(-load.y, load.x) * (-side.signum() * TURNED);
+            let turned = load + aside;
+            let load = match (is_along(&load), load.x < -EULER) {
+                (true, false) => Vector2::new(load.x, 0.0),
+                (true, true) if side != 0.0 => turned,
+                _ => load,
+            };
+            settled(&load).map_err(|why| {
+                why.context("[start] is no equilibrium under the loads at t = 0, and of theirs")
+            })?
+        }
+    };
+    let at = at.map(|at| polished(at, &load));
+    let mut clamp = model.clamp(0.0).pose();
+    clamp.translation.vector *= scales.length;
+    let outward = Outward {
+        clamp,
+        scales: &scales,
+    };
+    let (index, rigid, rod, found) = match &at {
+        None => straight_rod(load.x),
+        Some(at) => bent(at)?,
+    };
+    let stable = index == 0;
+    let squares: Vec<f64> = found.iter().map(|mode| mode.square).collect();
+    let modes = found
+        .iter()
+        .zip(frequencies(&squares, 0.0, stable))
+        .map(|(mode, omega)| {
+            let shape = Vector3::new(mode.shape.x, mode.shape.y, 0.0);
+            let world = clamp.rotation * shape / scales.mass.sqrt();
+            let pairs = mode.rods[0].iter().zip(&mode.rods[1]);
+            Mode {
+                angular_frequency: omega / scales.time,
+                shape: vec![world.x, world.y],
+                rods: vec![
+                    pairs
+                        .map(|(a, b)| outward.rate([a, b], mode.apart))
+                        .collect(),
+                ],
+            }
+            .oriented()
+        });
+    let drag = plain.loads.drag;
+    let motions = SmallMotions {
+        index,
+        stable,
+        conservative: true,
+        coordinates: ["dx", "dy"].map(String::from).to_vec(),
+        modes: modes.collect(),
+        rigid,
+        eigenvalues: (drag > 0.0).then(|| {
+            let pairs = squares.iter().flat_map(|square| roots(drag, *square));
+            let mut all: Vec<_> = pairs.map(|s| s / scales.time).collect();
+            all.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
+            all
+        }),
+        rods: vec![rod.iter().map(|at| outward.station(at)).collect()],
+    };
+    Ok((motions, of_start))
+}
+
+/// True if the load holds the rod straight, but for a deflection that no frequency tells.
+fn is_along(load: &Vector2<f64>) -> bool {
+    load.y.abs() <= ACROSS * (1.0 + load.norm())
+}
+
+/// True if the rod's force on the body balances the load.
+fn balanced(at: Option<&Equilibrium>, load: &Vector2<f64>) -> bool {
+    match at {
+        None => is_along(load),
+        Some(at) => {
+            let force = Vector2::from(at.force);
+            (force + load).norm() <= super::BALANCED * (force.norm() + load.norm())
+        }
+    }
+}
+
+/// The equilibrium under this load next to one that is all but it: Newton's method for the force.
+fn polished(mut at: Equilibrium, load: &Vector2<f64>) -> Equilibrium {
+    let left = |at: &Equilibrium| Vector2::from(at.force) + load;
+    for _ in 0..STEPS {
+        let jacobian = force_by_chart(&ChartPoint::new(at.p, at.w));
+        let Some(step) = jacobian.try_inverse().map(|inverse| inverse * left(&at)) else {
+            break;
+        };
+        match Equilibrium::new(at.p - step.x, at.w - step.y) {
+            Ok(next) if left(&next).norm() < left(&at).norm() => at = next,
+            _ => break,
+        }
+    }
+    at
+}
+
+/// Index, rigid directions, shape and modes.
+type Described = (usize, usize, Vec<Station>, Vec<Found>);
+
+/// The straight rod under a pull: it moves across, and is rigid along.
+fn straight_rod(pull: f64) -> Described {
+    let bent_by = |y: f64| -> Vec<Station> {
+        let at = (0..=INTERVALS).map(fraction);
+        at.map(|s| station(s, y * deflection(pull, s))).collect()
+    };
+    let found = Found {
+        square: across(pull),
+        shape: Vector2::y(),
+        rods: [bent_by(0.0), bent_by(1.0)],
+        apart: 1.0,
+    };
+    (straight_index(pull), 1, bent_by(0.0), vec![found])
+}
+
+fn bent(at: &Equilibrium) -> Result<Described> {
+    let stiffness = EndStiffness::at(at.p, at.w)?;
+    let mut found = Vec::new();
+    for (square, shape) in stiffness.principal() {
+        let dq = stiffness.chart * shape;
+        let step = NUDGE * (1.0f64).min(at.w) / dq.norm();
+        let moved = |by: f64| {
+            let q = Vector2::new(at.p, at.w) + dq * by;
+            Equilibrium::new(q.x, q.y).and_then(|at| stations(&at))
+        };
+        found.push(Found {
+            square,
+            shape,
+            rods: [moved(-step)?, moved(step)?],
+            apart: 2.0 * step,
+        });
+    }
+    let negative = found.iter().filter(|mode| mode.square < 0.0).count();
+    let index = folds::index(at.p, at.w)? + negative;
+    Ok((index, 0, stations(at)?, found))
+}
+
+fn fraction(i: usize) -> f64 {
+    i as f64 / INTERVALS as f64
+}
+
+fn station(x: f64, y: f64) -> Station {
+    Station {
+        position: Vector3::new(x, y, 0.0),
+        directors: Matrix3::zeros(),
+    }
+}
+
+fn stations(at: &Equilibrium) -> Result<Vec<Station>> {
+    let one = |i: usize| {
+        let section = at.section(fraction(i))?;
+        Ok(station(section.x, section.y))
+    };
+    (0..=INTERVALS).map(one).collect()
+}
+
+/// The deflection of the straight rod under the pull N, its end's being 1: that of the beam y'''' = N y'' under a force across its end.
+fn deflection(pull: f64, s: f64) -> f64 {
+    let b = pull.abs().sqrt();
+    if b < 1e-2 {
+        return 0.5 * s * s * (3.0 - s);
+    }
+    let shape = |s: f64| match pull > 0.0 {
+        // (sinh b - sinh b (1 - s))/cosh b without overflow.
+        true => {
+            let sinh = |x: f64| (x - b).exp() - (-x - b).exp();
+            s - (sinh(b) - sinh(b * (1.0 - s))) / (b * (1.0 + (-2.0 * b).exp()))
+        }
+        false => b * s * b.cos() - b.sin() + (b * (1.0 - s)).sin(),
+    };
+    shape(s) / shape(1.0)
+}
+
+/// Roots s of s^2 + drag s + square = 0 with Im s >= 0.
+fn roots(drag: f64, square: f64) -> Vec<Complex<f64>> {
+    let half = 0.5 * drag;
+    let inner = half * half - square;
+    if inner < 0.0 {
+        return vec![Complex::new(-half, (-inner).sqrt())];
+    }
+    // The smaller by the product of both.
+    let large = -half - inner.sqrt();
+    vec![
+        Complex::from(large),
+        Complex::from(if large == 0.0 { 0.0 } else { square / large }),
+    ]
+}
