@@ -46,6 +46,13 @@ pub enum AssemblyRoute {
     Bent(usize),
 }
 
+impl AssemblyRoute {
+    /// True if it led from the guess.
+    pub fn is_near_guess(self) -> bool {
+        matches!(self, Self::Guess | Self::FromGuess)
+    }
+}
+
 /// Couples (B/L) that bend the rods of a start, and whether every second rod is bent the other way. Generic directions, so that
 /// no symmetry is kept.
 const BENDS: [([f64; 3], bool); 6] = [

@@ -8,6 +8,7 @@
 //! is smooth through det = 0: the fold is where t stops growing, an ordinary root. Away from folds
 //! and walls tau runs like t.
 
+use super::locate::{Guess, Located, Timed, first_fold, locate};
 use crate::body::Body;
 use crate::error::{Error, Result};
 use crate::manifold::{ManifoldPoint, Multivalued, Patch, adjugate_times};
@@ -54,6 +55,13 @@ impl<const N: usize> State for Phase<N> {
     }
 }
 
+impl<const N: usize> Timed for Phase<N> {
+    #[inline]
+    fn time(&self) -> f64 {
+        self.t
+    }
+}
+
 /// How a step of a motion ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress {
@@ -81,15 +89,6 @@ pub struct OnSheet<'a, M, const N: usize> {
     last: Option<Step<Phase<N>>>,
     dense: Option<Dense<Phase<N>>>,
 }
-
-/// Most corrections of an event by redoing the step; three reach rounding from the interpolant.
-const CORRECTIONS: usize = 40;
-/// A correction below this part of the step that brings nothing is rounding.
-const ROUNDING: f64 = 1e-8;
-/// Look inside a step when t' at a stage falls below this fraction of its values at the ends.
-const SUSPICIOUS: f64 = 0.1;
-/// Samples of a suspicious step.
-const SAMPLES: usize = 12;
 
 /// Sections of a step at a largest value, which is then exact to rounding: its place to the root of that.
 const GOLDEN_SECTIONS: usize = 40;
@@ -295,7 +294,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             rate: (step.to.t - step.from.t) / step.h,
             t: end,
         };
-        let hit = |ended: &Located<N>| (ended.step.to.t - end).abs() <= ON_TIME * (1.0 + end);
+        let hit =
+            |ended: &Located<Phase<N>>| (ended.step.to.t - end).abs() <= ON_TIME * (1.0 + end);
         match locate(&step, f, guess, |state, _| state.t - end, cost).filter(hit) {
             Some(mut ended) => {
                 ended.step.to.t = end;
@@ -396,117 +396,4 @@ fn slope<M: Multivalued<N>, const N: usize>(
         work: action.power * rate,
         drag_loss: action.loss * rate,
     })
-}
-
-/// Where in a step an event is thought to be, and how fast its function changes with h there.
-#[derive(Clone, Copy)]
-struct Guess {
-    h: f64,
-    rate: f64,
-    /// The time there.
-    t: f64,
-}
-
-/// An event found: the step that ends there.
-struct Located<const N: usize> {
-    step: Step<Phase<N>>,
-    time_error: f64,
-}
-
-/// The first zero of t' inside a step, if there is one: seen at the stages, confirmed on the interpolant.
-fn first_fold<const N: usize>(
-    step: &mut Step<Phase<N>>,
-    f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
-    cost: &mut Cost,
-) -> Option<Guess> {
-    let rates = || step.stage_slopes().iter().map(|k| k.t);
-    let ends = step.stage_slopes()[0].t.min(step.end_slope().t);
-    let least = rates().fold(f64::INFINITY, f64::min);
-    if ends > 0.0 && least > SUSPICIOUS * ends {
-        return None;
-    }
-    let (h, start, end) = (step.h, step.stage_slopes()[0].t, step.end_slope().t);
-    let dense = step.dense(f, cost)?;
-    let mut rate_at = |x: f64| {
-        cost.evaluations += 1;
-        f(&dense.at(x)).map_or(f64::NAN, |k| k.t)
-    };
-    let mut before = (0.0, start);
-    for i in 1..=SAMPLES {
-        let x = i as f64 / SAMPLES as f64;
-        let after = (x, if i == SAMPLES { end } else { rate_at(x) });
-        // A start at a fold has t' = 0 there: only a change from positive counts.
-        if before.1 > 0.0 && after.1 <= 0.0 {
-            let rate = (after.1 - before.1) / ((after.0 - before.0) * h);
-            let x = chandrupatla(rate_at, before, after, 1e-9)?;
-            return Some(Guess {
-                h: x * h,
-                rate,
-                t: dense.at(x).t,
-            });
-        }
-        before = after;
-    }
-    None
-}
-
-/// Redoes the step with other lengths until the event function vanishes at its end: the event then has
-/// the accuracy of the integration, not of an interpolant. Secants, and halving where they fail: t
-/// may grow like h^2 from a fold.
-fn locate<const N: usize>(
-    step: &Step<Phase<N>>,
-    f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
-    guess: Guess,
-    event: impl Fn(&Phase<N>, &Phase<N>) -> f64,
-    cost: &mut Cost,
-) -> Option<Located<N>> {
-    let Guess {
-        mut h,
-        mut rate,
-        t: mut time,
-    } = guess;
-    let (mut low, mut high) = (0.0, step.h);
-    let mut previous: Option<(f64, f64)> = None;
-    let mut best: Option<(f64, Located<N>)> = None;
-    for _ in 0..CORRECTIONS {
-        let redone = step.redo(f, h, cost)?;
-        let g = event(&redone.to, redone.end_slope());
-        let moved = previous.map_or(f64::INFINITY, |(h0, _)| (h - h0).abs());
-        if let Some((h0, g0)) = previous
-            && h != h0
-            && g != g0
-        {
-            rate = (g - g0) / (h - h0);
-        }
-        let t = redone.to.t;
-        let time_error = (t - time).abs() + f64::EPSILON * t.abs();
-        time = t;
-        let better = best.as_ref().is_none_or(|(size, _)| g.abs() <= *size);
-        if better {
-            best = Some((
-                g.abs(),
-                Located {
-                    step: redone,
-                    time_error,
-                },
-            ));
-        }
-        let correction = -g / rate;
-        if correction.abs() <= 4.0 * f64::EPSILON * h || !better && moved <= ROUNDING * h {
-            break;
-        }
-        if g * guess.rate < 0.0 {
-            low = h;
-        } else {
-            high = h;
-        }
-        previous = Some((h, g));
-        let secant = h + correction;
-        h = if better && low < secant && secant < high {
-            secant
-        } else {
-            0.5 * (low + high)
-        };
-    }
-    best.map(|(_, located)| located)
 }

@@ -122,6 +122,12 @@ impl AssemblySetup {
             true => (self.assembly.unloaded(FINEST)?, None),
             false => {
                 let found = self.equilibrium()?;
+                if self.guess.is_some() && !found.route.is_near_guess() {
+                    return Err(Error::no_convergence(
+                        "no equilibrium is found near the guess of the bodies, and a motion should not start at another one: give a \
+                         nearer guess, or leave it out to start at that which the unloaded rods lead to (snaprod equilibrium)",
+                    ));
+                }
                 (found.now, Some(found.index))
             }
         };

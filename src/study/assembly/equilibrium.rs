@@ -1,6 +1,5 @@
 //! The equilibrium of an assembly.
 
-use crate::assembly::AssemblyRoute;
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::scene::{AssemblySetup, RodCurve, Scene, Units};
@@ -82,7 +81,7 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         (body.name.clone(), pose)
     });
     let rods = given.iter().flat_map(|given| &given.rods);
-    let near = matches!(found.route, AssemblyRoute::Guess | AssemblyRoute::FromGuess);
+    let near = found.route.is_near_guess();
     let guess = given.is_some_and(|given| given.bodies.iter().any(|body| body.guess.is_some()));
     let rods = rods.zip(setup.base_wrenches(&found.now)?);
     Ok(AssemblyEquilibriumRecord {
