@@ -2,7 +2,7 @@
 
 use super::spline::RestSpline;
 use crate::error::{Error, Result};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::sync::Arc;
 
@@ -10,99 +10,109 @@ use std::sync::Arc;
 ///
 /// A break is a time at which some derivative jumps, or near which the function does something that a long step would not
 /// see. Runs end a step at every break, so that no kink lies inside a step and no pulse is passed over.
-#[derive(Clone)]
-pub struct History(Form);
-
-#[derive(Clone)]
-enum Form {
-    Constant(f64),
-    Rate(f64),
-    Sine {
-        amplitude: f64,
-        angular_frequency: f64,
-        phase: f64,
-    },
-    Ramp {
-        times: [f64; 2],
-        values: [f64; 2],
-    },
-    Pulse {
-        times: [f64; 2],
-        height: f64,
-    },
+///
+/// It is plain data, as scenes write it; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers that make
+/// no function.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum History {
+    /// A linear growth.
+    Ramp(Ramp),
+    /// A raised cosine.
+    Pulse(Pulse),
+    /// Rows \[t, f\] of growing times, at least one: linear between them, constant before the first and after the last.
     Table(Vec<[f64; 2]>),
-    Smooth(RestSpline),
-    Custom {
-        f: Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
-        breaks: Vec<f64>,
+    /// Any function.
+    #[cfg_attr(feature = "scene", serde(skip))]
+    Custom(Custom),
+    /// f = rate t.
+    #[cfg_attr(feature = "scene", serde(untagged))]
+    Rate {
+        /// The rate.
+        rate: f64,
     },
+    /// A sine.
+    #[cfg_attr(feature = "scene", serde(untagged))]
+    Sine(Sine),
+}
+
+/// amplitude sin(2 pi frequency t + phase).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Sine {
+    /// Amplitude, of either sign.
+    pub amplitude: f64,
+    /// Frequency, cycles per time. At 0 the value is constant, amplitude sin(phase).
+    pub frequency: f64,
+    /// Phase in radians.
+    pub phase: f64,
+}
+
+/// Growth from `from` before `start` to `to` after `until`. Kinks at both times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Ramp {
+    /// Value before.
+    pub from: f64,
+    /// Value after.
+    pub to: f64,
+    /// When it begins to grow.
+    pub start: f64,
+    /// When it has grown, > `start`.
+    pub until: f64,
+}
+
+/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2. Its integral is amplitude width/2. f and f' are
+/// continuous, f'' jumps where it begins and ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct Pulse {
+    /// Time of its middle.
+    pub at: f64,
+    /// How long it lasts, > 0.
+    pub width: f64,
+    /// Its height.
+    pub amplitude: f64,
+}
+
+impl Pulse {
+    /// When it begins and ends.
+    fn times(&self) -> [f64; 2] {
+        [self.at - 0.5 * self.width, self.at + 0.5 * self.width]
+    }
+}
+
+/// A function and the times at which it breaks: [`History::custom`].
+#[derive(Clone)]
+pub struct Custom {
+    f: Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
+    breaks: Vec<f64>,
+}
+
+impl PartialEq for Custom {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.f, &other.f) && self.breaks == other.breaks
+    }
+}
+
+impl fmt::Debug for Custom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(&self.breaks).finish()
+    }
 }
 
 impl History {
-    /// f = value.
-    ///
-    /// # Errors
-    /// A value that is not finite.
-    pub fn constant(value: f64) -> Result<Self> {
-        finite(&[("value", value)])?;
-        Ok(Self(Form::Constant(value)))
-    }
-
-    /// f = rate t.
-    ///
-    /// # Errors
-    /// A rate that is not finite.
-    pub fn rate(rate: f64) -> Result<Self> {
-        finite(&[("rate", rate)])?;
-        Ok(Self(Form::Rate(rate)))
-    }
-
-    /// f = amplitude sin(angular_frequency t + phase); the angular frequency in radians per unit of time.
-    ///
-    /// # Errors
-    /// A number that is not finite.
-    pub fn sine(amplitude: f64, angular_frequency: f64, phase: f64) -> Result<Self> {
-        finite(&[
-            ("amplitude", amplitude),
-            ("angular_frequency", angular_frequency),
-            ("phase", phase),
-        ])?;
-        Ok(Self(Form::Sine {
+    /// amplitude sin(angular_frequency t + phase); the angular frequency in radians per unit of time.
+    pub fn sine(amplitude: f64, angular_frequency: f64, phase: f64) -> Self {
+        Self::Sine(Sine {
             amplitude,
-            angular_frequency,
+            frequency: angular_frequency / TAU,
             phase,
-        }))
-    }
-
-    /// f = values\[0\] before times\[0\], values\[1\] after times\[1\], linear in between. Kinks at both times.
-    ///
-    /// # Errors
-    /// Times that do not grow; a number that is not finite.
-    pub fn ramp(times: [f64; 2], values: [f64; 2]) -> Result<Self> {
-        finite(&[("value", values[0]), ("value", values[1])])?;
-        growing("a ramp", &times)?;
-        Ok(Self(Form::Ramp { times, values }))
-    }
-
-    /// A raised cosine: f = height (1 - cos(2 pi (t - times\[0\])/(times\[1\] - times\[0\])))/2 between the times, 0 outside.
-    ///
-    /// Its integral is height (times\[1\] - times\[0\])/2. f and f' are continuous, f'' jumps at both times.
-    ///
-    /// # Errors
-    /// Times that do not grow; a number that is not finite.
-    pub fn pulse(times: [f64; 2], height: f64) -> Result<Self> {
-        finite(&[("height", height)])?;
-        growing("a pulse", &times)?;
-        Ok(Self(Form::Pulse { times, height }))
-    }
-
-    /// Through the points \[t, f\], linear between them, constant before the first and after the last: f' jumps at each.
-    ///
-    /// # Errors
-    /// No point; times that do not grow; a number that is not finite.
-    pub fn table(points: Vec<[f64; 2]>) -> Result<Self> {
-        listed("a table", &points)?;
-        Ok(Self(Form::Table(points)))
+        })
     }
 
     /// Through the points \[t, f\] with four continuous derivatives, at rest before the first and after the last.
@@ -112,79 +122,72 @@ impl History {
     /// # Errors
     /// No point; times that do not grow; a number that is not finite.
     pub fn smooth(points: &[[f64; 2]]) -> Result<Self> {
-        listed("a table", points)?;
-        RestSpline::new(points)
-            .map(|spline| Self(Form::Smooth(spline)))
-            .ok_or_else(|| {
-                Error::domain("a table's times lie too unevenly for a smooth curve: thin them out")
-            })
+        listed(points)?;
+        let spline = RestSpline::new(points).ok_or_else(|| {
+            Error::domain("a table's times lie too unevenly for a smooth curve: thin them out")
+        })?;
+        let breaks = points.iter().map(|point| point[0]).collect();
+        Ok(Self::custom(move |t| spline.at(t), breaks))
     }
 
     /// Any function, which gives \[f, f', f''\]; loads use f alone. `breaks` are the times, in growing order, at which it is
     /// not smooth, and others that mark where it varies fast: a function that is flat except between two distant steps of the
     /// motion would else go unseen.
-    ///
-    /// # Errors
-    /// Breaks that do not grow.
-    pub fn custom(
-        f: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
-        breaks: Vec<f64>,
-    ) -> Result<Self> {
-        growing("breaks", &breaks)?;
+    pub fn custom(f: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static, breaks: Vec<f64>) -> Self {
         let f = Arc::new(f);
-        Ok(Self(Form::Custom { f, breaks }))
+        Self::Custom(Custom { f, breaks })
+    }
+
+    /// Refuses numbers that are not finite, and times that do not grow.
+    pub(super) fn checked(self) -> Result<Self> {
+        match &self {
+            Self::Rate { rate } => finite(&[("rate", *rate)]),
+            Self::Sine(sine) => finite(&[
+                ("amplitude", sine.amplitude),
+                ("frequency", sine.frequency),
+                ("phase", sine.phase),
+            ]),
+            Self::Ramp(ramp) => finite(&[("from", ramp.from), ("to", ramp.to)])
+                .and_then(|()| growing("a ramp", &[ramp.start, ramp.until])),
+            Self::Pulse(pulse) => finite(&[("amplitude", pulse.amplitude)])
+                .and_then(|()| growing("a pulse", &pulse.times())),
+            Self::Table(rows) => listed(rows),
+            Self::Custom(custom) => growing("breaks", &custom.breaks),
+        }?;
+        Ok(self)
     }
 
     /// f(t).
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
-        match &self.0 {
-            Form::Sine {
-                amplitude,
-                angular_frequency,
-                phase,
-            } => amplitude * (angular_frequency * t + phase).sin(),
+        match self {
+            Self::Sine(sine) => sine.amplitude * (TAU * sine.frequency * t + sine.phase).sin(),
             _ => self.with_rates(t)[0],
         }
     }
 
     /// \[f, f', f''\] at t; at a break where they jump, from one side.
     pub fn with_rates(&self, t: f64) -> [f64; 3] {
-        match &self.0 {
-            Form::Constant(value) => [*value, 0.0, 0.0],
-            Form::Rate(rate) => [rate * t, *rate, 0.0],
-            Form::Sine {
-                amplitude,
-                angular_frequency: w,
-                phase,
-            } => {
-                let (sin, cos) = (w * t + phase).sin_cos();
-                [
-                    amplitude * sin,
-                    amplitude * w * cos,
-                    -amplitude * w * w * sin,
-                ]
+        match self {
+            Self::Rate { rate } => [*rate * t, *rate, 0.0],
+            Self::Sine(sine) => {
+                let (a, w) = (sine.amplitude, TAU * sine.frequency);
+                let (sin, cos) = (w * t + sine.phase).sin_cos();
+                [a * sin, a * w * cos, -a * w * w * sin]
             }
-            Form::Ramp { times, values } => line(t, &[times[0], values[0]], &[times[1], values[1]]),
-            Form::Pulse { times, height } => {
-                if !(times[0] < t && t < times[1]) {
+            Self::Ramp(ramp) => line(t, &[[ramp.start, ramp.from], [ramp.until, ramp.to]]),
+            Self::Pulse(pulse) => {
+                let [start, end] = pulse.times();
+                if !(start < t && t < end) {
                     return [0.0; 3];
                 }
-                let w = 2.0 * PI / (times[1] - times[0]);
-                let (half, cos) = ((0.5 * w * (t - times[0])).sin(), (w * (t - times[0])).cos());
-                [
-                    height * half * half,
-                    0.5 * height * w * (w * (t - times[0])).sin(),
-                    0.5 * height * w * w * cos,
-                ]
+                let (a, w) = (pulse.amplitude, 2.0 * PI / (end - start));
+                let half = (0.5 * w * (t - start)).sin();
+                let (sin, cos) = (w * (t - start)).sin_cos();
+                [a * half * half, 0.5 * a * w * sin, 0.5 * a * w * w * cos]
             }
-            Form::Table(points) => {
-                let after = points.partition_point(|p| p[0] <= t);
-                let before = after.saturating_sub(1);
-                line(t, &points[before], &points[after.min(points.len() - 1)])
-            }
-            Form::Smooth(spline) => spline.at(t),
-            Form::Custom { f, .. } => f(t),
+            Self::Table(rows) => line(t, rows),
+            Self::Custom(custom) => (custom.f)(t),
         }
     }
 
@@ -194,58 +197,39 @@ impl History {
             let next = times.partition_point(|s| *s <= t);
             times.get(next).copied().unwrap_or(f64::INFINITY)
         };
-        match &self.0 {
-            Form::Constant(_) | Form::Rate(_) | Form::Sine { .. } => f64::INFINITY,
-            Form::Ramp { times, .. } => first(times),
-            Form::Pulse { times: [a, b], .. } => first(&[*a, 0.5 * (a + b), *b]),
-            Form::Table(points) => {
-                let next = points.partition_point(|p| p[0] <= t);
-                points.get(next).map_or(f64::INFINITY, |p| p[0])
+        match self {
+            Self::Rate { .. } | Self::Sine(_) => f64::INFINITY,
+            Self::Ramp(ramp) => first(&[ramp.start, ramp.until]),
+            Self::Pulse(pulse) => {
+                let [start, end] = pulse.times();
+                first(&[start, pulse.at, end])
             }
-            Form::Smooth(spline) => first(spline.times()),
-            Form::Custom { breaks, .. } => first(breaks),
+            Self::Table(rows) => {
+                let next = rows.partition_point(|row| row[0] <= t);
+                rows.get(next).map_or(f64::INFINITY, |row| row[0])
+            }
+            Self::Custom(custom) => first(&custom.breaks),
         }
     }
 
     /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be a blow. A custom
     /// function is trusted.
     pub fn is_smooth(&self) -> bool {
-        !matches!(
-            self.0,
-            Form::Ramp { .. } | Form::Pulse { .. } | Form::Table(_)
-        )
+        !matches!(self, Self::Ramp(_) | Self::Pulse(_) | Self::Table(_))
     }
 }
 
-impl fmt::Debug for History {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.0 {
-            Form::Constant(value) => write!(f, "Constant({value})"),
-            Form::Rate(rate) => write!(f, "Rate({rate})"),
-            Form::Sine {
-                amplitude,
-                angular_frequency,
-                phase,
-            } => write!(f, "Sine({amplitude}, {angular_frequency}, {phase})"),
-            Form::Ramp { times, values } => write!(f, "Ramp({times:?}, {values:?})"),
-            Form::Pulse { times, height } => write!(f, "Pulse({times:?}, {height})"),
-            Form::Table(points) => write!(f, "Table({points:?})"),
-            Form::Smooth(spline) => write!(f, "Smooth({:?})", spline.times()),
-            Form::Custom { breaks, .. } => write!(f, "Custom(.., {breaks:?})"),
+/// Linear between rows of growing times, constant before and after.
+fn line(t: f64, rows: &[[f64; 2]]) -> [f64; 3] {
+    let after = rows.partition_point(|row| row[0] <= t);
+    match (rows.get(after.wrapping_sub(1)), rows.get(after)) {
+        (Some(a), Some(b)) => {
+            let slope = (b[1] - a[1]) / (b[0] - a[0]);
+            [a[1] + slope * (t - a[0]), slope, 0.0]
         }
+        (Some(end), None) | (None, Some(end)) => [end[1], 0.0, 0.0],
+        (None, None) => [0.0; 3],
     }
-}
-
-/// The line from a to b with its rates, constant outside.
-fn line(t: f64, a: &[f64; 2], b: &[f64; 2]) -> [f64; 3] {
-    if t <= a[0] {
-        return [a[1], 0.0, 0.0];
-    }
-    if t >= b[0] {
-        return [b[1], 0.0, 0.0];
-    }
-    let slope = (b[1] - a[1]) / (b[0] - a[0]);
-    [a[1] + slope * (t - a[0]), slope, 0.0]
 }
 
 fn finite(numbers: &[(&str, f64)]) -> Result<()> {
@@ -267,14 +251,12 @@ fn growing(what: &str, times: &[f64]) -> Result<()> {
     )))
 }
 
-fn listed(what: &str, points: &[[f64; 2]]) -> Result<()> {
+fn listed(points: &[[f64; 2]]) -> Result<()> {
     if points.is_empty() {
-        return Err(Error::domain(format!(
-            "{what} needs at least one point [t, f]"
-        )));
+        return Err(Error::domain("a table needs at least one point [t, f]"));
     }
     for pair in points.windows(2) {
-        growing(what, &[pair[0][0], pair[1][0]])?;
+        growing("a table", &[pair[0][0], pair[1][0]])?;
     }
     for point in points {
         finite(&[("time", point[0]), ("value", point[1])])?;

@@ -7,7 +7,7 @@ mod spline;
 mod support;
 
 pub use end_body::{EndBody, EndLinear, EndMotion};
-pub use history::History;
+pub use history::{Custom, History, Pulse, Ramp, Sine};
 pub use rigid::RigidBody;
 pub use support::{Frame, Support};
 
@@ -25,7 +25,7 @@ impl<const N: usize> TimeLoad<N> {
     /// The load direction x history(t).
     ///
     /// # Errors
-    /// A component that is not finite.
+    /// A component or a number of the history that is not finite; times that do not grow.
     pub fn new(direction: SVector<f64, N>, history: History) -> Result<Self> {
         if !direction.iter().all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
@@ -33,6 +33,7 @@ impl<const N: usize> TimeLoad<N> {
                 direction.as_slice()
             )));
         }
+        let history = history.checked()?;
         Ok(Self { direction, history })
     }
 
@@ -41,7 +42,7 @@ impl<const N: usize> TimeLoad<N> {
     /// # Errors
     /// A number that is not finite.
     pub fn sine(amplitude: SVector<f64, N>, angular_frequency: f64, phase: f64) -> Result<Self> {
-        Self::new(amplitude, History::sine(1.0, angular_frequency, phase)?)
+        Self::new(amplitude, History::sine(1.0, angular_frequency, phase))
     }
 
     /// The load at time `t`.

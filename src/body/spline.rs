@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Vector2};
 
 /// The curve of degree 5 between points (t, f) with four continuous derivatives inside and f' = f'' = 0 at both ends;
 /// constant beyond them, so that f'' is continuous everywhere.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct RestSpline {
     times: Vec<f64>,
     /// (f, f', f'') at the times.
@@ -56,11 +56,6 @@ impl RestSpline {
         let times = points.iter().map(|p| p[0]).collect();
         let sound = jets.iter().flatten().all(|x| x.is_finite());
         sound.then_some(Self { times, jets })
-    }
-
-    /// The times of the points.
-    pub fn times(&self) -> &[f64] {
-        &self.times
     }
 
     /// (f, f', f'') at `t`.

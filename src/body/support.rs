@@ -47,7 +47,7 @@ impl<const N: usize> Support<N> {
     /// Adds a translation direction x history(t).
     ///
     /// # Errors
-    /// A direction that is not finite; a history without a continuous second derivative ([`History::is_smooth`]), for a jump
+    /// A direction or a number of the history that is not finite; a history without a continuous second derivative ([`History::is_smooth`]), for a jump
     /// of the clamp's velocity would be a blow.
     pub fn with_translation(
         mut self,
@@ -60,14 +60,12 @@ impl<const N: usize> Support<N> {
                 direction.as_slice()
             )));
         }
-        smooth(&history)?;
-        self.moves.push((direction, history));
+        self.moves.push((direction, smooth(history)?));
         Ok(self)
     }
 
     fn turned(mut self, axis: SMatrix<f64, N, N>, angle: History) -> Result<Self> {
-        smooth(&angle)?;
-        self.turning = Some((axis, angle));
+        self.turning = Some((axis, smooth(angle)?));
         Ok(self)
     }
 
@@ -167,9 +165,9 @@ impl Support<3> {
     }
 }
 
-fn smooth(history: &History) -> Result<()> {
+fn smooth(history: History) -> Result<History> {
     if history.is_smooth() {
-        return Ok(());
+        return history.checked();
     }
     Err(Error::domain(format!(
         "the motion {history:?} of the clamp must have a continuous acceleration: use a constant rate, a sine, or a smooth table"

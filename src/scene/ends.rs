@@ -1,5 +1,6 @@
 //! The two ends of a rod: the clamp, what holds or loads the free end, and the body there.
 
+use crate::body::{History, Sine};
 use serde::Serialize;
 
 /// The base of the rod. Default: at the origin, the directors along the world axes, in the plane the tangent along +x.
@@ -49,33 +50,9 @@ pub enum Translation {
 pub struct Turn {
     /// Axis in the world, not zero, of any length; in the plane +z.
     pub axis: [f64; 3],
-    /// How the angle grows.
+    /// The angle in radians: at a constant rate, or a sine.
     #[serde(flatten)]
-    pub angle: TurnAngle,
-}
-
-/// The angle of a clamp that turns.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum TurnAngle {
-    /// At a constant rate, radians per time.
-    Rate {
-        /// The rate.
-        rate: f64,
-    },
-    /// As a sine, in radians.
-    Sine(Sine),
-}
-
-/// amplitude * sin(2 pi frequency t + phase), by its frequency; a [`History`](crate::body::History) has the angular one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Sine {
-    /// Amplitude, of either sign.
-    pub amplitude: f64,
-    /// Frequency >= 0, cycles per time. At 0 the value is constant, amplitude * sin(phase).
-    pub frequency: f64,
-    /// Phase in radians; default 0.
-    pub phase: f64,
+    pub angle: History,
 }
 
 /// A rotation that takes the world axes to the directors.

@@ -1,6 +1,6 @@
 //! What acts on the body of a scene beside the rod.
 
-use super::Sine;
+use crate::body::History;
 use serde::Serialize;
 
 /// Loads on the body, in the world. Everything defaults to zero.
@@ -25,48 +25,9 @@ pub struct Loads {
 pub struct Force {
     /// Direction, not zero, of any length: only [`Force::unit`] enters the force.
     pub direction: [f64; 3],
-    /// Its size in time.
+    /// Its size in time; a custom one is in units of the rod, and is not written back.
     #[serde(flatten)]
-    pub size: InTime,
-}
-
-/// The size of a force in time, as it is written; a [`History`](crate::body::History) is made of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum InTime {
-    /// `ramp`: it grows linearly.
-    Ramp(Ramp),
-    /// `pulse`: a raised cosine.
-    Pulse(Pulse),
-    /// `table`: rows [t, f] of growing times, linear in between, constant before and after.
-    Table(Vec<[f64; 2]>),
-    /// A sine.
-    #[serde(untagged)]
-    Sine(Sine),
-}
-
-/// A force that grows from `from` before `start` to `to` after `until`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Ramp {
-    /// Size before; default 0.
-    pub from: f64,
-    /// Size after.
-    pub to: f64,
-    /// When it begins to grow, >= 0; default 0.
-    pub start: f64,
-    /// When it has grown, > `start`.
-    pub until: f64,
-}
-
-/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Pulse {
-    /// Time of its middle.
-    pub at: f64,
-    /// How long it lasts, > 0.
-    pub width: f64,
-    /// Its height.
-    pub amplitude: f64,
+    pub size: History,
 }
 
 impl Force {

@@ -70,6 +70,7 @@ mod section;
 mod start;
 mod units;
 
+pub use crate::body::{History, Pulse, Ramp, Sine};
 pub use crate::motion::LandingRule;
 pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 pub use crate::section::{Along, BarrierTerm, Diagonal, Rest, Shape, Stiffness, StrainName};
@@ -81,11 +82,10 @@ pub use build::{
     Setup, SpaceField, ViscousPlane, ViscousSpace,
 };
 pub use ends::{
-    Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Sine, Translation,
-    Turn, TurnAngle,
+    Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
-pub use loads::{Force, InTime, Loads, Pulse, Ramp};
+pub use loads::{Force, Loads};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};
 pub use rod::{Bends, Material, Model, Rod};

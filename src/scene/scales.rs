@@ -1,8 +1,8 @@
 //! From the user's units to those of the library, and back.
 
 use super::{
-    Body, Clamp, Damping, FrictionLaw, InTime, Joint, Loads, Maxwell, Place, Relaxed, Scene, Sine,
-    Start, StrainField, StrainMatrix, Translation, TurnAngle, Units,
+    Body, Clamp, Damping, FrictionLaw, History, Joint, Loads, Maxwell, Place, Relaxed, Scene, Sine,
+    Start, StrainField, StrainMatrix, Translation, Units,
 };
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
@@ -52,6 +52,8 @@ pub enum Dimension {
     Inertia,
     /// A force.
     Force,
+    /// A force per time.
+    ForceRate,
     /// A couple, or an energy.
     Couple,
     /// A force per velocity.
@@ -137,6 +139,7 @@ impl Scales {
             Dimension::Acceleration => x / self.acceleration,
             Dimension::Inertia => x / (self.mass * self.length * self.length),
             Dimension::Force => x / self.force,
+            Dimension::ForceRate => x * self.time / self.force,
             Dimension::Couple => x / self.energy,
             Dimension::Drag => x / self.drag,
             Dimension::RotationalDrag => x / (self.energy * self.time),
@@ -287,6 +290,30 @@ impl<'a> Numbers<'a> {
         }
     }
 
+    /// A history of this quantity, whose rate is the other.
+    fn history(&mut self, [size, rate]: [Dimension; 2], check: Check, f: &'a mut History) {
+        match f {
+            History::Rate { rate: x } => self.extend(rate, check, [x]),
+            History::Sine(sine) => self.sine(size, check, sine),
+            History::Ramp(ramp) => {
+                self.extend(size, check, [&mut ramp.from, &mut ramp.to]);
+                self.extend(Dimension::Time, check, [&mut ramp.start, &mut ramp.until]);
+            }
+            History::Pulse(pulse) => {
+                self.extend(Dimension::Time, check, [&mut pulse.at]);
+                self.positive(Dimension::Time, [&mut pulse.width]);
+                self.extend(size, check, [&mut pulse.amplitude]);
+            }
+            History::Table(rows) => {
+                for [t, x] in rows {
+                    self.extend(Dimension::Time, check, [t]);
+                    self.extend(size, check, [x]);
+                }
+            }
+            History::Custom(_) => {}
+        }
+    }
+
     fn sine(&mut self, size: Dimension, check: Check, sine: &'a mut Sine) {
         self.extend(size, check, [&mut sine.amplitude]);
         self.extend(Dimension::Frequency, check, [&mut sine.frequency]);
@@ -308,10 +335,9 @@ impl<'a> Numbers<'a> {
                 }
             }
         }
-        match motion.turn.as_mut().map(|turn| &mut turn.angle) {
-            None => {}
-            Some(TurnAngle::Rate { rate }) => self.extend(Dimension::Frequency, Check::No, [rate]),
-            Some(TurnAngle::Sine(sine)) => self.sine(Dimension::Number, Check::No, sine),
+        if let Some(turn) = &mut motion.turn {
+            let angle = [Dimension::Number, Dimension::Frequency];
+            self.history(angle, Check::No, &mut turn.angle);
         }
     }
 
@@ -349,24 +375,8 @@ impl<'a> Numbers<'a> {
         self.add(Dimension::Drag, [&mut loads.drag]);
         self.add(Dimension::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {
-            match &mut force.size {
-                InTime::Sine(sine) => self.sine(Dimension::Force, Check::Square, sine),
-                InTime::Ramp(ramp) => {
-                    self.add(Dimension::Force, [&mut ramp.from, &mut ramp.to]);
-                    self.add(Dimension::Time, [&mut ramp.start, &mut ramp.until]);
-                }
-                InTime::Pulse(pulse) => {
-                    self.add(Dimension::Time, [&mut pulse.at]);
-                    self.positive(Dimension::Time, [&mut pulse.width]);
-                    self.add(Dimension::Force, [&mut pulse.amplitude]);
-                }
-                InTime::Table(rows) => {
-                    for [t, f] in rows {
-                        self.add(Dimension::Time, [t]);
-                        self.add(Dimension::Force, [f]);
-                    }
-                }
-            }
+            let size = [Dimension::Force, Dimension::ForceRate];
+            self.history(size, Check::Square, &mut force.size);
         }
     }
 }

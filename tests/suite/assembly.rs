@@ -395,7 +395,7 @@ fn supports_move_rods_as_another_program_has_it() {
         let support = if motion["A"].is_array() {
             // A (sin(w t + phi) - sin phi).
             let (w, phi, shift) = (entry("w"), entry("phi"), vector3(motion, "A"));
-            let shaken = History::sine(1.0, w, phi).expect("a sine");
+            let shaken = History::sine(1.0, w, phi);
             Support::<3>::new(-shift * phi.sin(), &upright)
                 .and_then(|support| support.with_translation(shift, shaken))
         } else {
@@ -405,7 +405,7 @@ fn supports_move_rods_as_another_program_has_it() {
                 let (sin, cos) = (w * t).sin_cos();
                 [half * (1.0 - cos), half * w * sin, half * w * w * cos]
             };
-            let angle = History::custom(turned, Vec::new()).expect("a history");
+            let angle = History::custom(turned, Vec::new());
             Support::<3>::new(centre, &upright)
                 .and_then(|support| support.with_turning(&vector3(motion, "axis"), angle))
         };

@@ -108,8 +108,8 @@ fn a_load_can_be_made_for_shear() {
             force(y, lambda)
         };
         let load = |direction, history: History| TimeLoad::new(direction, history).unwrap();
-        let across = History::custom(across, Vec::new()).unwrap();
-        let along = History::custom(along, Vec::new()).unwrap();
+        let across = History::custom(across, Vec::new());
+        let along = History::custom(along, Vec::new());
         Carried::Welded(
             welded(mass)
                 .with_force(load(Vector3::new(1.0, 0.0, 0.0), across))

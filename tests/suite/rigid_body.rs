@@ -109,9 +109,9 @@ fn carried() -> (RigidBody, Support<3>) {
     let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, 0.5, -0.2));
     let clamp = Support::<3>::new(Vector3::new(0.4, -0.3, 0.1), &tilt)
         .and_then(|s| {
-            s.with_translation(Vector3::new(0.3, 0.5, -1.0), History::sine(0.4, 2.0, 0.3)?)
+            s.with_translation(Vector3::new(0.3, 0.5, -1.0), History::sine(0.4, 2.0, 0.3))
         })
-        .and_then(|s| s.with_turning(&Vector3::new(1.0, -2.0, 0.5), History::sine(0.9, 1.5, 0.6)?))
+        .and_then(|s| s.with_turning(&Vector3::new(1.0, -2.0, 0.5), History::sine(0.9, 1.5, 0.6)))
         .expect("a clamp");
     let couple = TimeLoad::sine(Vector3::new(0.5, 0.1, -0.4), 1.7, 0.2).expect("a couple");
     let body = body().with_couple(couple).with_support(clamp.clone());

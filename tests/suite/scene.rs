@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use snaprod::scene::{
-    Fault, FaultKind, Faults, InTime, LandingRule, Place, ReadError, Scene, Section, Sheet,
+    Fault, FaultKind, Faults, History, LandingRule, Place, ReadError, Scene, Section, Sheet,
     SheetName, Sine, Straight, Units,
 };
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ fn example_is_accepted() {
         frequency: 2.0,
         phase: 0.0,
     };
-    assert_eq!(scene.loads.force[0].size, InTime::Sine(sine));
+    assert_eq!(scene.loads.force[0].size, History::Sine(sine));
     let run = scene.run().unwrap();
     assert_eq!(
         (run.duration, run.tolerance, run.samples),
@@ -814,7 +814,7 @@ fn overrides() {
     assert_eq!(scene.rod.damping.unwrap().viscosity(1.0), 0.2);
     assert_eq!(scene.run.unwrap().samples, 7);
     let sine = &scene.loads.force[0].size;
-    assert!(matches!(sine, InTime::Sine(sine) if sine.amplitude == 3.0));
+    assert!(matches!(sine, History::Sine(sine) if sine.amplitude == 3.0));
     for (text, words) in [
         (
             "body.mass=-1",

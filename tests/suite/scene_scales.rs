@@ -1,7 +1,7 @@
 //! Scenes: the scaling between the user's units and the library's.
 
 use proptest::prelude::*;
-use snaprod::scene::{ElasticPlane, Force, InTime, Place, Scene, Section, Sine, Units};
+use snaprod::scene::{ElasticPlane, Force, History, Place, Scene, Section, Sine, Units};
 use std::path::Path;
 
 fn scene_file(name: &str) -> Scene {
@@ -50,7 +50,7 @@ fn with_units(length: f64, stiffness: f64, mass: f64, drag: f64) -> Scene {
 
 fn sine(force: &mut Force) -> &mut Sine {
     match &mut force.size {
-        InTime::Sine(sine) => sine,
+        History::Sine(sine) => sine,
         other => panic!("{other:?}"),
     }
 }

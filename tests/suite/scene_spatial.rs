@@ -1,7 +1,7 @@
 //! Scenes of motion in space: what is accepted, what is refused and where, and what it is in the library's units.
 
 use snaprod::scene::{
-    BarrierTerm, Damping, EndLoad, EndPose, Fault, FaultKind, FrictionLaw, InTime, Joint, Method,
+    BarrierTerm, Damping, EndLoad, EndPose, Fault, FaultKind, FrictionLaw, History, Joint, Method,
     Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix, StrainName,
     Units,
 };
@@ -532,7 +532,7 @@ fn si_scales() {
     close(free.loads.couple[1], 0.5);
     close(free.loads.drag, 0.1 / (0.08 / 0.8_f64.sqrt()));
     all_close(&free.loads.force[0].unit(), &[0.0, 0.6, 0.8]);
-    let InTime::Sine(sine) = &free.loads.force[0].size else {
+    let History::Sine(sine) = &free.loads.force[0].size else {
         panic!()
     };
     close(sine.amplitude, 2.0);

@@ -3,11 +3,9 @@
 use crate::body::{Body, Frame, History, Support};
 use crate::error::{Error, Result};
 use crate::scene::{
-    Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Sine, Start, Translation,
-    TurnAngle,
+    Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Start, Translation,
 };
 use nalgebra::{Isometry3, SVector, Vector2, Vector3};
-use std::f64::consts::TAU;
 
 use super::planar::in_plane;
 use super::rod::rotation;
@@ -29,9 +27,7 @@ pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
             .map_err(named)?;
     }
     if let Some(turn) = &motion.turn {
-        support = support
-            .with_turning(angle_of(&turn.angle)?)
-            .map_err(named)?;
+        support = support.with_turning(turn.angle.clone()).map_err(named)?;
     }
     Ok(Some(support))
 }
@@ -57,9 +53,10 @@ pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
             .map_err(named)?;
     }
     if let Some(turn) = &motion.turn {
-        let angle = angle_of(&turn.angle)?;
         let axis = Vector3::from(turn.axis);
-        support = support.with_turning(&axis, angle).map_err(named)?;
+        support = support
+            .with_turning(&axis, turn.angle.clone())
+            .map_err(named)?;
     }
     Ok(Some(support))
 }
@@ -108,7 +105,7 @@ fn translations<const N: usize>(
         None => Ok(Vec::new()),
         Some(Translation::Sine { direction, sine }) => {
             let direction = inward(*direction);
-            Ok(vec![(direction / direction.norm(), sinusoidal(sine)?)])
+            Ok(vec![(direction / direction.norm(), History::Sine(*sine))])
         }
         Some(Translation::Table(rows)) => {
             let along = |i: usize| {
@@ -119,17 +116,6 @@ fn translations<const N: usize>(
             (0..N).map(along).collect()
         }
     }
-}
-
-fn angle_of(angle: &TurnAngle) -> Result<History> {
-    match angle {
-        TurnAngle::Rate { rate } => History::rate(*rate),
-        TurnAngle::Sine(sine) => sinusoidal(sine),
-    }
-}
-
-fn sinusoidal(sine: &Sine) -> Result<History> {
-    History::sine(sine.amplitude, TAU * sine.frequency, sine.phase)
 }
 
 /// A place and a velocity in the world as they are seen from the clamp of a planar rod at t = 0.

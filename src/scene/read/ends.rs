@@ -7,8 +7,8 @@ use super::rule::{FINITE, MOMENT, Rule, VALUE};
 use super::table::{Absent, Table};
 use super::words::Short;
 use crate::scene::{
-    Body, Clamp, ClampMotion, Component, End, FaultKind, Joint, Orientation, Rotation, Scene, Sine,
-    Translation, Turn, TurnAngle,
+    Body, Clamp, ClampMotion, Component, End, FaultKind, History, Joint, Orientation, Rotation,
+    Scene, Sine, Translation, Turn,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -108,9 +108,9 @@ fn turn(table: &Table) -> Option<Option<Turn>> {
                     table.conflict("rate", &clash, hint);
                     return None;
                 }
-                TurnAngle::Rate { rate }
+                History::Rate { rate }
             }
-            None => TurnAngle::Sine(sine(&table)?),
+            None => History::Sine(sine(&table)?),
         };
         Some(Turn { axis: axis?, angle })
     })

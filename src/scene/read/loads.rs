@@ -6,7 +6,7 @@ use super::reader::Reader;
 use super::rule::FINITE;
 use super::start::turning;
 use super::table::{Absent, Table};
-use crate::scene::{FaultKind, Force, InTime, Loads, Pulse, Ramp};
+use crate::scene::{FaultKind, Force, History, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -84,10 +84,10 @@ fn force<'a>(
     })
 }
 
-fn size(table: &Table) -> Option<InTime> {
+fn size(table: &Table) -> Option<History> {
     let chosen = table.given(&["ramp", "pulse", "table"]);
     let [form, others @ ..] = chosen.as_slice() else {
-        return sine(table).map(InTime::Sine);
+        return sine(table).map(History::Sine);
     };
     let strangers = [others, &table.given(&["amplitude", "frequency", "phase"])].concat();
     for stranger in &strangers {
@@ -102,7 +102,7 @@ fn size(table: &Table) -> Option<InTime> {
     size.filter(|_| strangers.is_empty())
 }
 
-fn ramp(table: &Table) -> Option<InTime> {
+fn ramp(table: &Table) -> Option<History> {
     let allowed = "a table such as { to = 1.0, until = 1.0 }";
     table.read("ramp", allowed, Absent::Fault, |field, value| {
         let table = table.reader.table(field, value, &RAMP, allowed)?;
@@ -113,7 +113,7 @@ fn ramp(table: &Table) -> Option<InTime> {
             let allowed = format!("a time after `start`, {start}");
             return table.refuse(FaultKind::Value, "until", allowed, None);
         }
-        Some(InTime::Ramp(Ramp {
+        Some(History::Ramp(Ramp {
             from: from?,
             to: to?,
             start,
@@ -122,13 +122,13 @@ fn ramp(table: &Table) -> Option<InTime> {
     })
 }
 
-fn pulse(table: &Table) -> Option<InTime> {
+fn pulse(table: &Table) -> Option<History> {
     let allowed = "a table such as { at = 1.0, width = 0.1, amplitude = 1.0 }";
     table.read("pulse", allowed, Absent::Fault, |field, value| {
         let table = table.reader.table(field, value, &PULSE, allowed)?;
         let (at, width) = (table.number("at"), table.number("width"));
         let amplitude = table.number("amplitude");
-        Some(InTime::Pulse(Pulse {
+        Some(History::Pulse(Pulse {
             at: at?,
             width: width?,
             amplitude: amplitude?,
@@ -136,7 +136,7 @@ fn pulse(table: &Table) -> Option<InTime> {
     })
 }
 
-fn rows(table: &Table) -> Option<InTime> {
+fn rows(table: &Table) -> Option<History> {
     let reader = table.reader;
     let allowed = "an array of rows [t, f] of growing times";
     table.read("table", allowed, Absent::Fault, |field, value| {
@@ -147,6 +147,6 @@ fn rows(table: &Table) -> Option<InTime> {
         let rows: Vec<[f64; 2]> = reader.all(field, value, allowed, row)?;
         let times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
         growing(reader, field, value, &times)?;
-        Some(InTime::Table(rows))
+        Some(History::Table(rows))
     })
 }
