@@ -122,8 +122,9 @@ impl AssemblyRun {
         }
         let assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
+        let along = (ALONG * local).max(FINEST);
         let state = assembly.state(start, &Integrals::default());
-        let at = assembly.evaluated(&state, ALONG * local).ok_or_else(|| {
+        let at = assembly.evaluated(&state, along).ok_or_else(|| {
             Error::domain("the rods cannot be followed under the wrenches of the start")
         })?;
         let apart = assembly.drift(&at);
@@ -137,7 +138,7 @@ impl AssemblyRun {
         let mut slope = numbers.clone();
         let mut watch = vec![Watch::default(); links];
         assembly
-            .write_slope(&numbers.0, None, ALONG * local, &mut slope.0, |k, det, gap| watch[k] = Watch { det, gap })
+            .write_slope(&numbers.0, None, along, &mut slope.0, |k, det, gap| watch[k] = Watch { det, gap })
             .ok_or_else(|| {
                 Error::ill_conditioned(
                     "a rod stands exactly at a fold at the start, as a straight rod that cannot stretch does; let it stretch (an axial \
@@ -146,7 +147,7 @@ impl AssemblyRun {
             })?;
         let rate = slope.mean_square(&numbers, &numbers).sqrt();
         let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
-        let indices = indices(&assembly, &at.now, ALONG * local)?;
+        let indices = indices(&assembly, &at.now, along)?;
         let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
         let solver = Dop853::new(numbers, slope, h, local);
         Ok(Self {
@@ -173,10 +174,15 @@ impl AssemblyRun {
         (LOCAL * self.options.tolerance).max(FINEST)
     }
 
+    /// Error of the integration along the rods.
+    fn along(&self) -> f64 {
+        (ALONG * self.local()).max(FINEST)
+    }
+
     fn describe(&self, state: &DVector<f64>) -> AssemblySample {
         let at = self
             .assembly
-            .evaluated(state, ALONG * self.local())
+            .evaluated(state, self.along())
             .expect("every state of a run has its rods");
         AssemblySample::new(self.assembly.clone(), at, self.released, &self.indices)
     }
@@ -194,7 +200,7 @@ impl AssemblyRun {
 
     /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with.
     fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
-        let along = ALONG * self.local();
+        let along = self.along();
         let mut slope = state.clone();
         let watch = &mut self.watch;
         self.assembly
@@ -214,11 +220,7 @@ impl AssemblyRun {
     }
 
     fn take_step(&mut self, h_max: f64) -> Option<()> {
-        let (assembly, along, slowed) = (
-            &self.assembly,
-            ALONG * (LOCAL * self.options.tolerance).max(FINEST),
-            self.slowed,
-        );
+        let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed);
         let watch = &mut self.watch;
         let f = |y: &Numbers, out: &mut Numbers| {
             assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det, gap| {
@@ -283,7 +285,7 @@ impl AssemblyRun {
     /// Brings the charts back to the poses of the bodies.
     fn hold(&mut self) -> Option<()> {
         let state = self.solver.state().clone();
-        let at = self.assembly.evaluated(&state.0, ALONG * self.local())?;
+        let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
         let charts = self.assembly.corrected(&at)?;
         let held = self
@@ -305,7 +307,7 @@ impl AssemblyRun {
     /// The same with time slowed for the rod that nears its fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
         let slowed = self.slowed?;
-        let (assembly, along) = (self.assembly.clone(), ALONG * self.local());
+        let (assembly, along) = (self.assembly.clone(), self.along());
         let f = |y: &Numbers| {
             let mut out = y.clone();
             assembly.write_slope(&y.0, Some(slowed), along, &mut out.0, |_, _, _| ())?;
@@ -377,7 +379,7 @@ impl AssemblyRun {
             return None;
         }
         if self.dense.is_none() {
-            let (assembly, along) = (self.assembly.clone(), ALONG * self.local());
+            let (assembly, along) = (self.assembly.clone(), self.along());
             // The step was taken under the clock that its own slopes show.
             let slowed = self.slowed.filter(|_| {
                 self.step
@@ -420,7 +422,7 @@ impl AssemblyRun {
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
         }
-        let along = ALONG * self.local();
+        let along = self.along();
         let here = self.sample_now();
         let rod = &self.assembly.links()[link];
         let Evaluated {

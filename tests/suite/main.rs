@@ -2,6 +2,7 @@
 
 mod arrows;
 mod assembly;
+mod assembly_index;
 mod assembly_statics;
 mod clamps;
 #[cfg(feature = "cli")]
@@ -31,6 +32,7 @@ mod memory_motion;
 mod messages;
 #[cfg(feature = "cli")]
 mod modes;
+mod motion_in_space;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]
