@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-/// What a number of a message measures.
+/// What a number measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
-    /// A number without a unit: a stretch, a share.
+    /// A number without a unit: a stretch, an angle, a share.
     Ratio,
     /// A time.
     Time,
@@ -14,16 +14,32 @@ pub enum Quantity {
     Length,
     /// A velocity.
     Velocity,
+    /// An acceleration.
+    Acceleration,
     /// An angular velocity.
     AngularVelocity,
-    /// A rate of change, per time.
+    /// A rate of change, per time; a frequency.
     Rate,
+    /// A mass times a length squared.
+    Inertia,
     /// A force.
     Force,
-    /// A couple.
+    /// A force per time.
+    ForceRate,
+    /// A couple, or an energy.
     Couple,
+    /// A force per velocity.
+    Drag,
+    /// A couple per angular velocity; an angular momentum has the same.
+    RotationalDrag,
     /// A curvature or a twist.
     Curvature,
+    /// The rate of a curvature.
+    CurvatureRate,
+    /// A stiffness between the strains i and j of (u1, .. v3).
+    Stiffness(usize, usize),
+    /// A viscosity between them.
+    Viscosity(usize, usize),
 }
 
 impl Quantity {

@@ -90,7 +90,7 @@ pub use parameter::Parameter;
 pub use read::{json_schema, reference};
 pub use rod::{Bends, Material, Model, Rod};
 pub use run::Run;
-pub use scales::{Dimension, Dimensionless, Scales};
+pub use scales::{Dimensionless, Scales};
 pub use section::{Barrier, Full, Profile, Rigid, Section, ShapeSettings, Shaped, Transverse};
 pub use start::{EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField};
 pub use units::Units;

@@ -33,43 +33,6 @@ pub struct Scales {
     pub drag: f64,
 }
 
-/// What a number of a scene measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dimension {
-    /// A pure number.
-    Number,
-    /// A length.
-    Length,
-    /// A time.
-    Time,
-    /// A frequency, or the rate of an angle.
-    Frequency,
-    /// A velocity.
-    Velocity,
-    /// An acceleration.
-    Acceleration,
-    /// A mass times a length squared.
-    Inertia,
-    /// A force.
-    Force,
-    /// A force per time.
-    ForceRate,
-    /// A couple, or an energy.
-    Couple,
-    /// A force per velocity.
-    Drag,
-    /// A couple per angular velocity; an angular momentum has the same.
-    RotationalDrag,
-    /// A curvature, or a twist per length.
-    Curvature,
-    /// The rate of a curvature.
-    CurvatureRate,
-    /// A stiffness between the strains i and j of (u1, .. v3).
-    Stiffness(usize, usize),
-    /// A viscosity between them.
-    Viscosity(usize, usize),
-}
-
 impl Scales {
     /// The scales of a length, a bending stiffness and a mass.
     pub fn new(length: f64, stiffness: f64, mass: f64) -> Self {
@@ -109,45 +72,38 @@ impl Scales {
 
     /// The units of messages, which are made in those of the rod: for [`Error::in_units`].
     pub fn of_messages(&self, units: Units) -> impl Fn(Quantity) -> (f64, &'static str) {
-        let k = *self;
-        move |of| {
-            let size = match of {
-                Quantity::Time => k.time,
-                Quantity::Length => k.length,
-                Quantity::Velocity => k.velocity,
-                Quantity::AngularVelocity | Quantity::Rate => 1.0 / k.time,
-                Quantity::Force => k.force,
-                Quantity::Couple => k.energy,
-                Quantity::Curvature => 1.0 / k.length,
-                Quantity::Ratio => 1.0,
-            };
-            (size, units.symbol(of))
+        let scales = *self;
+        move |of| (scales.unit(of), units.symbol(of))
+    }
+
+    /// The library's unit of a quantity, in the user's.
+    pub fn unit(&self, of: Quantity) -> f64 {
+        // Couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
+        let size = |i: usize| if i < 3 { 1.0 } else { self.length };
+        let stiffness = |i, j| self.stiffness() / (size(i) * size(j));
+        match of {
+            Quantity::Ratio => 1.0,
+            Quantity::Length => self.length,
+            Quantity::Time => self.time,
+            Quantity::Rate | Quantity::AngularVelocity => 1.0 / self.time,
+            Quantity::Velocity => self.velocity,
+            Quantity::Acceleration => self.acceleration,
+            Quantity::Inertia => self.mass * self.length * self.length,
+            Quantity::Force => self.force,
+            Quantity::ForceRate => self.force / self.time,
+            Quantity::Couple => self.energy,
+            Quantity::Drag => self.drag,
+            Quantity::RotationalDrag => self.energy * self.time,
+            Quantity::Curvature => 1.0 / self.length,
+            Quantity::CurvatureRate => 1.0 / (self.length * self.time),
+            Quantity::Stiffness(i, j) => stiffness(i, j),
+            Quantity::Viscosity(i, j) => stiffness(i, j) * self.time,
         }
     }
 
     /// A number of the scene in the library's units: the one place where they are made.
-    pub fn inward(&self, dimension: Dimension, x: f64) -> f64 {
-        // Couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
-        let size = |i: usize| if i < 3 { 1.0 } else { self.length };
-        let stiffness = |i, j| size(i) * size(j) / self.stiffness();
-        match dimension {
-            Dimension::Number => x,
-            Dimension::Length => x / self.length,
-            Dimension::Time => x / self.time,
-            Dimension::Frequency => x * self.time,
-            Dimension::Velocity => x / self.velocity,
-            Dimension::Acceleration => x / self.acceleration,
-            Dimension::Inertia => x / (self.mass * self.length * self.length),
-            Dimension::Force => x / self.force,
-            Dimension::ForceRate => x * self.time / self.force,
-            Dimension::Couple => x / self.energy,
-            Dimension::Drag => x / self.drag,
-            Dimension::RotationalDrag => x / (self.energy * self.time),
-            Dimension::Curvature => x * self.length,
-            Dimension::CurvatureRate => x * self.length * self.time,
-            Dimension::Stiffness(i, j) => x * stiffness(i, j),
-            Dimension::Viscosity(i, j) => x * (stiffness(i, j) / self.time),
-        }
+    pub fn inward(&self, of: Quantity, x: f64) -> f64 {
+        x / self.unit(of)
     }
 
     /// True if no scale over- or underflows.
@@ -220,7 +176,7 @@ impl Scene {
             duration: self.run()?.duration,
         };
         for number in plain.numbers() {
-            *number.value = scales.inward(number.dimension, *number.value);
+            *number.value = scales.inward(number.of, *number.value);
         }
         plain.body.mass = 1.0;
         Ok(plain)
@@ -229,7 +185,7 @@ impl Scene {
 
 /// A number of a scene.
 struct Number<'a> {
-    dimension: Dimension,
+    of: Quantity,
     check: Check,
     value: &'a mut f64,
 }
@@ -252,33 +208,29 @@ enum Check {
 struct Numbers<'a>(Vec<Number<'a>>);
 
 impl<'a> Numbers<'a> {
-    fn add(&mut self, dimension: Dimension, values: impl IntoIterator<Item = &'a mut f64>) {
-        self.extend(dimension, Check::Square, values);
+    fn add(&mut self, of: Quantity, values: impl IntoIterator<Item = &'a mut f64>) {
+        self.extend(of, Check::Square, values);
     }
 
-    fn positive(&mut self, dimension: Dimension, values: impl IntoIterator<Item = &'a mut f64>) {
-        self.extend(dimension, Check::Positive, values);
+    fn positive(&mut self, of: Quantity, values: impl IntoIterator<Item = &'a mut f64>) {
+        self.extend(of, Check::Positive, values);
     }
 
     fn extend(
         &mut self,
-        dimension: Dimension,
+        of: Quantity,
         check: Check,
         values: impl IntoIterator<Item = &'a mut f64>,
     ) {
-        let number = |value| Number {
-            dimension,
-            check,
-            value,
-        };
+        let number = |value| Number { of, check, value };
         self.0.extend(values.into_iter().map(number));
     }
 
     /// A matrix over the strains.
-    fn matrix(&mut self, matrix: &'a mut StrainMatrix, entry: fn(usize, usize) -> Dimension) {
+    fn matrix(&mut self, matrix: &'a mut StrainMatrix, entry: fn(usize, usize) -> Quantity) {
         match matrix {
             StrainMatrix::Bending(x) => self.add(entry(0, 0), [x]),
-            StrainMatrix::Proportional(x) => self.add(Dimension::Number, [x]),
+            StrainMatrix::Proportional(x) => self.add(Quantity::Ratio, [x]),
             StrainMatrix::Diagonal(all) => {
                 let each = all.iter_mut().enumerate();
                 each.for_each(|(i, x)| self.add(entry(i, i), [x]));
@@ -291,22 +243,22 @@ impl<'a> Numbers<'a> {
     }
 
     /// A history of this quantity, whose rate is the other.
-    fn history(&mut self, [size, rate]: [Dimension; 2], check: Check, f: &'a mut History) {
+    fn history(&mut self, [size, rate]: [Quantity; 2], check: Check, f: &'a mut History) {
         match f {
             History::Rate { rate: x } => self.extend(rate, check, [x]),
             History::Sine(sine) => self.sine(size, check, sine),
             History::Ramp(ramp) => {
                 self.extend(size, check, [&mut ramp.from, &mut ramp.to]);
-                self.extend(Dimension::Time, check, [&mut ramp.start, &mut ramp.until]);
+                self.extend(Quantity::Time, check, [&mut ramp.start, &mut ramp.until]);
             }
             History::Pulse(pulse) => {
-                self.extend(Dimension::Time, check, [&mut pulse.at]);
-                self.positive(Dimension::Time, [&mut pulse.width]);
+                self.extend(Quantity::Time, check, [&mut pulse.at]);
+                self.positive(Quantity::Time, [&mut pulse.width]);
                 self.extend(size, check, [&mut pulse.amplitude]);
             }
             History::Table(rows) => {
                 for [t, x] in rows {
-                    self.extend(Dimension::Time, check, [t]);
+                    self.extend(Quantity::Time, check, [t]);
                     self.extend(size, check, [x]);
                 }
             }
@@ -314,68 +266,68 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    fn sine(&mut self, size: Dimension, check: Check, sine: &'a mut Sine) {
+    fn sine(&mut self, size: Quantity, check: Check, sine: &'a mut Sine) {
         self.extend(size, check, [&mut sine.amplitude]);
-        self.extend(Dimension::Frequency, check, [&mut sine.frequency]);
+        self.extend(Quantity::Rate, check, [&mut sine.frequency]);
     }
 
     fn clamp(&mut self, clamp: &'a mut Clamp) {
-        self.add(Dimension::Length, &mut clamp.position);
+        self.add(Quantity::Length, &mut clamp.position);
         let Some(motion) = &mut clamp.motion else {
             return;
         };
         match &mut motion.translate {
             None => {}
-            Some(Translation::Sine { sine, .. }) => self.sine(Dimension::Length, Check::No, sine),
+            Some(Translation::Sine { sine, .. }) => self.sine(Quantity::Length, Check::No, sine),
             Some(Translation::Table(rows)) => {
                 for row in rows {
                     let (time, place) = row.split_at_mut(1);
-                    self.extend(Dimension::Time, Check::No, time);
-                    self.extend(Dimension::Length, Check::No, place);
+                    self.extend(Quantity::Time, Check::No, time);
+                    self.extend(Quantity::Length, Check::No, place);
                 }
             }
         }
         if let Some(turn) = &mut motion.turn {
-            let angle = [Dimension::Number, Dimension::Frequency];
+            let angle = [Quantity::Ratio, Quantity::AngularVelocity];
             self.history(angle, Check::No, &mut turn.angle);
         }
     }
 
     fn strains(&mut self, field: &'a mut StrainField) {
         let (bent, stretched) = field.0.split_at_mut(3);
-        self.add(Dimension::Curvature, bent.iter_mut().flatten().flatten());
-        self.add(Dimension::Number, stretched.iter_mut().flatten().flatten());
+        self.add(Quantity::Curvature, bent.iter_mut().flatten().flatten());
+        self.add(Quantity::Ratio, stretched.iter_mut().flatten().flatten());
     }
 
     fn start(&mut self, start: &'a mut Start) {
         match &mut start.place {
             Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {}
-            Place::Position { position, .. } => self.add(Dimension::Length, position),
-            Place::Curvature { curvature } => self.add(Dimension::Curvature, curvature),
+            Place::Position { position, .. } => self.add(Quantity::Length, position),
+            Place::Curvature { curvature } => self.add(Quantity::Curvature, curvature),
             Place::Strain { strain } => self.strains(strain),
             Place::Equilibrium { equilibrium } => {
-                self.add(Dimension::Force, &mut equilibrium.force);
-                self.add(Dimension::Couple, &mut equilibrium.couple);
+                self.add(Quantity::Force, &mut equilibrium.force);
+                self.add(Quantity::Couple, &mut equilibrium.couple);
             }
-            Place::Pose { pose } => self.add(Dimension::Length, &mut pose.position),
+            Place::Pose { pose } => self.add(Quantity::Length, &mut pose.position),
         }
         match &mut start.relaxed {
             Relaxed::Start | Relaxed::Unloaded => {}
-            Relaxed::Curvature(field) => self.add(Dimension::Curvature, field),
+            Relaxed::Curvature(field) => self.add(Quantity::Curvature, field),
             Relaxed::Strain(field) => self.strains(field),
         }
-        self.add(Dimension::Velocity, &mut start.velocity);
-        self.add(Dimension::Frequency, &mut start.angular_velocity);
+        self.add(Quantity::Velocity, &mut start.velocity);
+        self.add(Quantity::AngularVelocity, &mut start.angular_velocity);
     }
 
     fn loads(&mut self, loads: &'a mut Loads) {
-        self.add(Dimension::Acceleration, &mut loads.gravity);
-        self.add(Dimension::Force, &mut loads.dead);
-        self.add(Dimension::Couple, &mut loads.couple);
-        self.add(Dimension::Drag, [&mut loads.drag]);
-        self.add(Dimension::RotationalDrag, [&mut loads.rotational_drag]);
+        self.add(Quantity::Acceleration, &mut loads.gravity);
+        self.add(Quantity::Force, &mut loads.dead);
+        self.add(Quantity::Couple, &mut loads.couple);
+        self.add(Quantity::Drag, [&mut loads.drag]);
+        self.add(Quantity::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {
-            let size = [Dimension::Force, Dimension::ForceRate];
+            let size = [Quantity::Force, Quantity::ForceRate];
             self.history(size, Check::Square, &mut force.size);
         }
     }
@@ -385,29 +337,29 @@ impl Dimensionless {
     /// Every number of it, with what it measures.
     fn numbers(&mut self) -> Vec<Number<'_>> {
         let mut all = Numbers::default();
-        all.positive(Dimension::Time, [&mut self.duration]);
+        all.positive(Quantity::Time, [&mut self.duration]);
         if let Some(damping) = &mut self.damping {
             match &mut damping.viscosity {
                 StrainMatrix::Bending(x) => {
-                    all.extend(Dimension::Viscosity(0, 0), Check::Both, [x]);
+                    all.extend(Quantity::Viscosity(0, 0), Check::Both, [x]);
                 }
-                StrainMatrix::Proportional(x) => all.extend(Dimension::Time, Check::Both, [x]),
-                matrix => all.matrix(matrix, Dimension::Viscosity),
+                StrainMatrix::Proportional(x) => all.extend(Quantity::Time, Check::Both, [x]),
+                matrix => all.matrix(matrix, Quantity::Viscosity),
             }
             match &mut damping.law {
                 FrictionLaw::Linear => {}
                 FrictionLaw::Power(power) => {
-                    all.positive(Dimension::CurvatureRate, [&mut power.rate]);
+                    all.positive(Quantity::CurvatureRate, [&mut power.rate]);
                 }
                 FrictionLaw::Barrier(barrier) => {
-                    all.positive(Dimension::Viscosity(5, 5), [&mut barrier.strength]);
-                    all.positive(Dimension::Length, &mut barrier.half_widths);
+                    all.positive(Quantity::Viscosity(5, 5), [&mut barrier.strength]);
+                    all.positive(Quantity::Length, &mut barrier.half_widths);
                 }
             }
         }
         for branch in &mut self.relaxation {
-            all.matrix(&mut branch.modulus, Dimension::Stiffness);
-            all.positive(Dimension::Time, [&mut branch.time]);
+            all.matrix(&mut branch.modulus, Quantity::Stiffness);
+            all.positive(Quantity::Time, [&mut branch.time]);
         }
         if let Joint::Weld {
             offset,
@@ -415,12 +367,12 @@ impl Dimensionless {
             rotor,
         } = &mut self.body.joint
         {
-            all.add(Dimension::Length, offset);
-            all.add(Dimension::RotationalDrag, rotor);
+            all.add(Quantity::Length, offset);
+            all.add(Quantity::RotationalDrag, rotor);
             for (i, row) in inertia.iter_mut().enumerate() {
                 for (j, entry) in row.iter_mut().enumerate() {
                     let check = if i == j { Check::Both } else { Check::Square };
-                    all.extend(Dimension::Inertia, check, [entry]);
+                    all.extend(Quantity::Inertia, check, [entry]);
                 }
             }
         }

@@ -60,18 +60,28 @@ impl Units {
         self.si("m/s")
     }
 
-    /// Symbol of what a number in a message measures.
+    /// Symbol of what a number measures.
     pub fn symbol(self, of: Quantity) -> &'static str {
+        // How many of the two strains are shears or stretches.
+        let forces = |i: usize, j: usize| usize::from(i > 2) + usize::from(j > 2);
         match of {
+            Quantity::Ratio => "",
             Quantity::Time => self.time(),
             Quantity::Length => self.length(),
             Quantity::Velocity => self.velocity(),
+            Quantity::Acceleration => self.si("m/s²"),
             Quantity::AngularVelocity => self.si("rad/s"),
             Quantity::Rate => self.si("1/s"),
+            Quantity::Inertia => self.si("kg m²"),
             Quantity::Force => self.force(),
+            Quantity::ForceRate => self.si("N/s"),
             Quantity::Couple => self.couple(),
+            Quantity::Drag => self.si("N s/m"),
+            Quantity::RotationalDrag => self.si("N m s"),
             Quantity::Curvature => self.curvature(),
-            Quantity::Ratio => "",
+            Quantity::CurvatureRate => self.si("rad/(m s)"),
+            Quantity::Stiffness(i, j) => self.si(["N m²", "N m", "N"][forces(i, j)]),
+            Quantity::Viscosity(i, j) => self.si(["N m² s", "N m s", "N s"][forces(i, j)]),
         }
     }
 

@@ -5,11 +5,11 @@ use crate::assembly::{
     Assembly, AssemblyEquilibrium, Attachment, Carrier, Configuration, Joint, Link, Place,
 };
 use crate::body::{Body, RigidBody};
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use crate::math::se3::joined;
 use crate::motion::assembly::AssemblyRun;
 use crate::rod::RodSection;
-use crate::scene::{AssemblyBody, AssemblyScene, Dimension, Place as Shape, Scales, Scene, Site};
+use crate::scene::{AssemblyBody, AssemblyScene, Place as Shape, Scales, Scene, Site};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// The finest tolerance of equilibria.
@@ -46,7 +46,7 @@ impl AssemblySetup {
             Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
         })?;
         let scales = scene.scales()?;
-        let gravity = vector(&scales, Dimension::Acceleration, &scene.loads.gravity);
+        let gravity = vector(&scales, Quantity::Acceleration, &scene.loads.gravity);
         let carriers = given.bodies.iter().map(|body| {
             carrier(body, &scales, gravity)
                 .map_err(|why| why.context(format!("the body {:?}", body.name)))
@@ -74,14 +74,14 @@ impl AssemblySetup {
                 None => UnitQuaternion::identity(),
             };
             Some(Place::at_rest(Isometry3::from_parts(
-                vector(&scales, Dimension::Length, &guess.position).into(),
+                vector(&scales, Quantity::Length, &guess.position).into(),
                 turn,
             )))
         });
         let twists = given.bodies.iter().map(|body| {
             joined(
-                &vector(&scales, Dimension::Frequency, &body.angular_velocity),
-                &vector(&scales, Dimension::Velocity, &body.velocity),
+                &vector(&scales, Quantity::AngularVelocity, &body.angular_velocity),
+                &vector(&scales, Quantity::Velocity, &body.velocity),
             )
         });
         Ok(Self {
@@ -213,13 +213,13 @@ fn oriented(section: &RodSection, whole: f64, reversed: bool) -> (f64, UnitQuate
     (s, turn)
 }
 
-fn vector(scales: &Scales, dimension: Dimension, x: &[f64; 3]) -> Vector3<f64> {
-    Vector3::from(x.map(|x| scales.inward(dimension, x)))
+fn vector(scales: &Scales, of: Quantity, x: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(x.map(|x| scales.inward(of, x)))
 }
 
 fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Attachment {
     let place = Isometry3::from_parts(
-        vector(scales, Dimension::Length, &site.position).into(),
+        vector(scales, Quantity::Length, &site.position).into(),
         rotation(&site.orientation),
     );
     match given.holder(site) {
@@ -230,8 +230,8 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Attachment
 
 fn carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Result<Carrier> {
     let mass = body.mass / scales.mass;
-    let force = vector(scales, Dimension::Force, &body.force);
-    let drag = scales.inward(Dimension::Drag, body.drag);
+    let force = vector(scales, Quantity::Force, &body.force);
+    let drag = scales.inward(Quantity::Drag, body.drag);
     let Some(extent) = &body.extent else {
         let point = Body::new(mass)?
             .with_gravity(gravity)?
@@ -239,14 +239,14 @@ fn carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Resul
             .with_drag(drag)?;
         return Ok(Carrier::point(point));
     };
-    let inertia = Matrix3::from_fn(|i, j| scales.inward(Dimension::Inertia, extent.inertia[i][j]));
-    let turning = scales.inward(Dimension::RotationalDrag, body.rotational_drag);
+    let inertia = Matrix3::from_fn(|i, j| scales.inward(Quantity::Inertia, extent.inertia[i][j]));
+    let turning = scales.inward(Quantity::RotationalDrag, body.rotational_drag);
     let rigid = RigidBody::new(mass, inertia)?
-        .with_centre(vector(scales, Dimension::Length, &extent.offset))?
-        .with_rotor(vector(scales, Dimension::RotationalDrag, &extent.rotor))?
+        .with_centre(vector(scales, Quantity::Length, &extent.offset))?
+        .with_rotor(vector(scales, Quantity::RotationalDrag, &extent.rotor))?
         .with_gravity(gravity)?
         .with_dead_force(force)?
-        .with_dead_couple(vector(scales, Dimension::Couple, &body.couple))?
+        .with_dead_couple(vector(scales, Quantity::Couple, &body.couple))?
         .with_drag(drag)?
         .with_rotational_drag(turning)?;
     Ok(Carrier::rigid(rigid))

@@ -18,9 +18,9 @@ pub use planar::ElasticPlane;
 pub use space::{Moving, ViscousSpace};
 pub use viscous::ViscousPlane;
 
-use super::{Dimension, Run, Scales, Scene};
+use super::{Run, Scales, Scene};
 use crate::body::Frame;
-use crate::error::Result;
+use crate::error::{Quantity, Result};
 use crate::motion::reduction::{Reduction, Refusal};
 use crate::motion::{Motion, Nodes, Options};
 
@@ -129,7 +129,7 @@ impl Setup {
 
 /// What `[run]` asks for, in units of the rod.
 fn options(run: &Run, scales: &Scales) -> Result<Options> {
-    let mut options = Options::new(scales.inward(Dimension::Time, run.duration))
+    let mut options = Options::new(scales.inward(Quantity::Time, run.duration))
         .and_then(|options| options.with_tolerance(run.tolerance))
         .map_err(|e| e.context("[run]"))?
         .with_landing(run.landing)
