@@ -73,7 +73,10 @@ mod units;
 pub use crate::body::{History, Pulse, Ramp, Sine};
 pub use crate::motion::LandingRule;
 pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
-pub use crate::section::{Along, BarrierTerm, Diagonal, Rest, Shape, Stiffness, StrainName};
+pub use crate::section::{
+    Along, BarrierTerm, Diagonal, Profile, Rest, Rigid, Shape, ShapeSettings, Stiffness,
+    StrainName, Transverse,
+};
 pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, Guess, Site};
 pub use branch::{Continue, Second, Solve};
@@ -91,7 +94,7 @@ pub use read::{json_schema, reference};
 pub use rod::{Bends, Material, Model, Rod};
 pub use run::Run;
 pub use scales::{Dimensionless, Scales};
-pub use section::{Barrier, Full, Profile, Rigid, Section, ShapeSettings, Shaped, Transverse};
+pub use section::{Barrier, Full, Outline, Section};
 pub use start::{EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField};
 pub use units::Units;
 

@@ -16,7 +16,7 @@ pub struct Rod {
     pub model: Model,
     /// Length L > 0 of the unloaded rod.
     pub length: f64,
-    /// What it is made of, if the section is a [`Section::Profile`].
+    /// What it is made of, if the section is a [`Section::Outline`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
     /// Which way a rectangle bends in the plane; default [`Bends::Weak`].
@@ -46,8 +46,8 @@ impl Rod {
     pub fn bending_stiffness(&self) -> Result<f64> {
         match (&self.section, self.material) {
             (Section::Bending(stiffness), _) => Ok(*stiffness),
-            (Section::Profile(profile), Some(material)) if self.model == Model::Elastica => {
-                let [a, b] = profile.shape.second_moments();
+            (Section::Outline(outline), Some(material)) if self.model == Model::Elastica => {
+                let [a, b] = outline.shape.second_moments();
                 Ok(material.young
                     * match self.bends {
                         Bends::Weak => a.min(b),
@@ -62,10 +62,10 @@ impl Rod {
 
     /// The mass of the rod, if its material has a density and its section a shape.
     pub fn mass(&self) -> Option<f64> {
-        let Section::Profile(profile) = &self.section else {
+        let Section::Outline(outline) = &self.section else {
             return None;
         };
-        Some(self.material?.density? * profile.shape.area() * self.length)
+        Some(self.material?.density? * outline.shape.area() * self.length)
     }
 }
 

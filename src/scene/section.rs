@@ -1,6 +1,6 @@
 //! The section of a rod as a scene gives it: its law, and its strains without load.
 
-use crate::section::{BarrierTerm, Diagonal, Shape, StrainName};
+use crate::section::{BarrierTerm, Diagonal, Profile, Shape, ShapeSettings, StrainName};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::collections::BTreeMap;
@@ -16,9 +16,9 @@ pub enum Section {
     /// A full matrix of stiffnesses.
     Full(Full),
     /// From the shape of the cross-section and the material.
-    Shaped(Shaped),
-    /// From the shape of the cross-section and `rod.material`.
     Profile(Profile),
+    /// From the shape of the cross-section and `rod.material`.
+    Outline(Outline),
     /// [`Diagonal`] with a barrier against total compression.
     Barrier(Barrier),
 }
@@ -40,7 +40,7 @@ impl Section {
             Self::Bending(_) => held(true, true),
             Self::Diagonal(law) => diagonal(law),
             Self::Full(full) => StrainName::ALL.map(|name| full.rigid.contains(&name)),
-            Self::Shaped(Shaped { set, .. }) | Self::Profile(Profile { set, .. }) => {
+            Self::Profile(Profile { set, .. }) | Self::Outline(Outline { set, .. }) => {
                 held(set.shear.is_some(), set.axial.is_some())
             }
             Self::Barrier(law) => diagonal(&law.linear),
@@ -72,56 +72,15 @@ pub struct Full {
     pub rigid: Vec<StrainName>,
 }
 
-/// A cross-section of a homogeneous isotropic material.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Shaped {
-    /// Its shape.
-    #[serde(flatten)]
-    pub shape: Shape,
-    /// Young's modulus E > 0, force per area.
-    pub young: f64,
-    /// The other elastic constant.
-    #[serde(flatten)]
-    pub transverse: Transverse,
-    /// What is set beside them.
-    #[serde(flatten)]
-    pub set: ShapeSettings,
-}
-
-/// The word `"rigid"`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Rigid {
-    /// Held at its rest value.
-    Rigid,
-}
-
 /// A cross-section of `rod.material`: in the plane its shape alone counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Profile {
+pub struct Outline {
     /// Its shape.
     #[serde(flatten, serialize_with = "measured")]
     pub shape: Shape,
     /// What is set beside it.
     #[serde(flatten)]
     pub set: ShapeSettings,
-}
-
-/// What may be set beside the shape of a cross-section.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct ShapeSettings {
-    /// Shear stiffness = factor * G * area, in (0, 1]; without it, that of the shape.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shear_factor: Option<f64>,
-    /// Torsional stiffness = G * constant, > 0, length to the fourth; without it, that of St Venant.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub torsion_constant: Option<f64>,
-    /// `"rigid"`: unshearable.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shear: Option<Rigid>,
-    /// `"rigid"`: inextensible.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axial: Option<Rigid>,
 }
 
 /// A shape by the sizes one measures: `circle = { diameter = .. }`.
@@ -142,26 +101,6 @@ fn measured<S: Serializer>(shape: &Shape, serializer: S) -> Result<S::Ok, S::Err
     let mut table = serializer.serialize_map(Some(1))?;
     table.serialize_entry(name, &sizes.into_iter().collect::<BTreeMap<_, _>>())?;
     table.end()
-}
-
-/// The elastic constant beside Young's modulus.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Transverse {
-    /// Shear modulus G > 0, force per area.
-    ShearModulus(f64),
-    /// Poisson's ratio in (-1, 0.5].
-    Poisson(f64),
-}
-
-impl Transverse {
-    /// Shear modulus G: E / (2 (1 + nu)) if Poisson's ratio is given.
-    pub fn shear_modulus(self, young: f64) -> f64 {
-        match self {
-            Self::ShearModulus(modulus) => modulus,
-            Self::Poisson(ratio) => young / (2.0 * (1.0 + ratio)),
-        }
-    }
 }
 
 /// The law with a barrier, from which [`section::Barrier`](crate::section::Barrier) is made: its energy tends to infinity as

@@ -26,7 +26,7 @@ pub use measured::Measures;
 pub(crate) use measured::measured;
 /// Numbers that carry their derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
-pub use profile::{Material, Profile, Shape};
+pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
 pub(crate) use reversed::Reversed;
 pub use stored_energy::{Hyperelastic, StoredEnergy};
 pub use varying::{Diagonal, Rest, Stiffness, Varying};

@@ -3,10 +3,10 @@
 //! A point of the section is x1 d1 + x2 d2 from the centroid. Flexure u1 turns the section about d1, so that its
 //! stiffness is E times the second moment *about* d1, the integral of x2^2; u2 likewise with x1^2.
 //! ```text
-//! K = diag(E I1, E I2, G J, k1 G A, k2 G A, E A),   I1 = int x2^2,   I2 = int x1^2
+//! K = diag(E I1, E I2, G J, k G A, k G A, E A),   I1 = int x2^2,   I2 = int x1^2
 //! ```
 //! with St Venant's torsion constant J (not the polar moment, except where the section is round) and the shear
-//! correction factors k.
+//! correction factor k, Cowper's, which depends on nu. Both can be given instead.
 
 use super::Linear;
 use crate::error::{Error, Result};
@@ -146,149 +146,154 @@ fn rectangle_torsion(ratio: f64) -> f64 {
 
 /// A linearly elastic isotropic material, or one whose two moduli are given apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Material {
-    young: f64,
-    shear: f64,
+    /// Young's modulus E > 0, force per area.
+    pub young: f64,
+    /// The other elastic constant.
+    #[cfg_attr(feature = "scene", serde(flatten))]
+    pub transverse: Transverse,
+}
+
+/// The elastic constant beside Young's modulus.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "snake_case")
+)]
+pub enum Transverse {
+    /// Shear modulus G > 0, force per area.
+    ShearModulus(f64),
+    /// Poisson's ratio in (-1, 0.5].
+    Poisson(f64),
 }
 
 impl Material {
-    /// Young's modulus E > 0 and Poisson's ratio -1 < nu <= 1/2: G = E / 2(1 + nu).
-    ///
-    /// # Errors
-    /// Values outside these ranges.
-    pub fn with_poisson(young: f64, poisson: f64) -> Result<Self> {
-        positive("Young's modulus", young)?;
-        if !(-1.0 < poisson && poisson <= 0.5) {
-            return Err(Error::domain(format!(
-                "Poisson's ratio = {poisson} must be > -1 and <= 0.5"
-            )));
-        }
-        Self::with_shear(young, 0.5 * young / (1.0 + poisson))
-    }
-
-    /// Young's modulus E > 0 and the shear modulus G > 0.
-    ///
-    /// # Errors
-    /// Values outside these ranges.
-    pub fn with_shear(young: f64, shear: f64) -> Result<Self> {
-        positive("Young's modulus", young)?;
-        positive("shear modulus", shear)?;
-        Ok(Self { young, shear })
-    }
-
-    /// Young's modulus E.
-    pub fn young(&self) -> f64 {
-        self.young
-    }
-
-    /// G.
+    /// G: E/2(1 + nu) if Poisson's ratio is given.
     pub fn shear(&self) -> f64 {
-        self.shear
+        match self.transverse {
+            Transverse::ShearModulus(modulus) => modulus,
+            Transverse::Poisson(ratio) => 0.5 * self.young / (1.0 + ratio),
+        }
     }
 
-    /// nu = E/2G - 1, which for moduli given apart may lie outside (-1, 1/2].
+    /// nu: E/2G - 1 if G is given, which may lie outside (-1, 1/2].
     pub fn poisson(&self) -> f64 {
-        0.5 * self.young / self.shear - 1.0
+        match self.transverse {
+            Transverse::ShearModulus(modulus) => 0.5 * self.young / modulus - 1.0,
+            Transverse::Poisson(ratio) => ratio,
+        }
     }
+
+    fn check(&self) -> Result<()> {
+        positive("Young's modulus", self.young)?;
+        match self.transverse {
+            Transverse::Poisson(ratio) if !(-1.0 < ratio && ratio <= 0.5) => Err(Error::domain(
+                format!("Poisson's ratio = {ratio} must be > -1 and <= 0.5"),
+            )),
+            _ => positive("shear modulus", self.shear()),
+        }
+    }
+}
+
+/// The word `"rigid"`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "scene",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Rigid {
+    /// Held at its rest value.
+    Rigid,
+}
+
+/// What may be set beside the shape of a cross-section.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
+pub struct ShapeSettings {
+    /// Shear stiffness = factor * G * area, in (0, 1] (5/6 is a common choice for rectangles); without it, Cowper's.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub shear_factor: Option<f64>,
+    /// Torsional stiffness = G * constant, > 0, length to the fourth; without it, that of St Venant.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub torsion_constant: Option<f64>,
+    /// `"rigid"`: unshearable.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub shear: Option<Rigid>,
+    /// `"rigid"`: inextensible.
+    #[cfg_attr(feature = "scene", serde(skip_serializing_if = "Option::is_none"))]
+    pub axial: Option<Rigid>,
 }
 
 /// A section of given shape and material; makes a [`Linear`] law.
 ///
-/// Torsion constant: St Venant's. Shear correction factors: Cowper's, which depend on nu. Both can be given instead;
-/// shear and stretch can be made rigid afterwards ([`Linear::rigid`]).
-///
 /// ```
-/// # use snaprod::section::{Material, Profile, Shape};
-/// let steel = Material::with_poisson(2.07e11, 0.3)?;
-/// let law = Profile::new(Shape::Rectangle { width: 0.1, height: 0.5 }, steel)?
-///     .with_shear_factors([5.0 / 6.0, 5.0 / 6.0])?
-///     .law()?
-///     .rigid([false, false, true])?;
+/// # use snaprod::section::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
+/// let law = Profile {
+///     shape: Shape::Rectangle { width: 0.1, height: 0.5 },
+///     material: Material { young: 2.07e11, transverse: Transverse::Poisson(0.3) },
+///     set: ShapeSettings { shear_factor: Some(5.0 / 6.0), axial: Some(Rigid::Rigid), ..Default::default() },
+/// }
+/// .law()?;
 /// assert_eq!(law.is_rigid(), [false, false, true]);
 /// # Ok::<(), snaprod::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "scene", derive(serde::Serialize))]
 pub struct Profile {
-    shape: Shape,
-    material: Material,
-    torsion_constant: Option<f64>,
-    shear_factors: Option<[f64; 2]>,
+    /// Its shape.
+    #[cfg_attr(feature = "scene", serde(flatten))]
+    pub shape: Shape,
+    /// Its material.
+    #[cfg_attr(feature = "scene", serde(flatten))]
+    pub material: Material,
+    /// What is set beside them.
+    #[cfg_attr(feature = "scene", serde(flatten))]
+    pub set: ShapeSettings,
 }
 
 impl Profile {
-    /// A shape of a material.
-    ///
-    /// # Errors
-    /// Sizes of the shape that are not finite and > 0, a tube whose inner radius is not less than the outer.
-    pub fn new(shape: Shape, material: Material) -> Result<Self> {
-        shape.check()?;
-        Ok(Self {
-            shape,
-            material,
-            torsion_constant: None,
-            shear_factors: None,
-        })
-    }
-
-    /// With a torsion constant J of the user's.
-    ///
-    /// # Errors
-    /// A value that is not finite and > 0.
-    pub fn with_torsion_constant(mut self, torsion_constant: f64) -> Result<Self> {
-        positive("torsion constant", torsion_constant)?;
-        self.torsion_constant = Some(torsion_constant);
-        Ok(self)
-    }
-
-    /// With shear correction factors k1, k2 of the user's, along d1 and d2 (5/6 is a common choice for rectangles).
-    ///
-    /// # Errors
-    /// A value that is not finite and > 0.
-    pub fn with_shear_factors(mut self, factors: [f64; 2]) -> Result<Self> {
-        positive("shear factor[0]", factors[0])?;
-        positive("shear factor[1]", factors[1])?;
-        self.shear_factors = Some(factors);
-        Ok(self)
-    }
-
-    /// J in use.
-    pub fn torsion_constant(&self) -> f64 {
-        self.torsion_constant
-            .unwrap_or_else(|| self.shape.torsion_constant())
-    }
-
-    /// k1, k2 in use.
-    ///
-    /// # Errors
-    /// Cowper's factor for moduli E and G that no isotropic material has.
-    pub fn shear_factors(&self) -> Result<[f64; 2]> {
-        if let Some(factors) = self.shear_factors {
-            return Ok(factors);
+    /// k of K, the same along d1 and d2; 1 where shear is rigid.
+    fn shear_factor(&self) -> Result<f64> {
+        if let Some(factor) = self.set.shear_factor.or(self.set.shear.map(|_| 1.0)) {
+            positive("shear factor", factor)?;
+            return Ok(factor);
         }
         let poisson = self.material.poisson();
         // nu = 1/2 comes back from G with an error of rounding.
         if !(-1.0 < poisson && poisson <= 0.5 + 4.0 * f64::EPSILON) {
             return Err(Error::domain(format!(
                 "the moduli E = {} and G = {} mean a Poisson's ratio of {poisson}, outside -1 < nu <= 0.5: \
-                 there is no shear factor of Cowper's for it; give the shear factors",
-                self.material.young, self.material.shear
+                 there is no shear factor of Cowper's for it; give the shear factor",
+                self.material.young,
+                self.material.shear()
             )));
         }
-        Ok([self.shape.cowper_factor(poisson); 2])
+        Ok(self.shape.cowper_factor(poisson))
     }
 
-    /// The law K = diag(E I1, E I2, G J, k1 G A, k2 G A, E A).
+    /// The law K = diag(E I1, E I2, G J, k G A, k G A, E A).
     ///
     /// # Errors
-    /// As [`Profile::shear_factors`]; stiffnesses that overflow or underflow.
+    /// Sizes, moduli and settings that are not finite and > 0, a wall thicker than the tube's radius; Cowper's factor for moduli
+    /// that no isotropic material has; stiffnesses that overflow or underflow.
     pub fn law(&self) -> Result<Linear> {
-        let Material { young, shear } = self.material;
+        self.shape.check()?;
+        self.material.check()?;
+        let (young, shear) = (self.material.young, self.material.shear());
         let area = self.shape.area();
-        let factors = self.shear_factors()?;
+        let factor = self.shear_factor()?;
+        let given = self.set.torsion_constant;
+        let constant = given.unwrap_or_else(|| self.shape.torsion_constant());
+        positive("torsion constant", constant)?;
         let bending = self.shape.second_moments().map(|moment| young * moment);
-        Linear::diagonal(bending, shear * self.torsion_constant())?
-            .with_shear(factors.map(|k| k * shear * area))?
-            .with_axial(young * area)
+        let rigid = [self.set.shear, self.set.shear, self.set.axial];
+        Linear::diagonal(bending, shear * constant)?
+            .with_shear([factor * shear * area; 2])?
+            .with_axial(young * area)?
+            .rigid(rigid.map(|word| word.is_some()))
     }
 }
 

@@ -152,13 +152,14 @@ type Law = Arc<dyn Fn(f64) -> Result<Linear> + Send + Sync>;
 /// s.
 ///
 /// ```
-/// # use snaprod::section::{Along, Linear, Material, Profile, Shape, SectionLaw, Varying};
+/// # use snaprod::section::{Along, Linear, Material, Profile, Shape, ShapeSettings, SectionLaw, Transverse, Varying};
 /// let tapered = Varying::diagonal([Along::table(&[(0.0, 2.0), (1.0, 1.0)])?, 1.0.into()], 0.7.into())?;
 /// assert_eq!(tapered.at(0.5)?.stiffness()[(0, 0)], 1.5);
 ///
-/// let material = Material::with_poisson(1.0, 0.3)?;
+/// let material = Material { young: 1.0, transverse: Transverse::Poisson(0.3) };
 /// let cone = Varying::by(move |s| {
-///     Profile::new(Shape::Circle { radius: 0.1 - 0.05 * s }, material)?.law()
+///     let shape = Shape::Circle { radius: 0.1 - 0.05 * s };
+///     Profile { shape, material, set: ShapeSettings::default() }.law()
 /// });
 /// assert!(!cone.is_uniform());
 /// # Ok::<(), snaprod::Error>(())

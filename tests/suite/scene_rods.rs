@@ -7,6 +7,7 @@ use snaprod::scene::{
     Along, Component, Continue, Fault, FaultKind, Orientation, Parameter, Rigid, Rotation, Scene,
     Section, Shape, Stiffness, StrainName, Transverse,
 };
+use snaprod::section::Material;
 use std::path::Path;
 
 /// Nearly every other field.
@@ -224,16 +225,20 @@ fn sections_in_all_forms() {
     ));
 
     let shaped = |lines: &str| match of(lines) {
-        Section::Shaped(shaped) => shaped,
+        Section::Profile(profile) => profile,
         other => panic!("{other:?}"),
     };
     let circle = shaped(CIRCLE);
     assert_eq!(circle.shape, Shape::Circle { radius: 0.01 });
     assert_eq!(
-        (circle.young, circle.transverse),
+        (circle.material.young, circle.material.transverse),
         (2.1e11, Transverse::Poisson(0.3))
     );
-    assert!((circle.transverse.shear_modulus(2.6) - 1.0).abs() < 1e-15);
+    let unit = Material {
+        young: 2.6,
+        ..circle.material
+    };
+    assert!((unit.shear() - 1.0).abs() < 1e-15);
     assert_eq!(
         circle,
         shaped(&edit(CIRCLE, "radius = 0.01", "diameter = 0.02"))
@@ -245,7 +250,7 @@ fn sections_in_all_forms() {
     ));
     let (width, height) = (1.0, 3.0);
     assert_eq!(rectangle.shape, Shape::Rectangle { width, height });
-    assert_eq!(rectangle.transverse, Transverse::ShearModulus(0.5));
+    assert_eq!(rectangle.material.transverse, Transverse::ShearModulus(0.5));
     assert_eq!(
         (rectangle.set.shear_factor, rectangle.set.torsion_constant),
         (Some(0.9), Some(2.0))

@@ -3,10 +3,9 @@
 use crate::error::{Error, Result};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, Orientation, Profile as SceneProfile, Rod as SceneRod,
-    Scene, Section, Shape, ShapeSettings, Shaped, Transverse,
+    Barrier, BarrierTerm, Component, Full, Orientation, Outline, Rod as SceneRod, Scene, Section,
 };
-use crate::section::{self, Linear, Material, Profile, Varying};
+use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
 
 impl Scene {
@@ -45,17 +44,22 @@ impl Scene {
 }
 
 impl SceneRod {
-    fn profile(&self, section: &SceneProfile) -> Result<Linear> {
-        let material = match self.material.map(|m| (m.young, m.poisson, m.shear)) {
-            Some((young, _, Some(shear))) => Material::with_shear(young, shear)?,
-            Some((young, Some(ratio), None)) => Material::with_poisson(young, ratio)?,
+    fn profile(&self, outline: &Outline) -> Result<Profile> {
+        let given = self.material.map(|m| (m.young, m.poisson, m.shear));
+        let (young, transverse) = match given {
+            Some((young, _, Some(modulus))) => (young, Transverse::ShearModulus(modulus)),
+            Some((young, Some(ratio), None)) => (young, Transverse::Poisson(ratio)),
             _ => {
                 return Err(Error::domain(
                     "rod.material: a rod in space needs E and nu, or E and G",
                 ));
             }
         };
-        law_of(section.shape, material, &section.set)
+        Ok(Profile {
+            shape: outline.shape,
+            material: Material { young, transverse },
+            set: outline.set,
+        })
     }
 
     /// The rod at the origin, in the scene's units.
@@ -76,8 +80,8 @@ impl SceneRod {
                 ),
             },
             Section::Full(law) => self.rested(full(law)?),
-            Section::Shaped(law) => self.rested(shaped(law)?),
-            Section::Profile(section) => self.rested(self.profile(section)?),
+            Section::Profile(profile) => self.rested(profile.law()?),
+            Section::Outline(outline) => self.rested(self.profile(outline)?.law()?),
             Section::Barrier(law) => self.barrier(law),
         }
     }
@@ -132,25 +136,4 @@ fn full(law: &Full) -> Result<Linear> {
         marked[i - 3] = true;
     }
     Linear::full(stiffness)?.rigid(marked)
-}
-
-fn shaped(law: &Shaped) -> Result<Linear> {
-    let material = match law.transverse {
-        Transverse::ShearModulus(modulus) => Material::with_shear(law.young, modulus)?,
-        Transverse::Poisson(ratio) => Material::with_poisson(law.young, ratio)?,
-    };
-    law_of(law.shape, material, &law.set)
-}
-
-fn law_of(shape: Shape, material: Material, set: &ShapeSettings) -> Result<Linear> {
-    let [shear, axial] = [set.shear.is_some(), set.axial.is_some()];
-    let mut profile = Profile::new(shape, material)?;
-    if let Some(constant) = set.torsion_constant {
-        profile = profile.with_torsion_constant(constant)?;
-    }
-    // Where shear is rigid the factor is not used.
-    if let Some(factor) = set.shear_factor.or(shear.then_some(1.0)) {
-        profile = profile.with_shear_factors([factor; 2])?;
-    }
-    profile.law()?.rigid([shear, shear, axial])
 }

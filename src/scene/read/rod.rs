@@ -6,7 +6,7 @@ use super::friction::{self, needs_damping};
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
 use crate::scene::{
-    Bends, Damping, FaultKind, Material, Maxwell, Model, Profile, Rest, Rod, Section,
+    Bends, Damping, FaultKind, Material, Maxwell, Model, Outline, Rest, Rod, Section,
     ShapeSettings, StrainMatrix,
 };
 use toml::Spanned;
@@ -213,7 +213,7 @@ fn planar_section(rod: &Table) -> Option<Section> {
     }
     let shape = outline(&rod.inner("section", &OUTLINE)?)?;
     let set = ShapeSettings::default();
-    given("material").then_some(Section::Profile(Profile { shape, set }))
+    given("material").then_some(Section::Outline(Outline { shape, set }))
 }
 
 fn spatial_section(
@@ -235,12 +235,12 @@ fn spatial_section(
     let table = rod.inner("section", &SECTION)?;
     let section = section(&table, length);
     match (&section, rod.get("material")) {
-        (Some(Section::Profile(_)), None) => {
+        (Some(Section::Outline(_)), None) => {
             let allowed = "what the shape is made of: a name, or a table with E and nu";
             rod.missing("material", allowed, "material = \"steel\"");
             None
         }
-        (Some(Section::Profile(_)) | None, _) | (_, None) => section,
+        (Some(Section::Outline(_)) | None, _) | (_, None) => section,
         (Some(_), Some(_)) => {
             let hint = "this section has its own stiffnesses or moduli; a shape of the material is \
                         section = { circle = { diameter = 0.001 } }";

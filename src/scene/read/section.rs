@@ -8,9 +8,10 @@ use super::rule::{SIZE, STIFFNESS, VALUE};
 use super::table::{Absent, Table};
 use super::words::Short;
 use crate::scene::{
-    Barrier, BarrierTerm, Diagonal, FaultKind, Full, Profile, Rest, Rigid, Section, Shape,
-    ShapeSettings, Shaped, Stiffness, StrainName, Transverse,
+    Barrier, BarrierTerm, Diagonal, FaultKind, Full, Outline, Profile, Rest, Rigid, Section, Shape,
+    ShapeSettings, Stiffness, StrainName, Transverse,
 };
+use crate::section::Material;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
@@ -27,7 +28,7 @@ const KINDS: [(&str, Range<usize>); 4] = [
 pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
     let given = |name: &str| table.has(name);
     if !table.given(&OUTLINES).is_empty() {
-        return profile(table).map(Section::Profile);
+        return with_outline(table).map(Section::Outline);
     }
     let fields: Vec<&'static str> = SECTION.names(Kinds::MAX).collect();
     // Without the field that names it, the kind of which most is given; its name is then missing.
@@ -64,7 +65,7 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
     }
     let section = match *kind {
         "stiffness" => full(table).map(Section::Full),
-        "shape" => shaped(table).map(Section::Shaped),
+        "shape" => profile(table).map(Section::Profile),
         "law" => law(table, length),
         _ => diagonal(table, length).map(Section::Diagonal),
     };
@@ -295,7 +296,7 @@ pub(super) fn outline(table: &Table) -> Option<Shape> {
     }
 }
 
-fn profile(table: &Table) -> Option<Profile> {
+fn with_outline(table: &Table) -> Option<Outline> {
     let strangers: Vec<&str> = SECTION
         .names(Kinds::MAX)
         .filter(|name| {
@@ -309,11 +310,11 @@ fn profile(table: &Table) -> Option<Profile> {
         table.conflict(stranger, &table.given(&OUTLINES), hint);
     }
     let set = settings(table);
-    let profile = Profile {
+    let outline = Outline {
         shape: shape?,
         set: set?,
     };
-    strangers.is_empty().then_some(profile)
+    strangers.is_empty().then_some(outline)
 }
 
 fn settings(table: &Table) -> Option<ShapeSettings> {
@@ -337,15 +338,15 @@ fn held(table: &Table, name: &str) -> Option<Option<Rigid>> {
     })
 }
 
-fn shaped(table: &Table) -> Option<Shaped> {
+fn profile(table: &Table) -> Option<Profile> {
     let young = table.number("young");
     let transverse = transverse(table);
     let set = settings(table);
     let shape = shape(table);
-    Some(Shaped {
+    let (young, transverse) = (young?, transverse?);
+    Some(Profile {
         shape: shape?,
-        young: young?,
-        transverse: transverse?,
+        material: Material { young, transverse },
         set: set?,
     })
 }
