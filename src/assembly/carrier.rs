@@ -1,12 +1,20 @@
 //! The bodies of an assembly: rigid ones, and point masses.
 
-use crate::body::{Body, EndBody, EndMotion, RigidBody};
-use crate::math::se3::{joined, spin, unit};
-use nalgebra::{DMatrix, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use crate::body::{Body, EndBody, EndMotion, Groove, RigidBody};
+use crate::math::se3::{halves, joined, spin, unit};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
+use std::ops::Range;
 
-/// A body of an assembly.
+/// A body of an assembly, free or with its reference point in a groove.
 #[derive(Debug, Clone)]
-pub enum Carrier {
+pub struct Carrier {
+    mass: Mass,
+    groove: Option<Groove>,
+}
+
+/// What a body is.
+#[derive(Debug, Clone)]
+pub enum Mass {
     /// A rigid body; the point by which its place is told need not be its centre of mass.
     Rigid(Box<RigidBody>),
     /// A point mass, which has no directors: rods end in it on ball joints.
@@ -35,91 +43,213 @@ impl Place {
 impl Carrier {
     /// A rigid body.
     pub fn rigid(body: RigidBody) -> Self {
-        Self::Rigid(Box::new(body))
+        Self {
+            mass: Mass::Rigid(Box::new(body)),
+            groove: None,
+        }
     }
 
     /// A point mass.
     pub fn point(body: Body<3>) -> Self {
-        Self::Point(Box::new(body))
-    }
-
-    /// How many velocities it has: 6, or 3.
-    pub fn freedoms(&self) -> usize {
-        match self {
-            Self::Rigid(_) => 6,
-            Self::Point(_) => 3,
+        Self {
+            mass: Mass::Point(Box::new(body)),
+            groove: None,
         }
     }
 
-    /// How many numbers hold its place and its velocity in a state: quaternion (w, x, y, z) and position, or position.
+    /// Puts the reference point into a groove of the world, where it slides without friction; a rigid body turns freely about it.
+    #[must_use]
+    pub fn in_groove(mut self, groove: Groove) -> Self {
+        self.groove = Some(groove);
+        self
+    }
+
+    /// What it is.
+    pub fn mass(&self) -> &Mass {
+        &self.mass
+    }
+
+    /// The groove that its reference point slides in.
+    pub fn groove(&self) -> Option<&Groove> {
+        self.groove.as_ref()
+    }
+
+    /// True of a body with directors.
+    pub fn turns(&self) -> bool {
+        matches!(self.mass, Mass::Rigid(_))
+    }
+
+    /// How many velocities of turning it has.
+    pub(super) fn turnings(&self) -> usize {
+        if self.turns() { 3 } else { 0 }
+    }
+
+    /// How many of shifting.
+    pub(super) fn shiftings(&self) -> usize {
+        if self.groove.is_some() { 1 } else { 3 }
+    }
+
+    /// How many velocities it has: 3 of a rigid body's turning, and 3 of shifting, or 1 along a groove.
+    pub fn freedoms(&self) -> usize {
+        self.turnings() + self.shiftings()
+    }
+
+    /// How many numbers hold its place and its velocity in a state: a rigid body's quaternion (w, x, y, z), position or
+    /// parameter of the groove, and their rates.
     pub fn numbers(&self) -> usize {
-        2 * self.freedoms() + usize::from(matches!(self, Self::Rigid(_)))
+        2 * self.freedoms() + usize::from(self.turns())
+    }
+
+    /// Where quaternion, position (or parameter), spin and velocity stand in its part of a state.
+    fn slots(&self) -> [Range<usize>; 4] {
+        let (turnings, shiftings) = (self.turnings(), self.shiftings());
+        let mut next = 0;
+        let quaternion = turnings + usize::from(self.turns());
+        [quaternion, shiftings, turnings, shiftings].map(|size| {
+            next += size;
+            next - size..next
+        })
     }
 
     /// The place that a part of a state holds.
     pub fn read(&self, state: &[f64]) -> Place {
-        match (self, state) {
-            (Self::Rigid(_), [w, x, y, z, r @ .., _, _, _, _, _, _]) => Place {
-                pose: Isometry3::from_parts(
-                    Vector3::from_column_slice(r).into(),
-                    unit(&[*w, *x, *y, *z].into()),
-                ),
-                twist: Vector6::from_column_slice(&state[7..]),
-            },
-            _ => Place {
-                pose: Isometry3::translation(state[0], state[1], state[2]),
-                twist: joined(&Vector3::zeros(), &Vector3::from_column_slice(&state[3..6])),
-            },
+        let [quaternion, position, spin, velocity] = self.slots().map(|slots| &state[slots]);
+        let turn = match quaternion {
+            [w, x, y, z] => unit(&[*w, *x, *y, *z].into()),
+            _ => UnitQuaternion::identity(),
+        };
+        let spin = match spin {
+            [] => Vector3::zeros(),
+            spin => Vector3::from_column_slice(spin),
+        };
+        let (r, v) = match &self.groove {
+            None => (
+                Vector3::from_column_slice(position),
+                Vector3::from_column_slice(velocity),
+            ),
+            Some(groove) => {
+                let [x, along, _] = groove.at(position[0]);
+                (x, along * velocity[0])
+            }
+        };
+        Place {
+            pose: Isometry3::from_parts(r.into(), turn),
+            twist: joined(&spin, &v),
         }
     }
 
-    /// Writes a place into a state.
+    /// Writes a place into a state; in a groove, the nearest one.
     pub fn write(&self, place: &Place, state: &mut [f64]) {
+        let [quaternion, position, spin, velocity] = self.slots();
         let r = &place.pose.translation.vector;
-        match self {
-            Self::Rigid(_) => {
-                let p = place.pose.rotation.quaternion();
-                state[..4].copy_from_slice(&[p.w, p.i, p.j, p.k]);
-                state[4..7].copy_from_slice(r.as_slice());
-                state[7..13].copy_from_slice(place.twist.as_slice());
+        let (omega, v) = halves(&place.twist);
+        if self.turns() {
+            let p = place.pose.rotation.quaternion();
+            state[quaternion].copy_from_slice(&[p.w, p.i, p.j, p.k]);
+            state[spin].copy_from_slice(omega.as_slice());
+        }
+        match &self.groove {
+            None => {
+                state[position].copy_from_slice(r.as_slice());
+                state[velocity].copy_from_slice(v.as_slice());
             }
-            Self::Point(_) => {
-                state[..3].copy_from_slice(r.as_slice());
-                state[3..6].copy_from_slice(&place.twist.as_slice()[3..]);
+            Some(groove) => {
+                let phi = groove.nearest(r);
+                let along = groove.at(phi)[1];
+                state[position].copy_from_slice(&[phi]);
+                state[velocity].copy_from_slice(&[along.dot(&v) / along.norm_squared()]);
             }
         }
     }
 
-    /// Writes the rates of its part `state` of a state into `out`, times `rate`.
-    pub fn write_rates(&self, state: &[f64], motion: &EndMotion<6>, rate: f64, out: &mut [f64]) {
-        match self {
-            Self::Rigid(_) => {
-                let p = nalgebra::Vector4::from_column_slice(&state[..4]);
-                let omega = Vector3::from_column_slice(&state[7..10]);
-                // p_t = p (body omega)/2, the body's being that of the world seen along its own axes.
-                let turned = unit(&p).inverse() * omega;
-                out[..4].copy_from_slice((spin(&p, &turned) * rate).as_slice());
-                for i in 0..3 {
-                    out[4 + i] = state[10 + i] * rate;
-                }
-                for i in 0..6 {
-                    out[7 + i] = motion.acceleration[i] * rate;
+    /// How far a place is from the groove, and how fast it would leave it; 0 of a free body.
+    pub fn beside_groove(&self, place: &Place) -> (f64, f64) {
+        let Some(groove) = &self.groove else {
+            return (0.0, 0.0);
+        };
+        let (r, v) = (place.pose.translation.vector, halves(&place.twist).1);
+        let [x, along, _] = groove.at(groove.nearest(&r));
+        let along = along.normalize();
+        ((x - r).norm(), (v - along * along.dot(&v)).norm())
+    }
+
+    /// The parameter of the groove that a part of a state holds.
+    pub(crate) fn parameter(&self, state: &[f64]) -> Option<f64> {
+        let [_, position, ..] = self.slots();
+        self.groove.as_ref().map(|_| state[position][0])
+    }
+
+    /// Writes the rates of its part `state` of a state at time `t` into `out`, times `rate`, under the wrench of its rods about its
+    /// reference point in the world. Returns the power of the loads in time and the loss by drag.
+    pub fn write_rates(
+        &self,
+        t: f64,
+        state: &[f64],
+        wrench: &Vector6<f64>,
+        rate: f64,
+        out: &mut [f64],
+    ) -> (f64, f64) {
+        let place = self.read(state);
+        let [quaternion, position, spinning, velocity] = self.slots();
+        let mut motion = self.free_motion(t, &place, wrench);
+        match &self.groove {
+            None => {
+                for (i, j) in position.zip(velocity) {
+                    out[i] = state[j] * rate;
+                    out[j] = motion.acceleration[3 + i - quaternion.end] * rate;
                 }
             }
-            Self::Point(_) => {
-                for i in 0..3 {
-                    out[i] = state[3 + i] * rate;
-                    out[3 + i] = motion.acceleration[3 + i] * rate;
-                }
+            Some(groove) => {
+                let (phi, speed) = (state[position.start], state[velocity.start]);
+                let held = self.held(&groove.at(phi), speed, &place.pose, &motion);
+                motion.acceleration = held.acceleration;
+                out[position.start] = speed * rate;
+                out[velocity.start] = held.along * rate;
             }
         }
+        if self.turns() {
+            let p = nalgebra::Vector4::from_column_slice(&state[quaternion.clone()]);
+            let omega = Vector3::from_column_slice(&state[spinning.clone()]);
+            // p_t = p (body omega)/2, the body's being that of the world seen along its own axes.
+            let turned = unit(&p).inverse() * omega;
+            out[quaternion].copy_from_slice((spin(&p, &turned) * rate).as_slice());
+            let angular = motion.acceleration.fixed_rows::<3>(0) * rate;
+            out[spinning].copy_from_slice(angular.as_slice());
+        }
+        (motion.power, motion.loss)
+    }
+
+    /// The force of the groove on the body under the wrench of its rods.
+    pub fn groove_force(
+        &self,
+        t: f64,
+        place: &Place,
+        wrench: &Vector6<f64>,
+    ) -> Option<Vector3<f64>> {
+        let groove = self.groove.as_ref()?;
+        let jet = groove.at(groove.nearest(&place.pose.translation.vector));
+        let v = halves(&place.twist).1;
+        let speed = jet[1].dot(&v) / jet[1].norm_squared();
+        let motion = self.free_motion(t, place, wrench);
+        Some(self.held(&jet, speed, &place.pose, &motion).force)
     }
 
     /// How it moves under the wrench of its rods, about its reference point in the world.
     pub fn motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
-        match self {
-            Self::Rigid(body) => body.motion(t, &place.pose, &place.twist, wrench),
-            Self::Point(body) => {
+        match self.groove_force(t, place, wrench) {
+            None => self.free_motion(t, place, wrench),
+            Some(force) => {
+                let held = wrench + joined(&Vector3::zeros(), &force);
+                self.free_motion(t, place, &held)
+            }
+        }
+    }
+
+    /// The same without the groove.
+    fn free_motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
+        match &self.mass {
+            Mass::Rigid(body) => body.motion(t, &place.pose, &place.twist, wrench),
+            Mass::Point(body) => {
                 let half = |pair: &Vector6<f64>| pair.fixed_rows::<3>(3).into_owned();
                 let motion =
                     EndBody::motion(&**body, t, &place.pose, &half(&place.twist), &half(wrench));
@@ -132,16 +262,95 @@ impl Carrier {
         }
     }
 
-    /// Derivatives of the acceleration at rest by pose and by velocity, and the inverse of the mass matrix, as matrices of the
-    /// body's own size.
-    pub fn linear(
+    /// What the groove makes of the motion `free` that the body would have without it, theory 3.5: `jet` is x, x_phi, x_phiphi,
+    /// `speed` phi'.
+    fn held(
         &self,
-        t: f64,
+        jet: &[Vector3<f64>; 3],
+        speed: f64,
         pose: &Isometry3<f64>,
-        wrench: &Vector6<f64>,
-    ) -> [DMatrix<f64>; 3] {
-        match self {
-            Self::Rigid(body) => {
+        free: &EndMotion<6>,
+    ) -> Held {
+        let [_, along, bend] = jet;
+        let (spin, v) = halves(&free.acceleration);
+        let missing = v - bend * (speed * speed);
+        // Velocities by an impulse at the reference point: of the point, and of the spin.
+        let identity = Matrix3::identity();
+        let (give, turn) = match &self.mass {
+            Mass::Point(body) => (identity / body.mass(), Matrix3::zeros()),
+            Mass::Rigid(body) => {
+                let r = pose.rotation.to_rotation_matrix();
+                let c = (r * body.offset()).cross_matrix();
+                let inverse = r.matrix() * body.inverse_inertia() * r.matrix().transpose();
+                (identity / body.mass() - c * inverse * c, -inverse * c)
+            }
+        };
+        // Positive definite.
+        let weight = give.try_inverse().unwrap_or_default();
+        let weighted = weight * along;
+        let phi = weighted.dot(&missing) / weighted.dot(along);
+        let force = weight * (along * phi - missing);
+        Held {
+            along: phi,
+            force,
+            acceleration: joined(
+                &(spin + turn * force),
+                &(along * phi + bend * (speed * speed)),
+            ),
+        }
+    }
+
+    /// Twists of the reference point by the body's own velocities, at a pose: the last, along a groove, is the speed along it.
+    pub(crate) fn own_twists(&self, pose: &Isometry3<f64>) -> Matrix6xX<f64> {
+        let turnings = self.turnings();
+        let mut twists = Matrix6xX::zeros(self.freedoms());
+        for i in 0..turnings {
+            twists[(i, i)] = 1.0;
+        }
+        match self.tangent(pose) {
+            None => {
+                for i in 0..3 {
+                    twists[(3 + i, turnings + i)] = 1.0;
+                }
+            }
+            Some((tangent, _)) => twists
+                .fixed_view_mut::<3, 1>(3, turnings)
+                .copy_from(&tangent),
+        }
+        twists
+    }
+
+    /// Unit tangent of the groove, and its derivative by arclength.
+    pub(super) fn tangent(&self, pose: &Isometry3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let groove = self.groove.as_ref()?;
+        let [_, along, bend] = groove.at(groove.nearest(&pose.translation.vector));
+        let tangent = along.normalize();
+        let across = bend - tangent * tangent.dot(&bend);
+        Some((tangent, across / along.norm_squared()))
+    }
+
+    /// How far the place of a pose is along a groove from that of another, in terms of the rate there.
+    pub(super) fn slid(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Option<f64> {
+        let groove = self.groove.as_ref()?;
+        let [a, b] = [from, to].map(|pose| groove.nearest(&pose.translation.vector));
+        Some(groove.between(a, b) * groove.at(a)[1].norm())
+    }
+
+    /// |x_phi| of the groove at a pose over that at another; 1 of a free body.
+    pub(super) fn stretch(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> f64 {
+        let Some(groove) = &self.groove else {
+            return 1.0;
+        };
+        let [a, b] =
+            [from, to].map(|pose| groove.at(groove.nearest(&pose.translation.vector))[1].norm());
+        b / a
+    }
+
+    /// Derivatives of the acceleration at rest by pose and by velocity, and the inverse of the mass matrix, as twists and wrenches
+    /// of the reference point: of a point mass their last three components.
+    fn linear(&self, t: f64, pose: &Isometry3<f64>, wrench: &Vector6<f64>) -> [DMatrix<f64>; 3] {
+        match &self.mass {
+            Mass::Rigid(body) => {
                 let linear = body.linearised(t, pose, &Vector6::zeros(), wrench);
                 let copy = |m: &Matrix6<f64>| DMatrix::from_column_slice(6, 6, m.as_slice());
                 [
@@ -150,7 +359,7 @@ impl Carrier {
                     copy(&linear.by_wrench),
                 ]
             }
-            Self::Point(body) => {
+            Mass::Point(body) => {
                 let n = wrench.fixed_rows::<3>(3).into_owned();
                 let linear = body.linearised(t, pose, &Vector3::zeros(), &n);
                 let copy =
@@ -164,27 +373,55 @@ impl Carrier {
         }
     }
 
+    /// The mass matrix, and minus the stiffness and the damping of the loads, in the body's own velocities; `wrench` is that of the
+    /// rods. None of a body without inertia.
+    pub(super) fn linear_own(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        wrench: &Vector6<f64>,
+    ) -> Option<[DMatrix<f64>; 3]> {
+        let mut wrench = *wrench;
+        let force = halves(&(wrench + self.load(t, pose))).1;
+        if let Some((tangent, _)) = self.tangent(pose) {
+            // The groove bears what is across it, so that at an equilibrium nothing is left.
+            let borne = tangent * tangent.dot(&force) - force;
+            wrench += joined(&Vector3::zeros(), &borne);
+        }
+        let [by_pose, by_velocity, by_wrench] = self.linear(t, pose, &wrench);
+        let mass = by_wrench.try_inverse()?;
+        let own = self.own_twists(pose);
+        let own = own.rows(6 - mass.nrows(), mass.nrows());
+        let mut projected =
+            [&mass, &(&mass * by_pose), &(&mass * by_velocity)].map(|m| own.transpose() * m * own);
+        if let Some((_, bend)) = self.tangent(pose) {
+            let last = self.turnings();
+            projected[1][(last, last)] += bend.dot(&force);
+        }
+        Some(projected)
+    }
+
     /// The wrench of the loads about the reference point, at rest.
     pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
-        match self {
-            Self::Rigid(body) => body.load(t, pose),
-            Self::Point(body) => joined(&Vector3::zeros(), &body.load(t)),
+        match &self.mass {
+            Mass::Rigid(body) => body.load(t, pose),
+            Mass::Point(body) => joined(&Vector3::zeros(), &body.load(t)),
         }
     }
 
     /// Force and centre of mass from the reference point in the world, of which [`Carrier::load`] is made at rest.
     pub(super) fn dead(&self, t: f64, pose: &Isometry3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        match self {
-            Self::Rigid(body) => (body.centre().load(t), pose.rotation * body.offset()),
-            Self::Point(body) => (body.load(t), Vector3::zeros()),
+        match &self.mass {
+            Mass::Rigid(body) => (body.centre().load(t), pose.rotation * body.offset()),
+            Mass::Point(body) => (body.load(t), Vector3::zeros()),
         }
     }
 
     /// Kinetic energy.
     pub fn kinetic(&self, t: f64, place: &Place) -> f64 {
-        match self {
-            Self::Rigid(body) => EndBody::kinetic(&**body, t, &place.pose, &place.twist),
-            Self::Point(body) => {
+        match &self.mass {
+            Mass::Rigid(body) => EndBody::kinetic(&**body, t, &place.pose, &place.twist),
+            Mass::Point(body) => {
                 let v = place.twist.fixed_rows::<3>(3).into_owned();
                 body.kinetic(t, &place.pose.translation.vector, &v)
             }
@@ -193,30 +430,48 @@ impl Carrier {
 
     /// Potential of the constant forces.
     pub fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
-        match self {
-            Self::Rigid(body) => EndBody::potential(&**body, t, pose),
-            Self::Point(body) => body.potential(t, &pose.translation.vector),
+        match &self.mass {
+            Mass::Rigid(body) => EndBody::potential(&**body, t, pose),
+            Mass::Point(body) => body.potential(t, &pose.translation.vector),
         }
     }
 
     /// The first break of its loads after `t`.
     pub fn next_break(&self, t: f64) -> f64 {
-        match self {
-            Self::Rigid(body) => EndBody::next_break(&**body, t),
-            Self::Point(body) => body.next_break(t),
+        match &self.mass {
+            Mass::Rigid(body) => EndBody::next_break(&**body, t),
+            Mass::Point(body) => body.next_break(t),
         }
     }
 
-    /// The pose moved by a small twist of the world: turned about the reference point, then shifted.
-    pub fn moved(&self, pose: &Isometry3<f64>, twist: &[f64]) -> Isometry3<f64> {
+    /// The pose moved by the body's own velocities: turned about the reference point, then shifted, along a groove as its
+    /// parameter says.
+    pub fn moved(&self, pose: &Isometry3<f64>, own: &[f64]) -> Isometry3<f64> {
         let mut moved = *pose;
-        let shift = &twist[self.freedoms() - 3..];
-        moved.translation.vector += Vector3::from_column_slice(shift);
-        if let Self::Rigid(_) = self {
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(&twist[..3]));
+        let (turn, shift) = own.split_at(self.turnings());
+        match &self.groove {
+            None => moved.translation.vector += Vector3::from_column_slice(shift),
+            Some(groove) => {
+                let phi = groove.nearest(&pose.translation.vector);
+                let further = phi + shift[0] / groove.at(phi)[1].norm();
+                moved.translation.vector = groove.at(further)[0];
+            }
+        }
+        if self.turns() {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(turn));
             moved.rotation = turn * moved.rotation;
             moved.rotation.renormalize();
         }
         moved
     }
+}
+
+/// What a groove does.
+struct Held {
+    /// phi''.
+    along: f64,
+    /// The force of the groove.
+    force: Vector3<f64>,
+    /// The acceleration of the reference point, and of the spin.
+    acceleration: Vector6<f64>,
 }

@@ -7,11 +7,11 @@
 //! regular where a single rod passes its fold, and where it is straight and inextensible.
 
 use super::stiffness::{add, carried, lever_turned};
-use super::{Assembly, Carrier, Configuration, Joint, Link, LinkPoint, Place};
+use super::{Assembly, Configuration, Joint, Link, LinkPoint, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
 use crate::rod::Wrench;
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 
 /// Charts beyond these couples and forces (in B/L, B/L^2) are refused: an integration from the base is worthless and costly there.
 const WILD: (f64, f64) = (400.0, 2e4);
@@ -48,12 +48,17 @@ impl Frame {
             .zip(&now.bodies)
             .zip(&self.reference)
         {
-            let shift = place.pose.translation.vector - from.translation.vector;
-            if let Carrier::Rigid(_) = carrier {
+            if carrier.turns() {
                 let turn = place.pose.rotation * from.rotation.inverse();
                 x.extend(turn.scaled_axis().iter());
             }
-            x.extend((shift / self.length).iter());
+            match carrier.slid(from, &place.pose) {
+                Some(slid) => x.push(slid / self.length),
+                None => {
+                    let shift = place.pose.translation.vector - from.translation.vector;
+                    x.extend((shift / self.length).iter());
+                }
+            }
         }
         x.extend(now.charts.iter().flat_map(|q| q.iter()));
         DVector::from_vec(x)
@@ -66,10 +71,10 @@ impl Frame {
         Configuration {
             bodies: bodies
                 .map(|((start, carrier), from)| {
-                    let mut twist = x[*start..start + carrier.freedoms()].to_vec();
-                    let skip = carrier.freedoms() - 3;
-                    twist[skip..].iter_mut().for_each(|x| *x *= self.length);
-                    Place::at_rest(carrier.moved(from, &twist))
+                    let mut own = x[*start..start + carrier.freedoms()].to_vec();
+                    let shift = &mut own[carrier.turnings()..];
+                    shift.iter_mut().for_each(|x| *x *= self.length);
+                    Place::at_rest(carrier.moved(from, &own))
                 })
                 .collect(),
             charts: x[total..]
@@ -116,15 +121,18 @@ impl Frame {
         for i in assembly.rotations() {
             matrix.row_mut(i).scale_mut(1.0 / self.length);
         }
-        for (start, carrier) in starts.iter().zip(assembly.carriers()) {
-            if let Carrier::Rigid(_) = carrier {
+        let all = starts.iter().zip(assembly.carriers());
+        let all = all.zip(bodies.iter().zip(&self.reference));
+        for ((start, carrier), (place, from)) in all {
+            if carrier.turns() {
                 let turn = left_jacobian(&Vector3::from_column_slice(&x[*start..start + 3]));
                 let mut columns = matrix.columns_mut(*start, 3);
                 let turned = &columns * turn;
                 columns.copy_from(&turned);
             }
-            let shift = start + carrier.freedoms() - 3;
-            matrix.columns_mut(shift, 3).scale_mut(self.length);
+            let (shift, count) = (start + carrier.turnings(), carrier.shiftings());
+            let stretch = self.length * carrier.stretch(from, &place.pose);
+            matrix.columns_mut(shift, count).scale_mut(stretch);
         }
         matrix
     }
@@ -133,8 +141,9 @@ impl Frame {
     pub(super) fn check(&self, assembly: &Assembly, x: &[f64]) -> Result<()> {
         let (starts, total) = assembly.freedoms();
         for (body, (start, carrier)) in starts.iter().zip(assembly.carriers()).enumerate() {
-            let turn = Vector3::from_column_slice(&x[*start..start + 3]).norm();
-            if carrier.freedoms() == 6 && !(turn < TURNED) {
+            let turnings = &x[*start..start + carrier.turnings()];
+            let turn = turnings.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if !(turn < TURNED) {
                 return Err(Error::domain(format!(
                     "body {body} has turned by {turn:.1} radians from where the search began, near a full turn"
                 )));
@@ -208,7 +217,7 @@ impl Assembly {
         let rigid = starts
             .iter()
             .zip(self.carriers())
-            .filter(|(_, carrier)| carrier.freedoms() == 6);
+            .filter(|(_, carrier)| carrier.turns());
         rigid.flat_map(|(start, _)| *start..start + 3).collect()
     }
 
@@ -217,41 +226,48 @@ impl Assembly {
         let (starts, total) = self.freedoms();
         let size = total + 6 * points.len();
         let mut matrix = DMatrix::zeros(size, size);
+        let own_twists = self.own_twists(bodies);
+        let charts = Matrix6xX::identity(6);
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let own = total + 6 * k;
             let (gap_by_twists, gap_by_chart) = point.gap_derivatives(link.joint(), &link.units());
             let scale = link.gap_scale();
-            add(&mut matrix, (own, own), &(scale * gap_by_chart), (0, 0));
+            add(
+                &mut matrix,
+                (own, own),
+                &(scale * gap_by_chart),
+                [&charts; 2],
+            );
             let by_chart = point.wrenches_by_chart(&link.units());
             let by_turn = point.wrenches_by_turn();
             let levers = link.levers(bodies);
             for (i, lever) in levers.iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
-                let (start, skip) = (starts[*body], 6 - self.carriers()[*body].freedoms());
+                let (start, twists) = (starts[*body], &own_twists[*body]);
                 let onto = carried(arm).transpose();
                 let along = scale * gap_by_twists.fixed_columns::<6>(6 * i) * carried(arm);
-                add(&mut matrix, (own, start), &along, (0, skip));
+                add(&mut matrix, (own, start), &along, [&charts, twists]);
                 let along = onto * by_chart.fixed_rows::<6>(6 * i);
-                add(&mut matrix, (start, own), &along, (skip, 0));
+                add(&mut matrix, (start, own), &along, [twists, &charts]);
                 if let Some((base, _)) = levers[0] {
                     let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 0);
-                    add(&mut matrix, (start, starts[base]), &block, (skip, 0));
+                    let to = [twists, &own_twists[base]];
+                    add(&mut matrix, (start, starts[base]), &block, to);
                 }
-                if skip == 0 {
-                    let n = halves(&point.wrenches()[i]).1;
-                    add(&mut matrix, (start, start), &lever_turned(arm, &n), (0, 0));
-                }
+                let turned = lever_turned(arm, &halves(&point.wrenches()[i]).1);
+                add(&mut matrix, (start, start), &turned, [twists; 2]);
             }
         }
-        for ((carrier, place), start) in self.carriers().iter().zip(bodies).zip(starts) {
-            if carrier.freedoms() == 6 {
-                let (force, arm) = carrier.dead(0.0, &place.pose);
-                add(
-                    &mut matrix,
-                    (start, start),
-                    &lever_turned(&arm, &force),
-                    (0, 0),
-                );
+        let wrenches = self.wrenches(bodies, points);
+        let all = self.carriers().iter().zip(bodies).zip(&own_twists);
+        for (((carrier, place), twists), (start, wrench)) in all.zip(starts.iter().zip(&wrenches)) {
+            let (force, arm) = carrier.dead(0.0, &place.pose);
+            let turned = lever_turned(&arm, &force);
+            add(&mut matrix, (*start, *start), &turned, [twists; 2]);
+            // Along a groove its tangent turns.
+            if let Some((_, bend)) = carrier.tangent(&place.pose) {
+                let last = start + carrier.turnings();
+                matrix[(last, last)] += bend.dot(&(halves(wrench).1 + force));
             }
         }
         matrix

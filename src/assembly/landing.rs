@@ -40,6 +40,10 @@ const BACK: f64 = 0.5;
 const MOST_STEPS: usize = 5_000;
 /// Newton steps of the polish at most.
 const POLISH: usize = 30;
+/// Tolerance of the search for other landings, which the chart then makes exact.
+const SEARCH: f64 = 1e-9;
+/// A landing nearer to another or to its fold than this, relative to 1 + the chart, is that again.
+const TWIN: f64 = 1e-4;
 
 /// The layer of one rod, in its own units and in the directors of its base.
 struct Layer<const D: usize> {
@@ -61,7 +65,36 @@ impl Link {
         self.leave(q, &kernel, tolerance)
     }
 
-    /// The same for a rod that leaves the equilibrium `q` in the direction `kernel` of the chart, or against it.
+    /// The stable equilibria that are found of the rod that leaves its fold `q` while its ends are held: charts by energy, the
+    /// lowest first. That of [`Link::settle`] is among them; whether they are all, nothing tells ([`crate::rod::Problem::others`]).
+    ///
+    /// # Errors
+    /// A fold that cannot be evaluated.
+    pub fn stable_beside(&self, q: &Wrench, tolerance: f64) -> Result<Vec<Wrench>> {
+        let held = self.end(q, tolerance)?.pose;
+        let units = self.units();
+        let settled = self.settle(q, tolerance).ok();
+        // The fold is a double root.
+        let mut known = vec![q.component_mul(&units); 2];
+        known.extend(settled.map(|q| q.component_mul(&units)));
+        let others = self.held_at(&held, SEARCH.max(tolerance))?.others(&known);
+        let found = others.iter().map(|base| base.component_div(&units));
+        let mut stable: Vec<(f64, Wrench)> = Vec::new();
+        for found in settled.into_iter().chain(found) {
+            let Ok(at) = self.polished(&found, &held, tolerance) else {
+                continue;
+            };
+            let is_twin = |other: &Wrench| (at - other).norm() <= TWIN * (1.0 + at.norm());
+            let is_new = !is_twin(q) && !stable.iter().any(|(_, other)| is_twin(other));
+            if is_new && self.index(&at, tolerance).is_ok_and(|index| index == 0) {
+                stable.push((self.end(&at, tolerance)?.energy, at));
+            }
+        }
+        stable.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(stable.into_iter().map(|(_, q)| q).collect())
+    }
+
+    /// As [`Link::settle`] for a rod that leaves the equilibrium `q` in the direction `kernel` of the chart, or against it.
     fn leave(&self, q: &Wrench, kernel: &Wrench, tolerance: f64) -> Result<Wrench> {
         match self.joint {
             Joint::Weld => self.settled::<6>(q, kernel, tolerance),

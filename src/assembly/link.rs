@@ -242,17 +242,22 @@ impl Link {
         })
     }
 
+    /// The rod with its end held by its joint at a pose seen from the base.
+    pub(super) fn held_at(&self, end: &Isometry3<f64>, tolerance: f64) -> Result<Problem> {
+        let conditions = match self.joint {
+            Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
+            Joint::Ball => EndConditions::ball(end.translation.vector),
+        };
+        Problem::new(self.rod.clone(), conditions, tolerance)
+    }
+
     /// How many equilibria with less energy the rod could buckle away into with its ends held: its index.
     ///
     /// # Errors
     /// As [`Problem::index_at`].
     pub fn index(&self, q: &Wrench, tolerance: f64) -> Result<usize> {
         // What is held counts, not where.
-        let conditions = match self.joint {
-            Joint::Weld => EndConditions::pose(Vector3::zeros(), UnitQuaternion::identity()),
-            Joint::Ball => EndConditions::ball(Vector3::zeros()),
-        };
-        let problem = Problem::new(self.rod.clone(), conditions, tolerance)?;
+        let problem = self.held_at(&Isometry3::identity(), tolerance)?;
         let count = |q: &Wrench| problem.index_at(&q.component_mul(&self.units()));
         // It is counted under the force alone first. Where that is neutral (an elastica that can turn about its force) rounding
         // decides; nearby it is not, and away from folds the index of the held rod is the same there.

@@ -20,7 +20,7 @@ mod statics;
 mod stiffness;
 
 pub use branch::{AssemblyBranch, AssemblyFamily, AssemblyPoint, AssemblySpecial};
-pub use carrier::{Carrier, Place};
+pub use carrier::{Carrier, Mass, Place};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
 pub use modes::Modes;
 pub use state::{Configuration, Evaluated, Integrals, Slowed};
@@ -55,9 +55,7 @@ impl Assembly {
                         carriers.len()
                     ))
                 })?;
-                if matches!(carrier, Carrier::Point(_))
-                    && (joint == Joint::Weld || site.lever() != 0.0)
-                {
+                if !carrier.turns() && (joint == Joint::Weld || site.lever() != 0.0) {
                     return Err(Error::domain(format!(
                         "rod {k} is attached to the point mass {body}: only an end on a ball joint at the point itself can be; \
                          give the body an inertia, or use a ball joint"

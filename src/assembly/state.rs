@@ -12,7 +12,7 @@
 use super::{Assembly, Carrier, LinkPoint, Place};
 use crate::manifold::adjugate_times;
 use crate::rod::Wrench;
-use nalgebra::{DVector, Isometry3, Vector6};
+use nalgebra::{DVector, Isometry3, Vector3, Vector6};
 use std::ops::Range;
 
 /// Where everything is: the bodies, and the charts (m(0), n) of the rods in their bases' directors, in units B/L, B/L^2.
@@ -177,20 +177,46 @@ impl Assembly {
         }
         let wrenches = self.wrenches(&now.bodies, &points);
         let (mut power, mut loss) = (self.support_power(&points), 0.0);
-        for (((start, carrier), place), wrench) in self.starts().zip(&now.bodies).zip(&wrenches) {
-            let motion = carrier.motion(integrals.time, place, wrench);
+        for ((start, carrier), wrench) in self.starts().zip(&wrenches) {
             let slots = start..start + carrier.numbers();
-            carrier.write_rates(
+            let (driven, lost) = carrier.write_rates(
+                integrals.time,
                 &state.as_slice()[slots.clone()],
-                &motion,
+                wrench,
                 rate,
                 &mut out.as_mut_slice()[slots],
             );
-            power += motion.power;
-            loss += motion.loss;
+            power += driven;
+            loss += lost;
         }
         out.as_mut_slice()[self.time_slot()..].copy_from_slice(&[rate, power * rate, loss * rate]);
         out.iter().all(|x| x.is_finite()).then_some(())
+    }
+
+    /// A state with another chart of rod `k`; the bodies keep their numbers.
+    pub fn with_chart(&self, mut state: DVector<f64>, k: usize, q: &Wrench) -> DVector<f64> {
+        state.as_mut_slice()[self.chart_slots(k)].copy_from_slice(q.as_slice());
+        state
+    }
+
+    /// The parameters of the grooves in a state, with the numbers of their bodies.
+    pub fn along_grooves(&self, state: &DVector<f64>) -> Vec<(usize, f64)> {
+        let all = self.starts().enumerate();
+        let all = all.filter_map(|(body, (start, carrier))| {
+            let part = &state.as_slice()[start..start + carrier.numbers()];
+            Some((body, carrier.parameter(part)?))
+        });
+        all.collect()
+    }
+
+    /// The forces of the grooves, body by body; None where there is none.
+    pub fn groove_forces(&self, at: &Evaluated) -> Vec<Option<Vector3<f64>>> {
+        let wrenches = self.wrenches(&at.now.bodies, &at.points);
+        let bodies = self.carriers().iter().zip(&at.now.bodies).zip(&wrenches);
+        let force = bodies.map(|((carrier, place), wrench)| {
+            carrier.groove_force(at.integrals.time, place, wrench)
+        });
+        force.collect()
     }
 
     /// The charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold.

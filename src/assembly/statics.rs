@@ -8,10 +8,10 @@
 
 use super::equations::Frame;
 use super::padded::{self, Equations, Root};
-use super::{Assembly, Carrier, Configuration, On, Place};
+use super::{Assembly, Configuration, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::rod::{EndConditions, Problem, Wrench};
+use crate::rod::Wrench;
 use crate::solve::arclength::{Options, Stop};
 use crate::solve::newton;
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
@@ -198,12 +198,7 @@ impl Assembly {
         let chart = |link: &super::Link| {
             let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
             let end = base.pose.inv_mul(&tip.pose);
-            let conditions = match link.joint() {
-                super::Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
-                super::Joint::Ball => EndConditions::ball(end.translation.vector),
-            };
-            let problem = Problem::new(link.rod().clone(), conditions, tolerance).ok()?;
-            let found = problem.solve(None).ok()?;
+            let found = link.held_at(&end, tolerance).ok()?.solve(None).ok()?;
             Some(found.base.component_div(&link.units()))
         };
         let charts = self.links().iter();
@@ -358,8 +353,13 @@ impl Assembly {
                     _ => None,
                 };
                 if let Some((body, mut pose)) = new {
-                    if let Carrier::Point(_) = self.carriers()[body] {
+                    let carrier = &self.carriers()[body];
+                    if !carrier.turns() {
                         pose.rotation = UnitQuaternion::identity();
+                    }
+                    if let Some(groove) = carrier.groove() {
+                        let nearest = groove.nearest(&pose.translation.vector);
+                        pose.translation.vector = groove.at(nearest)[0];
                     }
                     placed[body] = Some(pose);
                 }

@@ -3,7 +3,9 @@
 use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use nalgebra::{DMatrix, DVector, FullPivLU, Matrix3, Matrix6, SMatrix, U6, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3, Vector6,
+};
 
 /// A twist of the reference point of a body as one of a place `lever` away, all along the axes of the world.
 pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
@@ -130,8 +132,15 @@ pub struct Stiffness {
 }
 
 impl Assembly {
-    /// The wrench on every body, rods and loads together, about its reference point; 0 at an equilibrium. Point masses have
-    /// three components.
+    /// The twists of every body by its own velocities.
+    pub(super) fn own_twists(&self, bodies: &[Place]) -> Vec<Matrix6xX<f64>> {
+        let all = self.carriers().iter().zip(bodies);
+        all.map(|(carrier, place)| carrier.own_twists(&place.pose))
+            .collect()
+    }
+
+    /// The wrench on every body, rods and loads together, about its reference point, by the body's own velocities: point masses
+    /// have three components, in a groove the force along it is the last. 0 at an equilibrium.
     pub fn balance(&self, t: f64, bodies: &[Place], points: &[LinkPoint]) -> DVector<f64> {
         let wrenches = self.wrenches(bodies, points);
         let parts =
@@ -141,7 +150,7 @@ impl Assembly {
                 .zip(&wrenches)
                 .map(|((carrier, place), wrench)| {
                     let all = wrench + carrier.load(t, &place.pose);
-                    DVector::from_column_slice(&all.as_slice()[6 - carrier.freedoms()..])
+                    carrier.own_twists(&place.pose).tr_mul(&all)
                 });
         let parts: Vec<f64> = parts
             .flat_map(|part| part.iter().copied().collect::<Vec<_>>())
@@ -161,6 +170,8 @@ impl Assembly {
             damping: DMatrix::zeros(total, total),
             charts: DMatrix::zeros(6 * points.len(), total),
         };
+        let own = self.own_twists(bodies);
+        let charts = Matrix6xX::identity(6);
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let (by, chart) = point.linear(link).ok_or_else(|| {
                 Error::ill_conditioned(format!(
@@ -171,48 +182,46 @@ impl Assembly {
             let levers = link.levers(bodies);
             for (i, lever) in levers.iter().enumerate() {
                 let Some((row, arm)) = lever else { continue };
-                let skip = 6 - self.carriers()[*row].freedoms();
                 let onto = carried(arm).transpose();
                 for (j, lever) in levers.iter().enumerate() {
                     let Some((column, other)) = lever else {
                         continue;
                     };
                     let block = onto * by.fixed_view::<6, 6>(6 * i, 6 * j) * carried(other);
-                    add(
-                        &mut sum.matrix,
-                        (starts[*row], starts[*column]),
-                        &-block,
-                        (skip, 6 - self.carriers()[*column].freedoms()),
-                    );
+                    let at = (starts[*row], starts[*column]);
+                    add(&mut sum.matrix, at, &-block, [&own[*row], &own[*column]]);
                 }
                 let n = halves(&point.wrenches()[i]).1;
-                if skip == 0 {
-                    let at = (starts[*row], starts[*row]);
-                    add(&mut sum.matrix, at, &-lever_turned(arm, &n), (0, 0));
-                }
+                let at = (starts[*row], starts[*row]);
+                add(
+                    &mut sum.matrix,
+                    at,
+                    &-lever_turned(arm, &n),
+                    [&own[*row]; 2],
+                );
             }
             for (j, lever) in levers.iter().enumerate() {
                 let Some((column, other)) = lever else {
                     continue;
                 };
                 let block = chart.fixed_columns::<6>(6 * j) * carried(other);
-                let skip = 6 - self.carriers()[*column].freedoms();
-                add(&mut sum.charts, (6 * k, starts[*column]), &block, (0, skip));
+                let at = (6 * k, starts[*column]);
+                add(&mut sum.charts, at, &block, [&charts, &own[*column]]);
             }
         }
         let parts = self.linear_bodies(t, bodies, points)?;
         for ([mass, by_pose, by_velocity], start) in parts.into_iter().zip(starts) {
             let size = mass.shape();
             let mut view = sum.matrix.view_mut((start, start), size);
-            view -= &mass * by_pose;
+            view -= by_pose;
             let mut view = sum.damping.view_mut((start, start), size);
-            view -= &mass * by_velocity;
+            view -= by_velocity;
             sum.mass.view_mut((start, start), size).copy_from(&mass);
         }
         Ok(sum)
     }
 
-    /// Of every body: its mass matrix, and the derivatives of its acceleration by pose and velocity.
+    /// Of every body: its mass matrix, and the derivatives of what its loads do by pose and velocity, by its own velocities.
     fn linear_bodies(
         &self,
         t: f64,
@@ -222,10 +231,8 @@ impl Assembly {
         let wrenches = self.wrenches(bodies, points);
         let all = self.carriers().iter().zip(bodies).zip(&wrenches);
         let parts = all.map(|((carrier, place), wrench)| {
-            let [by_pose, by_velocity, by_wrench] = carrier.linear(t, &place.pose, wrench);
-            let mass = by_wrench.try_inverse();
-            let mass = mass.ok_or_else(|| Error::ill_conditioned("a body without inertia"))?;
-            Ok([mass, by_pose, by_velocity])
+            let linear = carrier.linear_own(t, &place.pose, wrench);
+            linear.ok_or_else(|| Error::ill_conditioned("a body without inertia"))
         });
         parts.collect()
     }
@@ -239,9 +246,9 @@ impl Assembly {
         let (starts, total) = self.freedoms();
         let mut matrix = DMatrix::zeros(total, total);
         let parts = self.linear_bodies(0.0, &now.bodies, points)?;
-        for ([mass, _, by_velocity], start) in parts.iter().zip(starts) {
-            let mut view = matrix.view_mut((start, start), mass.shape());
-            view -= mass * by_velocity;
+        for ([_, _, by_velocity], start) in parts.iter().zip(starts) {
+            let mut view = matrix.view_mut((start, start), by_velocity.shape());
+            view -= by_velocity;
         }
         Ok(matrix)
     }
@@ -315,16 +322,14 @@ impl Assembly {
     }
 }
 
-/// Adds the rows and columns of a block from `skip` on.
+/// Adds a block of wrenches by twists as one by the velocities of row and column.
 pub(super) fn add(
     to: &mut DMatrix<f64>,
     at: (usize, usize),
     block: &Matrix6<f64>,
-    skip: (usize, usize),
+    own: [&Matrix6xX<f64>; 2],
 ) {
-    for i in skip.0..6 {
-        for j in skip.1..6 {
-            to[(at.0 + i - skip.0, at.1 + j - skip.1)] += block[(i, j)];
-        }
-    }
+    let projected = own[0].tr_mul(&(block * own[1]));
+    let mut view = to.view_mut(at, projected.shape());
+    view += projected;
 }

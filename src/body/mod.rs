@@ -1,12 +1,14 @@
 //! The body at the rod's end and the loads on it: a point mass or a rigid body.
 
 mod end_body;
+mod groove;
 mod history;
 mod rigid;
 mod spline;
 mod support;
 
 pub use end_body::{EndBody, EndLinear, EndMotion};
+pub use groove::Groove;
 pub use history::{Custom, History, Pulse, Ramp, Sine};
 pub use rigid::RigidBody;
 pub use support::{Frame, Support};

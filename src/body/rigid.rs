@@ -171,6 +171,11 @@ impl RigidBody {
         &self.inertia
     }
 
+    /// Its inverse.
+    pub fn inverse_inertia(&self) -> &Matrix3<f64> {
+        &self.inverse_inertia
+    }
+
     /// The centre of mass from the end of the rod, in components along the directors.
     pub fn offset(&self) -> &Vector3<f64> {
         &self.offset

@@ -6,15 +6,16 @@ use super::files::{json_text, number, print, print_error, print_json, rounded, t
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, RunArgs};
-use super::run_text::unit;
+use super::run_text::{chosen, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, signals};
 use nalgebra::Isometry3;
 use serde_json::{Value, json};
 use snaprod::math::se3::halves;
+use snaprod::motion::Outcome;
 use snaprod::plot::{RodShapes, SpaceRod, rod_shapes};
 use snaprod::scene::{Scene, Units};
 use snaprod::study::assembly::{
-    self, AssemblyEquilibriumRecord, AssemblyPrepared, AssemblyRunRecord,
+    self, AssemblyEquilibriumRecord, AssemblyPrepared, AssemblyRunBranch, AssemblyRunRecord,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -61,10 +62,8 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
 
 /// The rods at the first moment and at the last.
 fn moments(record: &AssemblyRunRecord) -> RodShapes {
-    let both = [
-        ("start", &record.first_shapes),
-        ("end", &record.last_shapes),
-    ];
+    let (trunk, last) = (&record.branches[0], record.last());
+    let both = [("start", &trunk.first_shapes), ("end", &last.last_shapes)];
     let rods = both
         .iter()
         .enumerate()
@@ -107,7 +106,6 @@ fn figure(rods: Vec<SpaceRod>, units: Units) -> RodShapes {
 }
 
 fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
-    let (k, u) = (&record.scales, record.units);
     let mut text = String::new();
     // Writing to a string cannot fail.
     let mut line = |line: String| {
@@ -116,33 +114,59 @@ fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     if let Some(why) = record.warning() {
         line(format!("note: {why}"));
     }
-    for snap in record.snaps.iter().take(SHOWN) {
+    for branch in &record.branches {
+        if record.branches.len() > 1 {
+            line(match branch.stem.parent {
+                None => "branch 0".to_owned(),
+                Some(parent) => format!("branch {} (from branch {parent})", branch.stem.id),
+            });
+        }
+        branch_text(record, branch, &mut line);
+    }
+    if let Some(out) = out {
+        line(format!("written to {}", out.display()));
+    }
+    text
+}
+
+fn branch_text(
+    record: &AssemblyRunRecord,
+    branch: &AssemblyRunBranch,
+    line: &mut impl FnMut(String),
+) {
+    let (k, u) = (&record.scales, record.units);
+    for snap in branch.all_snaps().take(SHOWN) {
         line(format!(
-            "snap of {} at t = {}{}: released {}{}",
+            "snap of {} at t = {}{}: released {}{}{}",
             record.rods.get(snap.rod).map_or("?", String::as_str),
             rounded(snap.t * k.time, 12),
             unit(u.time()),
             rounded(snap.released * k.energy, 9),
             unit(u.energy()),
+            chosen(snap),
         ));
     }
-    if record.snaps.len() > SHOWN {
-        line(format!("... and {} more snaps", record.snaps.len() - SHOWN));
+    let count = branch.all_snaps().count();
+    if count > SHOWN {
+        line(format!("... and {} more snaps", count - SHOWN));
     }
-    let last = &record.last;
-    line(match record.outcome.is_complete() {
+    let last = &branch.last;
+    line(match branch.outcome.is_complete() {
         true => format!(
             "t = {}{}: {}",
-            number(record.duration),
+            number(match branch.outcome {
+                Outcome::EndOfTime => record.duration,
+                _ => last.t,
+            }),
             unit(u.time()),
-            record.outcome
+            branch.outcome
         ),
         // The reason follows on the error stream.
         false => format!(
             "t = {}{}: ended short ({})",
             number(last.t),
             unit(u.time()),
-            record.outcome()
+            branch.outcome.key()
         ),
     });
     let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
@@ -158,16 +182,12 @@ fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     }
     line(format!(
         "energy ledger closes to {:.1e}{} ({:.1e} of its largest term); {} steps, {} right-hand sides",
-        record.closing.error,
+        branch.closing.error,
         unit(u.energy()),
-        record.closing.relative(),
-        record.cost.steps,
-        record.cost.evaluations,
+        branch.closing.relative(),
+        branch.cost.steps,
+        branch.cost.evaluations,
     ));
-    if let Some(out) = out {
-        line(format!("written to {}", out.display()));
-    }
-    text
 }
 
 /// Solves the scene and describes its equilibrium.

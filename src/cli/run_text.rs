@@ -87,13 +87,24 @@ fn snap(record: &RunRecord, snap: &Snap) -> String {
         },
         rounded(snap.released * k.energy, 9),
         unit(u.energy()),
-        // Rules other than "viscous" choose from all that is stable, whatever its energy.
-        if snap.released < 0.0 {
-            " (the landing lies higher: a rod left to itself does not get there)"
-        } else {
-            ""
-        }
+        chosen(snap),
     )
+}
+
+/// What is to be said of a landing that a rule chose. Rules other than "viscous" choose from all that is stable, whatever its
+/// energy.
+pub fn chosen(snap: &Snap) -> String {
+    let mut text = String::new();
+    if let (Some(choices), None) = (snap.choices, snap.to.sheet) {
+        text += &match choices {
+            1 => ", the only stable equilibrium that was found".to_owned(),
+            _ => format!(", {choices} stable equilibria were found"),
+        };
+    }
+    if snap.released < 0.0 {
+        text += " (the landing lies higher: a rod left to itself does not get there)";
+    }
+    text
 }
 
 fn passage(layer: &Layer, u: Units) -> String {

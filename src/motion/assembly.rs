@@ -5,20 +5,22 @@
 //! and the others stay as they are.
 
 mod sample;
+mod step;
 
 pub use sample::AssemblySample;
+use step::Progress;
 
 use super::drive::Motion;
 use super::event::{Event, Outcome};
-use super::locate::{Guess, Timed, first_fold, locate};
+use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
-use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Slowed};
+use crate::assembly::{Assembly, Configuration, Integrals, Slowed};
 use crate::error::{Cause, Error, Result};
+use crate::rod::Wrench;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
-use crate::solve::roots::chandrupatla;
 use nalgebra::{DVector, Vector6};
 use std::sync::Arc;
 
@@ -28,18 +30,10 @@ const LOCAL: f64 = 0.1;
 const FINEST: f64 = 1e-14;
 /// Error of the integration along a rod, as a part of that of a step: slopes must be smooth to it.
 const ALONG: f64 = 0.1;
-/// Time is slowed for a rod whose det J would vanish, at its present rate, within so many steps ...
-const NEAR: f64 = 8.0;
-/// ... until det J has grown to so many times what it was then.
-const FAR: f64 = 4.0;
-/// A state this near to the end of time, relative to 1 + its size, is at it.
-const ON_TIME: f64 = 1e-12;
 /// Ends of rods that are farther than this many tolerances from their attachments at the start are no start.
 const APART: f64 = 1e4;
-/// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
-const DRIFTED: f64 = 3.0;
-/// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
-const LOOSE: f64 = 1e3;
+/// Bodies that start farther beside their groove than this, or faster away from it, are no start.
+const BESIDE: f64 = 1e-9;
 
 /// The numbers of a state; time stands third from the last.
 #[derive(Debug, Clone)]
@@ -78,14 +72,17 @@ struct Watch {
     gap: f64,
 }
 
-/// How a step ended.
-enum Progress {
-    Moved,
-    Arrived,
-    Fold { link: usize, time_error: f64 },
+/// What follows the step that was told last.
+#[derive(Debug, Clone)]
+enum Pending {
+    /// The rod of this number is at its fold, whose time is known so well.
+    Fold(usize, f64),
+    /// The end.
+    Stop(Outcome),
 }
 
 /// A motion of an assembly in progress.
+#[derive(Clone)]
 pub struct AssemblyRun {
     assembly: Arc<Assembly>,
     options: Options,
@@ -101,8 +98,8 @@ pub struct AssemblyRun {
     extra: Cost,
     released: f64,
     snaps: u64,
-    /// The rod that has reached its fold.
-    pending: Option<(usize, f64)>,
+    /// What the last step has led to.
+    pending: Option<Pending>,
     first: AssemblySample,
     before_snap: Option<AssemblySample>,
     stopped: bool,
@@ -113,12 +110,22 @@ impl AssemblyRun {
     /// A run from `start` at time 0. Poses and charts must agree.
     ///
     /// # Errors
-    /// Rods whose ends are not where their attachments are, or that stand at a fold; a landing rule that is not served.
+    /// Rods whose ends are not where their attachments are, or that stand at a fold; a landing on a sheet of the plane.
     pub fn new(assembly: Assembly, start: &Configuration, options: Options) -> Result<Self> {
-        if options.landing != LandingRule::Viscous {
+        if let LandingRule::Named(_) = options.landing {
             return Err(Error::domain(
-                "landing: in space a rod lands where friction takes it; use landing = \"viscous\"",
+                "landing: in space equilibria have no names; tell them by their energy, landing = { order = 1 }",
             ));
+        }
+        for (body, (carrier, place)) in assembly.carriers().iter().zip(&start.bodies).enumerate() {
+            let (beside, leaving) = carrier.beside_groove(place);
+            let speed = place.twist.fixed_rows::<3>(3).norm();
+            if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
+                return Err(Error::domain(format!(
+                    "body {body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
+                     groove, with a velocity along it"
+                )));
+            }
         }
         let assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
@@ -219,194 +226,6 @@ impl AssemblyRun {
         self.resume(state, Some(Slowed { link, scale }), h)
     }
 
-    fn take_step(&mut self, h_max: f64) -> Option<()> {
-        let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed);
-        let watch = &mut self.watch;
-        let f = |y: &Numbers, out: &mut Numbers| {
-            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det, gap| {
-                watch[k] = Watch { det, gap }
-            })
-        };
-        self.dense = None;
-        self.solver.step_into(f, h_max, &mut self.step).ok()
-    }
-
-    /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
-    fn advance_to(&mut self, end: f64) -> Option<Progress> {
-        if self.slowed.is_some() {
-            return self.slow_step(end);
-        }
-        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
-        let from = self.solver.state().clone();
-        let left = end - from.time();
-        if self.take_step(left).is_none() {
-            // As at a fold that is too near for plain steps: towards which det J fell.
-            let nearest = (0..before.len()).max_by(|a, b| {
-                let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
-                fall(a).total_cmp(&fall(b))
-            })?;
-            self.slow(from, nearest, before[nearest])?;
-            return self.slow_step(end);
-        }
-        let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
-        if let Some(link) = crossed {
-            self.slow(from, link, before[link])?;
-            return self.slow_step(end);
-        }
-        let h = self.step.h;
-        let arrived = h >= left || (end - self.step.to.time()).abs() <= ON_TIME * (1.0 + end);
-        if arrived {
-            self.step.to = self.step.to.clone().at_time(end);
-            let slope = self.step.end_slope().clone();
-            self.solver.rewind(self.step.to.clone(), slope);
-        }
-        if self
-            .watch
-            .iter()
-            .any(|rod| rod.gap > DRIFTED * self.local())
-        {
-            self.hold()?;
-        }
-        let falling = |k: &usize| {
-            let rate = (self.watch[*k].det - before[*k]) / h;
-            let time = -self.watch[*k].det / rate;
-            0.0 < time && time < NEAR * self.solver.next_step()
-        };
-        if let Some(link) = (0..before.len()).find(falling) {
-            self.slow(self.step.to.clone(), link, self.watch[link].det)?;
-        }
-        Some(if arrived {
-            Progress::Arrived
-        } else {
-            Progress::Moved
-        })
-    }
-
-    /// Brings the charts back to the poses of the bodies.
-    fn hold(&mut self) -> Option<()> {
-        let state = self.solver.state().clone();
-        let at = self.assembly.evaluated(&state.0, self.along())?;
-        self.extra.evaluations += 1;
-        let charts = self.assembly.corrected(&at)?;
-        let held = self
-            .assembly
-            .state(&Configuration { charts, ..at.now }, &at.integrals);
-        let h = self.solver.next_step();
-        self.resume(Numbers(held), None, h)
-    }
-
-    /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
-    fn loose(&self) -> Option<(usize, f64, f64)> {
-        let off = |rod: &Watch| rod.gap > LOOSE * self.options.tolerance;
-        let link = self.watch.iter().position(off)?;
-        let slots = self.assembly.chart_slots(link);
-        let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
-        Some((link, self.watch[link].gap, force.sqrt()))
-    }
-
-    /// The same with time slowed for the rod that nears its fold.
-    fn slow_step(&mut self, end: f64) -> Option<Progress> {
-        let slowed = self.slowed?;
-        let (assembly, along) = (self.assembly.clone(), self.along());
-        let f = |y: &Numbers| {
-            let mut out = y.clone();
-            assembly.write_slope(&y.0, Some(slowed), along, &mut out.0, |_, _, _| ())?;
-            Some(out)
-        };
-        let remaining = end - self.solver.state().time();
-        let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
-        let mut cost = Cost::default();
-        let (mut step, fold) = loop {
-            self.take_step(h_max)?;
-            let mut step = self.step.clone();
-            let fold = first_fold(&mut step, f, &mut cost)
-                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.time(), &mut cost));
-            if fold.is_some() || step.end_slope().time() > 0.0 {
-                break (step, fold);
-            }
-            // Time turned back and the fold was not found: it must be in a shorter step.
-            self.solver
-                .rewind(step.from.clone(), step.stage_slopes()[0].clone());
-            h_max = 0.5 * step.h;
-        };
-        let progress = match fold {
-            Some(fold) if fold.step.to.time() < end => {
-                step = fold.step;
-                Progress::Fold {
-                    link: slowed.link,
-                    time_error: fold.time_error,
-                }
-            }
-            _ if step.to.time() >= end => {
-                let guess = Guess {
-                    h: step.h * remaining / (step.to.time() - step.from.time()),
-                    rate: (step.to.time() - step.from.time()) / step.h,
-                    t: end,
-                };
-                let found = locate(&step, f, guess, |state, _| state.time() - end, &mut cost)?;
-                if (found.step.to.time() - end).abs() > ON_TIME * (1.0 + end) {
-                    return None;
-                }
-                step = found.step;
-                step.to = step.to.at_time(end);
-                Progress::Arrived
-            }
-            _ => Progress::Moved,
-        };
-        self.extra.evaluations += cost.evaluations;
-        self.extra.samples += cost.samples;
-        let rate = step.end_slope().time();
-        self.solver
-            .rewind(step.to.clone(), step.end_slope().clone());
-        self.step = step;
-        if rate > FAR {
-            let h = rate * self.solver.next_step();
-            self.resume(self.step.to.clone(), None, h)?;
-        }
-        Some(progress)
-    }
-
-    /// The state at a time within the last step.
-    fn inside(&mut self, t: f64) -> Option<DVector<f64>> {
-        let (from, to) = (self.step.from.time(), self.step.to.time());
-        if t == to {
-            return Some(self.step.to.0.clone());
-        }
-        if t == from {
-            return Some(self.step.from.0.clone());
-        }
-        if !(from < t && t < to) {
-            return None;
-        }
-        if self.dense.is_none() {
-            let (assembly, along) = (self.assembly.clone(), self.along());
-            // The step was taken under the clock that its own slopes show.
-            let slowed = self.slowed.filter(|_| {
-                self.step
-                    .stage_slopes()
-                    .iter()
-                    .any(|slope| slope.time() != 1.0)
-            });
-            let f = |y: &Numbers| {
-                let mut out = y.clone();
-                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _, _| ())?;
-                Some(out)
-            };
-            let mut cost = Cost::default();
-            self.dense = self.step.dense(f, &mut cost);
-            self.extra.evaluations += cost.evaluations;
-            self.extra.samples += cost.samples;
-        }
-        let dense = self.dense.as_ref()?;
-        let x = chandrupatla(
-            |x| dense.at(x).time() - t,
-            (0.0, from - t),
-            (1.0, to - t),
-            0.0,
-        )?;
-        Some(dense.at(x).at_time(t).0)
-    }
-
     fn stop(&mut self, outcome: Outcome) -> Event {
         self.stopped = true;
         Event::Stop(outcome)
@@ -417,55 +236,71 @@ impl AssemblyRun {
         self.stop(outcome)
     }
 
-    /// At a fold of rod `link`: settles it and goes on.
+    /// At a fold of rod `link`: finds its landings and, unless the run branches, goes on from there.
     fn snap(&mut self, link: usize, time_error: f64) -> Result<Event> {
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
         }
         let along = self.along();
         let here = self.sample_now();
-        let rod = &self.assembly.links()[link];
-        let Evaluated {
-            mut now,
-            integrals,
-            points,
-        } = here.at.clone();
-        let fallen = rod.settle(&now.charts[link], along)?;
-        let before = SnapEnd {
-            q: DVector::from_column_slice(now.charts[link].as_slice()),
+        let (rod, fold) = (&self.assembly.links()[link], here.at.now.charts[link]);
+        let (landed, choices) = match self.options.landing {
+            LandingRule::Viscous => (vec![rod.settle(&fold, along)?], None),
+            rule => {
+                let stable = rod.stable_beside(&fold, along)?;
+                let choices = stable.len();
+                (rule.chosen(stable, |_| None), Some(choices))
+            }
+        };
+        let body = &here.at.now.bodies[0];
+        let end = |q: &Wrench, index, elastic| SnapEnd {
+            q: DVector::from_column_slice(q.as_slice()),
             sheet: None,
-            index: self.indices[link],
-            elastic: points[link].end.energy,
+            index,
+            elastic,
         };
-        now.charts[link] = fallen;
-        let after = SnapEnd {
-            q: DVector::from_column_slice(fallen.as_slice()),
-            sheet: None,
-            index: rod.index(&fallen, along)?,
-            elastic: rod.end(&fallen, along)?.energy,
-        };
-        let body = &now.bodies[0];
-        let snap = Snap {
-            t: integrals.time,
-            time_error,
-            pose: DVector::from_column_slice(body.pose.translation.vector.as_slice()),
-            velocity: DVector::from_column_slice(&body.twist.as_slice()[3..]),
-            released: before.elastic - after.elastic,
-            from: before,
-            to: after,
-            rod: link,
-        };
-        let h = self.solver.next_step();
-        let state = Numbers(self.assembly.state(&now, &integrals));
+        let from = end(&fold, self.indices[link], here.at.points[link].end.energy);
+        let snaps = landed.iter().map(|q| {
+            let to = end(q, rod.index(q, along)?, rod.end(q, along)?.energy);
+            Ok(Snap {
+                t: here.at.integrals.time,
+                time_error,
+                pose: DVector::from_column_slice(body.pose.translation.vector.as_slice()),
+                velocity: DVector::from_column_slice(&body.twist.as_slice()[3..]),
+                released: from.elastic - to.elastic,
+                from: from.clone(),
+                to,
+                rod: link,
+                choices,
+            })
+        });
+        let mut snaps = snaps.collect::<Result<Vec<Snap>>>()?;
+        if snaps.is_empty() {
+            return Ok(self.stop(Outcome::NoStableEquilibrium));
+        }
+        if self.options.landing == LandingRule::All {
+            return Ok(self.stop(Outcome::Branched(snaps)));
+        }
+        let snap = snaps.swap_remove(0);
+        self.land(&snap)?;
+        self.before_snap = Some(here);
+        Ok(Event::Snap(snap))
+    }
+
+    /// Goes on from where a snap lands.
+    fn land(&mut self, snap: &Snap) -> Result<()> {
+        let state = self.solver.state().0.clone();
+        let q = Wrench::from_column_slice(snap.to.q.as_slice());
+        let state = Numbers(self.assembly.with_chart(state, snap.rod, &q));
         self.released += snap.released;
         self.snaps += 1;
-        self.indices[link] = snap.to.index;
-        self.before_snap = Some(here);
+        self.indices[snap.rod] = snap.to.index;
+        let h = self.solver.next_step();
         self.resume(state, None, h)
             .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
         self.step = self.solver.blank();
         self.dense = None;
-        Ok(Event::Snap(snap))
+        Ok(())
     }
 }
 
@@ -483,13 +318,17 @@ impl<'a> Motion<'a> for AssemblyRun {
         if self.stopped {
             return None;
         }
-        if let Some((link, time_error)) = self.pending.take() {
-            return Some(self.snap(link, time_error).unwrap_or_else(|why| {
-                self.stuck(
-                    Cause::Failed(why),
-                    "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
-                )
-            }));
+        match self.pending.take() {
+            None => {}
+            Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
+            Some(Pending::Fold(link, time_error)) => {
+                return Some(self.snap(link, time_error).unwrap_or_else(|why| {
+                    self.stuck(
+                        Cause::Failed(why),
+                        "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
+                    )
+                }));
+            }
         }
         if self.interrupted {
             return Some(self.stop(Outcome::Interrupted));
@@ -527,8 +366,14 @@ impl<'a> Motion<'a> for AssemblyRun {
                 "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut",
             ));
         }
-        if let Progress::Fold { link, time_error } = progress {
-            self.pending = Some((link, time_error));
+        match progress {
+            Progress::Fold { link, time_error } => {
+                self.pending = Some(Pending::Fold(link, time_error));
+            }
+            Progress::GrooveEnd(body) => {
+                self.pending = Some(Pending::Stop(Outcome::GrooveEnd(body)));
+            }
+            Progress::Moved | Progress::Arrived => {}
         }
         Some(Event::Step {
             from,
@@ -564,5 +409,19 @@ impl<'a> Motion<'a> for AssemblyRun {
 
     fn cost(&self) -> Cost {
         self.solver.cost() + self.extra
+    }
+
+    fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
+        if snap.rod >= self.assembly.links().len() || snap.to.q.len() != 6 {
+            return Err(Error::domain("the snap is none of a rod of this assembly"));
+        }
+        let mut branch = self.clone();
+        *branch.solver.cost_mut() = Cost::default();
+        branch.extra = Cost::default();
+        branch.stopped = false;
+        branch.before_snap = None;
+        branch.land(snap)?;
+        branch.first = branch.sample_now();
+        Ok(Box::new(branch))
     }
 }

@@ -73,6 +73,8 @@ pub enum Outcome {
     NoStableEquilibrium,
     /// At a fold under the rule `All`: each snap continues in a run of its own.
     Branched(Vec<Snap>),
+    /// The body of this number has come to the end of its groove.
+    GrooveEnd(usize),
     /// The bound on steps was reached.
     StepLimit,
     /// The bound on snaps was reached.
@@ -89,12 +91,13 @@ impl Outcome {
         Self::Stuck(Stuck::new(at, cause, remedy))
     }
 
-    /// A stable key: end_of_time, no_stable_equilibrium, branched, step_limit, snap_limit, stuck, interrupted.
+    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, step_limit, snap_limit, stuck, interrupted.
     pub fn key(&self) -> &'static str {
         match self {
             Self::EndOfTime => "end_of_time",
             Self::NoStableEquilibrium => "no_stable_equilibrium",
             Self::Branched(_) => "branched",
+            Self::GrooveEnd(_) => "groove_end",
             Self::StepLimit => "step_limit",
             Self::SnapLimit => "snap_limit",
             Self::Stuck(_) => "stuck",
@@ -116,6 +119,9 @@ impl std::fmt::Display for Outcome {
                 "the rod ran out of its sheet and the landing rule leaves no stable equilibrium at this pose; landing = \"viscous\" always finds one if there is one",
             ),
             Self::Branched(snaps) => write!(f, "the run branched into {}", snaps.len()),
+            Self::GrooveEnd(_) => f.write_str(
+                "the body has come to the end of its groove; make the groove longer, or close it",
+            ),
             Self::StepLimit => f.write_str("the bound max_steps was reached"),
             Self::SnapLimit => f.write_str("the bound max_snaps was reached"),
             Self::Stuck(stuck) => stuck.fmt(f),

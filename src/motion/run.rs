@@ -307,7 +307,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         let phase = self.motion.phase();
         let here = self.describe(phase);
-        let landed = landings(self.manifold, &phase.q, self.options.landing)?;
+        let (landed, choices) = landings(self.manifold, &phase.q, self.options.landing)?;
         let mut snaps = Vec::with_capacity(landed.len());
         for &q in &landed {
             let elastic = self
@@ -334,6 +334,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 },
                 released: here.ledger.elastic - elastic,
                 rod: 0,
+                choices,
             });
         }
         if snaps.is_empty() {

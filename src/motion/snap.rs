@@ -23,6 +23,34 @@ pub enum LandingRule {
     /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
     #[cfg_attr(feature = "scene", serde(untagged))]
     Named(Sheet),
+    /// On the stable equilibrium that comes in this place by energy; 1 is the lowest. So landings are told apart where
+    /// equilibria have no names.
+    #[cfg_attr(feature = "scene", serde(untagged))]
+    Ordered {
+        /// The place, from 1.
+        order: usize,
+    },
+}
+
+impl LandingRule {
+    /// Of the stable equilibria, by energy, those on which a rod lands: one, unless the rule is `All`; `sheet` names them. By
+    /// `Viscous` it is not chosen, and the lowest stands for it.
+    pub(super) fn chosen<T>(
+        self,
+        mut stable: Vec<T>,
+        sheet: impl Fn(&T) -> Option<Sheet>,
+    ) -> Vec<T> {
+        match self {
+            Self::All => return stable,
+            Self::Named(wanted) => stable.retain(|at| sheet(at) == Some(wanted)),
+            Self::Ordered { order } => {
+                stable.drain(..order.saturating_sub(1).min(stable.len()));
+            }
+            Self::Viscous | Self::Lowest => {}
+        }
+        stable.truncate(1);
+        stable
+    }
 }
 
 /// One end of a snap.
@@ -57,6 +85,9 @@ pub struct Snap {
     pub released: f64,
     /// The number of the rod that jumps, of those of an assembly; 0 of one rod.
     pub rod: usize,
+    /// How many stable equilibria there were to choose the landing from; None of the viscous one, which is not chosen. In the
+    /// plane these are all, in space those that were found.
+    pub choices: Option<usize>,
 }
 
 /// Change of the force, relative to it, at which the two sides of a fold are told apart.
@@ -108,8 +139,8 @@ pub fn fold_sides<const N: usize>(
     })
 }
 
-/// All landings that the rule allows from the degenerate equilibrium `q`: one, unless the rule is
-/// `All`; none if no stable equilibrium is left.
+/// All landings that the rule allows from the degenerate equilibrium `q`, and from how many they were chosen: one, unless the
+/// rule is `All`; none if no stable equilibrium is left.
 ///
 /// # Errors
 /// A layer that does not settle, or a search that fails.
@@ -117,20 +148,15 @@ pub fn landings<const N: usize>(
     manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
     rule: LandingRule,
-) -> Result<Vec<SVector<f64, N>>> {
+) -> Result<(Vec<SVector<f64, N>>, Option<usize>)> {
     if rule == LandingRule::Viscous {
         let (leaving, _) = fold_sides(manifold, q)?;
-        return Ok(vec![manifold.settle(q, &leaving)?]);
+        return Ok((vec![manifold.settle(q, &leaving)?], None));
     }
-    let mut stable = manifold.stable_beside(q)?;
-    match rule {
-        LandingRule::Named(sheet) => stable.retain(|other| manifold.sheet(other) == sheet),
-        LandingRule::Viscous | LandingRule::Lowest | LandingRule::All => {}
-    }
-    if rule != LandingRule::All {
-        stable.truncate(1);
-    }
-    Ok(stable)
+    let stable = manifold.stable_beside(q)?;
+    let choices = stable.len();
+    let chosen = rule.chosen(stable, |other| Some(manifold.sheet(other)));
+    Ok((chosen, Some(choices)))
 }
 
 /// The sign of det at `q`: the orientation of its sheet.

@@ -3,7 +3,7 @@
 use super::Ledger;
 use super::creep::{ViscousSample, near_equilibrium};
 use super::run::Sample;
-use crate::assembly::Place;
+use crate::assembly::{Configuration, Place};
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::{Kinematics, Local};
 use crate::creep::plane::Plane;
@@ -50,9 +50,20 @@ pub trait State {
         self.equilibrium().map(|labels| labels.index)
     }
 
-    /// Where the bodies of an assembly are and how they move, in the world; none of one rod, whose body is at its end.
+    /// Where bodies and rods of an assembly are and how they move, in the world; None in models of one rod whose body is at its
+    /// end.
+    fn configuration(&self) -> Option<&Configuration> {
+        None
+    }
+
+    /// The bodies of an assembly, in the world; none of one rod whose body is at its end.
     fn bodies(&self) -> &[Place] {
-        &[]
+        self.configuration().map_or(&[], |now| &now.bodies)
+    }
+
+    /// The forces of grooves on the bodies that slide in them, in the world of [`State::configuration`].
+    fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
+        Vec::new()
     }
 
     /// The six strains at places in [0, 1], in growing order.

@@ -238,7 +238,7 @@ impl Problem {
     }
 
     /// The rod led from `start` to the end condition.
-    fn walk<C: Chart<N>, const N: usize>(
+    pub(super) fn walk<C: Chart<N>, const N: usize>(
         &self,
         chart: &C,
         search: &Search,

@@ -139,7 +139,7 @@ fn evaluate<C: Chart<N>, const N: usize>(
     Ok(chart.equations(problem, &chart.trial(problem, x)?))
 }
 
-fn tamely<C: Chart<N>, const N: usize>(
+pub(super) fn tamely<C: Chart<N>, const N: usize>(
     chart: &C,
     search: &Search,
     problem: &Problem,

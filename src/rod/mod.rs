@@ -9,6 +9,7 @@ mod free_end;
 mod index;
 mod line;
 mod manifold;
+mod others;
 mod path;
 mod planar;
 mod problem;

@@ -1,7 +1,7 @@
 //! Several rods and bodies: `[[rod]]` and `[[body]]`.
 
 use super::ends::is_none;
-use super::{Orientation, Rod};
+use super::{Groove, Orientation, Rod};
 use crate::assembly::Joint;
 use serde::Serialize;
 
@@ -68,6 +68,9 @@ pub struct AssemblyBody {
     /// Near where the equilibrium is looked for; of all bodies or of none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guess: Option<Guess>,
+    /// The groove that the origin of its frame slides in; `None`: it is free.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub groove: Option<Groove>,
     /// Velocity of the origin of its frame at the start of a motion, in the world; default 0.
     #[serde(skip_serializing_if = "is_none")]
     pub velocity: [f64; 3],

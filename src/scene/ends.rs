@@ -1,5 +1,6 @@
 //! The two ends of a rod: the clamp, what holds or loads the free end, and the body there.
 
+use super::Groove;
 use crate::body::{History, Sine};
 use serde::Serialize;
 
@@ -192,6 +193,9 @@ pub struct Body {
     /// How it is fixed to the end; in the plane [`Joint::Ball`].
     #[serde(flatten)]
     pub joint: Joint,
+    /// The groove that the end slides in; `None`: it is free.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub groove: Option<Groove>,
 }
 
 /// How the body is fixed to the end of the rod.

@@ -59,6 +59,7 @@ mod branch;
 mod build;
 mod ends;
 mod fault;
+mod groove;
 mod loads;
 mod parameter;
 mod print;
@@ -88,6 +89,7 @@ pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
+pub use groove::{Groove, GrooveCircle, GrooveLine};
 pub use loads::{Force, Loads};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};

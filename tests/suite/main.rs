@@ -25,7 +25,9 @@ mod elliptic;
 mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
+mod grooves;
 mod inversion;
+mod landings_space;
 mod memory_kernel;
 mod memory_motion;
 #[cfg(feature = "scene")]

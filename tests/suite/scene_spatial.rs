@@ -367,7 +367,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (full("[0.0, 3.0, 4.0]", "[0, 1]"), 29, "loads.force.direction", Value, "2 elements"),
         (full("drag = 0.1", "drag = -1"), 28, "loads.drag", Value, ">= 0"),
         (full("\"explicit\"", "\"rk4\""), 32, "run.method", Value, "\"implicit\""),
-        (full("method = \"explicit\"", "landing = \"viscous\""), 32, "run.landing", Conflict, "its own way"),
+        (full("method = \"explicit\"", "landing = \"lowest\""), 32, "run.landing", Conflict, "its own way"),
         (full("method = \"explicit\"", "reduce = 0"), 32, "run.reduce", Type, "true or false"),
         (full("method = \"explicit\"", "tolerance = 0.1"), 32, "run.tolerance", Value, "1e-14"),
         (full("duration = 2.0", ""), 30, "run.duration", Missing, "duration = 3.0"),

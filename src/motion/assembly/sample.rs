@@ -1,12 +1,12 @@
 //! What a state of an assembly shows.
 
-use crate::assembly::{Assembly, Evaluated, Place};
+use crate::assembly::{Assembly, Configuration, Evaluated};
 use crate::math::se3::{halves, joined};
 use crate::motion::ledger::Ledger;
 use crate::motion::state::{Labels, State};
 use crate::rod::RodSection;
 use crate::section::Strain;
-use nalgebra::{Isometry3, Vector6};
+use nalgebra::{Isometry3, Vector3, Vector6};
 use std::sync::Arc;
 
 /// Tolerance of the sections that are shown.
@@ -110,8 +110,12 @@ impl State for AssemblySample {
         Some(self.indices.iter().sum())
     }
 
-    fn bodies(&self) -> &[Place] {
-        &self.at.now.bodies
+    fn configuration(&self) -> Option<&Configuration> {
+        Some(&self.at.now)
+    }
+
+    fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
+        self.assembly.groove_forces(&self.at)
     }
 
     fn strains_at(&self, places: &[f64]) -> Vec<Strain> {

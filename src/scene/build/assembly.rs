@@ -229,6 +229,14 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Attachment
 }
 
 fn carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Result<Carrier> {
+    let free = free_carrier(body, scales, gravity)?;
+    Ok(match &body.groove {
+        Some(groove) => free.in_groove(groove.curve(scales.length)?),
+        None => free,
+    })
+}
+
+fn free_carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Result<Carrier> {
     let mass = body.mass / scales.mass;
     let force = vector(scales, Quantity::Force, &body.force);
     let drag = scales.inward(Quantity::Drag, body.drag);

@@ -2,18 +2,20 @@
 
 use super::in_space::{InSpace, SpaceField};
 use super::{ModelKind, MotionModel};
-use crate::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
-use crate::body::Frame;
+use crate::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place as Held};
+use crate::body::{Frame, Groove};
 use crate::error::Result;
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
-use crate::scene::{Scene, StrainName};
+use crate::scene::{Place, Scene, StrainName};
 use nalgebra::{Isometry3, Vector6};
 
 /// Tolerance of the pose of the end at the start.
 const POSE: f64 = 1e-13;
+/// Tolerance of the equilibrium in a groove at the start.
+const SETTLED: f64 = 1e-11;
 
 /// An elastic rod in space: an assembly of one rod and one body, seen from the clamp.
 #[derive(Debug, Clone)]
@@ -23,6 +25,10 @@ pub struct ElasticSpace {
     rod: Rod,
     /// The chart at the start.
     chart: Wrench,
+    /// The groove of the body, seen from the clamp.
+    groove: Option<Groove>,
+    /// Whether the start is the equilibrium in the groove.
+    settled: bool,
 }
 
 impl ElasticSpace {
@@ -39,11 +45,23 @@ impl ElasticSpace {
             // The unloaded rod: an elastic one has no strains of its own to start from.
             SpaceField::Polynomial { .. } => Vector6::zeros(),
         };
-        Ok(Self {
+        let groove = match &scene.body()?.groove {
+            Some(groove) => Some(groove.curve(common.scales.length)?),
+            None => None,
+        };
+        let clamp = common.clamp(0.0).pose();
+        let mut model = Self {
             rod: common.rod.measured(measures),
             chart,
+            settled: groove.is_some() && matches!(scene.start.place, Place::Settled { .. }),
+            groove: groove.map(|groove| groove.seen_from(&clamp)),
             common,
-        })
+        };
+        if model.settled {
+            let (assembly, now) = model.assembly()?;
+            model.common.start_index = Some(assembly.index(0.0, &now, SETTLED)?);
+        }
+        Ok(model)
     }
 
     /// The rod and the body, and where they start, in the frame of the clamp and units of the rod.
@@ -51,10 +69,13 @@ impl ElasticSpace {
     /// # Errors
     /// A start that cannot be evaluated.
     pub fn assembly(&self) -> Result<(Assembly, Configuration)> {
-        let (carrier, joint) = match &self.common.carried {
+        let (mut carrier, joint) = match &self.common.carried {
             Carried::Welded(body) => (Carrier::rigid(body.clone()), Joint::Weld),
             Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
         };
+        if let Some(groove) = &self.groove {
+            carrier = carrier.in_groove(groove.clone());
+        }
         let here = Isometry3::identity();
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
         let link = Link::new(self.rod.clone(), from, to, joint);
@@ -67,11 +88,16 @@ impl ElasticSpace {
                 (pose.translation.into(), twist)
             }
         };
-        let start = Configuration {
-            bodies: vec![Place { pose, twist }],
+        let mut start = Configuration {
+            bodies: vec![Held { pose, twist }],
             charts: vec![self.chart],
         };
-        Ok((Assembly::new(vec![carrier], vec![link])?, start))
+        let assembly = Assembly::new(vec![carrier], vec![link])?;
+        if self.settled {
+            start = assembly.equilibrium(None, SETTLED)?.now;
+            start.bodies[0].twist = twist;
+        }
+        Ok((assembly, start))
     }
 }
 

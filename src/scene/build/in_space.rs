@@ -262,7 +262,8 @@ fn end(scene: &Scene) -> Result<Option<EndConditions>> {
             None => EndConditions::ball((*position).into()),
             Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
         }),
-        Place::Settled { .. } => Some(at_rest(scene)?),
+        // In a groove it is found with the body.
+        Place::Settled { .. } if scene.body()?.groove.is_none() => Some(at_rest(scene)?),
         _ => None,
     })
 }

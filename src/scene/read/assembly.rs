@@ -2,6 +2,7 @@
 
 use super::ends::{inertia, orientation};
 use super::fields::{BODY, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
+use super::groove::groove;
 use super::loads::loads;
 use super::rod::rod;
 use super::rule::SPREAD;
@@ -209,6 +210,7 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
         }),
         false => Some(None),
     };
+    let groove = groove(table);
     let (offset, rotor) = (offset?, rotor?);
     let body = AssemblyBody {
         name: name?,
@@ -223,6 +225,7 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
         drag: drag?,
         rotational_drag: rotational_drag?,
         guess: guess?,
+        groove: groove?,
         velocity: velocity?,
         angular_velocity: angular_velocity?,
     };

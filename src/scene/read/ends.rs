@@ -1,6 +1,7 @@
 //! Reads `[clamp]`, `[body]` and `[end]`.
 
 use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
+use super::groove::groove;
 use super::matrix::{definite, rows};
 use super::reader::Reader;
 use super::rule::{FINITE, MOMENT, Rule, VALUE};
@@ -157,6 +158,7 @@ pub(super) fn body(table: &Table) -> (Option<bool>, Option<Body>) {
         let body = |mass| Body {
             mass,
             joint: Joint::Ball,
+            groove: None,
         };
         return (Some(false), table.number("mass").map(body));
     }
@@ -166,7 +168,7 @@ pub(super) fn body(table: &Table) -> (Option<bool>, Option<Body>) {
 
 fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     let reader = table.reader;
-    let mass = table.number("mass");
+    let (mass, groove) = (table.number("mass"), groove(table));
     let offset = table.vector("offset");
     let rotor = table.vector("rotor");
     let allowed =
@@ -203,7 +205,11 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
             Joint::Ball
         }
     };
-    Some(Body { mass: mass?, joint })
+    Some(Body {
+        mass: mass?,
+        joint,
+        groove: groove?,
+    })
 }
 
 /// An inertia about the centre of mass; `moment` is asked of its diagonal.

@@ -3,6 +3,7 @@
 //! The reader walks these tables, and `snaprod schema` and docs/scene.md are printed from them. What fields require of each
 //! other is code, beside the functions that read them.
 
+use super::groove::GROOVE;
 use super::rule::*;
 
 /// Kinds of scenes, as bits.
@@ -109,7 +110,7 @@ pub(super) enum Need {
 use Form::*;
 use Need::{No, Or, Yes};
 
-const fn field(
+pub(super) const fn field(
     name: &'static str,
     on: Kinds,
     form: Form,
@@ -127,7 +128,7 @@ const fn field(
     }
 }
 
-const fn spec(name: &'static str, fields: &'static [Field]) -> Spec {
+pub(super) const fn spec(name: &'static str, fields: &'static [Field]) -> Spec {
     Spec {
         name,
         fields,
@@ -389,6 +390,7 @@ pub(super) static BODY: Spec = Spec {
     field("drag", ASSEMBLY, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass, in a motion."),
     field("rotational_drag", ASSEMBLY, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a body with inertia, in a motion."),
     field("guess", ASSEMBLY, Table(&GUESS), "", No, "Near where the equilibrium is looked for; of all bodies, or of none. Without it the search begins at the unloaded rods."),
+    field("groove", SPACE | ASSEMBLY, Table(&GROOVE), "", No, "A curve fixed in the world in which the origin of the body's frame, of one rod its end, slides without friction; it turns there freely. Of elastic rods; the force of the groove is reported."),
     field("velocity", ASSEMBLY, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the origin of the body's frame at the start of a motion, in the world."),
     field("angular_velocity", ASSEMBLY, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a body with inertia at the start of a motion, in the world."),
     ],
@@ -451,6 +453,7 @@ pub(super) static SHEET: Spec = spec("sheet", &[
 pub(super) static LANDING: Spec = spec("landing", &[
     field("mode", PLANE, Count(0, 3000), "", Yes("mode = 1"), "Number of inflections inside the rod."),
     field("sign", PLANE, Word(&["+", "-"]), "", Yes("sign = \"-\""), "Sign of the curvature at the clamp."),
+    field("order", SPACE | ASSEMBLY, Count(1, 1000), "", Yes("order = 1"), "Which of the stable equilibria found, counted by their energy: 1 is the lowest."),
 ]);
 #[rustfmt::skip]
 pub(super) static STRAIN: Spec = spec("strain", &[
@@ -511,7 +514,6 @@ pub(super) static PULSE: Spec = spec("pulse", &[
     field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
 ]);
 
-const LANDS: &str = "in space a rod that snaps finds its own way, where friction takes it";
 #[rustfmt::skip]
 pub(super) static RUN: Spec = Spec {
     name: "run",
@@ -523,13 +525,14 @@ pub(super) static RUN: Spec = Spec {
         field("reduce", SPACE, Flag, "", Or("true"), "Integrate a motion that is exactly that of a spring and a dashpot as one."),
         field("landing", PLANE, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
             "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),
-        field("branches", PLANE, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
+        field("landing", SPACE | ASSEMBLY, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
+            "Where an elastic rod lands that snaps, its ends held: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on the one in some place by energy. Those of the last three are all that a search finds; that none is missing is sure in no case."),
+        field("branches", RUNS, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
         field("samples", RUNS, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
         field("max_steps", RUNS, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
         field("max_snaps", RUNS, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
     ],
     barred: &[
-        (SPACE, "landing", LANDS), (ASSEMBLY, "landing", LANDS),
         (ASSEMBLY, "method", "an elastic run has one method"), (ASSEMBLY, "reduce", "it is for one rod with damping"),
     ],
 };

@@ -7,6 +7,7 @@ mod document;
 mod ends;
 mod fields;
 mod friction;
+mod groove;
 mod kind;
 mod loads;
 mod matrix;

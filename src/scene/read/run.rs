@@ -6,7 +6,7 @@ use super::rod::Memory;
 use super::start::landing;
 use super::table::Table;
 use crate::rod::Path;
-use crate::scene::{FaultKind, LandingRule, Method, Run, Solve};
+use crate::scene::{FaultKind, Method, Run, Solve};
 
 /// What rounding leaves of the tolerance of a viscoelastic run.
 const FINEST: f64 = 1e-13;
@@ -29,10 +29,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         PLANE => (table.word("method", &methods), Some(true)),
         _ => (table.word("method", &methods), table.flag("reduce")),
     };
-    let (landing, branches) = match planar {
-        true => (landing(table, memory), table.count("branches")),
-        false => (Some(LandingRule::Viscous), Some(1)),
-    };
+    let (landing, branches) = (landing(table, memory), table.count("branches"));
     Some(Run {
         duration: duration?,
         tolerance: tolerance?,

@@ -54,10 +54,26 @@ fn resolve(top: &Table) -> Option<Scene> {
     let elastic = parts.as_ref().and_then(|parts| parts.elastic());
     let rod = parts.and_then(|parts| parts.rod());
     let clamp = default(part(top, &CLAMP), Clamp::default(), clamp);
-    let (weld, body) = match part(top, &BODY).flatten() {
-        Some(table) => body(&table),
+    let body_table = part(top, &BODY).flatten();
+    let (weld, body) = match &body_table {
+        Some(table) => body(table),
         None => (None, None),
     };
+    let grooved = body_table.filter(|table| table.has("groove"));
+    if let Some(table) = grooved {
+        let refuse = |allowed: &str, hint: &str| {
+            table.fault(FaultKind::Conflict, "groove", allowed, hint);
+        };
+        if memory.is_some_and(|memory| memory.damped) {
+            let hint = "bodies on rods with friction move freely; leave out one of the two";
+            refuse("left out where the rod has damping", hint);
+        }
+        if clamp.as_ref().is_some_and(|clamp| clamp.motion.is_some()) {
+            let hint = "the end is seen from the clamp, and a groove stands in the world; write the rod as an assembly, [[rod]] and \
+                        [[body]]";
+            refuse("left out where the clamp moves", hint);
+        }
+    }
     let end = part(top, &END).flatten().and_then(|table| end(&table));
     let known = Known {
         elastic: elastic.as_ref(),

@@ -445,12 +445,21 @@ pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<LandingRule
         ("lowest", LandingRule::Lowest),
         ("all", LandingRule::All),
     ];
-    let allowed = r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#;
+    let planar = run.reader.kind.get() == PLANE;
+    let allowed = match planar {
+        true => r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#,
+        false => r#""viscous", "lowest", "all" or a table such as { order = 2 }"#,
+    };
     let landing = run.read(
         "landing",
         allowed,
         Absent::Or(LandingRule::Viscous),
         |field, value| {
+            if !planar && value.get_ref().is_table() {
+                let table = run.reader.table(field, value, &LANDING, allowed)?;
+                let order = table.count("order")?;
+                return Some(LandingRule::Ordered { order });
+            }
             let named = |name: SheetName| LandingRule::Named(name.sheet);
             word_or_name(run.reader, field, value, &words, allowed, &LANDING, named)
         },

@@ -5,5 +5,5 @@ mod record;
 mod run;
 
 pub use equilibrium::{AssemblyEquilibriumRecord, equilibrium};
-pub use record::{AssemblyMoment, AssemblyRunRecord, BodyMoment};
+pub use record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
 pub use run::{AssemblyPrepared, run};

@@ -6,10 +6,12 @@ use crate::solve::cost::Cost;
 use crate::study::run::Bounds;
 use crate::study::run::record::at_time;
 use crate::study::run::summary::{elastic_cost, object};
+use crate::study::run::trajectory_name;
+use crate::study::run::tree::Stem;
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Map, Value, json};
 
-/// The run of an assembly that has ended.
+/// The run of an assembly that has ended, or, under landing = "all", the runs into which it branched.
 #[derive(Debug, Clone)]
 pub struct AssemblyRunRecord {
     /// The scene's units.
@@ -26,6 +28,19 @@ pub struct AssemblyRunRecord {
     pub duration: f64,
     /// The bounds of the scene.
     pub bounds: Bounds,
+    /// Each after its parent; the first is the trunk.
+    pub branches: Vec<AssemblyRunBranch>,
+    /// Snaps whose branches were not followed because the bound was reached.
+    pub cut: usize,
+    /// The Morse index, with the bodies free, of the equilibrium at the start, if it is one.
+    pub start_index: Option<usize>,
+}
+
+/// One run of an assembly: the trunk, or what follows from a snap.
+#[derive(Debug, Clone)]
+pub struct AssemblyRunBranch {
+    /// Where it comes from; snaps in the units of the rod.
+    pub stem: Stem,
     /// The first state.
     pub first: AssemblyMoment,
     /// The last state.
@@ -34,16 +49,21 @@ pub struct AssemblyRunRecord {
     pub first_shapes: Vec<Vec<Isometry3<f64>>>,
     /// The same at the last.
     pub last_shapes: Vec<Vec<Isometry3<f64>>>,
-    /// The Morse index, with the bodies free, of the equilibrium at the start, if it is one.
-    pub start_index: Option<usize>,
     /// How it ended; times in the units of the rod.
     pub outcome: Outcome,
     /// Its cost.
     pub cost: Cost,
-    /// Its snaps, in the units of the rod.
+    /// Its own snaps, in the units of the rod.
     pub snaps: Vec<Snap>,
     /// How well its ledger closes, in the scene's units.
     pub closing: Closing,
+}
+
+impl AssemblyRunBranch {
+    /// The snap by which it was entered, if it was, and its own.
+    pub fn all_snaps(&self) -> impl Iterator<Item = &Snap> {
+        self.stem.entered.iter().chain(&self.snaps)
+    }
 }
 
 /// A state in the world and the scene's units.
@@ -70,10 +90,12 @@ pub struct BodyMoment {
     pub velocity: Vector3<f64>,
     /// Angular velocity.
     pub angular_velocity: Vector3<f64>,
+    /// The force of its groove on it.
+    pub groove: Option<Vector3<f64>>,
 }
 
 impl BodyMoment {
-    /// Position, quaternion (w, x, y, z), velocity, angular velocity.
+    /// Position, quaternion (w, x, y, z), velocity, angular velocity, force of the groove if there is one.
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
         let (r, q) = (self.pose.translation.vector, self.pose.rotation);
         let (v, w) = (self.velocity, self.angular_velocity);
@@ -82,22 +104,40 @@ impl BodyMoment {
             .into_iter()
             .chain(parts)
             .chain([v.x, v.y, v.z, w.x, w.y, w.z])
+            .chain(self.groove.iter().flat_map(|f| [f.x, f.y, f.z]))
     }
 }
 
 impl AssemblyRunRecord {
-    /// A stable key of how the run ended: [`Outcome::key`].
+    /// The branch that ran last.
+    pub fn last(&self) -> &AssemblyRunBranch {
+        // A record is made of one branch at least.
+        &self.branches[self.branches.len() - 1]
+    }
+
+    /// A stable key of how the run ended: that of [`Outcome::key`] of the first branch that fell short, branch_limit, or
+    /// end_of_time.
     pub fn outcome(&self) -> &'static str {
-        self.outcome.key()
+        if self.cut > 0 {
+            return "branch_limit";
+        }
+        self.short().map_or("end_of_time", |b| b.outcome.key())
     }
 
     /// Why the run fell short of what was asked, in the scene's units; None if it did not.
     pub fn reason(&self) -> Option<String> {
-        if self.outcome.is_complete() {
-            return None;
+        if self.cut > 0 {
+            return Some(self.bounds.cut(self.cut));
         }
-        let why = self.bounds.reason(&self.outcome, &self.scales, self.units);
-        Some(at_time(self.last.t, self.units, "", &why))
+        let branch = self.short()?;
+        let why = self
+            .bounds
+            .reason(&branch.outcome, &self.scales, self.units);
+        Some(at_time(branch.last.t, self.units, "", &why))
+    }
+
+    fn short(&self) -> Option<&AssemblyRunBranch> {
+        self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
     /// What is to be said of an unstable start.
@@ -111,18 +151,25 @@ impl AssemblyRunRecord {
 
     /// What came of the run.
     pub fn summary(&self) -> Value {
-        let (k, reason) = (&self.scales, self.reason());
+        let (k, reason, last) = (&self.scales, self.reason(), self.last());
+        let worst = |error: fn(&Closing) -> f64| {
+            let each = self.branches.iter().map(|branch| error(&branch.closing));
+            each.fold(0.0, f64::max)
+        };
+        let snaps = |b: &AssemblyRunBranch| b.all_snaps().count();
+        let cost = self.branches.iter().map(|branch| branch.cost);
+        let cost = cost.fold(Cost::default(), |sum, cost| sum + cost);
         let mut summary = object(json!({
             "outcome": self.outcome(),
             "complete": reason.is_none(),
             "reason": reason,
             "units": self.units,
-            "start": self.state(&self.first),
-            "end": self.state(&self.last),
-            "energy_error": { "absolute": self.closing.error, "relative": self.closing.relative() },
-            "snaps": self.snaps.len(),
+            "start": self.state(&self.branches[0].first),
+            "end": self.state(&last.last),
+            "energy_error": { "absolute": worst(|c| c.error), "relative": worst(Closing::relative) },
+            "snaps": self.branches.iter().map(snaps).sum::<usize>(),
             "start_index": self.start_index,
-            "work": elastic_cost(&self.cost),
+            "work": elastic_cost(&cost),
             "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
             "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
             "scene": self.scene,
@@ -130,36 +177,70 @@ impl AssemblyRunRecord {
         if let Some(warning) = self.warning() {
             summary.insert("warning".to_owned(), json!(warning));
         }
+        if self.branches.len() > 1 {
+            let branches: Vec<Value> = self.branches.iter().map(|b| self.branch(b)).collect();
+            summary.insert("branches".to_owned(), json!(branches));
+        }
         Value::Object(summary)
     }
 
-    /// Snaps, in the order of time.
+    fn branch(&self, branch: &AssemblyRunBranch) -> Value {
+        json!({
+            "branch": branch.stem.id,
+            "parent": branch.stem.parent,
+            "outcome": branch.outcome.key(),
+            "from": branch.first.t,
+            "end": self.state(&branch.last),
+            "trajectory": trajectory_name(branch.stem.id) + ".csv",
+        })
+    }
+
+    /// Snaps, in the order of time along each branch.
     pub fn events(&self) -> Vec<Value> {
+        let several = self.branches.len() > 1;
+        let mut events = Vec::new();
+        for branch in &self.branches {
+            for snap in branch.all_snaps() {
+                let mut event = object(self.snap(snap));
+                if let Some(choices) = snap.choices {
+                    event.insert("choices".to_owned(), json!(choices));
+                }
+                if several {
+                    event.insert("branch".to_owned(), json!(branch.stem.id));
+                    event.insert("parent".to_owned(), json!(branch.stem.parent));
+                }
+                events.push(Value::Object(event));
+            }
+        }
+        events
+    }
+
+    fn snap(&self, snap: &Snap) -> Value {
         let k = &self.scales;
-        let event = |snap: &Snap| {
-            json!({
-                "kind": "snap",
-                "t": snap.t * k.time,
-                "rod": self.rods.get(snap.rod),
-                "from": { "index": snap.from.index, "elastic": snap.from.elastic * k.energy },
-                "to": { "index": snap.to.index, "elastic": snap.to.elastic * k.energy },
-                "released": snap.released * k.energy,
-                "time_error": snap.time_error * k.time,
-            })
-        };
-        self.snaps.iter().map(event).collect()
+        json!({
+            "kind": "snap",
+            "t": snap.t * k.time,
+            "rod": self.rods.get(snap.rod),
+            "from": { "index": snap.from.index, "elastic": snap.from.elastic * k.energy },
+            "to": { "index": snap.to.index, "elastic": snap.to.elastic * k.energy },
+            "released": snap.released * k.energy,
+            "time_error": snap.time_error * k.time,
+        })
     }
 
     fn state(&self, at: &AssemblyMoment) -> Value {
         let bodies = self.bodies.iter().zip(&at.bodies).map(|(name, body)| {
             let q = body.pose.rotation;
-            let described = json!({
+            let mut described = object(json!({
                 "position": body.pose.translation.vector.as_slice(),
                 "quaternion": [q.w, q.i, q.j, q.k],
                 "velocity": body.velocity.as_slice(),
                 "angular_velocity": body.angular_velocity.as_slice(),
-            });
-            (name.clone(), described)
+            }));
+            if let Some(force) = body.groove {
+                described.insert("groove_force".to_owned(), json!(force.as_slice()));
+            }
+            (name.clone(), Value::Object(described))
         });
         let ledger = &at.ledger;
         json!({

@@ -1,6 +1,6 @@
 //! Runs an assembly.
 
-use super::record::{AssemblyMoment, AssemblyRunRecord, BodyMoment};
+use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
 use crate::assembly::Place;
 use crate::error::{Error, Result};
 use crate::motion::assembly::AssemblyRun;
@@ -9,6 +9,8 @@ use crate::scene::{AssemblySetup, Run, Scene, Units};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
 use crate::study::run::table::{ledger_cells, ledger_columns};
+use crate::study::run::trajectory_name;
+use crate::study::run::tree::tree;
 use crate::study::{Cell, Column, Hooks, Sink, Table};
 use nalgebra::Isometry3;
 
@@ -47,6 +49,7 @@ impl AssemblyPrepared {
     /// A state in the world and the scene's units.
     fn moment(&self, state: &dyn State) -> AssemblyMoment {
         let (k, ledger) = (&self.setup.scales, state.ledger());
+        let mut grooves = state.groove_forces().into_iter();
         let body = |place: &Place| {
             let mut pose = place.pose;
             pose.translation.vector *= k.length;
@@ -54,6 +57,7 @@ impl AssemblyPrepared {
                 pose,
                 velocity: place.twist.fixed_rows::<3>(3) * k.velocity,
                 angular_velocity: place.twist.fixed_rows::<3>(0) / k.time,
+                groove: grooves.next().flatten().map(|force| force * k.force),
             }
         };
         AssemblyMoment {
@@ -66,11 +70,20 @@ impl AssemblyPrepared {
     }
 
     /// Every rod now, from base to end.
-    fn shapes(&self, motion: &AssemblyRun) -> Result<Vec<Vec<Isometry3<f64>>>> {
-        let shapes = self.setup.shapes(&motion.sample_now().at.now, SECTIONS)?;
+    fn shapes(&self, state: &dyn State) -> Result<Vec<Vec<Isometry3<f64>>>> {
+        let Some(now) = state.configuration() else {
+            return Ok(Vec::new());
+        };
+        let shapes = self.setup.shapes(now, SECTIONS)?;
         let poses = shapes.into_iter();
         let poses = poses.map(|rod| rod.into_iter().map(|(_, pose)| pose).collect());
         Ok(poses.collect())
+    }
+
+    fn grooved(&self) -> Vec<bool> {
+        let given = self.scene.assembly.iter();
+        let bodies = given.flat_map(|given| &given.bodies);
+        bodies.map(|body| body.groove.is_some()).collect()
     }
 
     fn body_names(&self) -> Vec<String> {
@@ -86,40 +99,64 @@ impl AssemblyPrepared {
     }
 }
 
-/// Runs an assembly to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the table `trajectory` go to `sink` as the
-/// run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
+/// Runs an assembly, and under landing = "all" every run into which it branches, to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the tables `trajectory`, `trajectory-1`, ... go
+/// to `sink` as the run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
 ///
 /// # Errors
 /// Rows that the sink refuses.
 pub fn run(
     prepared: &AssemblyPrepared,
-    (mut motion, start_index): (AssemblyRun, Option<usize>),
+    (motion, start_index): (AssemblyRun, Option<usize>),
     sink: &mut dyn Sink,
     hooks: &mut dyn Hooks,
 ) -> Result<AssemblyRunRecord> {
     let scene = serde_json::to_value(&prepared.scene)
         .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?;
-    let first = prepared.moment(&*motion.now());
-    let first_shapes = prepared.shapes(&motion)?;
-    let ledger = motion.now().ledger();
-    let mut closing = Closing::new(ledger.total());
-    closing.look(&ledger);
-    let bodies = prepared.body_names();
-    let trajectory = sink.begin(trajectory(&bodies, prepared.scene.units))?;
-    let mut recorder = Recorder {
-        prepared,
-        sink,
-        hooks,
-        trajectory,
-        closing,
-        snaps: Vec::new(),
-    };
-    let outcome = drive(&mut motion, prepared.run.samples, &mut recorder)?;
-    let Recorder {
-        mut closing, snaps, ..
-    } = recorder;
-    let (last, scales) = (motion.now(), prepared.setup.scales);
-    closing.look(&last.ledger());
+    let total = motion.now().ledger().total();
+    let (bodies, scales) = (prepared.body_names(), prepared.setup.scales);
+    let most = prepared.run.branches;
+    let (branches, cut) = tree(Box::new(motion), most, |stem, motion| {
+        let (first, first_shapes) = {
+            let now = motion.now();
+            (prepared.moment(&*now), prepared.shapes(&*now)?)
+        };
+        let mut closing = Closing::new(total);
+        closing.look(&motion.now().ledger());
+        let name = trajectory_name(stem.id);
+        let bodies = bodies.iter().zip(prepared.grooved());
+        let trajectory = sink.begin(trajectory(name, bodies, prepared.scene.units))?;
+        let mut recorder = Recorder {
+            prepared,
+            sink,
+            hooks,
+            trajectory,
+            closing,
+            snaps: Vec::new(),
+        };
+        let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
+        let Recorder {
+            mut closing, snaps, ..
+        } = recorder;
+        let last = motion.now();
+        closing.look(&last.ledger());
+        let branch = AssemblyRunBranch {
+            stem,
+            first,
+            last: prepared.moment(&*last),
+            first_shapes,
+            last_shapes: prepared.shapes(&*last)?,
+            outcome: audited(
+                outcome.clone(),
+                &closing,
+                prepared.run.tolerance,
+                last.time(),
+            ),
+            cost: motion.cost(),
+            snaps,
+            closing: closing.scaled(scales.energy),
+        };
+        Ok((branch, outcome))
+    })?;
     Ok(AssemblyRunRecord {
         units: prepared.scene.units,
         scales,
@@ -130,22 +167,20 @@ pub fn run(
         bounds: Bounds {
             steps: prepared.run.max_steps,
             snaps: prepared.run.max_snaps,
-            branches: prepared.run.branches,
+            branches: most,
         },
-        first,
-        last: prepared.moment(&*last),
-        first_shapes,
-        last_shapes: prepared.shapes(&motion)?,
+        branches,
+        cut,
         start_index,
-        outcome: audited(outcome, &closing, prepared.run.tolerance, last.time()),
-        cost: motion.cost(),
-        snaps,
-        closing: closing.scaled(scales.energy),
     })
 }
 
 /// The trajectory, without rows.
-fn trajectory(bodies: &[String], u: Units) -> Table {
+fn trajectory<'a>(
+    name: String,
+    bodies: impl Iterator<Item = (&'a String, bool)>,
+    u: Units,
+) -> Table {
     let mut columns = vec![Column::reals("t", u.time(), "time")];
     let per_time = match u.time() {
         "" => "",
@@ -157,7 +192,7 @@ fn trajectory(bodies: &[String], u: Units) -> Table {
         (&["vx", "vy", "vz"], u.velocity(), "velocity"),
         (&["wx", "wy", "wz"], per_time, "angular velocity"),
     ];
-    for body in bodies {
+    for (body, grooved) in bodies {
         for (names, unit, meaning) in groups {
             let named = names.iter().map(|name| {
                 Column::reals(
@@ -168,11 +203,16 @@ fn trajectory(bodies: &[String], u: Units) -> Table {
             });
             columns.extend(named);
         }
+        let force = ["groove_x", "groove_y", "groove_z"].iter().map(|name| {
+            let meaning = format!("force of the groove on {body}, in the world");
+            Column::reals(format!("{body}.{name}"), u.force(), meaning)
+        });
+        columns.extend(force.filter(|_| grooved));
     }
     columns.extend(ledger_columns(u));
     let meaning = "Morse indices of the rods with their ends held, added up: 0 is stable";
     columns.push(Column::integers("index", meaning));
-    Table::new("trajectory", columns)
+    Table::new(name, columns)
 }
 
 /// Watches the motion.

@@ -1,10 +1,11 @@
 //! Small motions of bodies and rods in space.
 
 use super::{BALANCED, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
-use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration};
+use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
 use crate::error::Result;
+use crate::math::se3::halves;
 use crate::scene::{ElasticSpace, Place, Scales, Scene};
-use nalgebra::{Complex, Isometry3, Vector3};
+use nalgebra::{Complex, DVector, Isometry3, Vector3};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
 const EQUILIBRIUM: f64 = 1e-11;
@@ -117,7 +118,7 @@ pub fn small_motions(
         });
         let mode = Mode {
             angular_frequency: omega / scales.time,
-            shape: in_world(assembly, modes.shapes.column(k).as_slice(), &outward),
+            shape: in_world(assembly, now, modes.shapes.column(k).as_slice(), &outward),
             rods: rods.collect(),
         };
         list.push(mode.oriented());
@@ -148,17 +149,17 @@ pub fn small_motions(
 /// True if nothing but inertia and forces with a potential acts on the body.
 fn is_simple(carrier: &Carrier) -> bool {
     is_conservative(carrier)
-        && match carrier {
-            Carrier::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
-            Carrier::Point(body) => !body.is_damped(),
+        && match carrier.mass() {
+            Mass::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
+            Mass::Point(body) => !body.is_damped(),
         }
 }
 
 /// A couple about axes of the world has no potential.
 fn is_conservative(carrier: &Carrier) -> bool {
-    match carrier {
-        Carrier::Rigid(body) => *body.couple() == Vector3::zeros(),
-        Carrier::Point(_) => true,
+    match carrier.mass() {
+        Mass::Rigid(body) => *body.couple() == Vector3::zeros(),
+        Mass::Point(_) => true,
     }
 }
 
@@ -172,7 +173,7 @@ fn coordinates(assembly: &Assembly) -> Vec<String> {
             String::new()
         };
         let names = ["rx", "ry", "rz", "dx", "dy", "dz"];
-        let names = &names[6 - carrier.freedoms()..];
+        let names = &names[if carrier.turns() { 0 } else { 3 }..];
         names
             .iter()
             .map(|name| format!("{prefix}{name}"))
@@ -187,22 +188,24 @@ fn coordinates(assembly: &Assembly) -> Vec<String> {
 }
 
 /// A shape in the world and units of the scene.
-fn in_world(assembly: &Assembly, shape: &[f64], outward: &Outward) -> Vec<f64> {
+fn in_world(
+    assembly: &Assembly,
+    now: &Configuration,
+    shape: &[f64],
+    outward: &Outward,
+) -> Vec<f64> {
     let (starts, _) = assembly.freedoms();
     let per = 1.0 / outward.scales.mass.sqrt();
     let mut world = Vec::new();
-    for (carrier, start) in assembly.carriers().iter().zip(starts) {
-        let own = &shape[start..start + carrier.freedoms()];
-        for (i, part) in own.chunks(3).enumerate() {
-            let turns = own.len() == 6 && i == 0;
-            let unit = if turns {
-                per / outward.scales.length
-            } else {
-                per
-            };
-            let vector = outward.clamp.rotation * Vector3::from_column_slice(part) * unit;
-            world.extend(vector.iter());
+    let bodies = assembly.carriers().iter().zip(&now.bodies);
+    for ((carrier, place), start) in bodies.zip(starts) {
+        let own = DVector::from_column_slice(&shape[start..start + carrier.freedoms()]);
+        let (turn, shift) = halves(&(carrier.own_twists(&place.pose) * own));
+        if carrier.turns() {
+            let turn = outward.clamp.rotation * turn * (per / outward.scales.length);
+            world.extend(turn.iter());
         }
+        world.extend((outward.clamp.rotation * shift * per).iter());
     }
     world
 }

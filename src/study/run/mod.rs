@@ -7,6 +7,7 @@ pub(super) mod recorder;
 mod spring;
 pub(super) mod summary;
 pub(super) mod table;
+pub(super) mod tree;
 
 pub use crate::scene::ModelKind;
 pub use line::Line;
@@ -14,12 +15,13 @@ pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
+pub use tree::Stem;
 
 use super::{Hooks, Sink};
 use crate::error::Result;
-use crate::motion::{Outcome, drive};
+use crate::motion::drive;
 use recorder::Recorder;
-use std::collections::VecDeque;
+use tree::tree;
 
 /// How much of the strain field is written.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -83,34 +85,22 @@ pub fn run(
     let root = prepared.motion()?;
     let spring = prepared.spring()?;
     let total = root.now().ledger().total();
-    let mut waiting = VecDeque::from([(None, None, root)]);
-    let (mut branches, mut cut) = (Vec::new(), 0);
-    while let Some((parent, entered, mut motion)) = waiting.pop_front() {
-        let id = branches.len();
+    let (branches, cut) = tree(root, prepared.run.branches, |stem, motion| {
         let (first, ledger) = (prepared.moment(&*motion.now()), motion.now().ledger());
-        let mut recorder = Recorder::new(prepared, sink, hooks, fields, (id, ledger), total)?;
-        let outcome = drive(&mut *motion, prepared.run.samples, &mut recorder)?;
-        if let Outcome::Branched(snaps) = &outcome {
-            for snap in snaps {
-                // The bound counts whole runs: a fork replaces one by several.
-                if branches.len() + waiting.len() + 1 < prepared.run.branches {
-                    waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
-                } else {
-                    cut += 1;
-                }
-            }
-        }
+        let mut recorder = Recorder::new(prepared, sink, hooks, fields, (stem.id, ledger), total)?;
+        let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
         let last = prepared.moment(&*motion.now());
+        let entered = stem.entered.map(|snap| prepared.snap(&snap));
         let branch = RunBranch::new(
-            id,
-            parent,
-            entered.map(|snap| prepared.snap(&snap)),
+            stem.id,
+            stem.parent,
+            entered,
             (first, last),
-            outcome,
+            outcome.clone(),
             &*motion,
         );
-        branches.push(recorder.finish(&*motion, branch));
-    }
+        Ok((recorder.finish(&*motion, branch), outcome))
+    })?;
     Ok(RunRecord {
         kind: prepared.kind(),
         units: prepared.units,

@@ -22,6 +22,8 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     viscosity: Option<f64>,
+    /// Whether the body slides in a groove.
+    pub(super) grooved: bool,
 }
 
 impl Prepared {
@@ -45,6 +47,7 @@ impl Prepared {
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
             viscosity,
+            grooved: scene.body()?.groove.is_some(),
         })
     }
 
@@ -108,6 +111,7 @@ impl Prepared {
         let (frame, end) = (clamp.of_poses(), pose.translation.vector);
         let twist = frame.absolute(&joined(&Vector3::zeros(), &end), &state.twist());
         let action = frame.outward(&state.action());
+        let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
             t: state.time() * k.time,
             pose: self.outward(&clamp, &pose),
@@ -115,6 +119,10 @@ impl Prepared {
             angular_velocity: twist.fixed_rows::<3>(0) / k.time,
             force: action.fixed_rows::<3>(3) * k.force,
             couple: action.fixed_rows::<3>(0) * k.energy,
+            groove: groove.map(|force| {
+                let force = frame.outward(&joined(&Vector3::zeros(), &force));
+                force.fixed_rows::<3>(3) * k.force
+            }),
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
             friction: state.friction() * k.energy,

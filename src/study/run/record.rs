@@ -53,6 +53,14 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// What is to be said of so many branches that were not followed.
+    pub(in crate::study) fn cut(&self, cut: usize) -> String {
+        format!(
+            "{cut} branches were not followed: the bound branches = {} was reached; raise it in [run]",
+            self.branches
+        )
+    }
+
     /// Why a run ended short, without its place.
     pub(in crate::study) fn reason(
         &self,
@@ -183,6 +191,8 @@ pub struct Moment {
     pub force: Vector3<f64>,
     /// Couple of the rod on the body, about the end.
     pub couple: Vector3<f64>,
+    /// Force of the groove on the body, if it slides in one.
+    pub groove: Option<Vector3<f64>>,
     /// Energies.
     pub ledger: Ledger,
     /// What should not change: [`Ledger::total`].
@@ -234,10 +244,7 @@ impl RunRecord {
     /// Why the run fell short of what was asked, in the scene's units; None if it did not.
     pub fn reason(&self) -> Option<String> {
         if self.cut > 0 {
-            return Some(format!(
-                "{} branches were not followed: the bound branches = {} was reached; raise it in [run]",
-                self.cut, self.bounds.branches
-            ));
+            return Some(self.bounds.cut(self.cut));
         }
         self.short().map(|branch| self.why(branch))
     }

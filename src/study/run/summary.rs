@@ -180,6 +180,9 @@ impl RunRecord {
             "released": snap.released * k.energy,
             "time_error": snap.time_error * k.time,
         })));
+        if let Some(choices) = snap.choices {
+            event.insert("choices".to_owned(), json!(choices));
+        }
         Value::Object(event)
     }
 

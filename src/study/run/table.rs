@@ -59,6 +59,9 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
         ));
         columns.extend(force);
         columns.extend(vector("m", u.couple(), "couple of the rod on the body"));
+        if prepared.grooved {
+            columns.extend(vector("g", u.force(), "force of the groove on the body"));
+        }
     } else {
         columns.extend(velocity);
         columns.extend([
@@ -122,7 +125,8 @@ pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
     if kind.in_space() {
         let q = at.pose.rotation;
         cells.extend([q.w, q.i, q.j, q.k].map(real));
-        for v in [at.velocity, at.angular_velocity, at.force, at.couple] {
+        let vectors = [at.velocity, at.angular_velocity, at.force, at.couple];
+        for v in vectors.iter().chain(&at.groove) {
             cells.extend(v.iter().copied().map(real));
         }
     } else {

@@ -1,0 +1,291 @@
+//! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
+
+use super::{AssemblyRun, Numbers, Watch};
+use crate::body::Groove;
+use crate::motion::locate::{Guess, Timed, first_fold, locate};
+use crate::solve::cost::Cost;
+use crate::solve::roots::chandrupatla;
+use nalgebra::DVector;
+
+/// Time is slowed for a rod whose det J would vanish, at its present rate, within so many steps ...
+const NEAR: f64 = 8.0;
+/// ... until det J has grown to so many times what it was then.
+const FAR: f64 = 4.0;
+/// A state this near to the end of time, relative to 1 + its size, is at it.
+const ON_TIME: f64 = 1e-12;
+/// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
+const DRIFTED: f64 = 3.0;
+/// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
+const LOOSE: f64 = 1e3;
+
+/// How a step ended.
+pub(super) enum Progress {
+    Moved,
+    Arrived,
+    Fold {
+        link: usize,
+        time_error: f64,
+    },
+    /// At the end of the groove of this body.
+    GrooveEnd(usize),
+}
+
+impl AssemblyRun {
+    fn take_step(&mut self, h_max: f64) -> Option<()> {
+        let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed);
+        let watch = &mut self.watch;
+        let f = |y: &Numbers, out: &mut Numbers| {
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det, gap| {
+                watch[k] = Watch { det, gap }
+            })
+        };
+        self.dense = None;
+        self.solver.step_into(f, h_max, &mut self.step).ok()
+    }
+
+    /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
+    pub(super) fn advance_to(&mut self, end: f64) -> Option<Progress> {
+        if self.slowed.is_some() {
+            return self.slow_step(end);
+        }
+        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
+        let from = self.solver.state().clone();
+        let left = end - from.time();
+        if self.take_step(left).is_none() {
+            // As at a fold that is too near for plain steps: towards which det J fell.
+            let nearest = (0..before.len()).max_by(|a, b| {
+                let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
+                fall(a).total_cmp(&fall(b))
+            })?;
+            self.slow(from, nearest, before[nearest])?;
+            return self.slow_step(end);
+        }
+        let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
+        if let Some(link) = crossed {
+            self.slow(from, link, before[link])?;
+            return self.slow_step(end);
+        }
+        if let Some(progress) = self.knot() {
+            return progress;
+        }
+        let h = self.step.h;
+        let arrived = h >= left || (end - self.step.to.time()).abs() <= ON_TIME * (1.0 + end);
+        if arrived {
+            self.step.to = self.step.to.clone().at_time(end);
+            let slope = self.step.end_slope().clone();
+            self.solver.rewind(self.step.to.clone(), slope);
+        }
+        if self
+            .watch
+            .iter()
+            .any(|rod| rod.gap > DRIFTED * self.local())
+        {
+            self.hold()?;
+        }
+        let falling = |k: &usize| {
+            let rate = (self.watch[*k].det - before[*k]) / h;
+            let time = -self.watch[*k].det / rate;
+            0.0 < time && time < NEAR * self.solver.next_step()
+        };
+        if let Some(link) = (0..before.len()).find(falling) {
+            self.slow(self.step.to.clone(), link, self.watch[link].det)?;
+        }
+        Some(if arrived {
+            Progress::Arrived
+        } else {
+            Progress::Moved
+        })
+    }
+
+    /// Brings the charts back to the poses of the bodies.
+    fn hold(&mut self) -> Option<()> {
+        let state = self.solver.state().clone();
+        let at = self.assembly.evaluated(&state.0, self.along())?;
+        self.extra.evaluations += 1;
+        let charts = self.assembly.corrected(&at)?;
+        let charts = charts.iter().enumerate();
+        let held = charts.fold(state.0, |state, (k, q)| {
+            self.assembly.with_chart(state, k, q)
+        });
+        let h = self.solver.next_step();
+        self.resume(Numbers(held), None, h)
+    }
+
+    /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
+    pub(super) fn loose(&self) -> Option<(usize, f64, f64)> {
+        let off = |rod: &Watch| rod.gap > LOOSE * self.options.tolerance;
+        let link = self.watch.iter().position(off)?;
+        let slots = self.assembly.chart_slots(link);
+        let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
+        Some((link, self.watch[link].gap, force.sqrt()))
+    }
+
+    /// The same with time slowed for the rod that nears its fold.
+    fn slow_step(&mut self, end: f64) -> Option<Progress> {
+        let slowed = self.slowed?;
+        let f = &self.right_hand_side();
+        let remaining = end - self.solver.state().time();
+        let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
+        let mut cost = Cost::default();
+        let (mut step, fold) = loop {
+            self.take_step(h_max)?;
+            let mut step = self.step.clone();
+            let fold = first_fold(&mut step, f, &mut cost)
+                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.time(), &mut cost));
+            if fold.is_some() || step.end_slope().time() > 0.0 {
+                break (step, fold);
+            }
+            // Time turned back and the fold was not found: it must be in a shorter step.
+            self.solver
+                .rewind(step.from.clone(), step.stage_slopes()[0].clone());
+            h_max = 0.5 * step.h;
+        };
+        // Beyond a fold time runs backward: `end` is sought before it.
+        let folded = fold.map(|fold| {
+            step = fold.step;
+            fold.time_error
+        });
+        let mut progress = Progress::Moved;
+        if step.to.time() >= end {
+            let guess = Guess {
+                h: step.h * remaining / (step.to.time() - step.from.time()),
+                rate: (step.to.time() - step.from.time()) / step.h,
+                t: end,
+            };
+            let found = locate(&step, f, guess, |state, _| state.time() - end, &mut cost)?;
+            if (found.step.to.time() - end).abs() > ON_TIME * (1.0 + end) {
+                return None;
+            }
+            // Time is one of the integrated variables, so that inner stages of this step may lie behind `end`, where a load
+            // may have a kink: it is taken again under the control of its error, which shortens it if what they see matters.
+            let h = found.step.h;
+            self.solver.rewind(
+                found.step.from.clone(),
+                found.step.stage_slopes()[0].clone(),
+            );
+            self.take_step(h)?;
+            step = self.step.clone();
+            if step.h == h {
+                step.to = step.to.at_time(end);
+                progress = Progress::Arrived;
+            }
+        } else if let Some(time_error) = folded {
+            progress = Progress::Fold {
+                link: slowed.link,
+                time_error,
+            };
+        }
+        self.extra.evaluations += cost.evaluations;
+        self.extra.samples += cost.samples;
+        self.solver
+            .rewind(step.to.clone(), step.end_slope().clone());
+        self.step = step;
+        if let Some(ended) = self.knot() {
+            progress = ended?;
+        }
+        let rate = self.step.end_slope().time();
+        if rate > FAR {
+            let h = rate * self.solver.next_step();
+            self.resume(self.step.to.clone(), None, h)?;
+        }
+        Some(progress)
+    }
+
+    /// Ends the step that was taken where a body first passes a place of its groove at which that is not smooth, or its end.
+    fn knot(&mut self) -> Option<Option<Progress>> {
+        let [from, to] =
+            [&self.step.from, &self.step.to].map(|state| self.assembly.along_grooves(&state.0));
+        let passed = from.iter().zip(&to).filter_map(|((body, a), (_, b))| {
+            let knot = self.assembly.carriers()[*body]
+                .groove()?
+                .first_break(*a, *b)?;
+            Some((*body, knot, (knot - a) / (b - a), (b - a) / self.step.h))
+        });
+        let (body, knot, part, rate) = passed.min_by(|x, y| x.2.total_cmp(&y.2))?;
+        let assembly = self.assembly.clone();
+        let along = |state: &Numbers| {
+            let all = assembly.along_grooves(&state.0);
+            all.iter().find(|(b, _)| *b == body).map_or(0.0, |x| x.1)
+        };
+        let guess = Guess {
+            h: part * self.step.h,
+            rate,
+            t: self.step.from.time(),
+        };
+        let f = self.right_hand_side();
+        let mut cost = Cost::default();
+        let found = locate(
+            &self.step,
+            f,
+            guess,
+            |state, _| along(state) - knot,
+            &mut cost,
+        );
+        self.extra.evaluations += cost.evaluations;
+        let Some(found) = found else {
+            return Some(None);
+        };
+        self.step = found.step;
+        self.solver
+            .rewind(self.step.to.clone(), self.step.end_slope().clone());
+        let groove = self.assembly.carriers()[body].groove();
+        let ends = groove.and_then(Groove::ends);
+        let at_end = ends.is_some_and(|[a, b]| knot == a || knot == b);
+        Some(Some(match at_end {
+            true => Progress::GrooveEnd(body),
+            false => Progress::Moved,
+        }))
+    }
+
+    /// The right-hand side under the present clock.
+    fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
+        let (assembly, along) = (self.assembly.clone(), self.along());
+        let slowed = self.slowed;
+        move |y: &Numbers| {
+            let mut out = y.clone();
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _, _| ())?;
+            Some(out)
+        }
+    }
+
+    /// The state at a time within the last step.
+    pub(super) fn inside(&mut self, t: f64) -> Option<DVector<f64>> {
+        let (from, to) = (self.step.from.time(), self.step.to.time());
+        if t == to {
+            return Some(self.step.to.0.clone());
+        }
+        if t == from {
+            return Some(self.step.from.0.clone());
+        }
+        if !(from < t && t < to) {
+            return None;
+        }
+        if self.dense.is_none() {
+            let (assembly, along) = (self.assembly.clone(), self.along());
+            // The step was taken under the clock that its own slopes show.
+            let slowed = self.slowed.filter(|_| {
+                self.step
+                    .stage_slopes()
+                    .iter()
+                    .any(|slope| slope.time() != 1.0)
+            });
+            let f = |y: &Numbers| {
+                let mut out = y.clone();
+                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _, _| ())?;
+                Some(out)
+            };
+            let mut cost = Cost::default();
+            self.dense = self.step.dense(f, &mut cost);
+            self.extra.evaluations += cost.evaluations;
+            self.extra.samples += cost.samples;
+        }
+        let dense = self.dense.as_ref()?;
+        let x = chandrupatla(
+            |x| dense.at(x).time() - t,
+            (0.0, from - t),
+            (1.0, to - t),
+            0.0,
+        )?;
+        Some(dense.at(x).at_time(t).0)
+    }
+}
