@@ -192,6 +192,10 @@ impl<P: Fn(f64) -> Result<Assembly>> Equations for Framed<'_, P> {
 
     fn index(&self, x: &[f64], p: f64) -> Result<Option<usize>> {
         let assembly = (self.family.at)(p)?;
+        // Loads that turn with bodies have no potential: no index, and only singular tangents are special.
+        if assembly.is_followed(0.0) {
+            return Ok(None);
+        }
         let now = self.frame.configuration(&assembly, x);
         assembly
             .index(0.0, &now, self.family.tolerance.max(1e-11))

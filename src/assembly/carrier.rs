@@ -409,11 +409,24 @@ impl Carrier {
         }
     }
 
-    /// Force and centre of mass from the reference point in the world, of which [`Carrier::load`] is made at rest.
-    pub(super) fn dead(&self, t: f64, pose: &Isometry3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    /// The derivative of [`Carrier::load`] by a turn of the body about its reference point: of the couple, and of the force.
+    pub(super) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
         match &self.mass {
-            Mass::Rigid(body) => (body.centre().load(t), pose.rotation * body.offset()),
-            Mass::Point(body) => (body.load(t), Vector3::zeros()),
+            Mass::Rigid(body) => body.load_by_turn(t, pose),
+            Mass::Point(_) => [Matrix3::zeros(); 2],
+        }
+    }
+
+    /// True if a load at time `t` turns with the body.
+    pub fn is_followed(&self, t: f64) -> bool {
+        matches!(&self.mass, Mass::Rigid(body) if body.is_followed(t))
+    }
+
+    /// True if the loads at time `t`, held as they are then, have a potential.
+    pub fn is_conservative(&self, t: f64) -> bool {
+        match &self.mass {
+            Mass::Rigid(body) => body.is_conservative(t),
+            Mass::Point(_) => true,
         }
     }
 

@@ -145,7 +145,8 @@ impl Frame {
             let turn = turnings.iter().map(|x| x * x).sum::<f64>().sqrt();
             if !(turn < TURNED) {
                 return Err(Error::domain(format!(
-                    "body {body} has turned by {turn:.1} radians from where the search began, near a full turn"
+                    "{} has turned by {turn:.1} radians from where the search began, near a full turn",
+                    assembly.body_name(body)
                 )));
             }
         }
@@ -153,8 +154,9 @@ impl Frame {
             let (m, n) = halves(&Wrench::from_column_slice(q));
             if !(m.norm() < WILD.0 && n.norm() < WILD.1) {
                 return Err(Error::ill_conditioned(format!(
-                    "rod {k} would bear the couple {:.1e} and the force {:.1e} at its base, in B/L and B/L^2; {:.0e} and {:.0e} are the \
+                    "{} would bear the couple {:.1e} and the force {:.1e} at its base, in B/L and B/L^2; {:.0e} and {:.0e} are the \
                      most that can be integrated from there",
+                    assembly.rod_name(k),
                     m.norm(),
                     n.norm(),
                     WILD.0,
@@ -261,13 +263,16 @@ impl Assembly {
         let wrenches = self.wrenches(bodies, points);
         let all = self.carriers().iter().zip(bodies).zip(&own_twists);
         for (((carrier, place), twists), (start, wrench)) in all.zip(starts.iter().zip(&wrenches)) {
-            let (force, arm) = carrier.dead(0.0, &place.pose);
-            let turned = lever_turned(&arm, &force);
+            let [couple, force] = carrier.load_by_turn(0.0, &place.pose);
+            let mut turned = Matrix6::zeros();
+            turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&couple);
+            turned.fixed_view_mut::<3, 3>(3, 0).copy_from(&force);
             add(&mut matrix, (*start, *start), &turned, [twists; 2]);
             // Along a groove its tangent turns.
             if let Some((_, bend)) = carrier.tangent(&place.pose) {
                 let last = start + carrier.turnings();
-                matrix[(last, last)] += bend.dot(&(halves(wrench).1 + force));
+                let load = carrier.load(0.0, &place.pose);
+                matrix[(last, last)] += bend.dot(&halves(&(wrench + load)).1);
             }
         }
         matrix

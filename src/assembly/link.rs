@@ -56,6 +56,14 @@ impl Attachment {
         }
     }
 
+    /// An attachment to a support that moves, in its frame.
+    pub fn support(support: Support<3>) -> Self {
+        Self {
+            on: On::Support(Box::new(support)),
+            place: Isometry3::identity(),
+        }
+    }
+
     /// An attachment to a body.
     pub fn body(number: usize, place: Isometry3<f64>) -> Self {
         Self {
@@ -360,7 +368,7 @@ impl Assembly {
         links
             .map(|(k, (link, q))| {
                 link.point(t, bodies, q, tolerance)
-                    .map_err(|why| why.context(format!("rod {k}")))
+                    .map_err(|why| why.context(self.rod_name(k)))
             })
             .collect()
     }

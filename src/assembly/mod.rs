@@ -34,6 +34,8 @@ use crate::error::{Error, Result};
 pub struct Assembly {
     carriers: Vec<Carrier>,
     links: Vec<Link>,
+    /// Names of bodies and rods, for messages; none, or one each.
+    names: [Vec<String>; 2],
 }
 
 impl Assembly {
@@ -80,7 +82,35 @@ impl Assembly {
         if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
             return Err(Error::domain(format!("no rod reaches body {body}")));
         }
-        Ok(Self { carriers, links })
+        Ok(Self {
+            carriers,
+            links,
+            names: [Vec::new(), Vec::new()],
+        })
+    }
+
+    /// Gives bodies and rods names, in order, by which messages call them; without, they have their numbers.
+    #[must_use]
+    pub fn with_names(mut self, bodies: Vec<String>, rods: Vec<String>) -> Self {
+        self.names = [bodies, rods];
+        self
+    }
+
+    /// What messages call a body.
+    pub(crate) fn body_name(&self, body: usize) -> String {
+        match self.names[0].get(body) {
+            Some(name) => format!("body {name:?}"),
+            None => format!("body {body}"),
+        }
+    }
+
+    /// What messages call a rod.
+    pub(crate) fn rod_name(&self, rod: usize) -> String {
+        match (self.names[1].get(rod), self.links.len()) {
+            (Some(name), _) => format!("rod {name:?}"),
+            (None, 1) => "the rod".to_owned(),
+            (None, _) => format!("rod {rod}"),
+        }
     }
 
     /// The bodies.
@@ -98,6 +128,16 @@ impl Assembly {
         let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
         let supports = self.links.iter().map(|link| link.next_break(t));
         bodies.chain(supports).fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if the loads at time `t`, held as they are then, have a potential.
+    pub fn is_conservative(&self, t: f64) -> bool {
+        self.carriers.iter().all(|body| body.is_conservative(t))
+    }
+
+    /// True if a load at time `t` turns with its body.
+    pub fn is_followed(&self, t: f64) -> bool {
+        self.carriers.iter().any(|body| body.is_followed(t))
     }
 
     /// Where the velocities of each body begin among those of all, and how many there are.

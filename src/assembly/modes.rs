@@ -190,19 +190,20 @@ impl Assembly {
         })
     }
 
-    /// The rods in the world: sections at `count` + 1 arclengths from end to end.
+    /// The rods in the world at time `t`: sections at `count` + 1 arclengths from end to end.
     ///
     /// # Errors
     /// As [`super::Link::end`].
     pub fn shapes(
         &self,
+        t: f64,
         now: &Configuration,
         count: usize,
         tolerance: f64,
     ) -> Result<Vec<Vec<RodSection>>> {
         let links = self.links().iter().zip(&now.charts);
         let shape = links.map(|(link, q)| {
-            let base = link.from().at(0.0, &now.bodies).pose;
+            let base = link.from().at(t, &now.bodies).pose;
             let length = link.rod().length();
             let at: Vec<f64> = (0..=count)
                 .map(|i| length * i as f64 / count.max(1) as f64)

@@ -69,8 +69,9 @@ pub(super) fn check(size: usize) -> Result<()> {
         return Ok(());
     }
     Err(Error::domain(format!(
-        "the assembly has {size} unknowns in statics, 6 for each rod and rigid body and 3 for each point mass; {MOST} are the most: \
-         solve it in parts"
+        "the assembly has {size} unknowns in statics, 6 for each rod and rigid body and 3 for each point mass; {MOST} are the most, {} rods \
+         and rigid bodies: solve it in parts; a motion of rods that close no loop may start from the unloaded ones, rest = \"straight\"",
+        MOST / 6
     )))
 }
 

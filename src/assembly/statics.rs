@@ -23,7 +23,8 @@ pub struct AssemblyEquilibrium {
     pub now: Configuration,
     /// Stored energy and potential of the constant forces. Couples and loads in time have none.
     pub energy: f64,
-    /// Morse index with the bodies free; 0 is stable.
+    /// Morse index with the bodies free; 0 is stable. Under loads without a potential ([`Assembly::is_conservative`]) that of the
+    /// symmetric part of the stiffness, which does not decide stability.
     pub index: usize,
     /// The largest of the equations left over: gaps in radians and lengths of the rod, balance in B/L and B/L^2.
     pub residual: f64,
@@ -154,7 +155,8 @@ impl Assembly {
                 route,
                 tolerance,
             ) {
-                Ok(found) if found.index == 0 => return Ok(found),
+                // Under loads that turn with bodies no index tells one equilibrium from another.
+                Ok(found) if found.index == 0 || self.is_followed(0.0) => return Ok(found),
                 Ok(found) => {
                     let order = |a: &AssemblyEquilibrium| (a.index, a.energy);
                     if best.as_ref().is_none_or(|best| order(&found) < order(best)) {
@@ -368,8 +370,9 @@ impl Assembly {
         let bodies = placed.into_iter().enumerate().map(|(body, pose)| {
             pose.map(Place::at_rest).ok_or_else(|| {
                 Error::domain(format!(
-                    "no chain of rods joins body {body} to the ground or to a support: it has no equilibrium of its own; hold it by \
-                     a rod"
+                    "no chain of rods joins {} to the ground or to a support: it has no equilibrium of its own; hold it by \
+                     a rod",
+                    self.body_name(body)
                 ))
             })
         });

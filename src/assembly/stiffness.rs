@@ -175,8 +175,9 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let (by, chart) = point.linear(link).ok_or_else(|| {
                 Error::ill_conditioned(format!(
-                    "rod {k} is exactly at a fold, or straight and inextensible: it has no stiffness there; use the compliance, \
-                     move the configuration a little, or let the rod stretch"
+                    "{} is exactly at a fold, or straight and inextensible: it has no stiffness there; use the compliance, \
+                     move the configuration a little, or let the rod stretch",
+                    self.rod_name(k)
                 ))
             })?;
             let levers = link.levers(bodies);

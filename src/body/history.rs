@@ -20,6 +20,8 @@ use std::sync::Arc;
     serde(rename_all = "lowercase")
 )]
 pub enum History {
+    /// f, the same at all times.
+    Constant(f64),
     /// A linear growth.
     Ramp(Ramp),
     /// A raised cosine.
@@ -141,6 +143,7 @@ impl History {
     /// Refuses numbers that are not finite, and times that do not grow.
     pub(super) fn checked(self) -> Result<Self> {
         match &self {
+            Self::Constant(value) => finite(&[("constant", *value)]),
             Self::Rate { rate } => finite(&[("rate", *rate)]),
             Self::Sine(sine) => finite(&[
                 ("amplitude", sine.amplitude),
@@ -169,6 +172,7 @@ impl History {
     /// \[f, f', f''\] at t; at a break where they jump, from one side.
     pub fn with_rates(&self, t: f64) -> [f64; 3] {
         match self {
+            Self::Constant(value) => [*value, 0.0, 0.0],
             Self::Rate { rate } => [*rate * t, *rate, 0.0],
             Self::Sine(sine) => {
                 let (a, w) = (sine.amplitude, TAU * sine.frequency);
@@ -198,7 +202,7 @@ impl History {
             times.get(next).copied().unwrap_or(f64::INFINITY)
         };
         match self {
-            Self::Rate { .. } | Self::Sine(_) => f64::INFINITY,
+            Self::Constant(_) | Self::Rate { .. } | Self::Sine(_) => f64::INFINITY,
             Self::Ramp(ramp) => first(&[ramp.start, ramp.until]),
             Self::Pulse(pulse) => {
                 let [start, end] = pulse.times();

@@ -3,7 +3,7 @@
 use super::{Body, EndBody, EndLinear, EndMotion, Frame, Support, TimeLoad, first_break, sum_at};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
-use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
 /// A rigid body welded to the end of a rod in space, and what acts on it besides the rod.
 ///
@@ -24,6 +24,9 @@ pub struct RigidBody {
     rotor: Vector3<f64>,
     couple: Vector3<f64>,
     couples: Vec<TimeLoad<3>>,
+    /// Along the directors.
+    follower_forces: Vec<TimeLoad<3>>,
+    follower_couples: Vec<TimeLoad<3>>,
     rotational_drag: f64,
     support: Option<Box<Support<3>>>,
 }
@@ -58,6 +61,8 @@ impl RigidBody {
             rotor: Vector3::zeros(),
             couple: Vector3::zeros(),
             couples: Vec::new(),
+            follower_forces: Vec::new(),
+            follower_couples: Vec::new(),
             rotational_drag: 0.0,
             support: None,
         })
@@ -149,6 +154,20 @@ impl RigidBody {
         self
     }
 
+    /// Adds a force in time at the centre of mass that turns with the body, along its directors. It has no potential.
+    #[must_use]
+    pub fn with_follower_force(mut self, force: TimeLoad<3>) -> Self {
+        self.follower_forces.push(force);
+        self
+    }
+
+    /// Adds a couple in time that turns with the body, along its directors.
+    #[must_use]
+    pub fn with_follower_couple(mut self, couple: TimeLoad<3>) -> Self {
+        self.follower_couples.push(couple);
+        self
+    }
+
     /// Has the rod clamped in `support`, as [`Body::with_support`].
     #[must_use]
     pub fn with_support(mut self, support: Support<3>) -> Self {
@@ -206,6 +225,8 @@ impl RigidBody {
         self.centre.is_driven()
             || self.couple != Vector3::zeros()
             || !self.couples.is_empty()
+            || !self.follower_forces.is_empty()
+            || !self.follower_couples.is_empty()
             || self.support.as_ref().is_some_and(|s| !s.is_fixed())
     }
 
@@ -214,11 +235,37 @@ impl RigidBody {
         self.centre.is_damped() || self.rotational_drag > 0.0
     }
 
+    /// True if a force or couple turns with the body at time `t`.
+    pub fn is_followed(&self, t: f64) -> bool {
+        [&self.follower_forces, &self.follower_couples]
+            .iter()
+            .any(|loads| sum_at(loads, t) != Vector3::zeros())
+    }
+
+    /// True if the loads at time `t`, held as they are then, have a potential: forces in the world do, couples and loads that
+    /// turn with the body do not.
+    pub fn is_conservative(&self, t: f64) -> bool {
+        !self.is_followed(t) && self.couple + sum_at(&self.couples, t) == Vector3::zeros()
+    }
+
     /// The wrench of the loads at rest about the end, in the world frame.
     pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
-        let force = self.centre.load(t);
-        let lever = pose.rotation * self.offset;
-        joined(&(lever.cross(&force) + self.couple_at(t)), &force)
+        let turn = pose.rotation;
+        let force = self.centre.load(t) + turn * sum_at(&self.follower_forces, t);
+        let lever = turn * self.offset;
+        let couple = self.couple_at(t, &turn.to_rotation_matrix());
+        joined(&(lever.cross(&force) + couple), &force)
+    }
+
+    /// Its derivative by a turn of the body about the end: those of the couple and of the force.
+    pub(crate) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
+        let turn = pose.rotation;
+        let lever = (turn * self.offset).cross_matrix();
+        let following = (turn * sum_at(&self.follower_forces, t)).cross_matrix();
+        let couple = (turn * sum_at(&self.follower_couples, t)).cross_matrix();
+        // d(c x f) = (phi x c) x f + c x (phi x f_following).
+        let force = self.centre.load(t).cross_matrix() + following;
+        [force * lever - lever * following - couple, -following]
     }
 
     /// The body at a pose and velocity of the end.
@@ -228,6 +275,7 @@ impl RigidBody {
         let (omega, v) = halves(v);
         let c = r * self.offset;
         Placed {
+            turn: r,
             c,
             inertia: turned(&self.inertia),
             inverse: turned(&self.inverse_inertia),
@@ -240,7 +288,7 @@ impl RigidBody {
     /// The angular acceleration at time `t` under the wrench (m, n) of the rod.
     fn spin(&self, t: f64, at: &Placed, m: &Vector3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
         at.inverse
-            * (m - at.c.cross(n) + self.couple_at(t)
+            * (m - at.c.cross(n) + self.couple_at(t, &at.turn)
                 - at.omega * self.rotational_drag
                 - at.omega.cross(&(at.inertia * at.omega + at.rotor)))
     }
@@ -255,6 +303,7 @@ struct Seen {
 
 /// The body in the world frame.
 struct Placed {
+    turn: Rotation3<f64>,
     /// From the end to the centre of mass.
     c: Vector3<f64>,
     inertia: Matrix3<f64>,
@@ -280,8 +329,9 @@ fn finite(what: &str, v: &Vector3<f64>) -> Result<()> {
 }
 
 impl RigidBody {
-    fn couple_at(&self, t: f64) -> Vector3<f64> {
-        self.couple + sum_at(&self.couples, t)
+    /// The couples on the body with this orientation.
+    fn couple_at(&self, t: f64, turn: &Rotation3<f64>) -> Vector3<f64> {
+        self.couple + sum_at(&self.couples, t) + turn * sum_at(&self.follower_couples, t)
     }
 
     /// The body as the clamp sees it, unless the clamp's frame is the world's.
@@ -304,11 +354,14 @@ impl RigidBody {
         let at = self.placed(pose, v);
         let (m, n) = halves(rod);
         let spin = self.spin(t, &at, &m, &n);
-        let action = self.centre.free_action(t, &at.centre, &n);
+        let following = at.turn * sum_at(&self.follower_forces, t);
+        let action = self.centre.free_action(t, &at.centre, &(n + following));
         let end = action.acceleration - spin.cross(&at.c) - at.omega.cross(&at.omega.cross(&at.c));
         EndMotion {
             acceleration: joined(&spin, &end),
-            power: action.power + self.couple_at(t).dot(&at.omega),
+            power: action.power
+                + following.dot(&at.centre)
+                + self.couple_at(t, &at.turn).dot(&at.omega),
             loss: action.loss + self.rotational_drag * at.omega.norm_squared(),
         }
     }
@@ -330,15 +383,21 @@ impl RigidBody {
         // d(J x) by a turn dphi: dphi x (J x) - J (dphi x x).
         let turned = |x: &Vector3<f64>| inertia * x.cross_matrix() - (inertia * x).cross_matrix();
         let rotor = at.rotor.cross_matrix();
+        let following = (at.turn * sum_at(&self.follower_forces, t)).cross_matrix();
+        let couple = (at.turn * sum_at(&self.follower_couples, t)).cross_matrix();
         let spin_by_turn = at.inverse
-            * (-n.cross_matrix() * c - omega * (turned(&at.omega) - rotor) - turned(&spin));
+            * (-n.cross_matrix() * c
+                - couple
+                - omega * (turned(&at.omega) - rotor)
+                - turned(&spin));
         let spin_by_omega = at.inverse
             * ((inertia * at.omega).cross_matrix() + rotor
                 - omega * inertia
                 - identity * self.rotational_drag);
         // The end: centre'' - spin x c - omega x (omega x c), with dc = dphi x c.
-        let end_by_turn =
-            c * spin_by_turn + (spin.cross_matrix() + omega * omega + omega * slowing) * c;
+        let end_by_turn = c * spin_by_turn
+            + (spin.cross_matrix() + omega * omega + omega * slowing) * c
+            - following / self.mass();
         let end_by_omega =
             c * spin_by_omega + at.omega.cross(&at.c).cross_matrix() + omega * c + c * slowing;
         let zero = Matrix3::zeros();
@@ -418,6 +477,8 @@ impl EndBody<6> for RigidBody {
         self.centre
             .next_break(t)
             .min(first_break(&self.couples, t))
+            .min(first_break(&self.follower_forces, t))
+            .min(first_break(&self.follower_couples, t))
             .min(clamp)
     }
 }

@@ -198,7 +198,7 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
         let out = Output::open(Some(directory), equilibrium::FILES, args.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
         out.write("shape.csv", record.shape()?.csv().as_bytes())?;
-        let unstable = record.index > 0;
+        let unstable = record.conservative && record.index > 0;
         let names = record.rods.iter().map(|(name, _)| name.clone());
         let poses = record
             .shapes
@@ -245,10 +245,13 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
         line("  base couple", list(couple.as_slice()));
     }
     line("energy", number(record.energy));
-    let meaning = match (record.index, record.from_guess) {
-        (0, _) => "stable",
-        (_, Some(true)) => "unstable",
-        _ => "unstable; no stable equilibrium was found from any start",
+    let meaning = match (record.conservative, record.index, record.from_guess) {
+        (false, ..) => {
+            "of the symmetric part of the stiffness; the loads are not conservative: this does not decide stability, `snaprod modes` does"
+        }
+        (true, 0, _) => "stable",
+        (true, _, Some(true)) => "unstable",
+        (true, ..) => "unstable; no stable equilibrium was found from any start",
     };
     line("index", format!("{} ({meaning})", record.index));
     line("residual", format!("{:.1e}", record.residual));

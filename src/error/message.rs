@@ -28,6 +28,8 @@ pub enum Quantity {
     ForceRate,
     /// A couple, or an energy.
     Couple,
+    /// A couple per time.
+    CoupleRate,
     /// A force per velocity.
     Drag,
     /// A couple per angular velocity; an angular momentum has the same.

@@ -147,10 +147,13 @@ impl AssemblyRun {
         assembly
             .write_slope(&numbers.0, None, along, &mut slope.0, |k, det, gap| watch[k] = Watch { det, gap })
             .ok_or_else(|| {
-                Error::ill_conditioned(
-                    "a rod stands exactly at a fold at the start, as a straight rod that cannot stretch does; let it stretch (an axial \
+                let nearest = |a: &usize, b: &usize| watch[*a].det.abs().total_cmp(&watch[*b].det.abs());
+                let rod = (0..links).min_by(nearest).unwrap_or(0);
+                Error::ill_conditioned(format!(
+                    "{} stands exactly at a fold at the start, as a straight rod that cannot stretch does; let it stretch (an axial \
                      stiffness), start it bent (an equilibrium under a load, settled = true), or give it friction (damping)",
-                )
+                    assembly.rod_name(rod)
+                ))
             })?;
         let rate = slope.mean_square(&numbers, &numbers).sqrt();
         let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
@@ -353,10 +356,7 @@ impl<'a> Motion<'a> for AssemblyRun {
             ));
         };
         if let Some((link, gap, lambda)) = self.loose() {
-            let which = match self.assembly.links().len() {
-                1 => "the rod".to_owned(),
-                _ => format!("rod {link}"),
-            };
+            let which = self.assembly.rod_name(link);
             let why = Error::ill_conditioned(format!(
                 "the end of {which} can be held no better than {gap:.1e} of its length: it is pulled so taut, by \
                  sqrt(F L^2/B) = {lambda:.1}, that its base wrench no longer tells where its end is"

@@ -201,7 +201,7 @@ impl Rod {
     }
 
     /// A base wrench of the numerics in the world frame and the user's units.
-    fn outward_wrench(&self, b: &Wrench) -> Wrench {
+    pub(crate) fn outward_wrench(&self, b: &Wrench) -> Wrench {
         let (couple, force) = self.units();
         let turn = self.clamp.rotation;
         let m = turn * b.fixed_rows::<3>(0).into_owned() * couple;

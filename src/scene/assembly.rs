@@ -1,7 +1,7 @@
 //! Several rods and bodies: `[[rod]]` and `[[body]]`.
 
 use super::ends::is_none;
-use super::{Groove, Orientation, Rod};
+use super::{ClampMotion, Groove, Load, Loads, Orientation, Rod};
 use crate::assembly::Joint;
 use serde::Serialize;
 
@@ -43,6 +43,9 @@ pub struct Site {
     pub orientation: Orientation,
     /// Whether the rod's directors turn with these; on a point mass [`Joint::Ball`].
     pub joint: Joint,
+    /// On the ground: how the place moves; `None`: it stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<ClampMotion>,
 }
 
 /// A body of an assembly.
@@ -55,10 +58,10 @@ pub struct AssemblyBody {
     /// Inertia and centre of mass; `None`: a point mass.
     #[serde(flatten)]
     pub extent: Option<Extent>,
-    /// Constant force at the centre of mass, in the world; default 0.
-    pub force: [f64; 3],
-    /// Constant couple, in the world; default 0, and 0 for a point mass.
-    pub couple: [f64; 3],
+    /// Force at the centre of mass; default 0.
+    pub force: Load,
+    /// Couple; default 0, and 0 for a point mass.
+    pub couple: Load,
     /// Drag coefficient >= 0 of the centre of mass; default 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub drag: f64,
@@ -104,6 +107,20 @@ pub struct Guess {
     /// Orientation of its frame; of no meaning for a point mass.
     #[serde(flatten)]
     pub orientation: Orientation,
+}
+
+impl AssemblyBody {
+    /// All that acts on it beside its rods.
+    pub fn loads(&self, gravity: [f64; 3]) -> Loads {
+        Loads {
+            gravity,
+            dead: self.force.constant(),
+            couple: self.couple.clone(),
+            drag: self.drag,
+            rotational_drag: self.rotational_drag,
+            force: self.force.in_time().to_vec(),
+        }
+    }
 }
 
 impl AssemblyScene {

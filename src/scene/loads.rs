@@ -10,8 +10,8 @@ pub struct Loads {
     pub gravity: [f64; 3],
     /// Constant force at the centre of mass.
     pub dead: [f64; 3],
-    /// Constant couple; 0 for a point mass.
-    pub couple: [f64; 3],
+    /// Couple; 0 for a point mass.
+    pub couple: Load,
     /// Drag coefficient >= 0: force -drag * velocity of the centre of mass, at the centre of mass.
     pub drag: f64,
     /// Rotational drag >= 0: couple -rotational_drag * angular velocity on a welded body.
@@ -20,7 +20,41 @@ pub struct Loads {
     pub force: Vec<Force>,
 }
 
-/// A force in time along a direction.
+/// A force or a couple on a body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Load {
+    /// Constant, in the world.
+    Constant([f64; 3]),
+    /// In time, or turning with the body: these, added up.
+    InTime(Vec<Force>),
+}
+
+impl Default for Load {
+    fn default() -> Self {
+        Self::Constant([0.0; 3])
+    }
+}
+
+impl Load {
+    /// The constant part.
+    pub fn constant(&self) -> [f64; 3] {
+        match self {
+            Self::Constant(vector) => *vector,
+            Self::InTime(_) => [0.0; 3],
+        }
+    }
+
+    /// The other parts.
+    pub fn in_time(&self) -> &[Force] {
+        match self {
+            Self::Constant(_) => &[],
+            Self::InTime(parts) => parts,
+        }
+    }
+}
+
+/// A force, or a couple, in time along a direction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Force {
     /// Direction, not zero, of any length: only [`Force::unit`] enters the force.
@@ -28,9 +62,27 @@ pub struct Force {
     /// Its size in time; a custom one is in units of the rod, and is not written back.
     #[serde(flatten)]
     pub size: History,
+    /// False (the default): the direction is one of the world. True: of the body, with which it turns.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub follower: bool,
+}
+
+impl Loads {
+    /// True if some of them change in time.
+    pub fn vary(&self) -> bool {
+        self.force
+            .iter()
+            .chain(self.couple.in_time())
+            .any(Force::varies)
+    }
 }
 
 impl Force {
+    /// True if its size changes in time.
+    pub fn varies(&self) -> bool {
+        !matches!(self.size, History::Constant(_))
+    }
+
     /// The direction at unit length.
     pub fn unit(&self) -> [f64; 3] {
         // Scaled by the largest component first, so that the norm neither over- nor underflows.

@@ -90,7 +90,7 @@ pub use ends::{
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
-pub use loads::{Force, Loads};
+pub use loads::{Force, Load, Loads};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};
 pub use rod::{Bends, Material, Model, Rod};

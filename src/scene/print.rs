@@ -30,6 +30,12 @@ impl Serialize for Scene {
                 value.retain(|name, _| known.contains(&name.as_str()));
             }
         }
+        if self.rod.damping.is_none()
+            && let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut)
+        {
+            // The only one of an elastic run, which takes none.
+            run.remove("method");
+        }
         if self.is_planar() {
             as_of_old(self, &mut tables);
             tables.values_mut().for_each(flatten);

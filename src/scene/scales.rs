@@ -1,8 +1,8 @@
 //! From the user's units to those of the library, and back.
 
 use super::{
-    Body, Clamp, Damping, FrictionLaw, History, Joint, Loads, Maxwell, Place, Relaxed, Scene, Sine,
-    Start, StrainField, StrainMatrix, Translation, Units,
+    Body, Clamp, ClampMotion, Damping, FrictionLaw, History, Joint, Load, Loads, Maxwell, Place,
+    Relaxed, Scene, Sine, Start, StrainField, StrainMatrix, Translation, Units,
 };
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
@@ -91,6 +91,7 @@ impl Scales {
             Quantity::Inertia => self.mass * self.length * self.length,
             Quantity::Force => self.force,
             Quantity::ForceRate => self.force / self.time,
+            Quantity::CoupleRate => self.energy / self.time,
             Quantity::Couple => self.energy,
             Quantity::Drag => self.drag,
             Quantity::RotationalDrag => self.energy * self.time,
@@ -104,6 +105,28 @@ impl Scales {
     /// A number of the scene in the library's units: the one place where they are made.
     pub fn inward(&self, of: Quantity, x: f64) -> f64 {
         x / self.unit(of)
+    }
+
+    fn lead_inward(&self, numbers: Vec<Number<'_>>) {
+        for number in numbers {
+            *number.value = self.inward(number.of, *number.value);
+        }
+    }
+
+    /// Loads in the library's units.
+    pub fn loads(&self, mut loads: Loads) -> Loads {
+        let mut numbers = Numbers::default();
+        numbers.loads(&mut loads);
+        self.lead_inward(numbers.0);
+        loads
+    }
+
+    /// The motion of a support in the library's units.
+    pub fn motion(&self, mut motion: ClampMotion) -> ClampMotion {
+        let mut numbers = Numbers::default();
+        numbers.motion(&mut motion);
+        self.lead_inward(numbers.0);
+        motion
     }
 
     /// True if no scale over- or underflows.
@@ -175,9 +198,7 @@ impl Scene {
             loads: self.loads.clone(),
             duration: self.run()?.duration,
         };
-        for number in plain.numbers() {
-            *number.value = scales.inward(number.of, *number.value);
-        }
+        scales.lead_inward(plain.numbers());
         plain.body.mass = 1.0;
         Ok(plain)
     }
@@ -245,6 +266,7 @@ impl<'a> Numbers<'a> {
     /// A history of this quantity, whose rate is the other.
     fn history(&mut self, [size, rate]: [Quantity; 2], check: Check, f: &'a mut History) {
         match f {
+            History::Constant(x) => self.extend(size, check, [x]),
             History::Rate { rate: x } => self.extend(rate, check, [x]),
             History::Sine(sine) => self.sine(size, check, sine),
             History::Ramp(ramp) => {
@@ -273,9 +295,12 @@ impl<'a> Numbers<'a> {
 
     fn clamp(&mut self, clamp: &'a mut Clamp) {
         self.add(Quantity::Length, &mut clamp.position);
-        let Some(motion) = &mut clamp.motion else {
-            return;
-        };
+        if let Some(motion) = &mut clamp.motion {
+            self.motion(motion);
+        }
+    }
+
+    fn motion(&mut self, motion: &'a mut ClampMotion) {
         match &mut motion.translate {
             None => {}
             Some(Translation::Sine { sine, .. }) => self.sine(Quantity::Length, Check::No, sine),
@@ -323,12 +348,20 @@ impl<'a> Numbers<'a> {
     fn loads(&mut self, loads: &'a mut Loads) {
         self.add(Quantity::Acceleration, &mut loads.gravity);
         self.add(Quantity::Force, &mut loads.dead);
-        self.add(Quantity::Couple, &mut loads.couple);
         self.add(Quantity::Drag, [&mut loads.drag]);
         self.add(Quantity::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {
             let size = [Quantity::Force, Quantity::ForceRate];
             self.history(size, Check::Square, &mut force.size);
+        }
+        match &mut loads.couple {
+            Load::Constant(couple) => self.add(Quantity::Couple, couple),
+            Load::InTime(parts) => {
+                for part in parts {
+                    let size = [Quantity::Couple, Quantity::CoupleRate];
+                    self.history(size, Check::Square, &mut part.size);
+                }
+            }
         }
     }
 }

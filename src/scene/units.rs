@@ -75,6 +75,7 @@ impl Units {
             Quantity::Inertia => self.si("kg m²"),
             Quantity::Force => self.force(),
             Quantity::ForceRate => self.si("N/s"),
+            Quantity::CoupleRate => self.si("N m/s"),
             Quantity::Couple => self.couple(),
             Quantity::Drag => self.si("N s/m"),
             Quantity::RotationalDrag => self.si("N m s"),

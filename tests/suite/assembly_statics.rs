@@ -213,7 +213,7 @@ fn networks_are_in_equilibrium_where_they_should_be() {
         // Displaced along a mode the rods' ends stay on the body but for the square of the amplitude.
         let gap = |a: f64| {
             let moved = modes.displaced(&assembly, &scratch.now, 2, a).unwrap();
-            let ends = assembly.shapes(&moved, 4, 1e-12).unwrap();
+            let ends = assembly.shapes(0.0, &moved, 4, 1e-12).unwrap();
             let tip = moved.bodies[0].pose * assembly.links()[1].to().place;
             assert_eq!(ends[1].len(), 5);
             (ends[1][4].position - tip.translation.vector).norm()

@@ -28,6 +28,8 @@ mod figures;
 mod grooves;
 mod inversion;
 mod landings_space;
+#[cfg(feature = "scene")]
+mod loads;
 mod memory_kernel;
 mod memory_motion;
 #[cfg(feature = "scene")]

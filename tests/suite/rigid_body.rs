@@ -18,6 +18,15 @@ fn body() -> RigidBody {
         .and_then(|b| b.with_rotational_drag(0.25))
         .expect("a body")
         .with_force(TimeLoad::sine(Vector3::new(1.0, -2.0, 0.5), 3.0, 0.2).unwrap())
+        .with_follower_force(TimeLoad::sine(Vector3::new(-0.7, 0.4, 1.1), 2.2, 0.9).unwrap())
+        .with_follower_couple(TimeLoad::sine(Vector3::new(0.2, 0.9, -0.5), 1.3, 0.5).unwrap())
+}
+
+/// The loads of the body that turn with it, in the world: force and couple.
+fn following(t: f64, turn: &UnitQuaternion<f64>) -> [Vector3<f64>; 2] {
+    let force = Vector3::new(-0.7, 0.4, 1.1) * (2.2 * t + 0.9f64).sin();
+    let couple = Vector3::new(0.2, 0.9, -0.5) * (1.3 * t + 0.5f64).sin();
+    [turn * force, turn * couple]
 }
 
 fn pose() -> Isometry3<f64> {
@@ -83,13 +92,14 @@ fn momenta_change_as_the_loads_say() {
     let (m, n) = (rod.fixed_rows::<3>(0), rod.fixed_rows::<3>(3));
     let drive = Vector3::new(1.0, -2.0, 0.5) * (3.0 * t + 0.2f64).sin();
     let centre = p / 1.3;
-    let force = n + Vector3::new(0.5, 1.4, 0.2 - 1.3 * 9.81) - centre * 0.4 + drive;
-    let couple = m - c.cross(&n) + Vector3::new(-0.3, 0.2, 0.6) - omega * 0.25;
+    let [push, twist] = following(t, &pose.rotation);
+    let force = n + Vector3::new(0.5, 1.4, 0.2 - 1.3 * 9.81) - centre * 0.4 + drive + push;
+    let couple = m - c.cross(&n) + Vector3::new(-0.3, 0.2, 0.6) + twist - omega * 0.25;
     for k in 0..3 {
         assert_close((p1 - p0)[k] / (2.0 * h), force[k], 1e-6, 1.0, "force");
         assert_close((l1 - l0)[k] / (2.0 * h), couple[k], 1e-6, 1.0, "couple");
     }
-    let power = drive.dot(&centre) + Vector3::new(-0.3, 0.2, 0.6).dot(&omega);
+    let power = (drive + push).dot(&centre) + (Vector3::new(-0.3, 0.2, 0.6) + twist).dot(&omega);
     assert_close(motion.power, power, 1e-13, 1.0, "power");
     let loss = 0.4 * centre.norm_squared() + 0.25 * omega.norm_squared();
     assert_close(motion.loss, loss, 1e-13, 1.0, "loss");
@@ -142,7 +152,8 @@ fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
     );
     let speed = (ahead + behind) * 0.5;
     let drive = Vector3::new(1.0, -2.0, 0.5) * (3.0 * t + 0.2f64).sin();
-    let force = n + Vector3::new(0.5, 1.4, 0.2 - 1.3 * 9.81) - speed * 0.4 + drive;
+    let [push, twist] = following(t, &now.rotation);
+    let force = n + Vector3::new(0.5, 1.4, 0.2 - 1.3 * 9.81) - speed * 0.4 + drive + push;
     let spin =
         |a: f64, b: f64| (world(b).rotation * world(a).rotation.inverse()).scaled_axis() / (b - a);
     let moment = |a: f64, b: f64| {
@@ -152,7 +163,7 @@ fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
     let omega = spin(-h, h);
     let more = Vector3::new(0.5, 0.1, -0.4) * (1.7 * t + 0.2f64).sin();
     let dead = Vector3::new(-0.3, 0.2, 0.6);
-    let couple = m - c.cross(&n) + dead + more - omega * 0.25;
+    let couple = m - c.cross(&n) + dead + more + twist - omega * 0.25;
     let (momentum, turning) = (
         (ahead - behind) * (1.3 / h),
         (moment(0.0, h) - moment(-h, 0.0)) / h,

@@ -1,9 +1,9 @@
 //! Scenes of motion in space: what is accepted, what is refused and where, and what it is in the library's units.
 
 use snaprod::scene::{
-    BarrierTerm, Damping, EndLoad, EndPose, Fault, FaultKind, FrictionLaw, History, Joint, Method,
-    Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix, StrainName,
-    Units,
+    BarrierTerm, Damping, EndLoad, EndPose, Fault, FaultKind, FrictionLaw, History, Joint, Load,
+    Method, Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix,
+    StrainName, Units,
 };
 use std::path::Path;
 
@@ -151,8 +151,8 @@ fn fields_and_defaults() {
     assert_eq!(scene.start.velocity, [0.0, 2.0, 0.0]);
     assert_eq!(scene.start.angular_velocity, [0.0, 0.0, 4.0]);
     assert_eq!(
-        (scene.loads.couple, scene.loads.drag),
-        ([0.0, 0.02, 0.0], 0.1)
+        (scene.loads.couple.clone(), scene.loads.drag),
+        (Load::Constant([0.0, 0.02, 0.0]), 0.1)
     );
     assert_eq!(scene.run().unwrap().method, Method::Explicit);
     assert!(scene.run().unwrap().reduce);
@@ -529,7 +529,7 @@ fn si_scales() {
     close(free.start.angular_velocity[2], 4.0 * time);
     close(free.loads.gravity[2], -9.81 / 1.6);
     close(free.loads.dead[0], 0.5);
-    close(free.loads.couple[1], 0.5);
+    close(free.loads.couple.constant()[1], 0.5);
     close(free.loads.drag, 0.1 / (0.08 / 0.8_f64.sqrt()));
     all_close(&free.loads.force[0].unit(), &[0.0, 0.6, 0.8]);
     let History::Sine(sine) = &free.loads.force[0].size else {

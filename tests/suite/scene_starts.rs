@@ -358,7 +358,7 @@ fn a_body_beside_the_end_settles_under_its_weight() {
             + Vector3::from(scene.loads.dead)
             + Vector3::y() * if loads.contains("ramp") { 0.4 } else { 0.0 };
         let arm = first.pose.rotation * Vector3::from(offset);
-        let couple = arm.cross(&force) + Vector3::from(scene.loads.couple);
+        let couple = arm.cross(&force) + Vector3::from(scene.loads.couple.constant());
         assert!((first.force + force).norm() < 1e-10, "{text}");
         let off = (first.couple + couple).norm();
         assert!(off < 1e-10, "{off:e} {text}");

@@ -1,16 +1,19 @@
 //! Several rods and bodies.
 
+use super::clamp::moving;
+use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
     Assembly, AssemblyEquilibrium, Attachment, Carrier, Configuration, Joint, Link, Place,
 };
-use crate::body::{Body, RigidBody};
+use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
-use crate::math::se3::joined;
+use crate::math::se3::{halves, joined};
 use crate::motion::assembly::AssemblyRun;
-use crate::rod::RodSection;
+use crate::rod::{RodSection, Wrench};
 use crate::scene::{AssemblyBody, AssemblyScene, Place as Shape, Scales, Scene, Site};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+use std::f64::consts::PI;
 
 /// The finest tolerance of equilibria.
 const FINEST: f64 = 1e-13;
@@ -46,24 +49,21 @@ impl AssemblySetup {
             Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
         })?;
         let scales = scene.scales()?;
-        let gravity = vector(&scales, Quantity::Acceleration, &scene.loads.gravity);
         let carriers = given.bodies.iter().map(|body| {
-            carrier(body, &scales, gravity)
+            carrier(body, &scales, scene.loads.gravity)
                 .map_err(|why| why.context(format!("the body {:?}", body.name)))
         });
         let carriers = carriers.collect::<Result<Vec<Carrier>>>()?;
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
         for rod in &given.rods {
             let own = rod.rod.unclamped()?.measured(scales.measures());
-            let (from, to) = (
-                attachment(given, &rod.from, &scales),
-                attachment(given, &rod.to, &scales),
-            );
+            let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
+            let from = attachment(given, &rod.from, &scales).map_err(named)?;
+            let to = attachment(given, &rod.to, &scales).map_err(named)?;
             let turned = rod.from.joint == Joint::Ball;
             links.push(match turned {
                 false => Link::new(own, from, to, rod.to.joint),
-                true => Link::reversed(&own, from, to, Joint::Ball)
-                    .map_err(|why| why.context(format!("the rod {:?}", rod.name)))?,
+                true => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
             });
             reversed.push(turned);
         }
@@ -85,7 +85,10 @@ impl AssemblySetup {
             )
         });
         Ok(Self {
-            assembly: Assembly::new(carriers, links)?,
+            assembly: Assembly::new(carriers, links)?.with_names(
+                given.bodies.iter().map(|body| body.name.clone()).collect(),
+                given.rods.iter().map(|rod| rod.name.clone()).collect(),
+            ),
             scales,
             reversed,
             guess: guess.collect(),
@@ -128,7 +131,8 @@ impl AssemblySetup {
                          nearer guess, or leave it out to start at that which the unloaded rods lead to (snaprod equilibrium)",
                     ));
                 }
-                (found.now, Some(found.index))
+                let decides = self.assembly.is_conservative(0.0);
+                (found.now, Some(found.index).filter(|_| decides))
             }
         };
         for (place, twist) in now.bodies.iter_mut().zip(&self.twists) {
@@ -168,14 +172,33 @@ impl AssemblySetup {
         Ok(each.collect())
     }
 
-    /// Every rod from `from` to `to`: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's
+    /// The wrench (couple, force) at the base of rod `rod`, its `from`, under the chart point `q` of the library: along the directors
+    /// there, in the scene's units.
+    ///
+    /// # Errors
+    /// As [`Link::end`].
+    pub fn base_wrench(&self, rod: usize, q: &Wrench) -> Result<Vector6<f64>> {
+        let link = &self.assembly.links()[rod];
+        let end = link.end(q, FINE)?;
+        let (m, n) = match self.reversed[rod] {
+            false => halves(&q.component_mul(&link.units())),
+            true => {
+                let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+                let back = (end.pose.rotation * half).inverse();
+                (back * -end.couple, back * -end.force)
+            }
+        };
+        Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
+    }
+
+    /// Every rod at time `t` from `from` to `to`: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's
     /// units.
     ///
     /// # Errors
     /// As [`Assembly::shapes`].
-    pub fn shapes(&self, now: &Configuration, count: usize) -> Result<Vec<RodCurve>> {
+    pub fn shapes(&self, t: f64, now: &Configuration, count: usize) -> Result<Vec<RodCurve>> {
         let length = self.scales.length;
-        let shapes = self.assembly.shapes(now, count, FINE)?;
+        let shapes = self.assembly.shapes(t, now, count, FINE)?;
         let links = self.assembly.links().iter().zip(&self.reversed);
         let scaled = shapes
             .iter()
@@ -217,18 +240,21 @@ fn vector(scales: &Scales, of: Quantity, x: &[f64; 3]) -> Vector3<f64> {
     Vector3::from(x.map(|x| scales.inward(of, x)))
 }
 
-fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Attachment {
+fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Result<Attachment> {
     let place = Isometry3::from_parts(
         vector(scales, Quantity::Length, &site.position).into(),
         rotation(&site.orientation),
     );
-    match given.holder(site) {
-        Some(body) => Attachment::body(body, place),
-        None => Attachment::ground(place),
-    }
+    Ok(match (given.holder(site), &site.motion) {
+        (Some(body), _) => Attachment::body(body, place),
+        (None, None) => Attachment::ground(place),
+        (None, Some(motion)) => {
+            Attachment::support(moving(&place, &scales.motion(motion.clone()))?)
+        }
+    })
 }
 
-fn carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Result<Carrier> {
+fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Carrier> {
     let free = free_carrier(body, scales, gravity)?;
     Ok(match &body.groove {
         Some(groove) => free.in_groove(groove.curve(scales.length)?),
@@ -236,26 +262,15 @@ fn carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Resul
     })
 }
 
-fn free_carrier(body: &AssemblyBody, scales: &Scales, gravity: Vector3<f64>) -> Result<Carrier> {
+fn free_carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Carrier> {
     let mass = body.mass / scales.mass;
-    let force = vector(scales, Quantity::Force, &body.force);
-    let drag = scales.inward(Quantity::Drag, body.drag);
+    let loads = scales.loads(body.loads(gravity));
     let Some(extent) = &body.extent else {
-        let point = Body::new(mass)?
-            .with_gravity(gravity)?
-            .with_dead_force(force)?
-            .with_drag(drag)?;
-        return Ok(Carrier::point(point));
+        return point_mass(mass, &loads, Vector3::from, None).map(Carrier::point);
     };
     let inertia = Matrix3::from_fn(|i, j| scales.inward(Quantity::Inertia, extent.inertia[i][j]));
-    let turning = scales.inward(Quantity::RotationalDrag, body.rotational_drag);
     let rigid = RigidBody::new(mass, inertia)?
         .with_centre(vector(scales, Quantity::Length, &extent.offset))?
-        .with_rotor(vector(scales, Quantity::RotationalDrag, &extent.rotor))?
-        .with_gravity(gravity)?
-        .with_dead_force(force)?
-        .with_dead_couple(vector(scales, Quantity::Couple, &body.couple))?
-        .with_drag(drag)?
-        .with_rotational_drag(turning)?;
-    Ok(Carrier::rigid(rigid))
+        .with_rotor(vector(scales, Quantity::RotationalDrag, &extent.rotor))?;
+    acting_on(rigid, &loads, Vector3::from).map(Carrier::rigid)
 }

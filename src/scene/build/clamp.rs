@@ -21,7 +21,7 @@ pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
     let Some(motion) = &clamp.motion else {
         return Ok(Some(support));
     };
-    for (direction, history) in translations(motion, in_plane)? {
+    for (direction, history) in translations(motion, in_plane).map_err(named)? {
         support = support
             .with_translation(direction, history)
             .map_err(named)?;
@@ -45,20 +45,23 @@ pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
     let Some(motion) = &clamp.motion else {
         return Ok(None);
     };
-    let position = Vector3::from(clamp.position);
-    let mut support = Support::<3>::new(position, &rotation(&clamp.orientation)).map_err(named)?;
+    let place = Isometry3::from_parts(
+        Vector3::from(clamp.position).into(),
+        rotation(&clamp.orientation),
+    );
+    moving(&place, motion).map(Some).map_err(named)
+}
+
+/// A support in space that stands at `place` and moves from there, in units of the rod.
+pub(super) fn moving(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Support<3>> {
+    let mut support = Support::<3>::new(place.translation.vector, &place.rotation)?;
     for (direction, history) in translations(motion, Vector3::from)? {
-        support = support
-            .with_translation(direction, history)
-            .map_err(named)?;
+        support = support.with_translation(direction, history)?;
     }
     if let Some(turn) = &motion.turn {
-        let axis = Vector3::from(turn.axis);
-        support = support
-            .with_turning(&axis, turn.angle.clone())
-            .map_err(named)?;
+        support = support.with_turning(&Vector3::from(turn.axis), turn.angle.clone())?;
     }
-    Ok(Some(support))
+    Ok(support)
 }
 
 impl Scene {
@@ -111,7 +114,7 @@ fn translations<const N: usize>(
             let along = |i: usize| {
                 let points: Vec<[f64; 2]> = rows.iter().map(|row| [row[0], row[1 + i]]).collect();
                 let axis = SVector::from_fn(|k, _| if k == i { 1.0 } else { 0.0 });
-                Ok((axis, History::smooth(&points).map_err(named)?))
+                Ok((axis, History::smooth(&points)?))
             };
             (0..N).map(along).collect()
         }

@@ -1,8 +1,9 @@
 //! What every rod in space has in a motion: its body, its clamp, its start.
 
 use super::clamp as supports;
-use super::loads::{forces, point_mass};
+use super::loads::{acting_on, in_time, point_mass};
 use super::rod::rotation;
+use crate::assembly::{Assembly, Attachment, Carrier, Link};
 use crate::body::{Frame, RigidBody, Support};
 use crate::creep::grid::{FEWEST, Grid};
 use crate::creep::kinematics::Kinematics;
@@ -13,7 +14,7 @@ use crate::motion::creep::MOST_NODES;
 use crate::motion::reduction::Carried;
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Dimensionless, EndLoad, EndPose, Joint, Place, Scales, Scene, StrainField, StrainName,
+    Dimensionless, EndLoad, EndPose, Force, Joint, Place, Scales, Scene, StrainField, StrainName,
 };
 use crate::section::Strain;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -52,19 +53,31 @@ impl InSpace {
             rotation(&scene.clamp.orientation),
         );
         let support = supports::spatial(&plain.clamp)?;
+        let mut base = clamp;
+        base.translation.vector /= scales.length;
         if let Some(support) = &support {
             // An equilibrium is one about the clamp as it stands at t = 0.
-            let begun = support.pose(0.0);
-            rod = rod.with_clamp(begun.translation.vector * scales.length, begun.rotation);
+            base = support.pose(0.0);
+            rod = rod.with_clamp(base.translation.vector * scales.length, base.rotation);
         }
         let field = |given: &StrainField| SpaceField::Polynomial {
             given: given.clone(),
             rod: rod.clone(),
         };
-        let (strain, start_index) = match end(scene)? {
+        // In a groove it is found with the body.
+        let settled =
+            matches!(scene.start.place, Place::Settled { .. }) && scene.body()?.groove.is_none();
+        let followed = match settled {
+            true => under_followers(&rod, &base, (&plain, &scales), scene.run()?.tolerance)?,
+            false => None,
+        };
+        let (strain, start_index) = match end(scene)?.filter(|_| followed.is_none()) {
             None => match &scene.start.place {
                 Place::Strain { strain: given } => (field(given), None),
-                _ => (field(&StrainField::default()), None),
+                _ => (
+                    followed.unwrap_or_else(|| field(&StrainField::default())),
+                    None,
+                ),
             },
             Some(end) => equilibrium(&rod, end, scene.run()?.tolerance)?,
         };
@@ -219,7 +232,7 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
     };
     match &plain.body.joint {
         Joint::Ball => {
-            let body = point_mass(loads, |v| vector(&v), support.clone())?;
+            let body = point_mass(1.0, loads, |v| vector(&v), support.clone())?;
             Ok(Carried::BallJoint(body))
         }
         Joint::Weld {
@@ -231,14 +244,8 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
             let body = RigidBody::new(1.0, inertia)
                 .map_err(|e| e.context("body.inertia, in units of mass length^2"))?
                 .with_centre((*offset).into())?
-                .with_rotor((*rotor).into())?
-                .with_gravity(vector(&loads.gravity))?
-                .with_dead_force(vector(&loads.dead))?
-                .with_dead_couple(vector(&loads.couple))?
-                .with_rotational_drag(loads.rotational_drag)?
-                .with_drag(loads.drag)?;
-            let forces = forces(&loads.force, |v| vector(&v))?;
-            let body = forces.into_iter().fold(body, RigidBody::with_force);
+                .with_rotor((*rotor).into())?;
+            let body = acting_on(body, loads, |v| vector(&v))?;
             Ok(Carried::Welded(match support {
                 None => body,
                 Some(support) => body.with_support(support),
@@ -272,13 +279,47 @@ fn end(scene: &Scene) -> Result<Option<EndConditions>> {
 fn at_rest(scene: &Scene) -> Result<EndConditions> {
     let (body, loads) = (scene.body()?, &scene.loads);
     let constant = Vector3::from(loads.gravity) * body.mass + Vector3::from(loads.dead);
-    let moving = forces(&loads.force, Vector3::from)?;
-    let force = moving.iter().fold(constant, |sum, load| sum + load.at(0.0));
+    let now = |constant: Vector3<f64>, parts: &[Force]| -> Result<_> {
+        let parts = in_time("loads", parts, Vector3::from)?;
+        Ok(parts
+            .iter()
+            .fold(constant, |sum, (_, load)| sum + load.at(0.0)))
+    };
+    let force = now(constant, &loads.force)?;
+    let couple = now(loads.couple.constant().into(), loads.couple.in_time())?;
     let arm = match &body.joint {
         Joint::Weld { offset, .. } => (*offset).into(),
         Joint::Ball => Vector3::zeros(),
     };
-    Ok(EndConditions::weight(force, arm, loads.couple.into()))
+    Ok(EndConditions::weight(force, arm, couple))
+}
+
+/// The equilibrium under the loads at t = 0 if some of them turn with the body: that of an assembly of one rod.
+fn under_followers(
+    rod: &Rod,
+    base: &Isometry3<f64>,
+    (plain, scales): (&Dimensionless, &Scales),
+    tolerance: f64,
+) -> Result<Option<SpaceField>> {
+    let Carried::Welded(body) = carried(plain, &Inward(Isometry3::identity()), None)? else {
+        return Ok(None);
+    };
+    if !body.is_followed(0.0) {
+        return Ok(None);
+    }
+    let link = Link::new(
+        rod.measured(scales.measures()),
+        Attachment::ground(*base),
+        Attachment::body(0, Isometry3::identity()),
+        crate::assembly::Joint::Weld,
+    );
+    let found = Assembly::new(vec![Carrier::rigid(body)], vec![link])?
+        .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
+        .map_err(|e| e.context("[start]"))?;
+    Ok(Some(SpaceField::Equilibrium {
+        base: rod.outward_wrench(&found.now.charts[0]),
+        rod: rod.clone(),
+    }))
 }
 
 fn equilibrium(

@@ -1,36 +1,71 @@
 //! A point mass with its loads; loads in time.
 
-use crate::body::{Body, Support, TimeLoad};
+use crate::body::{Body, RigidBody, Support, TimeLoad};
 use crate::error::Result;
 use crate::scene::{Force, Loads};
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
-/// A point mass 1 and what acts on it, in units of the rod, world vectors led by `inward` into the frame of the run.
+/// A point mass and what acts on it, in units of the rod, world vectors led by `inward` into the frame of the run.
 pub(super) fn point_mass<const N: usize>(
+    mass: f64,
     loads: &Loads,
     inward: impl Fn([f64; 3]) -> SVector<f64, N>,
     support: Option<Support<N>>,
 ) -> Result<Body<N>> {
-    let body = Body::new(1.0)?
+    let body = Body::new(mass)?
         .with_gravity(inward(loads.gravity))?
         .with_dead_force(inward(loads.dead))?
         .with_drag(loads.drag)?;
-    let forces = forces(&loads.force, inward)?;
-    let body = forces.into_iter().fold(body, Body::with_force);
+    let forces = in_time("force", &loads.force, inward)?.into_iter();
+    let body = forces.fold(body, |body, (_, force)| body.with_force(force));
     Ok(match support {
         Some(support) => body.with_support(support),
         None => body,
     })
 }
 
-/// Forces in time, their directions led by `inward` into the frame of the run.
-pub(super) fn forces<const N: usize>(
-    forces: &[Force],
+/// What acts on a rigid body, likewise.
+pub(super) fn acting_on(
+    body: RigidBody,
+    loads: &Loads,
+    inward: impl Fn([f64; 3]) -> Vector3<f64>,
+) -> Result<RigidBody> {
+    let mut body = body
+        .with_gravity(inward(loads.gravity))?
+        .with_dead_force(inward(loads.dead))?
+        .with_dead_couple(inward(loads.couple.constant()))?
+        .with_drag(loads.drag)?
+        .with_rotational_drag(loads.rotational_drag)?;
+    for (follower, force) in in_time("force", &loads.force, &inward)? {
+        body = match follower {
+            true => body.with_follower_force(force),
+            false => body.with_force(force),
+        };
+    }
+    for (follower, couple) in in_time("couple", loads.couple.in_time(), &inward)? {
+        body = match follower {
+            true => body.with_follower_couple(couple),
+            false => body.with_couple(couple),
+        };
+    }
+    Ok(body)
+}
+
+/// Loads in time, each with whether it turns with the body; directions of the world are led by `inward` into the frame of the run.
+pub(super) fn in_time<const N: usize>(
+    name: &str,
+    loads: &[Force],
     inward: impl Fn([f64; 3]) -> SVector<f64, N>,
-) -> Result<Vec<TimeLoad<N>>> {
-    let one = |(i, force): (usize, &Force)| {
-        TimeLoad::new(inward(force.unit()), force.size.clone())
-            .map_err(|e| e.context(format!("loads.force[{i}]")))
+) -> Result<Vec<(bool, TimeLoad<N>)>> {
+    let one = |(i, load): (usize, &Force)| {
+        let unit = load.unit();
+        let direction = match load.follower {
+            true => SVector::from_fn(|i, _| unit[i]),
+            false => inward(unit),
+        };
+        let made = TimeLoad::new(direction, load.size.clone())
+            .map_err(|e| e.context(format!("{name}[{i}]")))?;
+        Ok((load.follower, made))
     };
-    forces.iter().enumerate().map(one).collect()
+    loads.iter().enumerate().map(one).collect()
 }

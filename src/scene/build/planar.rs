@@ -94,7 +94,7 @@ fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
 
 /// The mass and its loads.
 pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
-    point_mass(&plain.loads, in_plane, clamp::planar(&plain.clamp)?)
+    point_mass(1.0, &plain.loads, in_plane, clamp::planar(&plain.clamp)?)
 }
 
 /// A vector of the plane.

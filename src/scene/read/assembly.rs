@@ -1,9 +1,9 @@
 //! Reads an assembly: `[[rod]]`, `[[body]]` and what acts on all of them.
 
-use super::ends::{inertia, orientation};
+use super::ends::{inertia, motion, orientation};
 use super::fields::{BODY, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
-use super::loads::loads;
+use super::loads::{load, loads};
 use super::rod::rod;
 use super::rule::SPREAD;
 use super::run::{run, solve};
@@ -12,8 +12,8 @@ use super::table::{Absent, Table};
 use super::words::{Short, listed, nearest};
 use crate::assembly::Joint;
 use crate::scene::{
-    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Guess, Loads, Place, Scene,
-    Site, Solve, Start, Straight,
+    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ClampMotion, Extent, FaultKind, Force, Guess,
+    Load, Loads, Place, Scene, Site, Solve, Start, Straight,
 };
 use nalgebra::Matrix3;
 use toml::Spanned;
@@ -66,7 +66,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         };
         let known = bodies.as_ref().map_or(&none, |(_, known)| known);
         let read = tables.iter().zip(names(tables, "rod"));
-        let read = read.map(|(table, name)| one_rod(table, name, known, bodies.is_some()));
+        let read = read.map(|(table, name)| one_rod(table, name, known, bodies.is_some(), motion));
         read.collect::<Vec<Option<AssemblyRod>>>()
     });
     let start = default(part(top, &START), settled(), |table| {
@@ -161,7 +161,8 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
         is_of_a_body(table, &inertia).then_some(inertia)
     });
     let (offset, rotor) = (table.vector("offset"), table.vector("rotor"));
-    let (force, couple) = (table.vector("force"), table.vector("couple"));
+    let rigid = Some(table.has("inertia"));
+    let (force, couple) = (load(table, "force", rigid), load(table, "couple", rigid));
     let (drag, rotational_drag) = (table.number("drag"), table.number("rotational_drag"));
     let velocity = table.vector("velocity");
     let angular_velocity = table.vector("angular_velocity");
@@ -178,6 +179,16 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
             "left out at rest",
             "a scene with [run] is one of motion",
         );
+        for (name, load) in [("force", &force), ("couple", &couple)] {
+            let varies = |load: &Load| load.in_time().iter().any(Force::varies);
+            if load.as_ref().is_some_and(varies) {
+                refuse(
+                    &[name],
+                    "constant at rest: three numbers, or a table with `constant`",
+                    "a scene with [run] is one of motion",
+                );
+            }
+        }
     }
     if !table.has("inertia") {
         refuse(
@@ -268,11 +279,12 @@ fn one_rod(
     name: Option<String>,
     bodies: &Known,
     bodies_known: bool,
+    moves: bool,
 ) -> Option<AssemblyRod> {
     let rod = rod(table).rod();
     let (from, to) = (
-        site(table, "from", bodies, bodies_known),
-        site(table, "to", bodies, bodies_known),
+        site(table, "from", bodies, bodies_known, moves),
+        site(table, "to", bodies, bodies_known, moves),
     );
     let (from, to) = (from?, to?);
     let kind = FaultKind::Conflict;
@@ -304,7 +316,13 @@ fn one_rod(
 }
 
 /// One end of a rod.
-fn site(rod: &Table, which: &'static str, bodies: &Known, bodies_known: bool) -> Option<Site> {
+fn site(
+    rod: &Table,
+    which: &'static str,
+    bodies: &Known,
+    bodies_known: bool,
+    moves: bool,
+) -> Option<Site> {
     let allowed =
         "a table with body (left out: the ground), position, quaternion or rotation, joint";
     if !rod.has(which) {
@@ -344,8 +362,9 @@ fn site(rod: &Table, which: &'static str, bodies: &Known, bodies_known: bool) ->
     });
     let position = table.vector("position");
     let orientation = orientation(&table);
+    let motion = site_motion(&table, moves);
     let joint = table.word("joint", &[Joint::Weld, Joint::Ball]);
-    let (body, position, joint) = (body?, position?, joint?);
+    let (body, position, joint, motion) = (body?, position?, joint?, motion?);
     if let Some((name, _)) = body.as_ref().filter(|(_, body)| bodies.points[*body]) {
         let hint = format!(
             "{name:?} is a point mass, and an end on it is free to turn; a body with `inertia` can hold the rod"
@@ -372,7 +391,28 @@ fn site(rod: &Table, which: &'static str, bodies: &Known, bodies_known: bool) ->
         position,
         orientation: orientation?.unwrap_or_default(),
         joint,
+        motion,
     })
+}
+
+/// How a place on the ground moves.
+fn site_motion(table: &Table, moves: bool) -> Option<Option<ClampMotion>> {
+    let motion = motion(table);
+    let (allowed, hint) = match (table.has("body"), moves) {
+        (true, _) => (
+            "left out where the rod is on a body",
+            "a body moves as its rods and loads have it; on the ground, without `body`, the place can be moved",
+        ),
+        (false, false) => (
+            "left out where there is no [run]",
+            "at rest nothing moves; a scene with [run] is one of motion",
+        ),
+        (false, true) => return motion,
+    };
+    match table.has("motion") {
+        true => table.refuse(FaultKind::Conflict, "motion", allowed, hint),
+        false => motion,
+    }
 }
 
 /// Reports every body that no chain of rods joins to the ground.

@@ -31,17 +31,22 @@ pub(super) fn clamp(table: &Table) -> Option<Clamp> {
             .map(|angle| Some(Orientation::Angle(angle))),
         _ => orientation(table),
     };
-    let allowed = "a table such as { turn = { rate = 1.0 } }";
-    let motion = table.maybe("motion", |field, value| {
-        let table = reader.table(field, value, &CLAMP_MOTION, allowed)?;
-        let (translate, turn) = (translation(&table), turn(&table));
-        let (translate, turn) = (translate?, turn?);
-        Some(ClampMotion { translate, turn })
-    });
+    let motion = motion(table);
     Some(Clamp {
         position: position?,
         orientation: orientation?.unwrap_or_default(),
         motion: motion?,
+    })
+}
+
+/// How a clamp, or another support, moves.
+pub(super) fn motion(table: &Table) -> Option<Option<ClampMotion>> {
+    let allowed = "a table such as { turn = { rate = 1.0 } }";
+    table.maybe("motion", |field, value| {
+        let table = table.reader.table(field, value, &CLAMP_MOTION, allowed)?;
+        let (translate, turn) = (translation(&table), turn(&table));
+        let (translate, turn) = (translate?, turn?);
+        Some(ClampMotion { translate, turn })
     })
 }
 

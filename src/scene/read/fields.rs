@@ -237,6 +237,7 @@ pub(super) static SITE: Spec = spec("site", &[
     field("quaternion", ASSEMBLY, Numbers(4), "", No, "Directors of the attachment in the same frame, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
     field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Directors of the attachment, by axis and angle."),
     field("joint", ASSEMBLY, Word(&["weld", "ball"]), "", Or("\"weld\""), "Whether the rod's directors turn with the attachment, or the rod is free to turn there (at one of its two ends; always on a point mass)."),
+    field("motion", ASSEMBLY, Table(&CLAMP_MOTION), "", No, "How a place on the ground moves, in a motion; the displacement is from `position`."),
 ]);
 
 #[rustfmt::skip]
@@ -352,24 +353,24 @@ pub(super) static ROTATION: Spec = spec("rotation", &[
 ]);
 #[rustfmt::skip]
 pub(super) static CLAMP_MOTION: Spec = spec("clamp.motion", &[
-    field("translate", MOTION, OneOf(&[Array(&List), Table(&SHAKE)]), "", No,
+    field("translate", RUNS, OneOf(&[Array(&List), Table(&SHAKE)]), "", No,
         "Displacement of the clamp from its position: a table of rows [t, x, y] (in space [t, x, y, z]), at rest before the first and after the last and smooth between them; or a sine."),
-    field("turn", MOTION, Table(&TURN), "", No, "Rotation of the clamp about its position: at a constant rate, or a sine."),
+    field("turn", RUNS, Table(&TURN), "", No, "Rotation of the clamp about its position: at a constant rate, or a sine."),
 ]);
 #[rustfmt::skip]
 pub(super) static SHAKE: Spec = spec("clamp.motion.translate", &[
-    field("direction", MOTION, Vector(&VALUE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length."),
-    field("amplitude", MOTION, Number(&FINITE), "m", Yes("amplitude = 0.01"), "Amplitude."),
-    field("frequency", MOTION, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency, cycles per time."),
-    field("phase", MOTION, Number(&FINITE), "rad", Or("0.0"), "Phase."),
+    field("direction", RUNS, Vector(&VALUE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length."),
+    field("amplitude", RUNS, Number(&FINITE), "m", Yes("amplitude = 0.01"), "Amplitude."),
+    field("frequency", RUNS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency, cycles per time."),
+    field("phase", RUNS, Number(&FINITE), "rad", Or("0.0"), "Phase."),
 ]);
 #[rustfmt::skip]
 pub(super) static TURN: Spec = spec("clamp.motion.turn", &[
-    field("axis", SPACE, Vector(&VALUE), "", Yes("axis = [0.0, 0.0, 1.0]"), "Axis in the world, not 0, of any length."),
-    field("rate", MOTION, Number(&FINITE), "rad/s", No, "Constant angular velocity; or a sine by amplitude and frequency."),
-    field("amplitude", MOTION, Number(&FINITE), "rad", No, "Amplitude of a sine."),
-    field("frequency", MOTION, Number(&NON_NEGATIVE), "Hz", No, "Frequency of the sine, cycles per time."),
-    field("phase", MOTION, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("axis", SPACE | ASSEMBLY, Vector(&VALUE), "", Yes("axis = [0.0, 0.0, 1.0]"), "Axis in the world, not 0, of any length."),
+    field("rate", RUNS, Number(&FINITE), "rad/s", No, "Constant angular velocity; or a sine by amplitude and frequency."),
+    field("amplitude", RUNS, Number(&FINITE), "rad", No, "Amplitude of a sine."),
+    field("frequency", RUNS, Number(&NON_NEGATIVE), "Hz", No, "Frequency of the sine, cycles per time."),
+    field("phase", RUNS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
 ]);
 
 #[rustfmt::skip]
@@ -385,8 +386,8 @@ pub(super) static BODY: Spec = Spec {
     field("inertia", SPACE, OneOf(&[Numbers(3), Rows(3)]), "kg m²", Yes("inertia = [0.01, 0.01, 0.01]"), "Inertia of a welded body about its centre of mass, along the directors: its diagonal, or three rows."),
     field("inertia", ASSEMBLY, OneOf(&[Numbers(3), Rows(3)]), "kg m²", No, "Inertia about the centre of mass along the axes of the body's frame: its diagonal, or three rows; without it the body is a point mass."),
     field("rotor", SPACE | ASSEMBLY, Vector(&VALUE), "kg m²/s", Or("[0.0, 0.0, 0.0]"), "Angular momentum, relative to a welded body, of a symmetric rotor in it that spins at a constant rate; along the directors."),
-    field("force", ASSEMBLY, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass, in the world."),
-    field("couple", ASSEMBLY, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Constant couple on a body with inertia, in the world."),
+    field("force", ASSEMBLY, LOAD, "N", Or("[0.0, 0.0, 0.0]"), "Force at the centre of mass: constant, in the world; or in time or turning with the body, tables that are added up."),
+    field("couple", ASSEMBLY, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple on a body with inertia, likewise; sizes in its tables are those of a couple."),
     field("drag", ASSEMBLY, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass, in a motion."),
     field("rotational_drag", ASSEMBLY, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a body with inertia, in a motion."),
     field("guess", ASSEMBLY, Table(&GUESS), "", No, "Near where the equilibrium is looked for; of all bodies, or of none. Without it the search begins at the unloaded rods."),
@@ -478,7 +479,7 @@ pub(super) static LOADS: Spec = Spec {
     field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
-    field("couple", SPACE, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Constant couple on a welded body."),
+    field("couple", SPACE, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple on a welded body: constant, in the world; or in time or turning with the body, tables that are added up."),
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
     field("force", MOTION, OneOf(&[Table(&FORCE), Array(&Table(&FORCE))]), "", No, "Forces in time at the centre of mass, added up: one table, or an array of them."),
@@ -486,32 +487,35 @@ pub(super) static LOADS: Spec = Spec {
     barred: &[
         (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
         (ASSEMBLY, "drag", "write it as `drag` of its [[body]]"), (ASSEMBLY, "rotational_drag", "write it as `rotational_drag` of its [[body]]"),
-        (ASSEMBLY, "force", "forces in time act on bodies of one rod; a constant one is `force` of its [[body]]"),
+        (ASSEMBLY, "force", "write it as `force` of its [[body]]"),
     ],
 };
+const LOAD: Form = OneOf(&[Vector(&VALUE), Table(&FORCE), Array(&Table(&FORCE))]);
 #[rustfmt::skip]
 pub(super) static FORCE: Spec = spec("loads.force", &[
     field("direction", PLANE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
-    field("direction", SPACE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0, 0.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
-    field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
-    field("frequency", MOTION, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
-    field("phase", MOTION, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
-    field("ramp", MOTION, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
-    field("pulse", MOTION, Table(&PULSE), "", No, "A pulse, in place of a sine."),
-    field("table", MOTION, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
+    field("direction", SPACE | ASSEMBLY, Vector(&FINITE), "", Yes("direction = [0.0, 1.0, 0.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
+    field("follower", SPACE | ASSEMBLY, Flag, "", Or("false"), "true: the direction is along the axes of the body (of a welded one the directors at the end), with which the load turns; false: along those of the world."),
+    field("constant", RUNS, Number(&FINITE), "N", No, "A constant size, in place of a sine."),
+    field("amplitude", RUNS, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", RUNS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
+    field("phase", RUNS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", RUNS, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
+    field("pulse", RUNS, Table(&PULSE), "", No, "A pulse, in place of a sine."),
+    field("table", RUNS, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
 ]);
 #[rustfmt::skip]
 pub(super) static RAMP: Spec = spec("ramp", &[
-    field("from", MOTION, Number(&FINITE), "N", Or("0.0"), "Size of the force before `start`."),
-    field("to", MOTION, Number(&FINITE), "N", Yes("to = 1.0"), "Size of the force after `until`."),
-    field("start", MOTION, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins to grow."),
-    field("until", MOTION, Number(&POSITIVE), "s", Yes("until = 1.0"), "When it has grown, after `start`."),
+    field("from", RUNS, Number(&FINITE), "N", Or("0.0"), "Size of the force before `start`."),
+    field("to", RUNS, Number(&FINITE), "N", Yes("to = 1.0"), "Size of the force after `until`."),
+    field("start", RUNS, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins to grow."),
+    field("until", RUNS, Number(&POSITIVE), "s", Yes("until = 1.0"), "When it has grown, after `start`."),
 ]);
 #[rustfmt::skip]
 pub(super) static PULSE: Spec = spec("pulse", &[
-    field("at", MOTION, Number(&FINITE), "s", Yes("at = 1.0"), "Time of its middle."),
-    field("width", MOTION, Number(&POSITIVE), "s", Yes("width = 0.1"), "How long it lasts; its shape is a raised cosine."),
-    field("amplitude", MOTION, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
+    field("at", RUNS, Number(&FINITE), "s", Yes("at = 1.0"), "Time of its middle."),
+    field("width", RUNS, Number(&POSITIVE), "s", Yes("width = 0.1"), "How long it lasts; its shape is a raised cosine."),
+    field("amplitude", RUNS, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
 ]);
 
 #[rustfmt::skip]

@@ -3,12 +3,11 @@
 use super::ends::{direction, growing, sine};
 use super::fields::{ASSEMBLY, FORCE, PLANE, PULSE, RAMP, SPACE};
 use super::reader::Reader;
-use super::rule::FINITE;
-use super::start::turning;
+use super::rule::{FINITE, VALUE};
 use super::table::{Absent, Table};
-use crate::scene::{FaultKind, Force, History, Loads, Pulse, Ramp};
+use crate::scene::{FaultKind, Force, History, Load, Loads, Pulse, Ramp};
 use toml::Spanned;
-use toml::de::DeValue;
+use toml::de::{DeArray, DeValue};
 
 pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
     if table.reader.kind.get() == ASSEMBLY {
@@ -21,10 +20,10 @@ pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
     let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
     let drag = table.number("drag");
     let (couple, rotational_drag) = match table.reader.kind.get() {
-        SPACE => (turning(table, "couple", weld), rotational_drag(table, weld)),
-        _ => (Some([0.0; 3]), Some(0.0)),
+        SPACE => (couple(table, weld), rotational_drag(table, weld)),
+        _ => (Some(Load::default()), Some(0.0)),
     };
-    let force = forces(table);
+    let force = forces(table, weld);
     Some(Loads {
         gravity: gravity?,
         dead: dead?,
@@ -33,6 +32,16 @@ pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
         rotational_drag: rotational_drag?,
         force: force?,
     })
+}
+
+fn couple(table: &Table, weld: Option<bool>) -> Option<Load> {
+    let couple = load(table, "couple", weld)?;
+    if weld != Some(false) || couple == Load::default() {
+        return Some(couple);
+    }
+    let hint = "an end that is free to turn takes no couple, and its body is a point; write joint = \"weld\" in [body]";
+    let allowed = "0, or left out, where the joint is a ball";
+    table.refuse(FaultKind::Conflict, "couple", allowed, hint)
 }
 
 fn rotational_drag(table: &Table, weld: Option<bool>) -> Option<f64> {
@@ -50,24 +59,8 @@ fn rotational_drag(table: &Table, weld: Option<bool>) -> Option<f64> {
     )
 }
 
-fn forces(loads: &Table) -> Option<Vec<Force>> {
-    let reader = loads.reader;
-    loads.read("force", "", Absent::Or(Vec::new()), |field, value| {
-        let DeValue::Array(array) = value.get_ref() else {
-            return Some(vec![force(reader, field, value)?]);
-        };
-        let read = |(i, value)| force(reader, &format!("{field}[{i}]"), value);
-        let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
-        forces.into_iter().collect()
-    })
-}
-
-fn force<'a>(
-    reader: &'a Reader<'a>,
-    field: &str,
-    value: &'a Spanned<DeValue<'a>>,
-) -> Option<Force> {
-    let allowed = match reader.kind.get() {
+fn forces(loads: &Table, weld: Option<bool>) -> Option<Vec<Force>> {
+    let allowed = match loads.reader.kind.get() {
         PLANE => {
             "a table such as { direction = [0.0, 1.0], amplitude = 0.5, frequency = 2.0 }, or an array of them"
         }
@@ -75,26 +68,83 @@ fn force<'a>(
             "a table such as { direction = [0.0, 1.0, 0.0], amplitude = 0.5, frequency = 2.0 }, or an array of them"
         }
     };
+    loads.read("force", "", Absent::Or(Vec::new()), |field, value| {
+        in_time(loads.reader, field, value, allowed, weld)
+    })
+}
+
+/// A force or couple in space: a constant vector, or tables in time. `weld`: whether what it acts on has directors.
+pub(super) fn load(table: &Table, name: &str, weld: Option<bool>) -> Option<Load> {
+    let reader = table.reader;
+    let allowed = "three finite numbers, [x, y, z], constant; or a table such as { direction = [0.0, 1.0, 0.0], amplitude = 0.5, \
+                   frequency = 2.0 }, or an array of tables";
+    table.read(name, "", Absent::Or(Load::default()), |field, value| {
+        let numbers = |array: &DeArray| !array.iter().any(|part| part.get_ref().is_table());
+        match value.get_ref().as_array().is_some_and(numbers) {
+            true => reader.point(field, value, &VALUE).map(Load::Constant),
+            false => in_time(reader, field, value, allowed, weld).map(Load::InTime),
+        }
+    })
+}
+
+fn in_time<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+    allowed: &str,
+    weld: Option<bool>,
+) -> Option<Vec<Force>> {
+    let DeValue::Array(array) = value.get_ref() else {
+        return Some(vec![force(reader, field, value, allowed, weld)?]);
+    };
+    let read = |(i, value)| force(reader, &format!("{field}[{i}]"), value, allowed, weld);
+    let forces: Vec<Option<Force>> = array.iter().enumerate().map(read).collect();
+    forces.into_iter().collect()
+}
+
+fn force<'a>(
+    reader: &'a Reader<'a>,
+    field: &str,
+    value: &'a Spanned<DeValue<'a>>,
+    allowed: &str,
+    weld: Option<bool>,
+) -> Option<Force> {
     let table = reader.table(field, value, &FORCE, allowed)?;
     let direction = direction(&table, "direction");
     let size = size(&table);
+    let follower = match reader.kind.get() {
+        PLANE => Some(false),
+        _ => table.flag("follower"),
+    };
+    if follower == Some(true) && weld == Some(false) {
+        let hint =
+            "a point mass has no directors that the load could turn with; give the body an inertia";
+        return table.refuse(
+            FaultKind::Conflict,
+            "follower",
+            "false, or left out, on a point mass",
+            hint,
+        );
+    }
     Some(Force {
         direction: direction?,
         size: size?,
+        follower: follower?,
     })
 }
 
 fn size(table: &Table) -> Option<History> {
-    let chosen = table.given(&["ramp", "pulse", "table"]);
+    let chosen = table.given(&["constant", "ramp", "pulse", "table"]);
     let [form, others @ ..] = chosen.as_slice() else {
         return sine(table).map(History::Sine);
     };
     let strangers = [others, &table.given(&["amplitude", "frequency", "phase"])].concat();
     for stranger in &strangers {
-        let hint = "a force is a sine, a ramp, a pulse or a table; for several forces write an array of tables";
+        let hint = "a force is constant, a sine, a ramp, a pulse or a table; for several forces write an array of tables";
         table.conflict(stranger, &[form], hint);
     }
     let size = match *form {
+        "constant" => table.number("constant").map(History::Constant),
         "ramp" => ramp(table),
         "pulse" => pulse(table),
         _ => rows(table),

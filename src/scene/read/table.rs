@@ -302,7 +302,9 @@ impl<'a> Table<'a> {
 
     fn rule(&self, name: &str) -> &'static Rule {
         match &self.of(name).form {
-            Form::Number(rule) | Form::Vector(rule) | Form::OneOf([Form::Number(rule), ..]) => rule,
+            Form::Number(rule)
+            | Form::Vector(rule)
+            | Form::OneOf([Form::Number(rule) | Form::Vector(rule), ..]) => rule,
             _ => &FINITE,
         }
     }

@@ -24,6 +24,8 @@ pub struct AssemblyEquilibriumRecord {
     pub energy: f64,
     /// Morse index with the bodies free; 0 is stable.
     pub index: usize,
+    /// True if the loads have a potential, so that the index decides stability.
+    pub conservative: bool,
     /// The largest of the equations left over, in the units of the rods.
     pub residual: f64,
     /// Whether it was found near the guess of the scene; None where that has none.
@@ -90,9 +92,10 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         rods: rods.map(|(rod, w)| (rod.name.clone(), w)).collect(),
         energy: found.energy * k.energy,
         index: found.index,
+        conservative: setup.assembly.is_conservative(0.0),
         residual: found.residual,
         from_guess: guess.then_some(near),
-        shapes: setup.shapes(&found.now, SECTIONS)?,
+        shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })
 }
 
@@ -122,7 +125,8 @@ impl AssemblyEquilibriumRecord {
             "rods": rods.collect::<Map<_, _>>(),
             "energy": self.energy,
             "index": self.index,
-            "stable": self.index == 0,
+            "stable": self.conservative.then_some(self.index == 0),
+            "conservative": self.conservative,
             "residual": self.residual,
             "from_guess": self.from_guess,
         })

@@ -1,6 +1,7 @@
 //! What the run of an assembly leaves behind, in the scene's units.
 
-use crate::motion::{Closing, Ledger, Outcome, Snap};
+use crate::math::se3::halves;
+use crate::motion::{Closing, Ledger, Outcome, Snap, SnapEnd};
 use crate::scene::{Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::run::Bounds;
@@ -8,7 +9,7 @@ use crate::study::run::record::at_time;
 use crate::study::run::summary::{elastic_cost, object};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::Stem;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Vector3, Vector6};
 use serde_json::{Map, Value, json};
 
 /// The run of an assembly that has ended, or, under landing = "all", the runs into which it branched.
@@ -55,6 +56,9 @@ pub struct AssemblyRunBranch {
     pub cost: Cost,
     /// Its own snaps, in the units of the rod.
     pub snaps: Vec<Snap>,
+    /// Of each of [`AssemblyRunBranch::all_snaps`] the wrench (couple, force) at the base of its rod before and after, along the directors there, in the scene's
+    /// units.
+    pub snap_wrenches: Vec<[Vector6<f64>; 2]>,
     /// How well its ledger closes, in the scene's units.
     pub closing: Closing,
 }
@@ -200,8 +204,8 @@ impl AssemblyRunRecord {
         let several = self.branches.len() > 1;
         let mut events = Vec::new();
         for branch in &self.branches {
-            for snap in branch.all_snaps() {
-                let mut event = object(self.snap(snap));
+            for (snap, wrenches) in branch.all_snaps().zip(&branch.snap_wrenches) {
+                let mut event = object(self.snap(snap, wrenches));
                 if let Some(choices) = snap.choices {
                     event.insert("choices".to_owned(), json!(choices));
                 }
@@ -215,14 +219,23 @@ impl AssemblyRunRecord {
         events
     }
 
-    fn snap(&self, snap: &Snap) -> Value {
+    fn snap(&self, snap: &Snap, [before, after]: &[Vector6<f64>; 2]) -> Value {
         let k = &self.scales;
+        let end = |end: &SnapEnd, wrench: &Vector6<f64>| {
+            let (couple, force) = halves(wrench);
+            json!({
+                "couple": couple.as_slice(),
+                "force": force.as_slice(),
+                "index": end.index,
+                "elastic": end.elastic * k.energy,
+            })
+        };
         json!({
             "kind": "snap",
             "t": snap.t * k.time,
             "rod": self.rods.get(snap.rod),
-            "from": { "index": snap.from.index, "elastic": snap.from.elastic * k.energy },
-            "to": { "index": snap.to.index, "elastic": snap.to.elastic * k.energy },
+            "from": end(&snap.from, before),
+            "to": end(&snap.to, after),
             "released": snap.released * k.energy,
             "time_error": snap.time_error * k.time,
         })

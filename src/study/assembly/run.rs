@@ -4,7 +4,7 @@ use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMo
 use crate::assembly::Place;
 use crate::error::{Error, Result};
 use crate::motion::assembly::AssemblyRun;
-use crate::motion::{Closing, Event, Motion, Observer, Snap, State, drive};
+use crate::motion::{Closing, Event, Motion, Observer, Snap, SnapEnd, State, drive};
 use crate::scene::{AssemblySetup, Run, Scene, Units};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
@@ -12,7 +12,7 @@ use crate::study::run::table::{ledger_cells, ledger_columns};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::tree;
 use crate::study::{Cell, Column, Hooks, Sink, Table};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector6};
 
 /// Sections of a rod that is drawn, less one.
 const SECTIONS: usize = 60;
@@ -74,7 +74,7 @@ impl AssemblyPrepared {
         let Some(now) = state.configuration() else {
             return Ok(Vec::new());
         };
-        let shapes = self.setup.shapes(now, SECTIONS)?;
+        let shapes = self.setup.shapes(state.time(), now, SECTIONS)?;
         let poses = shapes.into_iter();
         let poses = poses.map(|rod| rod.into_iter().map(|(_, pose)| pose).collect());
         Ok(poses.collect())
@@ -139,7 +139,15 @@ pub fn run(
         } = recorder;
         let last = motion.now();
         closing.look(&last.ledger());
+        let wrench = |rod: usize, end: &SnapEnd| {
+            let q = Vector6::from_column_slice(end.q.as_slice());
+            prepared.setup.base_wrench(rod, &q)
+        };
+        let all = stem.entered.iter().chain(&snaps);
+        let wrenches =
+            all.map(|snap| Ok([wrench(snap.rod, &snap.from)?, wrench(snap.rod, &snap.to)?]));
         let branch = AssemblyRunBranch {
+            snap_wrenches: wrenches.collect::<Result<_>>()?,
             stem,
             first,
             last: prepared.moment(&*last),

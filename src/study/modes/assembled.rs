@@ -64,7 +64,7 @@ pub fn small_motions(
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
     let index = assembly.index(0.0, now, ALONG)?;
-    let conservative = assembly.carriers().iter().all(is_conservative);
+    let conservative = assembly.is_conservative(0.0);
     let eigenvalues = match assembly.carriers().iter().all(is_simple) {
         true => None,
         false => Some(assembly.eigenvalues(now, ALONG)?),
@@ -83,7 +83,7 @@ pub fn small_motions(
         scales,
     };
     let stations = |now: &Configuration| -> Result<Vec<Vec<Station>>> {
-        let rods = assembly.shapes(now, INTERVALS, ALONG)?;
+        let rods = assembly.shapes(0.0, now, INTERVALS, ALONG)?;
         let rod = |rod: &Vec<crate::rod::RodSection>| {
             let each = rod.iter().map(|section| Station {
                 position: section.position,
@@ -148,19 +148,11 @@ pub fn small_motions(
 
 /// True if nothing but inertia and forces with a potential acts on the body.
 fn is_simple(carrier: &Carrier) -> bool {
-    is_conservative(carrier)
+    carrier.is_conservative(0.0)
         && match carrier.mass() {
             Mass::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
             Mass::Point(body) => !body.is_damped(),
         }
-}
-
-/// A couple about axes of the world has no potential.
-fn is_conservative(carrier: &Carrier) -> bool {
-    match carrier.mass() {
-        Mass::Rigid(body) => *body.couple() == Vector3::zeros(),
-        Mass::Point(_) => true,
-    }
 }
 
 /// Names of the components of a shape; with several bodies, with the body's number.

@@ -140,7 +140,7 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         "the clamp is held as it stands at t = 0",
     );
     remark(
-        !scene.loads.force.is_empty(),
+        scene.loads.vary(),
         "loads in time have their values at t = 0",
     );
     let growing = motions
