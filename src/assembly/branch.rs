@@ -172,8 +172,8 @@ impl<P: Fn(f64) -> Result<Assembly>> Equations for Framed<'_, P> {
 
     fn linearised(&self, x: &[f64], p: f64) -> Result<(DVector<f64>, DMatrix<f64>, DVector<f64>)> {
         let assembly = (self.family.at)(p)?;
-        self.frame.check(&assembly, x)?;
         let now = self.frame.configuration(&assembly, x);
+        self.frame.check(&assembly, x, &now)?;
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.family.tolerance)?;
         let residual = self.frame.residual(&assembly, &now.bodies, &points);
         let jacobian = self.frame.jacobian(&assembly, x, &now.bodies, &points);

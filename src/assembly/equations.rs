@@ -7,13 +7,13 @@
 //! regular where a single rod passes its fold, and where it is straight and inextensible.
 
 use super::stiffness::{add, carried, lever_turned};
-use super::{Assembly, Configuration, Joint, Link, LinkPoint, Place};
+use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
-use crate::rod::Wrench;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 
-/// Charts beyond these couples and forces (in B/L, B/L^2) are refused: an integration from the base is worthless and costly there.
+/// Charts of rods that are not taut are refused beyond these couples and forces (in B/L, B/L^2): an integration from the base is
+/// worthless and costly there.
 const WILD: (f64, f64) = (400.0, 2e4);
 /// Rotation vectors are kept away from a full turn, where they are singular.
 const TURNED: f64 = 6.0;
@@ -100,7 +100,7 @@ impl Frame {
             residual[i] /= self.length;
         }
         for (k, (link, point)) in assembly.links().iter().zip(points).enumerate() {
-            let gap = link.gap_scale() * point.gap(link.joint());
+            let gap = link.gap_scale(&point.end) * point.gap(link.joint());
             residual.rows_mut(total + 6 * k, 6).copy_from(&gap);
         }
         residual
@@ -138,8 +138,8 @@ impl Frame {
     }
 
     /// Refuses unknowns that no solution is near.
-    pub(super) fn check(&self, assembly: &Assembly, x: &[f64]) -> Result<()> {
-        let (starts, total) = assembly.freedoms();
+    pub(super) fn check(&self, assembly: &Assembly, x: &[f64], now: &Configuration) -> Result<()> {
+        let (starts, _) = assembly.freedoms();
         for (body, (start, carrier)) in starts.iter().zip(assembly.carriers()).enumerate() {
             let turnings = &x[*start..start + carrier.turnings()];
             let turn = turnings.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -150,9 +150,11 @@ impl Frame {
                 )));
             }
         }
-        for (k, q) in x[total..].chunks(6).enumerate() {
-            let (m, n) = halves(&Wrench::from_column_slice(q));
-            if !(m.norm() < WILD.0 && n.norm() < WILD.1) {
+        for (k, (link, q)) in assembly.links().iter().zip(&now.charts).enumerate() {
+            let (m, n) = halves(q);
+            let [base, tip] = [link.from(), link.to()].map(|site| site.at(0.0, &now.bodies).pose);
+            let taut = n.iter().all(|x| x.is_finite()) && link.is_taut(q, &base.inv_mul(&tip));
+            if !(taut || m.norm() < WILD.0 && n.norm() < WILD.1) {
                 return Err(Error::ill_conditioned(format!(
                     "{} would bear the couple {:.1e} and the force {:.1e} at its base, in B/L and B/L^2; {:.0e} and {:.0e} are the \
                      most that can be integrated from there",
@@ -169,12 +171,12 @@ impl Frame {
 }
 
 impl Link {
-    /// What gaps are measured by: rotations as they are, lengths in that of the rod; couples of a ball joint in B/L.
-    pub(super) fn gap_scale(&self) -> Matrix6<f64> {
+    /// What gaps are measured by: rotations as they are, lengths in that of the rod; couples of a ball joint or a taut rod in B/L.
+    pub(super) fn gap_scale(&self, end: &LinkEnd) -> Matrix6<f64> {
         let length = 1.0 / self.rod().length();
-        let first = match self.joint() {
-            Joint::Weld => 1.0,
-            Joint::Ball => 1.0 / self.units()[0],
+        let first = match (self.joint(), end.slack) {
+            (Joint::Weld, None) => 1.0,
+            _ => 1.0 / self.units()[0],
         };
         Matrix6::from_diagonal(&Vector6::new(first, first, first, length, length, length))
     }
@@ -182,19 +184,15 @@ impl Link {
 
 impl LinkPoint {
     /// Derivatives of the gap by twists of base and end, and by the chart.
-    fn gap_derivatives(
-        &self,
-        joint: Joint,
-        units: &Vector6<f64>,
-    ) -> (nalgebra::SMatrix<f64, 6, 12>, Matrix6<f64>) {
-        let mut by_twists = self.drive_by_twists(joint);
+    fn gap_derivatives(&self, joint: Joint) -> (nalgebra::SMatrix<f64, 6, 12>, Matrix6<f64>) {
+        let mut by_twists = self.drive_by_twists();
         let mut by_chart = -self.end.jacobian;
-        if joint == Joint::Weld {
+        if joint == Joint::Weld && self.end.slack.is_none() {
             // The gap is log W, W = (wanted rotation) R(1)^T; W changes by the spin a of the one less W times that of the other.
             let gap = halves(&self.gap(joint)).0;
             let log = inverse_left_jacobian(&gap);
             let turn = UnitQuaternion::from_scaled_axis(gap).to_rotation_matrix();
-            let spins = self.end.tangent * Matrix6::from_diagonal(units);
+            let spins = self.end.tangent;
             let first = log * by_twists.fixed_rows::<3>(0);
             by_twists.fixed_rows_mut::<3>(0).copy_from(&first);
             let first = -(log * turn.matrix()) * spins.fixed_rows::<3>(0);
@@ -232,16 +230,16 @@ impl Assembly {
         let charts = Matrix6xX::identity(6);
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let own = total + 6 * k;
-            let (gap_by_twists, gap_by_chart) = point.gap_derivatives(link.joint(), &link.units());
-            let scale = link.gap_scale();
+            let (gap_by_twists, gap_by_chart) = point.gap_derivatives(link.joint());
+            let scale = link.gap_scale(&point.end);
             add(
                 &mut matrix,
                 (own, own),
                 &(scale * gap_by_chart),
                 [&charts; 2],
             );
-            let by_chart = point.wrenches_by_chart(&link.units());
-            let by_turn = point.wrenches_by_turn();
+            let by_chart = point.wrenches_by_chart();
+            let by_turn = point.wrenches_by_turns();
             let levers = link.levers(bodies);
             for (i, lever) in levers.iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
@@ -251,10 +249,11 @@ impl Assembly {
                 add(&mut matrix, (own, start), &along, [&charts, twists]);
                 let along = onto * by_chart.fixed_rows::<6>(6 * i);
                 add(&mut matrix, (start, own), &along, [twists, &charts]);
-                if let Some((base, _)) = levers[0] {
-                    let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 0);
-                    let to = [twists, &own_twists[base]];
-                    add(&mut matrix, (start, starts[base]), &block, to);
+                for (j, other) in levers.iter().enumerate() {
+                    let Some((other, _)) = other else { continue };
+                    let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 6 * j);
+                    let to = [twists, &own_twists[*other]];
+                    add(&mut matrix, (start, starts[*other]), &block, to);
                 }
                 let turned = lever_turned(arm, &halves(&point.wrenches()[i]).1);
                 add(&mut matrix, (start, start), &turned, [twists; 2]);

@@ -9,7 +9,7 @@
 //! finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly and to one
 //! side only.
 
-use super::{Joint, Link};
+use super::{Joint, Link, LinkEnd};
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
 use crate::creep::reduced::solve;
@@ -60,9 +60,13 @@ impl Link {
     ///
     /// # Errors
     /// No simple fold; a flow that does not settle.
-    pub fn settle(&self, q: &Wrench, tolerance: f64) -> Result<Wrench> {
-        let kernel = fold_kernel(&self.end(q, tolerance)?.jacobian)?;
-        self.leave(q, &kernel, tolerance)
+    pub fn settle(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
+        let end = self.held(q, held, tolerance)?;
+        let kernel = fold_kernel(&end.jacobian)?;
+        match self.joint {
+            Joint::Weld => self.settled::<6>(q, &end, &kernel, tolerance),
+            Joint::Ball => self.settled::<3>(q, &end, &kernel, tolerance),
+        }
     }
 
     /// The stable equilibria that are found of the rod that leaves its fold `q` while its ends are held: charts by energy, the
@@ -70,41 +74,43 @@ impl Link {
     ///
     /// # Errors
     /// A fold that cannot be evaluated.
-    pub fn stable_beside(&self, q: &Wrench, tolerance: f64) -> Result<Vec<Wrench>> {
-        let held = self.end(q, tolerance)?.pose;
+    pub fn stable_beside(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Vec<Wrench>> {
         let units = self.units();
-        let settled = self.settle(q, tolerance).ok();
+        let settled = self.settle(q, held, tolerance).ok();
         // The fold is a double root.
         let mut known = vec![q.component_mul(&units); 2];
         known.extend(settled.map(|q| q.component_mul(&units)));
-        let others = self.held_at(&held, SEARCH.max(tolerance))?.others(&known);
+        let others = self.held_at(held, SEARCH.max(tolerance))?.others(&known);
         let found = others.iter().map(|base| base.component_div(&units));
         let mut stable: Vec<(f64, Wrench)> = Vec::new();
         for found in settled.into_iter().chain(found) {
-            let Ok(at) = self.polished(&found, &held, tolerance) else {
+            let Ok(at) = self.polished(&found, held, tolerance) else {
                 continue;
             };
             let is_twin = |other: &Wrench| (at - other).norm() <= TWIN * (1.0 + at.norm());
             let is_new = !is_twin(q) && !stable.iter().any(|(_, other)| is_twin(other));
-            if is_new && self.index(&at, tolerance).is_ok_and(|index| index == 0) {
-                stable.push((self.end(&at, tolerance)?.energy, at));
+            if is_new
+                && self
+                    .index(&at, held, tolerance)
+                    .is_ok_and(|index| index == 0)
+            {
+                stable.push((self.held(&at, held, tolerance)?.energy, at));
             }
         }
         stable.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(stable.into_iter().map(|(_, q)| q).collect())
     }
 
-    /// As [`Link::settle`] for a rod that leaves the equilibrium `q` in the direction `kernel` of the chart, or against it.
-    fn leave(&self, q: &Wrench, kernel: &Wrench, tolerance: f64) -> Result<Wrench> {
-        match self.joint {
-            Joint::Weld => self.settled::<6>(q, kernel, tolerance),
-            Joint::Ball => self.settled::<3>(q, kernel, tolerance),
-        }
-    }
-
+    /// The rod leaves its equilibrium `q`, its end at `end`, in the direction `kernel` of the chart, or against it.
     fn settled<const D: usize>(
         &self,
         q: &Wrench,
+        end: &LinkEnd,
         kernel: &Wrench,
         tolerance: f64,
     ) -> Result<Wrench> {
@@ -121,7 +127,6 @@ impl Link {
             .filter(|s| *s > 0.0 && *s < 1.0)
             .collect();
         let grid = Grid::new(&breaks, &vec![NODES; breaks.len() + 1]);
-        let end = self.end(q, tolerance)?;
         let mut held = end.pose;
         held.translation.vector /= length;
         let scale = self.units();
@@ -132,9 +137,15 @@ impl Link {
             held,
             wrench: wrench.fixed_rows::<D>(6 - D).into_owned(),
         };
-        let here = self.strains(&layer.grid, q, tolerance)?;
-        let beside = [1.0, -1.0]
-            .map(|side| self.strains(&layer.grid, &(q + kernel * (side * ASIDE)), tolerance));
+        let here = self.strains(&layer.grid, q, &end.pose, tolerance)?;
+        let beside = [1.0, -1.0].map(|side| {
+            self.strains(
+                &layer.grid,
+                &(q + kernel * (side * ASIDE)),
+                &end.pose,
+                tolerance,
+            )
+        });
         let [ahead, behind] = beside;
         let push = ahead? - behind?;
         let push = &push / push.amax();
@@ -147,7 +158,7 @@ impl Link {
                     continue;
                 };
                 let q = self.charted(&layer, &strains, tolerance)?;
-                let energy = self.end(&q, tolerance)?.energy;
+                let energy = self.held(&q, &end.pose, tolerance)?.energy;
                 if found.as_ref().is_none_or(|(lowest, _)| energy < *lowest) {
                     found = Some((energy, q));
                 }
@@ -166,12 +177,16 @@ impl Link {
     }
 
     /// The strains at the nodes, in units of 1/L, one after the other.
-    fn strains(&self, grid: &Grid, q: &Wrench, tolerance: f64) -> Result<DVector<f64>> {
+    fn strains(
+        &self,
+        grid: &Grid,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<DVector<f64>> {
         let length = self.rod.length();
         let places: Vec<f64> = grid.nodes().iter().map(|s| s * length).collect();
-        let sections = self
-            .rod
-            .shape(&q.component_mul(&self.units()), &places, tolerance)?;
+        let sections = self.shape(q, held, &places, tolerance)?;
         let values = sections.iter().flat_map(|at| {
             let e = at.strain;
             [
@@ -214,13 +229,10 @@ impl Link {
     /// # Errors
     /// No convergence.
     pub fn polished(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
-        let length = self.rod.length();
         let apart = |q: &Wrench| -> Result<_> {
-            let end = self.end(q, tolerance)?;
+            let end = self.held(q, held, tolerance)?;
             let gap = end.gap(held, self.joint);
-            let size = (gap.fixed_rows::<3>(0).norm().powi(2)
-                + (gap.fixed_rows::<3>(3) / length).norm_squared())
-            .sqrt();
+            let size = (self.gap_scale(&end) * gap).norm();
             Ok((end, gap, size))
         };
         let mut q = *q;

@@ -1,11 +1,12 @@
 //! A rod between two attachments: its chart, the wrenches on what carries it, and its tangent.
 
+use super::taut::{Seen, Warm};
 use super::{Assembly, Place};
 use crate::body::Support;
 use crate::error::Result;
 use crate::math::se3::{halves, joined};
 use crate::rod::{EndConditions, Problem, Rod, Wrench};
-use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
 
 /// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
 const NEUTRAL: f64 = 1e-7;
@@ -119,24 +120,40 @@ pub struct Link {
     pub(super) from: Attachment,
     pub(super) to: Attachment,
     pub(super) joint: Joint,
+    /// What its chart stands for, and the taut rod that was found last.
+    pub(super) seen: Seen,
+    pub(super) warm: Warm,
 }
 
 /// The end of a rod seen from its base, in the directors there.
+///
+/// Charts are in units B/L and B/L^2. That of a taut rod is told apart by [`LinkEnd::slack`]: its force counts, its end is held as the
+/// attachment says (turned, or without couple), and the couple m(0) follows from both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkEnd {
     /// Pose.
     pub pose: Isometry3<f64>,
+    /// Couple m(0) at the base.
+    pub base_couple: Vector3<f64>,
     /// Couple m(1) of the attachment on the rod.
     pub couple: Vector3<f64>,
     /// Force n.
     pub force: Vector3<f64>,
     /// Stored energy.
     pub energy: f64,
-    /// d(rotation, position)/d(m(0), n).
+    /// d(rotation, position) by the chart.
     pub tangent: Matrix6<f64>,
-    /// d m(1)/d(m(0), n) in the first rows and d r(1) below for a ball joint, `tangent` for a weld: what a motion of the
-    /// attachment prescribes, by the chart in units B/L and B/L^2; singular at folds.
+    /// d(m(0), n, m(1)) by the chart.
+    pub resultants: SMatrix<f64, 9, 6>,
+    /// The same by the turn of the attachment, if a taut rod is welded to it and turns along.
+    pub(super) turned: Option<SMatrix<f64, 9, 3>>,
+    /// What a motion of the attachment prescribes, by the chart; singular at folds. The rows are those of `tangent`; of a ball joint the
+    /// first are d m(1); of a taut rod they are d m(0) less what the force makes of it.
     pub jacobian: Matrix6<f64>,
+    /// What the twist of the attachment prescribes: jacobian . q' = drive . twist.
+    pub(super) drive: Matrix6<f64>,
+    /// By how much m(0) of a taut rod differs from the couple of its chart; None for a rod that its base wrench charts.
+    pub slack: Option<Vector3<f64>>,
 }
 
 /// A rod of an assembly in place.
@@ -160,6 +177,8 @@ impl Link {
             from,
             to,
             joint,
+            seen: Seen::default(),
+            warm: Warm::default(),
         }
     }
 
@@ -204,7 +223,7 @@ impl Link {
         Vector6::new(couple, couple, couple, force, force, force)
     }
 
-    /// The end under the chart point q = (m(0), n) in units B/L, B/L^2.
+    /// The end under the chart point q = (m(0), n) in units B/L, B/L^2, from the base wrench alone: [`Link::held`] for taut rods.
     ///
     /// # Errors
     /// As [`Rod::end`].
@@ -212,29 +231,33 @@ impl Link {
         let units = self.units();
         let found = self.rod.end(&q.component_mul(&units), tolerance)?;
         let section = &found.section;
-        let mut jacobian = found.tangent;
+        let change = Matrix6::from_diagonal(&units);
+        let tangent = found.tangent * change;
+        // m(1) = m(0) - r(1) x n.
+        let lever = section.position.cross_matrix() * change.fixed_rows::<3>(3);
+        let couple = change.fixed_rows::<3>(0)
+            + section.force.cross_matrix() * tangent.fixed_rows::<3>(3)
+            - lever;
+        let mut resultants = SMatrix::<f64, 9, 6>::zeros();
+        resultants.fixed_rows_mut::<6>(0).copy_from(&change);
+        resultants.fixed_rows_mut::<3>(6).copy_from(&couple);
+        let (mut jacobian, mut drive) = (tangent, Matrix6::identity());
         if self.joint == Joint::Ball {
-            // m(1) = m(0) - r(1) x n.
-            let by_r = section.force.cross_matrix();
-            let r = section.position.cross_matrix();
-            let columns = |j: usize| found.tangent.fixed_view::<3, 3>(3, j).into_owned();
-            jacobian
-                .fixed_view_mut::<3, 3>(0, 0)
-                .copy_from(&(Matrix3::identity() + by_r * columns(0)));
-            jacobian
-                .fixed_view_mut::<3, 3>(0, 3)
-                .copy_from(&(by_r * columns(3) - r));
-        }
-        for (mut column, unit) in jacobian.column_iter_mut().zip(units.iter()) {
-            column *= *unit;
+            jacobian.fixed_rows_mut::<3>(0).copy_from(&couple);
+            drive.fixed_rows_mut::<3>(0).fill(0.0);
         }
         Ok(LinkEnd {
             pose: section.pose(),
+            base_couple: halves(q).0 * units[0],
             couple: section.couple,
             force: section.force,
             energy: section.energy,
-            tangent: found.tangent,
+            tangent,
+            resultants,
+            turned: None,
             jacobian,
+            drive,
+            slack: None,
         })
     }
 
@@ -243,11 +266,9 @@ impl Link {
     /// # Errors
     /// As [`Link::end`].
     pub fn point(&self, t: f64, bodies: &[Place], q: &Wrench, tolerance: f64) -> Result<LinkPoint> {
-        Ok(LinkPoint {
-            base: self.from.at(t, bodies),
-            tip: self.to.at(t, bodies),
-            end: self.end(q, tolerance)?,
-        })
+        let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
+        let end = self.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
+        Ok(LinkPoint { base, tip, end })
     }
 
     /// The rod with its end held by its joint at a pose seen from the base.
@@ -259,18 +280,21 @@ impl Link {
         Problem::new(self.rod.clone(), conditions, tolerance)
     }
 
-    /// How many equilibria with less energy the rod could buckle away into with its ends held: its index.
+    /// How many equilibria with less energy the rod could buckle away into with its end held as it is: its index.
     ///
     /// # Errors
-    /// As [`Problem::index_at`].
-    pub fn index(&self, q: &Wrench, tolerance: f64) -> Result<usize> {
+    /// As [`Problem::index_at`]; as [`Rod::taut`].
+    pub fn index(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<usize> {
+        if self.is_taut(q, held) {
+            return self.rod.taut_index(&self.pulled(q, held, tolerance)?);
+        }
         // What is held counts, not where.
         let problem = self.held_at(&Isometry3::identity(), tolerance)?;
         let count = |q: &Wrench| problem.index_at(&q.component_mul(&self.units()));
         // It is counted under the force alone first. Where that is neutral (an elastica that can turn about its force) rounding
         // decides; nearby it is not, and away from folds the index of the held rod is the same there.
         let end = self.end(q, tolerance)?;
-        let loaded = (self.gap_scale() * end.jacobian)
+        let loaded = (self.gap_scale(&end) * end.jacobian)
             .fixed_view::<3, 3>(0, 0)
             .into_owned();
         if loaded.singular_values().min() < NEUTRAL && self.regular(&end).is_some() {
@@ -285,17 +309,11 @@ impl Link {
     }
 
     /// How far the end is from its attachment: the largest component of the gap, in radians (for a ball joint the couple it
-    /// should not bear, in B/L) and lengths of the rod.
+    /// should not bear, in B/L) and lengths of the rod. The couple of a taut rod's chart does not count.
     pub(super) fn apart(&self, point: &LinkPoint) -> f64 {
-        let gap = point.gap(self.joint);
-        let (turn, length) = match self.joint {
-            Joint::Weld => (1.0, self.rod.length()),
-            Joint::Ball => (self.rod.units().0, self.rod.length()),
-        };
-        let parts = gap.iter().enumerate();
-        parts.fold(0.0, |most: f64, (i, x)| {
-            most.max(x.abs() / if i < 3 { turn } else { length })
-        })
+        let gap = self.gap_scale(&point.end) * point.gap(self.joint);
+        let first = if point.end.slack.is_some() { 3 } else { 0 };
+        gap.rows(first, 6 - first).amax()
     }
 
     pub(super) fn next_break(&self, t: f64) -> f64 {
@@ -309,45 +327,62 @@ impl Link {
 
 impl LinkEnd {
     /// The twist that leads from here to the pose `wanted`, both seen from the base; for a ball joint minus the couple that
-    /// should be 0, and the way between the points: [`LinkEnd::jacobian`] times the correction of the chart.
+    /// should be 0, and the way between the points; for a taut rod its slack, and the way: [`LinkEnd::jacobian`] times the
+    /// correction of the chart.
     pub fn gap(&self, wanted: &Isometry3<f64>, joint: Joint) -> Vector6<f64> {
         let apart = wanted.translation.vector - self.pose.translation.vector;
-        match joint {
-            Joint::Weld => {
+        match (self.slack, joint) {
+            (Some(slack), _) => joined(&slack, &apart),
+            (None, Joint::Weld) => {
                 let turn = wanted.rotation * self.pose.rotation.inverse();
                 joined(&turn.scaled_axis(), &apart)
             }
-            Joint::Ball => joined(&-self.couple, &apart),
+            (None, Joint::Ball) => joined(&-self.couple, &apart),
         }
     }
 }
 
 impl LinkPoint {
-    /// The twist of the end attachment relative to that of the base, along the base's directors; for a ball joint 0 and the
-    /// velocity: what the chart follows, jacobian . q' = drive.
-    pub fn drive(&self, joint: Joint) -> Vector6<f64> {
+    /// The twist of the end attachment relative to that of the base, along the base's directors.
+    pub fn relative_twist(&self) -> Vector6<f64> {
         let back = self.base.pose.rotation.inverse();
         let (turning, moving) = (halves(&self.base.twist), halves(&self.tip.twist));
         let arm = self.tip.pose.translation.vector - self.base.pose.translation.vector;
         let v = back * (moving.1 - turning.1 - turning.0.cross(&arm));
-        match joint {
-            Joint::Weld => joined(&(back * (moving.0 - turning.0)), &v),
-            Joint::Ball => joined(&Vector3::zeros(), &v),
-        }
+        joined(&(back * (moving.0 - turning.0)), &v)
     }
 
-    /// The twist that leads from the end of the rod to its attachment, along the base's directors; for a ball joint minus the
-    /// couple that should be 0, and the way between the points: [`LinkEnd::jacobian`] times the correction of the chart.
+    /// What the chart follows: jacobian . q' = drive.
+    pub fn drive(&self) -> Vector6<f64> {
+        self.end.drive * self.relative_twist()
+    }
+
+    /// From the end of the rod to its attachment: [`LinkEnd::gap`].
     pub fn gap(&self, joint: Joint) -> Vector6<f64> {
-        self.end.gap(&self.base.pose.inv_mul(&self.tip.pose), joint)
+        self.end.gap(&self.held(), joint)
+    }
+
+    /// The end attachment seen from the base.
+    pub fn held(&self) -> Isometry3<f64> {
+        self.base.pose.inv_mul(&self.tip.pose)
+    }
+
+    /// The twist of the rod's own end, seen from the base; None at a fold, where the chart moves infinitely fast.
+    pub fn end_twist(&self) -> Option<Vector6<f64>> {
+        let twist = self.relative_twist();
+        let q = self.end.jacobian.full_piv_lu().solve(&self.drive())?;
+        let mut spin = halves(&(self.end.tangent * q)).0;
+        if self.end.turned.is_some() {
+            spin = halves(&twist).0;
+        }
+        Some(joined(&spin, &halves(&twist).1))
     }
 
     /// The wrenches of the rod on what carries its base and on what carries its end, each at its attachment, in the world.
     pub fn wrenches(&self) -> [Vector6<f64>; 2] {
         let turn = self.base.pose.rotation;
         let n = self.end.force;
-        let m0 = self.end.couple + self.end.pose.translation.vector.cross(&n);
-        let base = joined(&(turn * m0), &(turn * n));
+        let base = joined(&(turn * self.end.base_couple), &(turn * n));
         [base, joined(&(turn * -self.end.couple), &(turn * -n))]
     }
 }

@@ -18,14 +18,16 @@ mod padded;
 mod state;
 mod statics;
 mod stiffness;
+mod taut;
 
 pub use branch::{AssemblyBranch, AssemblyFamily, AssemblyPoint, AssemblySpecial};
 pub use carrier::{Carrier, Mass, Place};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
 pub use modes::Modes;
-pub use state::{Configuration, Evaluated, Integrals, Slowed};
+pub use state::{Configuration, Evaluated, Integrals, Sight, Slowed};
 pub use statics::{AssemblyEquilibrium, AssemblyRoute};
 pub use stiffness::Stiffness;
+pub use taut::Seen;
 
 use crate::error::{Error, Result};
 
@@ -121,6 +123,11 @@ impl Assembly {
     /// The rods.
     pub fn links(&self) -> &[Link] {
         &self.links
+    }
+
+    /// Says what the chart of rod `k` stands for ([`Link::seen_as`]).
+    pub fn see(&mut self, k: usize, seen: Seen) {
+        self.links[k].seen_as(seen);
     }
 
     /// The first time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.

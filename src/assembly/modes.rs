@@ -208,9 +208,8 @@ impl Assembly {
             let at: Vec<f64> = (0..=count)
                 .map(|i| length * i as f64 / count.max(1) as f64)
                 .collect();
-            let sections = link
-                .rod()
-                .shape(&q.component_mul(&link.units()), &at, tolerance)?;
+            let tip = link.to().at(0.0, &now.bodies).pose;
+            let sections = link.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
             let turn = base.rotation.to_rotation_matrix();
             let placed = sections.into_iter().map(|section| RodSection {
                 position: base.translation.vector + turn * section.position,

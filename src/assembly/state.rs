@@ -9,7 +9,7 @@
 //! xi_k the twist of the end of rod k relative to its base. Where a rod nears its fold, det J_k = 0, time itself is slowed,
 //! t' = det J_k/d, and q_k' = adj(J_k) xi_k/d: both are smooth through the fold, which is where t' = 0.
 
-use super::{Assembly, Carrier, LinkPoint, Place};
+use super::{Assembly, Carrier, LinkPoint, Place, Seen};
 use crate::manifold::adjugate_times;
 use crate::rod::Wrench;
 use nalgebra::{DVector, Isometry3, Vector3, Vector6};
@@ -31,6 +31,17 @@ pub struct Slowed {
     pub link: usize,
     /// det J where it began.
     pub scale: f64,
+}
+
+/// What is watched of a rod while it moves.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Sight {
+    /// det J: 0 at a fold.
+    pub det: f64,
+    /// Distance of its end from its attachment, in radians and lengths of the rod.
+    pub gap: f64,
+    /// What its chart should stand for.
+    pub better: Seen,
 }
 
 /// Time and the integrals that the ledger needs.
@@ -126,11 +137,18 @@ impl Assembly {
 
     /// The rods of a state in place; None where a rod's law or its length of integration refuses.
     pub fn evaluated(&self, state: &DVector<f64>, tolerance: f64) -> Option<Evaluated> {
-        let now = self.configuration(state);
+        let mut now = self.configuration(state);
         let integrals = self.integrals(state);
         let points = self
             .points(integrals.time, &now.bodies, &now.charts, tolerance)
             .ok()?;
+        // The couple of a taut rod follows from its force.
+        for ((link, point), q) in self.links().iter().zip(&points).zip(&mut now.charts) {
+            if point.end.slack.is_some() {
+                let couple = point.end.base_couple / link.units()[0];
+                q.fixed_rows_mut::<3>(0).copy_from(&couple);
+            }
+        }
         Some(Evaluated {
             now,
             integrals,
@@ -139,14 +157,14 @@ impl Assembly {
     }
 
     /// Writes the rates of `state`; None outside the domain of a law. `tolerance` is that along the rods; `seen` is told of
-    /// every rod det J and how far its end is from its attachment, in radians and lengths of the rod.
+    /// every rod.
     pub fn write_slope(
         &self,
         state: &DVector<f64>,
         slowed: Option<Slowed>,
         tolerance: f64,
         out: &mut DVector<f64>,
-        mut seen: impl FnMut(usize, f64, f64),
+        mut seen: impl FnMut(usize, Sight),
     ) -> Option<()> {
         let Evaluated {
             now,
@@ -155,9 +173,16 @@ impl Assembly {
         } = self.evaluated(state, tolerance)?;
         let mut rate = 1.0;
         for (k, (link, point)) in self.links().iter().zip(&points).enumerate() {
-            let drive = point.drive(link.joint());
+            let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
-            seen(k, det, link.apart(point));
+            seen(
+                k,
+                Sight {
+                    det,
+                    gap: link.apart(point),
+                    better: link.better_seen(&now.charts[k], &point.held()),
+                },
+            );
             let along = match slowed {
                 Some(slowed) if slowed.link == k => {
                     rate = det / slowed.scale;

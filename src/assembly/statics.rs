@@ -71,6 +71,8 @@ const SPRING: f64 = 0.1;
 const NEARLY: f64 = 0.99;
 /// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
 const NEUTRAL: f64 = 1e-7;
+/// Longest step of a path to taut rods, in the units of charts.
+const FAR: f64 = 1e12;
 /// Steps of least length at most.
 const MOST_SETTLING: usize = 20;
 
@@ -96,8 +98,8 @@ impl Equations for Statics<'_> {
     }
 
     fn linearised(&self, x: &[f64], p: f64) -> Result<(DVector<f64>, DMatrix<f64>, DVector<f64>)> {
-        self.frame.check(self.assembly, x)?;
         let now = self.frame.configuration(self.assembly, x);
+        self.frame.check(self.assembly, x, &now)?;
         let points = self
             .assembly
             .points(0.0, &now.bodies, &now.charts, self.tolerance)?;
@@ -268,7 +270,15 @@ impl Assembly {
                 special: false,
                 ..Options::between(0.0, 1.0)
             };
-            let followed = padded::follow(&statics, &x, 0.0, &options).map_err(begin)?;
+            let mut followed = padded::follow(&statics, &x, 0.0, &options).map_err(begin)?;
+            if let Stop::MaxPoints = followed.stop {
+                // The forces of taut rods are far away, but nothing happens on the way.
+                let options = Options {
+                    max_step: FAR,
+                    ..options
+                };
+                followed = padded::follow(&statics, &x, 0.0, &options).map_err(begin)?;
+            }
             let far = followed
                 .points
                 .iter()
@@ -279,9 +289,8 @@ impl Assembly {
                 (_, Some(last)) if last.p > NEARLY => (end, stuck) = (last.x.clone(), true),
                 (Stop::Undefined { reason, .. }, _) => return Err(lost(far, reason)),
                 (Stop::MaxPoints, _) => {
-                    let why = Error::ill_conditioned(
-                        "the path took too many steps: as a rule a rod is pulled so hard that an integration from its base holds no \
-                         digits (sqrt(F L^2/B) above 18); lower the loads, or divide the rod by bodies",
+                    let why = Error::no_convergence(
+                        "the path took too many steps; give a guess, or lower the loads and follow a branch up to them",
                     );
                     return Err(Lost {
                         heavy: true,

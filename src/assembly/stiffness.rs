@@ -1,11 +1,9 @@
 //! The stiffness of a whole assembly against small displacements of its bodies, and its index (theory 3.4).
 
-use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, On, Place};
+use super::{Assembly, Configuration, Link, LinkEnd, LinkPoint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use nalgebra::{
-    DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3, Vector6,
-};
+use nalgebra::{DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3};
 
 /// A twist of the reference point of a body as one of a place `lever` away, all along the axes of the world.
 pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
@@ -52,7 +50,7 @@ impl Link {
     /// The Jacobian in units of [`Link::gap_scale`], factored; None where it is singular: at a fold, and on a rod that is straight
     /// and cannot be stretched.
     pub(super) fn regular(&self, end: &LinkEnd) -> Option<FullPivLU<f64, U6, U6>> {
-        let factors = (self.gap_scale() * end.jacobian).full_piv_lu();
+        let factors = (self.gap_scale(end) * end.jacobian).full_piv_lu();
         let pivots = factors.u().diagonal().abs();
         (pivots.min() > SINGULAR * pivots.max()).then_some(factors)
     }
@@ -60,7 +58,7 @@ impl Link {
 
 impl LinkPoint {
     /// What the end attachment does as the base sees it, by twists of base and end in the world: [`LinkPoint::drive`].
-    pub(super) fn drive_by_twists(&self, joint: Joint) -> SMatrix<f64, 6, 12> {
+    pub(super) fn drive_by_twists(&self) -> SMatrix<f64, 6, 12> {
         let turn = self.base.pose.rotation.to_rotation_matrix();
         let back = diagonal(&turn.matrix().transpose());
         let arm = self.tip.pose.translation.vector - self.base.pose.translation.vector;
@@ -69,39 +67,41 @@ impl LinkPoint {
             .fixed_view_mut::<6, 6>(0, 0)
             .copy_from(&(-back * carried(&arm)));
         drive.fixed_view_mut::<6, 6>(0, 6).copy_from(&back);
-        if joint == Joint::Ball {
-            drive.fixed_rows_mut::<3>(0).fill(0.0);
-        }
-        drive
+        self.end.drive * drive
     }
 
-    /// Derivatives of the wrenches on base and end (each at its attachment, in the world) by the chart.
-    pub(super) fn wrenches_by_chart(&self, units: &Vector6<f64>) -> SMatrix<f64, 12, 6> {
-        // dm(0), dn in the base; dm(1) = dm(0) - dr x n - r x dn.
-        let change = Matrix6::from_diagonal(units);
-        let moved = self.end.tangent * change;
-        let (r, n) = (self.end.pose.translation.vector, self.end.force);
-        let dm0 = change.fixed_rows::<3>(0).into_owned();
-        let dn = change.fixed_rows::<3>(3).into_owned();
-        let dm1 = dm0 + n.cross_matrix() * moved.fixed_rows::<3>(3) - r.cross_matrix() * dn;
+    /// The wrenches on base and end that m(0), n, m(1) in the base make, each at its attachment, in the world.
+    fn wrenches_of<const K: usize>(&self, resultants: &SMatrix<f64, 9, K>) -> SMatrix<f64, 12, K> {
         let turn = self.base.pose.rotation.to_rotation_matrix();
-        let matrix = turn.matrix();
-        let mut by = SMatrix::<f64, 12, 6>::zeros();
-        by.fixed_rows_mut::<3>(0).copy_from(&(matrix * dm0));
-        by.fixed_rows_mut::<3>(3).copy_from(&(matrix * dn));
-        by.fixed_rows_mut::<3>(6).copy_from(&(matrix * -dm1));
-        by.fixed_rows_mut::<3>(9).copy_from(&(matrix * -dn));
+        let part = |row: usize| turn.matrix() * resultants.fixed_rows::<3>(row);
+        let mut by = SMatrix::<f64, 12, K>::zeros();
+        by.fixed_rows_mut::<3>(0).copy_from(&part(0));
+        by.fixed_rows_mut::<3>(3).copy_from(&part(3));
+        by.fixed_rows_mut::<3>(6).copy_from(&-part(6));
+        by.fixed_rows_mut::<3>(9).copy_from(&-part(3));
         by
     }
 
-    /// The same by twists of base and end at held chart: the base's turn takes the wrenches along.
-    pub(super) fn wrenches_by_turn(&self) -> SMatrix<f64, 12, 12> {
+    /// Derivatives of the wrenches by the chart.
+    pub(super) fn wrenches_by_chart(&self) -> SMatrix<f64, 12, 6> {
+        self.wrenches_of(&self.end.resultants)
+    }
+
+    /// The same by twists of base and end at held chart: the base's turn takes the wrenches along, and a turn between both ends changes
+    /// the couples of a taut rod.
+    pub(super) fn wrenches_by_turns(&self) -> SMatrix<f64, 12, 12> {
         let mut by = SMatrix::<f64, 12, 12>::zeros();
+        let back = self.base.pose.rotation.inverse().to_rotation_matrix();
+        if let Some(turned) = &self.end.turned {
+            let between = self.wrenches_of(turned) * back.matrix();
+            by.fixed_columns_mut::<3>(0).copy_from(&-between);
+            by.fixed_columns_mut::<3>(6).copy_from(&between);
+        }
         for (i, wrench) in self.wrenches().iter().enumerate() {
             let (m, n) = halves(wrench);
             for (j, f) in [m, n].iter().enumerate() {
-                by.fixed_view_mut::<3, 3>(6 * i + 3 * j, 0)
-                    .copy_from(&-f.cross_matrix());
+                let mut block = by.fixed_view_mut::<3, 3>(6 * i + 3 * j, 0);
+                block -= f.cross_matrix();
             }
         }
         by
@@ -110,9 +110,9 @@ impl LinkPoint {
     /// Derivatives of the wrenches by twists of base and end, the rod following, and the chart's by the same. None at a fold,
     /// and for a rod that is straight and cannot be stretched.
     fn linear(&self, link: &Link) -> Option<(SMatrix<f64, 12, 12>, SMatrix<f64, 6, 12>)> {
-        let drive = link.gap_scale() * self.drive_by_twists(link.joint());
+        let drive = link.gap_scale(&self.end) * self.drive_by_twists();
         let chart = link.regular(&self.end)?.solve(&drive)?;
-        let by = self.wrenches_by_chart(&link.units()) * chart + self.wrenches_by_turn();
+        let by = self.wrenches_by_chart() * chart + self.wrenches_by_turns();
         Some((by, chart))
     }
 }
@@ -292,12 +292,10 @@ impl Assembly {
                 soft.squares.iter().filter(|x| **x < below).count()
             }
         };
-        let rods = self
-            .links()
-            .iter()
-            .zip(&now.charts)
-            .map(|(link, q)| link.index(q, tolerance));
-        let held = rods.sum::<Result<usize>>()?;
+        let rods = self.links().iter().zip(&points).zip(&now.charts);
+        let held = rods
+            .map(|((link, point), q)| link.index(q, &point.held(), tolerance))
+            .sum::<Result<usize>>()?;
         Ok(held + negative)
     }
 

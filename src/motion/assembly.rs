@@ -4,6 +4,7 @@
 //! fold is then an ordinary root of t', found to the accuracy of the integration. There that rod settles with its ends held,
 //! and the others stay as they are.
 
+mod charts;
 mod sample;
 mod step;
 
@@ -16,12 +17,12 @@ use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
-use crate::assembly::{Assembly, Configuration, Integrals, Slowed};
+use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Sight, Slowed};
 use crate::error::{Cause, Error, Result};
 use crate::rod::Wrench;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
-use nalgebra::{DVector, Vector6};
+use nalgebra::DVector;
 use std::sync::Arc;
 
 /// Bound of a step's local error, as a part of the tolerance.
@@ -63,15 +64,6 @@ impl Numbers {
     }
 }
 
-/// What is watched of a rod while it moves.
-#[derive(Debug, Clone, Copy, Default)]
-struct Watch {
-    /// det J: 0 at a fold.
-    det: f64,
-    /// Distance of its end from its attachment.
-    gap: f64,
-}
-
 /// What follows the step that was told last.
 #[derive(Debug, Clone)]
 enum Pending {
@@ -91,7 +83,7 @@ pub struct AssemblyRun {
     dense: Option<Dense<Numbers>>,
     slowed: Option<Slowed>,
     /// The rods at the present state.
-    watch: Vec<Watch>,
+    watch: Vec<Sight>,
     /// The index of every rod with its ends held, on the sheet it moves on.
     indices: Vec<usize>,
     /// Cost outside the steps.
@@ -127,13 +119,18 @@ impl AssemblyRun {
                 )));
             }
         }
-        let assembly = Arc::new(assembly);
+        let mut assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
         let along = (ALONG * local).max(FINEST);
         let state = assembly.state(start, &Integrals::default());
         let at = assembly.evaluated(&state, along).ok_or_else(|| {
             Error::domain("the rods cannot be followed under the wrenches of the start")
         })?;
+        // From here on a chart changes between steps alone.
+        for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
+            let better = assembly.links()[k].better_seen(q, &point.held());
+            Arc::make_mut(&mut assembly).see(k, better);
+        }
         let apart = assembly.drift(&at);
         if !(apart <= APART * options.tolerance) {
             return Err(Error::domain(format!(
@@ -143,9 +140,9 @@ impl AssemblyRun {
         let links = assembly.links().len();
         let numbers = Numbers(state);
         let mut slope = numbers.clone();
-        let mut watch = vec![Watch::default(); links];
+        let mut watch = vec![Sight::default(); links];
         assembly
-            .write_slope(&numbers.0, None, along, &mut slope.0, |k, det, gap| watch[k] = Watch { det, gap })
+            .write_slope(&numbers.0, None, along, &mut slope.0, |k, sight| watch[k] = sight)
             .ok_or_else(|| {
                 let nearest = |a: &usize, b: &usize| watch[*a].det.abs().total_cmp(&watch[*b].det.abs());
                 let rod = (0..links).min_by(nearest).unwrap_or(0);
@@ -157,7 +154,7 @@ impl AssemblyRun {
             })?;
         let rate = slope.mean_square(&numbers, &numbers).sqrt();
         let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
-        let indices = indices(&assembly, &at.now, along)?;
+        let indices = indices(&assembly, &at, along)?;
         let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
         let solver = Dop853::new(numbers, slope, h, local);
         Ok(Self {
@@ -214,8 +211,8 @@ impl AssemblyRun {
         let mut slope = state.clone();
         let watch = &mut self.watch;
         self.assembly
-            .write_slope(&state.0, slowed, along, &mut slope.0, |k, det, gap| {
-                watch[k] = Watch { det, gap }
+            .write_slope(&state.0, slowed, along, &mut slope.0, |k, sight| {
+                watch[k] = sight
             })?;
         self.extra.evaluations += 1;
         self.slowed = slowed;
@@ -247,10 +244,11 @@ impl AssemblyRun {
         let along = self.along();
         let here = self.sample_now();
         let (rod, fold) = (&self.assembly.links()[link], here.at.now.charts[link]);
+        let held = here.at.points[link].held();
         let (landed, choices) = match self.options.landing {
-            LandingRule::Viscous => (vec![rod.settle(&fold, along)?], None),
+            LandingRule::Viscous => (vec![rod.settle(&fold, &held, along)?], None),
             rule => {
-                let stable = rod.stable_beside(&fold, along)?;
+                let stable = rod.stable_beside(&fold, &held, along)?;
                 let choices = stable.len();
                 (rule.chosen(stable, |_| None), Some(choices))
             }
@@ -264,7 +262,8 @@ impl AssemblyRun {
         };
         let from = end(&fold, self.indices[link], here.at.points[link].end.energy);
         let snaps = landed.iter().map(|q| {
-            let to = end(q, rod.index(q, along)?, rod.end(q, along)?.energy);
+            let elastic = rod.held(q, &held, along)?.energy;
+            let to = end(q, rod.index(q, &held, along)?, elastic);
             Ok(Snap {
                 t: here.at.integrals.time,
                 time_error,
@@ -307,12 +306,9 @@ impl AssemblyRun {
     }
 }
 
-fn indices(assembly: &Assembly, now: &Configuration, tolerance: f64) -> Result<Vec<usize>> {
-    assembly
-        .links()
-        .iter()
-        .zip(&now.charts)
-        .map(|(link, q): (_, &Vector6<f64>)| link.index(q, tolerance))
+fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
+    let rods = assembly.links().iter().zip(&at.points).zip(&at.now.charts);
+    rods.map(|((link, point), q)| link.index(q, &point.held(), tolerance))
         .collect()
 }
 
@@ -358,8 +354,9 @@ impl<'a> Motion<'a> for AssemblyRun {
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);
             let why = Error::ill_conditioned(format!(
-                "the end of {which} can be held no better than {gap:.1e} of its length: it is pulled so taut, by \
-                 sqrt(F L^2/B) = {lambda:.1}, that its base wrench no longer tells where its end is"
+                "the end of {which} can be held no better than {gap:.1e} of its length: under sqrt(F L^2/B) = {lambda:.1} its base wrench \
+                 no longer tells where its end is, and its force does not either, since the rod is neutral under it, as a loop in a taut \
+                 wire can be"
             ));
             return Some(self.stuck(
                 Cause::Failed(why),

@@ -18,6 +18,7 @@
 
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
+use crate::math::se3::Turn;
 use crate::section::Compliance;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dop853, State, Step};
@@ -67,6 +68,11 @@ impl<const K: usize> LineState<K> {
     /// Directors d1, d2, d3 as columns.
     pub(super) fn rotation(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&directors(&self.q).map(Vector3::from))
+    }
+
+    /// The rotation as a unit quaternion.
+    pub(super) fn turn(&self) -> Turn {
+        Turn::from(self.q).normalize()
     }
 
     /// Stored energy from the clamp to here.

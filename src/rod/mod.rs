@@ -15,6 +15,7 @@ mod planar;
 mod problem;
 mod scaled_law;
 mod starts;
+mod taut;
 mod variations;
 
 pub use branch::{RodFamily, State, Statical};
@@ -27,6 +28,7 @@ pub use manifold::{BallJointed, Welded};
 pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
+pub use taut::{Derivatives, Taut, Tip};
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, Reversed, SectionLaw, Strain};

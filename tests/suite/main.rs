@@ -87,6 +87,7 @@ mod studies;
 #[cfg(feature = "scene")]
 mod study_run;
 mod support;
+mod taut;
 mod truss;
 mod viscous;
 mod viscous_identities;

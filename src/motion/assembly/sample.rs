@@ -51,8 +51,9 @@ impl AssemblySample {
     pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
         let rod = &self.assembly.links()[link];
         let at: Vec<f64> = places.iter().map(|s| s * rod.rod().length()).collect();
-        let base = self.at.now.charts[link].component_mul(&rod.units());
-        rod.rod().shape(&base, &at, SHAPE).unwrap_or_default()
+        let held = self.at.points[link].held();
+        let q = &self.at.now.charts[link];
+        rod.shape(q, &held, &at, SHAPE).unwrap_or_default()
     }
 
     /// How far the ends of rods are from their attachments.
@@ -72,17 +73,12 @@ impl State for AssemblySample {
     }
 
     fn twist(&self) -> Vector6<f64> {
-        let (link, point) = (&self.assembly.links()[0], &self.at.points[0]);
-        let moved = point
-            .end
-            .jacobian
-            .full_piv_lu()
-            .solve(&point.drive(link.joint()));
-        let moved = moved.map(|q| point.end.tangent * q.component_mul(&link.units()));
+        let point = &self.at.points[0];
         // At a fold the chart moves infinitely fast, and only what the attachment shares with the rod is finite.
-        let (spin, _) = halves(&moved.unwrap_or_default());
-        let (_, v) = halves(&point.drive(link.joint()));
-        joined(&spin, &v)
+        point.end_twist().unwrap_or_else(|| {
+            let (_, v) = halves(&point.relative_twist());
+            joined(&Vector3::zeros(), &v)
+        })
     }
 
     fn action(&self) -> Vector6<f64> {

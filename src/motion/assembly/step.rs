@@ -1,6 +1,7 @@
 //! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
 
-use super::{AssemblyRun, Numbers, Watch};
+use super::{AssemblyRun, Numbers};
+use crate::assembly::Sight;
 use crate::body::Groove;
 use crate::motion::locate::{Guess, Timed, first_fold, locate};
 use crate::solve::cost::Cost;
@@ -16,7 +17,7 @@ const ON_TIME: f64 = 1e-12;
 /// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
 const DRIFTED: f64 = 3.0;
 /// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
-const LOOSE: f64 = 1e3;
+pub(super) const LOOSE: f64 = 1e3;
 
 /// How a step ended.
 pub(super) enum Progress {
@@ -35,9 +36,7 @@ impl AssemblyRun {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed);
         let watch = &mut self.watch;
         let f = |y: &Numbers, out: &mut Numbers| {
-            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, det, gap| {
-                watch[k] = Watch { det, gap }
-            })
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
         };
         self.dense = None;
         self.solver.step_into(f, h_max, &mut self.step).ok()
@@ -82,6 +81,13 @@ impl AssemblyRun {
         {
             self.hold()?;
         }
+        if self.look() {
+            return Some(if arrived {
+                Progress::Arrived
+            } else {
+                Progress::Moved
+            });
+        }
         let falling = |k: &usize| {
             let rate = (self.watch[*k].det - before[*k]) / h;
             let time = -self.watch[*k].det / rate;
@@ -113,7 +119,7 @@ impl AssemblyRun {
 
     /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
     pub(super) fn loose(&self) -> Option<(usize, f64, f64)> {
-        let off = |rod: &Watch| rod.gap > LOOSE * self.options.tolerance;
+        let off = |rod: &Sight| rod.gap > LOOSE * self.options.tolerance;
         let link = self.watch.iter().position(off)?;
         let slots = self.assembly.chart_slots(link);
         let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
@@ -243,7 +249,7 @@ impl AssemblyRun {
         let slowed = self.slowed;
         move |y: &Numbers| {
             let mut out = y.clone();
-            assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _, _| ())?;
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
             Some(out)
         }
     }
@@ -271,7 +277,7 @@ impl AssemblyRun {
             });
             let f = |y: &Numbers| {
                 let mut out = y.clone();
-                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _, _| ())?;
+                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
                 Some(out)
             };
             let mut cost = Cost::default();

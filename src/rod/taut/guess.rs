@@ -1,0 +1,187 @@
+//! Where a taut rod is looked for: straight along the force, with the layers of the pendulum at both ends.
+
+use super::interval::{Pulled, STAGES, Scheme, Section};
+use super::mesh::places;
+use super::{Shape, Tip};
+use crate::error::Result;
+use crate::math::se3::{
+    Turn, conjugate, exponential, frame, halves, identity, product, rotation_vector,
+};
+use crate::rod::line::{Wrench, sections};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
+use std::f64::consts::TAU;
+
+/// Tolerance of an integration from the base.
+const FINE: f64 = 1e-12;
+
+/// A base wrench that leads the end farther from where it is held, in radians or couples over sqrt|n|, tells nothing.
+const MISSED: f64 = 0.3;
+
+/// A layer: the rod turns from where its end is held into the direction of the force.
+struct Layer {
+    /// Turns the end's d3 into the force, and by how much.
+    axis: Vector3<f64>,
+    angle: f64,
+    lam: f64,
+    flexure: f64,
+}
+
+impl Layer {
+    /// At an end whose d3 is `direction`.
+    fn new(direction: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Self {
+        let across = direction.cross(n);
+        let angle = across.norm().atan2(direction.dot(n));
+        let axis = across.try_normalize(1e-12 * n.norm()).unwrap_or_else(|| {
+            // Along the force, or against it: any axis across it.
+            let aside = Vector3::ith(n.iamin(), 1.0);
+            n.cross(&aside).normalize()
+        });
+        Self {
+            axis,
+            angle,
+            lam: (flexure * n.norm()).sqrt(),
+            flexure,
+        }
+    }
+
+    /// The angle that is left `way` from the end: the pendulum's separatrix.
+    fn left(&self, way: f64) -> f64 {
+        4.0 * ((0.25 * self.angle).tan() * (-self.lam * way).exp()).atan()
+    }
+
+    fn turn(&self, angle: f64) -> Turn {
+        exponential(&(self.axis * angle))
+    }
+
+    /// B times the rate at which it turns.
+    fn couple(&self, angle: f64) -> Vector3<f64> {
+        self.axis * (2.0 * self.lam * (0.5 * angle).sin() / self.flexure)
+    }
+}
+
+impl Pulled<'_> {
+    /// The places of the nodes.
+    fn places(&self, lam: f64, tolerance: f64, evenly: bool) -> Vec<f64> {
+        let pieces = self.law.pieces();
+        let breaks = pieces.iter().skip(1).map(|(from, _)| *from);
+        places(lam.max(1.0), breaks, tolerance, evenly)
+    }
+
+    /// The rod that the base wrench leads to, if it can be followed and ends near `tip`.
+    pub(super) fn followed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Option<Shape> {
+        let places = self.places(self.lam(0.0, b).ok()?.0, tolerance, true);
+        let inner = &Scheme::get().nodes;
+        let mut at = vec![0.0];
+        for pair in places.windows(2) {
+            at.extend(inner.map(|x| pair[0] + x * (pair[1] - pair[0])));
+            at.push(pair[1]);
+        }
+        let (m0, n) = halves(b);
+        let found = sections::<0>(self.law, b, FINE, &at).ok()?;
+        let all: Vec<Section> = found
+            .iter()
+            .map(|at| Section {
+                turn: at.turn(),
+                m: m0 - at.position().cross(&n),
+            })
+            .collect();
+        let last = all.last()?;
+        let missed = match tip {
+            Tip::Turned(target) => rotation_vector(&(target * frame(&last.turn).transpose())),
+            Tip::Loaded { couple, arm } => {
+                (couple + (frame(&last.turn) * arm).cross(&n) - last.m) / self.kappa
+            }
+        };
+        (missed.norm() < MISSED).then(|| Shape {
+            nodes: all.iter().step_by(STAGES + 1).copied().collect(),
+            stages: all
+                .chunks_exact(STAGES + 1)
+                .map(|chunk| std::array::from_fn(|i| chunk[1 + i]))
+                .collect(),
+            places,
+            n,
+            tolerance,
+        })
+    }
+
+    /// sqrt(c |n|) of the steeper flexure at `s`, and the mean flexure.
+    fn lam(&self, s: f64, local: &Wrench) -> Result<(f64, f64)> {
+        let c = self.law.inverse(s, local)?.compliance.matrix();
+        let lam = (c[(0, 0)].max(c[(1, 1)]) * self.n.norm()).sqrt();
+        Ok((lam, 0.5 * (c[(0, 0)] + c[(1, 1)])))
+    }
+
+    /// Straight along the force between its layers.
+    pub(super) fn guessed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Result<Shape> {
+        let (m0, n) = halves(b);
+        let pull = n.normalize();
+        let about = match tip {
+            Tip::Turned(_) => m0.dot(&pull),
+            Tip::Loaded { couple, .. } => couple.dot(&pull),
+        };
+        // The middle of the rod, and the steepest layer.
+        let local = Vector6::new(0.0, 0.0, about, 0.0, 0.0, n.norm());
+        let middle = self.law.inverse(0.5, &local)?;
+        let [(steep, near), (steeper, far)] = [self.lam(0.0, &local)?, self.lam(1.0, &local)?];
+        let lam = steep.max(steeper);
+        let first = Layer::new(&Vector3::z(), &n, near);
+        let straight = first.turn(first.angle);
+        let twisted = middle.strain[2];
+        let (last, twist) = match tip {
+            Tip::Loaded { .. } => (None, twisted),
+            Tip::Turned(target) => {
+                let layer = Layer::new(&target.column(2).into_owned(), &n, far);
+                let wanted = UnitQuaternion::from_rotation_matrix(
+                    &Rotation3::from_matrix_unchecked(*target),
+                );
+                let end = product(
+                    &layer.turn(layer.angle),
+                    &Turn::new(wanted.w, wanted.i, wanted.j, wanted.k),
+                );
+                let between = product(&end, &conjugate(&straight));
+                // A rotation about the pull.
+                let along = Vector3::new(between[1], between[2], between[3]).dot(&pull);
+                let angle = 2.0 * along.atan2(between[0]);
+                let angle = angle - TAU * (angle / TAU).round();
+                let whole = ((twisted - angle) / TAU).round();
+                (Some(layer), angle + TAU * whole)
+            }
+        };
+        let torsion = middle.compliance.matrix()[(2, 2)];
+        let rest = self.law.inverse(0.5, &Vector6::zeros())?.strain[2];
+        let couple = match tip {
+            Tip::Turned(_) if torsion > 0.0 => (twist - rest) / torsion,
+            _ => about,
+        };
+        let section = |s: f64| {
+            let mut turn = product(&exponential(&(pull * (twist * s))), &straight);
+            let mut m = pull * couple;
+            if let Some(layer) = &last {
+                let left = layer.left(1.0 - s);
+                turn = product(&layer.turn(-left), &turn);
+                m -= layer.couple(left);
+            }
+            let left = first.left(s);
+            turn = product(&first.turn(-left), &turn);
+            m += first.couple(left);
+            Section { turn, m }
+        };
+        let places = self.places(lam, tolerance, false);
+        let nodes = &Scheme::get().nodes;
+        let mut shape = Shape {
+            nodes: places.iter().map(|s| section(*s)).collect(),
+            stages: places
+                .windows(2)
+                .map(|pair| nodes.map(|x| section(pair[0] + x * (pair[1] - pair[0]))))
+                .collect(),
+            places,
+            n,
+            tolerance,
+        };
+        shape.nodes[0] = Section {
+            turn: identity(),
+            ..shape.nodes[0]
+        };
+        Ok(shape)
+    }
+}

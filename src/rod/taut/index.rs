@@ -1,0 +1,157 @@
+//! The Morse index of a taut rod.
+//!
+//! At a given force the second variation is a functional of the turns phi alone. With p = mu + m x phi/2 (in units of kappa) conjugate
+//! to phi the variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and it is
+//! ```text
+//! int (phi' - a phi).e^-1 (phi' - a phi) + phi.g phi,      e = kappa E_uu,   a = E_uu [m]/2 + E_uv [n].
+//! ```
+//! Its negative eigenvalues are counted over functions that are polynomials on every interval of the mesh: where the rod is straight under
+//! its pull the form is positive however long an interval, and where it is not the mesh is fine. Places that are held take away a
+//! negative eigenvalue of d r(1)/d n each, as in the count by conjugate points.
+
+use super::interval::{Pulled, STAGES, Scheme, Section};
+use super::{Derivatives, Shape, Tip};
+use crate::error::{Error, Result};
+use crate::math::gauss::legendre;
+use crate::math::se3::frame;
+use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+
+/// Polynomials that vanish at both ends, of degrees 2 to STAGES - 1.
+const INNER: usize = STAGES - 2;
+const SIZE: usize = 3 * (INNER + 2);
+/// Eigenvalues above minus this part of the largest do not count: neutral.
+const NEUTRAL: f64 = 1e-11;
+
+/// A function at the stages: value and derivative by x in [0, 1].
+type Function = [(f64, f64); STAGES];
+
+/// Inner functions first, then the linear ones of both ends.
+fn functions() -> [Function; INNER + 2] {
+    let nodes = &Scheme::get().nodes;
+    std::array::from_fn(|k| {
+        nodes.map(|x| {
+            let p = legendre(2.0 * x - 1.0, STAGES + 1);
+            match k {
+                // The integral of P_j from the start, j = k + 1.
+                _ if k < INNER => {
+                    let (j, odd) = (k + 1, 2.0 * k as f64 + 3.0);
+                    ((p[j + 1] - p[j - 1]) / odd, 2.0 * p[j])
+                }
+                INNER => (1.0 - x, -1.0),
+                _ => (x, 1.0),
+            }
+        })
+    })
+}
+
+fn negative(matrix: &DMatrix<f64>) -> usize {
+    let values = ((matrix + matrix.transpose()) * 0.5).symmetric_eigenvalues();
+    let zero = NEUTRAL * values.amax();
+    values.iter().filter(|x| **x < -zero).count()
+}
+
+impl Pulled<'_> {
+    /// The index with the place of the end held along `axes`.
+    pub fn index(
+        &self,
+        shape: &Shape,
+        tip: &Tip,
+        by_force: &Derivatives,
+        axes: &[Vector3<f64>],
+    ) -> Result<usize> {
+        let loaded = self.at_given_force(shape, tip)?;
+        let compliance = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
+            axes[i].dot(&(by_force.position * axes[j]))
+        });
+        let taken = if axes.is_empty() {
+            0
+        } else {
+            negative(&compliance)
+        };
+        loaded.checked_sub(taken).ok_or_else(|| {
+            Error::no_convergence(
+                "the index of a taut rod comes out negative: tighten the tolerance",
+            )
+        })
+    }
+
+    fn at_given_force(&self, shape: &Shape, tip: &Tip) -> Result<usize> {
+        let singular =
+            || Error::ill_conditioned("the index is undefined: the rod is neutral under its force");
+        let functions = functions();
+        let mut count = 0;
+        // What the part of the rod before a node makes of a turn there; the base is held.
+        let mut before: Option<Matrix3<f64>> = None;
+        for (k, stages) in shape.stages.iter().enumerate() {
+            let places = (shape.places[k], shape.places[k + 1]);
+            let matrix = self.second_variation(places, stages, &functions)?;
+            let inner = matrix.view((0, 0), (3 * INNER, 3 * INNER)).into_owned();
+            count += negative(&inner);
+            let across = matrix.view((0, 3 * INNER), (3 * INNER, 6)).into_owned();
+            let reduced = inner.full_piv_lu().solve(&across).ok_or_else(singular)?;
+            let outer = matrix.view((3 * INNER, 3 * INNER), (6, 6)) - across.transpose() * reduced;
+            let block = |i: usize, j: usize| outer.fixed_view::<3, 3>(i, j).into_owned();
+            let mut here = block(3, 3);
+            if let Some(before) = before {
+                let start = before + block(0, 0);
+                count += negative(&DMatrix::from_column_slice(3, 3, start.as_slice()));
+                let inverse = start.try_inverse().ok_or_else(singular)?;
+                here -= block(3, 0) * inverse * block(0, 3);
+            }
+            before = Some(here);
+        }
+        if let (Tip::Loaded { arm, .. }, Some(mut end)) = (tip, before) {
+            // A dead force beside the end.
+            let last = &shape.nodes[shape.nodes.len() - 1];
+            let (n, c) = (
+                self.n.cross_matrix(),
+                (frame(&last.turn) * arm).cross_matrix(),
+            );
+            end -= (n * c + c * n) * (0.5 / self.kappa);
+            count += negative(&DMatrix::from_column_slice(3, 3, end.as_slice()));
+        }
+        Ok(count)
+    }
+
+    fn second_variation(
+        &self,
+        (from, to): (f64, f64),
+        stages: &[Section; STAGES],
+        functions: &[Function; INNER + 2],
+    ) -> Result<DMatrix<f64>> {
+        let h = to - from;
+        let pull = self.n.cross_matrix();
+        let mut sum = DMatrix::zeros(SIZE, SIZE);
+        for (i, slope) in self.slopes((from, to), stages)?.iter().enumerate() {
+            let [uu, uv, vu, vv] = &slope.e;
+            let bend = stages[i].m.cross_matrix();
+            let a = uu * bend * 0.5 + uv * pull;
+            // p' = mu' + (m' x phi + m x phi')/2, all over kappa.
+            let way = vu * bend + vv * pull - slope.r.cross_matrix();
+            let couple = self.n.cross(&slope.r).cross_matrix();
+            let g =
+                (pull * way - pull * vu * bend * 0.5 + couple * 0.5 + bend * a * 0.5) / self.kappa;
+            let g = (g + g.transpose()) * 0.5;
+            // A rod that cannot be twisted is hardly twisted.
+            let e = (uu + Matrix3::identity() * (1e-12 * uu.norm())) * self.kappa;
+            let stiffness = e.try_inverse().ok_or_else(|| {
+                Error::ill_conditioned(
+                    "the section cannot be bent: the index of a taut rod is undefined",
+                )
+            })?;
+            let stiffness = (stiffness + stiffness.transpose()) * 0.5;
+            let weight = h * Scheme::get().weights[i];
+            let mut rate = SMatrix::<f64, 3, SIZE>::zeros();
+            let mut value = SMatrix::<f64, 3, SIZE>::zeros();
+            for (k, function) in functions.iter().enumerate() {
+                let (f, df) = function[i];
+                let block = Matrix3::identity() * (df / h) - a * f;
+                rate.fixed_columns_mut::<3>(3 * k).copy_from(&block);
+                value.fixed_columns_mut::<3>(3 * k).fill_diagonal(f);
+            }
+            let part = rate.transpose() * (stiffness * rate) + value.transpose() * (g * value);
+            sum += part * weight;
+        }
+        Ok(sum)
+    }
+}

@@ -1,0 +1,56 @@
+//! The mesh of a taut rod: fine in the layers at its ends.
+
+use super::interval::STAGES;
+
+/// The length of the layers in e-foldings beyond those that the tolerance asks for.
+const BEYOND: f64 = 3.0;
+/// First steps are so much shorter than the local error asks for: the estimate of the error is cautious, and a second mesh costs more.
+const SAFETY: f64 = 0.7;
+/// Longest interval between the layers.
+const LONGEST: f64 = 0.5;
+/// Longest first step in a layer, times lam.
+const FIRST: f64 = 4.0;
+
+/// The places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`: the local error of Gauss' method,
+/// (s!)^2/((2s)! (2s+1)!) z^(2s+1) for exp(z x), z = lam h, is `tolerance` in the first interval at an end; from there intervals grow as
+/// the layer's amplitude falls, unless the rod is to be resolved `evenly`.
+pub(super) fn places(
+    lam: f64,
+    breaks: impl Iterator<Item = f64>,
+    tolerance: f64,
+    evenly: bool,
+) -> Vec<f64> {
+    let order = 2.0 * STAGES as f64 + 1.0;
+    let falling = |n: usize| (1..=n).map(|k| (k as f64).ln()).sum::<f64>();
+    let constant = 2.0 * falling(STAGES) - falling(2 * STAGES) - falling(2 * STAGES + 1);
+    let first = SAFETY * ((tolerance.ln() - constant) / order).exp().min(FIRST);
+    let (mut passed, mut layer) = (0.0, Vec::new());
+    while passed < -tolerance.ln() + BEYOND && passed < 0.5 * lam {
+        passed += first * (passed / order).exp();
+        layer.push(passed / lam);
+    }
+    // Layers that meet share what is left.
+    if let Some(last) = layer.last().copied()
+        && last > 0.5
+    {
+        layer.iter_mut().for_each(|x| *x *= 0.5 / last);
+    }
+    let mut places: Vec<f64> = layer.iter().flat_map(|x| [*x, 1.0 - *x]).collect();
+    places.extend([0.0, 1.0]);
+    places.extend(breaks);
+    places.sort_by(f64::total_cmp);
+    let shortest = 0.02 * first / lam;
+    places.dedup_by(|later, earlier| *later - *earlier < shortest.min(1e-3));
+    if let Some(last) = places.last_mut() {
+        *last = 1.0;
+    }
+    let mut fine = vec![0.0];
+    for pair in places.windows(2) {
+        let longest = if evenly { first / lam } else { LONGEST };
+        let pieces = ((pair[1] - pair[0]) / longest).ceil().max(1.0);
+        for k in 1..=pieces as usize {
+            fine.push(pair[0] + (pair[1] - pair[0]) * k as f64 / pieces);
+        }
+    }
+    fine
+}

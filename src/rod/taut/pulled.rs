@@ -1,0 +1,157 @@
+//! Taut rods in the world and in the user's units.
+
+use super::interval::{Pulled, Section};
+use super::{Derivatives, Shape, Tip, solved};
+use crate::error::Result;
+use crate::math::se3::{frame, halves, joined};
+use crate::rod::{Rod, RodSection, Wrench};
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+/// A rod under a given force with its end held as a [`Tip`] says, good at any pull.
+#[derive(Debug, Clone)]
+pub struct Taut {
+    /// Base wrench (m(0), n) in the world frame.
+    pub base: Wrench,
+    /// The section at the end.
+    pub end: RodSection,
+    /// Derivatives by the force at held [`Tip`].
+    pub by_force: Derivatives,
+    /// Derivatives by the turn of the tip, or by the couple on it, at held force.
+    pub by_tip: Derivatives,
+    /// The sign of the determinant of the boundary-value problem: it changes where the rod under this force is neutral.
+    pub sign: f64,
+    /// Estimated error of the directors, and of couples over sqrt(F B).
+    pub error: f64,
+    /// Newton steps.
+    pub iterations: usize,
+    /// In the directors of the clamp and units of the rod.
+    tip: Tip,
+    shape: Shape,
+}
+
+impl Taut {
+    /// Intervals of the mesh along the rod.
+    pub fn intervals(&self) -> usize {
+        self.shape.intervals()
+    }
+}
+
+impl Rod {
+    /// The equilibrium under the force of `base` with its end held as `tip` says, both in the world; the couple of `base`, and
+    /// `start`, tell which one is meant. Frame and couple are good to `tolerance`.
+    ///
+    /// Under a pull the base wrench alone tells nothing of the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]); force and tip do.
+    ///
+    /// # Errors
+    /// A section law that refuses a resultant on the way; no equilibrium found; one that is neutral under this force.
+    pub fn taut(
+        &self,
+        base: &Wrench,
+        tip: &Tip,
+        start: Option<&Taut>,
+        tolerance: f64,
+    ) -> Result<Taut> {
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let b = self.inward(base);
+        let tip = match tip {
+            Tip::Turned(directors) => Tip::Turned(turn.tr_mul(directors)),
+            Tip::Loaded { couple: on, arm } => Tip::Loaded {
+                couple: turn.tr_mul(on) / couple,
+                arm: arm / self.length,
+            },
+        };
+        let found = solved(
+            &self.law,
+            &b,
+            &tip,
+            start.map(|start| &start.shape),
+            tolerance,
+        )?;
+        let place = |m: &Matrix3<f64>, unit: f64| turn * m * turn.transpose() * unit;
+        let out = |by: &Derivatives, unit: f64| Derivatives {
+            base_couple: place(&by.base_couple, couple / unit),
+            couple: place(&by.couple, couple / unit),
+            turn: place(&by.turn, 1.0 / unit),
+            position: place(&by.position, self.length / unit),
+        };
+        let by_tip = match tip {
+            Tip::Turned(_) => 1.0,
+            Tip::Loaded { .. } => couple,
+        };
+        let last = found.shape.at(1.0);
+        let end = self.outward_section(1.0, &last, &found.position, found.energy, &halves(&b).1)?;
+        Ok(Taut {
+            base: joined(&(turn * found.base_couple * couple), &halves(base).1),
+            end,
+            by_force: out(&found.by_force, force),
+            by_tip: out(&found.by_tip, by_tip),
+            sign: found.sign,
+            error: found.error,
+            iterations: found.iterations,
+            tip,
+            shape: found.shape,
+        })
+    }
+
+    fn outward_section(
+        &self,
+        s: f64,
+        at: &Section,
+        position: &Vector3<f64>,
+        energy: f64,
+        n: &Vector3<f64>,
+    ) -> Result<RodSection> {
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let directors = frame(&at.turn);
+        let local = joined(&directors.tr_mul(&at.m), &directors.tr_mul(n));
+        let e = self.law.inverse(s, &local)?.strain;
+        let l = self.length;
+        Ok(RodSection {
+            s: s * l,
+            position: self.clamp.translation.vector + turn * position * l,
+            directors: turn * directors,
+            couple: turn * at.m * couple,
+            force: turn * n * force,
+            strain: Vector6::new(e[0] / l, e[1] / l, e[2] / l, e[3], e[4], e[5]),
+            energy: energy * couple,
+        })
+    }
+
+    /// The sections of a taut rod at the arclengths `at`, in growing order in [0, L].
+    ///
+    /// # Errors
+    /// As [`Rod::taut`].
+    pub fn taut_shape(&self, found: &Taut, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
+        let pulled = Pulled::new(&self.law, found.shape.n);
+        // Between its nodes a mesh is of half the order: it is halved until the polynomials are as good.
+        let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
+        let sections = pulled.sections(&found.shape, &found.tip, &places, tolerance)?;
+        let sections = sections.iter().zip(&places);
+        sections
+            .map(|((section, r, energy), s)| {
+                self.outward_section(s.clamp(0.0, 1.0), section, r, *energy, &found.shape.n)
+            })
+            .collect()
+    }
+
+    /// The Morse index of a taut rod, its place held and its end as its [`Tip`] says; 0 is stable.
+    ///
+    /// # Errors
+    /// A rod that is neutral under its force.
+    pub fn taut_index(&self, found: &Taut) -> Result<usize> {
+        let axes = [0, 1, 2].map(|i| Vector3::ith(i, 1.0));
+        self.taut_index_along(found, &axes)
+    }
+
+    /// The same with the place of the end held along some axes alone, in the world.
+    pub(in crate::rod) fn taut_index_along(
+        &self,
+        found: &Taut,
+        axes: &[Vector3<f64>],
+    ) -> Result<usize> {
+        let pulled = Pulled::new(&self.law, found.shape.n);
+        pulled.index(&found.shape, &found.tip, &found.by_force, axes)
+    }
+}
