@@ -61,6 +61,12 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came. A path asked for
     /// that does not hold.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
+        let taut = self.solve_taut(guess);
+        if let Some(Ok(found)) = &taut
+            && (found.index == 0 || guess.is_some())
+        {
+            return Ok(found.clone());
+        }
         self.check_load()?;
         // A pull costs digits: a tighter integration gives some of them back.
         match self.solve_once(guess) {
@@ -127,8 +133,8 @@ impl Problem {
         }
         let (_, unit) = self.rod.units();
         Err(Error::ill_conditioned(format!(
-            "the force on the end is {:.6e}, too heavy for this rod: sqrt(F L^2/B) = {lam:.1} must be below {LAM}; lower the force, or \
-             shorten or stiffen the rod",
+            "the force on the end is {:.6e}, sqrt(F L^2/B) = {lam:.1}: beyond {LAM} only rods that are taut under it are found, and in this \
+             chart none was; use solve.path = \"auto\", give a guess, or lower the force",
             force * unit
         )))
     }
@@ -344,7 +350,7 @@ impl Problem {
 }
 
 impl Route {
-    fn start() -> Self {
+    pub(super) fn start() -> Self {
         Self {
             from_guess: false,
             steps: 0,

@@ -36,6 +36,9 @@ impl Problem {
 
     /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
+        if let Some(taut) = self.taut_at(b) {
+            return self.taut_index(&taut);
+        }
         if let Ok(rough) = self.count(b, self.tolerance.max(ROUGH))
             && rough.noise < 1e-2
             && rough.margin > 10.0 * rough.noise

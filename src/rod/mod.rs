@@ -157,6 +157,11 @@ impl Rod {
         Self::new(self.length, law)
     }
 
+    /// The pose of its clamp.
+    pub(crate) fn clamp_pose(&self) -> &Isometry3<f64> {
+        &self.clamp
+    }
+
     /// Length.
     pub fn length(&self) -> f64 {
         self.length

@@ -191,9 +191,16 @@ impl Problem {
     /// As [`Rod::shape`].
     pub fn shape(&self, base: &Wrench, count: usize) -> Result<Vec<RodSection>> {
         let last = count.max(2) - 1;
-        let at: Vec<f64> = (0..=last)
-            .map(|i| self.rod.length * i as f64 / last as f64)
-            .collect();
+        let at: Vec<f64> = (0..=last).map(|i| i as f64 / last as f64).collect();
+        self.sections(base, &at)
+    }
+
+    /// The same at places in [0, 1], in growing order.
+    pub(crate) fn sections(&self, base: &Wrench, at: &[f64]) -> Result<Vec<RodSection>> {
+        if let Some(taut) = self.taut_at(&self.rod.inward(base)) {
+            return self.taut_sections(&taut, at);
+        }
+        let at: Vec<f64> = at.iter().map(|s| self.rod.length * s).collect();
         self.rod.shape(base, &at, self.tolerance)
     }
 
@@ -305,6 +312,11 @@ impl Problem {
 
     /// The section at the end of the rod.
     pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
+        if let Some(taut) = self.taut_at(b) {
+            return self
+                .taut_sections(&taut, &[1.0])
+                .map(|mut all| all.remove(0));
+        }
         let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
         self.rod.outward(&end, b)
     }

@@ -441,32 +441,24 @@ fn followers_have_no_index_on_branches() {
 }
 
 /// Catches answers that shooting from the clamp cannot hold: under a pull lam^2 an error grows as exp(lam). m(0) = lam is known
-/// (theory 2.3); beyond, the load is refused by name.
+/// (theory 2.3).
 #[test]
-fn heavy_pulls_are_solved_or_refused() {
+fn heavy_pulls_are_solved() {
     let (sin, cos) = (PI / 3.0).sin_cos();
     for across in [1.0, 3.0] {
         for lam in [5.0, 10.0, 12.0, 15.0, 20.0, 25.0, 40.0, 1000.0_f64] {
             let rod = Rod::new(1.0, Linear::diagonal([across, 1.0], 0.7).unwrap()).unwrap();
             let end =
                 EndConditions::load(Vector3::new(sin, 0.0, cos) * lam * lam, Vector3::zeros());
-            match Problem::new(rod, end, 1e-12).unwrap().solve(None) {
-                Ok(found) => {
-                    assert_eq!(found.index, 0, "{across} {lam}");
-                    assert!(found.residual < 1e-5, "{across} {lam}: {}", found.residual);
-                    // theta' = 2 lam sin(gam/2), gam the angle of the pull.
-                    let gap = (found.base[1] / lam - 1.0).abs();
-                    assert!(
-                        gap < 4.0 * (-lam).exp() * lam + 1e-9,
-                        "{across} {lam}: {gap:e}"
-                    );
-                    assert!(lam < 30.0, "{across} {lam}");
-                }
-                Err(why) => {
-                    assert!(why.is_ill_conditioned(), "{across} {lam}: {why}");
-                    assert!(lam > 19.0, "{across} {lam}: {why}");
-                }
-            }
+            let found = Problem::new(rod, end, 1e-12).unwrap().solve(None).unwrap();
+            assert_eq!(found.index, 0, "{across} {lam}");
+            assert!(found.residual < 1e-5, "{across} {lam}: {}", found.residual);
+            // theta' = 2 lam sin(gam/2), gam the angle of the pull.
+            let gap = (found.base[1] / lam - 1.0).abs();
+            assert!(
+                gap < 4.0 * (-lam).exp() * lam + 1e-9,
+                "{across} {lam}: {gap:e}"
+            );
         }
     }
 }

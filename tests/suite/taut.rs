@@ -374,3 +374,49 @@ fn a_wire_moves_as_another_program_has_it() {
         }
     }
 }
+
+/// Statics of one rod, inextensible, in the limit of the string (exact up to exp(-lam)): n at an angle g from the clamp,
+/// r = (1 - (4/lam) sin^2(g/4), -(2/lam) sin(g/2)) along and across it. From the force, from the place, and the shape in between.
+#[test]
+fn equilibria_of_taut_rods() {
+    let rod = |b: f64| Rod::new(2.0, Linear::diagonal([b, b], 0.7 * b).unwrap()).unwrap();
+    for lam in [40.0, 100.0, 1e3, 1e4_f64] {
+        for angle in [0.3, 0.5 * PI, 2.5_f64] {
+            // B = 3, L = 2.
+            let tension = 3.0 * lam * lam / 4.0;
+            let along = Vector3::new(angle.sin(), 0.0, angle.cos());
+            let across = Vector3::new(angle.cos(), 0.0, -angle.sin());
+            let out = 1.0 - 4.0 / lam * (0.25 * angle).sin().powi(2);
+            let place = (along * out - across * (2.0 / lam * (0.5 * angle).sin())) * 2.0;
+            let load = EndConditions::load(along * tension, Vector3::zeros());
+            let problem = Problem::new(rod(3.0), load, 1e-12).unwrap();
+            let found = problem.solve(None).unwrap();
+            small("place", (found.end.position - place).norm(), 1e-12);
+            assert_eq!(found.index, 0);
+            let couple = 3.0 / 2.0 * 2.0 * lam * (0.5 * angle).sin();
+            small("m(0)", (found.base[1] / couple - 1.0).abs(), 1e-11);
+            assert_eq!(problem.index_at(&found.base).unwrap(), 0);
+            // Half way exp(-lam/2) is left of the layer.
+            let shape = problem.shape(&found.base, 3).unwrap();
+            let middle = place - along;
+            let off = (shape[1].position - middle).norm();
+            small("middle", off, 1e-11 + 20.0 / lam * (-0.5 * lam).exp());
+            let held = Problem::new(rod(3.0), EndConditions::ball(place), 1e-12).unwrap();
+            let found = held.solve(None).unwrap();
+            let n = found.base.fixed_rows::<3>(3) - along * tension;
+            // Places are rounded, and the force is by lam of that.
+            small("force", n.norm() / tension, 1e-14 * lam + 1e-12);
+            assert_eq!(found.index, 0);
+            // Welded as it stands, with a twist.
+            let turn = found.end.pose().rotation
+                * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.2);
+            let held = Problem::new(rod(3.0), EndConditions::pose(place, turn), 1e-12).unwrap();
+            let found = held.solve(None).unwrap();
+            let torque = found.end.couple.dot(&along) - 0.2 * 0.7 * 3.0 / 2.0;
+            // The layers leave their plane by the twist over lam, and turn the rod by that.
+            small("torque", torque.abs(), 0.5 / lam);
+            let n = found.base.fixed_rows::<3>(3) - along * tension;
+            small("force with a twist", n.norm() / tension, 5.0 / (lam * lam));
+        }
+    }
+}

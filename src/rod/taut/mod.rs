@@ -8,6 +8,7 @@
 
 mod chain;
 mod guess;
+mod held;
 mod index;
 mod interval;
 mod mesh;

@@ -94,7 +94,7 @@ impl Rod {
         })
     }
 
-    fn outward_section(
+    pub(in crate::rod) fn outward_section(
         &self,
         s: f64,
         at: &Section,

@@ -25,6 +25,8 @@ pub struct ElasticSpace {
     rod: Rod,
     /// The chart at the start.
     chart: Wrench,
+    /// Where the end is found at the start, seen from the clamp.
+    end: Isometry3<f64>,
     /// The groove of the body, seen from the clamp.
     groove: Option<Groove>,
     /// Whether the start is the equilibrium in the groove.
@@ -40,19 +42,24 @@ impl ElasticSpace {
         let measures = scene.scales()?.measures();
         let breaks = scene.cosserat_rod()?.measured(measures).law().breaks();
         let common = InSpace::new(scene, breaks)?;
-        let chart = match &common.strain {
-            SpaceField::Equilibrium { rod, base } => rod.inward(base),
+        let clamp = common.clamp(0.0).pose();
+        let (chart, end) = match &common.strain {
+            SpaceField::Equilibrium { problem, base, end } => {
+                let mut end = problem.rod().clamp_pose().inv_mul(end);
+                end.translation.vector /= problem.rod().length();
+                (problem.rod().inward(base), end)
+            }
             // The unloaded rod: an elastic one has no strains of its own to start from.
-            SpaceField::Polynomial { .. } => Vector6::zeros(),
+            SpaceField::Polynomial { .. } => (Vector6::zeros(), Isometry3::identity()),
         };
         let groove = match &scene.body()?.groove {
             Some(groove) => Some(groove.curve(common.scales.length)?),
             None => None,
         };
-        let clamp = common.clamp(0.0).pose();
         let mut model = Self {
             rod: common.rod.measured(measures),
             chart,
+            end,
             settled: groove.is_some() && matches!(scene.start.place, Place::Settled { .. }),
             groove: groove.map(|groove| groove.seen_from(&clamp)),
             common,
@@ -79,7 +86,7 @@ impl ElasticSpace {
         let here = Isometry3::identity();
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
         let link = Link::new(self.rod.clone(), from, to, joint);
-        let pose = link.end(&self.chart, POSE)?.pose;
+        let pose = link.held(&self.chart, &self.end, POSE)?.pose;
         let (pose, twist) = match joint {
             Joint::Weld => (pose, self.common.velocity),
             Joint::Ball => {

@@ -153,10 +153,12 @@ pub enum SpaceField {
     },
     /// An equilibrium.
     Equilibrium {
-        /// The rod.
-        rod: Rod,
+        /// The rod with its end condition.
+        problem: Box<Problem>,
         /// Its base wrench.
         base: Wrench,
+        /// The pose of its end.
+        end: Isometry3<f64>,
     },
 }
 
@@ -179,8 +181,8 @@ impl SpaceField {
                 }
                 Ok(strain)
             }
-            Self::Equilibrium { rod, base } => {
-                let sections = rod.shape(base, &[x * rod.length()], SHAPE)?;
+            Self::Equilibrium { problem, base, .. } => {
+                let sections = problem.sections(base, &[x])?;
                 sections
                     .first()
                     .map(|section| section.strain)
@@ -316,9 +318,13 @@ fn under_followers(
     let found = Assembly::new(vec![Carrier::rigid(body)], vec![link])?
         .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
         .map_err(|e| e.context("[start]"))?;
+    let base = rod.outward_wrench(&found.now.charts[0]);
+    let end = rod.end(&base, SHAPE)?.section.pose();
+    let held = EndConditions::pose(end.translation.vector, end.rotation);
     Ok(Some(SpaceField::Equilibrium {
-        base: rod.outward_wrench(&found.now.charts[0]),
-        rod: rod.clone(),
+        problem: Box::new(Problem::new(rod.clone(), held, SHAPE)?),
+        base,
+        end,
     }))
 }
 
@@ -333,8 +339,9 @@ fn equilibrium(
         .and_then(|problem| problem.solve(None))
         .map_err(doing)?;
     let field = SpaceField::Equilibrium {
-        rod: rod.clone(),
         base: found.base,
+        end: found.end.pose(),
+        problem: Box::new(Problem::new(rod.clone(), end, SHAPE)?),
     };
     Ok((field, Some(found.index)))
 }

@@ -1,0 +1,203 @@
+//! Problems of taut rods: what is held and loaded at the end decides the force, three unknowns instead of six.
+
+use super::interval::Pulled;
+use super::{Shape, Solved, Tip, solved};
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined};
+use crate::rod::equilibrium::{Equilibrium, Route};
+use crate::rod::path::{Path, Taken};
+use crate::rod::{Problem, RodSection, Wrench};
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first.
+const TAUT: f64 = 16.0;
+/// What base wrenches of taut rods have of it at least, and how well their couple must agree, over sqrt(F B).
+const PULLED: f64 = 12.0;
+const AGREES: f64 = 1e-5;
+/// Newton steps at most, and the largest change of the force in one, in parts of it.
+const STEPS: usize = 60;
+const CHANGE: f64 = 0.5;
+/// Newton's steps relative to the force below which it is found: rounding of places times the stiffness is not to be had.
+const FOUND: f64 = 1e-12;
+/// Between these sqrt(F L^2/B) the force is looked for that makes a rod as long as it is held.
+const RANGE: (f64, f64) = (3.0, 1e6);
+
+impl Problem {
+    fn tip(&self) -> Tip {
+        match self.orientation {
+            Some(directors) => Tip::Turned(directors),
+            None => Tip::Loaded {
+                couple: self.couple,
+                arm: self.arm,
+            },
+        }
+    }
+
+    fn is_held(&self) -> [bool; 3] {
+        self.end.position.map(|x| x.is_some())
+    }
+
+    fn flexure(&self) -> f64 {
+        let [a, b] = self.rod.law.flexures();
+        0.5 * (a + b)
+    }
+
+    /// The taut rod that a base wrench of the numerics means, if it is one.
+    pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
+        let (m, n) = halves(b);
+        if self.end.follower || !((self.flexure() * n.norm()).sqrt() > PULLED) {
+            return None;
+        }
+        let found = solved(&self.rod.law, b, &self.tip(), None, self.tolerance).ok()?;
+        let agrees = (found.base_couple - m).norm() < AGREES * n.norm().sqrt();
+        let pulled = self.flexure() * n.dot(&found.position) > PULLED * PULLED * 0.5;
+        (agrees && pulled).then_some(found)
+    }
+
+    /// The index of a taut rod.
+    pub(in crate::rod) fn taut_index(&self, found: &Solved) -> Result<usize> {
+        let axes = self.is_held().into_iter().zip(&self.axes);
+        let axes: Vec<_> = axes
+            .filter(|(held, _)| *held)
+            .map(|(_, axis)| *axis)
+            .collect();
+        let pulled = Pulled::new(&self.rod.law, found.shape.n);
+        pulled.index(&found.shape, &self.tip(), &found.by_force, &axes)
+    }
+
+    /// Sections of a taut rod at places in [0, 1], in growing order.
+    pub(in crate::rod) fn taut_sections(
+        &self,
+        found: &Solved,
+        at: &[f64],
+    ) -> Result<Vec<RodSection>> {
+        let n = found.shape.n;
+        let pulled = Pulled::new(&self.rod.law, n);
+        let sections = pulled.sections(&found.shape, &self.tip(), at, self.tolerance)?;
+        let sections = sections.iter().zip(at);
+        sections
+            .map(|((section, r, energy), s)| self.rod.outward_section(*s, section, r, *energy, &n))
+            .collect()
+    }
+
+    /// The force with which a straight rod with layers at its ends is as long as the end is held away, if that is taut.
+    fn stretched(&self) -> Option<Vector3<f64>> {
+        let place: Vector3<f64> = (0..3).map(|i| self.axes[i] * self.targets[i]).sum();
+        let length = place.norm();
+        let along = place.try_normalize(1e-9)?;
+        let layer = |direction: Vector3<f64>| (0.25 * direction.angle(&along)).sin().powi(2);
+        let last = self
+            .orientation
+            .map_or(0.0, |r| layer(r.column(2).into_owned()));
+        let layers = layer(Vector3::z()) + last;
+        let flexure = self.flexure();
+        let excess = |lam: f64| {
+            let pull = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, lam * lam / flexure);
+            let at = self.rod.law.inverse(0.5, &pull).ok()?;
+            Some(at.strain[5] - 4.0 * layers / lam - length)
+        };
+        let (mut low, mut high) = RANGE;
+        // A law that refuses a pull refuses greater ones.
+        if !(excess(low)? < 0.0) {
+            return None;
+        }
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            match excess(middle) {
+                Some(excess) if excess < 0.0 => low = middle,
+                _ => high = middle,
+            }
+        }
+        (low < 0.9 * RANGE.1).then(|| along * (low * low / flexure))
+    }
+
+    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut.
+    pub(in crate::rod) fn solve_taut(&self, guess: Option<&Wrench>) -> Option<Result<Equilibrium>> {
+        if self.end.follower || matches!(self.path, Path::Planar | Path::ClosedForm) {
+            return None;
+        }
+        let held = self.is_held();
+        let (m, start) = match guess {
+            Some(base) => halves(&self.rod.inward(base)),
+            None if held == [true; 3] => (Vector3::zeros(), self.stretched()?),
+            None => {
+                let loaded = (0..3).filter(|i| !held[*i]);
+                let force = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
+                (Vector3::zeros(), force)
+            }
+        };
+        let lam = (self.flexure() * start.norm()).sqrt();
+        (lam > TAUT).then(|| self.find_force(&m, start, guess.is_some()))
+    }
+
+    fn find_force(
+        &self,
+        m: &Vector3<f64>,
+        start: Vector3<f64>,
+        from_guess: bool,
+    ) -> Result<Equilibrium> {
+        let (held, tip) = (self.is_held(), self.tip());
+        let (mut n, mut last): (_, Option<Shape>) = (start, None);
+        let mut route = Route {
+            from_guess,
+            ..Route::start()
+        };
+        let mut before = f64::INFINITY;
+        for _ in 0..STEPS {
+            let b = joined(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
+            let found = solved(&self.rod.law, &b, &tip, last.as_ref(), self.tolerance)?;
+            route.iterations += 1;
+            route.evaluations += found.iterations;
+            let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());
+            for i in 0..3 {
+                let axis = self.axes[i];
+                let (is, row) = match held[i] {
+                    true => (found.position, axis.transpose() * found.by_force.position),
+                    false => (n, axis.transpose()),
+                };
+                off[i] = axis.dot(&is) - self.targets[i];
+                by.row_mut(i).copy_from(&row);
+            }
+            let step = -by.lu().solve(&off).ok_or_else(|| {
+                Error::ill_conditioned(
+                    "a taut rod is exactly at a fold, or cannot be stretched any more",
+                )
+            })?;
+            let size = step.norm() / n.norm();
+            // Down to rounding, if no better.
+            if size < FOUND || (size < 1e-6 && size > 0.5 * before) {
+                return self.told(&found, off.norm(), route);
+            }
+            before = size;
+            let part = (CHANGE / size).min(1.0);
+            route.damping = route.damping.min(part);
+            n += step * part;
+            last = Some(found.shape);
+        }
+        Err(Error::no_convergence(
+            "the force of a taut rod was not found; give a guess of its base wrench",
+        ))
+    }
+
+    fn told(&self, found: &Solved, residual: f64, route: Route) -> Result<Equilibrium> {
+        let n = found.shape.n;
+        let lam = (self.flexure() * n.norm()).sqrt();
+        let b = joined(&found.base_couple, &n);
+        let last = found.shape.at(1.0);
+        Ok(Equilibrium {
+            base: self.rod.outward_wrench(&b),
+            end: self
+                .rod
+                .outward_section(1.0, &last, &found.position, found.energy, &n)?,
+            index: self.taut_index(found)?,
+            residual,
+            route,
+            taken: Taken::new(
+                Path::Spatial,
+                format!(
+                    "the rod is taut, sqrt(F L^2/B) = {lam:.1}: the force is the unknown, and the rod is solved from both ends"
+                ),
+            ),
+        })
+    }
+}
