@@ -8,6 +8,9 @@ use crate::solve::arclength::{Options, Stop};
 use crate::solve::special::{SpecialKind, Status};
 use nalgebra::{DMatrix, DVector};
 
+/// The tightest tolerance of the integration along rods.
+const FINEST: f64 = 1e-14;
+
 /// Assemblies in one parameter: loads, places of supports, sections.
 ///
 /// The equations and their derivatives by the unknowns are exact; those by the parameter are central differences, of balance
@@ -45,8 +48,12 @@ pub struct AssemblySpecial {
     pub status: Status,
     /// The place.
     pub point: AssemblyPoint,
-    /// Error of the parameter by the location.
+    /// Bound of the error of the parameter, that of the integration along the rods included.
     pub error: f64,
+    /// Estimated error of the arclength.
+    pub error_s: f64,
+    /// Arclengths between which it lies.
+    pub interval: (f64, f64),
     /// Index before and after.
     pub index: (Option<usize>, Option<usize>),
     /// True of a branch point at which the parameter turns as well.
@@ -62,6 +69,8 @@ pub struct AssemblyBranch {
     pub specials: Vec<AssemblySpecial>,
     /// Why it ended.
     pub stop: Stop,
+    /// True if it was interrupted.
+    pub interrupted: bool,
 }
 
 impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
@@ -85,6 +94,19 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     /// No equilibrium near `start`; a start at a limit point; options outside their sets; more than 72 unknowns; the errors of the
     /// closure.
     pub fn branch(&self, start: &Configuration, options: &Options) -> Result<AssemblyBranch> {
+        self.branch_while(start, options, &mut |_| true)
+    }
+
+    /// The same, as long as `go_on`, told the parameter at every point, says yes.
+    ///
+    /// # Errors
+    /// As [`AssemblyFamily::branch`].
+    pub fn branch_while(
+        &self,
+        start: &Configuration,
+        options: &Options,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Result<AssemblyBranch> {
         let first = (self.at)(options.from)?;
         if start.bodies.len() != first.carriers().len() || start.charts.len() != first.links().len()
         {
@@ -94,12 +116,19 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         }
         let frame = Frame::new(&first, start.bodies.iter().map(|place| place.pose));
         let x = frame.unknowns(&first, start);
-        let framed = Framed {
+        let framed = |tolerance: f64, step: f64| Framed {
             family: self,
-            frame,
+            frame: frame.clone(),
             size: x.len(),
+            tolerance,
+            step: step * self.step,
         };
-        let followed = padded::follow(&framed, &x, options.from, options)?;
+        // Two ways to compute the same special points with other errors.
+        let finer = [(30.0, 0.4), (1000.0, 0.7)];
+        let finer = finer.map(|(by, step)| framed((self.tolerance / by).max(FINEST), step));
+        let finer = finer.each_ref().map(|finer| finer as &dyn Equations);
+        let framed = framed(self.tolerance, 1.0);
+        let followed = padded::follow(&framed, &finer, (&x, options.from), options, go_on)?;
         let points = followed.points.iter().map(|on| framed.point(on));
         let specials = followed.specials.iter().map(|special| {
             Ok(AssemblySpecial {
@@ -107,6 +136,8 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
                 status: special.status.clone(),
                 point: framed.point(&special.at)?,
                 error: special.error_p,
+                error_s: special.error_s,
+                interval: special.interval,
                 index: special.index,
                 turning: special.turning,
             })
@@ -115,6 +146,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
             points: points.collect::<Result<_>>()?,
             specials: specials.collect::<Result<_>>()?,
             stop: followed.stop,
+            interrupted: followed.interrupted,
         })
     }
 }
@@ -124,13 +156,15 @@ struct Framed<'a, P> {
     family: &'a AssemblyFamily<P>,
     frame: Frame,
     size: usize,
+    tolerance: f64,
+    step: f64,
 }
 
 impl<P: Fn(f64) -> Result<Assembly>> Framed<'_, P> {
     fn point(&self, on: &padded::On) -> Result<AssemblyPoint> {
         let assembly = (self.family.at)(on.p)?;
         let now = self.frame.configuration(&assembly, on.x.as_slice());
-        let points = assembly.points(0.0, &now.bodies, &now.charts, self.family.tolerance)?;
+        let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
         Ok(AssemblyPoint {
             parameter: on.p,
             arclength: on.arclength,
@@ -146,7 +180,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Framed<'_, P> {
         let assembly = (self.family.at)(p)?;
         let now = self.frame.configuration(&assembly, x);
         if self.family.changes_rods {
-            let points = assembly.points(0.0, &now.bodies, &now.charts, self.family.tolerance)?;
+            let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
             return Ok(self.frame.residual(&assembly, &now.bodies, &points));
         }
         // The rods are integrated once for both differences.
@@ -174,10 +208,10 @@ impl<P: Fn(f64) -> Result<Assembly>> Equations for Framed<'_, P> {
         let assembly = (self.family.at)(p)?;
         let now = self.frame.configuration(&assembly, x);
         self.frame.check(&assembly, x, &now)?;
-        let points = assembly.points(0.0, &now.bodies, &now.charts, self.family.tolerance)?;
+        let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
         let residual = self.frame.residual(&assembly, &now.bodies, &points);
         let jacobian = self.frame.jacobian(&assembly, x, &now.bodies, &points);
-        let h = self.family.step;
+        let h = self.step;
         let slope = match (
             self.residual(x, p + h, &points),
             self.residual(x, p - h, &points),
@@ -198,7 +232,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Equations for Framed<'_, P> {
         }
         let now = self.frame.configuration(&assembly, x);
         assembly
-            .index(0.0, &now, self.family.tolerance.max(1e-11))
+            .index(0.0, &now, self.tolerance.max(1e-11))
             .map(Some)
     }
 }

@@ -98,6 +98,11 @@ impl Assembly {
         self
     }
 
+    /// Its name, if the bodies have names.
+    pub fn name_of_body(&self, body: usize) -> Option<&str> {
+        self.names[0].get(body).map(String::as_str)
+    }
+
     /// What messages call a body.
     pub(crate) fn body_name(&self, body: usize) -> String {
         match self.names[0].get(body) {

@@ -103,7 +103,7 @@ impl Assembly {
         })
     }
 
-    /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0 with drag and rotors: of the first-order system of
+    /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0 with drag, rotors and loads that turn with bodies: of the first-order system of
     /// M x'' + C x' + K x = 0, two for each velocity that is not rigid, by imaginary then real part. A real part above zero is an
     /// instability; a rotor can hold what the stiffness alone cannot.
     ///
@@ -118,11 +118,8 @@ impl Assembly {
                 reduced(&root, &stiffness.damping)?,
             ),
             Err(_) => {
-                // In the modes that are left, M is 1 and K diagonal.
-                let soft = self.soft_modes(now, &points, &root, tolerance)?;
-                let damping = self.damping(now, &points)?;
-                let c = soft.shapes.transpose() * damping * &soft.shapes;
-                (DMatrix::from_diagonal(&soft.squares.into()), c)
+                let c = reduced(&root, &self.damping(now, &points)?)?;
+                self.flexible(now, &points, &root, &c, tolerance)?
             }
         };
         let n = k.nrows();
@@ -140,16 +137,42 @@ impl Assembly {
         Ok(values)
     }
 
-    /// The modes without those in which a rod would have to stretch and cannot: where there is no stiffness K, there is the
-    /// compliance C of the bodies held by springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y, omega^2 =
-    /// 1/mu - shift and x = C L y/mu; what is rigid has mu = 0.
-    pub(super) fn soft_modes(
+    /// Stiffness and damping c, in L^T x, without the directions in which a rod would have to stretch and cannot. There L^T (K + shift
+    /// M)^-1 L is zero, from the left and from the right; what is left of it is inverted. It need not be symmetric.
+    fn flexible(
         &self,
         now: &Configuration,
         points: &[LinkPoint],
         root: &DMatrix<f64>,
+        c: &DMatrix<f64>,
         tolerance: f64,
-    ) -> Result<SoftModes> {
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+        let (compliance, _, shift) = self.shifted_compliance(now, points, root)?;
+        let compliance = root.transpose() * compliance * root;
+        let svd = compliance.clone().svd(true, false);
+        let directions = svd.u.unwrap_or_default();
+        let rigid = tolerance.max(1e-12) * svd.singular_values.amax();
+        let kept: Vec<usize> = (0..directions.ncols())
+            .filter(|i| svd.singular_values[*i] > rigid)
+            .collect();
+        let basis = directions.select_columns(&kept);
+        let inner = basis.transpose() * compliance * &basis;
+        let mut stiffness = inner.try_inverse().ok_or_else(|| {
+            Error::ill_conditioned("the assembly has neither stiffness nor compliance")
+        })?;
+        for i in 0..kept.len() {
+            stiffness[(i, i)] -= shift;
+        }
+        Ok((stiffness, basis.transpose() * c * basis))
+    }
+
+    /// The compliance of the bodies held by springs, (K + shift M)^-1, with what the charts do, and the shift.
+    fn shifted_compliance(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+        root: &DMatrix<f64>,
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>, f64)> {
         let (length, couple) = self.scales();
         // B/L^3 over the mean of the masses.
         let rotations = self.rotations();
@@ -160,6 +183,20 @@ impl Assembly {
         let shift = couple / (length * length) * shifts.len() as f64 / masses;
         let held = root * root.transpose() * shift;
         let (compliance, charts) = self.held_compliance(now, points, &held)?;
+        Ok((compliance, charts, shift))
+    }
+
+    /// The modes without those in which a rod would have to stretch and cannot: where there is no stiffness K, there is the
+    /// compliance C of the bodies held by springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y, omega^2 =
+    /// 1/mu - shift and x = C L y/mu; what is rigid has mu = 0.
+    pub(super) fn soft_modes(
+        &self,
+        now: &Configuration,
+        points: &[LinkPoint],
+        root: &DMatrix<f64>,
+        tolerance: f64,
+    ) -> Result<SoftModes> {
+        let (compliance, charts, shift) = self.shifted_compliance(now, points, root)?;
         let (inverse, vectors) = symmetric(&(root.transpose() * &compliance * root));
         let rigid = tolerance.max(1e-12) * inverse.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let mut kept: Vec<usize> = (0..inverse.len())
@@ -208,7 +245,7 @@ impl Assembly {
             let at: Vec<f64> = (0..=count)
                 .map(|i| length * i as f64 / count.max(1) as f64)
                 .collect();
-            let tip = link.to().at(0.0, &now.bodies).pose;
+            let tip = link.to().at(t, &now.bodies).pose;
             let sections = link.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
             let turn = base.rotation.to_rotation_matrix();
             let placed = sections.into_iter().map(|section| RodSection {

@@ -130,6 +130,8 @@ pub(super) struct SpecialOn {
     pub status: Status,
     pub at: On,
     pub error_p: f64,
+    pub error_s: f64,
+    pub interval: (f64, f64),
     pub index: (Option<usize>, Option<usize>),
     pub turning: bool,
 }
@@ -140,14 +142,17 @@ pub(super) struct Followed {
     pub points: Vec<On>,
     pub specials: Vec<SpecialOn>,
     pub stop: Stop,
+    pub interrupted: bool,
 }
 
-/// The branch through (x, p).
+/// The branch through (x, p). Special points are located again on `finer` equations, for bounds of their errors; it ends where
+/// `go_on`, told the parameter, says no.
 pub(super) fn follow(
     equations: &dyn Equations,
-    x: &DVector<f64>,
-    p: f64,
+    finer: &[&dyn Equations],
+    (x, p): (&DVector<f64>, f64),
     options: &Options,
+    go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Followed> {
     fn point<const N: usize>(point: &Point<N>, size: usize) -> On {
         On {
@@ -164,34 +169,60 @@ pub(super) fn follow(
             status: special.status.clone(),
             at: point(&special.point, size),
             error_p: special.error_p,
+            error_s: special.error_s,
+            interval: special.interval,
             index: special.index,
             turning: special.turning,
         }
     }
     fn sized<const N: usize>(
         equations: &dyn Equations,
-        x: &DVector<f64>,
-        p: f64,
+        finer: &[&dyn Equations],
+        (x, p): (&DVector<f64>, f64),
         options: &Options,
+        go_on: &mut dyn FnMut(f64) -> bool,
     ) -> Result<Followed> {
         let family = Padded(equations);
+        let finer: Vec<Padded<'_>> = finer.iter().map(|finer| Padded(*finer)).collect();
+        let fine = Options {
+            tolerance: (0.01 * options.tolerance).max(1e-12),
+            ..options.clone()
+        };
         let mut followed = Followed {
             points: Vec::new(),
             specials: Vec::new(),
             stop: Stop::MaxPoints,
+            interrupted: false,
         };
         for item in Continuation::<_, N>::new(&family, padded(x), p, options.clone())? {
-            match item {
-                Item::Point(found) => followed.points.push(point(&found, x.len())),
-                Item::Special(found) => followed.specials.push(special(&found, x.len())),
-                Item::Stop(stop) => followed.stop = stop,
+            let p = match item {
+                Item::Point(found) => {
+                    followed.points.push(point(&found, x.len()));
+                    found.p
+                }
+                Item::Special(found) => {
+                    let found = match finer.is_empty() {
+                        true => found,
+                        false => found.bounded(&finer, &fine),
+                    };
+                    followed.specials.push(special(&found, x.len()));
+                    found.point.p
+                }
+                Item::Stop(stop) => {
+                    followed.stop = stop;
+                    break;
+                }
+            };
+            if !go_on(p) {
+                followed.interrupted = true;
+                break;
             }
         }
         Ok(followed)
     }
     check(x.len())?;
     match x.len() {
-        0..=SMALL => sized::<SMALL>(equations, x, p, options),
-        _ => sized::<MOST>(equations, x, p, options),
+        0..=SMALL => sized::<SMALL>(equations, finer, (x, p), options, go_on),
+        _ => sized::<MOST>(equations, finer, (x, p), options, go_on),
     }
 }

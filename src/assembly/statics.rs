@@ -270,14 +270,17 @@ impl Assembly {
                 special: false,
                 ..Options::between(0.0, 1.0)
             };
-            let mut followed = padded::follow(&statics, &x, 0.0, &options).map_err(begin)?;
+            let to_end = |options: &Options| {
+                padded::follow(&statics, &[], (&x, 0.0), options, &mut |_| true)
+            };
+            let mut followed = to_end(&options).map_err(begin)?;
             if let Stop::MaxPoints = followed.stop {
                 // The forces of taut rods are far away, but nothing happens on the way.
                 let options = Options {
                     max_step: FAR,
                     ..options
                 };
-                followed = padded::follow(&statics, &x, 0.0, &options).map_err(begin)?;
+                followed = to_end(&options).map_err(begin)?;
             }
             let far = followed
                 .points

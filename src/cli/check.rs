@@ -49,14 +49,16 @@ pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
     Ok(scene)
 }
 
-/// Reads a scene of statics, or says everything that is wrong with it.
-pub fn read_statics(given: &SceneArgs) -> Result<Scene, Refusal> {
+/// Reads a scene of motion, or of an assembly, at rest or not, or says everything that is wrong with it.
+pub fn read_modes(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
-    scene.end().map_err(|e| no_start(&given.path, &e))?;
+    if scene.assembly.is_none() {
+        scene.run().map_err(|e| no_start(&given.path, &e))?;
+    }
     Ok(scene)
 }
 
-/// The same, or an assembly, at rest or not.
+/// Reads a scene of statics, or of an assembly, at rest or not, or says everything that is wrong with it.
 pub fn read_equilibrium(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
     if scene.assembly.is_none() {

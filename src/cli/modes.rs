@@ -1,6 +1,6 @@
 //! `snaprod modes SCENE`.
 
-use super::check::{SceneArgs, no_start, read};
+use super::check::{SceneArgs, no_start, read_modes};
 use super::files::{json_text, print, print_json, rounded};
 use super::output::{FigureArgs, Output};
 use super::{Ending, Refusal, rod_figures};
@@ -30,7 +30,7 @@ const FILES: &[&str] = &["modes.*", "summary.json"];
 
 /// Describes small motions about the equilibrium of a scene.
 pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
-    let scene = read(&args.scene)?;
+    let scene = read_modes(&args.scene)?;
     let record = study::modes(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     if let Some(directory) = &args.out {
         let out = Output::open(Some(directory), FILES, args.figures)?;

@@ -1,7 +1,7 @@
 //! Parameters of a scene: dotted paths to its numbers.
 
-use super::{Component, Orientation, Scene, Section, Stiffness, Units};
-use crate::error::Error;
+use super::{AssemblyScene, Component, Load, Orientation, Scene, Section, Site, Stiffness, Units};
+use crate::error::{Error, Quantity};
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
@@ -40,12 +40,26 @@ pub enum Parameter {
     Curvature(usize),
     /// `rod.rest.twist`.
     Twist,
+    /// Of an assembly: `body[k].force[i]`, a constant one.
+    BodyForce(usize, usize),
+    /// `body[k].couple[i]`, a constant one.
+    BodyCouple(usize, usize),
+    /// Of an assembly: `loads.gravity[i]`.
+    Gravity(usize),
+    /// `rod[k].from.position[i]` on the ground.
+    FromPosition(usize, usize),
+    /// `rod[k].to.position[i]` on the ground.
+    ToPosition(usize, usize),
+    /// `rod[k].from.rotation.angle` on the ground, radians.
+    FromAngle(usize),
+    /// `rod[k].to.rotation.angle` on the ground, radians.
+    ToAngle(usize),
 }
 
 use Parameter::*;
 
 impl Parameter {
-    /// Every parameter that some scene has.
+    /// Every parameter that some scene of one rod has.
     pub const ALL: [Self; 25] = [
         EndForce(0),
         EndForce(1),
@@ -88,11 +102,14 @@ impl Parameter {
     pub fn unit(self, units: Units) -> &'static str {
         match self {
             // An angle is in radians whatever the other units are.
-            EndAngle | ClampAngle => "rad",
+            EndAngle | ClampAngle | FromAngle(_) | ToAngle(_) => "rad",
             EndLoad => "",
-            EndForce(_) | Shear(_) | Axial => units.force(),
-            EndCouple(_) => units.couple(),
-            EndPosition(_) | ClampPosition(_) | Length => units.length(),
+            EndForce(_) | Shear(_) | Axial | BodyForce(..) => units.force(),
+            Gravity(_) => units.symbol(Quantity::Acceleration),
+            EndCouple(_) | BodyCouple(..) => units.couple(),
+            EndPosition(_) | ClampPosition(_) | FromPosition(..) | ToPosition(..) | Length => {
+                units.length()
+            }
             Bending(_) | Torsion => units.flexural(),
             Curvature(_) | Twist => units.curvature(),
         }
@@ -121,6 +138,13 @@ impl fmt::Display for Parameter {
             Axial => f.write_str("rod.section.axial"),
             Curvature(i) => write!(f, "rod.rest.curvature[{i}]"),
             Twist => f.write_str("rod.rest.twist"),
+            BodyForce(k, i) => write!(f, "body[{k}].force[{i}]"),
+            BodyCouple(k, i) => write!(f, "body[{k}].couple[{i}]"),
+            Gravity(i) => write!(f, "loads.gravity[{i}]"),
+            FromPosition(k, i) => write!(f, "rod[{k}].from.position[{i}]"),
+            ToPosition(k, i) => write!(f, "rod[{k}].to.position[{i}]"),
+            FromAngle(k) => write!(f, "rod[{k}].from.rotation.angle"),
+            ToAngle(k) => write!(f, "rod[{k}].to.rotation.angle"),
         }
     }
 }
@@ -147,11 +171,40 @@ impl FromStr for Parameter {
             };
             path == name || letter() == Some(true)
         };
-        Self::ALL.iter().find(same).copied().ok_or_else(|| {
+        let known = Self::ALL.iter().find(same).copied();
+        known.or_else(|| of_assembly(path)).ok_or_else(|| {
             Error::domain(format!(
                 "parameter = {path:?}: must be the path of a number of the scene, such as \"end.force[2]\""
             ))
         })
+    }
+}
+
+/// A parameter of an assembly.
+fn of_assembly(path: &str) -> Option<Parameter> {
+    // Of three components, by number or letter.
+    let component = |field: &str, name: &str| -> Option<usize> {
+        let rest = field.strip_prefix(name)?;
+        let index = ["[0]", "[1]", "[2]"].iter().position(|i| *i == rest);
+        index.or_else(|| [".x", ".y", ".z"].iter().position(|i| *i == rest))
+    };
+    if let Some(i) = component(path, "loads.gravity") {
+        return Some(Gravity(i));
+    }
+    let (list, rest) = path.split_once('[')?;
+    let (number, field) = rest.split_once("].")?;
+    let k: usize = number.parse().ok()?;
+    let of = |name: &str| component(field, name);
+    match list {
+        "body" => of("force")
+            .map(|i| BodyForce(k, i))
+            .or_else(|| of("couple").map(|i| BodyCouple(k, i))),
+        "rod" if field == "from.rotation.angle" => Some(FromAngle(k)),
+        "rod" if field == "to.rotation.angle" => Some(ToAngle(k)),
+        "rod" => of("from.position")
+            .map(|i| FromPosition(k, i))
+            .or_else(|| of("to.position").map(|i| ToPosition(k, i))),
+        _ => None,
     }
 }
 
@@ -188,20 +241,36 @@ impl Scene {
     /// Every parameter of this scene.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut scene = self.clone();
+        let mut all = Parameter::ALL.to_vec();
+        if let Some(assembly) = &self.assembly {
+            let three = || 0..3;
+            all = three().map(Gravity).collect();
+            for k in 0..assembly.bodies.len() {
+                all.extend(three().map(|i| BodyForce(k, i)));
+                all.extend(three().map(|i| BodyCouple(k, i)));
+            }
+            for k in 0..assembly.rods.len() {
+                all.extend(three().map(|i| FromPosition(k, i)));
+                all.extend(three().map(|i| ToPosition(k, i)));
+                all.extend([FromAngle(k), ToAngle(k)]);
+            }
+        }
         let has = |parameter: &Parameter| scene.slot(parameter).is_some();
-        Parameter::ALL.into_iter().filter(has).collect()
+        all.into_iter().filter(has).collect()
     }
 
     /// Where the number is.
     fn slot(&mut self, parameter: &Parameter) -> Option<&mut f64> {
+        if let Some(assembly) = &mut self.assembly {
+            return match *parameter {
+                Gravity(i) => self.loads.gravity.get_mut(i),
+                _ => assembly.slot(parameter),
+            };
+        }
         let (end, clamp, rod) = (self.end.as_mut(), &mut self.clamp, &mut self.rod);
         let linear = match &mut rod.section {
             Section::Diagonal(linear) => Some(linear),
             Section::Barrier(law) => Some(&mut law.linear),
-            _ => None,
-        };
-        let angle = |orientation| match orientation {
-            Some(&mut Orientation::Rotation(ref mut rotation)) => Some(&mut rotation.angle),
             _ => None,
         };
         match *parameter {
@@ -225,9 +294,9 @@ impl Scene {
                 Component::Held(x) => Some(x),
                 Component::Free => None,
             },
-            EndAngle => angle(end?.orientation.as_mut()),
+            EndAngle => end?.orientation.as_mut()?.angle_mut(),
             ClampPosition(i) => clamp.position.get_mut(i),
-            ClampAngle => angle(Some(&mut clamp.orientation)),
+            ClampAngle => clamp.orientation.angle_mut(),
             Length => {
                 // Tables hold arclengths, which end at the length.
                 let stiffness = linear.iter().flat_map(|linear| linear.named());
@@ -247,6 +316,61 @@ impl Scene {
             },
             Curvature(i) => rod.rest.curvature.get_mut(i)?.constant_mut(),
             Twist => rod.rest.twist.constant_mut(),
+            _ => None,
+        }
+    }
+}
+
+impl AssemblyScene {
+    fn slot(&mut self, parameter: &Parameter) -> Option<&mut f64> {
+        match *parameter {
+            BodyForce(k, i) => self.bodies.get_mut(k)?.force.component_mut(i),
+            BodyCouple(k, i) => {
+                let body = self.bodies.get_mut(k)?;
+                body.extent.as_ref()?;
+                body.couple.component_mut(i)
+            }
+            FromPosition(k, i) => self.rods.get_mut(k)?.from.on_ground()?.position.get_mut(i),
+            ToPosition(k, i) => self.rods.get_mut(k)?.to.on_ground()?.position.get_mut(i),
+            FromAngle(k) => self
+                .rods
+                .get_mut(k)?
+                .from
+                .on_ground()?
+                .orientation
+                .angle_mut(),
+            ToAngle(k) => self
+                .rods
+                .get_mut(k)?
+                .to
+                .on_ground()?
+                .orientation
+                .angle_mut(),
+            _ => None,
+        }
+    }
+}
+
+impl Load {
+    fn component_mut(&mut self, i: usize) -> Option<&mut f64> {
+        match self {
+            Self::Constant(vector) => vector.get_mut(i),
+            Self::InTime(_) => None,
+        }
+    }
+}
+
+impl Site {
+    fn on_ground(&mut self) -> Option<&mut Self> {
+        self.body.is_none().then_some(self)
+    }
+}
+
+impl Orientation {
+    fn angle_mut(&mut self) -> Option<&mut f64> {
+        match self {
+            Self::Rotation(rotation) => Some(&mut rotation.angle),
+            _ => None,
         }
     }
 }

@@ -2,7 +2,7 @@
 //! the same.
 
 use crate::support::assert_close;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Complex, Quaternion, UnitQuaternion, Vector3};
 use snaprod::scene::{FaultKind, Scene};
 use snaprod::study::assembly::{AssemblyPrepared, equilibrium};
 use snaprod::study::run::{Fields, Prepared};
@@ -254,6 +254,84 @@ fn follower_loads_at_rest_are_those_of_one_rod() {
             assert_close(*got, want, 1e-8, 1.0, name);
         }
     }
+}
+
+/// s with Im s >= 0 of M x'' + K x = 0, M = diag(m, j): from the quadratic of s^2.
+fn roots_of(k: [[f64; 2]; 2], m: f64, j: f64) -> Vec<Complex<f64>> {
+    let trace = k[0][0] / m + k[1][1] / j;
+    let det = (k[0][0] * k[1][1] - k[0][1] * k[1][0]) / (m * j);
+    let inner = Complex::from(0.25 * trace * trace - det).sqrt();
+    let squares = [0.5 * trace + inner, 0.5 * trace - inner].map(|square| -square);
+    let all = squares
+        .iter()
+        .flat_map(|square| [square.sqrt(), -square.sqrt()]);
+    all.filter(|s| s.im >= -1e-12 * s.norm()).collect()
+}
+
+/// Catches a follower that does not turn with the body in small motions, or an eigenproblem that takes the stiffness for symmetric: a
+/// column with a body on its end under a force along it, by the stiffness of beam-columns, below flutter and in it; straight and
+/// inextensible, so that there is a compliance only. As one rod and as an assembly.
+#[test]
+fn a_column_under_a_follower_flutters() {
+    let (length, bending, torsion) = (0.8_f64, [0.5, 0.7_f64], 0.4);
+    let (mass, inertia) = (0.3, [0.010, 0.012, 0.015]);
+    let mut fluttered = 0;
+    for push in [2.0, 7.0, 14.0_f64] {
+        let mut want = vec![Complex::new(0.0, (torsion / length / inertia[2]).sqrt())];
+        // Bent about d1 the inertia is that about d1.
+        for axis in 0..2 {
+            let k = (push / bending[axis]).sqrt();
+            let (sin, cos) = (k * length).sin_cos();
+            let phi = 2.0 - 2.0 * cos - k * length * sin;
+            let stiff = |by: f64| bending[axis] * by / phi;
+            let across = -stiff(k * k * (1.0 - cos));
+            let stiffness = [
+                [stiff(k.powi(3) * sin), across + push],
+                [across, stiff(k * (sin - k * length * cos))],
+            ];
+            want.extend(roots_of(stiffness, mass, inertia[axis]));
+        }
+        let growing = want.iter().any(|s| s.re > 1e-6);
+        fluttered += usize::from(growing);
+        let rod = format!(
+            "model = \"cosserat\"\nlength = {length}\nsection = {{ bending = {bending:?}, torsion = {torsion} }}\n"
+        );
+        let body = format!("mass = {mass}\ninertia = {inertia:?}\n");
+        let load = format!(
+            "force = {{ direction = [0.0, 0.0, -1.0], constant = {push}, follower = true }}\n"
+        );
+        let run = "[run]\nduration = 1.0\n";
+        for text in [
+            format!(
+                "[[rod]]\nname = \"r\"\n{rod}from = {{}}\nto = {{ body = \"b\" }}\n[[body]]\nname = \"b\"\n{body}{load}"
+            ),
+            format!("[rod]\n{rod}[body]\n{body}[loads]\n{load}[start]\nsettled = true\n{run}"),
+        ] {
+            let record = study::modes(&parsed(&text)).expect(&text);
+            let found = record.motions.eigenvalues.as_ref().expect("eigenvalues");
+            assert_eq!(found.len(), want.len(), "{found:?} {want:?}");
+            for s in &want {
+                let off = found
+                    .iter()
+                    .map(|at| (at - s).norm())
+                    .fold(f64::INFINITY, f64::min);
+                assert!(
+                    off <= 1e-6 * s.norm(),
+                    "push {push}: {s} is {off:e} off in {found:?}"
+                );
+            }
+            assert_eq!(record.motions.stable, !growing, "push {push}");
+            let summary = record.summary();
+            let rates = crate::support::list(&summary["decay_rates"]);
+            assert_eq!(rates.iter().any(|rate| *rate < -1e-6), growing);
+            assert!(
+                summary["angular_frequencies"]
+                    .as_array()
+                    .is_some_and(|all| !all.is_empty())
+            );
+        }
+    }
+    assert!((1..3).contains(&fluttered), "{fluttered}");
 }
 
 /// Catches a load or a motion that is read where it has no meaning, and a fault told at another place.

@@ -383,3 +383,142 @@ fn rods_must_make_an_assembly() {
         assert!(told, "{field} in line {line} is not in {found:?}\n{text}");
     }
 }
+
+/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on a tilted clamp, and as
+/// an assembly.
+#[test]
+fn a_snap_tells_the_wrenches_of_its_rod() {
+    let rod = "model = \"cosserat\"\nlength = 0.5\nsection = { bending = [1.2, 1.0], torsion = 0.7, shear = [600.0, 720.0], axial = 1400.0 }\n\
+               rest = { curvature = [0.6, -0.4], twist = 0.4 }\n";
+    let body = "mass = 60.0\ninertia = [2.5, 2.5, 0.15]\n";
+    let place = "position = [0.3, -0.1, 0.2]\nrotation = { axis = [1.0, 2.0, -0.5], angle = 0.8 }";
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(1.0, 2.0, -0.5).normalize() * 0.8);
+    let spin = turn * Vector3::new(0.0, 0.0, 51.0);
+    let rest = "rest = \"straight\"\n";
+    let run_for = "[run]\nduration = 0.35\ntolerance = 1e-9\nsamples = 3\n";
+    let spin = format!("angular_velocity = {:?}\n", spin.as_slice());
+    let single =
+        format!("[rod]\n{rod}[clamp]\n{place}\n[body]\n{body}[start]\n{rest}{spin}{run_for}");
+    let listed = format!(
+        "[[rod]]\nname = \"axle\"\n{rod}from = {{ {} }}\nto = {{ body = \"wheel\" }}\n[[body]]\nname = \"wheel\"\n{body}{spin}[start]\n{rest}{run_for}",
+        place.replace('\n', ", ")
+    );
+    let mut tables: Vec<Table> = Vec::new();
+    let prepared = snaprod::study::run::Prepared::new(&parsed(&single)).expect("one rod");
+    let fields = snaprod::study::run::Fields::default();
+    let want = snaprod::study::run::run(&prepared, fields, &mut tables, &mut Silent)
+        .expect("one rod")
+        .events();
+    let prepared = AssemblyPrepared::new(&parsed(&listed)).expect("an assembly");
+    let motion = prepared.motion().expect("an assembly");
+    let found = run(&prepared, motion, &mut tables, &mut Silent)
+        .expect("an assembly")
+        .events();
+    assert!(!want.is_empty(), "no snap");
+    assert_eq!(want.len(), found.len());
+    for (want, found) in want.iter().zip(&found) {
+        assert_eq!(found["rod"], "axle");
+        for side in ["from", "to"] {
+            let (want, found) = (&want[side], &found[side]);
+            for part in ["couple", "force"] {
+                let (a, b) = (list(&want[part]), list(&found[part]));
+                assert_eq!(b.len(), 3);
+                let size = a.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
+                for (a, b) in a.iter().zip(&b) {
+                    assert!((a - b).abs() <= 1e-5 * size, "{side} {part}: {a} {b}");
+                }
+            }
+            let off = number(want, "elastic") - number(found, "elastic");
+            assert!(off.abs() <= 1e-7 * number(want, "elastic"), "{off:e}");
+        }
+    }
+}
+
+/// Would catch a rod that is called by a number in a message.
+#[test]
+fn a_start_that_fails_is_told_by_names() {
+    let straight = "[[rod]]\nname = \"mast\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n\
+                    from = { body = \"a\" }\nto = { body = \"b\" }\n";
+    let bodies = "[[body]]\nname = \"a\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n[[body]]\nname = \"b\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n";
+    let rod = "[[rod]]\nname = \"arm\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0, axial = 50.0 }\n\
+               from = {}\nto = { body = \"a\" }\n";
+    let run = "[run]\nduration = 1.0\n";
+    let refused = |text: &str| {
+        let prepared = AssemblyPrepared::new(&parsed(text)).expect(text);
+        prepared.motion().err().expect("a refusal").to_string()
+    };
+    let text = format!("{rod}{straight}{bodies}[start]\nrest = \"straight\"\n{run}");
+    let why = refused(&text);
+    assert!(
+        why.contains("rod \"mast\" stands exactly at a fold"),
+        "{why}"
+    );
+}
+
+/// Would catch a parameter of an assembly that moves another number, a limit point or an index that is lost on the way into the records, a
+/// bound that does not bound: the deep arch pushed through, by the name of its body.
+#[test]
+fn the_arch_is_pushed_through_from_a_scene() {
+    let data = json("space/network_statics_given.json");
+    let given = rows(&data["cases"][5], "points", 1);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/arch.toml");
+    let follow =
+        "continue={ parameter = \"body.crown.force.z\", from = 1.5, to = -12.0, points = 400 }";
+    let scene = Scene::read_with(&path, &[follow, "solve.tolerance=1e-11"]).expect("arch.toml");
+    let record = snaprod::study::branch(&scene, &mut Silent).expect("a branch");
+    assert_eq!(record.parameter.to_string(), "body[0].force[2]");
+    assert!(record.is_complete(), "{:?}", record.branches.curves);
+    let limits: Vec<&Value> = given
+        .iter()
+        .filter(|point| point["kind"] == "limit point")
+        .collect();
+    let folds: Vec<_> = record
+        .branches
+        .specials
+        .iter()
+        .filter(|at| at.label.starts_with("LP"))
+        .collect();
+    assert_eq!((folds.len(), limits.len()), (2, 2));
+    let table = &record.branches.points;
+    for (fold, given) in folds.iter().zip(limits) {
+        let off = (fold.parameter + number(given, "load_down")).abs();
+        assert!(
+            off <= fold.precision.max(1e-10),
+            "{}: {off:e} off, not {:e}",
+            fold.label,
+            fold.precision
+        );
+        assert!(fold.precision <= 1e-8, "{:e}", fold.precision);
+        let row = record.branches.row(fold).expect("its row");
+        let at = |k: &str| table.reals(&format!("crown.{k}"))[row];
+        let place = Vector3::new(at("x"), at("y"), at("z"));
+        let off = (place - vector3(given, "position")).norm();
+        assert!(off <= 1e-6, "the crown is {off:e} off");
+    }
+    assert_eq!(folds[0].index, [Some(0), Some(1)]);
+    assert_eq!(folds[1].index, [Some(1), Some(0)]);
+    // The crown is in balance with both halves on every row: what they do to the ground is the load.
+    let sum = |row: usize| {
+        ["x", "z"].map(|k| {
+            table.reals(&format!("clamped.base_f{k}"))[row]
+                - table.reals(&format!("hinged.base_f{k}"))[row]
+        })
+    };
+    for row in 0..table.rows() {
+        let [x, z] = sum(row);
+        let load = table.reals("parameter")[row];
+        assert!(
+            x.abs() <= 1e-8 && (z - load).abs() <= 1e-8,
+            "{x:e}, {z} under {load}"
+        );
+    }
+    // A branch of an assembly takes one parameter of its own, and no switching.
+    let faults = |follow: &str| {
+        let faults = Scene::read_with(&path, &[follow]).expect_err("a fault");
+        faults.to_string()
+    };
+    let told = faults("continue={ parameter = \"body.crown.force.z\", to = -12.0, switch = true }");
+    assert!(told.contains("continue.switch"), "{told}");
+    let told = faults("continue={ parameter = \"rod.length\", to = 2.0 }");
+    assert!(told.contains("body[0].force[2]"), "{told}");
+}

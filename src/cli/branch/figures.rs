@@ -13,8 +13,8 @@ const MOST_NAMES: usize = 8;
 /// If there are more special points than this, only those of the first branch have labels.
 const MOST_LABELS: usize = 16;
 
-/// The component of the end's position that shows most beside the parameter itself, or else of the base couple: its name, and its
-/// value on all rows.
+/// The component of the end's position, or of a body's, that shows most beside the parameter itself, or else of a base couple: its
+/// name, and its value on all rows.
 fn measure(record: &BranchRecord) -> (String, &[f64]) {
     let (table, units) = (&record.branches.points, record.units);
     let ps = table.reals("parameter");
@@ -29,20 +29,34 @@ fn measure(record: &BranchRecord) -> (String, &[f64]) {
         // The scene's own branch counts more than those found beside it; what follows the parameter shows little.
         span(&bent[..own]) + 0.5 * span(&bent) + 1e-3 * span(values)
     };
-    let best = |columns: [&'static str; 3]| {
-        let scored = columns.map(|name| (score(table.reals(name)), name));
-        let most = scored.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-        most.unwrap_or((0.0, columns[0]))
+    // (what it belongs to, if it is a part of an assembly, and its own name).
+    let parts = |name: &str| match name.rsplit_once('.') {
+        Some((of, name)) => (Some(of.to_owned()), name.to_owned()),
+        None => (None, name.to_owned()),
     };
-    let (shown, name) = best(["x", "y", "z"]);
+    let best = |names: [&'static str; 3]| {
+        let columns = table.columns.iter().map(|column| column.name.as_ref());
+        let columns = columns.filter(|column: &&str| names.contains(&parts(column).1.as_str()));
+        let scored = columns.map(|name| (score(table.reals(name)), name));
+        scored
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((0.0, names[0]))
+    };
+    let (shown, column) = best(["x", "y", "z"]);
     // A held component is constant or the parameter.
     if shown > 2e-3 * record.length {
-        let label = Units::label(&format!("{name} of the end"), units.length());
-        return (label, table.reals(name));
+        let (of, name) = parts(column);
+        let of = of.unwrap_or_else(|| "the end".to_owned());
+        let label = Units::label(&format!("{name} of {of}"), units.length());
+        return (label, table.reals(column));
     }
-    let (_, name) = best(["base_mx", "base_my", "base_mz"]);
-    let label = name.replace("base_", "base couple ");
-    (Units::label(&label, units.couple()), table.reals(name))
+    let (_, column) = best(["base_mx", "base_my", "base_mz"]);
+    let (of, name) = parts(column);
+    let mut label = name.replace("base_", "base couple ");
+    if let Some(of) = of {
+        label = format!("{label} of {of}");
+    }
+    (Units::label(&label, units.couple()), table.reals(column))
 }
 
 fn span(values: &[f64]) -> f64 {

@@ -2,7 +2,7 @@
 
 mod figures;
 
-use super::check::{SceneArgs, no_start, read_statics};
+use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{exact, json_text, print, print_json};
 use super::output::{FigureArgs, Output};
 use super::signals::Signals;
@@ -37,7 +37,7 @@ const FILES: &[&str] = &[
 
 /// Follows the branch of the scene, and what was asked beside it, and writes them.
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
-    let scene = read_statics(&args.scene)?;
+    let scene = read_equilibrium(&args.scene)?;
     let record = study::branch(&scene, &mut Signals::watched())
         .map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
@@ -83,8 +83,9 @@ fn text(record: &BranchRecord) -> String {
         let _ = writeln!(text, "{points} points of fold curves in {first}, {second}");
         found(&mut text, &folds.curves);
     }
-    let taken = &record.taken;
-    let _ = writeln!(text, "path: {}, because {}", taken.path.as_str(), taken.why);
+    if let Some(taken) = &record.taken {
+        let _ = writeln!(text, "path: {}, because {}", taken.path.as_str(), taken.why);
+    }
     for remark in &record.remarks {
         let _ = writeln!(text, "remark: {remark}");
     }

@@ -1,7 +1,8 @@
 //! Reads an assembly: `[[rod]]`, `[[body]]` and what acts on all of them.
 
+use super::branch::continuation;
 use super::ends::{inertia, motion, orientation};
-use super::fields::{BODY, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
+use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
 use super::loads::{load, loads};
 use super::rod::rod;
@@ -80,7 +81,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let bodies: Option<Vec<AssemblyBody>> =
         bodies.and_then(|(bodies, _)| bodies.into_iter().collect());
     let (rods, bodies) = (rods?, bodies?);
-    let scene = Scene {
+    let mut scene = Scene {
         units: units?,
         rod: rods.first()?.rod.clone(),
         clamp: Clamp::default(),
@@ -93,6 +94,19 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         continuation: None,
         assembly: Some(AssemblyScene { rods, bodies }),
     };
+    let follow = default(part(top, &CONTINUE), None, |table| {
+        if motion {
+            let hint = "a branch is one of equilibria; a scene with [run] is one of motion";
+            return top.refuse(
+                FaultKind::Conflict,
+                "continue",
+                "left out where there is [run]",
+                hint,
+            );
+        }
+        continuation(table, Some(&scene)).map(Some)
+    });
+    scene.continuation = follow?;
     can_be_built(top, &rod_tables?, &scene).then_some(scene)
 }
 

@@ -1,7 +1,7 @@
 //! What `[continue]` may hold.
 
 use super::ends::{REACH, out_of_reach};
-use super::fields::SECOND;
+use super::fields::{ASSEMBLY, SECOND};
 use super::rule::{SIZE, VALUE};
 use super::table::{Absent, Table};
 use super::words::{Short, nearest};
@@ -14,8 +14,12 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     let ends = ends(table, scene, parameter);
     let (least, step, most) = steps(table);
     let limit = table.count("points");
-    let (switch, deflate) = (table.flag("switch"), table.flag("deflate"));
-    let (both, back) = (table.flag("both"), table.flag("back"));
+    let flag = |name: &str| match reader.kind.get() {
+        ASSEMBLY => Some(false),
+        _ => table.flag(name),
+    };
+    let (switch, deflate) = (flag("switch"), flag("deflate"));
+    let (both, back) = (flag("both"), table.flag("back"));
     let words = "an array of finite numbers, values of the parameter";
     let at = table.read("at", words, Absent::Or(Vec::new()), |field, value| {
         reader.numbers(field, value, words, &VALUE)
@@ -69,16 +73,34 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
             table.reader.wrong_type(field, value, &allowed, None);
             return None;
         };
+        let path = scene.map_or_else(|| path.to_owned(), |scene| numbered(path, scene));
         let hint = match path.parse::<Parameter>() {
             Ok(parameter) if all.contains(&parameter) => return Some(parameter),
             Ok(parameter) => Some(absence(parameter).to_owned()),
-            Err(_) => nearest(path, paths.iter().map(String::as_str))
+            Err(_) => nearest(&path, paths.iter().map(String::as_str))
                 .map(|meant| format!("did you mean {meant:?}?")),
         };
         table
             .reader
             .refuse(FaultKind::Value, field, value, allowed.as_str(), hint)
     })
+}
+
+/// The path with the numbers of bodies and rods in place of their names, `body.crown.force[2]`.
+fn numbered(path: &str, scene: &Scene) -> String {
+    let (Some(assembly), Some((list, rest))) = (&scene.assembly, path.split_once('.')) else {
+        return path.to_owned();
+    };
+    let (name, field) = rest.split_once('.').unwrap_or((rest, ""));
+    let number = match list {
+        "body" => assembly.bodies.iter().position(|body| body.name == name),
+        "rod" => assembly.rods.iter().position(|rod| rod.name == name),
+        _ => None,
+    };
+    match number {
+        Some(number) => format!("{list}[{number}].{field}"),
+        None => path.to_owned(),
+    }
 }
 
 /// Why a scene may lack a parameter, and what to do.
@@ -103,6 +125,16 @@ fn absence(parameter: Parameter) -> &'static str {
             "a table in s ends at the length; write { polynomial = [..] }, in s / length"
         }
         Parameter::Curvature(_) | Parameter::Twist => "it varies along the rod in this scene",
+        Parameter::BodyForce(..) | Parameter::BodyCouple(..) => {
+            "there is no such body, its load is in time, or it is a point mass, which takes no couple"
+        }
+        Parameter::FromPosition(..) | Parameter::ToPosition(..) => {
+            "there is no such rod, or this end of it is on a body; a place on the ground can move"
+        }
+        Parameter::FromAngle(_) | Parameter::ToAngle(_) => {
+            "of an end on the ground, written as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }"
+        }
+        Parameter::Gravity(_) => "gravity is a parameter of assemblies",
         _ => "in this scene it is rigid, varies along the rod, or is no number of the section law",
     }
 }

@@ -11,7 +11,7 @@ use crate::study::Hooks;
 use nalgebra::SVector;
 
 /// The size of the wrench that counts as much as the whole range of the parameter.
-pub const TYPICAL: f64 = Continue::TYPICAL;
+pub(in crate::study) const TYPICAL: f64 = Continue::TYPICAL;
 /// Branches followed at branch points, the first included.
 const MOST: usize = 24;
 /// Distance from a branch point at which another branch is picked up, as a part of the whole range.
@@ -225,7 +225,8 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                     }
                     Item::Stop(stop) => {
                         let last = self.rows[first..].last().map(|row| row.p);
-                        let (complete, words) = self.ended(number, &stop, backward, last);
+                        let (complete, words) =
+                            ended(self.wanted, (number, backward), &stop, last, ELSEWHERE);
                         self.curves[number].end(complete, words);
                         break;
                     }
@@ -271,53 +272,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
     }
 
     fn short(&self, number: usize, backward: bool, why: &str) -> String {
-        let Continue { parameter, to, .. } = self.wanted;
-        let aim = match (number, backward) {
-            (0, false) => format!("{parameter} = {to}"),
-            _ => format!("the ends of the range of {parameter}"),
-        };
-        format!("branch {number} ended short of {aim}: {why}")
-    }
-
-    /// How an end was met, and whether it is as far as was asked.
-    fn ended(
-        &self,
-        number: usize,
-        stop: &Stop,
-        backward: bool,
-        last: Option<f64>,
-    ) -> (bool, String) {
-        let Continue {
-            parameter,
-            from,
-            to,
-            points,
-            ..
-        } = self.wanted;
-        let short = |why: String| (false, self.short(number, backward, &why));
-        let last = last.unwrap_or(*from);
-        match stop {
-            Stop::LeftAtStart if number == 0 && !backward && self.wanted.back => (
-                true,
-                format!("branch 0 turned back before {parameter} = {to} and came to {last}"),
-            ),
-            Stop::LeftAtStart if number == 0 && !backward => short(format!(
-                "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
-                 end sooner, say that this is expected with back = true, or look for other branches with switch = true or deflate = true, or from another [start]"
-            )),
-            Stop::Reached | Stop::LeftAtStart => (
-                true,
-                format!("branch {number} reached {parameter} = {last}"),
-            ),
-            Stop::Closed => (true, format!("branch {number} is a closed loop")),
-            Stop::MaxPoints => short(format!(
-                "its {points} points were used up at {last}; raise points or max_step in [continue]"
-            )),
-            Stop::StepTooSmall { p, reason, .. } => short(format!("it is stuck at {p}: {reason}")),
-            Stop::Undefined { p, reason, .. } => short(format!(
-                "there is no equilibrium to follow beyond {p}: {reason}"
-            )),
-        }
+        short(self.wanted, number, backward, why)
     }
 
     /// Follows the branches that cross the first one at its branch points.
@@ -404,5 +359,65 @@ pub fn number_labels<const N: usize>(
         row.label = format!("{stem}{}", count + 1);
         located[next].label = row.label.clone();
         next += 1;
+    }
+}
+
+/// That a branch ended before its aim.
+pub(in crate::study) fn short(
+    wanted: &Continue,
+    number: usize,
+    backward: bool,
+    why: &str,
+) -> String {
+    let Continue { parameter, to, .. } = wanted;
+    let aim = match (number, backward) {
+        (0, false) => format!("{parameter} = {to}"),
+        _ => format!("the ends of the range of {parameter}"),
+    };
+    format!("branch {number} ended short of {aim}: {why}")
+}
+
+/// Where else an equilibrium may be.
+const ELSEWHERE: &str =
+    "look for other branches with switch = true or deflate = true, or from another [start]";
+
+/// How an end of a branch, by its number and whether it is the backward one, was met, and whether it is as far as was asked.
+pub(in crate::study) fn ended(
+    wanted: &Continue,
+    (number, backward): (usize, bool),
+    stop: &Stop,
+    last: Option<f64>,
+    elsewhere: &str,
+) -> (bool, String) {
+    let Continue {
+        parameter,
+        from,
+        to,
+        points,
+        ..
+    } = wanted;
+    let short = |why: String| (false, short(wanted, number, backward, &why));
+    let last = last.unwrap_or(*from);
+    match stop {
+        Stop::LeftAtStart if number == 0 && !backward && wanted.back => (
+            true,
+            format!("branch 0 turned back before {parameter} = {to} and came to {last}"),
+        ),
+        Stop::LeftAtStart if number == 0 && !backward => short(format!(
+            "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
+             end sooner, say that this is expected with back = true, or {elsewhere}"
+        )),
+        Stop::Reached | Stop::LeftAtStart => (
+            true,
+            format!("branch {number} reached {parameter} = {last}"),
+        ),
+        Stop::Closed => (true, format!("branch {number} is a closed loop")),
+        Stop::MaxPoints => short(format!(
+            "its {points} points were used up at {last}; raise points or max_step in [continue]"
+        )),
+        Stop::StepTooSmall { p, reason, .. } => short(format!("it is stuck at {p}: {reason}")),
+        Stop::Undefined { p, reason, .. } => short(format!(
+            "there is no equilibrium to follow beyond {p}: {reason}"
+        )),
     }
 }

@@ -2,7 +2,7 @@
 //! branches that cross it, those found beside it by deflation, and the curves of its folds in a second parameter.
 
 mod folds;
-mod follow;
+pub(super) mod follow;
 mod record;
 mod search;
 
@@ -52,10 +52,11 @@ use nalgebra::SVector;
 /// # Errors
 /// A scene without `[continue]`; no equilibrium at its start; a path of computation that does not hold along the branch.
 pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
+    if scene.assembly.is_some() {
+        return super::assembly::branch(scene, hooks);
+    }
     let Some(wanted) = &scene.continuation else {
-        return Err(Error::domain(
-            "no [continue]: add one that names the parameter, as in\n  [continue]\n  parameter = \"end.load\"\n  from = 0.0\n  to = 1.0",
-        ));
+        return Err(missing("end.load"));
     };
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
     let start = first.solve(scene.guess().as_ref())?;
@@ -72,6 +73,13 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
         Charted::Planar(chart) => task.along::<_, 3, 4>(chart, hooks),
         Charted::ClosedForm(chart) => task.along::<_, 2, 3>(chart, hooks),
     }
+}
+
+/// A scene without `[continue]`.
+pub(super) fn missing(example: &str) -> Error {
+    Error::domain(format!(
+        "no [continue]: add one that names the parameter, as in\n  [continue]\n  parameter = {example:?}\n  from = 0.0\n  to = 1.0"
+    ))
 }
 
 /// The chart that holds all along the branch: the one of its start, if the equilibrium found lies in it, if it is that of other
@@ -182,7 +190,7 @@ impl Task<'_> {
             parameter: wanted.parameter,
             units: scene.units,
             length: scene.rod.length,
-            taken: self.taken,
+            taken: Some(self.taken),
             branches: CurveSet {
                 points: record::table(scene, wanted, None, &study.rows)?,
                 curves: study.curves,

@@ -18,8 +18,8 @@ pub struct BranchRecord {
     pub units: Units,
     /// Length of the rod.
     pub length: f64,
-    /// How the equilibria were computed, and why so.
-    pub taken: Taken,
+    /// How the equilibria were computed, and why so; None of an assembly, for which there is one way.
+    pub taken: Option<Taken>,
     /// The branches: the scene's own first, then those that cross it, then those found by deflation.
     pub branches: CurveSet,
     /// The curves of folds in two parameters, if they were asked for.
@@ -271,7 +271,7 @@ impl SpecialPoint {
 }
 
 impl CurveRecord {
-    pub(super) fn end(&mut self, complete: bool, words: String) {
+    pub(in crate::study) fn end(&mut self, complete: bool, words: String) {
         self.complete &= complete;
         self.ends.push(words);
     }
@@ -330,7 +330,7 @@ impl BranchRecord {
         let ends = branches.curves.iter().flat_map(|curve| &curve.ends);
         let mut summary = json!({
             "parameter": self.parameter.to_string(),
-            "path": { "kind": self.taken.path.as_str(), "why": self.taken.why },
+            "path": self.taken.as_ref().map(|taken| json!({ "kind": taken.path.as_str(), "why": taken.why })),
             "points": branches.points.rows(),
             "branches": branches.curve_summaries(),
             "special_points": branches.special_summaries(),

@@ -4,7 +4,7 @@ use super::{BALANCED, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, fr
 use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
 use crate::error::Result;
 use crate::math::se3::halves;
-use crate::scene::{ElasticSpace, Place, Scales, Scene};
+use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
 use nalgebra::{Complex, DVector, Isometry3, Vector3};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
@@ -38,6 +38,16 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     Ok((motions, of_start))
 }
 
+/// Those of a scene of several rods and bodies: about the equilibrium under the loads at t = 0.
+pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
+    let setup = AssemblySetup::new(scene)?;
+    let now = setup.equilibrium()?.now;
+    let world = Isometry3::identity();
+    let motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
+    // Bodies settle there unless the unloaded rods are asked for.
+    Ok((motions, !matches!(scene.start.place, Place::Rest { .. })))
+}
+
 /// True if the rods' wrenches on the bodies balance the loads.
 fn balanced(assembly: &Assembly, now: &Configuration) -> Result<bool> {
     let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
@@ -63,6 +73,7 @@ pub fn small_motions(
     scales: &Scales,
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
+    let followed = assembly.is_followed(0.0);
     let index = assembly.index(0.0, now, ALONG)?;
     let conservative = assembly.is_conservative(0.0);
     let eigenvalues = match assembly.carriers().iter().all(is_simple) {
@@ -74,7 +85,15 @@ pub fn small_motions(
         .flatten()
         .fold(0.0, |a: f64, s| a.max(s.norm()));
     let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
+    let held = || -> Result<usize> {
+        let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
+        let rods = assembly.links().iter().zip(&now.charts).zip(&points);
+        rods.map(|((link, q), point)| link.index(q, &point.held(), ALONG))
+            .sum()
+    };
     let stable = match &eigenvalues {
+        // The symmetric part of the stiffness decides nothing.
+        Some(all) if followed => held()? == 0 && all.iter().all(decaying),
         Some(all) if !conservative => index == 0 && all.iter().all(decaying),
         _ => index == 0,
     };
@@ -97,7 +116,9 @@ pub fn small_motions(
     let zero = NEUTRAL.max(ROUNDING * largest);
     let omegas = frequencies(&modes.squares, zero, index == 0);
     let mut list = Vec::new();
-    for (k, omega) in omegas.into_iter().enumerate() {
+    // Under loads that turn with bodies motions are those of the eigenvalues.
+    let omegas = omegas.into_iter().enumerate();
+    for (k, omega) in omegas.filter(|_| !followed) {
         let size = modes
             .charts
             .column(k)
@@ -128,7 +149,7 @@ pub fn small_motions(
         stable,
         conservative,
         coordinates: coordinates(assembly),
-        rigid: assembly.freedoms().1 - list.len(),
+        rigid: assembly.freedoms().1 - modes.squares.len(),
         modes: list,
         eigenvalues: eigenvalues.map(|all| {
             // Zero but for rounding.
@@ -159,10 +180,10 @@ fn is_simple(carrier: &Carrier) -> bool {
 fn coordinates(assembly: &Assembly) -> Vec<String> {
     let several = assembly.carriers().len() > 1;
     let of = |(body, carrier): (usize, &Carrier)| {
-        let prefix = if several {
-            format!("body{body}_")
-        } else {
-            String::new()
+        let prefix = match (assembly.name_of_body(body), several) {
+            (Some(name), _) => format!("{name}."),
+            (None, true) => format!("body{body}_"),
+            (None, false) => String::new(),
         };
         let names = ["rx", "ry", "rz", "dx", "dy", "dz"];
         let names = &names[if carrier.turns() { 0 } else { 3 }..];

@@ -7,7 +7,7 @@ pub use assembled::small_motions;
 
 use super::record::{Cell, Column, Table};
 use crate::error::Result;
-use crate::scene::{Scales, Scene, Units};
+use crate::scene::{Force, Scales, Scene, Units};
 use nalgebra::{Complex, Isometry3, Matrix3, Vector3};
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
@@ -39,7 +39,7 @@ pub struct SmallMotions {
     pub conservative: bool,
     /// What moves: names of the components of a shape.
     pub coordinates: Vec<String>,
-    /// By rising angular frequency.
+    /// By rising angular frequency; none under loads that turn with bodies.
     pub modes: Vec<Mode>,
     /// Directions in which straight inextensible rods do not let the bodies move: they have no mode.
     pub rigid: usize,
@@ -107,10 +107,10 @@ const BALANCED: f64 = 1e-6;
 /// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the rod is infinitely
 /// stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
-    let standing = scene.standing()?;
-    let found = match scene.is_planar() {
-        true => planar::modes(&standing),
-        false => assembled::modes(&standing),
+    let found = match (&scene.assembly, scene.is_planar()) {
+        (Some(_), _) => assembled::of_assembly(scene),
+        (None, true) => planar::modes(&scene.standing()?),
+        (None, false) => assembled::modes(&scene.standing()?),
     };
     let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;
     let mut record = ModesRecord {
@@ -139,8 +139,15 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         scene.clamp.motion.is_some(),
         "the clamp is held as it stands at t = 0",
     );
+    let bodies = scene.assembly.iter().flat_map(|given| &given.bodies);
+    let mut loads =
+        bodies.flat_map(|body| body.force.in_time().iter().chain(body.couple.in_time()));
     remark(
-        scene.loads.vary(),
+        motions.modes.is_empty() && motions.eigenvalues.is_some(),
+        "loads turn with the body, so that no motion is one of fixed shape: the frequencies are those of the eigenvalues",
+    );
+    remark(
+        scene.loads.vary() || loads.any(Force::varies),
         "loads in time have their values at t = 0",
     );
     let growing = motions
@@ -188,6 +195,29 @@ impl Outward<'_> {
             position: turn * (b.position - a.position) * per,
             directors: turn * (b.directors - a.directors) * (per / self.scales.length),
         }
+    }
+}
+
+impl SmallMotions {
+    /// The angular frequencies, ascending; of an instability without oscillation, minus its rate of growth. Those of the modes,
+    /// without drag and rotors; under loads that turn with bodies those of the eigenvalues, where growing oscillations have negative
+    /// decay rates.
+    pub fn angular_frequencies(&self) -> Vec<f64> {
+        let Some(all) = self.eigenvalues.as_ref().filter(|_| self.modes.is_empty()) else {
+            return self
+                .modes
+                .iter()
+                .map(|mode| mode.angular_frequency)
+                .collect();
+        };
+        let moving = all.iter().filter(|s| s.im > 0.0).map(|s| s.im);
+        let growing = all
+            .iter()
+            .filter(|s| s.im == 0.0 && s.re > 0.0)
+            .map(|s| -s.re);
+        let mut list: Vec<f64> = growing.chain(moving).collect();
+        list.sort_by(f64::total_cmp);
+        list
     }
 }
 
@@ -273,13 +303,15 @@ impl ModesRecord {
         let ends = motions.rods.iter().filter_map(|rod| rod.last());
         let eigenvalues = motions.eigenvalues.as_ref();
         json!({
-            "angular_frequencies": modes().map(|mode| mode.angular_frequency).collect::<Vec<_>>(),
+            "angular_frequencies": motions.angular_frequencies(),
             "periods": modes().map(Mode::period).collect::<Vec<_>>(),
             "shapes": modes().map(shape).collect::<Vec<_>>(),
             "rigid_directions": motions.rigid,
             "stable": motions.stable,
             "index": motions.index,
             "conservative": motions.conservative,
+            "damped_angular_frequencies": eigenvalues.map(|all| all.iter().map(|s| s.im).collect::<Vec<_>>()),
+            "decay_rates": eigenvalues.map(|all| all.iter().map(|s| 0.0 - s.re).collect::<Vec<_>>()),
             "eigenvalues": eigenvalues.map(|all| all.iter().map(|s| [s.re, s.im]).collect::<Vec<_>>()),
             "equilibrium": if self.of_start { "start" } else { "loads" },
             "ends": ends.map(|end| end.position.as_slice().to_vec()).collect::<Vec<_>>(),
