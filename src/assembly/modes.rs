@@ -2,6 +2,7 @@
 
 use super::{Assembly, Configuration, LinkPoint};
 use crate::error::{Error, Result};
+use crate::math::order::{sort_eigenvalues, sort_few};
 use crate::rod::RodSection;
 use nalgebra::{Complex, DMatrix, DVector, Schur, Vector6};
 
@@ -133,7 +134,7 @@ impl Assembly {
             Error::no_convergence("the eigenvalues of small motions did not converge")
         })?;
         let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
-        values.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
+        sort_eigenvalues(&mut values);
         Ok(values)
     }
 
@@ -202,7 +203,7 @@ impl Assembly {
         let mut kept: Vec<usize> = (0..inverse.len())
             .filter(|i| inverse[*i].abs() > rigid)
             .collect();
-        kept.sort_by(|a, b| (1.0 / inverse[*a]).total_cmp(&(1.0 / inverse[*b])));
+        sort_few(&mut kept, |k| 1.0 / inverse[*k]);
         let mut forces = root * vectors.select_columns(&kept);
         for (mut column, k) in forces.column_iter_mut().zip(&kept) {
             column /= inverse[*k];
@@ -281,7 +282,7 @@ fn symmetric(a: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let eigen = ((a + a.transpose()) * 0.5).symmetric_eigen();
     let mut order: Vec<usize> = (0..a.nrows()).collect();
     let values: &DVector<f64> = &eigen.eigenvalues;
-    order.sort_by(|i, j| values[*i].total_cmp(&values[*j]));
+    sort_few(&mut order, |i| values[*i]);
     (
         order.iter().map(|i| values[*i]).collect(),
         eigen.eigenvectors.select_columns(&order),

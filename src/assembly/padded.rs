@@ -184,6 +184,7 @@ pub(super) fn follow(
     ) -> Result<Followed> {
         let family = Padded(equations);
         let finer: Vec<Padded<'_>> = finer.iter().map(|finer| Padded(*finer)).collect();
+        let finer: Vec<&dyn Family<N>> = finer.iter().map(|finer| finer as _).collect();
         let fine = Options {
             tolerance: (0.01 * options.tolerance).max(1e-12),
             ..options.clone()
@@ -194,7 +195,7 @@ pub(super) fn follow(
             stop: Stop::MaxPoints,
             interrupted: false,
         };
-        for item in Continuation::<_, N>::new(&family, padded(x), p, options.clone())? {
+        for item in Continuation::<N>::new(&family, padded(x), p, options.clone())? {
             let p = match item {
                 Item::Point(found) => {
                     followed.points.push(point(&found, x.len()));

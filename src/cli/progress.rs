@@ -1,35 +1,37 @@
 //! Progress of a run on the terminal.
 
 use super::signals;
-use indicatif::{ProgressBar, ProgressStyle};
 use snaprod::study::Hooks;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
+/// Length of the bar, in characters.
+const BAR: usize = 40;
+/// To the start of the line, which is emptied.
+const CLEAR: &str = "\r\x1b[2K";
+
 /// A bar that shows how far a study is, if anybody can see it; signals interrupt the study.
 pub struct Progress {
-    bar: Option<ProgressBar>,
+    seen: bool,
+    begun: Instant,
     shown: Instant,
 }
 
 impl Progress {
     /// A bar, if it is wanted and standard error is a terminal.
     pub fn new(wanted: bool) -> Self {
-        let style = || {
-            ProgressStyle::with_template("{bar:40} at {msg} [{eta} left]")
-                .unwrap_or_else(|_| ProgressStyle::default_bar())
-        };
-        let seen = wanted && std::io::stderr().is_terminal();
+        let now = Instant::now();
         Self {
-            bar: seen.then(|| ProgressBar::new(10_000).with_style(style())),
-            shown: Instant::now(),
+            seen: wanted && std::io::stderr().is_terminal(),
+            begun: now,
+            shown: now,
         }
     }
 
     /// Takes the bar away.
     pub fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+        if self.seen {
+            eprint!("{CLEAR}");
         }
     }
 }
@@ -40,12 +42,14 @@ impl Hooks for Progress {
     }
 
     fn progress(&mut self, fraction: f64, at: f64) {
-        if let Some(bar) = &self.bar
-            && self.shown.elapsed() > Duration::from_millis(100)
-        {
-            self.shown = Instant::now();
-            bar.set_position((1e4 * fraction) as u64);
-            bar.set_message(format!("{at:.4}"));
+        if !self.seen || self.shown.elapsed() <= Duration::from_millis(100) {
+            return;
         }
+        self.shown = Instant::now();
+        let done = fraction.clamp(1e-6, 1.0);
+        let full = (BAR as f64 * done) as usize;
+        let bar = "█".repeat(full) + &"░".repeat(BAR - full);
+        let left = self.begun.elapsed().as_secs_f64() * (1.0 / done - 1.0);
+        eprint!("{CLEAR}{bar} at {at:.4} [{left:.0} s left]");
     }
 }

@@ -17,6 +17,7 @@ use super::curvature::{TipDerivatives, cross, dot};
 use super::equilibrium::{Equilibrium, tip};
 use super::folds;
 use crate::error::{Error, Result};
+use crate::math::order::sort_few;
 
 /// One of the equilibria at a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,7 +84,7 @@ pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<Found>> {
     let mut search = Search::new(x, y, lambda_max);
     search.run()?;
     let mut found = search.found;
-    found.sort_by(|a, b| a.equilibrium.lambda.total_cmp(&b.equilibrium.lambda));
+    sort_few(&mut found, |each| each.equilibrium.lambda);
     check_count(&found, x, y, lambda_max)?;
     Ok(found)
 }

@@ -5,6 +5,7 @@ use super::equilibrium::sheet;
 use super::{folds, inversion, layer, near};
 use crate::error::{Error, Result};
 use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Patch, Sheet, invert_near};
+use crate::math::order::sort_few;
 use nalgebra::{Matrix2, Vector2};
 
 /// A uniform inextensible planar rod of length 1 and bending stiffness 1, clamped at the origin
@@ -138,10 +139,7 @@ impl Multivalued<2> for Elastica {
                 found.push(q);
             }
         }
-        found.sort_by(|a, b| {
-            let energy = |q: &Vector2<f64>| ChartPoint::new(q[0], q[1]).energy();
-            energy(a).total_cmp(&energy(b))
-        });
+        sort_few(&mut found, |q| ChartPoint::new(q[0], q[1]).energy());
         Ok(found)
     }
 

@@ -5,6 +5,7 @@
 use super::chart::ChartPoint;
 use super::straight::EULER;
 use crate::error::{Error, Result};
+use crate::math::order::sort_few;
 use nalgebra::{Matrix2, Vector2};
 
 /// What small displacements of the end do to an equilibrium.
@@ -76,7 +77,7 @@ impl EndStiffness {
             self.determinant / largest
         };
         let mut both = [(other, of(small)), (largest, of(large))];
-        both.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_few(&mut both, |each| each.0);
         both
     }
 }

@@ -1,5 +1,6 @@
 //! Gauss-Legendre rules and what spectral methods form at their nodes.
 
+use crate::math::order::sort_few;
 use gauss_quad::GaussLegendre;
 use nalgebra::DMatrix;
 
@@ -19,7 +20,7 @@ impl Rule {
     pub fn new(count: usize) -> Self {
         let rule = GaussLegendre::new(count.max(1).try_into().expect("not zero"));
         let mut pairs: Vec<_> = rule.as_node_weight_pairs().to_vec();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_few(&mut pairs, |pair| pair.0);
         Self {
             nodes: pairs.iter().map(|(x, _)| 0.5 * (1.0 + x)).collect(),
             weights: pairs.iter().map(|(_, weight)| 0.5 * weight).collect(),
@@ -35,12 +36,25 @@ impl Rule {
             .map(|x| legendre(*x, count + 1))
             .collect();
         // f = sum_k (2k+1)/2 <f, P_k> P_k and int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k+1).
-        let integrate = DMatrix::from_fn(count, count, |i, j| {
-            let sum: f64 = (1..count)
-                .map(|k| (table[i][k + 1] - table[i][k - 1]) * table[j][k])
-                .sum();
-            0.5 * self.weights[j] * (1.0 + self.centred[i] + sum)
-        });
+        let rise = |k: usize| {
+            table
+                .iter()
+                .map(move |values| values[k + 1] - values[k - 1])
+        };
+        let rises: Vec<Vec<f64>> = (1..count).map(|k| rise(k).collect()).collect();
+        let mut integrate = Vec::with_capacity(count * count);
+        for (values, weight) in table.iter().zip(&self.weights) {
+            // The sums over k run side by side, not one after the other.
+            let mut sums = vec![0.0; count];
+            for (value, rises) in values[1..].iter().zip(&rises) {
+                for (sum, rise) in sums.iter_mut().zip(rises) {
+                    *sum += rise * value;
+                }
+            }
+            let of = |(sum, x): (f64, &f64)| 0.5 * weight * (1.0 + x + sum);
+            integrate.extend(sums.into_iter().zip(&self.centred).map(of));
+        }
+        let integrate = DMatrix::from_vec(count, count, integrate);
         let modes = DMatrix::from_fn(count, count, |k, j| {
             (2 * k + 1) as f64 * self.weights[j] * table[j][k]
         });

@@ -5,6 +5,7 @@ mod domain;
 pub mod elliptic;
 pub mod gauss;
 pub mod jacobi;
+pub(crate) mod order;
 pub mod se3;
 
 pub use domain::DomainError;

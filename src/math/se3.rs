@@ -66,31 +66,37 @@ pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
 pub type Turn = Vector4<f64>;
 
 /// No rotation.
+#[inline]
 pub fn identity() -> Turn {
     Vector4::new(1.0, 0.0, 0.0, 0.0)
 }
 
 /// The rotation of `p`, whatever its norm.
+#[inline]
 pub fn unit(p: &Turn) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(quaternion(p))
 }
 
+#[inline]
 fn quaternion(p: &Turn) -> Quaternion<f64> {
     Quaternion::new(p[0], p[1], p[2], p[3])
 }
 
 /// The product a b: first b, then a.
+#[inline]
 pub fn product(a: &Turn, b: &Turn) -> Turn {
     let c = quaternion(a) * quaternion(b);
     Vector4::new(c.w, c.i, c.j, c.k)
 }
 
 /// The conjugate: for a unit quaternion the inverse rotation.
+#[inline]
 pub fn conjugate(p: &Turn) -> Turn {
     Vector4::new(p[0], -p[1], -p[2], -p[3])
 }
 
 /// p u/2, the rate of `p` if its frame turns with the angular velocity `u`, in components along that frame.
+#[inline]
 pub fn spin(p: &Turn, u: &Vector3<f64>) -> Turn {
     let (w, x, y, z) = (p[0], p[1], p[2], p[3]);
     Vector4::new(
@@ -102,6 +108,7 @@ pub fn spin(p: &Turn, u: &Vector3<f64>) -> Turn {
 }
 
 /// The rotation matrix of `p`, orthonormal to rounding whatever the norm of `p`.
+#[inline]
 pub fn frame(p: &Turn) -> Matrix3<f64> {
     let (w, x, y, z) = (p[0], p[1], p[2], p[3]);
     let twice = 2.0 / p.norm_squared();

@@ -5,6 +5,7 @@ use super::snap::{aside, fold_sides};
 use crate::body::Body;
 use crate::error::{Error, Result};
 use crate::manifold::{ManifoldPoint, Multivalued, adjugate_times, invert_near};
+use crate::math::order::sort_few;
 use nalgebra::SVector;
 
 /// How a motion gets under way.
@@ -63,7 +64,7 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
         orientation: det.signum(),
     };
     let mut columns: [f64; N] = std::array::from_fn(|j| at.jacobian.column(j).norm());
-    columns.sort_by(|a, b| b.total_cmp(a));
+    sort_few(&mut columns, |length| -length);
     // For N = 1 the product of the columns is |det| itself and tells nothing.
     let scale = if N == 1 {
         at.pace

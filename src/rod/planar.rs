@@ -12,6 +12,7 @@ use super::line::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
+use crate::math::order::sort_few;
 use crate::math::se3::{halves, rotation_vector};
 use nalgebra::{Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6};
 use std::f64::consts::TAU;
@@ -111,7 +112,7 @@ impl Problem {
             }
         }
         // Of two planes that would do, the one in which the rod is more flexible.
-        normals.sort_by(|a, b| b.0.total_cmp(&a.0));
+        sort_few(&mut normals, |each| -each.0);
         let mut normals: Vec<Vector3<f64>> = normals.into_iter().map(|(_, n)| n).collect();
         if let Some(flexure) = law.is_isotropic() {
             // Any plane through d3 will do: the one of the data.

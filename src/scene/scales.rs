@@ -78,9 +78,6 @@ impl Scales {
 
     /// The library's unit of a quantity, in the user's.
     pub fn unit(&self, of: Quantity) -> f64 {
-        // Couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
-        let size = |i: usize| if i < 3 { 1.0 } else { self.length };
-        let stiffness = |i, j| self.stiffness() / (size(i) * size(j));
         match of {
             Quantity::Ratio => 1.0,
             Quantity::Length => self.length,
@@ -97,14 +94,28 @@ impl Scales {
             Quantity::RotationalDrag => self.energy * self.time,
             Quantity::Curvature => 1.0 / self.length,
             Quantity::CurvatureRate => 1.0 / (self.length * self.time),
-            Quantity::Stiffness(i, j) => stiffness(i, j),
-            Quantity::Viscosity(i, j) => stiffness(i, j) * self.time,
+            Quantity::Stiffness(i, j) => 1.0 / self.compliance(i, j),
+            Quantity::Viscosity(i, j) => self.time / self.compliance(i, j),
         }
     }
 
     /// A number of the scene in the library's units: the one place where they are made.
     pub fn inward(&self, of: Quantity, x: f64) -> f64 {
-        x / self.unit(of)
+        // By the inverse where that is known, so that nothing is rounded twice.
+        match of {
+            Quantity::Rate | Quantity::AngularVelocity => x * self.time,
+            Quantity::Curvature => x * self.length,
+            Quantity::CurvatureRate => x * self.length * self.time,
+            Quantity::Stiffness(i, j) => x * self.compliance(i, j),
+            Quantity::Viscosity(i, j) => x * (self.compliance(i, j) / self.time),
+            _ => x / self.unit(of),
+        }
+    }
+
+    /// One over the unit of a stiffness: couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
+    fn compliance(&self, i: usize, j: usize) -> f64 {
+        let size = |i: usize| if i < 3 { 1.0 } else { self.length };
+        size(i) * size(j) / self.stiffness()
     }
 
     fn lead_inward(&self, numbers: Vec<Number<'_>>) {

@@ -7,8 +7,8 @@ use nalgebra::SVector;
 use std::cell::Cell;
 
 /// A family seen in coordinates (x, weight p), in which lengths and angles are Euclidean.
-pub(crate) struct Space<'a, F, const N: usize> {
-    pub family: &'a F,
+pub(crate) struct Space<'a, const N: usize> {
+    pub family: &'a dyn Family<N>,
     pub weight: f64,
     pub tolerance: f64,
     pub max_corrections: usize,
@@ -66,8 +66,13 @@ impl std::fmt::Display for Failure {
     }
 }
 
-impl<'a, F: Family<N>, const N: usize> Space<'a, F, N> {
-    pub fn new(family: &'a F, weight: f64, tolerance: f64, max_corrections: usize) -> Self {
+impl<'a, const N: usize> Space<'a, N> {
+    pub fn new(
+        family: &'a dyn Family<N>,
+        weight: f64,
+        tolerance: f64,
+        max_corrections: usize,
+    ) -> Self {
         Self {
             family,
             weight,

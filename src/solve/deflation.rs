@@ -52,8 +52,8 @@ pub struct Search<const N: usize> {
 ///
 /// # Errors
 /// Options outside their sets. A search that finds nothing is no error.
-pub fn further<F: Family<N>, const N: usize>(
-    family: &F,
+pub fn further<const N: usize>(
+    family: &dyn Family<N>,
     p: f64,
     known: &[SVector<f64, N>],
     guesses: &[SVector<f64, N>],

@@ -1,6 +1,7 @@
 //! Dense linear algebra of small systems in which singular matrices are the point: elimination with
 //! complete pivoting of N x (N + 1), and singular values by one-sided Jacobi rotations.
 
+use crate::math::order::sort_few;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::{Add, Mul, Sub};
 
@@ -263,7 +264,7 @@ impl Svd {
         }
         let norms: Vec<f64> = (0..n).map(|j| b.column(j).norm()).collect();
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&i, &j| norms[j].total_cmp(&norms[i]));
+        sort_few(&mut order, |j| -norms[*j]);
         let values = DVector::from_iterator(n, order.iter().map(|&j| norms[j]));
         let right = DMatrix::from_fn(n, n, |i, j| v[(i, order[j])]);
         let mut left = DMatrix::zeros(rows, rows);

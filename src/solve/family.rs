@@ -70,7 +70,7 @@ pub trait Family<const N: usize> {
     }
 }
 
-impl<F: Family<N> + ?Sized, const N: usize> Family<N> for &F {
+impl<F: Family<N> + ?Sized, const N: usize> Family<N> for Box<F> {
     fn linearised(&self, x: &SVector<f64, N>, p: f64) -> Result<Linearised<N>> {
         (**self).linearised(x, p)
     }

@@ -82,8 +82,8 @@ where
 /// are turns of the curve in q, its events are cusps. g is exact; only its gradient comes from
 /// central differences (of F_x along the kernel: one evaluation here costs three of F), so that
 /// folds are as accurate as F_x. At a cusp p and q are accurate to second order, x to about 1e-7.
-pub struct FoldCurve<'a, F, const N: usize, const M: usize> {
-    family: &'a F,
+pub struct FoldCurve<'a, const N: usize, const M: usize> {
+    family: &'a dyn Family2<N>,
     /// The kernel where it was last asked for: gives the test function of cusps a steady sign.
     kernel: RefCell<Option<SVector<f64, N>>>,
 }
@@ -114,7 +114,7 @@ impl<const N: usize> Smallest<N> {
     }
 }
 
-impl<F, const N: usize, const M: usize> FoldCurve<'_, F, N, M> {
+impl<const N: usize, const M: usize> FoldCurve<'_, N, M> {
     /// (x, p) as one vector.
     pub fn unknowns(x: &SVector<f64, N>, p: f64) -> SVector<f64, M> {
         SVector::from_fn(|i, _| if i < N { x[i] } else { p })
@@ -126,9 +126,9 @@ impl<F, const N: usize, const M: usize> FoldCurve<'_, F, N, M> {
     }
 }
 
-impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
+impl<'a, const N: usize, const M: usize> FoldCurve<'a, N, M> {
     /// The fold curves of a family. M must be N + 1, or this does not compile.
-    pub fn new(family: &'a F) -> Self {
+    pub fn new(family: &'a dyn Family2<N>) -> Self {
         const { assert!(M == N + 1, "unknowns of a fold curve are (x, p): M = N + 1") };
         Self {
             family,
@@ -168,7 +168,7 @@ impl<'a, F: Family2<N>, const N: usize, const M: usize> FoldCurve<'a, F, N, M> {
     }
 }
 
-impl<F: Family2<N>, const N: usize, const M: usize> Family<M> for FoldCurve<'_, F, N, M> {
+impl<const N: usize, const M: usize> Family<M> for FoldCurve<'_, N, M> {
     fn linearised(&self, y: &SVector<f64, M>, q: f64) -> Result<Linearised<M>> {
         let (x, p) = Self::parts(y);
         let at = self.at(&x, p, q)?;

@@ -30,10 +30,10 @@ impl<const N: usize> Special<N> {
     /// included. `finer` are families of the same problem whose errors are less by a factor of 10 or more, each by another. A
     /// point that one of them does not have is a guess.
     #[must_use]
-    pub fn bounded<F: Family<N>>(mut self, finer: &[F], options: &Options) -> Self {
+    pub fn bounded(mut self, finer: &[&dyn Family<N>], options: &Options) -> Self {
         let found: Vec<Found<N>> = finer
             .iter()
-            .filter_map(|family| self.found_again(family, options))
+            .filter_map(|family| self.found_again(*family, options))
             .collect();
         if found.len() < finer.len() && self.is_converged() {
             self.status =
@@ -56,7 +56,7 @@ impl<const N: usize> Special<N> {
         self
     }
 
-    fn found_again<F: Family<N>>(&self, family: &F, options: &Options) -> Option<Found<N>> {
+    fn found_again(&self, family: &dyn Family<N>, options: &Options) -> Option<Found<N>> {
         let weight = options.rounded_weight();
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
         let (place, tangent) = self.place_and_tangent(weight);

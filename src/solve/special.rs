@@ -7,20 +7,9 @@
 use super::arclength::Point;
 use super::corrector::{Corrected, Cubic, Failure, Finish, Space, length};
 use super::elimination::Place;
-use super::family::Family;
 use super::roots::chandrupatla;
+use crate::math::order::sort_few;
 use nalgebra::{DMatrix, DVector, SVector};
-
-/// Sorts a handful of items by a number, by insertion: the library's sort is long code for every type that it sorts.
-pub(super) fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
-    for i in 1..items.len() {
-        let mut j = i;
-        while j > 0 && key(&items[j]) < key(&items[j - 1]) {
-            items.swap(j, j - 1);
-            j -= 1;
-        }
-    }
-}
 
 /// What a special point is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,7 +141,7 @@ impl<const N: usize> Bracket<N> {
     }
 }
 
-impl<F: Family<N>, const N: usize> Space<'_, F, N> {
+impl<const N: usize> Space<'_, N> {
     /// Adds arclength, index and event to a corrected place after `before`.
     pub fn dress(&self, on: Corrected<N>, before: &Sample<N>) -> Sample<N> {
         let arclength = before.arclength + length(before.pair(), (on.place, on.tangent));

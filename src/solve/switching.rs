@@ -43,8 +43,8 @@ pub struct Switch<const N: usize> {
 ///
 /// # Errors
 /// Options or `distance` outside their sets; no branch point here; F undefined nearby.
-pub fn switch<F: Family<N>, const N: usize>(
-    family: &F,
+pub fn switch<const N: usize>(
+    family: &dyn Family<N>,
     special: &Special<N>,
     distance: f64,
     options: &Options,
@@ -119,8 +119,8 @@ fn within<const N: usize>(kernel: &[Place<N>], v: &Place<N>) -> Place<N> {
 /// The second root of a11 c^2 + 2 a12 c s + a22 s^2 = 0 for the direction c v1 + s v2, with a_ij = left . D^2 F
 /// [v_i, v_j]. None inside if the form has no two distinct real roots; None outside if F is
 /// undefined.
-fn other_tangent<F: Family<N>, const N: usize>(
-    space: &Space<'_, F, N>,
+fn other_tangent<const N: usize>(
+    space: &Space<'_, N>,
     place: &Place<N>,
     kernel: &[Place<N>],
     left: &DVector<f64>,
@@ -159,9 +159,9 @@ impl<const N: usize> Switch<N> {
     }
 
     /// Starts both ways along a tangent, nearer if the branch bends too fast.
-    fn follow<F: Family<N>>(
+    fn follow(
         &mut self,
-        space: &Space<'_, F, N>,
+        space: &Space<'_, N>,
         place: &Place<N>,
         tangent: &Place<N>,
         distance: f64,
@@ -185,9 +185,9 @@ impl<const N: usize> Switch<N> {
     }
 
     /// Solutions z with |K (z - place)| = radius, K projecting on the kernel.
-    fn sample<F: Family<N>>(
+    fn sample(
         &mut self,
-        space: &Space<'_, F, N>,
+        space: &Space<'_, N>,
         place: &Place<N>,
         kernel: &[Place<N>],
         known: &Place<N>,
@@ -263,8 +263,8 @@ fn samples<const N: usize>(kernel: &[Place<N>]) -> Vec<Place<N>> {
 }
 
 /// Newton on F = 0, |K (z - centre)| = radius: (z, tangent, whether it is isolated).
-fn on_sphere<F: Family<N>, const N: usize>(
-    space: &Space<'_, F, N>,
+fn on_sphere<const N: usize>(
+    space: &Space<'_, N>,
     centre: &Place<N>,
     kernel: &[Place<N>],
     mut z: Place<N>,

@@ -676,7 +676,7 @@ fn a_deep_arch_has_the_limit_points_of_its_half() {
     let family = RodFamily::new(slider, false, 100.0);
     let base = slider(low).unwrap().solve(None).unwrap().base;
     let x = family.unknowns(&base, low).unwrap();
-    let trace = Continuation::<_, 6>::new(&family, x, low, options)
+    let trace = Continuation::<6>::new(&family, x, low, options)
         .unwrap()
         .trace();
     let folds: Vec<_> = branch

@@ -732,24 +732,24 @@ impl Family2<3> for MixedCusp {
     }
 }
 
-fn cusp_curve<F: Family2<N>, const N: usize, const M: usize>(
-    family: &F,
+fn cusp_curve<const N: usize, const M: usize>(
+    family: &dyn Family2<N>,
     x: SVector<f64, N>,
     first: impl Fn(&SVector<f64, N>) -> f64,
 ) {
-    let curve = FoldCurve::<F, N, M>::new(family);
+    let curve = FoldCurve::<N, M>::new(family);
     // From the fold of q = 1 through the cusp at q = 0 and back to q = 1.
     let options = Options {
         direction: Direction::Backward,
         ..Options::between(-1.0, 1.0)
     };
-    let start = FoldCurve::<F, N, M>::unknowns(&x, 0.38);
+    let start = FoldCurve::<N, M>::unknowns(&x, 0.38);
     let trace = Continuation::new(&curve, start, 1.0, options)
         .unwrap()
         .trace();
     assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
     for point in &trace.points {
-        let (x, p) = FoldCurve::<F, N, M>::parts(&point.x);
+        let (x, p) = FoldCurve::<N, M>::parts(&point.x);
         let (y, q) = (first(&x), point.p);
         let folded = (3.0 * y * y - q).abs().max((p - 2.0 * y.powi(3)).abs());
         assert!(folded < 1e-10, "off the fold by {folded:e} at q = {q}");
@@ -758,7 +758,7 @@ fn cusp_curve<F: Family2<N>, const N: usize, const M: usize>(
     assert_eq!(cusps.len(), 1, "{cusps:#?}");
     located(cusps[0], SpecialKind::Cusp, 0.0, 1e-12);
     assert!(cusps[0].turning);
-    let (x, p) = FoldCurve::<F, N, M>::parts(&cusps[0].point.x);
+    let (x, p) = FoldCurve::<N, M>::parts(&cusps[0].point.x);
     assert!(
         p.abs() < 1e-12 && first(&x).abs() < 1e-6,
         "{p:e}, {:e}",
@@ -771,9 +771,9 @@ fn cusp_curve<F: Family2<N>, const N: usize, const M: usize>(
 #[test]
 fn fold_curve_passes_its_cusp() {
     let fold = (1.0_f64 / 3.0).sqrt();
-    cusp_curve::<_, 1, 2>(&CuspForm, vector![fold], |x| x[0]);
+    cusp_curve::<1, 2>(&CuspForm, vector![fold], |x| x[0]);
     let y = vector![fold, 0.28, 0.15];
-    cusp_curve::<_, 3, 4>(&MixedCusp, mixer::<3>().transpose() * y, |x| {
+    cusp_curve::<3, 4>(&MixedCusp, mixer::<3>().transpose() * y, |x| {
         (mixer::<3>() * x)[0]
     });
 }

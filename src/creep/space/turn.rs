@@ -21,24 +21,31 @@ pub(super) fn integrate<const K: usize>(
     f: &[SVector<f64, K>],
     out: &mut [SVector<f64, K>],
 ) {
-    let columns = || a.as_slice().chunks_exact(f.len()).zip(f);
+    let rows = f.len();
     for (block, out) in out.chunks_mut(4).enumerate() {
-        let first = 4 * block;
-        if let [o0, o1, o2, o3] = out {
-            let mut sums = [SVector::<f64, K>::zeros(); 4];
-            for (column, value) in columns() {
-                let column = &column[first..first + 4];
-                for (sum, a) in sums.iter_mut().zip(column) {
-                    *sum += value * *a;
+        let mut sums = [[0.0; K]; 4];
+        let mut first = 4 * block;
+        for value in f {
+            let column = &a.as_slice()[first..first + out.len()];
+            let value = &value.data.0[0];
+            if let [a0, a1, a2, a3] = *column {
+                for k in 0..K {
+                    sums[0][k] += value[k] * a0;
+                    sums[1][k] += value[k] * a1;
+                    sums[2][k] += value[k] * a2;
+                    sums[3][k] += value[k] * a3;
+                }
+            } else {
+                for (i, a) in column.iter().enumerate() {
+                    for k in 0..K {
+                        sums[i][k] += value[k] * a;
+                    }
                 }
             }
-            [*o0, *o1, *o2, *o3] = sums;
-        } else {
-            for (k, o) in out.iter_mut().enumerate() {
-                *o = columns().fold(SVector::zeros(), |sum, (column, value)| {
-                    sum + value * column[first + k]
-                });
-            }
+            first += rows;
+        }
+        for (i, out) in out.iter_mut().enumerate() {
+            out.data.0[0] = sums[i];
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::balance::{Slots, State, stored};
 use super::{Reduction, ReductionKind};
 use crate::error::{Error, Result};
+use crate::math::order::{sort_eigenvalues, sort_few};
 use crate::section::Strain;
 use nalgebra::{Complex, DMatrix, DVector, Matrix6};
 use std::fmt;
@@ -158,7 +159,7 @@ fn modes(
             }
         })
         .collect();
-    modes.sort_by(|a, b| a.natural_frequency.total_cmp(&b.natural_frequency));
+    sort_few(&mut modes, |mode| mode.natural_frequency);
     Ok(modes)
 }
 
@@ -192,7 +193,7 @@ impl Linearised {
         }
         let mut eigenvalues: Vec<Complex<f64>> =
             matrix.complex_eigenvalues().iter().copied().collect();
-        eigenvalues.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
+        sort_eigenvalues(&mut eigenvalues);
         let mass = self
             .inverse_mass
             .try_inverse()

@@ -7,6 +7,7 @@ use crate::body::{Body, Frame};
 use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
+use crate::math::order::sort_few;
 use crate::motion::{Motion, Options, Run};
 use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
@@ -152,7 +153,7 @@ fn candidates([x, y]: [f64; 2], bound: f64) -> Result<Vec<Candidate>> {
             });
         }
     }
-    found.sort_by(|a, b| a.equilibrium.lambda.total_cmp(&b.equilibrium.lambda));
+    sort_few(&mut found, |each| each.equilibrium.lambda);
     Ok(found)
 }
 

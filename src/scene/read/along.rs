@@ -73,7 +73,7 @@ pub(super) fn polynomial(
 ) -> Option<Vec<f64>> {
     let allowed = "an array of 1 to 16 finite numbers, c0 + c1 x + ..., x = s / length";
     let number = |field: &str, value: &_| reader.number(field, value, rule);
-    let list = reader.list(field, value, allowed, number)?;
+    let list = reader.list(field, value, allowed, &number)?;
     if !(1..=COEFFICIENTS).contains(&list.len()) {
         let hint = Some(format!("it has {} elements", list.len()));
         return reader.refuse(FaultKind::Value, field, value, allowed, hint);

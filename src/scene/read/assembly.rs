@@ -131,7 +131,7 @@ fn tables<'a>(
     }
     let words = format!("a table, [[{name}]]");
     let read = |field: &str, value| top.reader.table(field, value, spec, &words);
-    let all = top.reader.all(name, value, &allowed, read)?;
+    let all = top.reader.all(name, value, &allowed, &read)?;
     if all.is_empty() {
         return top.refuse(FaultKind::Value, name, allowed, hint);
     }
@@ -366,7 +366,7 @@ fn site(
         if !bodies_known || bodies.names.iter().any(Option::is_none) {
             return None;
         }
-        let hint = match nearest(word, known.into_iter()) {
+        let hint = match nearest(word, &mut known.into_iter()) {
             Some(name) => format!("did you mean {name:?}?"),
             None => {
                 format!("add `[[body]]` with `name = {word:?}`; an end on the ground has no `body`")

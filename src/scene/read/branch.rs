@@ -77,7 +77,7 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
         let hint = match path.parse::<Parameter>() {
             Ok(parameter) if all.contains(&parameter) => return Some(parameter),
             Ok(parameter) => Some(absence(parameter).to_owned()),
-            Err(_) => nearest(&path, paths.iter().map(String::as_str))
+            Err(_) => nearest(&path, &mut paths.iter().map(String::as_str))
                 .map(|meant| format!("did you mean {meant:?}?")),
         };
         table

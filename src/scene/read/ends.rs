@@ -75,7 +75,7 @@ fn translation(table: &Table) -> Option<Option<Translation>> {
             }
             Some(row)
         };
-        let table = reader.all(field, value, allowed, row)?;
+        let table = reader.all(field, value, allowed, &row)?;
         let times: Vec<f64> = table.iter().map(|row| row[0]).collect();
         growing(reader, field, value, &times)?;
         Some(Translation::Table(table))
@@ -238,7 +238,7 @@ pub(super) fn inertia(
         return definite(reader, field, value, rows, &[0, 1, 2], moment, consequence);
     }
     let number = |field: &str, value: &_| reader.number(field, value, moment);
-    let [a, b, c] = reader.array(field, value, allowed, number)?;
+    let [a, b, c] = reader.array(field, value, allowed, &number)?;
     Some([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
 }
 
@@ -383,15 +383,18 @@ fn position(table: &Table, absent: Absent<[Component; 3]>) -> Option<[Component;
     let allowed = "an array of three, [x, y, z], each a finite number or \"free\"";
     let reader = table.reader;
     table.read("position", allowed, absent, |field, value| {
-        reader.array(field, value, allowed, |field, value| {
-            match value.get_ref() {
+        reader.array(
+            field,
+            value,
+            allowed,
+            &|field, value| match value.get_ref() {
                 DeValue::String(_) => {
                     let words = [("free", Component::Free)];
                     reader.choice(field, value, &words, "a finite number or \"free\"")
                 }
                 _ => reader.number(field, value, &VALUE).map(Component::Held),
-            }
-        })
+            },
+        )
     })
 }
 

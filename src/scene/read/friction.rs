@@ -177,7 +177,7 @@ fn array_matrix(
         return Some(StrainMatrix::Full(Box::new(rows)));
     }
     let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
-    let diagonal: [f64; 6] = reader.array(field, value, allowed, number)?;
+    let diagonal: [f64; 6] = reader.array(field, value, allowed, &number)?;
     let elements = value.get_ref().as_array().into_iter().flatten();
     let mut sound = true;
     for (i, value) in elements.enumerate() {
@@ -309,7 +309,7 @@ pub(super) fn relaxation<T>(
             let example = "a table such as { stiffness = 0.5, time = 2.0 }";
             branch(&reader.table(field, value, &MAXWELL, example)?)
         };
-        let list = reader.list(field, value, allowed, one)?;
+        let list = reader.list(field, value, allowed, &one)?;
         if list.len() > BRANCHES {
             let hint = format!("it has {} branches", list.len());
             let allowed = format!("an array of at most {BRANCHES} tables");

@@ -96,7 +96,7 @@ fn spline(table: &Table) -> Option<Groove> {
     let reader: &Reader = table.reader;
     let point = |field: &str, value: &Spanned<DeValue>| reader.point(field, value, &VALUE);
     let points = table.maybe("spline", |field, value| {
-        let points = reader.all(field, value, allowed, point)?;
+        let points = reader.all(field, value, allowed, &point)?;
         if !(3..=200).contains(&points.len()) {
             let hint = format!("there are {}", points.len());
             return reader.refuse(FaultKind::Value, field, value, allowed, hint);

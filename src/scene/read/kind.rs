@@ -47,7 +47,7 @@ pub(super) fn kind_of(document: &DeTable) -> Kinds {
 
 fn guess_model(document: &DeTable) -> Model {
     let word = model_of(document).and_then(|value| value.get_ref().as_str());
-    match word.and_then(|word| nearest(word, ["elastica", "cosserat"].into_iter())) {
+    match word.and_then(|word| nearest(word, &mut ["elastica", "cosserat"].into_iter())) {
         Some("cosserat") => return Model::Cosserat,
         Some(_) => return Model::Elastica,
         None => {}

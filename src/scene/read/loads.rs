@@ -192,9 +192,9 @@ fn rows(table: &Table) -> Option<History> {
     table.read("table", allowed, Absent::Fault, |field, value| {
         let row = |field: &str, value| {
             let number = |field: &str, value: &_| reader.number(field, value, &FINITE);
-            reader.array(field, value, "a row [t, f]", number)
+            reader.array(field, value, "a row [t, f]", &number)
         };
-        let rows: Vec<[f64; 2]> = reader.all(field, value, allowed, row)?;
+        let rows: Vec<[f64; 2]> = reader.all(field, value, allowed, &row)?;
         let times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
         growing(reader, field, value, &times)?;
         Some(History::Table(rows))

@@ -18,8 +18,8 @@ pub(super) fn rows<const N: usize>(
     row_words: &str,
 ) -> Option<[[f64; N]; N]> {
     let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
-    let row = |field: &str, value| reader.array(field, value, row_words, number);
-    reader.array(field, value, allowed, row)
+    let row = |field: &str, value| reader.array(field, value, row_words, &number);
+    reader.array(field, value, allowed, &row)
 }
 
 /// The matrix without rounding in its symmetry, if it is symmetric and positive definite in the rows and columns

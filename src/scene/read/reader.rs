@@ -237,7 +237,7 @@ impl<'a> Reader<'a> {
         rule: &Rule,
     ) -> Option<[f64; N]> {
         let parse = |field: &str, value: &_| self.number(field, value, rule);
-        self.array(field, value, vector_words(N), parse)
+        self.array(field, value, vector_words(N), &parse)
     }
 
     /// A vector: two numbers in the plane, where the third is 0, three in space.
@@ -255,7 +255,7 @@ impl<'a> Reader<'a> {
         field: &str,
         value: &'v Spanned<DeValue<'v>>,
         allowed: &str,
-        parse: impl Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
+        parse: &dyn Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
     ) -> Option<[T; N]> {
         let elements = self.list(field, value, allowed, parse)?;
         let count = elements.len();
@@ -273,7 +273,7 @@ impl<'a> Reader<'a> {
         field: &str,
         value: &'v Spanned<DeValue<'v>>,
         allowed: &str,
-        parse: impl Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
+        parse: &dyn Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
     ) -> Option<Vec<Option<T>>> {
         let Some(array) = value.get_ref().as_array() else {
             self.wrong_type(field, value, allowed, None);
@@ -289,7 +289,7 @@ impl<'a> Reader<'a> {
         field: &str,
         value: &'v Spanned<DeValue<'v>>,
         allowed: &str,
-        parse: impl Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
+        parse: &dyn Fn(&str, &'v Spanned<DeValue<'v>>) -> Option<T>,
     ) -> Option<Vec<T>> {
         let list = self.list(field, value, allowed, parse)?;
         list.into_iter().collect()
@@ -303,9 +303,8 @@ impl<'a> Reader<'a> {
         allowed: &str,
         rule: &Rule,
     ) -> Option<Vec<f64>> {
-        self.all(field, value, allowed, |field, value| {
-            self.number(field, value, rule)
-        })
+        let number = |field: &str, value: &_| self.number(field, value, rule);
+        self.all(field, value, allowed, &number)
     }
 
     /// true or false.
@@ -331,10 +330,12 @@ impl<'a> Reader<'a> {
             self.wrong_type(field, value, allowed, None);
             return None;
         };
-        if let Some((_, choice)) = choices.iter().find(|(name, _)| *name == word) {
-            return Some(choice.clone());
+        for (name, choice) in choices {
+            if *name == word {
+                return Some(choice.clone());
+            }
         }
-        let hint = nearest(word, choices.iter().map(|(name, _)| *name))
+        let hint = nearest(word, &mut choices.iter().map(|(name, _)| *name))
             .map(|name| format!("did you mean {name:?}?"));
         self.refuse(FaultKind::Value, field, value, allowed, hint)
     }

@@ -75,7 +75,7 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
 fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
     let reader = table.reader;
     let number = |field: &str, value| along(reader, field, value, &STIFFNESS, length);
-    let pair = |field: &str, value| reader.array(field, value, PAIR, number);
+    let pair = |field: &str, value| reader.array(field, value, PAIR, &number);
     let bending = table.read("bending", PAIR, Absent::Fault, pair);
     let torsion = table.read("torsion", ALONG_WORDS, Absent::Fault, number);
     let shear = table.read("shear", "", Absent::Or(Stiffness::Rigid), |field, value| {
@@ -83,7 +83,7 @@ fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
         match rigid(reader, field, value, allowed)? {
             Some(Rigid::Rigid) => Some(Stiffness::Rigid),
             None => reader
-                .array(field, value, allowed, number)
+                .array(field, value, allowed, &number)
                 .map(Stiffness::Elastic),
         }
     });
@@ -130,7 +130,7 @@ fn full(table: &Table) -> Option<Full> {
         let name = |field: &str, value: &_| {
             reader.choice(field, value, &words, "one of u1, u2, u3, v1, v2, v3")
         };
-        let mut names = reader.all(field, value, allowed, name)?;
+        let mut names = reader.all(field, value, allowed, &name)?;
         names.sort();
         names.dedup();
         if let Some(held) = names.iter().find(|name| **name < StrainName::V1) {
@@ -236,7 +236,7 @@ pub(super) fn half_widths(table: &Table) -> Option<[f64; 2]> {
     let words = "an array of two finite numbers > 0, along d1 and d2";
     table.read("half_widths", words, Absent::Fault, |field, value| {
         let number = |field: &str, value: &_| table.reader.number(field, value, &SIZE);
-        table.reader.array(field, value, words, number)
+        table.reader.array(field, value, words, &number)
     })
 }
 
@@ -465,7 +465,7 @@ pub(super) fn rest(table: &Table, length: Option<f64>) -> Option<Rest> {
                 field,
                 value,
                 "an array of two curvatures, about d1 and d2",
-                number,
+                &number,
             )
         },
     );

@@ -67,7 +67,7 @@ impl<'a> Table<'a> {
                 continue;
             }
             let hint = table.misplaced(name).or_else(|| {
-                let meant = nearest(name, spec.names(kind))?;
+                let meant = nearest(name, &mut spec.names(kind))?;
                 // Of two slips for one field the first in the table wins.
                 if !entries.contains_key(meant) && table.slip(meant).is_none() {
                     table.slips.push((meant, name));
@@ -247,14 +247,19 @@ impl<'a> Table<'a> {
             (Some(value), _) => parse(&self.field(name), value),
             (None, Absent::Or(default)) => Some(default),
             (None, Absent::Fault) => {
-                let example = match self.of(name).need {
-                    Need::Yes(example) => example,
-                    _ => name,
-                };
-                self.missing(name, allowed, example);
+                self.absent(name, allowed);
                 None
             }
         }
+    }
+
+    /// Reports a required field that is absent, with the example of the tables.
+    fn absent(&self, name: &str, allowed: &str) {
+        let example = match self.of(name).need {
+            Need::Yes(example) => example,
+            _ => name,
+        };
+        self.missing(name, allowed, example);
     }
 
     /// Reads a field, if it was given.

@@ -36,14 +36,15 @@ use super::corrector::{Corrected, Cubic, Failure, Finish, Space};
 use super::elimination::Place;
 use super::family::Family;
 use super::newton;
-use super::special::{Sample, Special, SpecialKind, sort_few};
+use super::special::{Sample, Special, SpecialKind};
 use crate::error::{Error, Result};
+use crate::math::order::sort_few;
 use nalgebra::SVector;
 use std::collections::VecDeque;
 
 /// A branch being followed: iterate over it.
-pub struct Continuation<'a, F, const N: usize> {
-    space: Space<'a, F, N>,
+pub struct Continuation<'a, const N: usize> {
+    space: Space<'a, N>,
     options: Options,
     start: Sample<N>,
     current: Sample<N>,
@@ -57,13 +58,18 @@ pub struct Continuation<'a, F, const N: usize> {
     done: bool,
 }
 
-impl<'a, F: Family<N>, const N: usize> Continuation<'a, F, N> {
+impl<'a, const N: usize> Continuation<'a, N> {
     /// A branch through the solution near `x` at exactly this `p`, found by damped Newton.
     ///
     /// # Errors
     /// Options outside their sets, p outside the range, no solution near `x`, or a start where the
     /// direction of growing p is undefined (a fold or branch point: use [`Continuation::along`]).
-    pub fn new(family: &'a F, x: SVector<f64, N>, p: f64, mut options: Options) -> Result<Self> {
+    pub fn new(
+        family: &'a dyn Family<N>,
+        x: SVector<f64, N>,
+        p: f64,
+        mut options: Options,
+    ) -> Result<Self> {
         let space = Self::space(family, p, &mut options)?;
         let newton = newton::Options {
             tolerance: options.tolerance,
@@ -106,7 +112,11 @@ impl<'a, F: Family<N>, const N: usize> Continuation<'a, F, N> {
     ///
     /// # Errors
     /// As [`Continuation::new`]; a zero direction.
-    pub fn along(family: &'a F, start: &BranchStart<N>, mut options: Options) -> Result<Self> {
+    pub fn along(
+        family: &'a dyn Family<N>,
+        start: &BranchStart<N>,
+        mut options: Options,
+    ) -> Result<Self> {
         let space = Self::space(family, start.p, &mut options)?;
         let direction = Place::new(start.direction_x, start.direction_p * options.weight);
         if !(direction.norm() > 0.0 && direction.is_finite()) {
@@ -126,7 +136,7 @@ impl<'a, F: Family<N>, const N: usize> Continuation<'a, F, N> {
         Ok(Self::begin(space, on, options))
     }
 
-    fn space(family: &'a F, p: f64, options: &mut Options) -> Result<Space<'a, F, N>> {
+    fn space(family: &'a dyn Family<N>, p: f64, options: &mut Options) -> Result<Space<'a, N>> {
         options.check()?;
         options.weight = options.rounded_weight();
         if !(p.is_finite() && options.contains(p)) {
@@ -143,7 +153,7 @@ impl<'a, F: Family<N>, const N: usize> Continuation<'a, F, N> {
         ))
     }
 
-    fn begin(space: Space<'a, F, N>, on: Corrected<N>, options: Options) -> Self {
+    fn begin(space: Space<'a, N>, on: Corrected<N>, options: Options) -> Self {
         let first = space.dressed(on, 0.0, true);
         let mut this = Self {
             space,
@@ -533,7 +543,7 @@ fn angle<const N: usize>(a: &Place<N>, b: &Place<N>) -> f64 {
     2.0 * (0.5 * (*a - *b).norm()).min(1.0).asin()
 }
 
-impl<F: Family<N>, const N: usize> Iterator for Continuation<'_, F, N> {
+impl<const N: usize> Iterator for Continuation<'_, N> {
     type Item = Item<N>;
 
     fn next(&mut self) -> Option<Item<N>> {

@@ -1,13 +1,14 @@
 //! Fold curves in two parameters.
 
-use super::finer;
 use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, signed};
 use super::record::{self, CurveRecord, CurveSet};
+use super::{Make, finer};
 use crate::error::Result;
-use crate::rod::{State, Statical};
+use crate::rod::State;
 use crate::scene::{Parameter, Scene, Second};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
-use crate::solve::fold_curve::{Crossed, Family2, FoldCurve};
+use crate::solve::family::Family;
+use crate::solve::fold_curve::{Crossed, FoldCurve};
 use crate::solve::special::{Special, SpecialKind};
 use nalgebra::SVector;
 
@@ -21,27 +22,23 @@ struct Folds<const M: usize> {
 }
 
 /// The range of the first parameter, its unit on fold curves, the rod at (x, p, q), and special points with their bounds.
-struct Window<'a, S, const M: usize> {
+struct Window<'a, const N: usize, const M: usize> {
     name: Parameter,
     range: (f64, f64),
     unit: f64,
     second: &'a Second,
     /// The scene's value of the second parameter.
     here: f64,
-    state: S,
+    state: &'a dyn Fn(&SVector<f64, N>, f64, f64) -> Result<State>,
     bounded: &'a dyn Fn(Special<M>) -> Special<M>,
 }
 
-/// Follows the fold curves through the folds of the branches; M = N + 1. `make` gives the family of a scene over one of its
-/// parameters, for a range of this length.
-pub fn fold_curves<F, const N: usize, const M: usize>(
-    study: &mut Study<'_, F, N>,
+/// Follows the fold curves through the folds of the branches; M = N + 1.
+pub fn fold_curves<const N: usize, const M: usize>(
+    study: &mut Study<'_, N>,
     second: &Second,
-    make: &impl Fn(&Scene, Parameter, f64) -> F,
-) -> Result<CurveSet>
-where
-    F: Statical<N>,
-{
+    make: &Make<'_, N>,
+) -> Result<CurveSet> {
     let (scene, wanted) = (study.scene, study.wanted);
     let (p_span, q_span) = (wanted.to - wanted.from, second.to - second.from);
     let unit = p_span.abs() / TYPICAL;
@@ -66,8 +63,9 @@ where
     };
     let [given, tighter] = [vec![(scene.clone(), 1.0)], finer(scene).into()]
         .map(|scenes| scenes.into_iter().map(crossed).collect::<Vec<_>>());
-    let family = FoldCurve::<_, N, M>::new(&given[0]);
-    let tighter: Vec<_> = tighter.iter().map(FoldCurve::<_, N, M>::new).collect();
+    let family = FoldCurve::<N, M>::new(&given[0]);
+    let tighter = [0, 1].map(|i| FoldCurve::<N, M>::new(&tighter[i]));
+    let tighter = [&tighter[0] as &dyn Family<M>, &tighter[1]];
     let here = scene.value(&second.parameter);
     let options = |direction: Direction| Options {
         at: vec![here],
@@ -90,7 +88,7 @@ where
         unit,
         second,
         here,
-        state: |x: &SVector<f64, N>, p: f64, q: f64| at_q(scene, q, 1.0).state(x, p),
+        state: &|x, p, q| at_q(scene, q, 1.0).state(x, p),
         bounded: &|special: Special<M>| special.bounded(&tighter, &fine),
     };
     let mut this = Folds {
@@ -103,7 +101,7 @@ where
     let is_fold = |at: &&Located<N>| at.special.kind == SpecialKind::Fold;
     for fold in study.located.iter().filter(is_fold) {
         let point = &fold.special.point;
-        let y = FoldCurve::<(), N, M>::unknowns(&point.x, point.p / unit);
+        let y = FoldCurve::<N, M>::unknowns(&point.x, point.p / unit);
         // A curve that comes back to this value of q may pass through other folds of the branch.
         let same = |z: &SVector<f64, M>| (y - z).norm() <= SAME * (1.0 + y.norm());
         if study.watch.interrupted || this.landed.iter().any(same) {
@@ -156,17 +154,15 @@ where
 
 impl<const M: usize> Folds<M> {
     /// Follows the last curve one way; `again` if its start is there already.
-    fn follow<F: Family2<N>, S, const N: usize>(
+    fn follow<const N: usize>(
         &mut self,
-        branch: Continuation<'_, FoldCurve<'_, F, N, M>, M>,
-        family: &FoldCurve<'_, F, N, M>,
-        window: &Window<S, M>,
+        branch: Continuation<'_, M>,
+        family: &FoldCurve<'_, N, M>,
+        window: &Window<'_, N, M>,
         (direction, again): (Direction, bool),
         watch: &mut Watch<'_>,
         remarks: &mut Vec<String>,
-    ) where
-        S: Fn(&SVector<f64, N>, f64, f64) -> Result<State>,
-    {
+    ) {
         let number = self.curves.len() - 1;
         let backward = direction == Direction::Backward;
         let first = self.rows.len();
@@ -187,7 +183,7 @@ impl<const M: usize> Folds<M> {
                 continue;
             }
             let q = point.p;
-            let (x, p) = FoldCurve::<(), N, M>::parts(&point.x);
+            let (x, p) = FoldCurve::<N, M>::parts(&point.x);
             let p = p * window.unit;
             let (low, high) = window.range;
             // Rounding must not end a curve along the border.
@@ -251,8 +247,8 @@ impl<const M: usize> Folds<M> {
 }
 
 /// The index of the two equilibria that meet at a fold: that of the more stable one.
-fn lower_index<F: Family2<N>, const N: usize, const M: usize>(
-    family: &FoldCurve<'_, F, N, M>,
+fn lower_index<const N: usize, const M: usize>(
+    family: &FoldCurve<'_, N, M>,
     point: &Point<M>,
 ) -> Option<usize> {
     let both = family.indices(&point.x, point.p).ok().flatten();

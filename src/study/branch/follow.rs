@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::rod::{State, Statical};
 use crate::scene::{Continue, Scene};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
+use crate::solve::family::Family;
 use crate::solve::special::{Special, SpecialKind};
 use crate::solve::switching::switch;
 use crate::study::Hooks;
@@ -70,12 +71,12 @@ impl<'a> Watch<'a> {
 }
 
 /// Branches of one scene.
-pub struct Study<'a, F, const N: usize> {
+pub struct Study<'a, const N: usize> {
     pub scene: &'a Scene,
     pub wanted: &'a Continue,
-    pub family: &'a F,
+    pub family: &'a dyn Statical<N>,
     /// The same computed to tighter tolerances, for the errors of special points.
-    pub finer: Vec<F>,
+    pub finer: Vec<Box<dyn Statical<N>>>,
     pub rows: Vec<Row>,
     pub located: Vec<Located<N>>,
     pub curves: Vec<CurveRecord>,
@@ -87,11 +88,11 @@ pub struct Study<'a, F, const N: usize> {
     landed: Vec<(f64, SVector<f64, N>)>,
 }
 
-impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
+impl<'a, const N: usize> Study<'a, N> {
     pub fn new(
         scene: &'a Scene,
         wanted: &'a Continue,
-        family: &'a F,
+        family: &'a dyn Statical<N>,
         stations: Vec<f64>,
         watch: Watch<'a>,
     ) -> Self {
@@ -184,7 +185,7 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
         Ok(())
     }
 
-    fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_, F, N>)>) {
+    fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_, N>)>) {
         let number = self.curves.len();
         self.curves.push(CurveRecord {
             origin,
@@ -210,7 +211,9 @@ impl<'a, F: Statical<N>, const N: usize> Study<'a, F, N> {
                             tolerance: (0.01 * self.scene.solve.tolerance).max(1e-12),
                             ..self.options(Direction::Forward)
                         };
-                        let special = special.bounded(&self.finer, &options);
+                        let finer: Vec<&dyn Family<N>> =
+                            self.finer.iter().map(|family| &**family as _).collect();
+                        let special = special.bounded(&finer, &options);
                         // A name for now: they are numbered along the branch.
                         let name = format!("#{}", self.located.len());
                         let p = special.point.p;

@@ -130,6 +130,9 @@ fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Cha
     Ok((chart, Taken { path, why }))
 }
 
+/// The family of a scene over one of its parameters, for a range of this length.
+type Make<'a, const N: usize> = dyn Fn(&Scene, Parameter, f64) -> Box<dyn Statical<N>> + 'a;
+
 /// What is to be followed, and from where.
 struct Task<'a> {
     scene: &'a Scene,
@@ -140,7 +143,7 @@ struct Task<'a> {
 
 impl Task<'_> {
     /// Follows everything in one chart, N unknowns; M = N + 1.
-    fn along<C: Chart<N> + Copy, const N: usize, const M: usize>(
+    fn along<C: Chart<N> + Copy + 'static, const N: usize, const M: usize>(
         self,
         chart: C,
         hooks: &mut dyn Hooks,
@@ -153,15 +156,16 @@ impl Task<'_> {
         let wanted = self.wanted;
         let family = make(self.scene, wanted.parameter, wanted.to - wanted.from);
         let x = family.unknowns(&self.start.base, wanted.from)?;
-        self.study::<_, N, M>(&family, x, make, hooks)
+        let boxed: &Make<'_, N> = &|scene, parameter, span| Box::new(make(scene, parameter, span));
+        self.study::<N, M>(&family, x, boxed, hooks)
     }
 
     /// Everything about the branch through `x`, with N unknowns; M = N + 1.
-    fn study<F: Statical<N>, const N: usize, const M: usize>(
+    fn study<const N: usize, const M: usize>(
         self,
-        family: &F,
+        family: &dyn Statical<N>,
         x: SVector<f64, N>,
-        make: impl Fn(&Scene, Parameter, f64) -> F,
+        make: &Make<'_, N>,
         hooks: &mut dyn Hooks,
     ) -> Result<BranchRecord> {
         let (scene, wanted) = (self.scene, self.wanted);
@@ -181,7 +185,7 @@ impl Task<'_> {
         let fold_curves = match &wanted.second {
             Some(second) => Some(FoldCurves {
                 second: second.parameter,
-                curves: fold_curves::<F, N, M>(&mut study, second, &make)?,
+                curves: fold_curves::<N, M>(&mut study, second, make)?,
             }),
             None => None,
         };

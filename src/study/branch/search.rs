@@ -3,7 +3,7 @@
 use super::follow::{Study, TYPICAL};
 use super::record::DeflationRecord;
 use crate::error::{Message, Quantity};
-use crate::rod::Statical;
+use crate::math::order::sort_few;
 use crate::scene::{Continue, Scene};
 use crate::solve::deflation::{self, further};
 use nalgebra::SVector;
@@ -39,12 +39,12 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
         values.push(wanted.from);
     }
     // From where the scene begins outwards.
-    values.sort_by(|a, b| (a - wanted.from).abs().total_cmp(&(b - wanted.from).abs()));
+    sort_few(&mut values, |value| (value - wanted.from).abs());
     values
 }
 
 /// Searches, follows what is found, and reports.
-pub fn search<F: Statical<N>, const N: usize>(study: &mut Study<'_, F, N>) -> DeflationRecord {
+pub fn search<const N: usize>(study: &mut Study<'_, N>) -> DeflationRecord {
     let values = values(study.wanted);
     let parameter = study.wanted.parameter;
     // Rods have equilibria of any order, at ever larger wrenches.

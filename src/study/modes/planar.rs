@@ -6,6 +6,7 @@ use crate::elastica::stiffness::{EndStiffness, across, force_by_chart, straight_
 use crate::elastica::straight::EULER;
 use crate::elastica::{Equilibrium, folds, settled};
 use crate::error::Result;
+use crate::math::order::sort_eigenvalues;
 use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight};
 use nalgebra::{Complex, Matrix3, Vector2, Vector3};
 
@@ -102,7 +103,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         eigenvalues: (drag > 0.0).then(|| {
             let pairs = squares.iter().flat_map(|square| roots(drag, *square));
             let mut all: Vec<_> = pairs.map(|s| s / scales.time).collect();
-            all.sort_by(|a, b| a.im.total_cmp(&b.im).then(a.re.total_cmp(&b.re)));
+            sort_eigenvalues(&mut all);
             all
         }),
         rods: vec![rod.iter().map(|at| outward.station(at)).collect()],

@@ -1,0 +1,20 @@
+//! Putting few things in order.
+
+use nalgebra::Complex;
+
+/// Sorts a handful of items by a number, by insertion: the library's sort is long code for every type that it sorts.
+pub fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
+    for i in 1..items.len() {
+        let mut j = i;
+        while j > 0 && key(&items[j]) < key(&items[j - 1]) {
+            items.swap(j, j - 1);
+            j -= 1;
+        }
+    }
+}
+
+/// Sorts eigenvalues of motions by their frequency, then by their rate.
+pub fn sort_eigenvalues(values: &mut [Complex<f64>]) {
+    sort_few(values, |value| value.re);
+    sort_few(values, |value| value.im);
+}
