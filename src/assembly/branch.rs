@@ -188,11 +188,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Framed<'_, P> {
             .links()
             .iter()
             .zip(known)
-            .map(|(link, known)| LinkPoint {
-                base: link.from.at(0.0, &now.bodies),
-                tip: link.to.at(0.0, &now.bodies),
-                end: known.end.clone(),
-            });
+            .map(|(link, known)| link.placed(0.0, &now.bodies, known.end.clone()));
         Ok(self
             .frame
             .residual(&assembly, &now.bodies, &points.collect::<Vec<_>>()))

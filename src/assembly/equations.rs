@@ -250,8 +250,10 @@ impl Assembly {
                 let along = onto * by_chart.fixed_rows::<6>(6 * i);
                 add(&mut matrix, (start, own), &along, [twists, &charts]);
                 for (j, other) in levers.iter().enumerate() {
-                    let Some((other, _)) = other else { continue };
-                    let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 6 * j);
+                    let Some((other, lever)) = other else {
+                        continue;
+                    };
+                    let block = onto * by_turn.fixed_view::<6, 6>(6 * i, 6 * j) * carried(lever);
                     let to = [twists, &own_twists[*other]];
                     add(&mut matrix, (start, starts[*other]), &block, to);
                 }

@@ -66,6 +66,9 @@ impl Link {
         match self.joint {
             Joint::Weld => self.settled::<6>(q, &end, &kernel, tolerance),
             Joint::Ball => self.settled::<3>(q, &end, &kernel, tolerance),
+            Joint::Pins => Err(Error::domain(
+                "a rod between two ball joints is not followed through its fold: weld one of its ends, or divide it by a body",
+            )),
         }
     }
 

@@ -37,6 +37,8 @@ pub enum Joint {
     Weld,
     /// The end is free to turn: m(1) = 0.
     Ball,
+    /// Both ends are free to turn: m(0) = m(1) = 0, the force is along the chord ([`Link::pinned`]).
+    Pins,
 }
 
 /// Where an end of a rod is attached: point and directors in the frame of what carries it.
@@ -145,6 +147,8 @@ pub struct LinkEnd {
     pub tangent: Matrix6<f64>,
     /// d(m(0), n, m(1)) by the chart.
     pub resultants: SMatrix<f64, 9, 6>,
+    /// Length over couple, by which couples stand beside lengths in the equations of a rod between ball joints.
+    pub(super) per_couple: f64,
     /// The same by the turn of the attachment, if a taut rod is welded to it and turns along.
     pub(super) turned: Option<SMatrix<f64, 9, 3>>,
     /// What a motion of the attachment prescribes, by the chart; singular at folds. The rows are those of `tangent`; of a ball joint the
@@ -152,6 +156,8 @@ pub struct LinkEnd {
     pub jacobian: Matrix6<f64>,
     /// What the twist of the attachment prescribes: jacobian . q' = drive . twist.
     pub(super) drive: Matrix6<f64>,
+    /// Of a rod between two ball joints the direction of its chord, along the directors of its base.
+    pub(super) chord: Option<Vector3<f64>>,
     /// By how much m(0) of a taut rod differs from the couple of its chart; None for a rod that its base wrench charts.
     pub slack: Option<Vector3<f64>>,
 }
@@ -242,9 +248,24 @@ impl Link {
         resultants.fixed_rows_mut::<6>(0).copy_from(&change);
         resultants.fixed_rows_mut::<3>(6).copy_from(&couple);
         let (mut jacobian, mut drive) = (tangent, Matrix6::identity());
-        if self.joint == Joint::Ball {
-            jacobian.fixed_rows_mut::<3>(0).copy_from(&couple);
-            drive.fixed_rows_mut::<3>(0).fill(0.0);
+        let mut chord = None;
+        match self.joint {
+            Joint::Weld => {}
+            Joint::Ball => {
+                jacobian.fixed_rows_mut::<3>(0).copy_from(&couple);
+                drive.fixed_rows_mut::<3>(0).fill(0.0);
+            }
+            Joint::Pins => {
+                let along = section
+                    .position
+                    .try_normalize(f64::MIN_POSITIVE)
+                    .unwrap_or_else(Vector3::z);
+                chord = Some(along);
+                (jacobian, drive) = self.pins(&tangent, &couple, &section.force, &along);
+                // The base turns with the chord, and the force with it.
+                let force = along * along.transpose() * change.fixed_rows::<3>(3);
+                resultants.fixed_rows_mut::<3>(3).copy_from(&force);
+            }
         }
         Ok(LinkEnd {
             pose: section.pose(),
@@ -254,9 +275,11 @@ impl Link {
             energy: section.energy,
             tangent,
             resultants,
+            per_couple: self.rod.length() / units[0],
             turned: None,
             jacobian,
             drive,
+            chord,
             slack: None,
         })
     }
@@ -268,14 +291,29 @@ impl Link {
     pub fn point(&self, t: f64, bodies: &[Place], q: &Wrench, tolerance: f64) -> Result<LinkPoint> {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
         let end = self.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
-        Ok(LinkPoint { base, tip, end })
+        Ok(self.placed(t, bodies, end))
+    }
+
+    /// An end that is known between its attachments at time `t`; the base of a rod between ball joints is turned along its chord.
+    pub(super) fn placed(&self, t: f64, bodies: &[Place], end: LinkEnd) -> LinkPoint {
+        let (mut base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
+        if let Some(chord) = end.chord {
+            base.pose.rotation = along_chord(&base.pose, &tip.pose, &chord);
+        }
+        LinkPoint { base, tip, end }
+    }
+
+    /// A rod between two ball joints: a spring along its chord, whose force charts it (theory 3.3).
+    pub fn pinned(rod: Rod, from: Attachment, to: Attachment) -> Self {
+        Self::new(rod, from, to, Joint::Pins)
     }
 
     /// The rod with its end held by its joint at a pose seen from the base.
     pub(super) fn held_at(&self, end: &Isometry3<f64>, tolerance: f64) -> Result<Problem> {
         let conditions = match self.joint {
             Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
-            Joint::Ball => EndConditions::ball(end.translation.vector),
+            // As if the base were held too.
+            Joint::Ball | Joint::Pins => EndConditions::ball(end.translation.vector),
         };
         Problem::new(self.rod.clone(), conditions, tolerance)
     }
@@ -289,6 +327,9 @@ impl Link {
             return self.rod.taut_index(&self.pulled(q, held, tolerance)?);
         }
         // What is held counts, not where.
+        if self.joint == Joint::Pins {
+            return self.pinned_index(q, held, tolerance);
+        }
         let problem = self.held_at(&Isometry3::identity(), tolerance)?;
         let count = |q: &Wrench| problem.index_at(&q.component_mul(&self.units()));
         // It is counted under the force alone first. Where that is neutral (an elastica that can turn about its force) rounding
@@ -338,8 +379,36 @@ impl LinkEnd {
                 joined(&turn.scaled_axis(), &apart)
             }
             (None, Joint::Ball) => joined(&-self.couple, &apart),
+            (None, Joint::Pins) => {
+                let (length, along) = (self.pose.translation.vector.norm(), self.along());
+                let missing = wanted.translation.vector.norm() - length;
+                joined(
+                    &-self.base_couple,
+                    &(along * missing - self.couple * self.per_couple),
+                )
+            }
         }
     }
+}
+
+/// The rotation that leads the chord of a rod, along the directors of its base, to that between its attachments, from `base` by the least
+/// turn: the rod can spin about it as it likes.
+fn along_chord(
+    base: &Isometry3<f64>,
+    tip: &Isometry3<f64>,
+    chord: &Vector3<f64>,
+) -> UnitQuaternion<f64> {
+    let wanted = tip.translation.vector - base.translation.vector;
+    let now = base.rotation * chord;
+    let turn = UnitQuaternion::rotation_between(&now, &wanted).unwrap_or_else(|| {
+        // Opposite: half a turn about whatever is across.
+        let across = now.cross(&now.zxy());
+        UnitQuaternion::from_axis_angle(
+            &nalgebra::Unit::new_normalize(across),
+            std::f64::consts::PI,
+        )
+    });
+    turn * base.rotation
 }
 
 impl LinkPoint {

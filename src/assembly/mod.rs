@@ -15,6 +15,7 @@ mod landing;
 mod link;
 mod modes;
 mod padded;
+mod pins;
 mod state;
 mod statics;
 mod stiffness;
@@ -51,7 +52,11 @@ impl Assembly {
             return Err(Error::domain("an assembly has one body at least"));
         }
         for (k, link) in links.iter().enumerate() {
-            for (site, joint) in [(&link.from, Joint::Weld), (&link.to, link.joint)] {
+            let base = match link.joint {
+                Joint::Pins => Joint::Ball,
+                _ => Joint::Weld,
+            };
+            for (site, joint) in [(&link.from, base), (&link.to, link.joint)] {
                 let On::Body(body) = site.on else { continue };
                 let carrier = carriers.get(body).ok_or_else(|| {
                     Error::domain(format!(

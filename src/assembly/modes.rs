@@ -241,12 +241,12 @@ impl Assembly {
     ) -> Result<Vec<Vec<RodSection>>> {
         let links = self.links().iter().zip(&now.charts);
         let shape = links.map(|(link, q)| {
-            let base = link.from().at(t, &now.bodies).pose;
+            let point = link.point(t, &now.bodies, q, tolerance)?;
+            let (base, tip) = (point.base.pose, point.tip.pose);
             let length = link.rod().length();
             let at: Vec<f64> = (0..=count)
                 .map(|i| length * i as f64 / count.max(1) as f64)
                 .collect();
-            let tip = link.to().at(t, &now.bodies).pose;
             let sections = link.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
             let turn = base.rotation.to_rotation_matrix();
             let placed = sections.into_iter().map(|section| RodSection {

@@ -202,6 +202,9 @@ impl Assembly {
         let chart = |link: &super::Link| {
             let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
             let end = base.pose.inv_mul(&tip.pose);
+            if link.joint() == super::Joint::Pins {
+                return link.spanning(&end, tolerance);
+            }
             let found = link.held_at(&end, tolerance).ok()?.solve(None).ok()?;
             Some(found.base.component_div(&link.units()))
         };

@@ -91,6 +91,19 @@ impl LinkPoint {
     /// the couples of a taut rod.
     pub(super) fn wrenches_by_turns(&self) -> SMatrix<f64, 12, 12> {
         let mut by = SMatrix::<f64, 12, 12>::zeros();
+        if let Some(along) = &self.end.chord {
+            // The force turns with the chord between the attachments, whatever these do.
+            let chord = self.tip.pose.translation.vector - self.base.pose.translation.vector;
+            let along = self.base.pose.rotation * along;
+            let across = nalgebra::Matrix3::identity() - along * along.transpose();
+            let n = self.base.pose.rotation * self.end.force;
+            let turned = across * (n.dot(&along) / chord.norm());
+            for (row, column, sign) in [(3, 3, -1.0), (3, 9, 1.0), (9, 3, 1.0), (9, 9, -1.0)] {
+                by.fixed_view_mut::<3, 3>(row, column)
+                    .copy_from(&(turned * sign));
+            }
+            return by;
+        }
         let back = self.base.pose.rotation.inverse().to_rotation_matrix();
         if let Some(turned) = &self.end.turned {
             let between = self.wrenches_of(turned) * back.matrix();

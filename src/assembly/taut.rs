@@ -71,6 +71,9 @@ impl Link {
 
     /// What its chart should stand for, with hysteresis.
     pub fn better_seen(&self, q: &Wrench, held: &Isometry3<f64>) -> Seen {
+        if self.joint == Joint::Pins {
+            return Seen::FromBase;
+        }
         let border = if self.seen == Seen::Taut { SLACK } else { TAUT };
         if self.pull(q, held) > border {
             Seen::Taut
@@ -80,6 +83,9 @@ impl Link {
     }
 
     pub(super) fn is_taut(&self, q: &Wrench, held: &Isometry3<f64>) -> bool {
+        if self.joint == Joint::Pins {
+            return false;
+        }
         match self.seen {
             Seen::ByPull => self.pull(q, held) > TAUT,
             seen => seen == Seen::Taut,
@@ -148,6 +154,8 @@ impl Link {
             turned,
             jacobian,
             drive,
+            per_couple: 0.0,
+            chord: None,
             slack: Some(m - halves(q).0 * couple),
         })
     }
@@ -156,7 +164,7 @@ impl Link {
     pub(super) fn pulled(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Taut> {
         let tip = match self.joint {
             Joint::Weld => Tip::Turned(*held.rotation.to_rotation_matrix().matrix()),
-            Joint::Ball => Tip::Loaded {
+            Joint::Ball | Joint::Pins => Tip::Loaded {
                 couple: Vector3::zeros(),
                 arm: Vector3::zeros(),
             },

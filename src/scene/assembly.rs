@@ -26,7 +26,7 @@ pub struct AssemblyRod {
     pub rod: Rod,
     /// What holds its base, s = 0.
     pub from: Site,
-    /// What holds its end, s = length. Not both are ball joints.
+    /// What holds its end, s = length.
     pub to: Site,
 }
 

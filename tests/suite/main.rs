@@ -37,6 +37,7 @@ mod messages;
 #[cfg(feature = "cli")]
 mod modes;
 mod motion_in_space;
+mod pins;
 #[cfg(feature = "plot")]
 mod plot;
 #[cfg(feature = "plot")]

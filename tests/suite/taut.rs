@@ -284,7 +284,7 @@ fn wire(lam: f64, axial: f64, joint: Joint) -> Assembly {
             let inertia = Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 0.02));
             Carrier::rigid(RigidBody::new(1.0, inertia).unwrap())
         }
-        Joint::Ball => Carrier::point(Body::new(1.0).unwrap()),
+        Joint::Ball | Joint::Pins => Carrier::point(Body::new(1.0).unwrap()),
     };
     Assembly::new(vec![carrier], links).unwrap()
 }

@@ -60,10 +60,13 @@ impl AssemblySetup {
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
             let from = attachment(given, &rod.from, &scales).map_err(named)?;
             let to = attachment(given, &rod.to, &scales).map_err(named)?;
-            let turned = rod.from.joint == Joint::Ball;
-            links.push(match turned {
-                false => Link::new(own, from, to, rod.to.joint),
-                true => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
+            let joints = (rod.from.joint, rod.to.joint);
+            // A rod with a ball joint at its base alone begins at its other end.
+            let turned = joints == (Joint::Ball, Joint::Weld);
+            links.push(match joints {
+                (Joint::Ball, Joint::Ball) => Link::pinned(own, from, to),
+                (Joint::Weld, joint) => Link::new(own, from, to, joint),
+                _ => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
             });
             reversed.push(turned);
         }

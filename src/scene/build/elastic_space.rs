@@ -89,7 +89,7 @@ impl ElasticSpace {
         let pose = link.held(&self.chart, &self.end, POSE)?.pose;
         let (pose, twist) = match joint {
             Joint::Weld => (pose, self.common.velocity),
-            Joint::Ball => {
+            Joint::Ball | Joint::Pins => {
                 let mut twist = self.common.velocity;
                 twist.fixed_rows_mut::<3>(0).fill(0.0);
                 (pose.translation.into(), twist)

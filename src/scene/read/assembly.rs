@@ -302,11 +302,6 @@ fn one_rod(
     );
     let (from, to) = (from?, to?);
     let kind = FaultKind::Conflict;
-    if from.joint == Joint::Ball && to.joint == Joint::Ball {
-        let hint = "rods between two ball joints are not served yet: weld one of the ends, or give the body there an inertia and \
-                    divide the rod by it";
-        return table.refuse(kind, "to", "a weld where `from` is a ball joint", hint);
-    }
     if from.body == to.body {
         let (allowed, hint) = match &from.body {
             Some(name) => (
