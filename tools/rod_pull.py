@@ -10,7 +10,7 @@ import tempfile
 from mpmath import asin, ellipe, ellipf, exp, mp, mpf, pi, sin, sqrt
 
 mp.dps = 40
-LOADS = ["2", "5", "8", "10", "12", "15", "18", "20", "22", "23.5"]
+LOADS = ["2", "5", "8", "10", "12", "15", "18", "20", "22", "23.5", "40", "100"]
 SCENE = """[rod]
 model = "cosserat"
 length = 1.0

@@ -158,6 +158,7 @@ impl Rod {
     }
 
     /// The pose of its clamp.
+    #[cfg(feature = "scene")]
     pub(crate) fn clamp_pose(&self) -> &Isometry3<f64> {
         &self.clamp
     }

@@ -420,3 +420,43 @@ fn equilibria_of_taut_rods() {
         }
     }
 }
+
+/// The steel wire of the scene: string and bending, B' = B v3, l = lam sqrt(v3) of a half, k = T/(L v3 (1 - tanh l/l)) each.
+#[cfg(feature = "scene")]
+#[test]
+fn the_wire_of_the_scenes_swings_as_string_and_beam() {
+    use snaprod::scene::{AssemblySetup, Scene};
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/wire.toml");
+    let scene = Scene::parse(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let setup = AssemblySetup::new(&scene).unwrap();
+    let found = setup.equilibrium().unwrap();
+    assert_eq!(found.index, 0);
+    let (bending, axial, mass) = (9.8175e-3_f64, 1.5708e5_f64, 0.1_f64);
+    let (long, v3) = (0.5003183_f64, 0.5003183 / 0.5);
+    let tension = axial * (v3 - 1.0);
+    let l = (tension / (bending * v3)).sqrt() * long;
+    let across = (2.0 * tension / (mass * long * (1.0 - l.tanh() / l))).sqrt();
+    let along = (4.0 * axial / mass).sqrt();
+    let modes = setup.assembly.modes(&found.now, 1e-12).unwrap();
+    for (got, want) in modes.frequencies.iter().zip([across, across, along]) {
+        small(
+            "frequency",
+            (got / setup.scales.time / want - 1.0).abs(),
+            1e-10,
+        );
+    }
+    let (run, _) = setup.motion(&scene).unwrap();
+    let mut run: Box<dyn Motion<'_>> = Box::new(run);
+    let total = run.now().ledger().total();
+    while let Some(event) = run.advance() {
+        if let Event::Stop(outcome) = event {
+            assert_eq!(outcome, Outcome::EndOfTime);
+        }
+    }
+    let ledger = run.now().ledger();
+    small(
+        "ledger",
+        (ledger.total() - total).abs() / ledger.elastic,
+        1e-7,
+    );
+}
