@@ -125,6 +125,7 @@ pub struct Link {
     /// What its chart stands for, and the taut rod that was found last.
     pub(super) seen: Seen,
     pub(super) warm: Warm,
+    pub(super) diameter: Option<f64>,
 }
 
 /// The end of a rod seen from its base, in the directors there.
@@ -185,6 +186,7 @@ impl Link {
             joint,
             seen: Seen::default(),
             warm: Warm::default(),
+            diameter: None,
         }
     }
 

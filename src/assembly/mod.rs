@@ -10,6 +10,7 @@
 
 mod branch;
 mod carrier;
+mod contact;
 mod equations;
 mod landing;
 mod link;
@@ -23,6 +24,7 @@ mod taut;
 
 pub use branch::{AssemblyBranch, AssemblyFamily, AssemblyPoint, AssemblySpecial};
 pub use carrier::{Carrier, Mass, Place};
+pub use contact::{Contact, Nearness};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
 pub use modes::Modes;
 pub use state::{Configuration, Evaluated, Integrals, Sight, Slowed};

@@ -17,8 +17,8 @@ use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
-use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Sight, Slowed};
-use crate::error::{Cause, Error, Result};
+use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Nearness, Sight, Slowed};
+use crate::error::{Cause, Error, Message, Quantity, Result};
 use crate::rod::Wrench;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
@@ -92,6 +92,8 @@ pub struct AssemblyRun {
     snaps: u64,
     /// What the last step has led to.
     pending: Option<Pending>,
+    /// How near rods are to each other.
+    near: Nearness,
     first: AssemblySample,
     before_snap: Option<AssemblySample>,
     stopped: bool,
@@ -152,6 +154,19 @@ impl AssemblyRun {
                     assembly.rod_name(rod)
                 ))
             })?;
+        let near = match assembly.looks_for_contacts() {
+            true => assembly.nearness(0.0, start),
+            false => Nearness::default(),
+        };
+        if let Some(contact) = near.contact.filter(|contact| contact.gap < 0.0) {
+            let [a, b] = contact.rods;
+            let [s, at] = contact.at;
+            return Err(Error::domain(Message::from(format!("rod {a} at s = "))
+                .number(s, Quantity::Length)
+                .words(&format!(" and rod {b} at s = "))
+                .number(at, Quantity::Length)
+                .words(" are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out")));
+        }
         let rate = slope.mean_square(&numbers, &numbers).sqrt();
         let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
         let indices = indices(&assembly, &at, along)?;
@@ -170,6 +185,7 @@ impl AssemblyRun {
             released: 0.0,
             snaps: 0,
             pending: None,
+            near,
             first,
             before_snap: None,
             stopped: false,
@@ -186,23 +202,22 @@ impl AssemblyRun {
         (ALONG * self.local()).max(FINEST)
     }
 
-    fn describe(&self, state: &DVector<f64>) -> AssemblySample {
-        let at = self
-            .assembly
+    fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> AssemblySample {
+        let at = assembly
             .evaluated(state, self.along())
             .expect("every state of a run has its rods");
-        AssemblySample::new(self.assembly.clone(), at, self.released, &self.indices)
+        AssemblySample::new(assembly.clone(), at, self.released, &self.indices)
     }
 
     /// The state at a time within the last step; None outside it.
     pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
         let state = self.inside(t)?;
-        Some(self.describe(&state))
+        Some(self.describe(&self.assembly, &state))
     }
 
     /// The state now.
     pub fn sample_now(&self) -> AssemblySample {
-        self.describe(&self.solver.state().0)
+        self.describe(&self.assembly, &self.solver.state().0)
     }
 
     /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with.
@@ -302,6 +317,13 @@ impl AssemblyRun {
             .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
         self.step = self.solver.blank();
         self.dense = None;
+        if self.assembly.looks_for_contacts() {
+            let state = self.solver.state();
+            let now = self.assembly.configuration(&state.0);
+            self.near = self.assembly.nearness(state.time(), &now);
+            let touching = self.near.contact.filter(|contact| contact.gap < 0.0);
+            self.pending = touching.map(|contact| Pending::Stop(Outcome::SelfContact(contact)));
+        }
         Ok(())
     }
 }
@@ -367,9 +389,7 @@ impl<'a> Motion<'a> for AssemblyRun {
             Progress::Fold { link, time_error } => {
                 self.pending = Some(Pending::Fold(link, time_error));
             }
-            Progress::GrooveEnd(body) => {
-                self.pending = Some(Pending::Stop(Outcome::GrooveEnd(body)));
-            }
+            Progress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
             Progress::Moved | Progress::Arrived => {}
         }
         Some(Event::Step {

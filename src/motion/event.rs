@@ -2,6 +2,7 @@
 
 use super::creep::Layer;
 use super::snap::Snap;
+use crate::assembly::Contact;
 use crate::error::{Cause, Stuck};
 use nalgebra::DVector;
 
@@ -75,6 +76,8 @@ pub enum Outcome {
     Branched(Vec<Snap>),
     /// The body of this number has come to the end of its groove.
     GrooveEnd(usize),
+    /// A rod has come to touch itself, or another.
+    SelfContact(Contact),
     /// The bound on steps was reached.
     StepLimit,
     /// The bound on snaps was reached.
@@ -91,13 +94,14 @@ impl Outcome {
         Self::Stuck(Stuck::new(at, cause, remedy))
     }
 
-    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, step_limit, snap_limit, stuck, interrupted.
+    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit, snap_limit, stuck, interrupted.
     pub fn key(&self) -> &'static str {
         match self {
             Self::EndOfTime => "end_of_time",
             Self::NoStableEquilibrium => "no_stable_equilibrium",
             Self::Branched(_) => "branched",
             Self::GrooveEnd(_) => "groove_end",
+            Self::SelfContact(_) => "self_contact",
             Self::StepLimit => "step_limit",
             Self::SnapLimit => "snap_limit",
             Self::Stuck(_) => "stuck",
@@ -121,6 +125,10 @@ impl std::fmt::Display for Outcome {
             Self::Branched(snaps) => write!(f, "the run branched into {}", snaps.len()),
             Self::GrooveEnd(_) => f.write_str(
                 "the body has come to the end of its groove; make the groove longer, or close it",
+            ),
+            Self::SelfContact(_) => f.write_str(
+                "a rod touches itself or another, and what contact does is not followed; where that does not matter, leave the \
+                 contact diameter out",
             ),
             Self::StepLimit => f.write_str("the bound max_steps was reached"),
             Self::SnapLimit => f.write_str("the bound max_snaps was reached"),

@@ -440,6 +440,15 @@ pub(super) fn end<const K: usize>(
     integrate(law, b, unit_columns(), tolerance, |_, _| ())
 }
 
+/// The sections between the steps of the integration, the first and the last included.
+pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<LineState<0>>> {
+    let mut all = vec![LineState::clamp()];
+    integrate(law, b, unit_columns(), tolerance, |step, _| {
+        all.push(step.to)
+    })?;
+    Ok(all)
+}
+
 /// The clamp seen from the end, whose directors are the axes and which bears the force `n` and no couple, under the reversed
 /// law, with the columns d/dn.
 pub(super) fn clamp_from_end<const K: usize>(

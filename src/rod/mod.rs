@@ -248,6 +248,16 @@ impl Rod {
         })
     }
 
+    /// The sections at which an integration to `tolerance` makes its steps, base and end included.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`].
+    pub(crate) fn trace(&self, base: &Wrench, tolerance: f64) -> Result<Vec<RodSection>> {
+        let b = self.inward(base);
+        let steps = line::steps(&self.law, &b, tolerance)?;
+        steps.iter().map(|at| self.outward(at, &b)).collect()
+    }
+
     /// The end of the rod under the base wrench (m(0), n) in the world frame, with its exact tangent.
     ///
     /// # Errors

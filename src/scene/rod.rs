@@ -36,6 +36,10 @@ pub struct Rod {
     /// A fixed number of strain nodes, 4..=400, only with damping; default chosen and adapted by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<usize>,
+    /// How thick the rod is where it touches itself or another, >= 0, in elastic motions in space; 0: contacts are not looked for.
+    /// `None`: as its section's shape has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_diameter: Option<f64>,
 }
 
 impl Rod {
@@ -58,6 +62,20 @@ impl Rod {
                 "a rod in space has no single bending stiffness; one in the plane is model = \"elastica\"",
             )),
         }
+    }
+
+    /// How thick it is where it touches itself or another: the contact diameter, or the smallest size of the section's shape; `None`
+    /// where contacts are not looked for.
+    pub fn thickness(&self) -> Option<f64> {
+        let shape = match &self.section {
+            Section::Outline(outline) => Some(outline.shape),
+            Section::Profile(profile) => Some(profile.shape),
+            _ => None,
+        };
+        let thickness = self
+            .contact_diameter
+            .or(shape.map(|shape| shape.thickness()));
+        thickness.filter(|d| *d > 0.0)
     }
 
     /// The mass of the rod, if its material has a density and its section a shape.

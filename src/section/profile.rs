@@ -42,6 +42,15 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The smallest size across: two such rods whose centrelines are nearer than this touch, however they are turned.
+    pub fn thickness(&self) -> f64 {
+        match *self {
+            Self::Circle { radius } => 2.0 * radius,
+            Self::Tube { outer_radius, .. } => 2.0 * outer_radius,
+            Self::Rectangle { width, height } => width.min(height),
+        }
+    }
+
     /// Area A.
     pub fn area(&self) -> f64 {
         match *self {

@@ -17,6 +17,7 @@ mod cli_motion_units;
 mod cli_output;
 #[cfg(feature = "cli")]
 mod cli_statics;
+mod contacts;
 mod continuation;
 mod documents;
 mod dynamics;

@@ -3,6 +3,7 @@
 use super::{AssemblyRun, Numbers};
 use crate::assembly::Sight;
 use crate::body::Groove;
+use crate::motion::event::Outcome;
 use crate::motion::locate::{Guess, Timed, first_fold, locate};
 use crate::solve::cost::Cost;
 use crate::solve::roots::chandrupatla;
@@ -19,6 +20,9 @@ const DRIFTED: f64 = 3.0;
 /// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
 pub(super) const LOOSE: f64 = 1e3;
 
+/// Parts of a step at which a contact is looked for that may lie inside.
+const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
+
 /// How a step ended.
 pub(super) enum Progress {
     Moved,
@@ -27,8 +31,8 @@ pub(super) enum Progress {
         link: usize,
         time_error: f64,
     },
-    /// At the end of the groove of this body.
-    GrooveEnd(usize),
+    /// At an end of the run.
+    End(Outcome),
 }
 
 impl AssemblyRun {
@@ -64,7 +68,7 @@ impl AssemblyRun {
             self.slow(from, link, before[link])?;
             return self.slow_step(end);
         }
-        if let Some(progress) = self.knot() {
+        if let Some(progress) = self.cut() {
             return progress;
         }
         let h = self.step.h;
@@ -186,7 +190,7 @@ impl AssemblyRun {
         self.solver
             .rewind(step.to.clone(), step.end_slope().clone());
         self.step = step;
-        if let Some(ended) = self.knot() {
+        if let Some(ended) = self.cut() {
             progress = ended?;
         }
         let rate = self.step.end_slope().time();
@@ -195,6 +199,71 @@ impl AssemblyRun {
             self.resume(self.step.to.clone(), None, h)?;
         }
         Some(progress)
+    }
+
+    /// Ends the step that was taken where that must be.
+    fn cut(&mut self) -> Option<Option<Progress>> {
+        let knot = self.knot();
+        if let Some(None) = knot {
+            return knot;
+        }
+        self.touch().or(knot)
+    }
+
+    /// Ends it where rods touch.
+    fn touch(&mut self) -> Option<Option<Progress>> {
+        if !self.assembly.looks_for_contacts() {
+            return None;
+        }
+        let assembly = self.assembly.clone();
+        let nearness =
+            |state: &Numbers| assembly.nearness(state.time(), &assembly.configuration(&state.0));
+        let after = nearness(&self.step.to);
+        let before = std::mem::replace(&mut self.near, after.clone());
+        let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
+        let mut part = 1.0;
+        // Between its ends a step can bring rods nearer by no more than they move in it.
+        if before.gap().min(after.gap()) < before.moved(&after) {
+            let f = self.right_hand_side();
+            let mut cost = Cost::default();
+            let dense = self.step.dense(f, &mut cost)?;
+            self.extra.evaluations += cost.evaluations;
+            for x in INSIDE {
+                let there = nearness(&dense.at(x)).contact;
+                let there = there.filter(|contact| contact.gap <= 0.0);
+                if there.is_some() {
+                    (found, part) = (there, x);
+                    break;
+                }
+            }
+        }
+        let contact = found?;
+        let gap = |state: &Numbers| {
+            let now = assembly.configuration(&state.0);
+            let there = assembly.contact(state.time(), &now, &contact);
+            there.map_or(1.0, |contact| contact.gap)
+        };
+        let h = part * self.step.h;
+        let (first, last) = (gap(&self.step.from), contact.gap);
+        let guess = Guess {
+            h: h * first / (first - last),
+            rate: (last - first) / h,
+            t: self.step.from.time(),
+        };
+        let mut cost = Cost::default();
+        let f = self.right_hand_side();
+        let found = locate(&self.step, f, guess, |state, _| gap(state), &mut cost);
+        self.extra.evaluations += cost.evaluations;
+        let Some(found) = found else {
+            return Some(None);
+        };
+        self.step = found.step;
+        self.solver
+            .rewind(self.step.to.clone(), self.step.end_slope().clone());
+        let now = assembly.configuration(&self.step.to.0);
+        let there = assembly.contact(self.step.to.time(), &now, &contact);
+        let outcome = Outcome::SelfContact(there.unwrap_or(contact));
+        Some(Some(Progress::End(outcome)))
     }
 
     /// Ends the step that was taken where a body first passes a place of its groove at which that is not smooth, or its end.
@@ -238,7 +307,7 @@ impl AssemblyRun {
         let ends = groove.and_then(Groove::ends);
         let at_end = ends.is_some_and(|[a, b]| knot == a || knot == b);
         Some(Some(match at_end {
-            true => Progress::GrooveEnd(body),
+            true => Progress::End(Outcome::GrooveEnd(body)),
             false => Progress::Moved,
         }))
     }

@@ -63,11 +63,13 @@ impl AssemblySetup {
             let joints = (rod.from.joint, rod.to.joint);
             // A rod with a ball joint at its base alone begins at its other end.
             let turned = joints == (Joint::Ball, Joint::Weld);
-            links.push(match joints {
+            let link = match joints {
                 (Joint::Ball, Joint::Ball) => Link::pinned(own, from, to),
                 (Joint::Weld, joint) => Link::new(own, from, to, joint),
                 _ => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
-            });
+            };
+            let thickness = rod.rod.thickness().unwrap_or(0.0);
+            links.push(link.with_diameter(scales.inward(Quantity::Length, thickness)));
             reversed.push(turned);
         }
         let guess = given.bodies.iter().map(|body| {
@@ -192,6 +194,13 @@ impl AssemblySetup {
             }
         };
         Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
+    }
+
+    /// An arclength of the rod of this number, counted from its `from` in the scene's units.
+    pub fn arclength(&self, rod: usize, s: f64) -> f64 {
+        let whole = self.assembly.links()[rod].rod().length();
+        let s = if self.reversed[rod] { whole - s } else { s };
+        s * self.scales.length
     }
 
     /// Every rod at time `t` from `from` to `to`: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's

@@ -27,6 +27,8 @@ pub struct ElasticSpace {
     chart: Wrench,
     /// Where the end is found at the start, seen from the clamp.
     end: Isometry3<f64>,
+    /// The contact diameter; 0 where contacts are not looked for.
+    diameter: f64,
     /// The groove of the body, seen from the clamp.
     groove: Option<Groove>,
     /// Whether the start is the equilibrium in the groove.
@@ -60,6 +62,7 @@ impl ElasticSpace {
             rod: common.rod.measured(measures),
             chart,
             end,
+            diameter: scene.rod.thickness().unwrap_or(0.0) / common.scales.length,
             settled: groove.is_some() && matches!(scene.start.place, Place::Settled { .. }),
             groove: groove.map(|groove| groove.seen_from(&clamp)),
             common,
@@ -85,7 +88,7 @@ impl ElasticSpace {
         }
         let here = Isometry3::identity();
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
-        let link = Link::new(self.rod.clone(), from, to, joint);
+        let link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
         let pose = link.held(&self.chart, &self.end, POSE)?.pose;
         let (pose, twist) = match joint {
             Joint::Weld => (pose, self.common.velocity),

@@ -220,6 +220,7 @@ pub(super) static ROD: Spec = Spec {
             "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic."),
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
         field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping."),
+        field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); an elastic run stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
         field("from", ASSEMBLY, Table(&SITE), "", Yes("from = { position = [0.0, 0.0, 0.0] }"), "What holds the rod's base, s = 0, and where."),
         field("to", ASSEMBLY, Table(&SITE), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where."),
     ],

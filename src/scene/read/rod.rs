@@ -54,6 +54,7 @@ pub(super) struct Parts {
     damping: Option<Option<Damping>>,
     relaxation: Option<Vec<Maxwell<StrainMatrix>>>,
     nodes: Option<Option<usize>>,
+    contact_diameter: Option<Option<f64>>,
 }
 
 impl Parts {
@@ -69,6 +70,7 @@ impl Parts {
             damping: None,
             relaxation: Vec::new(),
             nodes: None,
+            contact_diameter: self.contact_diameter?,
         })
     }
 
@@ -124,6 +126,7 @@ pub(super) fn rod(table: &Table) -> Parts {
             nodes(table),
         ),
     };
+    let contact_diameter = contact_diameter(table);
     Parts {
         model,
         length,
@@ -134,6 +137,19 @@ pub(super) fn rod(table: &Table) -> Parts {
         damping,
         relaxation,
         nodes,
+        contact_diameter,
+    }
+}
+
+fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
+    if rod.has("contact_diameter") && Memory::of(rod).damped {
+        let hint = "where a rod with friction touches itself is not looked for; leave it out";
+        let allowed = "left out where the rod has damping";
+        return rod.refuse(FaultKind::Conflict, "contact_diameter", allowed, hint);
+    }
+    match rod.has("contact_diameter") {
+        true => rod.optional("contact_diameter"),
+        false => Some(None),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the run of an assembly leaves behind, in the scene's units.
 
+use crate::assembly::Contact;
 use crate::math::se3::halves;
 use crate::motion::{Closing, Ledger, Outcome, Snap, SnapEnd};
 use crate::scene::{Scales, Units};
@@ -25,6 +26,8 @@ pub struct AssemblyRunRecord {
     pub bodies: Vec<String>,
     /// Names of the rods, in order.
     pub rods: Vec<String>,
+    /// How thick every rod is where it touches itself or another; None where that is not looked for.
+    pub thickness: Vec<Option<f64>>,
     /// The end of time that was asked for.
     pub duration: f64,
     /// The bounds of the scene.
@@ -52,6 +55,8 @@ pub struct AssemblyRunBranch {
     pub last_shapes: Vec<Vec<Isometry3<f64>>>,
     /// How it ended; times in the units of the rod.
     pub outcome: Outcome,
+    /// Where it ended, if rods touch there: arclengths from the rods' `from`, in the scene's units.
+    pub touching: Option<Contact>,
     /// Its cost.
     pub cost: Cost,
     /// Its own snaps, in the units of the rod.
@@ -134,9 +139,20 @@ impl AssemblyRunRecord {
             return Some(self.bounds.cut(self.cut));
         }
         let branch = self.short()?;
-        let why = self
-            .bounds
-            .reason(&branch.outcome, &self.scales, self.units);
+        let name = |names: &[String], k: usize| names.get(k).cloned().unwrap_or_default();
+        let why = match (&branch.outcome, &branch.touching) {
+            (_, Some(touching)) => {
+                let [a, b] = touching.rods.map(|k| name(&self.rods, k));
+                Bounds::touching([&a, &b], touching.at, self.units)
+            }
+            (Outcome::GrooveEnd(body), _) => {
+                let body = name(&self.bodies, *body);
+                format!(
+                    "{body} has come to the end of its groove; make the groove longer, or close it"
+                )
+            }
+            (outcome, _) => self.bounds.reason(outcome, &self.scales, self.units),
+        };
         Some(at_time(branch.last.t, self.units, "", &why))
     }
 
@@ -173,6 +189,8 @@ impl AssemblyRunRecord {
             "energy_error": { "absolute": worst(|c| c.error), "relative": worst(Closing::relative) },
             "snaps": self.branches.iter().map(snaps).sum::<usize>(),
             "start_index": self.start_index,
+            // null: contacts of this rod are not looked for.
+            "contact_diameters": self.thickness,
             "work": elastic_cost(&cost),
             "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
             "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
@@ -214,6 +232,14 @@ impl AssemblyRunRecord {
                     event.insert("parent".to_owned(), json!(branch.stem.parent));
                 }
                 events.push(Value::Object(event));
+            }
+            if let Some(touching) = &branch.touching {
+                events.push(json!({
+                    "kind": "self_contact",
+                    "t": branch.last.t,
+                    "rods": touching.rods.map(|k| self.rods.get(k)),
+                    "s": touching.at,
+                }));
             }
         }
         events

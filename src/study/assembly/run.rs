@@ -1,10 +1,10 @@
 //! Runs an assembly.
 
 use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
-use crate::assembly::Place;
+use crate::assembly::{Contact, Place};
 use crate::error::{Error, Result};
 use crate::motion::assembly::AssemblyRun;
-use crate::motion::{Closing, Event, Motion, Observer, Snap, SnapEnd, State, drive};
+use crate::motion::{Closing, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive};
 use crate::scene::{AssemblySetup, Run, Scene, Units};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
@@ -86,6 +86,12 @@ impl AssemblyPrepared {
         bodies.map(|body| body.groove.is_some()).collect()
     }
 
+    fn thickness(&self) -> Vec<Option<f64>> {
+        let given = self.scene.assembly.iter();
+        let rods = given.flat_map(|given| &given.rods);
+        rods.map(|rod| rod.rod.thickness()).collect()
+    }
+
     fn body_names(&self) -> Vec<String> {
         let given = self.scene.assembly.iter();
         let bodies = given.flat_map(|given| &given.bodies);
@@ -153,6 +159,14 @@ pub fn run(
             last: prepared.moment(&*last),
             first_shapes,
             last_shapes: prepared.shapes(&*last)?,
+            touching: match &outcome {
+                Outcome::SelfContact(contact) => Some(Contact {
+                    at: [0, 1].map(|i| prepared.setup.arclength(contact.rods[i], contact.at[i])),
+                    gap: contact.gap * scales.length,
+                    ..*contact
+                }),
+                _ => None,
+            },
             outcome: audited(
                 outcome.clone(),
                 &closing,
@@ -171,6 +185,7 @@ pub fn run(
         scene,
         bodies,
         rods: prepared.rod_names(),
+        thickness: prepared.thickness(),
         duration: prepared.run.duration,
         bounds: Bounds {
             steps: prepared.run.max_steps,

@@ -122,6 +122,7 @@ pub fn run(
         driven: prepared.is_driven(),
         spring,
         viscosity: prepared.viscosity(),
+        thickness: prepared.thickness,
         strains: prepared.strains(),
         strain_stride: recorder::stride(prepared, fields),
     })

@@ -22,6 +22,8 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     viscosity: Option<f64>,
+    /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
+    pub(super) thickness: Option<f64>,
     /// Whether the body slides in a groove.
     pub(super) grooved: bool,
 }
@@ -39,6 +41,7 @@ impl Prepared {
             Some(damping) => Some(damping.viscosity(scene.rod.bending_stiffness()?)),
             None => None,
         };
+        let setup_kind = setup.model.kind();
         Ok(Self {
             scales: setup.scales,
             setup,
@@ -47,6 +50,10 @@ impl Prepared {
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
             viscosity,
+            thickness: scene
+                .rod
+                .thickness()
+                .filter(|_| setup_kind == ModelKind::ElasticSpace),
             grooved: scene.body()?.groove.is_some(),
         })
     }

@@ -35,6 +35,8 @@ pub struct RunRecord {
     pub spring: Option<Result<Spring, String>>,
     /// The viscosity of a planar rod.
     pub viscosity: Option<f64>,
+    /// How thick the rod is where it touches itself; None where that is not looked for.
+    pub thickness: Option<f64>,
     /// The strains that the track holds: names, and places among (u1, .. v3).
     pub strains: Vec<(&'static str, usize)>,
     /// What part of the samples the strain table holds: one in so many; None if there is no such table.
@@ -61,6 +63,19 @@ impl Bounds {
         )
     }
 
+    /// What is to be said of rods that touch; `name` and `at` tell rods and arclengths in the scene's units.
+    pub(in crate::study) fn touching(names: [&str; 2], at: [f64; 2], units: Units) -> String {
+        let place = |s: f64| format!("s = {s:.6}{}", spaced(units.length()));
+        let (s, to) = (place(at[0]), place(at[1]));
+        let where_ = match names[0] == names[1] {
+            true => format!("{} touches itself at {s} and {to}", names[0]),
+            false => format!("{} at {s} touches {} at {to}", names[0], names[1]),
+        };
+        format!(
+            "{where_}, and what contact does is not followed; where that does not matter, set contact_diameter = 0 in the rod"
+        )
+    }
+
     /// Why a run ended short, without its place.
     pub(in crate::study) fn reason(
         &self,
@@ -81,6 +96,10 @@ impl Bounds {
                 .message()
                 .in_units(&scales.of_messages(units))
                 .to_string(),
+            Outcome::SelfContact(contact) => {
+                let at = contact.at.map(|s| s * scales.length);
+                Self::touching(["the rod"; 2], at, units)
+            }
             outcome => outcome.to_string(),
         }
     }

@@ -5,7 +5,7 @@ use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
-use crate::motion::{Bounce, Snap, SnapEnd};
+use crate::motion::{Bounce, Outcome, Snap, SnapEnd};
 use crate::solve::cost::Cost;
 use nalgebra::DVector;
 use serde_json::{Map, Value, json};
@@ -50,6 +50,10 @@ impl RunRecord {
                 );
             }
         }
+        if self.kind == ModelKind::ElasticSpace {
+            // null: contacts are not looked for.
+            add("contact_diameter", json!(self.thickness));
+        }
         if let Some(spring) = &self.spring {
             add("reduction", json!(spring.as_ref().ok()));
             add("not_reduced", json!(spring.as_ref().err()));
@@ -89,6 +93,10 @@ impl RunRecord {
                 events.push(Value::Object(event));
             }
             events.extend(branch.layers.iter().map(layer));
+            if let Outcome::SelfContact(contact) = &branch.outcome {
+                let at = contact.at.map(|s| s * self.scales.length);
+                events.push(json!({ "kind": "self_contact", "t": branch.last.t, "s": at }));
+            }
         }
         events
     }

@@ -1,0 +1,316 @@
+//! Where a rod touches itself, or another (theory 3.7).
+//!
+//! Rods touch where two centrelines come within the mean of their contact diameters, at a pair of places that is nearest among its
+//! neighbours: both tangents are across the way between, or a place is an end. Neighbours on one rod are no such pair as long as
+//! the rod is nowhere bent to a radius below half its diameter.
+
+use super::{Assembly, Configuration, Link, On};
+use crate::rod::{RodSection, Wrench};
+use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
+
+/// Tolerance of the centrelines among which contacts are looked for, and of those of a contact found.
+const COARSE: f64 = 1e-6;
+const FINE: f64 = 1e-12;
+/// Places on a rod, about, from whose distances the search begins.
+const PLACES: usize = 48;
+/// Places on a taut rod, which is bent little, between which its centreline is interpolated.
+const TAUT: usize = 17;
+/// Places on a rod by which its motion is measured.
+const MARKS: usize = 9;
+/// Newton steps to the nearest pair.
+const STEPS: usize = 30;
+/// Gaps smaller than this, in lengths of the rod, are known from the fine centrelines alone.
+const NEAR: f64 = 1e-2;
+
+/// The nearest two places of two rods, or of one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// The rods; twice the same where one touches itself.
+    pub rods: [usize; 2],
+    /// Arclengths from their bases, unloaded.
+    pub at: [f64; 2],
+    /// Distance less the mean of the diameters.
+    pub gap: f64,
+}
+
+/// How near to each other rods are.
+#[derive(Debug, Clone, Default)]
+pub struct Nearness {
+    /// The nearest pair, if one is near at all.
+    pub contact: Option<Contact>,
+    marks: Vec<Vector3<f64>>,
+}
+
+impl Nearness {
+    /// The gap; infinite where nothing is near.
+    pub fn gap(&self) -> f64 {
+        self.contact.map_or(f64::INFINITY, |contact| contact.gap)
+    }
+
+    /// How far some place of a rod has moved, at most, from one state to another.
+    pub fn moved(&self, to: &Self) -> f64 {
+        let pairs = self.marks.iter().zip(&to.marks);
+        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    }
+}
+
+/// r, r_s, r_ss.
+type Jet = [Vector3<f64>; 3];
+
+/// A centreline: pieces of degree 5 between the steps of an integration.
+struct Curve {
+    knots: Vec<f64>,
+    jets: Vec<Jet>,
+    places: Vec<f64>,
+    points: Vec<Vector3<f64>>,
+}
+
+impl Curve {
+    fn new(sections: &[RodSection], base: &Isometry3<f64>) -> Self {
+        let mut curve = Self {
+            knots: sections.iter().map(|section| section.s).collect(),
+            jets: sections.iter().map(|section| jet(section, base)).collect(),
+            places: Vec::new(),
+            points: Vec::new(),
+        };
+        let each = PLACES.div_ceil(sections.len().max(2) - 1);
+        for pair in curve.knots.windows(2) {
+            let inside = (0..each).map(|k| pair[0] + (pair[1] - pair[0]) * k as f64 / each as f64);
+            curve.places.extend(inside);
+        }
+        curve.places.extend(curve.knots.last());
+        curve.points = curve.places.iter().map(|s| curve.at(*s)[0]).collect();
+        curve
+    }
+
+    fn at(&self, s: f64) -> Jet {
+        let k = self.knots.partition_point(|knot| *knot <= s);
+        let k = k.clamp(1, self.knots.len() - 1) - 1;
+        let h = self.knots[k + 1] - self.knots[k];
+        let u = (s - self.knots[k]) / h;
+        let ([r0, d0, e0], [r1, d1, e1]) = (self.jets[k], self.jets[k + 1]);
+        let (d0, e0, d1, e1, rise) = (d0 * h, e0 * (h * h), d1 * h, e1 * (h * h), r1 - r0);
+        let c3 = rise * 10.0 - d0 * 6.0 - d1 * 4.0 - e0 * 1.5 + e1 * 0.5;
+        let c4 = rise * -15.0 + d0 * 8.0 + d1 * 7.0 + e0 * 1.5 - e1;
+        let c5 = rise * 6.0 - (d0 + d1) * 3.0 - (e0 - e1) * 0.5;
+        [
+            r0 + (d0 + (e0 * 0.5 + (c3 + (c4 + c5 * u) * u) * u) * u) * u,
+            (d0 + (e0 + (c3 * 3.0 + (c4 * 4.0 + c5 * (5.0 * u)) * u) * u) * u) / h,
+            (e0 + (c3 * 6.0 + (c4 * 12.0 + c5 * (20.0 * u)) * u) * u) / (h * h),
+        ]
+    }
+
+    fn length(&self) -> f64 {
+        self.knots[self.knots.len() - 1]
+    }
+
+    /// The longest way between two neighbouring points.
+    fn spacing(&self) -> f64 {
+        let pairs = self.points.windows(2);
+        pairs
+            .map(|pair| (pair[1] - pair[0]).norm())
+            .fold(0.0, f64::max)
+    }
+}
+
+/// The centreline at a section: v and u x v, along the directors, are r_s and r_ss where the strains v hardly change.
+fn jet(section: &RodSection, base: &Isometry3<f64>) -> Jet {
+    let e = section.strain;
+    let (u, v) = (
+        Vector3::new(e[0], e[1], e[2]),
+        Vector3::new(e[3], e[4], e[5]),
+    );
+    let turn = base.rotation.to_rotation_matrix();
+    let along = |x: Vector3<f64>| turn * (section.directors * x);
+    let r = base.translation.vector + turn * section.position;
+    [r, along(v), along(u.cross(&v))]
+}
+
+/// The nearest pair of places of two curves, of lengths `lengths`, next to `start`; None if there is none.
+fn nearest(
+    start: [f64; 2],
+    lengths: [f64; 2],
+    mut jets: impl FnMut([f64; 2]) -> Option<[Jet; 2]>,
+) -> Option<([f64; 2], f64)> {
+    let mut s = Vector2::from(start);
+    let mut distance = f64::NAN;
+    for _ in 0..STEPS {
+        let [[a, a1, a2], [b, b1, b2]] = jets([s.x, s.y])?;
+        let way = b - a;
+        distance = way.norm();
+        let gradient = Vector2::new(-way.dot(&a1), way.dot(&b1));
+        let mixed = -a1.dot(&b1);
+        let mut hessian = Matrix2::new(
+            a1.norm_squared() - way.dot(&a2),
+            mixed,
+            mixed,
+            b1.norm_squared() + way.dot(&b2),
+        );
+        // What pushes over an end stays there.
+        let mut free = gradient;
+        for i in 0..2 {
+            let over =
+                (s[i] <= 0.0 && gradient[i] > 0.0) || (s[i] >= lengths[i] && gradient[i] < 0.0);
+            if over {
+                free[i] = 0.0;
+                hessian[(i, 1 - i)] = 0.0;
+                hessian[(1 - i, i)] = 0.0;
+            }
+        }
+        let step = match hessian.cholesky() {
+            Some(factors) => factors.solve(&free),
+            // Not convex here: downhill.
+            None => Vector2::new(free.x / a1.norm_squared(), free.y / b1.norm_squared()),
+        };
+        // Not farther than a tenth at once: the pair next to the start is sought.
+        let most = 0.1 * lengths[0].min(lengths[1]);
+        let step = step * (most / step.norm().max(most));
+        let next = Vector2::from_fn(|i, _| (s[i] - step[i]).clamp(0.0, lengths[i]));
+        let moved = (next - s).norm();
+        s = next;
+        if moved <= 1e-14 * (lengths[0] + lengths[1]) {
+            break;
+        }
+    }
+    distance.is_finite().then_some(([s.x, s.y], distance))
+}
+
+impl Link {
+    /// Has the run stop where the rod, as thick as this, touches itself or another such rod.
+    #[must_use]
+    pub fn with_diameter(mut self, diameter: f64) -> Self {
+        self.diameter = Some(diameter).filter(|d| *d > 0.0);
+        self
+    }
+
+    /// Its contact diameter; None where contacts are not looked for.
+    pub fn diameter(&self) -> Option<f64> {
+        self.diameter
+    }
+
+    /// The base, and the pose of the end's attachment seen from it.
+    fn held_in(&self, t: f64, now: &Configuration) -> [Isometry3<f64>; 2] {
+        let [base, tip] = [&self.from, &self.to].map(|site| site.at(t, &now.bodies).pose);
+        [base, base.inv_mul(&tip)]
+    }
+
+    fn traced(&self, t: f64, now: &Configuration, q: &Wrench) -> Option<Curve> {
+        let [base, held] = self.held_in(t, now);
+        let sections = match self.is_taut(q, &held) {
+            true => {
+                let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
+                self.shape(q, &held, &at.collect::<Vec<f64>>(), COARSE)
+            }
+            false => self.rod.trace(&q.component_mul(&self.units()), COARSE),
+        };
+        Some(Curve::new(&sections.ok()?, &base))
+    }
+
+    /// The centreline exactly at a place.
+    fn jet(&self, t: f64, now: &Configuration, q: &Wrench, s: f64) -> Option<Jet> {
+        let [base, held] = self.held_in(t, now);
+        let sections = self.shape(q, &held, &[s], FINE).ok()?;
+        Some(jet(sections.first()?, &base))
+    }
+
+    /// True if an end of each is held by the same body, or both by the ground, so that ends may be as near as their attachments are.
+    fn shares(&self, other: &Self) -> bool {
+        let on = |site: &On| match site {
+            On::Body(body) => Some(*body),
+            _ => None,
+        };
+        let mine = [on(&self.from.on), on(&self.to.on)];
+        let theirs = [on(&other.from.on), on(&other.to.on)];
+        mine.iter().any(|body| theirs.contains(body))
+    }
+}
+
+impl Assembly {
+    /// True if contacts are looked for.
+    pub fn looks_for_contacts(&self) -> bool {
+        self.links().iter().any(|link| link.diameter.is_some())
+    }
+
+    /// How near rods with a contact diameter are to themselves and to each other.
+    pub fn nearness(&self, t: f64, now: &Configuration) -> Nearness {
+        let all = self.links().iter().zip(&now.charts).enumerate();
+        let traced =
+            all.filter_map(|(k, (link, q))| Some((k, link.diameter?, link.traced(t, now, q)?)));
+        let curves: Vec<(usize, f64, Curve)> = traced.collect();
+        let mut found = Nearness::default();
+        for (i, (a, d, curve)) in curves.iter().enumerate() {
+            let marks = (0..MARKS).map(|k| curve.length() * k as f64 / (MARKS - 1) as f64);
+            found.marks.extend(marks.map(|s| curve.at(s)[0]));
+            for (b, e, other) in &curves[i..] {
+                let thick = 0.5 * (d + e);
+                let near = self.nearest_of([*a, *b], [curve, other], thick);
+                let near = near.and_then(|contact| match contact.gap < NEAR * curve.length() {
+                    true => self.contact(t, now, &contact),
+                    false => Some(contact),
+                });
+                if near.is_some_and(|contact| contact.gap < found.gap()) {
+                    found.contact = near;
+                }
+            }
+        }
+        found
+    }
+
+    /// The nearest pair of two centrelines, if it is near.
+    fn nearest_of(&self, rods: [usize; 2], curves: [&Curve; 2], thick: f64) -> Option<Contact> {
+        let [a, b] = curves;
+        let same = rods[0] == rods[1];
+        let shared = same || self.links()[rods[0]].shares(&self.links()[rods[1]]);
+        let reach = thick + 2.0 * a.spacing().max(b.spacing());
+        let (last_a, last_b) = (a.points.len() - 1, b.points.len() - 1);
+        let square = |i: usize, j: usize| (a.points[i] - b.points[j]).norm_squared();
+        let mut best: Option<Contact> = None;
+        for i in 0..=last_a {
+            for j in if same { i + 2 } else { 0 }..=last_b {
+                let here = square(i, j);
+                let ends = [0, last_a].contains(&i) && [0, last_b].contains(&j);
+                if !(here < reach * reach) || ends && shared {
+                    continue;
+                }
+                let rows = i.saturating_sub(1)..=(i + 1).min(last_a);
+                let lowest = rows.into_iter().all(|k| {
+                    let columns = j.saturating_sub(1)..=(j + 1).min(last_b);
+                    columns.into_iter().all(|l| here <= square(k, l))
+                });
+                if !lowest {
+                    continue;
+                }
+                let start = [a.places[i], b.places[j]];
+                let lengths = [a.length(), b.length()];
+                let jets = |s: [f64; 2]| Some([a.at(s[0]), b.at(s[1])]);
+                let Some((at, distance)) = nearest(start, lengths, jets) else {
+                    continue;
+                };
+                // Neighbours along the rod are none.
+                if same && at[1] - at[0] < thick {
+                    continue;
+                }
+                let gap = distance - thick;
+                if best.as_ref().is_none_or(|best| gap < best.gap) {
+                    best = Some(Contact { rods, at, gap });
+                }
+            }
+        }
+        best
+    }
+
+    /// The contact that `near` is next to, exactly; None if it is lost.
+    pub fn contact(&self, t: f64, now: &Configuration, near: &Contact) -> Option<Contact> {
+        let [a, b] = near.rods.map(|k| (&self.links()[k], &now.charts[k]));
+        let lengths = [a.0.rod.length(), b.0.rod.length()];
+        let thick = 0.5 * (a.0.diameter? + b.0.diameter?);
+        let (at, distance) = nearest(near.at, lengths, |s| {
+            Some([a.0.jet(t, now, a.1, s[0])?, b.0.jet(t, now, b.1, s[1])?])
+        })?;
+        Some(Contact {
+            at,
+            gap: distance - thick,
+            ..*near
+        })
+    }
+}

@@ -1,0 +1,254 @@
+//! Rods that touch themselves or each other: found where brute force over dense sections has them, and the run stops there.
+
+use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
+use snaprod::assembly::{
+    Assembly, Attachment, Carrier, Configuration, Contact, Joint, Link, Place,
+};
+use snaprod::body::Body;
+use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
+use snaprod::motion::{Event, Motion, Options, Outcome, State};
+use snaprod::rod::{EndConditions, Problem, Rod};
+use snaprod::section::Linear;
+
+fn rod() -> Rod {
+    let law = Linear::diagonal([1.0, 1.3], 0.8)
+        .and_then(|law| law.with_shear([80.0, 90.0]))
+        .and_then(|law| law.with_axial(150.0));
+    Rod::new(1.0, law.expect("a law")).expect("a rod")
+}
+
+/// A mass on a ball joint at the end of a rod, held there in equilibrium and thrown.
+fn thrown(
+    links: &[(Isometry3<f64>, Vector3<f64>, Vector3<f64>)],
+    d: f64,
+) -> (Assembly, Configuration) {
+    let (mut all, mut carriers) = (Vec::new(), Vec::new());
+    let (mut bodies, mut charts) = (Vec::new(), Vec::new());
+    for (k, (base, end, velocity)) in links.iter().enumerate() {
+        let seen = base.inverse_transform_point(&(*end).into()).coords;
+        let problem = Problem::new(rod(), EndConditions::ball(seen), 1e-12).expect("a problem");
+        let found = problem.solve(None).expect("an equilibrium");
+        let (from, to) = (
+            Attachment::ground(*base),
+            Attachment::body(k, Isometry3::identity()),
+        );
+        let link = Link::new(rod(), from, to, Joint::Ball).with_diameter(d);
+        charts.push(found.base.component_div(&link.units()));
+        all.push(link);
+        carriers.push(Carrier::point(Body::new(1.0).expect("a mass")));
+        bodies.push(Place {
+            pose: Isometry3::translation(end.x, end.y, end.z),
+            twist: Vector6::new(0.0, 0.0, 0.0, velocity.x, velocity.y, velocity.z),
+        });
+    }
+    let assembly = Assembly::new(carriers, all).expect("an assembly");
+    (assembly, Configuration { bodies, charts })
+}
+
+/// The state in which a run of the length `end` stops, how, and the largest change of the ledger's total.
+fn stopped(
+    (assembly, now): &(Assembly, Configuration),
+    end: f64,
+    tolerance: f64,
+) -> (AssemblySample, Outcome, f64) {
+    let options = Options::new(end).and_then(|o| o.with_tolerance(tolerance));
+    let mut run =
+        AssemblyRun::new(assembly.clone(), now, options.expect("options")).expect("a run");
+    let total = run.now().ledger().total();
+    loop {
+        if let Event::Stop(outcome) = run.advance().expect("an event") {
+            let last = run.sample_now();
+            let opened = (last.ledger().total() - total).abs();
+            return (last, outcome, opened);
+        }
+    }
+}
+
+/// The nearest sections of two rods, those of one farther apart along it than half the girth.
+fn brute(
+    sample: &AssemblySample,
+    base: [Isometry3<f64>; 2],
+    rods: [usize; 2],
+    d: f64,
+) -> (f64, [f64; 2]) {
+    let n = 500;
+    let places: Vec<f64> = (0..=n).map(|k| f64::from(k) / f64::from(n)).collect();
+    let curves = [0, 1].map(|i| {
+        let sections = sample.rod_sections(rods[i], &places);
+        let placed = sections
+            .iter()
+            .map(|at| base[i].transform_point(&at.position.into()).coords);
+        placed.collect::<Vec<Vector3<f64>>>()
+    });
+    let mut best = (f64::INFINITY, [0.0; 2]);
+    for (i, a) in curves[0].iter().enumerate() {
+        for (j, b) in curves[1].iter().enumerate() {
+            let apart = rods[0] != rods[1] || places[j] - places[i] > 1.6 * d;
+            if apart && (a - b).norm() < best.0 {
+                best = ((a - b).norm(), [places[i], places[j]]);
+            }
+        }
+    }
+    best
+}
+
+fn assert_touching(contact: &Contact, found: (f64, [f64; 2]), d: f64) {
+    // Sections 1/500 apart are at most 2e-6 farther from each other than the nearest places.
+    let off = found.0 - d;
+    assert!(
+        (-1e-9..1e-5).contains(&off),
+        "the distance is {} and not {d}",
+        found.0
+    );
+    for (s, at) in contact.at.iter().zip(found.1) {
+        assert!(
+            (s - at).abs() < 4e-3,
+            "they touch at {:?}, not {:?}",
+            contact.at,
+            found.1
+        );
+    }
+    assert!(contact.gap.abs() < 1e-12);
+}
+
+/// Would catch a contact that is found late, at another pair, or on neighbours along the rod; one that comes when none is asked for.
+#[test]
+fn a_rod_stops_where_its_end_touches_it() {
+    let here = Isometry3::identity();
+    let d = 0.08;
+    let link = (
+        here,
+        Vector3::new(0.15, 0.05, 0.15),
+        Vector3::new(-6.0, -2.0, 0.0),
+    );
+    let case = thrown(&[link], d);
+    let (sample, outcome, opened) = stopped(&case, 0.1, 1e-11);
+    let Outcome::SelfContact(contact) = outcome else {
+        panic!("{outcome:?}")
+    };
+    assert_eq!(contact.rods, [0, 0]);
+    assert_touching(&contact, brute(&sample, [here; 2], [0, 0], d), d);
+    assert!(opened < 1e-10, "the ledger opens by {opened:e}");
+    // The same time whatever the steps.
+    let (rough, ..) = stopped(&case, 0.1, 1e-7);
+    assert!((rough.time() - sample.time()).abs() < 1e-7);
+    let (_, none, _) = stopped(&thrown(&[link], 0.0), 0.03, 1e-9);
+    assert_eq!(none, Outcome::EndOfTime);
+}
+
+/// Two rods whose middles meet. Would catch a base that is left out, a pair that is not looked at, arclengths of the wrong rod.
+#[test]
+fn two_rods_stop_where_they_touch_each_other() {
+    let d = 0.05;
+    let across =
+        UnitQuaternion::from_scaled_axis(Vector3::new(0.0, std::f64::consts::FRAC_PI_2, 0.0));
+    let bases = [
+        Isometry3::identity(),
+        Isometry3::from_parts(Vector3::new(-0.5, 0.2, 0.45).into(), across),
+    ];
+    let links = [
+        (
+            bases[0],
+            Vector3::new(0.05, 0.0, 0.9),
+            Vector3::new(0.0, 1.5, 0.0),
+        ),
+        (
+            bases[1],
+            Vector3::new(0.4, 0.25, 0.4),
+            Vector3::new(0.0, -2.0, 0.0),
+        ),
+    ];
+    let (sample, outcome, opened) = stopped(&thrown(&links, d), 1.0, 1e-10);
+    let Outcome::SelfContact(contact) = outcome else {
+        panic!("{outcome:?}")
+    };
+    assert_eq!(contact.rods, [0, 1]);
+    assert!(
+        contact.at.iter().all(|s| *s > 0.05 && *s < 0.95),
+        "{contact:?}"
+    );
+    assert_touching(&contact, brute(&sample, bases, [0, 1], d), d);
+    assert!(opened < 1e-9, "the ledger opens by {opened:e}");
+}
+
+/// Would catch a thickness that is not taken from the section or not scaled, and an end that is not told with names and units.
+#[cfg(feature = "scene")]
+#[test]
+fn scenes_stop_at_contact_and_say_where() {
+    use snaprod::scene::{Scene, Shape};
+    use snaprod::study::{Silent, Table, assembly, run};
+    let parsed =
+        |text: &str| Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    // E and the diameter such that EI = 1: a silicone cord of 2 m, 8 cm thick in parts of its length.
+    let section = "section = { circle = { diameter = 0.16 } }\nmaterial = { E = 1e6, nu = 0.4 }";
+    let scene = |more: &str| {
+        format!(
+            "units = \"si\"\n[rod]\nmodel = \"cosserat\"\nlength = 2.0\n{section}\n{more}[body]\nmass = 3.0\njoint = \"ball\"\n\
+             [start]\npose = {{ position = [0.3, 0.1, 0.3] }}\nvelocity = [-16.0, -5.3, 0.0]\n\
+             [run]\nduration = 0.05\nsamples = 5\n"
+        )
+    };
+    let ran = |text: &str| {
+        let prepared = run::Prepared::new(&parsed(text)).expect("a scene that runs");
+        let mut tables: Vec<Table> = Vec::new();
+        run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record")
+    };
+    let record = ran(&scene(""));
+    assert_eq!(record.outcome(), "self_contact", "{:?}", record.reason());
+    let event = record.events().pop().expect("an event");
+    assert_eq!(
+        (event["kind"].as_str(), &event["s"][1]),
+        (Some("self_contact"), &2.0.into())
+    );
+    let reason = record.reason().expect("a reason");
+    assert!(
+        reason.contains("touches itself at s = 0.") && reason.contains(" m and s = 2.000000 m"),
+        "{reason}"
+    );
+    assert_eq!(record.summary()["contact_diameter"], 0.16);
+    let free = ran(&scene("contact_diameter = 0.0\n"));
+    assert_eq!(free.outcome(), "end_of_time");
+    assert!(free.summary()["contact_diameter"].is_null());
+    let strip = Shape::Rectangle {
+        width: 0.02,
+        height: 0.001,
+    };
+    assert_eq!(strip.thickness(), 0.001);
+
+    // In an assembly the rod is begun at its other end.
+    let text = scene("")
+        .replace(
+            "[rod]",
+            "[[rod]]\nname = \"cord\"\nto = { rotation = { axis = [1.0, 0.0, 0.0], angle_degrees = 180.0 } }\nfrom = { body = \"m\", joint = \"ball\" }",
+        )
+        .replace(
+            "[body]",
+            "[[body]]\nname = \"m\"\nguess = { position = [0.3, 0.1, 0.3] }",
+        )
+        .replace(
+            "joint = \"ball\"\n[start]\npose = { position = [0.3, 0.1, 0.3] }\n",
+            "",
+        );
+    // Held by nothing it is no equilibrium: a groove across the way it is thrown would hold it; a force does.
+    let at = ran(&scene("contact_diameter = 0.0\n")).branches[0]
+        .first
+        .force;
+    let text = text.replace(
+        "mass = 3.0\n",
+        &format!(
+            "mass = 3.0\nforce = [{:?}, {:?}, {:?}]\n",
+            -at.x, -at.y, -at.z
+        ),
+    );
+    let prepared = assembly::AssemblyPrepared::new(&parsed(&text)).expect("a scene that runs");
+    let start = prepared.motion().expect("a start");
+    let mut tables: Vec<Table> = Vec::new();
+    let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+    assert_eq!(record.outcome(), "self_contact", "{:?}", record.reason());
+    let reason = record.reason().expect("a reason");
+    assert!(reason.contains("cord touches itself"), "{reason}");
+    let event = record.events().pop().expect("an event");
+    let s = [&event["s"][0], &event["s"][1]].map(|s| s.as_f64().expect("an arclength"));
+    // From the body: its end is at 0.
+    assert!(s.contains(&0.0) && s.iter().any(|s| *s > 1.5), "{s:?}");
+}
