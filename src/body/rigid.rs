@@ -185,6 +185,19 @@ impl RigidBody {
         self.centre.mass()
     }
 
+    /// From the centre of mass to the middles of three faces of the homogeneous box with this mass and inertia, in components
+    /// along the directors: columns at right angles, each as long as half an edge. An inertia that no solid has (one moment
+    /// beyond the sum of the others) gives an edge of length 0.
+    pub fn equal_box(&self) -> Matrix3<f64> {
+        let axes = self.inertia.symmetric_eigen();
+        let total = axes.eigenvalues.sum();
+        // J1 = m (b^2 + c^2)/3 with the half edges a, b, c.
+        let half = axes
+            .eigenvalues
+            .map(|j| (1.5 * (total - 2.0 * j) / self.mass()).max(0.0).sqrt());
+        axes.eigenvectors * Matrix3::from_diagonal(&half)
+    }
+
     /// The inertia about the centre of mass, in components along the directors.
     pub fn inertia(&self) -> &Matrix3<f64> {
         &self.inertia

@@ -11,9 +11,10 @@ use super::{Ending, Refusal, equilibrium, rod_figures, signals};
 use nalgebra::Isometry3;
 use serde_json::{Value, json};
 use snaprod::math::se3::halves;
-use snaprod::motion::Outcome;
-use snaprod::plot::{RodShapes, SpaceRod, rod_shapes};
+use snaprod::motion::{Ledger, Outcome};
+use snaprod::plot::{self, Energies, RodShapes, SpaceRod, rod_shapes};
 use snaprod::scene::{Scene, Units};
+use snaprod::study::Solid;
 use snaprod::study::assembly::{
     self, AssemblyEquilibriumRecord, AssemblyPrepared, AssemblyRunBranch, AssemblyRunRecord,
 };
@@ -42,6 +43,7 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     out.write("summary.json", json_text(summary.clone()).as_bytes())?;
     out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
     out.figure("shapes", || Ok(moments(&record)), rod_shapes);
+    out.figure("energies", || Ok(ledger(&record)), plot::energies);
     out.finish()?;
     if args.json {
         (summary["events"], summary["out"]) = (events, json!(directory));
@@ -60,7 +62,16 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     }
 }
 
-/// The rods at the first moment and at the last.
+/// The ledger of the last branch over time.
+fn ledger(record: &AssemblyRunRecord) -> Energies {
+    let (k, last) = (&record.scales, record.last());
+    let states: Vec<(f64, &Ledger)> = last.track.iter().map(|at| (at.t, &at.ledger)).collect();
+    let driven = states.iter().any(|(_, ledger)| ledger.work != 0.0);
+    let snaps = last.all_snaps().map(|snap| snap.t * k.time).collect();
+    rod_figures::energies(&states, driven, snaps, rod_figures::units(record.units))
+}
+
+/// The rods and bodies at the first moment and at the last, with the ways of the bodies' centres.
 fn moments(record: &AssemblyRunRecord) -> RodShapes {
     let (trunk, last) = (&record.branches[0], record.last());
     let both = [("start", &trunk.first_shapes), ("end", &last.last_shapes)];
@@ -74,7 +85,23 @@ fn moments(record: &AssemblyRunRecord) -> RodShapes {
                 drawn(name.to_owned(), rod, Some(colour), false)
             })
         });
-    figure(rods.collect(), record.units)
+    let moments = [&trunk.first, &last.last].into_iter().enumerate();
+    let bodies = moments.flat_map(|(colour, moment)| {
+        let bodies = record.solids.iter().zip(&moment.bodies);
+        bodies.map(move |(solid, body)| rod_figures::body(solid, &body.pose, None, Some(colour)))
+    });
+    let way = |(i, solid): (usize, &Solid)| {
+        let track = last.track.iter();
+        track
+            .map(|at| solid.centre(&at.bodies[i].pose).into())
+            .collect()
+    };
+    RodShapes {
+        bodies: bodies.collect(),
+        paths: record.solids.iter().enumerate().map(way).collect(),
+        triads: false,
+        ..figure(rods.collect(), record.units)
+    }
 }
 
 fn drawn(name: String, rod: &[Isometry3<f64>], colour: Option<usize>, unstable: bool) -> SpaceRod {

@@ -1,10 +1,11 @@
 //! Rods in space as figures want them, from records.
 
-use nalgebra::Vector3;
-use snaprod::plot::{AxisUnits, RodState, SpaceRod};
+use nalgebra::{Isometry3, Vector3};
+use snaprod::motion::Ledger;
+use snaprod::plot::{AxisUnits, Energies, RodState, SpaceBody, SpaceRod};
 use snaprod::rod::RodSection;
 use snaprod::scene::Units;
-use snaprod::study::{EquilibriumRecord, equilibrium::resultants};
+use snaprod::study::{EquilibriumRecord, Solid, equilibrium::resultants};
 
 /// The rod as the figures want it.
 pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> SpaceRod {
@@ -18,6 +19,54 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
         value,
         unstable,
         colour: None,
+    }
+}
+
+/// The body as the figures want it, where it has this pose.
+pub fn body(
+    solid: &Solid,
+    pose: &Isometry3<f64>,
+    value: Option<f64>,
+    colour: Option<usize>,
+) -> SpaceBody {
+    let edges = pose.rotation.to_rotation_matrix().matrix() * solid.half_edges;
+    SpaceBody {
+        centre: solid.centre(pose).into(),
+        half_edges: std::array::from_fn(|j| edges.column(j).into_owned().into()),
+        value,
+        colour,
+    }
+}
+
+/// The ledger over time, of states with their times in order.
+pub fn energies(
+    states: &[(f64, &Ledger)],
+    driven: bool,
+    snaps: Vec<f64>,
+    units: AxisUnits,
+) -> Energies {
+    let first = states.first().map_or(0.0, |(_, ledger)| ledger.total());
+    let column = |f: &dyn Fn(&Ledger) -> f64| states.iter().map(|(_, l)| f(l)).collect();
+    // A term that is zero throughout is left out.
+    let or_none = |f: &dyn Fn(&Ledger) -> f64| {
+        let used = states.iter().any(|(_, l)| f(l) != 0.0);
+        if used { column(f) } else { Vec::new() }
+    };
+    Energies {
+        time: states.iter().map(|(t, _)| *t).collect(),
+        kinetic: column(&|l| l.kinetic),
+        elastic: column(&|l| l.elastic),
+        potential: or_none(&|l| l.potential),
+        dissipated: or_none(&|l| l.dissipated),
+        work: if driven {
+            column(&|l| l.work)
+        } else {
+            Vec::new()
+        },
+        total: column(&|l| l.kinetic + l.elastic + l.potential),
+        error: column(&|l| l.total() - first),
+        snaps,
+        units,
     }
 }
 

@@ -62,6 +62,7 @@ pub const FILES: &[&str] = &[
     "losses.*",
     "shapes.*",
     "path.*",
+    "poincare.*",
 ];
 
 /// Runs the scene.

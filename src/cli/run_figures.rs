@@ -1,5 +1,6 @@
 //! The figures of a run, from its record.
 
+use super::files::number;
 use super::rod_figures;
 use nalgebra::Isometry3;
 use snaprod::Result;
@@ -10,6 +11,7 @@ use snaprod::motion::creep::Layer;
 use snaprod::plot::{
     self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch,
     PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, StrainMap,
+    Trace,
 };
 use snaprod::scene;
 use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
@@ -42,6 +44,8 @@ pub enum RunFigure {
     Shapes(RodShapes),
     /// The position of the end of a rod in space.
     Path(Lines),
+    /// A Poincaré section: position and velocity at whole periods.
+    Section(Lines),
     /// A strain over time and arclength.
     Strain(StrainMap),
     /// The passage through which the rod dissipated most, in stretched time.
@@ -61,7 +65,7 @@ impl RunFigure {
             Self::Energies(data) => plot::energies(data),
             Self::Surface(data) => plot::path_on_surface(data),
             Self::Shapes(data) => plot::rod_shapes(data),
-            Self::Path(data) => plot::lines(data),
+            Self::Path(data) | Self::Section(data) => plot::lines(data),
             Self::Strain(data) => plot::strain_map(data),
             Self::Layer(data) => plot::layer(data),
             Self::Losses(data) => plot::dissipated_against_released(data),
@@ -96,6 +100,11 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
             line.snapshots().map(RunFigure::Snapshots),
         )
     };
+    if let Some(period) = record.strobe {
+        // Nothing is known of the way between whole periods.
+        let section = RunFigure::Section(line.section(period));
+        return vec![("poincare".to_owned(), Ok(section)), energies()];
+    }
     match record.kind {
         ModelKind::Sheet => vec![
             snapshots(),
@@ -265,30 +274,14 @@ impl<'r> Drawn<'r> {
     }
 
     fn energies(&self) -> Energies {
-        let ledgers: Vec<&Ledger> = self.track().iter().map(|f| &f.moment.ledger).collect();
-        let first = ledgers[0].total();
-        let column = |f: &dyn Fn(&Ledger) -> f64| ledgers.iter().map(|l| f(l)).collect();
-        // A term that is zero throughout is left out.
-        let or_none = |f: &dyn Fn(&Ledger) -> f64| {
-            let used = ledgers.iter().any(|l| f(l) != 0.0);
-            if used { column(f) } else { Vec::new() }
-        };
-        Energies {
-            time: self.times(),
-            kinetic: column(&|l| l.kinetic),
-            elastic: column(&|l| l.elastic),
-            potential: or_none(&|l| l.potential),
-            dissipated: or_none(&|l| l.dissipated),
-            work: if self.record.driven {
-                column(&|l| l.work)
-            } else {
-                Vec::new()
-            },
-            total: column(&|l| l.kinetic + l.elastic + l.potential),
-            error: column(&|l| l.total() - first),
-            snaps: self.snap_times(),
-            units: self.units.clone(),
-        }
+        let states = self.track().iter().map(|frame| &frame.moment);
+        let states: Vec<(f64, &Ledger)> = states.map(|moment| (moment.t, &moment.ledger)).collect();
+        rod_figures::energies(
+            &states,
+            self.record.driven,
+            self.snap_times(),
+            self.units.clone(),
+        )
     }
 
     /// One of the strains over (t, s), with the dissipation density where there is any.
@@ -381,8 +374,19 @@ impl<'r> Drawn<'r> {
             value: Some(*t),
             ..SpaceRod::default()
         });
+        // The body where it begins and where it ends, with the way of its centre.
+        let solid = &self.record.solid;
+        let ends = [self.track().first(), self.track().last()];
+        let bodies = ends
+            .into_iter()
+            .flatten()
+            .map(|frame| rod_figures::body(solid, &frame.moment.pose, Some(frame.moment.t), None));
+        let path = self.track().iter();
+        let path = path.map(|frame| solid.centre(&frame.moment.pose).into());
         RodShapes {
             rods: rods.collect(),
+            bodies: bodies.collect(),
+            paths: vec![path.collect()],
             value_label: self.time_label(),
             ribbon: 0.03 * self.length(),
             triads: false,
@@ -411,6 +415,38 @@ impl<'r> Drawn<'r> {
                 .enumerate()
                 .map(series)
                 .collect(),
+            ..Lines::default()
+        }
+    }
+
+    /// Velocity against position at whole periods, of the component that moves most.
+    fn section(&self, period: f64) -> Lines {
+        let whole = |t: f64| (t / period - (t / period).round()).abs() < 1e-6;
+        let track = self.track().iter().map(|frame| &frame.moment);
+        let seen: Vec<&Moment> = track.filter(|moment| whole(moment.t)).collect();
+        let values = |i: usize| seen.iter().map(move |moment| moment.position()[i]);
+        let span = |i: &usize| {
+            values(*i).fold(f64::NEG_INFINITY, f64::max) - values(*i).fold(f64::INFINITY, f64::min)
+        };
+        let i = (0..3)
+            .max_by(|a, b| span(a).total_cmp(&span(b)))
+            .unwrap_or(0);
+        let name = ["x", "y", "z"][i];
+        Lines {
+            title: format!("once in {} {}", number(period), self.units.time)
+                .trim_end()
+                .to_owned(),
+            x_label: labelled(name, &self.units.length),
+            y_label: labelled(
+                &format!("velocity along {name}"),
+                self.record.units.velocity(),
+            ),
+            series: vec![Series {
+                x: values(i).collect(),
+                y: seen.iter().map(|moment| moment.velocity[i]).collect(),
+                trace: Trace::Dots,
+                ..Series::default()
+            }],
             ..Lines::default()
         }
     }

@@ -55,8 +55,12 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let target = load.y.abs().atan2(load.x) - PI;
     let excess = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.alpha - target);
     let ends = ((low, excess(low)), (high, excess(high)));
-    chandrupatla(excess, ends.0, ends.1, 0.0)
-        .and_then(|ln_p| Equilibrium::from_lambda_p(lambda, ln_p.exp().copysign(load.y)).ok())
+    // Under a load that lies along the rod but for rounding the first shape without inflection is the one.
+    let root = match ends.0.1 <= 0.0 && lambda > FRAC_PI_2 {
+        true => Some(low),
+        false => chandrupatla(excess, ends.0, ends.1, 0.0),
+    };
+    root.and_then(|ln_p| Equilibrium::from_lambda_p(lambda, ln_p.exp().copysign(load.y)).ok())
         .map(Some)
         .ok_or_else(|| {
             let words = Message::from("no shape at rest was found under the load ");

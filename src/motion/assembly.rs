@@ -82,6 +82,8 @@ pub struct AssemblyRun {
     step: Step<Numbers>,
     dense: Option<Dense<Numbers>>,
     slowed: Option<Slowed>,
+    /// The charts and the clock with which the last step was taken: at its end they may change.
+    taken_by: (Arc<Assembly>, Option<Slowed>),
     /// The rods at the present state.
     watch: Vec<Sight>,
     /// The index of every rod with its ends held, on the sheet it moves on.
@@ -175,10 +177,11 @@ impl AssemblyRun {
         Ok(Self {
             step: solver.blank(),
             solver,
-            assembly,
+            assembly: assembly.clone(),
             options,
             dense: None,
             slowed: None,
+            taken_by: (assembly, None),
             watch,
             indices,
             extra: Cost::default(),
@@ -212,7 +215,7 @@ impl AssemblyRun {
     /// The state at a time within the last step; None outside it.
     pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
         let state = self.inside(t)?;
-        Some(self.describe(&self.assembly, &state))
+        Some(self.describe(&self.taken_by.0, &state))
     }
 
     /// The state now.

@@ -1,7 +1,7 @@
 //! What figures are made from: plain numbers, whoever computed them.
 
 use super::canvas::Pen;
-use super::legend::{Drawn, Key, mark};
+use super::legend::{Drawn, Key, Mark, mark};
 use super::palette::category;
 use crate::error::{Error, Result};
 
@@ -162,6 +162,8 @@ pub enum Trace {
     Marks,
     /// A line with marks.
     LineMarks,
+    /// Small dots: thousands of points.
+    Dots,
 }
 
 /// One named curve; points that are not finite break it.
@@ -188,6 +190,7 @@ impl Series {
             Trace::Line => Key::Line(pen),
             Trace::Dashed => Key::Line(pen.dashed(6.0, 4.0)),
             Trace::Marks => Key::Mark(mark(look), pen.colour),
+            Trace::Dots => Key::Mark(Mark::Dot, pen.colour),
             Trace::LineMarks => Key::LineMark(pen, mark(look)),
         };
         Drawn::new(key, &self.name, &self.x, &self.y)

@@ -16,6 +16,8 @@ pub(crate) enum Mark {
     Diamond,
     Ring,
     Cross,
+    /// Small and without a rim: thousands lie close together.
+    Dot,
 }
 
 /// The i-th mark for things without an order.
@@ -31,6 +33,7 @@ pub(crate) fn draw_mark(canvas: &mut Canvas, at: Pixel, mark: Mark, r: f64, colo
             canvas.disc(at, r + 0.8, WHITE, 1.0);
             return canvas.disc(at, r, colour, 1.0);
         }
+        Mark::Dot => return canvas.disc(at, 0.3 * r, colour, 1.0),
         Mark::Ring => {
             canvas.disc(at, r, WHITE, 1.0);
             return canvas.circle(at, r - 0.4, Pen::new(colour, 1.4));

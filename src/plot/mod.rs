@@ -79,7 +79,7 @@ pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};
-pub use scenery::SpaceRod;
+pub use scenery::{SpaceBody, SpaceRod};
 pub use slopes::Slope;
 pub use state::{RodState, rod_state};
 pub use surfaces::{

@@ -6,7 +6,7 @@ use super::geometry::{
     Pixel, Point, along, apart, between, cross, dot, drawable, heading, minus, norm, tangent, unit,
 };
 use super::palette::{Colour, GREY, INK, WHITE, category};
-use super::scenery::{Scenery, SpaceRod, pen};
+use super::scenery::{Scenery, SpaceBody, SpaceRod, pen};
 use super::stage::Stage;
 
 /// What passes behind at less than this part of the box counts as touching: no rim is cut into it.
@@ -29,6 +29,8 @@ pub(crate) struct Painter<'a> {
 
 enum Ink {
     Area(Vec<Pixel>, Colour),
+    /// What lies behind it is seen through it.
+    Glass(Vec<Pixel>, Colour),
     Line(Vec<Pixel>, Pen),
     Disc(Pixel, f64, Colour),
 }
@@ -73,6 +75,7 @@ impl<'a> Painter<'a> {
         for ink in self.things.into_iter().flat_map(|(_, inks)| inks) {
             match ink {
                 Ink::Area(corners, colour) => canvas.polygon(&corners, colour, 1.0),
+                Ink::Glass(corners, colour) => canvas.polygon(&corners, colour, 0.7),
                 Ink::Line(points, pen) => canvas.line(&points, pen),
                 Ink::Disc(at, radius, colour) => {
                     canvas.disc(at, radius + 0.8, WHITE, 1.0);
@@ -244,6 +247,41 @@ impl<'a> Painter<'a> {
             return;
         }
         self.plates.push(corners);
+        self.solid(corners, GREY, Ink::Area);
+    }
+
+    /// A body: its box, or a ball where it is a point.
+    pub(crate) fn body(&mut self, body: &SpaceBody, colour: Colour) {
+        match body.corners() {
+            Some(corners) => self.solid(corners, colour, Ink::Glass),
+            None if drawable(&body.centre) => {
+                let radius = 5.5 * self.stage.nearness(body.centre);
+                let ball = Ink::Disc(self.stage.pixel(body.centre), radius, colour);
+                self.add(body.centre, vec![ball]);
+            }
+            None => {}
+        }
+    }
+
+    /// A thin line: the path of a point. It is hidden by what is before it.
+    pub(crate) fn path(&mut self, points: &[Point], colour: Colour) {
+        for pair in points.windows(2).filter(|pair| pair.iter().all(drawable)) {
+            let line = pair.iter().map(|p| self.stage.pixel(*p)).collect();
+            let middle = between(pair[0], pair[1], 0.5);
+            self.add(
+                middle,
+                vec![Ink::Line(line, Pen::new(colour.tint(0.35), 0.9))],
+            );
+        }
+    }
+
+    /// A convex solid of six faces: four corners in front, the same four behind.
+    fn solid(
+        &mut self,
+        corners: [Point; 8],
+        colour: Colour,
+        face_of: fn(Vec<Pixel>, Colour) -> Ink,
+    ) {
         let middle = |of: &[usize]| -> Point {
             let sum = of.iter().fold([0.0; 3], |s, &i| along(s, 1.0, corners[i]));
             sum.map(|c| c / of.len() as f64)
@@ -265,7 +303,7 @@ impl<'a> Painter<'a> {
                 let ring: Vec<Pixel> = face.map(|i| self.stage.pixel(corners[i])).to_vec();
                 let mut outline = ring.clone();
                 outline.push(ring[0]);
-                inks.push(Ink::Area(ring, GREY.tint(tint)));
+                inks.push(face_of(ring, colour.tint(tint)));
                 inks.push(Ink::Line(outline, Pen::new(INK, 0.9)));
             }
         }

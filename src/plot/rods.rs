@@ -4,8 +4,8 @@ use super::data::{AxisUnits, View};
 use super::legend::{ColourBar, Entry, Key, Tones};
 use super::page::{Block, Page, WIDTH, Width};
 use super::painter::Painter;
-use super::palette::{Colour, INK, category};
-use super::scenery::{Scenery, SpaceRod, pen};
+use super::palette::{Colour, GREY, INK, category};
+use super::scenery::{Scenery, SpaceBody, SpaceRod, pen};
 use crate::error::Result;
 
 /// Rods in space.
@@ -15,6 +15,10 @@ pub struct RodShapes {
     pub title: String,
     /// The rods.
     pub rods: Vec<SpaceRod>,
+    /// Bodies that the rods carry.
+    pub bodies: Vec<SpaceBody>,
+    /// Thin lines: the paths of points.
+    pub paths: Vec<Vec<[f64; 3]>>,
     /// What [`SpaceRod::value`] is, with its unit.
     pub value_label: String,
     /// The width of the strip along d1 that shows the twist, as a length; 0 for a line alone.
@@ -35,6 +39,8 @@ impl Default for RodShapes {
         Self {
             title: String::new(),
             rods: Vec::new(),
+            bodies: Vec::new(),
+            paths: Vec::new(),
             value_label: String::new(),
             ribbon: 0.0,
             clamp: true,
@@ -53,18 +59,29 @@ impl Default for RodShapes {
 pub fn rod_shapes(data: &RodShapes) -> Result<String> {
     const HEIGHT: f64 = 500.0;
     let tones = Tones::over(data.rods.iter().filter_map(|rod| rod.value.as_ref()));
-    let colour = |i: usize| rod_colour(&data.rods[i], i, tones);
+    let colour = |i: usize| toned(data.rods[i].value, data.rods[i].colour.unwrap_or(i), tones);
 
     let mut scenery = Scenery::new(&data.rods, data.ribbon, data.clamp, data.triads)?;
     scenery.view = data.view;
+    let corners = data.bodies.iter().filter_map(SpaceBody::corners);
+    scenery.hold(&corners.flatten().collect::<Vec<_>>());
+    for path in &data.paths {
+        scenery.hold(path);
+    }
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
     // A flat box does not need all of it.
     let least = if tones.is_some() { 260.0 } else { 120.0 };
     let needed = stage([0.0, 0.0, WIDTH, HEIGHT]).height();
     let mut block = Block::space(needed.clamp(least, HEIGHT), stage, |canvas, stage| {
         let mut painter = Painter::new(stage, !scenery.plane);
+        for path in &data.paths {
+            painter.path(path, GREY);
+        }
         for (i, rod) in data.rods.iter().enumerate() {
             painter.rod(rod, colour(i), &scenery);
+        }
+        for (i, body) in data.bodies.iter().enumerate() {
+            painter.body(body, toned(body.value, body.colour.unwrap_or(i), tones));
         }
         painter.paint(canvas);
     });
@@ -74,10 +91,10 @@ pub fn rod_shapes(data: &RodShapes) -> Result<String> {
     Ok(page.column(Width::Whole(width), vec![block]).draw())
 }
 
-fn rod_colour(rod: &SpaceRod, i: usize, tones: Option<Tones>) -> Colour {
-    match (rod.value.filter(|v| v.is_finite()), tones) {
+fn toned(value: Option<f64>, category_of: usize, tones: Option<Tones>) -> Colour {
+    match (value.filter(|v| v.is_finite()), tones) {
         (Some(value), Some(tones)) => tones.colour(value),
-        _ => category(rod.colour.unwrap_or(i)),
+        _ => category(category_of),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::canvas::Pen;
 use super::data::{AxisUnits, Bounds, View};
-use super::geometry::{Point, along, box_of, cross, drawable, minus, unit};
+use super::geometry::{Point, along, box_of, cross, drawable, minus, norm, unit};
 use super::palette::Colour;
 use super::spread::Spread;
 use super::stage::{Stage, size_of};
@@ -51,6 +51,34 @@ impl SpaceRod {
             (None, Some(&behind)) => unit(minus(self.points[i], behind)),
             _ => None,
         }
+    }
+}
+
+/// A body in space, drawn as a box.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SpaceBody {
+    /// Its centre of mass.
+    pub centre: [f64; 3],
+    /// From the centre to the middles of three faces, at right angles; all zero for a point mass, which is a ball.
+    pub half_edges: [[f64; 3]; 3],
+    /// What its colour shows, as [`SpaceRod::value`].
+    pub value: Option<f64>,
+    /// Which colour of the palette; by default its place in the list.
+    pub colour: Option<usize>,
+}
+
+impl SpaceBody {
+    /// The corners of the box: four below, the same four above; None for a point, and where something is not finite.
+    pub(crate) fn corners(&self) -> Option<[Point; 8]> {
+        let [a, b, c] = self.half_edges;
+        let corner = |i: usize| {
+            let (s, t) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][i % 4];
+            let up = if i < 4 { -1.0 } else { 1.0 };
+            along(along(along(self.centre, s, a), t, b), up, c)
+        };
+        let corners: [Point; 8] = std::array::from_fn(corner);
+        let solid = [a, b, c].iter().any(|edge| norm(*edge) > 0.0);
+        (solid && corners.iter().all(drawable)).then_some(corners)
     }
 }
 

@@ -24,6 +24,9 @@ pub struct Run {
     /// Number of equally spaced times, both ends counted, at which the motion is written,
     /// 2..=10_000_000; default 400.
     pub samples: usize,
+    /// The period between those times, if the scene gives one in place of their number: the trajectory is a Poincaré section.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strobe: Option<f64>,
     /// The run stops after so many steps, 1..=1_000_000_000; default 10_000_000.
     pub max_steps: usize,
     /// The run stops at the next snap after so many, 0..=1_000_000_000; default 100_000.

@@ -14,7 +14,9 @@ pub mod modes;
 pub mod record;
 pub mod run;
 pub mod sheets;
+mod solid;
 mod space;
+mod thinned;
 
 pub use branch::{BranchRecord, branch};
 pub use elastica::{ElasticaRecord, EquilibriaRecord, elastica, equilibria};
@@ -24,6 +26,7 @@ pub use memory::{MemoryRecord, memory};
 pub use modes::{ModesRecord, modes};
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
 pub use sheets::{SheetsRecord, sheets};
+pub use solid::Solid;
 
 /// What a study asks, and tells, while it works. Every method has a default, so that a caller implements what it needs.
 pub trait Hooks {

@@ -340,7 +340,7 @@ fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
 }
 
 /// The same without drag: the mass leaves an equilibrium that ends at the tabulated angle, late as the rate to the power 4/5
-/// (benchmark B15). Catches energy that an elastic run loses or gains over thousands of oscillations.
+/// (the delay of a ramp through a fold). Catches energy that an elastic run loses or gains over thousands of oscillations.
 #[test]
 fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
     let late = [4e-3, 5e-4, 6.25e-5].map(|rate: f64| late(rate, 0.0));

@@ -418,6 +418,20 @@ fn a_settled_rod_carries_its_load() {
         (rod.x - 0.3489893004).abs() < 1e-7 && (rod.y - 0.7915395965).abs() < 1e-7,
         "{rod:?}"
     );
+    // A clamp upright to rounding: loads along the rod to rounding.
+    for push in [2.6, 3.0, 3.7011016504085092, 5.0, 8.0] {
+        let rod = settled(&Vector2::new(-push, -6e-17 * push))
+            .unwrap()
+            .expect("a bent rod");
+        assert!(
+            (rod.lambda * rod.lambda - push).abs() < 1e-12 * push,
+            "{push}: {rod:?}"
+        );
+        assert!(
+            (rod.w - std::f64::consts::FRAC_PI_2).abs() < 1e-12,
+            "{push}: {rod:?}"
+        );
+    }
     assert!(settled(&Vector2::new(-2.0, 0.0)).unwrap().is_none());
     assert!(settled(&Vector2::new(30.0, 0.0)).unwrap().is_none());
     assert!(

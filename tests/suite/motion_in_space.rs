@@ -5,10 +5,10 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
-use snaprod::body::RigidBody;
+use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
-use snaprod::rod::Rod;
+use snaprod::rod::{EndConditions, Problem, Rod};
 use snaprod::section::Linear;
 
 fn twist(a: Vector3<f64>, b: Vector3<f64>) -> Vector6<f64> {
@@ -24,7 +24,7 @@ fn rod(bending: [f64; 2], rest: Vector3<f64>) -> Rod {
     Rod::new(1.0, law).expect("a rod")
 }
 
-/// The motion of `assembly` from `start` to the time `end`: all states at the ends of steps, the last one included, and how
+/// The motion of `assembly` from `start` to the time `end`: the states in the middle and at the end of every step, and how
 /// many snaps there were.
 fn states(
     assembly: Assembly,
@@ -39,7 +39,10 @@ fn states(
     let (mut states, mut snaps) = (vec![run.sample_now()], 0);
     while let Some(event) = run.advance() {
         match event {
-            Event::Step { .. } => states.push(run.sample_now()),
+            Event::Step { from, to } => {
+                states.extend(run.state_at(0.5 * (from + to)));
+                states.push(run.sample_now());
+            }
             Event::Snap(_) => snaps += 1,
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
             other => panic!("{other:?}"),
@@ -226,6 +229,48 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
             off < 1e-8,
             "after {part} periods the angular velocity is {off:e} off: {now}"
         );
+    }
+}
+
+/// A pendulum on a rod that cannot stretch swings so far that its rod nears folds, and time is slowed, again and again. Would
+/// catch states inside a step that are found under another clock than the step was taken.
+#[test]
+fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
+    let law = Linear::diagonal([1.0, 1.0], 0.77)
+        .and_then(|law| law.rigid([true; 3]))
+        .expect("a law");
+    let rod = Rod::new(1.0, law).expect("a rod");
+    let mass = Body::<3>::new(1.0)
+        .and_then(|m| m.with_gravity(Vector3::new(0.0, 0.0, 3.2)))
+        .expect("a mass");
+    let link = Link::new(
+        rod,
+        Attachment::ground(Isometry3::identity()),
+        Attachment::body(0, Isometry3::identity()),
+        Joint::Ball,
+    );
+    // Held out to the side by a force: m(1) = 0.
+    let held = Problem::new(
+        link.rod().clone(),
+        EndConditions::load(Vector3::new(3.9, 0.0, 3.2), Vector3::zeros()),
+        1e-12,
+    )
+    .and_then(|problem| problem.solve(None))
+    .expect("an equilibrium");
+    let end = held.end.position;
+    let start = Configuration {
+        bodies: vec![Place {
+            pose: Isometry3::translation(end.x, end.y, end.z),
+            twist: twist(Vector3::zeros(), Vector3::new(0.0, 1.0, 0.0)),
+        }],
+        charts: vec![held.base.component_div(&link.units())],
+    };
+    let assembly = Assembly::new(vec![Carrier::point(mass)], vec![link]).expect("an assembly");
+    let (states, _) = states(assembly, &start, 12.0, 1e-9);
+    let total = states[0].ledger().total();
+    for state in &states {
+        let open = (state.ledger().total() - total).abs();
+        assert!(open < 1e-7, "t = {}: open by {open:e}", state.time());
     }
 }
 

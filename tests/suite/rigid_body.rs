@@ -274,3 +274,23 @@ fn faults_are_refused() {
         );
     }
 }
+
+/// Catches a box that is drawn for a body and is not one of its inertia: of a box the moments are m (b^2 + c^2)/3.
+#[test]
+fn a_body_is_drawn_as_the_box_of_its_inertia() {
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2))
+        .to_rotation_matrix();
+    let (half, mass): (Vector3<f64>, f64) = (Vector3::new(0.4, 0.1, 0.7), 2.5);
+    let moments = Vector3::new(
+        half.y.powi(2) + half.z.powi(2),
+        half.x.powi(2) + half.z.powi(2),
+        half.x.powi(2) + half.y.powi(2),
+    ) * (mass / 3.0);
+    let inertia = turn.matrix() * Matrix3::from_diagonal(&moments) * turn.matrix().transpose();
+    let edges = RigidBody::new(mass, inertia).expect("a body").equal_box();
+    // e e^T, summed over the half edges, does not depend on their order and sign.
+    let want = turn.matrix()
+        * Matrix3::from_diagonal(&half.component_mul(&half))
+        * turn.matrix().transpose();
+    assert!((edges * edges.transpose() - want).norm() < 1e-14, "{edges}");
+}

@@ -547,3 +547,25 @@ fn a_weight_hangs_on_two_hinged_rods() {
     }
     assert!((sum - Vector3::new(0.3, 0.0, -1.0)).norm() < 1e-8, "{sum}");
 }
+
+/// A blow that drives rods past their folds and back: time is slowed and runs freely again. Would catch a state inside a step that is
+/// interpolated under another clock than that of the step.
+#[test]
+fn a_hard_blow_keeps_the_ledger_at_every_sample() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/platform.toml");
+    let text = std::fs::read_to_string(path).expect("a scene");
+    for velocity in ["[1.0, 0.3, 0.0]", "[3.0, 1.0, 0.0]"] {
+        let blow = text.replace(
+            "velocity = [0.3, 0.1, 0.0]",
+            &format!("velocity = {velocity}"),
+        );
+        let scene = parsed(&blow.replace("samples = 301", "samples = 1201"));
+        let prepared = AssemblyPrepared::new(&scene).expect("a scene that runs");
+        let start = prepared.motion().expect("a start");
+        let mut tables: Vec<Table> = Vec::new();
+        let record = run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+        assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
+        let opened = record.branches[0].closing.relative();
+        assert!(opened < 1e-9, "{velocity}: the ledger opens by {opened:e}");
+    }
+}

@@ -125,6 +125,29 @@ fn the_strain_field_stays_small_unless_asked_for() {
     assert_eq!((tables.len(), record.strain_stride), (1, None));
 }
 
+/// Catches a Poincare section at other times than whole periods, and a period that the run is no multiple of.
+#[test]
+fn a_section_is_written_at_whole_periods() {
+    let text = VISCOUS.replace("samples = 2001", "strobe = 0.05");
+    let (record, tables) = recorded(&text, Fields::None);
+    assert_eq!(record.strobe, Some(0.05));
+    let times = tables[0].reals("t");
+    assert_eq!(times.len(), 5);
+    for (k, t) in times.iter().enumerate() {
+        assert!((t - 0.05 * k as f64).abs() < 1e-12, "{k} {t}");
+    }
+    for (wrong, field) in [
+        ("strobe = 0.03", "run.strobe"),
+        ("strobe = 0.05\nsamples = 9", "run.samples"),
+    ] {
+        let faults = Scene::parse(&VISCOUS.replace("samples = 2001", wrong)).unwrap_err();
+        assert!(faults.to_string().contains(field), "{faults}");
+    }
+    // As in the resolved scene.
+    let both = VISCOUS.replace("samples = 2001", "strobe = 0.05\nsamples = 5");
+    assert!(Scene::parse(&both).is_ok());
+}
+
 /// Catches a ledger that is judged by the size of its energies alone: errors of one tolerance in velocities are errors of
 /// sqrt(E) tolerances in small energies; and NaN that counts as closed.
 #[test]

@@ -43,6 +43,7 @@ impl AssemblyRun {
             assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
         };
         self.dense = None;
+        self.taken_by = (self.assembly.clone(), slowed);
         self.solver.step_into(f, h_max, &mut self.step).ok()
     }
 
@@ -133,6 +134,7 @@ impl AssemblyRun {
     /// The same with time slowed for the rod that nears its fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
         let slowed = self.slowed?;
+        self.taken_by = (self.assembly.clone(), Some(slowed));
         let f = &self.right_hand_side();
         let remaining = end - self.solver.state().time();
         let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
@@ -312,10 +314,9 @@ impl AssemblyRun {
         }))
     }
 
-    /// The right-hand side under the present clock.
+    /// The right-hand side of the last step.
     fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
-        let (assembly, along) = (self.assembly.clone(), self.along());
-        let slowed = self.slowed;
+        let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
         move |y: &Numbers| {
             let mut out = y.clone();
             assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
@@ -336,19 +337,7 @@ impl AssemblyRun {
             return None;
         }
         if self.dense.is_none() {
-            let (assembly, along) = (self.assembly.clone(), self.along());
-            // The step was taken under the clock that its own slopes show.
-            let slowed = self.slowed.filter(|_| {
-                self.step
-                    .stage_slopes()
-                    .iter()
-                    .any(|slope| slope.time() != 1.0)
-            });
-            let f = |y: &Numbers| {
-                let mut out = y.clone();
-                assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
-                Some(out)
-            };
+            let f = self.right_hand_side();
             let mut cost = Cost::default();
             self.dense = self.step.dense(f, &mut cost);
             self.extra.evaluations += cost.evaluations;

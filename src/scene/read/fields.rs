@@ -533,6 +533,8 @@ pub(super) static RUN: Spec = Spec {
             "Where an elastic rod lands that snaps, its ends held: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on the one in some place by energy. Those of the last three are all that a search finds; that none is missing is sure in no case."),
         field("branches", RUNS, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
         field("samples", RUNS, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
+        field("strobe", MOTION, Number(&POSITIVE), "s", No,
+            "A period: the motion is written at its whole multiples in place of `samples` even times; the duration is a whole number of them. With the period of a load, or of the clamp's motion, the trajectory is a Poincaré section, drawn as poincare.svg."),
         field("max_steps", RUNS, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
         field("max_snaps", RUNS, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
     ],

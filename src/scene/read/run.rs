@@ -1,6 +1,6 @@
 //! Reads `[run]` and `[solve]`.
 
-use super::fields::{ASSEMBLY, PLANE};
+use super::fields::{ASSEMBLY, Kinds, PLANE};
 use super::friction::needs_damping;
 use super::rod::Memory;
 use super::start::landing;
@@ -8,6 +8,8 @@ use super::table::Table;
 use crate::rod::Path;
 use crate::scene::{FaultKind, Method, Run, Solve};
 
+/// Bound of the periods of a run.
+const MOST_PERIODS: f64 = 1e7;
 /// What rounding leaves of the tolerance of a viscoelastic run.
 const FINEST: f64 = 1e-13;
 
@@ -21,7 +23,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         needs_damping(table, "method", "an elastic run has one method");
     }
     let methods = [Method::Auto, Method::Explicit, Method::Implicit];
-    let samples = table.count("samples");
+    let (samples, strobe) = samples(table, kind, duration)?;
     let (max_steps, max_snaps) = (table.count("max_steps"), table.count("max_snaps"));
     // What the kind of scene does not have is what its motion does anyway.
     let (method, reduce) = match kind {
@@ -37,10 +39,36 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         reduce: reduce?,
         landing: landing?,
         branches: branches?,
-        samples: samples?,
+        samples,
+        strobe,
         max_steps: max_steps?,
         max_snaps: max_snaps?,
     })
+}
+
+/// How often the motion is written, and the period if it is by one.
+fn samples(table: &Table, kind: Kinds, duration: Option<f64>) -> Option<(usize, Option<f64>)> {
+    let samples = table.count("samples");
+    let strobe = match kind {
+        ASSEMBLY => None,
+        _ => table.optional("strobe")?,
+    };
+    let (Some(period), Some(duration)) = (strobe, duration) else {
+        return Some((samples?, None));
+    };
+    let whole = (duration / period).round();
+    if !(1.0..MOST_PERIODS).contains(&whole) || (duration - whole * period).abs() > 1e-9 * duration
+    {
+        let allowed = "a period of which `duration` is a whole multiple, at most 1e7 times it";
+        return table.refuse(FaultKind::Value, "strobe", allowed, None);
+    }
+    let written = whole as usize + 1;
+    if table.has("samples") && samples != Some(written) {
+        let allowed =
+            format!("absent beside `strobe`, or {written}, which is what `strobe` makes it");
+        return table.refuse(FaultKind::Value, "samples", allowed, None);
+    }
+    Some((written, strobe))
 }
 
 fn tolerance(table: &Table, damped: bool) -> Option<f64> {

@@ -5,6 +5,7 @@ use crate::math::se3::halves;
 use crate::motion::{Closing, Ledger, Outcome, Snap, SnapEnd};
 use crate::scene::{Scales, Units};
 use crate::solve::cost::Cost;
+use crate::study::Solid;
 use crate::study::run::Bounds;
 use crate::study::run::record::at_time;
 use crate::study::run::summary::{elastic_cost, object};
@@ -28,6 +29,8 @@ pub struct AssemblyRunRecord {
     pub rods: Vec<String>,
     /// How thick every rod is where it touches itself or another; None where that is not looked for.
     pub thickness: Vec<Option<f64>>,
+    /// The bodies as figures show them, in order.
+    pub solids: Vec<Solid>,
     /// The end of time that was asked for.
     pub duration: f64,
     /// The bounds of the scene.
@@ -53,6 +56,8 @@ pub struct AssemblyRunBranch {
     pub first_shapes: Vec<Vec<Isometry3<f64>>>,
     /// The same at the last.
     pub last_shapes: Vec<Vec<Isometry3<f64>>>,
+    /// Samples for figures, thinned.
+    pub track: Vec<AssemblyMoment>,
     /// How it ended; times in the units of the rod.
     pub outcome: Outcome,
     /// Where it ended, if rods touch there: arclengths from the rods' `from`, in the scene's units.

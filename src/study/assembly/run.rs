@@ -5,15 +5,18 @@ use crate::assembly::{Contact, Place};
 use crate::error::{Error, Result};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{Closing, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive};
-use crate::scene::{AssemblySetup, Run, Scene, Units};
+use crate::scene::{AssemblyBody, AssemblySetup, Run, Scene, Units};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
 use crate::study::run::table::{ledger_cells, ledger_columns};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::tree;
-use crate::study::{Cell, Column, Hooks, Sink, Table};
+use crate::study::thinned::Thinned;
+use crate::study::{Cell, Column, Hooks, Sink, Solid, Table};
 use nalgebra::{Isometry3, Vector6};
 
+/// Most samples kept for figures; beyond, every second one is dropped.
+const KEPT: usize = 4000;
 /// Sections of a rod that is drawn, less one.
 const SECTIONS: usize = 60;
 
@@ -98,6 +101,16 @@ impl AssemblyPrepared {
         bodies.map(|body| body.name.clone()).collect()
     }
 
+    fn solids(&self) -> Vec<Solid> {
+        let given = self.scene.assembly.iter();
+        let bodies = given.flat_map(|given| &given.bodies);
+        let solid = |body: &AssemblyBody| match &body.extent {
+            None => Solid::point(),
+            Some(extent) => Solid::new(body.mass, &extent.inertia, &extent.offset),
+        };
+        bodies.map(solid).collect()
+    }
+
     fn rod_names(&self) -> Vec<String> {
         let given = self.scene.assembly.iter();
         let rods = given.flat_map(|given| &given.rods);
@@ -138,10 +151,14 @@ pub fn run(
             trajectory,
             closing,
             snaps: Vec::new(),
+            track: Thinned::new(KEPT),
         };
         let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
         let Recorder {
-            mut closing, snaps, ..
+            mut closing,
+            snaps,
+            track,
+            ..
         } = recorder;
         let last = motion.now();
         closing.look(&last.ledger());
@@ -167,6 +184,7 @@ pub fn run(
                 }),
                 _ => None,
             },
+            track: track.list,
             outcome: audited(
                 outcome.clone(),
                 &closing,
@@ -186,6 +204,7 @@ pub fn run(
         bodies,
         rods: prepared.rod_names(),
         thickness: prepared.thickness(),
+        solids: prepared.solids(),
         duration: prepared.run.duration,
         bounds: Bounds {
             steps: prepared.run.max_steps,
@@ -246,6 +265,7 @@ struct Recorder<'r> {
     trajectory: usize,
     closing: Closing,
     snaps: Vec<Snap>,
+    track: Thinned<AssemblyMoment>,
 }
 
 impl Observer for Recorder<'_> {
@@ -259,6 +279,7 @@ impl Observer for Recorder<'_> {
         row.extend(ledger_cells(&at.ledger, at.total));
         row.push(at.index.into());
         self.closing.look(&state.ledger());
+        self.track.show(|| at);
         self.sink.row(self.trajectory, &row)
     }
 

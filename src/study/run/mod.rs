@@ -107,6 +107,8 @@ pub fn run(
         scales: prepared.scales,
         scene: prepared.scene.clone(),
         duration: prepared.run.duration,
+        solid: prepared.solid.clone(),
+        strobe: prepared.run.strobe,
         bounds: Bounds {
             steps: prepared.run.max_steps,
             snaps: prepared.run.max_snaps,

@@ -6,8 +6,9 @@ use crate::body::Frame;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::motion::{Bounce, Motion, Snap, State};
-use crate::scene::{ModelKind, Run, Scales, Scene, Setup, Units};
+use crate::scene::{Joint, ModelKind, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
+use crate::study::Solid;
 use nalgebra::{DVector, Isometry3, Vector3};
 
 /// A scene of motion made ready to run, with the way back to the scene's units.
@@ -24,6 +25,8 @@ pub struct Prepared {
     viscosity: Option<f64>,
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
     pub(super) thickness: Option<f64>,
+    /// The body as figures show it.
+    pub(super) solid: Solid,
     /// Whether the body slides in a groove.
     pub(super) grooved: bool,
 }
@@ -54,6 +57,12 @@ impl Prepared {
                 .rod
                 .thickness()
                 .filter(|_| setup_kind == ModelKind::ElasticSpace),
+            solid: match &scene.body()?.joint {
+                Joint::Ball => Solid::point(),
+                Joint::Weld {
+                    offset, inertia, ..
+                } => Solid::new(scene.body()?.mass, inertia, offset),
+            },
             grooved: scene.body()?.groove.is_some(),
         })
     }

@@ -6,6 +6,7 @@ use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
 use crate::scene::{Scales, Units};
 use crate::solve::cost::Cost;
+use crate::study::Solid;
 use nalgebra::{Isometry3, Vector3};
 
 /// A run that has ended, or, under landing = "all", the runs into which it branched.
@@ -21,6 +22,10 @@ pub struct RunRecord {
     pub scene: serde_json::Value,
     /// The end of time that was asked for.
     pub duration: f64,
+    /// The body as figures show it.
+    pub solid: Solid,
+    /// The period at which the samples are taken, if the scene gives one.
+    pub strobe: Option<f64>,
     /// The bounds max_steps, max_snaps and branches of the scene.
     pub bounds: Bounds,
     /// Each after its parent; the first is the trunk.

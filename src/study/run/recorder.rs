@@ -10,12 +10,14 @@ use crate::motion::creep::Layer;
 use crate::motion::{
     Bounce, Cause, Closing, Event, Ledger, Motion, Observer, Outcome, Snap, State, Stuck,
 };
+use crate::study::thinned::Thinned;
 use crate::study::{Cell, Hooks, Sink};
 use nalgebra::Isometry3;
 
 /// Most samples kept of a rod on a sheet and of one with strains; beyond, every second one is dropped.
 const KEPT_ON_SHEET: usize = 4000;
 const KEPT: usize = 1200;
+const KEPT_OF_SECTION: usize = 100_000;
 const KEPT_OF_PASSAGE: usize = 400;
 const AXES: usize = 10;
 /// A passage is kept while the rod is farther than this from equilibrium.
@@ -52,44 +54,6 @@ struct Strain {
     table: usize,
     stride: usize,
     seen: usize,
-}
-
-/// A list that keeps every so many of what it is shown.
-struct Thinned<T> {
-    list: Vec<T>,
-    stride: usize,
-    seen: usize,
-    most: usize,
-}
-
-impl<T> Thinned<T> {
-    fn new(most: usize) -> Self {
-        Self {
-            list: Vec::new(),
-            stride: 1,
-            seen: 0,
-            most,
-        }
-    }
-
-    fn show(&mut self, item: impl FnOnce() -> T) {
-        if self.seen.is_multiple_of(self.stride) {
-            self.keep(item());
-        }
-        self.seen += 1;
-    }
-
-    fn keep(&mut self, item: T) {
-        self.list.push(item);
-        if self.list.len() > self.most {
-            let mut odd = false;
-            self.list.retain(|_| {
-                odd = !odd;
-                odd
-            });
-            self.stride *= 2;
-        }
-    }
 }
 
 /// One in so many samples makes up the strain table.
@@ -142,6 +106,7 @@ impl<'r> Recorder<'r> {
             }),
         };
         let kept = match prepared.kind() {
+            _ if prepared.run.strobe.is_some() => KEPT_OF_SECTION,
             ModelKind::Sheet => KEPT_ON_SHEET,
             ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => KEPT,
         };

@@ -1,0 +1,171 @@
+//! Error against work of bodies on elastic rods in space, and energy over ten thousand periods: `cargo bench --bench long_runs`
+//! (some minutes; `-- 1000` for a thousand periods).
+//!
+//! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
+//! 1e-13. A period is that of the slowest mode about the equilibrium.
+
+use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
+use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::body::{Body, RigidBody};
+use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::motion::assembly::AssemblyRun;
+use snaprod::motion::{Event, Motion, Options, Outcome, Run, State};
+use snaprod::rod::Rod;
+use snaprod::section::Linear;
+use std::f64::consts::PI;
+use std::time::Instant;
+
+fn assembly() -> (Assembly, Configuration) {
+    let law = Linear::diagonal([1.0, 1.3], 0.8)
+        .and_then(|law| law.with_shear([120.0, 120.0])?.with_axial(300.0))
+        .and_then(|law| law.with_rest([0.3, 0.1], 0.2))
+        .expect("a law");
+    let body = RigidBody::new(1.0, Matrix3::from_diagonal(&Vector3::new(0.3, 0.2, 0.25)))
+        .and_then(|body| body.with_centre(Vector3::new(0.05, 0.0, 0.1)))
+        .and_then(|body| body.with_gravity(Vector3::new(0.3, 0.0, -0.5)))
+        .expect("a body");
+    let link = Link::new(
+        Rod::new(1.0, law).expect("a rod"),
+        Attachment::ground(Isometry3::identity()),
+        Attachment::body(0, Isometry3::identity()),
+        Joint::Weld,
+    );
+    let start = Configuration {
+        bodies: vec![Place {
+            pose: link.end(&Vector6::zeros(), 1e-14).expect("an end").pose,
+            twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
+        }],
+        charts: vec![Vector6::zeros()],
+    };
+    let carriers = vec![Carrier::rigid(body)];
+    (
+        Assembly::new(carriers, vec![link]).expect("an assembly"),
+        start,
+    )
+}
+
+fn run(duration: f64, tolerance: f64) -> AssemblyRun {
+    let (assembly, start) = assembly();
+    let options = Options::new(duration).and_then(|o| o.with_tolerance(tolerance));
+    AssemblyRun::new(assembly, &start, options.expect("options")).expect("a run")
+}
+
+fn work_precision() {
+    println!("| tolerance | error | steps | right-hand sides | ms | us a right-hand side |");
+    println!("| --- | --- | --- | --- | --- | --- |");
+    let end = |tolerance: f64| {
+        let mut run = run(2.0, tolerance);
+        while run.advance().is_some() {}
+        run
+    };
+    let place = |run: &AssemblyRun| run.sample_now().at.now.bodies[0];
+    let exact = place(&end(1e-13));
+    for k in 4..=12 {
+        let tolerance = 10f64.powi(-k);
+        let mut best = f64::INFINITY;
+        let mut last = None;
+        for _ in 0..5 {
+            let start = Instant::now();
+            last = Some(end(tolerance));
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+        let done = last.expect("a run");
+        let (here, cost) = (place(&done), done.cost());
+        let off = (here.pose.translation.vector - exact.pose.translation.vector)
+            .norm()
+            .max(here.pose.rotation.angle_to(&exact.pose.rotation))
+            .max((here.twist - exact.twist).norm());
+        println!(
+            "| 1e-{k} | {off:.1e} | {} | {} | {:.2} | {:.1} |",
+            cost.steps,
+            cost.evaluations,
+            1e3 * best,
+            1e6 * best / cost.evaluations as f64
+        );
+    }
+}
+
+fn energy_in_space(periods: f64, tolerance: f64) {
+    let (assembly, _) = assembly();
+    let found = assembly.equilibrium(None, 1e-10).expect("an equilibrium");
+    let slowest = assembly.modes(&found.now, 1e-10).expect("modes");
+    let period = 2.0 * PI / slowest.frequencies[0];
+    let mut run = run(periods * period, tolerance);
+    let total = run.sample_now().ledger().total();
+    let mut next = 1.0;
+    print!("| space | {tolerance:.0e} |");
+    while let Some(event) = run.advance() {
+        match event {
+            Event::Step { to, .. } => {
+                if to >= next * period {
+                    print!(" {:.1e} |", run.sample_now().ledger().total() - total);
+                    next *= 10.0;
+                }
+            }
+            Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
+            other => panic!("{other:?}"),
+        }
+    }
+    println!(
+        " {:.1e} | {} |",
+        run.sample_now().ledger().total() - total,
+        run.cost().steps
+    );
+}
+
+fn energy_in_the_plane(periods: f64, tolerance: f64) {
+    let start = Equilibrium::from_lambda_kappa(1.9, 0.35).expect("an equilibrium");
+    let body = Body::<2>::new(1.0)
+        .and_then(|b| b.with_dead_force(Vector2::new(-8.0, -2.0)))
+        .expect("a body");
+    // About 1.3 in these units.
+    let period = 1.3;
+    let options = Options::new(periods * period)
+        .and_then(|o| o.with_tolerance(tolerance))
+        .expect("options");
+    let mut run = Run::new(
+        &Elastica,
+        &body,
+        [start.p, start.w].into(),
+        Vector2::zeros(),
+        options,
+    )
+    .expect("a run");
+    let total = run.now().ledger.total();
+    let mut next = 1.0;
+    print!("| plane | {tolerance:.0e} |");
+    while let Some(event) = run.next() {
+        match event {
+            Event::Step { to, .. } => {
+                if to >= next * period {
+                    print!(" {:.1e} |", run.now().ledger.total() - total);
+                    next *= 10.0;
+                }
+            }
+            Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
+            Event::Snap(_) => print!(" snap |"),
+            _ => {}
+        }
+    }
+    println!(
+        " {:.1e} | {} |",
+        run.now().ledger.total() - total,
+        run.cost().steps
+    );
+}
+
+fn main() {
+    let periods = std::env::args()
+        .skip(1)
+        .find_map(|x| x.parse().ok())
+        .unwrap_or(10_000.0);
+    work_precision();
+    println!("\n| motion | tolerance | after 1 period | 10 | 100 | 1000 | 10000 | steps |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    for tolerance in [1e-8, 1e-10, 1e-12] {
+        energy_in_the_plane(periods, tolerance);
+    }
+    for tolerance in [1e-8, 1e-10, 1e-12] {
+        energy_in_space(periods, tolerance);
+    }
+}

@@ -1,0 +1,39 @@
+//! Lists that stay short however long a run is.
+
+/// A list that keeps every so many of what it is shown.
+pub(super) struct Thinned<T> {
+    pub list: Vec<T>,
+    stride: usize,
+    seen: usize,
+    most: usize,
+}
+
+impl<T> Thinned<T> {
+    pub fn new(most: usize) -> Self {
+        Self {
+            list: Vec::new(),
+            stride: 1,
+            seen: 0,
+            most,
+        }
+    }
+
+    pub fn show(&mut self, item: impl FnOnce() -> T) {
+        if self.seen.is_multiple_of(self.stride) {
+            self.keep(item());
+        }
+        self.seen += 1;
+    }
+
+    pub fn keep(&mut self, item: T) {
+        self.list.push(item);
+        if self.list.len() > self.most {
+            let mut odd = false;
+            self.list.retain(|_| {
+                odd = !odd;
+                odd
+            });
+            self.stride *= 2;
+        }
+    }
+}
