@@ -136,11 +136,9 @@ fn energy_in_the_plane(periods: f64, tolerance: f64) {
     print!("| plane | {tolerance:.0e} |");
     while let Some(event) = run.next() {
         match event {
-            Event::Step { to, .. } => {
-                if to >= next * period {
-                    print!(" {:.1e} |", run.now().ledger.total() - total);
-                    next *= 10.0;
-                }
+            Event::Step { to, .. } if to >= next * period => {
+                print!(" {:.1e} |", run.now().ledger.total() - total);
+                next *= 10.0;
             }
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
             Event::Snap(_) => print!(" snap |"),

@@ -165,7 +165,7 @@ impl AssemblyRun {
             let [s, at] = contact.at;
             return Err(Error::domain(Message::from(format!("rod {a} at s = "))
                 .number(s, Quantity::Length)
-                .words(&format!(" and rod {b} at s = "))
+                .words(format!(" and rod {b} at s = "))
                 .number(at, Quantity::Length)
                 .words(" are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out")));
         }

@@ -188,7 +188,17 @@ fn bundled_scenes_are_sound() {
         }
         let summary = place.run(&asked).json(0);
         assert_eq!(summary["outcome"], "end_of_time", "{path}");
-        close(&summary["energy_error"]["relative"], 0.0, 2e-10);
+        let opened = &summary["energy_error"]["relative"];
+        // Ends are held to 1e-10 of the length: under the pull of the wire, 100 N, that is 1e-8 J, beside 0.04 J in all.
+        let bound = if path.ends_with("wire.toml") {
+            1e-8
+        } else {
+            2e-10
+        };
+        assert!(
+            opened.as_f64().is_some_and(|x| x.abs() < bound),
+            "{path}: {opened}"
+        );
     }
 }
 

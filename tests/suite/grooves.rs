@@ -125,7 +125,7 @@ fn slider(groove: Groove) -> (Assembly, Configuration) {
         .and_then(|law| law.with_axial(80.0))
         .and_then(|law| law.with_rest([0.2, -0.3], 0.1))
         .expect("a law");
-    let rod = || Rod::new(1.0, law.clone()).expect("a rod");
+    let rod = || Rod::new(1.0, law).expect("a rod");
     let turned = |axis: Vector3<f64>| UnitQuaternion::from_scaled_axis(axis);
     let at = |r: Vector3<f64>, turn| Isometry3::from_parts(r.into(), turn);
     let links = vec![

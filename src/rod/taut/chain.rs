@@ -3,6 +3,9 @@
 //! What the base leaves over, three equations, goes along from node to node: growing variations are eliminated by what comes after them,
 //! decaying ones by what came before. That is as stable as the problem itself, whatever lam (de Boor and Weiss).
 
+// Entries of matrices are told by their indices.
+#![allow(clippy::needless_range_loop)]
+
 use super::interval::Condensed;
 use nalgebra::{SMatrix, SVector, Vector6};
 

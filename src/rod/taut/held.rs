@@ -182,6 +182,11 @@ impl Problem {
     fn told(&self, found: &Solved, residual: f64, route: Route) -> Result<Equilibrium> {
         let n = found.shape.n;
         let lam = (self.flexure() * n.norm()).sqrt();
+        if lam < 0.5 * TAUT {
+            return Err(Error::no_convergence(
+                "the guess is that of a taut rod, and leads to one that is slack; give a nearer guess",
+            ));
+        }
         let b = joined(&found.base_couple, &n);
         let last = found.shape.at(1.0);
         Ok(Equilibrium {

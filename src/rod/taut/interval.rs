@@ -13,6 +13,9 @@
 //! ```
 //! and mu is eliminated first: where shear and flexure are not coupled its stages are a quadrature.
 
+// Entries of matrices are told by their indices.
+#![allow(clippy::needless_range_loop)]
+
 use super::super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::math::gauss::Rule;

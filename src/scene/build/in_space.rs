@@ -143,6 +143,7 @@ impl InSpace {
 
 /// A field of all six strains along a rod, in the scene's units.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // A scene has one.
 pub enum SpaceField {
     /// Polynomials, and the strains of the unloaded rod where none is given.
     Polynomial {
@@ -320,9 +321,10 @@ fn under_followers(
         .map_err(|e| e.context("[start]"))?;
     let base = rod.outward_wrench(&found.now.charts[0]);
     let end = rod.end(&base, SHAPE)?.section.pose();
-    let held = EndConditions::pose(end.translation.vector, end.rotation);
+    // It is asked only for shapes under the base wrench: nothing is held, for a straight rod could not be held at full reach.
+    let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
     Ok(Some(SpaceField::Equilibrium {
-        problem: Box::new(Problem::new(rod.clone(), held, SHAPE)?),
+        problem: Box::new(Problem::new(rod.clone(), free, SHAPE)?),
         base,
         end,
     }))

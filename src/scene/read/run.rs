@@ -23,7 +23,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         needs_damping(table, "method", "an elastic run has one method");
     }
     let methods = [Method::Auto, Method::Explicit, Method::Implicit];
-    let (samples, strobe) = samples(table, kind, duration)?;
+    let samples = samples(table, kind, duration);
     let (max_steps, max_snaps) = (table.count("max_steps"), table.count("max_snaps"));
     // What the kind of scene does not have is what its motion does anyway.
     let (method, reduce) = match kind {
@@ -32,6 +32,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         _ => (table.word("method", &methods), table.flag("reduce")),
     };
     let (landing, branches) = (landing(table, memory), table.count("branches"));
+    let (samples, strobe) = samples?;
     Some(Run {
         duration: duration?,
         tolerance: tolerance?,

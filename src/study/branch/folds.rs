@@ -21,6 +21,9 @@ struct Folds<const M: usize> {
     landed: Vec<SVector<f64, M>>,
 }
 
+/// The rod of a scene at (x, p, q).
+type StateAt<'a, const N: usize> = dyn Fn(&SVector<f64, N>, f64, f64) -> Result<State> + 'a;
+
 /// The range of the first parameter, its unit on fold curves, the rod at (x, p, q), and special points with their bounds.
 struct Window<'a, const N: usize, const M: usize> {
     name: Parameter,
@@ -29,7 +32,7 @@ struct Window<'a, const N: usize, const M: usize> {
     second: &'a Second,
     /// The scene's value of the second parameter.
     here: f64,
-    state: &'a dyn Fn(&SVector<f64, N>, f64, f64) -> Result<State>,
+    state: &'a StateAt<'a, N>,
     bounded: &'a dyn Fn(Special<M>) -> Special<M>,
 }
 
