@@ -20,7 +20,7 @@ const SECTIONS: usize = 100;
 /// Where else an equilibrium may be.
 const ELSEWHERE: &str = "begin from another `guess` of the bodies";
 
-/// Follows the branch that the scene's `[continue]` describes: [`study::branch`](crate::study::branch) of an assembly.
+/// Follows the branch that the scene's `[continue]` describes: [`study::branch`](crate::study::branch()) of an assembly.
 ///
 /// # Errors
 /// A scene without `[continue]`; no equilibrium at its start.
