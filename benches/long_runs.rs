@@ -106,11 +106,7 @@ fn energy_in_space(periods: f64, tolerance: f64) {
             other => panic!("{other:?}"),
         }
     }
-    println!(
-        " {:.1e} | {} |",
-        run.sample_now().ledger().total() - total,
-        run.cost().steps
-    );
+    println!(" {} |", run.cost().steps);
 }
 
 fn energy_in_the_plane(periods: f64, tolerance: f64) {
@@ -145,11 +141,7 @@ fn energy_in_the_plane(periods: f64, tolerance: f64) {
             _ => {}
         }
     }
-    println!(
-        " {:.1e} | {} |",
-        run.now().ledger.total() - total,
-        run.cost().steps
-    );
+    println!(" {} |", run.cost().steps);
 }
 
 fn main() {
