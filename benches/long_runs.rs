@@ -1,5 +1,5 @@
 //! Error against work of bodies on elastic rods in space, and energy over ten thousand periods: `cargo bench --bench long_runs`
-//! (some minutes; `-- 1000` for a thousand periods).
+//! (in space that takes an hour and more; `-- 100` for a hundred periods takes a minute).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
