@@ -161,6 +161,8 @@ pub fn shapes(record: &BranchRecord) -> RodShapes {
         value_label: record.parameter.label(record.units),
         ribbon: 0.03 * record.length,
         triads: false,
+        // Rods of an assembly begin on a body as often as on the ground.
+        clamp: record.taken.is_some(),
         units: units(record.units),
         ..RodShapes::default()
     }
