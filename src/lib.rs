@@ -177,26 +177,22 @@
 #[cfg(feature = "cli")]
 extern crate self as snaprod;
 
-pub mod assembly;
-pub mod body;
+// The numerical core is a crate of its own: it is compiled at full optimisation while scenes, studies and figures, which run for milliseconds, are
+// not, and is not compiled again when they change.
+#[doc(inline)]
+pub use snaprod_core::{
+    assembly, body, creep, elastica, error, manifold, math, motion, rod, section, solve,
+};
+
 // The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by
 // its name, as any other user does.
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-pub mod creep;
-pub mod elastica;
-pub mod error;
-pub mod manifold;
-pub mod math;
-pub mod motion;
 #[cfg(feature = "plot")]
 pub mod plot;
-pub mod rod;
 #[cfg(feature = "scene")]
 pub mod scene;
-pub mod section;
-pub mod solve;
 #[cfg(feature = "scene")]
 pub mod study;
 

@@ -46,19 +46,17 @@ impl Cells {
 
         let (mut bands, mut areas) = (0, Vec::new());
         for tried in BANDS {
-            let band: Vec<Option<usize>> = (0..cells)
-                .map(|m| band_of(level(m / rows, m % rows), tried))
+            let heights: Vec<usize> = (0..cells)
+                .map(|m| height_of(level(m / rows, m % rows), tried))
                 .collect();
             let at = |(i, j): (usize, usize)| (edges[i], y[j]);
-            let area = |k: usize| {
-                let rings = outlines(columns.len(), rows, |c, j| band[c * rows + j] >= Some(k));
-                let pixels = |ring: Vec<(usize, usize)>| ring.into_iter().map(at).collect();
-                (k, rings.into_iter().map(pixels).collect())
-            };
+            let pixels = |ring: Vec<(usize, usize)>| ring.into_iter().map(at).collect();
+            let all = outlines(columns.len(), rows, &heights).into_iter();
             bands = tried;
-            areas = (0..tried)
-                .filter(|k| band.contains(&Some(*k)))
-                .map(area)
+            areas = all
+                .enumerate()
+                .filter(|(k, _)| heights.contains(&(k + 1)))
+                .map(|(k, rings)| (k, rings.into_iter().map(pixels).collect()))
                 .collect();
             if corners(&areas) <= CORNERS {
                 break;
@@ -91,36 +89,41 @@ fn corners(areas: &[(usize, Vec<Ring>)]) -> usize {
     rings.map(|ring| ring.len() + 2).sum()
 }
 
-fn band_of(level: f64, bands: usize) -> Option<usize> {
-    let band = || ((level.clamp(0.0, 1.0) * bands as f64) as usize).min(bands - 1);
-    (!level.is_nan()).then(band)
+/// 1 + the band of a level; 0 for a gap.
+fn height_of(level: f64, bands: usize) -> usize {
+    match level.is_nan() {
+        true => 0,
+        false => 1 + ((level.clamp(0.0, 1.0) * bands as f64) as usize).min(bands - 1),
+    }
 }
 
-/// The rings that bound a set of grid cells, as corners (column edge, row edge); the set lies always on the
+/// For every k from 0 the rings that bound the grid cells higher than k, as corners (column edge, row edge); the cells lie always on the
 /// same side, so holes run the other way round.
-fn outlines(
-    columns: usize,
-    rows: usize,
-    inside: impl Fn(usize, usize) -> bool,
-) -> Vec<Vec<(usize, usize)>> {
-    // Below the first column or row indices wrap round to large ones.
-    let has = |i: usize, j: usize| i < columns && j < rows && inside(i, j);
-    let mut edges = BTreeSet::new();
+fn outlines(columns: usize, rows: usize, heights: &[usize]) -> Vec<Vec<Vec<(usize, usize)>>> {
+    let highest = heights.iter().copied().max().unwrap_or(0);
+    let mut edges = vec![BTreeSet::new(); highest];
     for (i, j) in (0..columns * rows).map(|m| (m / rows, m % rows)) {
+        let height = heights[i * rows + j];
         let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+        // Below the first column or row indices wrap round to large ones.
         let (left, below) = (i.wrapping_sub(1), j.wrapping_sub(1));
         let beyond = [(i, below), (i + 1, j), (i, j + 1), (left, j)];
         for (side, (p, q)) in beyond.into_iter().enumerate() {
-            if has(i, j) && !has(p, q) {
+            let outside = !(p < columns && q < rows);
+            let lower = if outside { 0 } else { heights[p * rows + q] };
+            if lower < height {
                 let ends = [side, (side + 1) % 4].map(|k| corners[k].0 * (rows + 1) + corners[k].1);
-                edges.insert((ends[0], ends[1]));
+                for set in &mut edges[lower..height] {
+                    set.insert((ends[0], ends[1]));
+                }
             }
         }
     }
     let corner = |m: usize| (m / (rows + 1), m % (rows + 1));
-    let rings = rings(edges).into_iter();
-    rings
-        .map(|ring| bends(&ring.into_iter().map(corner).collect::<Vec<_>>()))
+    let turning = |ring: Vec<usize>| bends(&ring.into_iter().map(corner).collect::<Vec<_>>());
+    edges
+        .into_iter()
+        .map(|set| rings(set).into_iter().map(turning).collect())
         .collect()
 }
 
@@ -144,7 +147,7 @@ mod tests {
     /// Catches a hole lost, or one that runs the same way as its rim: then the fill would cover it.
     #[test]
     fn a_hole_runs_the_other_way() {
-        let rings = outlines(3, 3, |i, j| (i, j) != (1, 1));
+        let rings = outlines(3, 3, &[1, 1, 1, 1, 0, 1, 1, 1, 1]).remove(0);
         let area = |ring: &[(usize, usize)]| {
             0.5 * area(
                 &ring
@@ -169,7 +172,8 @@ mod tests {
             .collect();
         let cells = Cells::new(&x, &y, &levels);
         assert_eq!(cells.bands, 9);
-        let checkers = outlines(8, 8, |i, j| (i + j) % 2 == 0);
+        let heights: Vec<usize> = (0..64).map(|m| 1 - (m / 8 + m % 8) % 2).collect();
+        let checkers = outlines(8, 8, &heights).remove(0);
         assert_eq!(checkers.iter().map(Vec::len).sum::<usize>(), 4 * 32);
     }
 }

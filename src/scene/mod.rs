@@ -82,8 +82,8 @@ pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, Guess, Site};
 pub use branch::{Continue, Second, Solve};
 pub use build::{
-    AssemblySetup, ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, Moving, RodCurve,
-    Setup, SpaceField, ViscousPlane, ViscousSpace,
+    AssemblySetup, ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, RodCurve, Setup,
+    SpaceField, ViscousPlane, ViscousSpace,
 };
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,

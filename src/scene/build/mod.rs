@@ -15,7 +15,7 @@ pub use assembly::{AssemblySetup, RodCurve};
 pub use elastic_space::ElasticSpace;
 pub use in_space::{InSpace, SpaceField};
 pub use planar::ElasticPlane;
-pub use space::{Moving, ViscousSpace};
+pub use space::ViscousSpace;
 pub use viscous::ViscousPlane;
 
 use super::{Run, Scales, Scene};

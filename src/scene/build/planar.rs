@@ -8,7 +8,7 @@ use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::math::order::sort_few;
-use crate::motion::{Motion, Options, Run};
+use crate::motion::{Motion, Options, on_elastica};
 use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
 use std::f64::consts::FRAC_PI_2;
@@ -68,15 +68,12 @@ impl MotionModel for ElasticPlane {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let run = match &self.start {
-            None => Run::straight(&self.body, self.velocity, options)
-                .map_err(|e| e.context(self.words.as_str()))?,
-            Some(start) => {
-                let q = Vector2::new(start.p, start.w);
-                Run::new(&Elastica, &self.body, q, self.velocity, options)?
-            }
-        };
-        Ok(Box::new(run))
+        let from = self.start.as_ref();
+        let chart = from.map(|start| Vector2::new(start.p, start.w));
+        on_elastica(&self.body, chart, self.velocity, options).map_err(|e| match from {
+            None => e.context(self.words.as_str()),
+            Some(_) => e,
+        })
     }
 
     fn clamp(&self, t: f64) -> Frame<3> {

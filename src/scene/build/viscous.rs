@@ -6,12 +6,11 @@ use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame};
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
-use crate::creep::plane::Plane;
 use crate::elastica::Equilibrium;
 use crate::elastica::straight::{EULER, unstable};
 use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
-use crate::motion::creep::{ViscousRun, ViscousStart};
+use crate::motion::creep::{ViscousStart, in_plane};
 use crate::motion::{Motion, Options};
 use crate::scene::{Dimensionless, Place, Relaxed, Scene, StrainName};
 use nalgebra::{Vector1, Vector2};
@@ -138,9 +137,8 @@ impl MotionModel for ViscousPlane {
             relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<1>),
             velocity: self.velocity,
         };
-        let run = ViscousRun::new(Plane, self.material.clone(), &self.body, &start, options)
-            .map_err(|e| e.context(self.words.as_str()))?;
-        Ok(Box::new(run))
+        in_plane(self.material.clone(), &self.body, &start, options)
+            .map_err(|e| e.context(self.words.as_str()))
     }
 
     fn clamp(&self, t: f64) -> Frame<3> {

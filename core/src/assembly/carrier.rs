@@ -1,0 +1,490 @@
+//! The bodies of an assembly: rigid ones, and point masses.
+
+use crate::body::{Body, EndBody, EndMotion, Groove, RigidBody};
+use crate::math::se3::{halves, joined, spin, unit};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
+use std::ops::Range;
+
+/// A body of an assembly, free or with its reference point in a groove.
+#[derive(Debug, Clone)]
+pub struct Carrier {
+    mass: Mass,
+    groove: Option<Groove>,
+}
+
+/// What a body is.
+#[derive(Debug, Clone)]
+pub enum Mass {
+    /// A rigid body; the point by which its place is told need not be its centre of mass.
+    Rigid(Box<RigidBody>),
+    /// A point mass, which has no directors: rods end in it on ball joints.
+    Point(Box<Body<3>>),
+}
+
+/// Where a body is and how it moves: pose, and (angular velocity, velocity of the reference point), in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Pose of the body's frame; a point mass does not turn.
+    pub pose: Isometry3<f64>,
+    /// (angular velocity, velocity).
+    pub twist: Vector6<f64>,
+}
+
+impl Place {
+    /// At rest.
+    pub fn at_rest(pose: Isometry3<f64>) -> Self {
+        Self {
+            pose,
+            twist: Vector6::zeros(),
+        }
+    }
+}
+
+impl Carrier {
+    /// A rigid body.
+    pub fn rigid(body: RigidBody) -> Self {
+        Self {
+            mass: Mass::Rigid(Box::new(body)),
+            groove: None,
+        }
+    }
+
+    /// A point mass.
+    pub fn point(body: Body<3>) -> Self {
+        Self {
+            mass: Mass::Point(Box::new(body)),
+            groove: None,
+        }
+    }
+
+    /// Puts the reference point into a groove of the world, where it slides without friction; a rigid body turns freely about it.
+    #[must_use]
+    pub fn in_groove(mut self, groove: Groove) -> Self {
+        self.groove = Some(groove);
+        self
+    }
+
+    /// What it is.
+    pub fn mass(&self) -> &Mass {
+        &self.mass
+    }
+
+    /// The groove that its reference point slides in.
+    pub fn groove(&self) -> Option<&Groove> {
+        self.groove.as_ref()
+    }
+
+    /// True of a body with directors.
+    pub fn turns(&self) -> bool {
+        matches!(self.mass, Mass::Rigid(_))
+    }
+
+    /// How many velocities of turning it has.
+    pub(super) fn turnings(&self) -> usize {
+        if self.turns() { 3 } else { 0 }
+    }
+
+    /// How many of shifting.
+    pub(super) fn shiftings(&self) -> usize {
+        if self.groove.is_some() { 1 } else { 3 }
+    }
+
+    /// How many velocities it has: 3 of a rigid body's turning, and 3 of shifting, or 1 along a groove.
+    pub fn freedoms(&self) -> usize {
+        self.turnings() + self.shiftings()
+    }
+
+    /// How many numbers hold its place and its velocity in a state: a rigid body's quaternion (w, x, y, z), position or
+    /// parameter of the groove, and their rates.
+    pub fn numbers(&self) -> usize {
+        2 * self.freedoms() + usize::from(self.turns())
+    }
+
+    /// Where quaternion, position (or parameter), spin and velocity stand in its part of a state.
+    fn slots(&self) -> [Range<usize>; 4] {
+        let (turnings, shiftings) = (self.turnings(), self.shiftings());
+        let mut next = 0;
+        let quaternion = turnings + usize::from(self.turns());
+        [quaternion, shiftings, turnings, shiftings].map(|size| {
+            next += size;
+            next - size..next
+        })
+    }
+
+    /// The place that a part of a state holds.
+    pub fn read(&self, state: &[f64]) -> Place {
+        let [quaternion, position, spin, velocity] = self.slots().map(|slots| &state[slots]);
+        let turn = match quaternion {
+            [w, x, y, z] => unit(&[*w, *x, *y, *z].into()),
+            _ => UnitQuaternion::identity(),
+        };
+        let spin = match spin {
+            [] => Vector3::zeros(),
+            spin => Vector3::from_column_slice(spin),
+        };
+        let (r, v) = match &self.groove {
+            None => (
+                Vector3::from_column_slice(position),
+                Vector3::from_column_slice(velocity),
+            ),
+            Some(groove) => {
+                let [x, along, _] = groove.at(position[0]);
+                (x, along * velocity[0])
+            }
+        };
+        Place {
+            pose: Isometry3::from_parts(r.into(), turn),
+            twist: joined(&spin, &v),
+        }
+    }
+
+    /// Writes a place into a state; in a groove, the nearest one.
+    pub fn write(&self, place: &Place, state: &mut [f64]) {
+        let [quaternion, position, spin, velocity] = self.slots();
+        let r = &place.pose.translation.vector;
+        let (omega, v) = halves(&place.twist);
+        if self.turns() {
+            let p = place.pose.rotation.quaternion();
+            state[quaternion].copy_from_slice(&[p.w, p.i, p.j, p.k]);
+            state[spin].copy_from_slice(omega.as_slice());
+        }
+        match &self.groove {
+            None => {
+                state[position].copy_from_slice(r.as_slice());
+                state[velocity].copy_from_slice(v.as_slice());
+            }
+            Some(groove) => {
+                let phi = groove.nearest(r);
+                let along = groove.at(phi)[1];
+                state[position].copy_from_slice(&[phi]);
+                state[velocity].copy_from_slice(&[along.dot(&v) / along.norm_squared()]);
+            }
+        }
+    }
+
+    /// How far a place is from the groove, and how fast it would leave it; 0 of a free body.
+    pub fn beside_groove(&self, place: &Place) -> (f64, f64) {
+        let Some(groove) = &self.groove else {
+            return (0.0, 0.0);
+        };
+        let (r, v) = (place.pose.translation.vector, halves(&place.twist).1);
+        let [x, along, _] = groove.at(groove.nearest(&r));
+        let along = along.normalize();
+        ((x - r).norm(), (v - along * along.dot(&v)).norm())
+    }
+
+    /// The parameter of the groove that a part of a state holds.
+    pub(crate) fn parameter(&self, state: &[f64]) -> Option<f64> {
+        let [_, position, ..] = self.slots();
+        self.groove.as_ref().map(|_| state[position][0])
+    }
+
+    /// Writes the rates of its part `state` of a state at time `t` into `out`, times `rate`, under the wrench of its rods about its
+    /// reference point in the world. Returns the power of the loads in time and the loss by drag.
+    pub fn write_rates(
+        &self,
+        t: f64,
+        state: &[f64],
+        wrench: &Vector6<f64>,
+        rate: f64,
+        out: &mut [f64],
+    ) -> (f64, f64) {
+        let place = self.read(state);
+        let [quaternion, position, spinning, velocity] = self.slots();
+        let mut motion = self.free_motion(t, &place, wrench);
+        match &self.groove {
+            None => {
+                for (i, j) in position.zip(velocity) {
+                    out[i] = state[j] * rate;
+                    out[j] = motion.acceleration[3 + i - quaternion.end] * rate;
+                }
+            }
+            Some(groove) => {
+                let (phi, speed) = (state[position.start], state[velocity.start]);
+                let held = self.held(&groove.at(phi), speed, &place.pose, &motion);
+                motion.acceleration = held.acceleration;
+                out[position.start] = speed * rate;
+                out[velocity.start] = held.along * rate;
+            }
+        }
+        if self.turns() {
+            let p = nalgebra::Vector4::from_column_slice(&state[quaternion.clone()]);
+            let omega = Vector3::from_column_slice(&state[spinning.clone()]);
+            // p_t = p (body omega)/2, the body's being that of the world seen along its own axes.
+            let turned = unit(&p).inverse() * omega;
+            out[quaternion].copy_from_slice((spin(&p, &turned) * rate).as_slice());
+            let angular = motion.acceleration.fixed_rows::<3>(0) * rate;
+            out[spinning].copy_from_slice(angular.as_slice());
+        }
+        (motion.power, motion.loss)
+    }
+
+    /// The force of the groove on the body under the wrench of its rods.
+    pub fn groove_force(
+        &self,
+        t: f64,
+        place: &Place,
+        wrench: &Vector6<f64>,
+    ) -> Option<Vector3<f64>> {
+        let groove = self.groove.as_ref()?;
+        let jet = groove.at(groove.nearest(&place.pose.translation.vector));
+        let v = halves(&place.twist).1;
+        let speed = jet[1].dot(&v) / jet[1].norm_squared();
+        let motion = self.free_motion(t, place, wrench);
+        Some(self.held(&jet, speed, &place.pose, &motion).force)
+    }
+
+    /// How it moves under the wrench of its rods, about its reference point in the world.
+    pub fn motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
+        match self.groove_force(t, place, wrench) {
+            None => self.free_motion(t, place, wrench),
+            Some(force) => {
+                let held = wrench + joined(&Vector3::zeros(), &force);
+                self.free_motion(t, place, &held)
+            }
+        }
+    }
+
+    /// The same without the groove.
+    fn free_motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
+        match &self.mass {
+            Mass::Rigid(body) => body.motion(t, &place.pose, &place.twist, wrench),
+            Mass::Point(body) => {
+                let half = |pair: &Vector6<f64>| pair.fixed_rows::<3>(3).into_owned();
+                let motion =
+                    EndBody::motion(&**body, t, &place.pose, &half(&place.twist), &half(wrench));
+                EndMotion {
+                    acceleration: joined(&Vector3::zeros(), &motion.acceleration),
+                    power: motion.power,
+                    loss: motion.loss,
+                }
+            }
+        }
+    }
+
+    /// What the groove makes of the motion `free` that the body would have without it, theory 3.5: `jet` is x, x_phi, x_phiphi,
+    /// `speed` phi'.
+    fn held(
+        &self,
+        jet: &[Vector3<f64>; 3],
+        speed: f64,
+        pose: &Isometry3<f64>,
+        free: &EndMotion<6>,
+    ) -> Held {
+        let [_, along, bend] = jet;
+        let (spin, v) = halves(&free.acceleration);
+        let missing = v - bend * (speed * speed);
+        // Velocities by an impulse at the reference point: of the point, and of the spin.
+        let identity = Matrix3::identity();
+        let (give, turn) = match &self.mass {
+            Mass::Point(body) => (identity / body.mass(), Matrix3::zeros()),
+            Mass::Rigid(body) => {
+                let r = pose.rotation.to_rotation_matrix();
+                let c = (r * body.offset()).cross_matrix();
+                let inverse = r.matrix() * body.inverse_inertia() * r.matrix().transpose();
+                (identity / body.mass() - c * inverse * c, -inverse * c)
+            }
+        };
+        // Positive definite.
+        let weight = give.try_inverse().unwrap_or_default();
+        let weighted = weight * along;
+        let phi = weighted.dot(&missing) / weighted.dot(along);
+        let force = weight * (along * phi - missing);
+        Held {
+            along: phi,
+            force,
+            acceleration: joined(
+                &(spin + turn * force),
+                &(along * phi + bend * (speed * speed)),
+            ),
+        }
+    }
+
+    /// Twists of the reference point by the body's own velocities, at a pose: the last, along a groove, is the speed along it.
+    pub fn own_twists(&self, pose: &Isometry3<f64>) -> Matrix6xX<f64> {
+        let turnings = self.turnings();
+        let mut twists = Matrix6xX::zeros(self.freedoms());
+        for i in 0..turnings {
+            twists[(i, i)] = 1.0;
+        }
+        match self.tangent(pose) {
+            None => {
+                for i in 0..3 {
+                    twists[(3 + i, turnings + i)] = 1.0;
+                }
+            }
+            Some((tangent, _)) => twists
+                .fixed_view_mut::<3, 1>(3, turnings)
+                .copy_from(&tangent),
+        }
+        twists
+    }
+
+    /// Unit tangent of the groove, and its derivative by arclength.
+    pub(super) fn tangent(&self, pose: &Isometry3<f64>) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let groove = self.groove.as_ref()?;
+        let [_, along, bend] = groove.at(groove.nearest(&pose.translation.vector));
+        let tangent = along.normalize();
+        let across = bend - tangent * tangent.dot(&bend);
+        Some((tangent, across / along.norm_squared()))
+    }
+
+    /// How far the place of a pose is along a groove from that of another, in terms of the rate there.
+    pub(super) fn slid(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Option<f64> {
+        let groove = self.groove.as_ref()?;
+        let [a, b] = [from, to].map(|pose| groove.nearest(&pose.translation.vector));
+        Some(groove.between(a, b) * groove.at(a)[1].norm())
+    }
+
+    /// |x_phi| of the groove at a pose over that at another; 1 of a free body.
+    pub(super) fn stretch(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> f64 {
+        let Some(groove) = &self.groove else {
+            return 1.0;
+        };
+        let [a, b] =
+            [from, to].map(|pose| groove.at(groove.nearest(&pose.translation.vector))[1].norm());
+        b / a
+    }
+
+    /// Derivatives of the acceleration at rest by pose and by velocity, and the inverse of the mass matrix, as twists and wrenches
+    /// of the reference point: of a point mass their last three components.
+    fn linear(&self, t: f64, pose: &Isometry3<f64>, wrench: &Vector6<f64>) -> [DMatrix<f64>; 3] {
+        match &self.mass {
+            Mass::Rigid(body) => {
+                let linear = body.linearised(t, pose, &Vector6::zeros(), wrench);
+                let copy = |m: &Matrix6<f64>| DMatrix::from_column_slice(6, 6, m.as_slice());
+                [
+                    copy(&linear.by_pose),
+                    copy(&linear.by_velocity),
+                    copy(&linear.by_wrench),
+                ]
+            }
+            Mass::Point(body) => {
+                let n = wrench.fixed_rows::<3>(3).into_owned();
+                let linear = body.linearised(t, pose, &Vector3::zeros(), &n);
+                let copy =
+                    |m: &nalgebra::Matrix3<f64>| DMatrix::from_column_slice(3, 3, m.as_slice());
+                [
+                    copy(&linear.by_pose),
+                    copy(&linear.by_velocity),
+                    copy(&linear.by_wrench),
+                ]
+            }
+        }
+    }
+
+    /// The mass matrix, and minus the stiffness and the damping of the loads, in the body's own velocities; `wrench` is that of the
+    /// rods. None of a body without inertia.
+    pub(super) fn linear_own(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        wrench: &Vector6<f64>,
+    ) -> Option<[DMatrix<f64>; 3]> {
+        let mut wrench = *wrench;
+        let force = halves(&(wrench + self.load(t, pose))).1;
+        if let Some((tangent, _)) = self.tangent(pose) {
+            // The groove bears what is across it, so that at an equilibrium nothing is left.
+            let borne = tangent * tangent.dot(&force) - force;
+            wrench += joined(&Vector3::zeros(), &borne);
+        }
+        let [by_pose, by_velocity, by_wrench] = self.linear(t, pose, &wrench);
+        let mass = by_wrench.try_inverse()?;
+        let own = self.own_twists(pose);
+        let own = own.rows(6 - mass.nrows(), mass.nrows());
+        let mut projected =
+            [&mass, &(&mass * by_pose), &(&mass * by_velocity)].map(|m| own.transpose() * m * own);
+        if let Some((_, bend)) = self.tangent(pose) {
+            let last = self.turnings();
+            projected[1][(last, last)] += bend.dot(&force);
+        }
+        Some(projected)
+    }
+
+    /// The wrench of the loads about the reference point, at rest.
+    pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
+        match &self.mass {
+            Mass::Rigid(body) => body.load(t, pose),
+            Mass::Point(body) => joined(&Vector3::zeros(), &body.load(t)),
+        }
+    }
+
+    /// The derivative of [`Carrier::load`] by a turn of the body about its reference point: of the couple, and of the force.
+    pub(super) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
+        match &self.mass {
+            Mass::Rigid(body) => body.load_by_turn(t, pose),
+            Mass::Point(_) => [Matrix3::zeros(); 2],
+        }
+    }
+
+    /// True if a load at time `t` turns with the body.
+    pub fn is_followed(&self, t: f64) -> bool {
+        matches!(&self.mass, Mass::Rigid(body) if body.is_followed(t))
+    }
+
+    /// True if the loads at time `t`, held as they are then, have a potential.
+    pub fn is_conservative(&self, t: f64) -> bool {
+        match &self.mass {
+            Mass::Rigid(body) => body.is_conservative(t),
+            Mass::Point(_) => true,
+        }
+    }
+
+    /// Kinetic energy.
+    pub fn kinetic(&self, t: f64, place: &Place) -> f64 {
+        match &self.mass {
+            Mass::Rigid(body) => EndBody::kinetic(&**body, t, &place.pose, &place.twist),
+            Mass::Point(body) => {
+                let v = place.twist.fixed_rows::<3>(3).into_owned();
+                body.kinetic(t, &place.pose.translation.vector, &v)
+            }
+        }
+    }
+
+    /// Potential of the constant forces.
+    pub fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
+        match &self.mass {
+            Mass::Rigid(body) => EndBody::potential(&**body, t, pose),
+            Mass::Point(body) => body.potential(t, &pose.translation.vector),
+        }
+    }
+
+    /// The first break of its loads after `t`.
+    pub fn next_break(&self, t: f64) -> f64 {
+        match &self.mass {
+            Mass::Rigid(body) => EndBody::next_break(&**body, t),
+            Mass::Point(body) => body.next_break(t),
+        }
+    }
+
+    /// The pose moved by the body's own velocities: turned about the reference point, then shifted, along a groove as its
+    /// parameter says.
+    pub fn moved(&self, pose: &Isometry3<f64>, own: &[f64]) -> Isometry3<f64> {
+        let mut moved = *pose;
+        let (turn, shift) = own.split_at(self.turnings());
+        match &self.groove {
+            None => moved.translation.vector += Vector3::from_column_slice(shift),
+            Some(groove) => {
+                let phi = groove.nearest(&pose.translation.vector);
+                let further = phi + shift[0] / groove.at(phi)[1].norm();
+                moved.translation.vector = groove.at(further)[0];
+            }
+        }
+        if self.turns() {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(turn));
+            moved.rotation = turn * moved.rotation;
+            moved.rotation.renormalize();
+        }
+        moved
+    }
+}
+
+/// What a groove does.
+struct Held {
+    /// phi''.
+    along: f64,
+    /// The force of the groove.
+    force: Vector3<f64>,
+    /// The acceleration of the reference point, and of the spin.
+    acceleration: Vector6<f64>,
+}

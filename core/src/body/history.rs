@@ -1,0 +1,269 @@
+//! Scalar histories f(t), from which loads in time and motions of the clamp are made.
+
+use super::spline::RestSpline;
+use crate::error::{Error, Result};
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+use std::sync::Arc;
+
+/// A scalar function of time, with its first two derivatives and its breaks.
+///
+/// A break is a time at which some derivative jumps, or near which the function does something that a long step would not
+/// see. Runs end a step at every break, so that no kink lies inside a step and no pulse is passed over.
+///
+/// It is plain data, as scenes write it; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers that make
+/// no function.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum History {
+    /// f, the same at all times.
+    Constant(f64),
+    /// A linear growth.
+    Ramp(Ramp),
+    /// A raised cosine.
+    Pulse(Pulse),
+    /// Rows \[t, f\] of growing times, at least one: linear between them, constant before the first and after the last.
+    Table(Vec<[f64; 2]>),
+    /// Any function.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    Custom(Custom),
+    /// f = rate t.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Rate {
+        /// The rate.
+        rate: f64,
+    },
+    /// A sine.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Sine(Sine),
+}
+
+/// amplitude sin(2 pi frequency t + phase).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Sine {
+    /// Amplitude, of either sign.
+    pub amplitude: f64,
+    /// Frequency, cycles per time. At 0 the value is constant, amplitude sin(phase).
+    pub frequency: f64,
+    /// Phase in radians.
+    pub phase: f64,
+}
+
+/// Growth from `from` before `start` to `to` after `until`. Kinks at both times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Ramp {
+    /// Value before.
+    pub from: f64,
+    /// Value after.
+    pub to: f64,
+    /// When it begins to grow.
+    pub start: f64,
+    /// When it has grown, > `start`.
+    pub until: f64,
+}
+
+/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2. Its integral is amplitude width/2. f and f' are
+/// continuous, f'' jumps where it begins and ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Pulse {
+    /// Time of its middle.
+    pub at: f64,
+    /// How long it lasts, > 0.
+    pub width: f64,
+    /// Its height.
+    pub amplitude: f64,
+}
+
+impl Pulse {
+    /// When it begins and ends.
+    fn times(&self) -> [f64; 2] {
+        [self.at - 0.5 * self.width, self.at + 0.5 * self.width]
+    }
+}
+
+/// A function and the times at which it breaks: [`History::custom`].
+#[derive(Clone)]
+pub struct Custom {
+    f: Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
+    breaks: Vec<f64>,
+}
+
+impl PartialEq for Custom {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.f, &other.f) && self.breaks == other.breaks
+    }
+}
+
+impl fmt::Debug for Custom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(&self.breaks).finish()
+    }
+}
+
+impl History {
+    /// amplitude sin(angular_frequency t + phase); the angular frequency in radians per unit of time.
+    pub fn sine(amplitude: f64, angular_frequency: f64, phase: f64) -> Self {
+        Self::Sine(Sine {
+            amplitude,
+            frequency: angular_frequency / TAU,
+            phase,
+        })
+    }
+
+    /// Through the points \[t, f\] with four continuous derivatives, at rest before the first and after the last.
+    ///
+    /// It is the spline of degree 5 with f' = f'' = 0 at both ends: f'' is continuous everywhere, as motions of a clamp need.
+    ///
+    /// # Errors
+    /// No point; times that do not grow; a number that is not finite.
+    pub fn smooth(points: &[[f64; 2]]) -> Result<Self> {
+        listed(points)?;
+        let spline = RestSpline::new(points).ok_or_else(|| {
+            Error::domain("a table's times lie too unevenly for a smooth curve: thin them out")
+        })?;
+        let breaks = points.iter().map(|point| point[0]).collect();
+        Ok(Self::custom(move |t| spline.at(t), breaks))
+    }
+
+    /// Any function, which gives \[f, f', f''\]; loads use f alone. `breaks` are the times, in growing order, at which it is
+    /// not smooth, and others that mark where it varies fast: a function that is flat except between two distant steps of the
+    /// motion would else go unseen.
+    pub fn custom(f: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static, breaks: Vec<f64>) -> Self {
+        let f = Arc::new(f);
+        Self::Custom(Custom { f, breaks })
+    }
+
+    /// Refuses numbers that are not finite, and times that do not grow.
+    pub(super) fn checked(self) -> Result<Self> {
+        match &self {
+            Self::Constant(value) => finite(&[("constant", *value)]),
+            Self::Rate { rate } => finite(&[("rate", *rate)]),
+            Self::Sine(sine) => finite(&[
+                ("amplitude", sine.amplitude),
+                ("frequency", sine.frequency),
+                ("phase", sine.phase),
+            ]),
+            Self::Ramp(ramp) => finite(&[("from", ramp.from), ("to", ramp.to)])
+                .and_then(|()| growing("a ramp", &[ramp.start, ramp.until])),
+            Self::Pulse(pulse) => finite(&[("amplitude", pulse.amplitude)])
+                .and_then(|()| growing("a pulse", &pulse.times())),
+            Self::Table(rows) => listed(rows),
+            Self::Custom(custom) => growing("breaks", &custom.breaks),
+        }?;
+        Ok(self)
+    }
+
+    /// f(t).
+    #[inline]
+    pub fn at(&self, t: f64) -> f64 {
+        match self {
+            Self::Sine(sine) => sine.amplitude * (TAU * sine.frequency * t + sine.phase).sin(),
+            _ => self.with_rates(t)[0],
+        }
+    }
+
+    /// \[f, f', f''\] at t; at a break where they jump, from one side.
+    pub fn with_rates(&self, t: f64) -> [f64; 3] {
+        match self {
+            Self::Constant(value) => [*value, 0.0, 0.0],
+            Self::Rate { rate } => [*rate * t, *rate, 0.0],
+            Self::Sine(sine) => {
+                let (a, w) = (sine.amplitude, TAU * sine.frequency);
+                let (sin, cos) = (w * t + sine.phase).sin_cos();
+                [a * sin, a * w * cos, -a * w * w * sin]
+            }
+            Self::Ramp(ramp) => line(t, &[[ramp.start, ramp.from], [ramp.until, ramp.to]]),
+            Self::Pulse(pulse) => {
+                let [start, end] = pulse.times();
+                if !(start < t && t < end) {
+                    return [0.0; 3];
+                }
+                let (a, w) = (pulse.amplitude, 2.0 * PI / (end - start));
+                let half = (0.5 * w * (t - start)).sin();
+                let (sin, cos) = (w * (t - start)).sin_cos();
+                [a * half * half, 0.5 * a * w * sin, 0.5 * a * w * w * cos]
+            }
+            Self::Table(rows) => line(t, rows),
+            Self::Custom(custom) => (custom.f)(t),
+        }
+    }
+
+    /// The first break after `t`; infinite if none is left.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let first = |times: &[f64]| {
+            let next = times.partition_point(|s| *s <= t);
+            times.get(next).copied().unwrap_or(f64::INFINITY)
+        };
+        match self {
+            Self::Constant(_) | Self::Rate { .. } | Self::Sine(_) => f64::INFINITY,
+            Self::Ramp(ramp) => first(&[ramp.start, ramp.until]),
+            Self::Pulse(pulse) => {
+                let [start, end] = pulse.times();
+                first(&[start, pulse.at, end])
+            }
+            Self::Table(rows) => {
+                let next = rows.partition_point(|row| row[0] <= t);
+                rows.get(next).map_or(f64::INFINITY, |row| row[0])
+            }
+            Self::Custom(custom) => first(&custom.breaks),
+        }
+    }
+
+    /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be a blow. A custom
+    /// function is trusted.
+    pub fn is_smooth(&self) -> bool {
+        !matches!(self, Self::Ramp(_) | Self::Pulse(_) | Self::Table(_))
+    }
+}
+
+/// Linear between rows of growing times, constant before and after.
+fn line(t: f64, rows: &[[f64; 2]]) -> [f64; 3] {
+    let after = rows.partition_point(|row| row[0] <= t);
+    match (rows.get(after.wrapping_sub(1)), rows.get(after)) {
+        (Some(a), Some(b)) => {
+            let slope = (b[1] - a[1]) / (b[0] - a[0]);
+            [a[1] + slope * (t - a[0]), slope, 0.0]
+        }
+        (Some(end), None) | (None, Some(end)) => [end[1], 0.0, 0.0],
+        (None, None) => [0.0; 3],
+    }
+}
+
+fn finite(numbers: &[(&str, f64)]) -> Result<()> {
+    match numbers.iter().find(|(_, x)| !x.is_finite()) {
+        Some((name, x)) => Err(Error::domain(format!(
+            "{name} = {x} of a history in time must be finite"
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn growing(what: &str, times: &[f64]) -> Result<()> {
+    let sound = times.iter().all(|t| t.is_finite()) && times.is_sorted_by(|a, b| a < b);
+    if sound {
+        return Ok(());
+    }
+    Err(Error::domain(format!(
+        "the times {times:?} of {what} must be finite, each later than the one before"
+    )))
+}
+
+fn listed(points: &[[f64; 2]]) -> Result<()> {
+    if points.is_empty() {
+        return Err(Error::domain("a table needs at least one point [t, f]"));
+    }
+    for pair in points.windows(2) {
+        growing("a table", &[pair[0][0], pair[1][0]])?;
+    }
+    for point in points {
+        finite(&[("time", point[0]), ("value", point[1])])?;
+    }
+    Ok(())
+}

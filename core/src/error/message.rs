@@ -1,0 +1,195 @@
+//! What an error says: words, and numbers that know what they measure, so that a scene tells them in its own units.
+
+use std::fmt;
+
+/// What a number measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// A number without a unit: a stretch, an angle, a share.
+    Ratio,
+    /// A time.
+    Time,
+    /// A length.
+    Length,
+    /// A velocity.
+    Velocity,
+    /// An acceleration.
+    Acceleration,
+    /// An angular velocity.
+    AngularVelocity,
+    /// A rate of change, per time; a frequency.
+    Rate,
+    /// A mass times a length squared.
+    Inertia,
+    /// A force.
+    Force,
+    /// A force per time.
+    ForceRate,
+    /// A couple, or an energy.
+    Couple,
+    /// A couple per time.
+    CoupleRate,
+    /// A force per velocity.
+    Drag,
+    /// A couple per angular velocity; an angular momentum has the same.
+    RotationalDrag,
+    /// A curvature or a twist.
+    Curvature,
+    /// The rate of a curvature.
+    CurvatureRate,
+    /// A stiffness between the strains i and j of (u1, .. v3).
+    Stiffness(usize, usize),
+    /// A viscosity between them.
+    Viscosity(usize, usize),
+}
+
+impl Quantity {
+    /// That of a strain, by its place in (u1, u2, u3, v1, v2, v3).
+    pub(crate) fn of_strain(i: usize) -> Self {
+        if i < 3 { Self::Curvature } else { Self::Ratio }
+    }
+
+    /// That of a part of (angular velocity, velocity).
+    pub(crate) fn of_twist(i: usize) -> Self {
+        if i < 3 {
+            Self::AngularVelocity
+        } else {
+            Self::Velocity
+        }
+    }
+
+    /// The unit of the rod, as it is written: of its length L, its bending stiffness EI and the mass it carries.
+    fn of_rod(self) -> &'static str {
+        match self {
+            Self::Force => "EI/L^2",
+            Self::Couple => "EI/L",
+            _ => "",
+        }
+    }
+}
+
+/// Units for messages: what one unit of the rod is in them, and their symbol.
+pub type InUnits<'a> = &'a dyn Fn(Quantity) -> (f64, &'static str);
+
+/// Words and numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Message(Vec<Part>);
+
+#[derive(Debug, Clone, PartialEq)]
+enum Part {
+    Words(String),
+    /// A number, rounded to so many digits.
+    Number(f64, Quantity, usize),
+    List(Vec<(f64, Quantity)>),
+}
+
+/// Digits of a number, which are what a reader compares, and of one whose size alone matters.
+const DIGITS: usize = 6;
+const ROUGH: usize = 2;
+
+impl Message {
+    /// Goes on with words.
+    pub fn words(mut self, words: impl Into<String>) -> Self {
+        self.0.push(Part::Words(words.into()));
+        self
+    }
+
+    /// Goes on with a number in units of the rod.
+    pub fn number(mut self, value: f64, of: Quantity) -> Self {
+        self.0.push(Part::Number(value, of, DIGITS));
+        self
+    }
+
+    /// Goes on with a number of which the size alone matters.
+    pub fn size(mut self, value: f64, of: Quantity) -> Self {
+        self.0.push(Part::Number(value, of, ROUGH));
+        self
+    }
+
+    /// Goes on with numbers in brackets; `of` says what the one at a place measures.
+    pub fn list(mut self, values: &[f64], of: impl Fn(usize) -> Quantity) -> Self {
+        let values = values.iter().enumerate();
+        let list = values.map(|(i, x)| (*x, of(i))).collect();
+        self.0.push(Part::List(list));
+        self
+    }
+
+    /// Goes on with another message.
+    pub fn then(mut self, other: Self) -> Self {
+        self.0.extend(other.0);
+        self
+    }
+
+    /// The same with all numbers in these units, for good.
+    #[must_use]
+    pub fn in_units(&self, units: InUnits<'_>) -> Self {
+        self.told(units).into()
+    }
+
+    fn told(&self, units: InUnits<'_>) -> String {
+        self.0.iter().map(|part| part.told(units)).collect()
+    }
+}
+
+impl Part {
+    fn told(&self, units: InUnits<'_>) -> String {
+        let number = |value: f64, of, digits| {
+            let (size, symbol) = units(of);
+            (rounded(value * size, digits), symbol)
+        };
+        match self {
+            Self::Words(words) => words.clone(),
+            Self::Number(value, of, digits) => spaced(number(*value, *of, *digits)),
+            Self::List(list) => {
+                let numbers = list.iter().map(|(value, of)| number(*value, *of, DIGITS));
+                let numbers: Vec<(String, &str)> = numbers.collect();
+                let common = numbers.first().map_or("", |(_, symbol)| symbol);
+                let same = numbers.iter().all(|(_, symbol)| *symbol == common);
+                let each = |(text, symbol): &(String, &'static str)| match same {
+                    true => text.clone(),
+                    false => spaced((text.clone(), symbol)),
+                };
+                let texts: Vec<String> = numbers.iter().map(each).collect();
+                let list = format!("[{}]", texts.join(", "));
+                spaced((list, if same { common } else { "" }))
+            }
+        }
+    }
+}
+
+/// A number, or a list of them, and its unit.
+fn spaced((text, symbol): (String, &str)) -> String {
+    match symbol {
+        "" => text,
+        _ => format!("{text} {symbol}"),
+    }
+}
+
+/// A number rounded to so many digits, with an exponent where it is very small or large.
+fn rounded(x: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
+    if x == 0.0 || !x.is_finite() || (1e-3..1e6).contains(&x.abs()) {
+        format!("{}", rounded + 0.0)
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
+impl From<String> for Message {
+    fn from(words: String) -> Self {
+        Self(vec![Part::Words(words)])
+    }
+}
+
+impl From<&str> for Message {
+    fn from(words: &str) -> Self {
+        words.to_owned().into()
+    }
+}
+
+/// In units of the rod.
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.told(&|of| (1.0, of.of_rod())))
+    }
+}

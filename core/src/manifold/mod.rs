@@ -1,0 +1,347 @@
+//! The equilibrium manifold: a global chart q with smooth pose, force, energy and shape on it.
+//!
+//! Do not ask "given the pose, what is the force?" (many answers, and folds where answers merge);
+//! ask "given q, what are pose and force?". Everything that follows, folds, index, inversion,
+//! motion, jumps, is written once over this map (theory 1: q -> g(q), w(q), U(q), dU = -w . dg).
+
+pub mod truss;
+
+use crate::error::{Error, Result};
+use nalgebra::{SMatrix, SVector};
+
+/// All that the chart gives at one point, for a chart and a pose of dimension `N`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ManifoldPoint<const N: usize> {
+    /// Pose of the body, g(q).
+    pub pose: SVector<f64, N>,
+    /// Force of the rod on the body; -dU/dpose.
+    pub force: SVector<f64, N>,
+    /// Stored energy U(q).
+    pub energy: f64,
+    /// d pose / d q; singular at a fold.
+    pub jacobian: SMatrix<f64, N, N>,
+    /// The size of det(jacobian) below which a motion should slow its own time (> 0): small where
+    /// the chart is stretched, so that bounces and folds are crossed in steps of equal effort.
+    pub pace: f64,
+}
+
+/// Which sheet a point lies on: the number of interior zeros of the rod's couple (or the model's
+/// own count of branches) and a sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Sheet {
+    /// Mode, 0, 1, 2, ...
+    pub mode: u32,
+    /// The sign that tells the two sheets of a mode apart.
+    pub sign: Sign,
+}
+
+/// + or -.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub enum Sign {
+    /// +
+    #[cfg_attr(feature = "serde", serde(rename = "+"))]
+    Plus,
+    /// -
+    #[cfg_attr(feature = "serde", serde(rename = "-"))]
+    Minus,
+}
+
+impl Sign {
+    /// The sign of `x`; zero counts as plus.
+    pub fn of(x: f64) -> Self {
+        if x < 0.0 { Self::Minus } else { Self::Plus }
+    }
+
+    /// +1 or -1.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Plus => 1.0,
+            Self::Minus => -1.0,
+        }
+    }
+
+    /// "+" or "-".
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Plus => "+",
+            Self::Minus => "-",
+        }
+    }
+}
+
+impl std::fmt::Display for Sheet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "S_{}^{}", self.mode, self.sign.as_str())
+    }
+}
+
+/// The chart in which a motion is followed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Patch {
+    /// The global one, that of `q` everywhere else.
+    #[default]
+    Global,
+    /// One of the neighbourhood of a state onto which the global chart collapses, on one side of it.
+    Near(Sign),
+}
+
+/// An equilibrium manifold with a chart and poses of dimension `N`.
+pub trait EquilibriumManifold<const N: usize> {
+    /// Pose, force, energy and Jacobian at `q`; None outside the chart.
+    fn point(&self, q: &SVector<f64, N>) -> Option<ManifoldPoint<N>>;
+
+    /// Morse index of the stored energy with the pose held: 0 is stable.
+    ///
+    /// # Errors
+    /// `q` outside the chart.
+    fn index(&self, q: &SVector<f64, N>) -> Result<usize>;
+
+    /// What leads from the pose of `at` to `pose`, in the terms of the Jacobian's rows: their difference, unless poses
+    /// hold rotations.
+    fn gap(&self, at: &ManifoldPoint<N>, pose: &SVector<f64, N>) -> SVector<f64, N> {
+        pose - at.pose
+    }
+}
+
+/// A manifold on which a body can jump: what its motion asks beyond the chart.
+pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
+    /// The sheet on which `q` lies.
+    fn sheet(&self, q: &SVector<f64, N>) -> Sheet;
+
+    /// lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces; None elsewhere, and in
+    /// models that have no taut state.
+    fn tautness(&self, _patch: Patch, _q: &SVector<f64, N>) -> Option<f64> {
+        None
+    }
+
+    /// The chart in which a motion should go on that has come to the place `q` of `patch`.
+    fn better_patch(&self, _patch: Patch, _q: &SVector<f64, N>) -> Patch {
+        Patch::Global
+    }
+
+    /// The place in the chart `to` of what lies at `q` in the chart `from`. Changes of chart keep the sign of det(jacobian).
+    fn carried(&self, q: &SVector<f64, N>, _from: Patch, _to: Patch) -> SVector<f64, N> {
+        *q
+    }
+
+    /// As [`EquilibriumManifold::point`], in the chart `patch`.
+    fn point_in(&self, _patch: Patch, q: &SVector<f64, N>) -> Option<ManifoldPoint<N>> {
+        self.point(q)
+    }
+
+    /// Asks whether double precision holds a motion at `q`.
+    ///
+    /// # Errors
+    /// Why not.
+    fn resolved(&self, _q: &SVector<f64, N>) -> Result<()> {
+        Ok(())
+    }
+
+    /// Every stable equilibrium at `pose`, by energy, lowest first.
+    ///
+    /// # Errors
+    /// A pose that no equilibrium has, or a search that could not be completed.
+    fn stable_at(&self, pose: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>>;
+
+    /// The one stable equilibrium beside the fold `q` at its pose, where more is known of `q` than the digits of the pose hold.
+    fn only_landing(&self, _q: &SVector<f64, N>) -> Option<SVector<f64, N>> {
+        None
+    }
+
+    /// Every stable equilibrium at the pose of the fold `q` but the fold itself, by energy, lowest first.
+    ///
+    /// # Errors
+    /// As [`Multivalued::stable_at`].
+    fn stable_beside(&self, q: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>> {
+        if let Some(landed) = self.only_landing(q) {
+            return Ok(vec![landed]);
+        }
+        let outside = || Error::domain("the fold lies outside the chart");
+        let mut stable = self.stable_at(&self.point(q).ok_or_else(outside)?.pose)?;
+        // Rounding may leave a twin of the fold among them.
+        stable.retain(|other| (other - q).norm() > 1e-4 * (1.0 + q.norm()));
+        Ok(stable)
+    }
+
+    /// Where the rod settles when, with the body held, it leaves the equilibrium `q` (at a fold, or
+    /// unstable) in the chart direction `leaving`: the fast viscous layer.
+    ///
+    /// # Errors
+    /// A layer that does not settle.
+    fn settle(&self, q: &SVector<f64, N>, leaving: &SVector<f64, N>) -> Result<SVector<f64, N>>;
+}
+
+/// (det A, adj(A) v): the Cramer product, smooth through det A = 0.
+///
+/// Closed form for N <= 2; beyond, LU with complete pivoting, which leaves a single small pivot at a
+/// simple fold and never divides by it.
+#[inline]
+pub fn adjugate_times<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    v: &SVector<f64, N>,
+) -> (f64, SVector<f64, N>) {
+    let mut x = *v;
+    match N {
+        1 => (a[(0, 0)], x),
+        2 => {
+            x[0] = a[(1, 1)] * v[0] - a[(0, 1)] * v[1];
+            x[1] = a[(0, 0)] * v[1] - a[(1, 0)] * v[0];
+            (a[(0, 0)] * a[(1, 1)] - a[(0, 1)] * a[(1, 0)], x)
+        }
+        _ => adjugate_times_pivoted(a, v),
+    }
+}
+
+fn adjugate_times_pivoted<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    v: &SVector<f64, N>,
+) -> (f64, SVector<f64, N>) {
+    let (mut u, mut b) = (*a, *v);
+    let mut columns: [usize; N] = std::array::from_fn(|i| i);
+    let mut sign = 1.0;
+    for k in 0..N {
+        let (mut row, mut column) = (k, k);
+        for i in k..N {
+            for j in k..N {
+                if u[(i, j)].abs() > u[(row, column)].abs() {
+                    (row, column) = (i, j);
+                }
+            }
+        }
+        if row != k {
+            u.swap_rows(k, row);
+            b.swap_rows(k, row);
+            sign = -sign;
+        }
+        if column != k {
+            u.swap_columns(k, column);
+            columns.swap(k, column);
+            sign = -sign;
+        }
+        if u[(k, k)] == 0.0 {
+            break;
+        }
+        for i in k + 1..N {
+            let factor = u[(i, k)] / u[(k, k)];
+            for j in k..N {
+                let below = factor * u[(k, j)];
+                u[(i, j)] -= below;
+            }
+            b[i] -= factor * b[k];
+        }
+    }
+    let leading: f64 = sign * (0..N - 1).map(|k| u[(k, k)]).product::<f64>();
+    let det = leading * u[(N - 1, N - 1)];
+    let mut x = SVector::<f64, N>::zeros();
+    if leading == 0.0 {
+        return (0.0, x);
+    }
+    let mut y = b * det;
+    y[N - 1] = leading * b[N - 1];
+    for i in (0..N - 1).rev() {
+        for j in i + 1..N {
+            y[i] -= u[(i, j)] * y[j];
+        }
+        y[i] /= u[(i, i)];
+    }
+    for k in 0..N {
+        x[columns[k]] = y[k];
+    }
+    (det, x)
+}
+
+/// The chart direction that leaves the pose unchanged to first order at a fold: the column of
+/// adj(jacobian) of greatest length, of unit length. Its sign is arbitrary.
+///
+/// # Errors
+/// A Jacobian of rank below N - 1 (no simple fold).
+pub fn fold_kernel<const N: usize>(jacobian: &SMatrix<f64, N, N>) -> Result<SVector<f64, N>> {
+    let mut best = SVector::<f64, N>::zeros();
+    for i in 0..N {
+        let mut unit = SVector::<f64, N>::zeros();
+        unit[i] = 1.0;
+        let (_, column) = adjugate_times(jacobian, &unit);
+        if column.norm() > best.norm() {
+            best = column;
+        }
+    }
+    let length = best.norm();
+    if !(length > 0.0) {
+        return Err(Error::no_convergence(
+            "the Jacobian of the pose has lost more than one rank here; this is no simple fold",
+        ));
+    }
+    Ok(best / length)
+}
+
+/// How a warm-started inversion ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverted<const N: usize> {
+    /// The chart point.
+    pub q: SVector<f64, N>,
+    /// |g(q) - pose|.
+    pub residual: f64,
+    /// Points evaluated.
+    pub evaluations: usize,
+}
+
+/// The equilibrium near `guess` at `pose`: Newton's method in the chart with step halving.
+///
+/// From a neighbouring point of a motion it takes two to four evaluations.
+///
+/// # Errors
+/// No convergence within 60 evaluations; the message says where the iteration stood.
+pub fn invert_near<const N: usize>(
+    manifold: &impl EquilibriumManifold<N>,
+    pose: &SVector<f64, N>,
+    guess: &SVector<f64, N>,
+    tolerance: f64,
+) -> Result<Inverted<N>> {
+    const LIMIT: usize = 60;
+    let outside = || {
+        Error::domain(format!(
+            "the guess {:?} lies outside the chart",
+            guess.as_slice()
+        ))
+    };
+    let mut q = *guess;
+    let mut at = manifold.point(&q).ok_or_else(outside)?;
+    let mut evaluations = 1;
+    let mut residual = manifold.gap(&at, pose).norm();
+    while residual > tolerance && evaluations < LIMIT {
+        let (det, scaled) = adjugate_times(&at.jacobian, &manifold.gap(&at, pose));
+        let full = scaled / det;
+        let mut fraction = 1.0;
+        let mut moved = false;
+        while evaluations < LIMIT && fraction > 1e-6 {
+            let trial = q + full * fraction;
+            evaluations += 1;
+            if let Some(there) = manifold.point(&trial) {
+                let r = manifold.gap(&there, pose).norm();
+                if r < residual {
+                    (q, at, residual, moved) = (trial, there, r, true);
+                    break;
+                }
+            }
+            fraction *= 0.5;
+        }
+        if !moved {
+            break;
+        }
+    }
+    // Rounding sets a floor: the pose itself is only known to a few ulp.
+    if !(residual <= tolerance.max(8.0 * f64::EPSILON * (1.0 + pose.norm()))) {
+        return Err(Error::no_convergence(format!(
+            "no equilibrium found near q = {:?}: the pose is still off by {residual:.3e} after {evaluations} evaluations; \
+             start from a nearer point, or search for all equilibria at the pose",
+            q.as_slice()
+        )));
+    }
+    Ok(Inverted {
+        q,
+        residual,
+        evaluations,
+    })
+}

@@ -1,0 +1,11 @@
+//! Pure kernels: no state, nothing that knows of rods; only [`gauss`] allocates, once a rule.
+
+pub(crate) mod carlson;
+mod domain;
+pub mod elliptic;
+pub mod gauss;
+pub mod jacobi;
+pub mod order;
+pub mod se3;
+
+pub use domain::DomainError;

@@ -1,0 +1,528 @@
+//! A run: motion on a sheet, snap at the fold, motion on the next sheet, as an iterator.
+
+use super::drive::Motion;
+use super::event::{Bounce, Event, Outcome};
+use super::ledger::Ledger;
+use super::options::Options;
+use super::sheet::{OnSheet, Phase, Progress};
+use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
+use super::start::{Departure, depart};
+use super::state::{Seen, State};
+use super::straight::Opening;
+use crate::body::Body;
+use crate::elastica::Elastica;
+use crate::error::{Cause, Error, Result};
+use crate::manifold::{Multivalued, Patch, Sheet};
+use crate::solve::cost::Cost;
+use nalgebra::{DVector, SVector, Vector2};
+
+/// The state of a run at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<const N: usize> {
+    /// Time, chart point, velocity.
+    pub phase: Phase<N>,
+    /// Pose.
+    pub pose: SVector<f64, N>,
+    /// Force of the rod on the body.
+    pub force: SVector<f64, N>,
+    /// Sheet.
+    pub sheet: Sheet,
+    /// Morse index.
+    pub index: usize,
+    /// Ledger.
+    pub ledger: Ledger,
+}
+
+/// Steps between two looks at the pace of a run.
+const STRETCH: u64 = 50_000;
+/// A run that would need this many times its most steps is ended at the first look ...
+const ENDLESS: f64 = 1000.0;
+/// ... and one that would need more than twice as many after so many looks in a row: a mass that passes the straight rod by
+/// takes up to a million steps for it.
+const PATIENCE: u32 = 30;
+
+/// The state at a time before the motion's first.
+type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<Phase<N>> + 'a>;
+
+/// A run in progress.
+pub struct Run<'a, M, const N: usize> {
+    manifold: &'a M,
+    body: &'a Body<N>,
+    options: Options,
+    motion: OnSheet<'a, M, N>,
+    index: usize,
+    snapped: f64,
+    snaps: u64,
+    past: Cost,
+    pending: Option<f64>,
+    /// While the rod is taut: true if the body still moves outward.
+    outward: Option<bool>,
+    /// An event of the last step that is to be told.
+    found: Option<Event>,
+    /// The state just before the last snap.
+    before_snap: Option<Sample<N>>,
+    stopped: bool,
+    interrupted: bool,
+    /// The state it was asked to start from.
+    given: Phase<N>,
+    /// The pose there, where the chart has it only to rounding: of the straight rod.
+    given_pose: Option<SVector<f64, N>>,
+    /// States before the motion's first, back to the time given: see [`Run::straight`].
+    early: Option<Early<'a, N>>,
+    /// True once the step over them was told.
+    announced: bool,
+    /// Steps and time when the pace was last judged.
+    milestone: (u64, f64),
+    /// Looks in a row at which the end was out of reach.
+    slow_looks: u32,
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
+    /// A run from the chart point `q` with velocity `v` at time 0. A start on a fold moves off it to
+    /// the stable side if it can, and snaps at once if it cannot.
+    ///
+    /// # Errors
+    /// A start outside the chart, or a velocity that is not finite.
+    pub fn new(
+        manifold: &'a M,
+        body: &'a Body<N>,
+        q: SVector<f64, N>,
+        v: SVector<f64, N>,
+        options: Options,
+    ) -> Result<Self> {
+        let zero = Phase {
+            q,
+            v,
+            t: 0.0,
+            work: 0.0,
+            drag_loss: 0.0,
+        };
+        Self::start(manifold, body, zero, options, 0.0, 0)
+    }
+
+    fn start(
+        manifold: &'a M,
+        body: &'a Body<N>,
+        phase: Phase<N>,
+        options: Options,
+        snapped: f64,
+        snaps: u64,
+    ) -> Result<Self> {
+        if !phase.v.iter().all(|v| v.is_finite()) {
+            return Err(Error::domain(format!(
+                "the velocity {:?} must be finite",
+                phase.v.as_slice()
+            )));
+        }
+        manifold.resolved(&phase.q)?;
+        let given = phase;
+        let departure = depart(manifold, body, &phase)?;
+        let (phase, orientation, index, pending) = match departure {
+            Departure::Regular { orientation } => {
+                (phase, orientation, manifold.index(&phase.q)?, None)
+            }
+            Departure::FromFold {
+                phase,
+                orientation,
+                index,
+            } => (phase, orientation, index, None),
+            Departure::Snap { index } => {
+                (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
+            }
+        };
+        let mut run = Self {
+            manifold,
+            body,
+            options,
+            motion: OnSheet::new(manifold, body, phase, orientation, options.tolerance)?,
+            index,
+            snapped,
+            snaps,
+            past: Cost::default(),
+            pending,
+            outward: None,
+            found: None,
+            before_snap: None,
+            stopped: false,
+            interrupted: false,
+            given,
+            given_pose: None,
+            early: None,
+            announced: false,
+            milestone: (0, phase.t),
+            slow_looks: 0,
+        };
+        run.outward = run.motion.moves_outward();
+        Ok(run)
+    }
+
+    /// The run that follows from `snap`, one of those of [`Outcome::Branched`].
+    ///
+    /// # Errors
+    /// A snap that is not of this run's manifold.
+    pub fn branch(&self, snap: &Snap) -> Result<Self> {
+        if snap.to.q.len() != N {
+            return Err(Error::domain(format!(
+                "the snap lands at the chart point {:?}, which is none of this manifold",
+                snap.to.q.as_slice()
+            )));
+        }
+        let phase = Phase {
+            q: SVector::from_column_slice(snap.to.q.as_slice()),
+            ..self.motion.phase()
+        };
+        Self::start(
+            self.manifold,
+            self.body,
+            phase,
+            self.options,
+            self.snapped + snap.released,
+            self.snaps + 1,
+        )
+    }
+
+    /// The state now.
+    pub fn now(&self) -> Sample<N> {
+        self.describe(self.motion.phase())
+    }
+
+    /// The state at a time within the last step; None outside it.
+    pub fn sample(&mut self, t: f64) -> Option<Sample<N>> {
+        let phase = match &self.early {
+            Some(early) => early(t)?,
+            None => self.motion.at(t)?,
+        };
+        Some(self.describe(phase))
+    }
+
+    /// The state that the run was given, which may lie a first small step before its motion: see
+    /// [`Run::new`] on starts at folds.
+    pub fn given(&self) -> Sample<N> {
+        let given = self.describe(self.given);
+        Sample {
+            pose: self.given_pose.unwrap_or(given.pose),
+            ..given
+        }
+    }
+
+    /// Time now.
+    pub fn time(&self) -> f64 {
+        self.motion.time()
+    }
+
+    /// End of time.
+    pub fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    /// Ends the run at its next step, with [`Outcome::Interrupted`].
+    pub fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        self.past + self.motion.cost()
+    }
+
+    /// Snaps so far.
+    pub fn snaps(&self) -> u64 {
+        self.snaps
+    }
+
+    fn describe(&self, phase: Phase<N>) -> Sample<N> {
+        let at = self
+            .manifold
+            .point(&phase.q)
+            .expect("every state of a run lies in the chart");
+        Sample {
+            phase,
+            pose: at.pose,
+            force: at.force,
+            sheet: self.manifold.sheet(&phase.q),
+            index: self.index,
+            ledger: Ledger::new(self.body, &at, &phase, self.snapped),
+        }
+    }
+
+    /// Looks back over the last stretch of steps: how many more, at that rate, would the run take, if too many? A mass close to the
+    /// straight rod shakes along it ever faster, without bound; but one that only passes by gets slower again.
+    fn hopeless(&mut self, steps: u64) -> Option<f64> {
+        let (before, since) = self.milestone;
+        let time = self.time();
+        self.milestone = (steps, time);
+        let per_time = (steps - before) as f64 / (time - since);
+        let needed = per_time * (self.options.duration - time);
+        let most = self.options.max_steps as f64;
+        if needed <= 2.0 * most {
+            self.slow_looks = 0;
+            return None;
+        }
+        self.slow_looks += 1;
+        if needed <= ENDLESS * most && self.slow_looks < PATIENCE {
+            return None;
+        }
+        Some(needed)
+    }
+
+    /// The bounce within the last step, if the body was turned round there: its stored energy went through a maximum on
+    /// a taut rod.
+    fn bounce(&mut self) -> Option<Bounce> {
+        let now = self.motion.moves_outward();
+        let turned = match (self.outward, now) {
+            (Some(true), Some(false) | None) | (None, Some(false)) => true,
+            (Some(false) | None, _) | (Some(true), Some(true)) => false,
+        };
+        self.outward = now;
+        if !turned {
+            return None;
+        }
+        let there = self.motion.hardest()?;
+        let lambda = self.manifold.tautness(Patch::Global, &there.q)?;
+        let at = self.manifold.point(&there.q)?;
+        Some(Bounce {
+            t: there.t,
+            pose: dynamic(&at.pose),
+            velocity: dynamic(&there.v),
+            lambda,
+            elastic: at.energy,
+            mass: self.body.mass(),
+        })
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        self.stopped = true;
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// At a fold: finds the landings and, unless the run branches, goes on from there.
+    fn snap(&mut self, time_error: f64) -> Result<Event> {
+        if self.snaps >= self.options.max_snaps {
+            return Ok(self.stop(Outcome::SnapLimit));
+        }
+        let phase = self.motion.phase();
+        let here = self.describe(phase);
+        let (landed, choices) = landings(self.manifold, &phase.q, self.options.landing)?;
+        let mut snaps = Vec::with_capacity(landed.len());
+        for &q in &landed {
+            let elastic = self
+                .manifold
+                .point(&q)
+                .ok_or_else(|| Error::domain("a landing outside the chart"))?
+                .energy;
+            snaps.push(Snap {
+                t: phase.t,
+                time_error,
+                pose: dynamic(&here.pose),
+                velocity: dynamic(&phase.v),
+                from: SnapEnd {
+                    q: dynamic(&phase.q),
+                    sheet: Some(here.sheet),
+                    index: self.index,
+                    elastic: here.ledger.elastic,
+                },
+                to: SnapEnd {
+                    q: dynamic(&q),
+                    sheet: Some(self.manifold.sheet(&q)),
+                    index: self.manifold.index(&q)?,
+                    elastic,
+                },
+                released: here.ledger.elastic - elastic,
+                rod: 0,
+                choices,
+            });
+        }
+        if snaps.is_empty() {
+            return Ok(self.stop(Outcome::NoStableEquilibrium));
+        }
+        if self.options.landing == LandingRule::All {
+            return Ok(self.stop(Outcome::Branched(snaps)));
+        }
+        let (snap, q) = (snaps.swap_remove(0), landed[0]);
+        self.before_snap = Some(here);
+        self.past = self.cost();
+        self.snapped += snap.released;
+        self.snaps += 1;
+        self.index = snap.to.index;
+        self.motion = OnSheet::new(
+            self.manifold,
+            self.body,
+            Phase { q, ..phase },
+            orientation(self.manifold, &q)?,
+            self.options.tolerance,
+        )?;
+        self.outward = self.motion.moves_outward();
+        Ok(Event::Snap(snap))
+    }
+}
+
+fn dynamic<const N: usize>(v: &SVector<f64, N>) -> DVector<f64> {
+    DVector::from_column_slice(v.as_slice())
+}
+
+impl<'a> Run<'a, Elastica, 2> {
+    /// A run of the straight rod let go at (1, 0) with a velocity across it, by its own start (see `straight.rs`).
+    ///
+    /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads, and is then the only one
+    /// whose pull stays bounded as t -> 0.
+    ///
+    /// # Errors
+    /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the straight rod is
+    /// unstable; a pull above 3600 EI/L^2.
+    pub fn straight(body: &'a Body<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
+        let opening = Opening::new(body, v, options.duration)?;
+        let state = |t: f64| {
+            opening.at(t).ok_or_else(|| {
+                Error::no_convergence("the start from the straight rod has no shape")
+            })
+        };
+        let first = state(opening.until)?;
+        let given = Phase { v, ..state(0.0)? };
+        let mut run = Self::start(&Elastica, body, first, options, 0.0, 0)?;
+        run.given = given;
+        run.given_pose = Some(Vector2::new(1.0, 0.0));
+        run.early = Some(Box::new(move |t| opening.at(t)));
+        Ok(run)
+    }
+}
+
+/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the straight rod, behind the one trait of
+/// all motions: whoever asks for one here compiles none again.
+///
+/// # Errors
+/// As [`Run::new`] and [`Run::straight`].
+pub fn on_elastica<'a>(
+    body: &'a Body<2>,
+    from: Option<Vector2<f64>>,
+    v: Vector2<f64>,
+    options: Options,
+) -> Result<Box<dyn Motion<'a> + 'a>> {
+    let run = match from {
+        Some(q) => Run::new(&Elastica, body, q, v, options)?,
+        None => Run::straight(body, v, options)?,
+    };
+    Ok(Box::new(run))
+}
+
+impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        if self.stopped {
+            return None;
+        }
+        if let Some(event) = self.found.take() {
+            return Some(event);
+        }
+        if self.interrupted {
+            return Some(self.stop(Outcome::Interrupted));
+        }
+        if let Some(time_error) = self.pending.take() {
+            return Some(self.snap(time_error).unwrap_or_else(|e| {
+                self.stuck(
+                    Cause::Failed(e.context("the snap")),
+                    "change the start a little, or the landing rule",
+                )
+            }));
+        }
+        let from = self.time();
+        if self.early.is_some() && !self.announced {
+            self.announced = true;
+            return Some(Event::Step {
+                from: self.given.t,
+                to: from,
+            });
+        }
+        self.early = None;
+        if from >= self.options.duration {
+            return Some(self.stop(Outcome::EndOfTime));
+        }
+        if let Err(why) = self.motion.resolved() {
+            return Some(self.stuck(
+                Cause::Failed(why),
+                "start with a smaller |p|, less load or less speed",
+            ));
+        }
+        let steps = self.cost().steps;
+        if steps >= self.options.max_steps {
+            return Some(self.stop(Outcome::StepLimit));
+        }
+        if self.options.max_steps > 20 * STRETCH
+            && steps >= self.milestone.0 + STRETCH
+            && let Some(steps) = self.hopeless(steps)
+        {
+            return Some(self.stuck(
+                Cause::TooSlow { steps },
+                "the motion's own time has become too short for the time asked. A mass under an enormous load shakes so, and one at a \
+                 distance d from the straight rod, along the rod and with a period of about d/2 (in units of the rod): start from the \
+                 straight rod itself under a load across (rest = \"straight\"), or from one that is bent more (kappa or position in \
+                 [start]); or end earlier, or raise max_steps",
+            ));
+        }
+        let Some(progress) = self.motion.step(self.options.duration) else {
+            let cause = Cause::StepCollapsed {
+                next: self.motion.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return Some(self.stuck(
+                cause,
+                "the motion runs into a singular point of the model (for the elastica the straight rod, at full length along the \
+                 clamp): start from another pose or velocity",
+            ));
+        };
+        if let Progress::Fold { time_error } = progress {
+            self.pending = Some(time_error);
+        }
+        self.found = self.bounce().map(Event::Bounce);
+        Some(Event::Step {
+            from,
+            to: self.time(),
+        })
+    }
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> Motion<'a> for Run<'a, M, N>
+where
+    Sample<N>: State,
+{
+    fn advance(&mut self) -> Option<Event> {
+        self.next()
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.given()))
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.now()))
+    }
+
+    fn before_snap(&self) -> Option<Seen<'_>> {
+        self.before_snap.as_ref().map(|state| Seen::Kept(state))
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration()
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupt();
+    }
+
+    fn cost(&self) -> Cost {
+        self.cost()
+    }
+
+    fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
+        Ok(Box::new(self.branch(snap)?))
+    }
+}

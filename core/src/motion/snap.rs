@@ -1,0 +1,175 @@
+//! The jump at a fold: r and v stay, the rod falls to another equilibrium (theory 2.6).
+
+use crate::error::Result;
+use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
+use nalgebra::{DVector, SVector};
+
+/// Where a rod lands that has run out of its sheet.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum LandingRule {
+    /// Where the fast viscous layer takes it: unique at a regular fold.
+    #[default]
+    Viscous,
+    /// On the stable equilibrium of lowest energy.
+    Lowest,
+    /// On every stable equilibrium: the run branches. Like `Named` it asks nothing of energies: a landing
+    /// above the fold has a negative `released`, which no layer could bring about.
+    All,
+    /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Named(Sheet),
+    /// On the stable equilibrium that comes in this place by energy; 1 is the lowest. So landings are told apart where
+    /// equilibria have no names.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Ordered {
+        /// The place, from 1.
+        order: usize,
+    },
+}
+
+impl LandingRule {
+    /// Of the stable equilibria, by energy, those on which a rod lands: one, unless the rule is `All`; `sheet` names them. By
+    /// `Viscous` it is not chosen, and the lowest stands for it.
+    pub(super) fn chosen<T>(
+        self,
+        mut stable: Vec<T>,
+        sheet: impl Fn(&T) -> Option<Sheet>,
+    ) -> Vec<T> {
+        match self {
+            Self::All => return stable,
+            Self::Named(wanted) => stable.retain(|at| sheet(at) == Some(wanted)),
+            Self::Ordered { order } => {
+                stable.drain(..order.saturating_sub(1).min(stable.len()));
+            }
+            Self::Viscous | Self::Lowest => {}
+        }
+        stable.truncate(1);
+        stable
+    }
+}
+
+/// One end of a snap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SnapEnd {
+    /// Chart point, for the elastica (p, w).
+    pub q: DVector<f64>,
+    /// Its sheet; None in models that do not name theirs.
+    pub sheet: Option<Sheet>,
+    /// Its Morse index (for the fold itself: on the side it was reached from).
+    pub index: usize,
+    /// Stored energy.
+    pub elastic: f64,
+}
+
+/// A snap: a jump of the rod at a fold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snap {
+    /// Time.
+    pub t: f64,
+    /// Uncertainty of the time from locating the fold, without the integration's own error.
+    pub time_error: f64,
+    /// Pose, the same before and after.
+    pub pose: DVector<f64>,
+    /// Velocity, the same before and after.
+    pub velocity: DVector<f64>,
+    /// The fold.
+    pub from: SnapEnd,
+    /// The landing.
+    pub to: SnapEnd,
+    /// Energy dissipated in the layer: elastic before minus after.
+    pub released: f64,
+    /// The number of the rod that jumps, of those of an assembly; 0 of one rod.
+    pub rod: usize,
+    /// How many stable equilibria there were to choose the landing from; None of the viscous one, which is not chosen. In the
+    /// plane these are all, in space those that were found.
+    pub choices: Option<usize>,
+}
+
+/// Change of the force, relative to it, at which the two sides of a fold are told apart.
+const ASIDE: f64 = 1e-4;
+
+/// A vector along `kernel` that leads far enough from the fold `q` to tell its sides apart, and no
+/// farther than the force follows: chart lengths mean nothing where the chart is stretched, but at a
+/// fold the force must change along the kernel, for (pose, force) is an immersion.
+pub fn aside<const N: usize>(
+    manifold: &impl Multivalued<N>,
+    q: &SVector<f64, N>,
+    force: &SVector<f64, N>,
+    kernel: &SVector<f64, N>,
+) -> SVector<f64, N> {
+    let mut step = kernel * ASIDE;
+    let near = |step: &SVector<f64, N>| {
+        [q + step, q - step].iter().all(|beside| {
+            manifold
+                .point(beside)
+                .is_some_and(|p| (p.force - force).norm() <= 4.0 * ASIDE * (force.norm() + 1e-300))
+        })
+    };
+    while !near(&step) && step.norm() > 4.0 * f64::EPSILON * (1.0 + q.norm()) {
+        step *= 0.5;
+    }
+    step
+}
+
+/// The two sides of a fold: its kernel, directed to the side of higher index, and the index of the
+/// lower side.
+///
+/// # Errors
+/// No simple fold at `q`.
+pub fn fold_sides<const N: usize>(
+    manifold: &impl Multivalued<N>,
+    q: &SVector<f64, N>,
+) -> Result<(SVector<f64, N>, usize)> {
+    let at = manifold
+        .point(q)
+        .ok_or_else(|| crate::Error::domain("the fold lies outside the chart"))?;
+    let kernel = fold_kernel(&at.jacobian)?;
+    let step = aside(manifold, q, &at.force, &kernel);
+    let ahead = manifold.index(&(q + step))?;
+    let behind = manifold.index(&(q - step))?;
+    Ok(if ahead >= behind {
+        (kernel, behind)
+    } else {
+        (-kernel, ahead)
+    })
+}
+
+/// All landings that the rule allows from the degenerate equilibrium `q`, and from how many they were chosen: one, unless the
+/// rule is `All`; none if no stable equilibrium is left.
+///
+/// # Errors
+/// A layer that does not settle, or a search that fails.
+pub fn landings<const N: usize>(
+    manifold: &impl Multivalued<N>,
+    q: &SVector<f64, N>,
+    rule: LandingRule,
+) -> Result<(Vec<SVector<f64, N>>, Option<usize>)> {
+    if rule == LandingRule::Viscous {
+        let (leaving, _) = fold_sides(manifold, q)?;
+        return Ok((vec![manifold.settle(q, &leaving)?], None));
+    }
+    let stable = manifold.stable_beside(q)?;
+    let choices = stable.len();
+    let chosen = rule.chosen(stable, |other| Some(manifold.sheet(other)));
+    Ok((chosen, Some(choices)))
+}
+
+/// The sign of det at `q`: the orientation of its sheet.
+///
+/// # Errors
+/// `q` outside the chart.
+pub fn orientation<const N: usize>(
+    manifold: &impl Multivalued<N>,
+    q: &SVector<f64, N>,
+) -> Result<f64> {
+    let at = manifold
+        .point(q)
+        .ok_or_else(|| crate::Error::domain("a point outside the chart has no orientation"))?;
+    let (det, _) = adjugate_times(&at.jacobian, &SVector::zeros());
+    Ok(if det < 0.0 { -1.0 } else { 1.0 })
+}

@@ -1,0 +1,294 @@
+//! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
+
+mod branch;
+mod chart;
+mod closed_form;
+mod equilibrium;
+mod follow;
+mod free_end;
+mod index;
+mod line;
+mod manifold;
+mod others;
+mod path;
+mod planar;
+mod problem;
+mod scaled_law;
+mod starts;
+mod taut;
+mod variations;
+
+pub use branch::{RodFamily, State, Statical};
+pub use chart::{Chart, Spatial};
+pub use closed_form::ClosedForm;
+pub use equilibrium::{Equilibrium, Route};
+pub use free_end::FreeEnd;
+pub use line::Wrench;
+pub use manifold::{BallJointed, Welded};
+pub use path::{Charted, Path, Taken};
+pub use planar::Plane;
+pub use problem::{EndConditions, Problem};
+pub use taut::{Derivatives, Taut, Tip};
+
+use crate::error::{Error, Result};
+use crate::section::{Measures, Reversed, SectionLaw, Strain};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+use scaled_law::ScaledLaw;
+use std::sync::Arc;
+
+/// A rod: a section law along a length, clamped at s = 0.
+///
+/// Every quantity is in one consistent system of units of the user's choice.
+#[derive(Debug, Clone)]
+pub struct Rod {
+    length: f64,
+    stiffness: f64,
+    /// As it was given, in the user's units.
+    section: Arc<dyn SectionLaw>,
+    law: ScaledLaw,
+    clamp: Isometry3<f64>,
+}
+
+/// One section of a rod in equilibrium, in the world frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RodSection {
+    /// Arclength from the clamp, in the unloaded state.
+    pub s: f64,
+    /// Centreline.
+    pub position: Vector3<f64>,
+    /// Directors d1, d2, d3 as columns, orthonormal to rounding.
+    pub directors: Matrix3<f64>,
+    /// Couple m(s) of the part beyond on the part before.
+    pub couple: Vector3<f64>,
+    /// Force n, the same all along the rod.
+    pub force: Vector3<f64>,
+    /// Strains along the directors.
+    pub strain: Strain,
+    /// Energy stored between the clamp and here.
+    pub energy: f64,
+}
+
+/// The end of a rod with its tangent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RodEnd {
+    /// The section at s = L.
+    pub section: RodSection,
+    /// d(phi, r)(L)/d(m(0), n), phi the rotation vector of the directors, world frame.
+    pub tangent: Matrix6<f64>,
+    /// Steps along the rod.
+    pub steps: u64,
+}
+
+impl RodSection {
+    /// Position and directors.
+    pub fn pose(&self) -> Isometry3<f64> {
+        let turn = Rotation3::from_matrix_unchecked(self.directors);
+        Isometry3::from_parts(
+            self.position.into(),
+            UnitQuaternion::from_rotation_matrix(&turn),
+        )
+    }
+}
+
+impl Rod {
+    /// A rod along +z from the origin, directors along the world's axes.
+    ///
+    /// # Errors
+    /// A length that is not positive and finite; a law that cannot be inverted without load.
+    pub fn new(length: f64, law: impl SectionLaw + 'static) -> Result<Self> {
+        if !(length > 0.0 && length.is_finite()) {
+            return Err(Error::domain(format!(
+                "the length is {length}; it must be positive and finite"
+            )));
+        }
+        let law: Arc<dyn SectionLaw> = Arc::new(law);
+        let unloaded = law.inverse(0.0, &Vector6::zeros())?;
+        let c = unloaded.compliance.matrix();
+        let stiffness = 2.0 / (c[(0, 0)] + c[(1, 1)]);
+        if !(stiffness > 0.0 && stiffness.is_finite()) {
+            return Err(Error::domain(
+                "the section is rigid or limp in bending; its flexural compliance must be positive and finite",
+            ));
+        }
+        let units = Measures {
+            length,
+            stiffness,
+            time: 1.0,
+        };
+        Ok(Self {
+            length,
+            stiffness,
+            law: ScaledLaw::new(law.clone(), units)?,
+            section: law,
+            clamp: Isometry3::identity(),
+        })
+    }
+
+    /// The same rod in other units, from the origin along z.
+    pub fn measured(&self, units: Measures) -> Self {
+        Self {
+            length: self.length / units.length,
+            stiffness: self.stiffness / units.stiffness,
+            law: self.law.clone(),
+            section: crate::section::measured(self.section.clone(), units),
+            clamp: Isometry3::identity(),
+        }
+    }
+
+    /// The same rod with its clamp elsewhere.
+    #[must_use]
+    pub fn with_clamp(mut self, position: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
+        self.clamp = Isometry3::from_parts(position.into(), rotation);
+        self
+    }
+
+    /// The same rod begun at its other end: s* = L - s, with directors turned by pi about d1, so that d3 points along the rod
+    /// again: d1* = d1, d2* = -d2, d3* = -d3. Strains and resultants of s* are (-u1, u2, u3, -v1, v2, v3) of s, and so are couple
+    /// and force. The clamp is back at the origin.
+    ///
+    /// # Errors
+    /// A law that cannot be inverted without load at its other end.
+    pub fn reversed(&self) -> Result<Self> {
+        let law = Reversed {
+            law: self.section.clone(),
+            length: self.length,
+        };
+        Self::new(self.length, law)
+    }
+
+    /// The pose of its clamp.
+    pub fn clamp_pose(&self) -> &Isometry3<f64> {
+        &self.clamp
+    }
+
+    /// Length.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The section law.
+    pub fn law(&self) -> &Arc<dyn SectionLaw> {
+        &self.section
+    }
+
+    /// The bending stiffness B that the numerics scale with: 2/(C11 + C22) at the unloaded clamp.
+    pub fn reference_stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    /// True if the inverse of the section law is formed once, not at every section.
+    pub fn hoists_inverse(&self) -> bool {
+        self.law.uniform().is_some()
+    }
+
+    /// True if the unloaded section cannot be stretched or sheared at the clamp.
+    fn is_inextensible(&self) -> Result<bool> {
+        let c = self
+            .law
+            .inverse(0.0, &Vector6::zeros())?
+            .compliance
+            .matrix();
+        Ok((3..6).all(|i| c[(i, i)] == 0.0))
+    }
+
+    /// (B/L, B/L^2): units of couple and of force.
+    pub fn units(&self) -> (f64, f64) {
+        let couple = self.stiffness / self.length;
+        (couple, couple / self.length)
+    }
+
+    /// A base wrench of the world frame along the clamp's directors, in units B/L and B/L^2.
+    pub fn inward(&self, base: &Wrench) -> Wrench {
+        let (couple, force) = self.units();
+        let turn = self.clamp.rotation.inverse();
+        let m = turn * base.fixed_rows::<3>(0).into_owned() / couple;
+        let n = turn * base.fixed_rows::<3>(3).into_owned() / force;
+        Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
+    }
+
+    /// A base wrench of the numerics in the world frame and the user's units.
+    pub fn outward_wrench(&self, b: &Wrench) -> Wrench {
+        let (couple, force) = self.units();
+        let turn = self.clamp.rotation;
+        let m = turn * b.fixed_rows::<3>(0).into_owned() * couple;
+        let n = turn * b.fixed_rows::<3>(3).into_owned() * force;
+        Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
+    }
+
+    fn outward<const K: usize>(&self, at: &line::LineState<K>, b: &Wrench) -> Result<RodSection> {
+        let (couple, force) = self.units();
+        let turn = self.clamp.rotation;
+        let m0 = b.fixed_rows::<3>(0).into_owned();
+        let n = b.fixed_rows::<3>(3).into_owned();
+        let r = at.position();
+        let m = m0 - r.cross(&n);
+        let directors = at.rotation();
+        let (local_m, local_n) = (directors.transpose() * m, directors.transpose() * n);
+        let local = Vector6::new(
+            local_m.x, local_m.y, local_m.z, local_n.x, local_n.y, local_n.z,
+        );
+        let e = self.law.inverse(at.s(), &local)?.strain;
+        let l = self.length;
+        // The steps along the rod add up to 1 but for rounding.
+        let part = if (at.s() - 1.0).abs() < 1e-13 {
+            1.0
+        } else {
+            at.s()
+        };
+        Ok(RodSection {
+            s: part * l,
+            position: self.clamp.translation.vector + turn * r * l,
+            directors: turn.to_rotation_matrix().matrix() * directors,
+            couple: turn * m * couple,
+            force: turn * n * force,
+            strain: Vector6::new(e[0] / l, e[1] / l, e[2] / l, e[3], e[4], e[5]),
+            energy: at.energy() * couple,
+        })
+    }
+
+    /// The sections at which an integration to `tolerance` makes its steps, base and end included.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`].
+    pub(crate) fn trace(&self, base: &Wrench, tolerance: f64) -> Result<Vec<RodSection>> {
+        let b = self.inward(base);
+        let steps = line::steps(&self.law, &b, tolerance)?;
+        steps.iter().map(|at| self.outward(at, &b)).collect()
+    }
+
+    /// The end of the rod under the base wrench (m(0), n) in the world frame, with its exact tangent.
+    ///
+    /// # Errors
+    /// A section law that refuses a resultant on the way; a wrench too large to be followed.
+    pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
+        let b = self.inward(base);
+        let (at, cost) = line::end::<6>(&self.law, &b, tolerance)?;
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let mut turned = Matrix6::zeros();
+        turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
+        turned.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+        let unit = |i: usize| if i < 3 { couple } else { force };
+        let local = Matrix6::from_fn(|i, j| {
+            at.tangent[i][j] * if i < 3 { 1.0 } else { self.length } / unit(j)
+        });
+        Ok(RodEnd {
+            section: self.outward(&at, &b)?,
+            tangent: turned * local * turned.transpose(),
+            steps: cost.steps,
+        })
+    }
+
+    /// The sections at the arclengths `at`, in growing order in [0, L].
+    ///
+    /// # Errors
+    /// As [`Rod::end`].
+    pub fn shape(&self, base: &Wrench, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
+        let b = self.inward(base);
+        let scaled: Vec<f64> = at.iter().map(|s| s / self.length).collect();
+        line::sections::<0>(&self.law, &b, tolerance, &scaled)?
+            .iter()
+            .map(|section| self.outward(section, &b))
+            .collect()
+    }
+}

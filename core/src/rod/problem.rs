@@ -1,0 +1,323 @@
+//! Problems: what is held and what is loaded at the rod's end, and the equations this gives for the base wrench.
+
+use super::line::{self, Wrench};
+use super::path::Path;
+use super::{Rod, RodSection};
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, inverse_left_jacobian, rotation_vector};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
+
+/// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
+/// (a clamp) or free under a couple (a ball joint, a free end).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndConditions {
+    /// Held components of the position; None where the force is given.
+    pub position: [Option<f64>; 3],
+    /// Held orientation; None where the couple is given.
+    pub orientation: Option<UnitQuaternion<f64>>,
+    /// n(L), used where the position is free.
+    pub force: Vector3<f64>,
+    /// m(L), used where the orientation is free.
+    pub couple: Vector3<f64>,
+    /// Force and couple are given along the directors at the end; only if nothing is held.
+    pub follower: bool,
+    /// From the end to the point at which the force acts, along the directors there; 0 where anything is held, or the force
+    /// follows.
+    pub arm: Vector3<f64>,
+}
+
+impl EndConditions {
+    /// A free end under a dead force and couple.
+    pub fn load(force: Vector3<f64>, couple: Vector3<f64>) -> Self {
+        Self {
+            position: [None; 3],
+            orientation: None,
+            force,
+            couple,
+            follower: false,
+            arm: Vector3::zeros(),
+        }
+    }
+
+    /// A free end under a dead force that acts at a point beside it, as the weight of a body: `arm` leads there, along the
+    /// directors at the end.
+    pub fn weight(force: Vector3<f64>, arm: Vector3<f64>, couple: Vector3<f64>) -> Self {
+        Self {
+            arm,
+            ..Self::load(force, couple)
+        }
+    }
+
+    /// A free end under force and couple that turn with it: components along the directors.
+    pub fn follower(force: Vector3<f64>, couple: Vector3<f64>) -> Self {
+        Self {
+            follower: true,
+            ..Self::load(force, couple)
+        }
+    }
+
+    /// A ball joint at a position.
+    pub fn ball(position: Vector3<f64>) -> Self {
+        Self {
+            position: [Some(position.x), Some(position.y), Some(position.z)],
+            ..Self::load(Vector3::zeros(), Vector3::zeros())
+        }
+    }
+
+    /// A clamp in a pose.
+    pub fn pose(position: Vector3<f64>, orientation: UnitQuaternion<f64>) -> Self {
+        Self {
+            orientation: Some(orientation),
+            ..Self::ball(position)
+        }
+    }
+
+    /// True if some of the position or the orientation is held.
+    pub fn holds(&self) -> bool {
+        self.orientation.is_some() || self.position.iter().any(Option::is_some)
+    }
+}
+
+/// A rod with an end condition, in the clamp's frame and the numerics' units.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    pub(super) rod: Rod,
+    pub(super) end: EndConditions,
+    /// The world's axes seen from the clamp.
+    pub(super) axes: [Vector3<f64>; 3],
+    /// Targets, by world component: position where held, force where not.
+    pub(super) targets: [f64; 3],
+    pub(super) orientation: Option<Matrix3<f64>>,
+    pub(super) couple: Vector3<f64>,
+    /// Where the force acts, from the end and along the directors there.
+    pub(super) arm: Vector3<f64>,
+    pub(super) tolerance: f64,
+    pub(super) path: Path,
+}
+
+/// The rod's end at a trial wrench: pose, and its derivatives by the six components of the wrench.
+#[derive(Debug, Clone, Copy)]
+pub struct Trial {
+    pub(super) b: Wrench,
+    pub(super) r: Vector3<f64>,
+    pub(super) rotation: Matrix3<f64>,
+    /// Rows phi, rho; columns m(0), n.
+    pub(super) tangent: [[f64; 6]; 6],
+}
+
+impl Problem {
+    /// Checks that the end condition makes sense and can be met.
+    ///
+    /// # Errors
+    /// A number that is not finite; a follower load, or an arm, on a held end; a position out of the reach of an inextensible rod.
+    pub fn new(rod: Rod, end: EndConditions, tolerance: f64) -> Result<Self> {
+        if !(1e-14..=1e-3).contains(&tolerance) {
+            return Err(Error::domain(format!(
+                "the tolerance is {tolerance}; it must be in [1e-14, 1e-3]"
+            )));
+        }
+        let loads = end.force.iter().chain(&end.couple).chain(&end.arm);
+        let numbers = loads.copied();
+        if !numbers
+            .chain(end.position.iter().flatten().copied())
+            .all(f64::is_finite)
+        {
+            return Err(Error::domain(
+                "forces, couples and positions of the end must be finite",
+            ));
+        }
+        if end.follower && end.holds() {
+            return Err(Error::domain(
+                "a follower load needs a free end: leave out the held position and orientation, or follower",
+            ));
+        }
+        if end.arm != Vector3::zeros() && (end.follower || end.holds()) {
+            return Err(Error::domain(
+                "a force beside the end needs an end that is free, and must not follow it: leave out the arm, or what is held",
+            ));
+        }
+        let problem = Self::unchecked(rod, end, tolerance);
+        let rod = &problem.rod;
+        if end.position.iter().any(Option::is_some) && rod.is_inextensible()? {
+            // The distance, or what the components held make of it at least.
+            let held = (0..3).filter(|i| end.position[*i].is_some());
+            let reach = held.map(|i| problem.targets[i].powi(2)).sum::<f64>().sqrt();
+            if !(reach < 1.0) {
+                return Err(Error::unreachable(format!(
+                    "the end is held at a distance of {:.9} from the clamp, but the rod is inextensible and {} long; \
+                     hold it nearer, or give the rod an axial stiffness",
+                    reach * rod.length,
+                    rod.length
+                )));
+            }
+        }
+        Ok(problem)
+    }
+
+    /// The problem of an end condition that is known to make sense.
+    pub(super) fn unchecked(rod: Rod, end: EndConditions, tolerance: f64) -> Self {
+        let (couple, force) = rod.units();
+        let turn = rod.clamp.rotation.inverse();
+        let origin = rod.clamp.translation.vector;
+        let targets = std::array::from_fn(|i| match end.position[i] {
+            Some(x) => (x - origin[i]) / rod.length,
+            None => end.force[i] / force,
+        });
+        // Follower loads live in the frame of the end, whatever the clamp's.
+        let given = end.couple / couple;
+        Self {
+            axes: std::array::from_fn(|i| turn * Vector3::ith(i, 1.0)),
+            targets,
+            orientation: end
+                .orientation
+                .map(|q| *(turn * q).to_rotation_matrix().matrix()),
+            couple: if end.follower { given } else { turn * given },
+            arm: end.arm / rod.length,
+            rod,
+            end,
+            tolerance,
+            path: Path::Auto,
+        }
+    }
+
+    /// The rod.
+    pub fn rod(&self) -> &Rod {
+        &self.rod
+    }
+
+    /// The rod at `count` (at least 2) evenly spaced sections under a base wrench in the world frame.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`].
+    pub fn shape(&self, base: &Wrench, count: usize) -> Result<Vec<RodSection>> {
+        let last = count.max(2) - 1;
+        let at: Vec<f64> = (0..=last).map(|i| i as f64 / last as f64).collect();
+        self.sections(base, &at)
+    }
+
+    /// The same at places in [0, 1], in growing order.
+    pub fn sections(&self, base: &Wrench, at: &[f64]) -> Result<Vec<RodSection>> {
+        if let Some(taut) = self.taut_at(&self.rod.inward(base)) {
+            return self.taut_sections(&taut, at);
+        }
+        let at: Vec<f64> = at.iter().map(|s| self.rod.length * s).collect();
+        self.rod.shape(base, &at, self.tolerance)
+    }
+
+    /// True if the loads have a potential: no follower load, no couple at an end that is free to turn.
+    pub fn is_conservative(&self) -> bool {
+        !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
+    }
+
+    /// The arm of the force where the end has this rotation.
+    pub(super) fn lever(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
+        rotation * self.arm
+    }
+
+    /// The end of the rod at the base wrench `b`, with its tangent.
+    pub(super) fn trial(&self, b: &Wrench) -> Result<Trial> {
+        let (end, _) = line::end::<6>(&self.rod.law, b, self.tolerance)?;
+        Ok(Trial {
+            b: *b,
+            r: end.position(),
+            rotation: end.rotation(),
+            tangent: end.tangent,
+        })
+    }
+
+    /// The end without its tangent.
+    pub(super) fn bare_trial(&self, b: &Wrench) -> Result<Trial> {
+        let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
+        Ok(Trial {
+            b: *b,
+            r: end.position(),
+            rotation: end.rotation(),
+            tangent: [[0.0; 6]; 6],
+        })
+    }
+
+    /// The six equations at a trial: rotation or couple, then for each world component position or force.
+    pub(super) fn residual(&self, trial: &Trial) -> Vector6<f64> {
+        let (m0, n) = halves(&trial.b);
+        let m = m0 - trial.r.cross(&n);
+        let (first, second) = if self.end.follower {
+            let back = trial.rotation.transpose();
+            (
+                back * m - self.couple,
+                back * n - Vector3::from(self.targets),
+            )
+        } else {
+            let first = match &self.orientation {
+                Some(target) => rotation_vector(&(trial.rotation * target.transpose())),
+                None => m - self.couple - self.lever(&trial.rotation).cross(&n),
+            };
+            let second = Vector3::from_fn(|i, _| {
+                let quantity = if self.end.position[i].is_some() {
+                    trial.r
+                } else {
+                    n
+                };
+                self.axes[i].dot(&quantity) - self.targets[i]
+            });
+            (first, second)
+        };
+        Vector6::new(first.x, first.y, first.z, second.x, second.y, second.z)
+    }
+
+    /// The equations and their derivatives by the base wrench at a trial.
+    pub(super) fn equations(&self, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
+        let half = |row: usize| Matrix3x6::from_fn(|i, j| trial.tangent[row + i][j]);
+        let (d_phi, d_r) = (half(0), half(3));
+        let (m0, n) = halves(&trial.b);
+        let m = m0 - trial.r.cross(&n);
+        let mut d_n = Matrix3x6::zeros();
+        d_n.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+        // m(1) = m(0) - r x n.
+        let mut d_m = n.cross_matrix() * d_r - trial.r.cross_matrix() * d_n;
+        for i in 0..3 {
+            d_m[(i, i)] += 1.0;
+        }
+        let value = self.residual(trial);
+        let (first, second) = if self.end.follower {
+            let back = trial.rotation.transpose();
+            (
+                back * (d_m + m.cross_matrix() * d_phi),
+                back * (d_n + n.cross_matrix() * d_phi),
+            )
+        } else {
+            let first = if self.orientation.is_some() {
+                let phi = value.fixed_rows::<3>(0).into_owned();
+                inverse_left_jacobian(&phi) * d_phi
+            } else {
+                // d(R arm) = dphi x R arm.
+                let lever = self.lever(&trial.rotation).cross_matrix();
+                d_m - n.cross_matrix() * lever * d_phi - lever * d_n
+            };
+            let mut second = Matrix3x6::zeros();
+            for i in 0..3 {
+                let d = if self.end.position[i].is_some() {
+                    &d_r
+                } else {
+                    &d_n
+                };
+                second.row_mut(i).copy_from(&(self.axes[i].transpose() * d));
+            }
+            (first, second)
+        };
+        let mut matrix = Matrix6::zeros();
+        matrix.fixed_view_mut::<3, 6>(0, 0).copy_from(&first);
+        matrix.fixed_view_mut::<3, 6>(3, 0).copy_from(&second);
+        (value, matrix)
+    }
+
+    /// The section at the end of the rod.
+    pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
+        if let Some(taut) = self.taut_at(b) {
+            return self
+                .taut_sections(&taut, &[1.0])
+                .map(|mut all| all.remove(0));
+        }
+        let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
+        self.rod.outward(&end, b)
+    }
+}

@@ -1,0 +1,174 @@
+//! Numbers that are the same all along a rod, or vary with the arclength.
+
+use super::profile::positive;
+use crate::error::{Error, Result};
+
+/// A number as a function of the arclength s of the unloaded rod, 0 <= s <= L.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(transparent))]
+pub struct Along(Form);
+
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
+enum Form {
+    Constant(f64),
+    /// Linear between the nodes, s in growing order; a place that stands twice is a jump.
+    Table {
+        s: Vec<f64>,
+        values: Vec<f64>,
+    },
+    /// Coefficients of 1, x, x^2, ..., x = s/L.
+    Polynomial {
+        polynomial: Vec<f64>,
+    },
+}
+
+/// How far beyond the ends of a table s may lie, relative to its length: rounding.
+const BEYOND: f64 = 1e-12;
+
+impl From<f64> for Along {
+    fn from(value: f64) -> Self {
+        Self(Form::Constant(value))
+    }
+}
+
+impl Along {
+    /// Linear between the nodes (s, value). A place that stands twice is a jump; at the jump itself the second value
+    /// holds. The interior nodes are breaks ([`SectionLaw::breaks`](super::SectionLaw::breaks)). The table must cover the rod.
+    ///
+    /// # Errors
+    /// Fewer than two nodes, numbers that are not finite, places out of order or standing more than twice.
+    pub fn table(nodes: &[(f64, f64)]) -> Result<Self> {
+        if nodes.len() < 2 {
+            return Err(Error::domain(format!(
+                "a table along the rod has {} nodes (s, value), it needs at least 2",
+                nodes.len()
+            )));
+        }
+        for (k, (s, value)) in nodes.iter().enumerate() {
+            if !(s.is_finite() && value.is_finite()) {
+                return Err(Error::domain(format!(
+                    "table node {k} = ({s}, {value}) must be finite"
+                )));
+            }
+        }
+        for (k, pair) in nodes.windows(2).enumerate() {
+            if !(pair[0].0 <= pair[1].0) {
+                return Err(Error::domain(format!(
+                    "table nodes must be in growing order of s: s = {} stands before s = {} (nodes {k} and {})",
+                    pair[0].0,
+                    pair[1].0,
+                    k + 1
+                )));
+            }
+        }
+        let last = nodes.len() - 1;
+        let crowd = nodes.windows(3).find(|three| three[0].0 == three[2].0);
+        let ends = [&nodes[..2], &nodes[last - 1..]];
+        let crowd = crowd.or(ends.into_iter().find(|two| two[0].0 == two[1].0));
+        if let Some(crowd) = crowd {
+            return Err(Error::domain(format!(
+                "s = {} stands too often in the table: twice is a jump, and only inside",
+                crowd[0].0
+            )));
+        }
+        let (s, values) = nodes.iter().copied().unzip();
+        Ok(Self(Form::Table { s, values }))
+    }
+
+    /// c0 + c1 x + c2 x^2 + ..., x = s/L.
+    ///
+    /// # Errors
+    /// No coefficients, or one that is not finite.
+    pub fn polynomial(coefficients: &[f64]) -> Result<Self> {
+        if coefficients.is_empty() || !coefficients.iter().all(|c| c.is_finite()) {
+            return Err(Error::domain(format!(
+                "the coefficients {coefficients:?} of a polynomial along the rod must be finite, at least one"
+            )));
+        }
+        let polynomial = coefficients.to_vec();
+        Ok(Self(Form::Polynomial { polynomial }))
+    }
+
+    /// The value at s, of a rod of this length.
+    ///
+    /// # Errors
+    /// s outside a table.
+    pub fn at(&self, s: f64, length: f64) -> Result<f64> {
+        match &self.0 {
+            Form::Constant(value) => Ok(*value),
+            Form::Polynomial { polynomial } => {
+                let x = s / length;
+                Ok(polynomial.iter().rev().fold(0.0, |sum, c| sum * x + c))
+            }
+            Form::Table { s: nodes, values } => {
+                let last = nodes.len() - 1;
+                let (from, to) = (nodes[0], nodes[last]);
+                let slack = BEYOND * (to - from);
+                if !(from - slack <= s && s <= to + slack) {
+                    return Err(Error::domain(format!(
+                        "s = {s} lies outside the table, which goes from s = {from} to s = {to}"
+                    )));
+                }
+                let right = nodes.partition_point(|node| *node <= s).clamp(1, last);
+                let (a, b) = (nodes[right - 1], nodes[right]);
+                let t = ((s - a) / (b - a)).clamp(0.0, 1.0);
+                Ok(values[right - 1] * (1.0 - t) + values[right] * t)
+            }
+        }
+    }
+
+    /// The number, if it is the same all along the rod.
+    pub fn constant(&self) -> Option<f64> {
+        match self.0 {
+            Form::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The number, to be changed, if it is the same all along the rod.
+    pub fn constant_mut(&mut self) -> Option<&mut f64> {
+        match &mut self.0 {
+            Form::Constant(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// The arclengths of a table, in growing order; none of another form.
+    pub fn nodes(&self) -> &[f64] {
+        match &self.0 {
+            Form::Table { s, .. } => s,
+            _ => &[],
+        }
+    }
+
+    /// The nodes inside, at which it is not smooth.
+    pub(super) fn breaks(&self) -> &[f64] {
+        match self.nodes() {
+            [_, inside @ .., _] => inside,
+            _ => &[],
+        }
+    }
+
+    /// Zero for all s.
+    pub(super) fn vanishes(&self) -> bool {
+        match &self.0 {
+            Form::Constant(value) => *value == 0.0,
+            Form::Table { values: all, .. } | Form::Polynomial { polynomial: all } => {
+                all.iter().all(|value| *value == 0.0)
+            }
+        }
+    }
+
+    /// Refuses what is not positive, as far as it can be known beforehand: linear pieces are where their nodes are.
+    pub(super) fn positive(&self, name: &str) -> Result<()> {
+        match &self.0 {
+            Form::Constant(value) => positive(name, *value),
+            Form::Table { s, values } => s
+                .iter()
+                .zip(values)
+                .try_for_each(|(s, value)| positive(&format!("{name} at s = {s}"), *value)),
+            Form::Polynomial { .. } => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! Section laws: how strains and resultants of a cross-section belong together.
+//!
+//! Strains e = (u1, u2, u3, v1, v2, v3): flexure, flexure, twist, shear, shear, stretch, all components
+//! along the directors. Resultants w = (m1, m2, m3, n1, n2, n3): couple and force. A law is hyperelastic,
+//! w = dW/de with W(e, s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
+//!
+//! * [`Linear`]: diagonal or full stiffness, intrinsic curvature and twist, unshearable and inextensible rods.
+//! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
+//! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
+
+mod along;
+mod barrier;
+mod linear;
+mod measured;
+pub(crate) mod newton;
+mod profile;
+pub mod rate;
+mod reversed;
+mod stored_energy;
+mod varying;
+
+pub use along::Along;
+pub use barrier::{Barrier, BarrierTerm};
+pub use linear::Linear;
+pub use measured::Measures;
+pub(crate) use measured::measured;
+/// Numbers that carry their derivatives, for [`StoredEnergy`].
+pub use num_dual::DualNum;
+pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
+pub(crate) use reversed::Reversed;
+pub use stored_energy::{Hyperelastic, StoredEnergy};
+pub use varying::{Diagonal, Rest, Stiffness, Varying};
+
+use crate::error::Result;
+use nalgebra::{Matrix6, Vector6};
+use std::fmt::Debug;
+
+/// (u1, u2, u3, v1, v2, v3): flexure, flexure, twist (per length); shear, shear, stretch (1 when unstretched).
+pub type Strain = Vector6<f64>;
+
+/// (m1, m2, m3, n1, n2, n3): couple and force along the directors.
+pub type Resultant = Vector6<f64>;
+
+/// The strains by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum StrainName {
+    /// Flexure about d1.
+    U1,
+    /// Flexure about d2.
+    U2,
+    /// Twist.
+    U3,
+    /// Shear along d1.
+    V1,
+    /// Shear along d2.
+    V2,
+    /// Stretch.
+    V3,
+}
+
+impl StrainName {
+    /// All six, in order: `name as usize` is the place in (u1, u2, u3, v1, v2, v3).
+    pub const ALL: [Self; 6] = [Self::U1, Self::U2, Self::U3, Self::V1, Self::V2, Self::V3];
+
+    /// As it is written.
+    pub fn as_str(self) -> &'static str {
+        ["u1", "u2", "u3", "v1", "v2", "v3"][self as usize]
+    }
+}
+
+/// de/dw, symmetric, positive definite; only semidefinite where a strain is held rigid.
+// Boxing the matrix would cost an allocation at every section of every rod.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Compliance {
+    /// A diagonal matrix, given by its diagonal.
+    Diagonal(Vector6<f64>),
+    /// A full symmetric matrix.
+    Full(Matrix6<f64>),
+}
+
+impl Compliance {
+    /// The compliance as a 6 x 6 matrix.
+    pub fn matrix(&self) -> Matrix6<f64> {
+        match self {
+            Self::Diagonal(entries) => Matrix6::from_diagonal(entries),
+            Self::Full(matrix) => *matrix,
+        }
+    }
+
+    /// The compliance times a number.
+    pub(super) fn times(self, factor: f64) -> Self {
+        match self {
+            Self::Diagonal(entries) => Self::Diagonal(entries * factor),
+            Self::Full(matrix) => Self::Full(matrix * factor),
+        }
+    }
+}
+
+impl std::ops::Mul<&Resultant> for &Compliance {
+    type Output = Strain;
+
+    fn mul(self, w: &Resultant) -> Strain {
+        match self {
+            Compliance::Diagonal(entries) => entries.component_mul(w),
+            Compliance::Full(matrix) => matrix * w,
+        }
+    }
+}
+
+/// What the inverse law gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverse {
+    /// The strains e(w).
+    pub strain: Strain,
+    /// W(e(w)), stored energy per length.
+    pub energy: f64,
+    /// de/dw.
+    pub compliance: Compliance,
+}
+
+/// What a law gives of the strains that can change: [`SectionLaw::free`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Free {
+    /// Stored energy W per length.
+    pub energy: f64,
+    /// dW/de; zero for rigid strains.
+    pub resultants: Resultant,
+    /// d^2W/de^2; rows and columns of rigid strains are zero.
+    pub tangent: Matrix6<f64>,
+}
+
+impl Free {
+    fn new(
+        energy: f64,
+        mut resultants: Resultant,
+        mut tangent: Matrix6<f64>,
+        rigid: [bool; 3],
+    ) -> Self {
+        for k in (0..3).filter(|k| rigid[*k]) {
+            resultants[3 + k] = 0.0;
+            tangent.row_mut(3 + k).fill(0.0);
+            tangent.column_mut(3 + k).fill(0.0);
+        }
+        Self {
+            energy,
+            resultants,
+            tangent,
+        }
+    }
+}
+
+/// A linear law that is the same all along the rod: e = rest + C w.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UniformLinear {
+    /// Strains without load.
+    pub rest: Strain,
+    /// Compliance C.
+    pub compliance: Compliance,
+}
+
+/// A hyperelastic section law. `s` is the arclength from the clamp in the unloaded state, 0 <= s <= L.
+pub trait SectionLaw: Debug + Send + Sync {
+    /// W(e, s): stored energy per length.
+    ///
+    /// # Errors
+    /// Strains outside the law's domain (total compression), or that break a constraint.
+    fn energy(&self, s: f64, e: &Strain) -> Result<f64>;
+
+    /// w = dW/de.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::energy`]; a constrained law, whose resultants are reactions.
+    fn resultants(&self, s: f64, e: &Strain) -> Result<Resultant>;
+
+    /// d^2 W/de^2.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::resultants`]; a tangent that is not positive definite.
+    fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>>;
+
+    /// What the law says of the strains that can change; reactions of rigid strains are left out.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::energy`].
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        Ok(Free {
+            energy: self.energy(s, e)?,
+            resultants: self.resultants(s, e)?,
+            tangent: self.tangent(s, e)?,
+        })
+    }
+
+    /// Which of v1, v2, v3 are held rigid; the default says none.
+    fn rigid(&self) -> [bool; 3] {
+        [false; 3]
+    }
+
+    /// The inverse law (AMV (2.28)): strains, energy and compliance under given resultants, to roundoff.
+    ///
+    /// # Errors
+    /// A law that is not convex on the way, or no convergence; the message says where.
+    fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse>;
+
+    /// The law in its simplest form, if it is linear and uniform: its inverse is then formed once.
+    fn uniform_linear(&self) -> Option<UniformLinear> {
+        None
+    }
+
+    /// True if the law does not depend on s.
+    fn is_uniform(&self) -> bool;
+
+    /// The strains without load.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::inverse`].
+    fn unloaded(&self, s: f64) -> Result<Strain> {
+        Ok(self.inverse(s, &Resultant::zeros())?.strain)
+    }
+
+    /// Whether planar data stay planar: entry 0 for bending about d1, in the plane of d2 and d3 (u1, v2, v3 alone),
+    /// entry 1 for bending about d2, in the plane of d3 and d1 (u2, v1, v3 alone).
+    ///
+    /// True means: without the resultants that belong to the other strains these are (0, 0, 0) there, everywhere
+    /// along the rod; false may also mean "not known".
+    fn planar_about(&self) -> [bool; 2] {
+        [false; 2]
+    }
+
+    /// Interior points in s where the law is not smooth in s, in growing order: an integration along the rod stops
+    /// and starts again there.
+    fn breaks(&self) -> Vec<f64> {
+        Vec::new()
+    }
+}
+
+/// The places of the strains in and out of the plane of bending about d1 (axis 0) or d2 (axis 1).
+fn planar_strains(axis: usize) -> [[usize; 3]; 2] {
+    [[axis, 4 - axis, 5], [1 - axis, 2, 3 + axis]]
+}

@@ -1,0 +1,195 @@
+//! A user's own stored energy, its derivatives by automatic differentiation.
+
+use super::linear::{STRAIGHT, finite, held, unconstrained};
+use super::newton::{Convexity, Point, Potential, invert};
+use super::{Free, Inverse, Resultant, SectionLaw, Strain};
+use crate::error::{Error, Result};
+use nalgebra::{Matrix6, Vector6};
+use num_dual::DualNum;
+use std::fmt::Debug;
+
+/// A stored energy W(e, s) written once for numbers that carry their derivatives.
+///
+/// W must be strictly convex and twice differentiable in e where it is admissible, and grow faster than linearly;
+/// convexity is checked wherever it is evaluated. Strains in the order u1 u2 u3 v1 v2 v3.
+///
+/// ```
+/// # use snaprod_core as snaprod;
+/// # use snaprod::section::{DualNum, Hyperelastic, Resultant, SectionLaw, StoredEnergy};
+/// /// Bending and torsion that stiffen, stretch that cannot reach zero.
+/// #[derive(Debug)]
+/// struct Stiffening;
+///
+/// impl StoredEnergy for Stiffening {
+///     fn energy<D: DualNum<Primitive = f64> + Copy>(&self, _s: f64, e: &[D; 6]) -> D {
+///         let u = e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+///         let shear = e[3] * e[3] + e[4] * e[4];
+///         u * 0.5 + u * u * 0.1 + shear * 40.0 + (e[5] - 1.0 - e[5].ln()) * 100.0
+///     }
+/// }
+///
+/// let law = Hyperelastic::new(Stiffening);
+/// let pressed = law.inverse(0.0, &Resultant::new(0.0, 0.0, 0.0, 0.0, 0.0, -300.0))?;
+/// assert!((pressed.strain[5] - 0.25).abs() < 1e-15);
+/// # Ok::<(), snaprod::Error>(())
+/// ```
+pub trait StoredEnergy: Debug + Send + Sync {
+    /// W(e, s), per length.
+    fn energy<D: DualNum<Primitive = f64> + Copy>(&self, s: f64, e: &[D; 6]) -> D;
+
+    /// Whether the strains are in the law's domain, which must be convex. Where W is not finite they are not, anyhow.
+    fn admissible(&self, _s: f64, _e: &Strain) -> bool {
+        true
+    }
+
+    /// Admissible strains from which the inverse law starts, best those without load; rigid strains are held at these
+    /// values. Default: straight and unstretched.
+    fn start(&self, _s: f64) -> Strain {
+        Strain::from(STRAIGHT)
+    }
+
+    /// Which of v1, v2, v3 are held rigid. Default: none.
+    fn rigid(&self) -> [bool; 3] {
+        [false; 3]
+    }
+
+    /// True if W does not depend on s. Default: false.
+    fn is_uniform(&self) -> bool {
+        false
+    }
+
+    /// As [`SectionLaw::breaks`]. Default: none.
+    fn breaks(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// As [`SectionLaw::planar_about`]. Default: not known.
+    fn planar_about(&self) -> [bool; 2] {
+        [false; 2]
+    }
+}
+
+/// The section law of a [`StoredEnergy`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hyperelastic<E>(E);
+
+impl<E: StoredEnergy> Hyperelastic<E> {
+    /// The law with this stored energy.
+    pub fn new(stored: E) -> Self {
+        Self(stored)
+    }
+
+    /// The residual of every Newton iterate of the inverse law, relative to the terms it is made of: how it converged.
+    ///
+    /// # Errors
+    /// As [`SectionLaw::inverse`].
+    pub fn convergence(&self, s: f64, w: &Resultant) -> Result<Vec<f64>> {
+        let mut residuals = Vec::new();
+        let here = Here { law: self, s };
+        invert(&here, self.0.start(s), w, |residual| {
+            residuals.push(residual)
+        })?;
+        Ok(residuals)
+    }
+
+    /// Energy, resultants, tangent; None outside the domain.
+    fn jet(&self, s: f64, e: &Strain) -> Option<(f64, Resultant, Matrix6<f64>)> {
+        if !self.0.admissible(s, e) {
+            return None;
+        }
+        let (energy, slope, curvature) =
+            num_dual::hessian(|e: Vector6<_>| self.0.energy(s, e.as_ref()), e);
+        let mut all = slope.iter().chain(curvature.iter()).chain([&energy]);
+        all.all(|x| x.is_finite())
+            .then_some((energy, slope, curvature))
+    }
+
+    /// Of strains that keep the constraints.
+    fn inside(&self, s: f64, e: &Strain) -> Result<(f64, Resultant, Matrix6<f64>)> {
+        finite(e)?;
+        held(self.0.rigid(), &self.0.start(s), e)?;
+        let jet = self.jet(s, e).ok_or_else(|| {
+            Error::domain(format!(
+                "the strains {:?} are not admissible at s = {s}: \
+                 outside the domain of the stored energy, or it is not finite and smooth there",
+                e.as_slice()
+            ))
+        })?;
+        Convexity::of(&jet.2, self.0.rigid()).strict(s, e)?;
+        Ok(jet)
+    }
+}
+
+/// The law at one s, in its strains.
+struct Here<'a, E> {
+    law: &'a Hyperelastic<E>,
+    s: f64,
+}
+
+impl<E: StoredEnergy> Potential for Here<'_, E> {
+    fn rigid(&self) -> [bool; 3] {
+        self.law.0.rigid()
+    }
+
+    fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>> {
+        let Some((energy, resultants, slope)) = self.law.jet(self.s, x) else {
+            return Ok(None);
+        };
+        let convexity = Convexity::of(&slope, self.rigid());
+        // A step that went too far into a law that stiffens fast: a shorter one will do.
+        if matches!(convexity, Convexity::Hidden(_)) {
+            return Ok(None);
+        }
+        convexity.strict(self.s, x)?;
+        Ok(Some(Point {
+            strain: *x,
+            energy,
+            resultants,
+            frame: Matrix6::identity(),
+            slope,
+        }))
+    }
+}
+
+impl<E: StoredEnergy> SectionLaw for Hyperelastic<E> {
+    fn energy(&self, s: f64, e: &Strain) -> Result<f64> {
+        Ok(self.inside(s, e)?.0)
+    }
+
+    fn resultants(&self, s: f64, e: &Strain) -> Result<Resultant> {
+        unconstrained(self.0.rigid())?;
+        Ok(self.inside(s, e)?.1)
+    }
+
+    fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>> {
+        unconstrained(self.0.rigid())?;
+        Ok(self.inside(s, e)?.2)
+    }
+
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        let (energy, resultants, tangent) = self.inside(s, e)?;
+        Ok(Free::new(energy, resultants, tangent, self.0.rigid()))
+    }
+
+    fn rigid(&self) -> [bool; 3] {
+        self.0.rigid()
+    }
+
+    fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {
+        let here = Here { law: self, s };
+        invert(&here, self.0.start(s), w, |_| ())
+            .map_err(|e| e.context(format!("the section at s = {s}")))
+    }
+
+    fn is_uniform(&self) -> bool {
+        self.0.is_uniform()
+    }
+
+    fn breaks(&self) -> Vec<f64> {
+        self.0.breaks()
+    }
+
+    fn planar_about(&self) -> [bool; 2] {
+        self.0.planar_about()
+    }
+}

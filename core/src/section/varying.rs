@@ -1,0 +1,397 @@
+//! Linear laws whose stiffnesses and rest strains vary along the rod.
+
+use super::linear::STRAIGHT;
+use super::{Along, Free, Inverse, Linear, Resultant, SectionLaw, Strain, UniformLinear};
+use crate::error::{Error, Result};
+use nalgebra::Matrix6;
+use std::fmt;
+use std::sync::Arc;
+
+/// A stiffness, or none: the strain is held at its rest value.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Stiffness<T> {
+    /// Held.
+    Rigid,
+    /// Elastic.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Elastic(T),
+}
+
+/// Stiffnesses of each strain by itself. Every number is > 0.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Diagonal {
+    /// Couple per flexure about d1 and d2, force times length squared.
+    pub bending: [Along; 2],
+    /// Couple per twist, force times length squared.
+    pub torsion: Along,
+    /// Force per shear along d1 and d2.
+    pub shear: Stiffness<[Along; 2]>,
+    /// Force per stretch.
+    pub axial: Stiffness<Along>,
+}
+
+impl Diagonal {
+    /// Every stiffness with its name.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Along)> {
+        let [first, second] = &self.bending;
+        let shear = match &self.shear {
+            Stiffness::Elastic([first, second]) => vec![("shear[0]", first), ("shear[1]", second)],
+            Stiffness::Rigid => Vec::new(),
+        };
+        let axial = match &self.axial {
+            Stiffness::Elastic(axial) => Some(("axial", axial)),
+            Stiffness::Rigid => None,
+        };
+        [
+            ("bending[0]", first),
+            ("bending[1]", second),
+            ("torsion", &self.torsion),
+        ]
+        .into_iter()
+        .chain(shear)
+        .chain(axial)
+    }
+
+    /// The law with these rest strains, if every number of it is the same all along the rod.
+    ///
+    /// # Errors
+    /// As [`Linear::diagonal`] and [`Linear::with_rest`].
+    pub fn uniform(&self, rest: &Rest) -> Result<Option<Linear>> {
+        let uniform =
+            rest.uniform().is_some() && self.named().all(|(_, along)| along.constant().is_some());
+        uniform.then(|| self.at(rest, 0.0, 1.0)).transpose()
+    }
+
+    fn at(&self, rest: &Rest, s: f64, length: f64) -> Result<Linear> {
+        let mut stiffness = Matrix6::zeros();
+        stiffness[(0, 0)] = self.bending[0].at(s, length)?;
+        stiffness[(1, 1)] = self.bending[1].at(s, length)?;
+        stiffness[(2, 2)] = self.torsion.at(s, length)?;
+        if let Stiffness::Elastic([first, second]) = &self.shear {
+            stiffness[(3, 3)] = first.at(s, length)?;
+            stiffness[(4, 4)] = second.at(s, length)?;
+        }
+        if let Stiffness::Elastic(axial) = &self.axial {
+            stiffness[(5, 5)] = axial.at(s, length)?;
+        }
+        let [shear, axial] = self.rigid();
+        let (curvature, twist) = rest.at(s, length)?;
+        Linear::of(stiffness, [shear, shear, axial], Strain::from(STRAIGHT))?
+            .with_rest(curvature, twist)
+    }
+
+    /// Whether shear and stretch are held.
+    pub fn rigid(&self) -> [bool; 2] {
+        [
+            self.shear == Stiffness::Rigid,
+            self.axial == Stiffness::Rigid,
+        ]
+    }
+
+    fn check(&self) -> Result<()> {
+        self.named()
+            .try_for_each(|(name, along)| along.positive(name))
+    }
+}
+
+/// Strains without load.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Rest {
+    /// Flexures about d1 and d2, per length.
+    pub curvature: [Along; 2],
+    /// Twist, radians per length.
+    pub twist: Along,
+}
+
+impl Default for Rest {
+    /// Straight and untwisted.
+    fn default() -> Self {
+        Self {
+            curvature: [0.0.into(), 0.0.into()],
+            twist: 0.0.into(),
+        }
+    }
+}
+
+impl Rest {
+    /// Curvature and twist.
+    pub fn all(&self) -> impl Iterator<Item = &Along> {
+        self.curvature.iter().chain([&self.twist])
+    }
+
+    /// Curvatures and twist, if they are the same all along the rod.
+    pub fn uniform(&self) -> Option<([f64; 2], f64)> {
+        let [first, second] = &self.curvature;
+        Some((
+            [first.constant()?, second.constant()?],
+            self.twist.constant()?,
+        ))
+    }
+
+    fn at(&self, s: f64, length: f64) -> Result<([f64; 2], f64)> {
+        let [first, second] = &self.curvature;
+        let curvature = [first.at(s, length)?, second.at(s, length)?];
+        Ok((curvature, self.twist.at(s, length)?))
+    }
+}
+
+/// What a user's law of s is called.
+type Law = Arc<dyn Fn(f64) -> Result<Linear> + Send + Sync>;
+
+/// A linear law that varies along the rod: diagonal with entries that are functions of s, or any [`Linear`] law as a
+/// function of s. Shear and stretch are rigid until their stiffnesses are given, everywhere along the rod.
+///
+/// Tables are checked when they are given; polynomials and functions where they are evaluated, and the message names
+/// s.
+///
+/// ```
+/// # use snaprod_core as snaprod;
+/// # use snaprod::section::{Along, Linear, Material, Profile, Shape, ShapeSettings, SectionLaw, Transverse, Varying};
+/// let tapered = Varying::diagonal([Along::table(&[(0.0, 2.0), (1.0, 1.0)])?, 1.0.into()], 0.7.into())?;
+/// assert_eq!(tapered.at(0.5)?.stiffness()[(0, 0)], 1.5);
+///
+/// let material = Material { young: 1.0, transverse: Transverse::Poisson(0.3) };
+/// let cone = Varying::by(move |s| {
+///     let shape = Shape::Circle { radius: 0.1 - 0.05 * s };
+///     Profile { shape, material, set: ShapeSettings::default() }.law()
+/// });
+/// assert!(!cone.is_uniform());
+/// # Ok::<(), snaprod::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Varying {
+    source: Source,
+    breaks: Vec<f64>,
+}
+
+#[derive(Clone)]
+enum Source {
+    Entries(Box<Entries>),
+    Function(Law),
+}
+
+#[derive(Debug, Clone)]
+struct Entries {
+    law: Diagonal,
+    rest: Rest,
+    /// Of the rod.
+    length: f64,
+}
+
+impl Entries {
+    fn all(&self) -> impl Iterator<Item = &Along> {
+        self.law
+            .named()
+            .map(|(_, along)| along)
+            .chain(self.rest.all())
+    }
+}
+
+impl Varying {
+    /// Stiffnesses and rest strains along a rod of this length.
+    ///
+    /// # Errors
+    /// A constant or a node of a stiffness that is not finite and > 0.
+    pub fn new(law: Diagonal, rest: Rest, length: f64) -> Result<Self> {
+        law.check()?;
+        let mut varying = Self {
+            breaks: Vec::new(),
+            source: Source::Entries(Box::new(Entries { law, rest, length })),
+        };
+        varying.gather_breaks();
+        Ok(varying)
+    }
+
+    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible. The rod's length, by
+    /// which polynomials measure s, is 1.
+    ///
+    /// # Errors
+    /// A constant or a node of a table that is not finite and > 0.
+    pub fn diagonal(bending: [Along; 2], torsion: Along) -> Result<Self> {
+        let law = Diagonal {
+            bending,
+            torsion,
+            shear: Stiffness::Rigid,
+            axial: Stiffness::Rigid,
+        };
+        Self::new(law, Rest::default(), 1.0)
+    }
+
+    /// A law with rest strains that vary along a rod of this length.
+    ///
+    /// # Errors
+    /// None for rest strains that are numbers along the whole rod.
+    pub fn rested(law: Linear, rest: Rest, length: f64) -> Result<Self> {
+        let breaks: Vec<f64> = rest.all().flat_map(Along::breaks).copied().collect();
+        let at = move |s| {
+            let (curvature, twist) = rest.at(s, length)?;
+            law.with_rest(curvature, twist)
+        };
+        Self::by(at).with_breaks(&breaks)
+    }
+
+    /// Any law of s. It is taken to be smooth between breaks ([`Varying::with_breaks`]).
+    pub fn by(law: impl Fn(f64) -> Result<Linear> + Send + Sync + 'static) -> Self {
+        Self {
+            source: Source::Function(Arc::new(law)),
+            breaks: Vec::new(),
+        }
+    }
+
+    /// With shear stiffnesses along d1 and d2.
+    ///
+    /// # Errors
+    /// As [`Varying::diagonal`]; a law given as a function of s, which has its own.
+    pub fn with_shear(self, shear: [Along; 2]) -> Result<Self> {
+        self.edited("shear", |entries| {
+            entries.law.shear = Stiffness::Elastic(shear)
+        })
+    }
+
+    /// With an axial stiffness.
+    ///
+    /// # Errors
+    /// As [`Varying::with_shear`].
+    pub fn with_axial(self, axial: Along) -> Result<Self> {
+        self.edited("axial", |entries| {
+            entries.law.axial = Stiffness::Elastic(axial)
+        })
+    }
+
+    /// With intrinsic curvatures u1, u2 and an intrinsic twist u3.
+    ///
+    /// # Errors
+    /// A law given as a function of s, which has its own.
+    pub fn with_rest(self, curvature: [Along; 2], twist: Along) -> Result<Self> {
+        self.edited("rest", |entries| entries.rest = Rest { curvature, twist })
+    }
+
+    /// With further places where the law is not smooth in s.
+    ///
+    /// # Errors
+    /// A place that is not finite.
+    pub fn with_breaks(mut self, breaks: &[f64]) -> Result<Self> {
+        if let Some(s) = breaks.iter().find(|s| !s.is_finite()) {
+            return Err(Error::domain(format!("the break s = {s} must be finite")));
+        }
+        self.breaks.extend(breaks);
+        self.sort_breaks();
+        Ok(self)
+    }
+
+    /// The law at s.
+    ///
+    /// # Errors
+    /// s outside a table; a law that is not positive definite there.
+    pub fn at(&self, s: f64) -> Result<Linear> {
+        match &self.source {
+            Source::Entries(entries) => entries.law.at(&entries.rest, s, entries.length),
+            Source::Function(law) => law(s),
+        }
+        .map_err(|e| e.context(format!("the section at s = {s}")))
+    }
+
+    fn edited(mut self, what: &str, edit: impl FnOnce(&mut Entries)) -> Result<Self> {
+        match &mut self.source {
+            Source::Entries(entries) => {
+                edit(entries);
+                entries.law.check()?;
+            }
+            Source::Function(_) => {
+                return Err(Error::domain(format!(
+                    "{what} cannot be set on a law given as a function of s: set it in the function"
+                )));
+            }
+        }
+        self.gather_breaks();
+        Ok(self)
+    }
+
+    fn gather_breaks(&mut self) {
+        if let Source::Entries(entries) = &self.source {
+            self.breaks.extend(entries.all().flat_map(Along::breaks));
+        }
+        self.sort_breaks();
+    }
+
+    fn sort_breaks(&mut self) {
+        self.breaks.sort_by(f64::total_cmp);
+        self.breaks.dedup();
+    }
+}
+
+impl fmt::Debug for Varying {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut shown = f.debug_struct("Varying");
+        match &self.source {
+            Source::Entries(entries) => shown.field("entries", entries),
+            Source::Function(_) => shown.field("law", &"a function of s"),
+        };
+        shown.field("breaks", &self.breaks).finish()
+    }
+}
+
+impl SectionLaw for Varying {
+    fn energy(&self, s: f64, e: &Strain) -> Result<f64> {
+        self.at(s)?.energy(s, e)
+    }
+
+    fn resultants(&self, s: f64, e: &Strain) -> Result<Resultant> {
+        self.at(s)?.resultants(s, e)
+    }
+
+    fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>> {
+        self.at(s)?.tangent(s, e)
+    }
+
+    fn free(&self, s: f64, e: &Strain) -> Result<Free> {
+        self.at(s)?.free(s, e)
+    }
+
+    /// What is rigid at the clamp is rigid all along.
+    fn rigid(&self) -> [bool; 3] {
+        self.at(0.0).map_or([false; 3], |law| law.is_rigid())
+    }
+
+    fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {
+        self.at(s)?.inverse(s, w)
+    }
+
+    fn uniform_linear(&self) -> Option<UniformLinear> {
+        let uniform = self.is_uniform().then(|| self.at(0.0).ok()).flatten()?;
+        uniform.uniform_linear()
+    }
+
+    /// True if every entry is a constant.
+    fn is_uniform(&self) -> bool {
+        match &self.source {
+            Source::Entries(entries) => entries.all().all(|along| along.constant().is_some()),
+            Source::Function(_) => false,
+        }
+    }
+
+    /// The interior nodes of the tables, and the places the user named.
+    fn breaks(&self) -> Vec<f64> {
+        self.breaks.clone()
+    }
+
+    fn unloaded(&self, s: f64) -> Result<Strain> {
+        Ok(*self.at(s)?.rest())
+    }
+
+    /// Exact for entries (they are diagonal); false for a function of s.
+    fn planar_about(&self) -> [bool; 2] {
+        let Source::Entries(entries) = &self.source else {
+            return [false; 2];
+        };
+        let Rest { curvature, twist } = &entries.rest;
+        std::array::from_fn(|axis| twist.vanishes() && curvature[1 - axis].vanishes())
+    }
+}

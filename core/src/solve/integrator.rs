@@ -1,0 +1,435 @@
+//! Integration of systems that are stiff at times: DOP853 while it pays, Radau IIA while the system is stiff.
+
+use super::cost::Cost;
+use super::dop853::{Dense, Dop853, Step, StepTooSmall};
+use super::radau::{Radau, estimate_bound};
+use super::system::{AnySystem, spectral_radius};
+use nalgebra::DVector;
+
+/// How steps are taken; in a scene by its name in small letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Method {
+    /// Whichever suits, judged while integrating (the default).
+    #[default]
+    Auto,
+    /// DOP853, order 8: explicit steps, bounded by the fastest decay.
+    Explicit,
+    /// Radau IIA, order 5: implicit steps, for stiff systems.
+    Implicit,
+}
+
+/// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
+const STIFF: f64 = 6.1;
+/// Above this step times eigenvalue, the interpolant of DOP853 is much poorer than its steps.
+const POOR: f64 = 2.0;
+/// Number of steps limited by stability after which Radau takes over: at first, and at most after changes that were not
+/// worth it. RELIEF steps in a row that are not limited start the count again.
+const PATIENCE: u32 = 12;
+const PATIENCE_LIMIT: u32 = 400;
+const RELIEF: u32 = 6;
+/// The solution is so smooth that Radau would take steps this much longer than DOP853 does: the system is stiff, even
+/// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
+const LONGER: f64 = 3.0;
+const STRIDE: u64 = 4;
+/// Error estimate of Radau for a step h, over h^4 y''''.
+const RADAU_ERROR: f64 = 0.00458;
+/// Below this product of step and spectral radius DOP853 would be stable with the steps of Radau.
+const EASY: f64 = 3.0;
+/// Number of such steps in a row after which DOP853 takes over.
+const CALM: u32 = 4;
+/// If Radau was used for fewer steps than this, the change to it was not worth its cost: the next one waits twice as long.
+const SHORT_STAY: u64 = 60;
+
+/// An integration in progress. The system is handed to every call, so that its owner may change it in between;
+/// see [`Integrator::restart`].
+pub struct Integrator {
+    tolerance: f64,
+    method: Method,
+    implicit: bool,
+    explicit: Dop853<DVector<f64>>,
+    last: Step<DVector<f64>>,
+    dense: Option<Dense<DVector<f64>>>,
+    radau: Radau,
+    span: f64,
+    /// Steps in a row that speak for the other method, and that speak against it.
+    votes: u32,
+    relief: u32,
+    patience: u32,
+    /// The last slopes, STRIDE steps apart, each with the length walked since the one before.
+    trail: Vec<(f64, DVector<f64>)>,
+    /// Length walked since the last of them.
+    walked: f64,
+    /// How many steps Radau had taken when it last took over.
+    since: u64,
+    /// Spectral radius, the number of the Jacobian that it belongs to, and the vector of its power iteration.
+    radius: (u64, f64),
+    direction: DVector<f64>,
+    switches: u64,
+    /// Evaluations outside the steps.
+    extra: u64,
+}
+
+impl Integrator {
+    /// Starts at `y`. The error of each step is kept near `tolerance`, in units of the root of
+    /// [`AnySystem::mean_square`]: 1e-13 is the finest that makes sense. `first_step` is a guess that the error control
+    /// corrects; without one it is made from the slope and its change. None if `y` is outside the domain of the slope.
+    pub fn new(
+        system: &dyn AnySystem,
+        y: DVector<f64>,
+        tolerance: f64,
+        method: Method,
+        first_step: Option<f64>,
+    ) -> Option<Self> {
+        let implicit = method == Method::Implicit;
+        let mut slope = DVector::zeros(y.len());
+        system.slope(&y, &mut slope)?;
+        let mut extra = 1;
+        let h = first_step.unwrap_or_else(|| {
+            extra += 1;
+            first_guess(system, &y, &slope, tolerance, implicit)
+        });
+        let explicit = Dop853::new(y.clone(), slope.clone(), h, tolerance);
+        let last = explicit.blank();
+        let mut settled = y;
+        if implicit {
+            system.settle(&mut settled)?;
+            system.balance(&settled, &mut slope)?;
+        }
+        Some(Self {
+            tolerance,
+            method,
+            implicit,
+            explicit,
+            last,
+            dense: None,
+            radau: Radau::new(settled, slope, h, tolerance),
+            span: 0.0,
+            votes: 0,
+            relief: 0,
+            patience: PATIENCE,
+            trail: Vec::new(),
+            walked: 0.0,
+            since: 0,
+            radius: (0, 0.0),
+            direction: DVector::zeros(0),
+            switches: 0,
+            extra,
+        })
+    }
+
+    /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and cost are
+    /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
+    pub fn restart(
+        &mut self,
+        system: &dyn AnySystem,
+        y: DVector<f64>,
+        first_step: Option<f64>,
+    ) -> Option<()> {
+        let h = first_step.unwrap_or(self.next_step());
+        // The votes are kept over a restart: a run that restarts often would otherwise never change its method.
+        let (votes, relief) = (self.votes, self.relief);
+        self.place(system, y, h)?;
+        (self.votes, self.relief) = (votes, relief);
+        self.span = 0.0;
+        self.dense = None;
+        Some(())
+    }
+
+    /// Puts the method in use at a state; None, and nothing has changed, if that is outside the domain.
+    fn place(&mut self, system: &dyn AnySystem, mut y: DVector<f64>, h: f64) -> Option<()> {
+        let mut slope = DVector::zeros(y.len());
+        self.extra += 1;
+        if self.implicit {
+            system.settle(&mut y)?;
+            system.balance(&y, &mut slope)?;
+        } else {
+            system.slope(&y, &mut slope)?;
+        }
+        self.votes = 0;
+        self.relief = 0;
+        self.trail.clear();
+        self.walked = 0.0;
+        self.radius.0 = 0;
+        if self.implicit {
+            self.radau.restart(y, slope, h);
+        } else {
+            self.explicit.restart(y, slope, h);
+            self.last = self.explicit.blank();
+        }
+        Some(())
+    }
+
+    /// Changes to Radau IIA, unless the caller has fixed the method: for a system known to be stiff from here on.
+    pub fn stiffen(&mut self, system: &dyn AnySystem) {
+        if self.method == Method::Auto && !self.implicit {
+            self.switch(system, self.span);
+        }
+    }
+
+    /// Takes one step of at most `h_max`.
+    ///
+    /// # Errors
+    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if the Jacobian is undefined here.
+    pub fn step(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
+        if self.method == Method::Auto {
+            self.choose(system);
+        }
+        let taken = self.attempt(system, h_max);
+        if taken.is_err() && self.method == Method::Auto && !self.implicit {
+            self.switch(system, self.span);
+            return self.attempt(system, h_max);
+        }
+        taken
+    }
+
+    fn attempt(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
+        self.dense = None;
+        if self.implicit {
+            self.radau.step(system, h_max)?;
+            self.span = self.radau.span();
+        } else {
+            let f = |y: &DVector<f64>, out: &mut DVector<f64>| system.slope(y, out);
+            let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+            self.explicit
+                .step_measured(f, norm, h_max, &mut self.last)?;
+            self.span = self.last.h;
+        }
+        Ok(())
+    }
+
+    /// Looks at the last step and changes the method if the other one is due.
+    fn choose(&mut self, system: &dyn AnySystem) {
+        if self.span == 0.0 {
+            return;
+        }
+        if !self.implicit {
+            let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+            let size = self.last.stiffness(norm);
+            let longer = self.smoothness(system).filter(|&h| h > LONGER);
+            if longer.is_some() || size.is_some_and(|size| size > STIFF) {
+                self.relief = 0;
+                // Smoothness is judged over many steps: one such judgement counts as PATIENCE votes.
+                self.votes += if longer.is_some() { PATIENCE } else { 1 };
+                if self.votes >= self.patience {
+                    self.switch(system, self.span);
+                }
+            } else {
+                self.relief += 1;
+                if self.relief >= RELIEF {
+                    self.votes = 0;
+                }
+            }
+            return;
+        }
+        let h = self.radau.next_step();
+        if h * self.radius() > EASY {
+            self.votes = 0;
+            return;
+        }
+        self.votes += 1;
+        if self.votes < CALM {
+            return;
+        }
+        // The Jacobian in use may be that of an earlier state: a new one decides.
+        if self.radau.refresh(system).is_none() || h * self.radius() > EASY {
+            self.votes = 0;
+            return;
+        }
+        let stayed = self.radau.cost().steps - self.since;
+        self.patience = if stayed < SHORT_STAY {
+            (2 * self.patience).min(PATIENCE_LIMIT)
+        } else {
+            PATIENCE
+        };
+        self.switch(system, h);
+    }
+
+    /// The step that Radau would take by its error estimate, over that of DOP853; every STRIDE steps. From the third
+    /// divided difference of the slope, y''''/6, and the estimate of Radau for it.
+    fn smoothness(&mut self, system: &dyn AnySystem) -> Option<f64> {
+        self.walked += self.span;
+        if !self.explicit.cost().steps.is_multiple_of(STRIDE) {
+            return None;
+        }
+        if self.trail.len() == 4 {
+            self.trail.remove(0);
+        }
+        self.trail
+            .push((self.walked, self.explicit.slope().clone()));
+        self.walked = 0.0;
+        if self.trail.len() < 4 {
+            return None;
+        }
+        let mut at = 0.0;
+        let places = [0, 1, 2, 3].map(|i| {
+            at += if i == 0 { 0.0 } else { self.trail[i].0 };
+            at
+        });
+        let mut third = DVector::zeros(self.state().len());
+        for i in 0..4 {
+            let others = (0..4).filter(|&j| j != i);
+            let weight: f64 = others.map(|j| places[i] - places[j]).product();
+            third.axpy(1.0 / weight, &self.trail[i].1, 1.0);
+        }
+        let y = self.state();
+        let size = 6.0 * system.mean_square(&third, y, y).sqrt();
+        let step = (estimate_bound(self.tolerance) / (RADAU_ERROR * size)).powf(0.25);
+        // Slopes along three strides say nothing about steps of more than a few times their length.
+        let taken = (at / (3 * STRIDE) as f64).max(self.explicit.next_step());
+        Some(step.min(10.0 * at) / taken)
+    }
+
+    /// Spectral radius of the Jacobian that Radau uses.
+    fn radius(&mut self) -> f64 {
+        let number = self.radau.cost().jacobians;
+        if self.radius.0 != number
+            && let Some(jacobian) = self.radau.jacobian()
+        {
+            let n = self.radau.state().len();
+            self.radius = (number, spectral_radius(jacobian, &mut self.direction, n));
+        }
+        self.radius.1
+    }
+
+    /// Changes to the other method at the current state with a step `h`.
+    fn switch(&mut self, system: &dyn AnySystem, h: f64) {
+        let y = self.state().clone();
+        let h = if h > 0.0 { h } else { self.next_step() };
+        self.implicit = !self.implicit;
+        if self.place(system, y, h).is_none() {
+            // The other method cannot start at this state.
+            self.implicit = !self.implicit;
+            return;
+        }
+        self.switches += 1;
+        self.since = self.radau.cost().steps;
+        self.span = 0.0;
+    }
+
+    /// The current state.
+    pub fn state(&self) -> &DVector<f64> {
+        if self.implicit {
+            self.radau.state()
+        } else {
+            self.explicit.state()
+        }
+    }
+
+    /// The slope at the current state.
+    pub fn slope(&self) -> &DVector<f64> {
+        if self.implicit {
+            self.radau.slope()
+        } else {
+            self.explicit.slope()
+        }
+    }
+
+    /// The state at the start of the last step; the current one before the first.
+    pub fn from(&self) -> &DVector<f64> {
+        if self.span == 0.0 {
+            self.state()
+        } else if self.implicit {
+            self.radau.from()
+        } else {
+            &self.last.from
+        }
+    }
+
+    /// Length of the last step; 0 before the first.
+    pub fn span(&self) -> f64 {
+        self.span
+    }
+
+    /// The size that the next step will try.
+    pub fn next_step(&self) -> f64 {
+        if self.implicit {
+            self.radau.next_step()
+        } else {
+            self.explicit.next_step()
+        }
+    }
+
+    /// The method of the last step, never `Auto`.
+    pub fn method_now(&self) -> Method {
+        if self.implicit {
+            Method::Implicit
+        } else {
+            Method::Explicit
+        }
+    }
+
+    /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
+    /// asked (3 slopes); near its limit of stability, where that is poor, it repeats the step as short as needed (12
+    /// slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
+    /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
+    /// accuracy of the steps, for the price of two factorisations and an iteration or two. None if that fails.
+    pub fn at(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
+        if self.span == 0.0 || x == 1.0 {
+            return Some(self.state().clone());
+        }
+        if x == 0.0 {
+            return Some(self.from().clone());
+        }
+        if self.implicit {
+            return self.radau.exactly(system, x);
+        }
+        let f = |y: &DVector<f64>| {
+            let mut out = DVector::zeros(y.len());
+            system.slope(y, &mut out)?;
+            Some(out)
+        };
+        let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
+        if self.last.stiffness(norm).is_some_and(|size| size > POOR) {
+            let h = x * self.span;
+            return Some(self.last.redo(f, h, self.explicit.cost_mut())?.to);
+        }
+        if self.dense.is_none() {
+            self.dense = self.last.dense(f, self.explicit.cost_mut());
+        }
+        Some(self.dense.as_ref()?.at(x))
+    }
+
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        let extra = Cost {
+            evaluations: self.extra,
+            switches: self.switches,
+            ..Cost::default()
+        };
+        self.explicit.cost() + self.radau.cost() + extra
+    }
+}
+
+/// A first step from the slope and its change along an Euler step (Hairer, Norsett, Wanner I, Sec. II.4).
+fn first_guess(
+    system: &dyn AnySystem,
+    y: &DVector<f64>,
+    slope: &DVector<f64>,
+    tolerance: f64,
+    implicit: bool,
+) -> f64 {
+    let size = |x: &DVector<f64>| system.mean_square(x, y, y).sqrt();
+    let rate = size(slope);
+    let (bound, power) = if implicit {
+        (estimate_bound(tolerance), 0.25)
+    } else {
+        (tolerance, 0.125)
+    };
+    let short = if rate > 1e-10 { 0.01 / rate } else { 1e-6 };
+    let mut there = slope.clone();
+    let change = match system.slope(&(y + short * slope), &mut there) {
+        Some(()) => size(&(there - slope)) / short,
+        None => rate,
+    };
+    let fastest = change.sqrt().max(rate);
+    if fastest > 1e-10 {
+        (bound.powf(power) / fastest).min(100.0 * short)
+    } else {
+        short
+    }
+}
