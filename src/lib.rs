@@ -116,6 +116,7 @@
 //! | [`elastica`] | the planar elastica in closed form: labels, folds and cusps, index, all equilibria at a point, landings |
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
+//! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
 //! | [`creep`] | viscoelastic rods: strains on Gauss nodes, the wrench of a moving end, memory of small motions |
 //! | [`motion`] | runs: motion on a sheet, snaps, ledger; viscoelastic motion; exact reductions |
 //! | `scene` | scenes in TOML (feature `scene`) |
@@ -181,7 +182,7 @@ extern crate self as snaprod;
 // not, and is not compiled again when they change.
 #[doc(inline)]
 pub use snaprod_core::{
-    assembly, body, creep, elastica, error, manifold, math, motion, rod, section, solve,
+    assembly, bar, body, creep, elastica, error, manifold, math, motion, rod, section, solve,
 };
 
 // The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by

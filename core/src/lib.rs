@@ -4,6 +4,7 @@
 #![warn(missing_docs)]
 
 pub mod assembly;
+pub mod bar;
 pub mod body;
 pub mod creep;
 pub mod elastica;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Left to right; those in one group do not use each other.
-const ORDER: [&[&str]; 14] = [
+const ORDER: [&[&str]; 15] = [
     &["error"],
     &["math"],
     &["solve"],
@@ -13,6 +13,7 @@ const ORDER: [&[&str]; 14] = [
     &["elastica"],
     &["rod"],
     &["body"],
+    &["bar"],
     &["creep"],
     &["assembly"],
     &["motion"],

@@ -4,6 +4,10 @@ mod arrows;
 mod assembly;
 mod assembly_index;
 mod assembly_statics;
+mod bar_heavy;
+mod bar_laws;
+mod bar_schemes;
+mod bar_waves;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;
