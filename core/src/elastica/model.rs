@@ -4,7 +4,9 @@ use super::chart::{ChartPoint, P_MAX, amplitude};
 use super::equilibrium::sheet;
 use super::{folds, inversion, layer, near};
 use crate::error::{Error, Result};
-use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Patch, Sheet, invert_near};
+use crate::manifold::{
+    EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet, Sign, invert_near,
+};
 use crate::math::order::sort_few;
 use nalgebra::{Matrix2, Vector2};
 
@@ -96,6 +98,20 @@ impl Multivalued<2> for Elastica {
             Patch::Global => self.point(q),
             Patch::Near(side) => near::point(side, q),
         }
+    }
+
+    /// Along the straight rod.
+    fn shaking(&self, patch: Patch) -> Option<Vector2<f64>> {
+        matches!(patch, Patch::Near(_)).then(Vector2::x)
+    }
+
+    fn held(&self, pull: f64) -> Option<Held<2>> {
+        near::held(pull)
+    }
+
+    fn beside(&self, pull: f64, across: f64) -> Option<(Patch, Vector2<f64>)> {
+        let side = Sign::of(across);
+        Some((Patch::Near(side), near::deflected(side, pull, across)))
     }
 
     /// Next to w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D: the digits of lam that w as a double

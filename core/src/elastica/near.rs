@@ -18,7 +18,7 @@
 //! down to 1e-100. To leading order this is the beam under tension of theory 2.3.
 
 use super::chart::{Integrals, Modulus};
-use crate::manifold::{ManifoldPoint, Sign, adjugate_times};
+use crate::manifold::{Held, ManifoldPoint, Sign, adjugate_times};
 use nalgebra::{Matrix2, Vector2};
 
 /// z up to which a motion is followed here; at this z the terms left out of the series are of relative size 3e-16.
@@ -29,6 +29,10 @@ const BEYOND: f64 = 2.0 * LARGEST;
 const SMALL: f64 = 0.6 * LARGEST;
 /// The least Z, whose square is a normal number.
 const LEAST: f64 = 1e-100;
+/// The least Z that a rod on the axis is given.
+const SMALLEST: f64 = 1e-90;
+/// The push below which the rod holds its end along the axis: somewhat less than that of tan lam = lam.
+const MOST_HELD: f64 = -19.0;
 /// The strongest push, beyond that of the first fold, 36.21; at 4 pi^2 the rod's end is parallel to the clamp whatever its shape.
 const MOST_PUSH: f64 = 38.0;
 /// The amplitude w next to which lam is that push.
@@ -304,6 +308,32 @@ pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     Some(to_amplitude(other, &landed))
 }
 
+/// The straight rod as a beam under the pull (theory 2.3); None where its end is not held along it, near the push at which it buckles with the
+/// end on the axis.
+pub(super) fn held(pull: f64) -> Option<Held<2>> {
+    if !(pull > MOST_HELD) {
+        return None;
+    }
+    let Moments { g, m, slope } = Moments::new(pull);
+    let (rise, back) = (1.0 - m[1], 1.0 - 2.0 * m[1] + m[2]);
+    let shortening = 0.5 * back / (rise * rise);
+    Some(Held {
+        pose: Vector2::x(),
+        along: Vector2::x(),
+        across: Vector2::y(),
+        stiffness: (pull + 0.5 * g) / rise,
+        shortening,
+        softening: (slope[2] - 2.0 * slope[1]) / (2.0 * rise * rise)
+            + 2.0 * shortening * slope[1] / rise,
+    })
+}
+
+/// The rod under `pull` whose end is deflected by the small `across`, to leading order. One that crosses the axis is taken a hair beside it.
+pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
+    let z = 0.5 * across.abs() / (1.0 - Moments::new(pull).m[1]);
+    Vector2::new(sigma_of(pull) * side.value(), z.max(SMALLEST).ln())
+}
+
 /// lam of a rod under a pull; None under a push.
 pub(super) fn lambda(side: Sign, q: &Vector2<f64>) -> Option<f64> {
     let sigma = side.value() * q[0];
@@ -476,6 +506,26 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Catches a wrong beam: deflected rods are where the chart has them, with the same forces, and the shortening changes as it says.
+    #[test]
+    fn the_beam_is_the_limit_of_the_chart() {
+        for pull in [-18.0, -4.0, -1.0, 1e-3, 2.9, 40.0, 1e4] {
+            let (beam, y) = (held(pull).unwrap(), 1e-7);
+            let at = |pull: f64| {
+                let q = deflected(Sign::Minus, pull, -y);
+                let rod = Rod::new(-q[0], q[1]).unwrap();
+                (rod.tip, rod.force)
+            };
+            let (tip, force) = at(pull);
+            assert!(close(tip[1], y, 1e-12) && close(tip[0], beam.shortening * y * y, 1e-12));
+            assert!(close(-force[0], pull, 1e-12) && close(-force[1], beam.stiffness * y, 1e-11));
+            let h = 1e-4 * (1.0 + f64::abs(pull));
+            let slope = (at(pull + h).0[0] - at(pull - h).0[0]) / (2.0 * h * y * y);
+            assert!(close(beam.softening, slope, 1e-5) && slope < 0.0, "{pull}");
+        }
+        assert!(held(-19.5).is_none());
     }
 
     /// Catches a landing on the fold's own twin: on every scale the rod that runs out of its sheet settles on the other side,

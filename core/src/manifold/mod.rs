@@ -87,6 +87,24 @@ pub enum Patch {
     Near(Sign),
 }
 
+/// The rod at a state onto which its chart collapses, where it holds the body along a line and bends across it: for small deflections y the
+/// end moves back by shortening y^2, under the cross force stiffness y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held<const N: usize> {
+    /// Pose there.
+    pub pose: SVector<f64, N>,
+    /// The direction in which the rod holds the body, outward.
+    pub along: SVector<f64, N>,
+    /// The direction of the deflection.
+    pub across: SVector<f64, N>,
+    /// Cross force over deflection.
+    pub stiffness: f64,
+    /// See above.
+    pub shortening: f64,
+    /// Change of the shortening with the pull; negative.
+    pub softening: f64,
+}
+
 /// An equilibrium manifold with a chart and poses of dimension `N`.
 pub trait EquilibriumManifold<const N: usize> {
     /// Pose, force, energy and Jacobian at `q`; None outside the chart.
@@ -129,6 +147,22 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// As [`EquilibriumManifold::point`], in the chart `patch`.
     fn point_in(&self, _patch: Patch, q: &SVector<f64, N>) -> Option<ManifoldPoint<N>> {
         self.point(q)
+    }
+
+    /// The direction along which a body shakes fast next to the state that `patch` surrounds, so fast that its motion is followed by
+    /// many turns at once; None elsewhere, and in models without such a state.
+    fn shaking(&self, _patch: Patch) -> Option<SVector<f64, N>> {
+        None
+    }
+
+    /// The rod under a pull along the line at a state onto which the chart collapses, if it is stable so; None in models without one.
+    fn held(&self, _pull: f64) -> Option<Held<N>> {
+        None
+    }
+
+    /// The place in a chart of the rod that is bent by the small deflection `across` under `pull`, where [`Multivalued::held`] is Some.
+    fn beside(&self, _pull: f64, _across: f64) -> Option<(Patch, SVector<f64, N>)> {
+        None
     }
 
     /// Asks whether double precision holds a motion at `q`.

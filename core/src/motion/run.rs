@@ -35,9 +35,7 @@ pub struct Sample<const N: usize> {
 
 /// Steps between two looks at the pace of a run.
 const STRETCH: u64 = 50_000;
-/// A run that would need this many times its most steps is ended at the first look ...
-const ENDLESS: f64 = 1000.0;
-/// ... and one that would need more than twice as many after so many looks in a row: a mass that passes the straight rod by
+/// A run that would need more than twice its most steps is ended after so many looks in a row: a mass that passes the straight rod by
 /// takes up to a million steps for it.
 const PATIENCE: u32 = 30;
 
@@ -259,10 +257,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return None;
         }
         self.slow_looks += 1;
-        if needed <= ENDLESS * most && self.slow_looks < PATIENCE {
-            return None;
-        }
-        Some(needed)
+        (self.slow_looks >= PATIENCE).then_some(needed)
     }
 
     /// The bounce within the last step, if the body was turned round there: its stored energy went through a maximum on
@@ -458,10 +453,9 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         {
             return Some(self.stuck(
                 Cause::TooSlow { steps },
-                "the motion's own time has become too short for the time asked. A mass under an enormous load shakes so, and one at a \
-                 distance d from the straight rod, along the rod and with a period of about d/2 (in units of the rod): start from the \
-                 straight rod itself under a load across (rest = \"straight\"), or from one that is bent more (kappa or position in \
-                 [start]); or end earlier, or raise max_steps",
+                "the motion's own time has become too short for the time asked: a mass under an enormous load shakes so, and one next to the \
+                 straight rod, along the rod, if loads break or change while it turns round a few hundred times: lower the load, or make it \
+                 change less often; or end earlier, or raise max_steps",
             ));
         }
         let Some(progress) = self.motion.step(self.options.duration) else {
@@ -471,8 +465,8 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
             };
             return Some(self.stuck(
                 cause,
-                "the motion runs into a singular point of the model (for the elastica the straight rod, at full length along the \
-                 clamp): start from another pose or velocity",
+                "the motion runs into a point that the model does not lead through (for the elastica: straight, at full reach, and so fast \
+                 that the force has no bound): start with less speed, or a little beside it (kappa in [start])",
             ));
         };
         if let Progress::Fold { time_error } = progress {

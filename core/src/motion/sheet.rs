@@ -8,6 +8,10 @@
 //! is smooth through det = 0: the fold is where t stops growing, an ordinary root. Away from folds
 //! and walls tau runs like t.
 
+mod glide;
+mod shaking;
+mod turns;
+
 use super::locate::{Guess, Located, Timed, first_fold, locate};
 use crate::body::Body;
 use crate::error::{Error, Result};
@@ -16,6 +20,7 @@ use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
+use shaking::Shaking;
 
 /// State of a motion: chart point, velocity, time, and the integrals that the ledger needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,6 +93,8 @@ pub struct OnSheet<'a, M, const N: usize> {
     solver: Dop853<Phase<N>>,
     last: Option<Step<Phase<N>>>,
     dense: Option<Dense<Phase<N>>>,
+    /// What is known of a fast shaking.
+    shaking: Shaking<N>,
 }
 
 /// Sections of a step at a largest value, which is then exact to rounding: its place to the root of that.
@@ -136,6 +143,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             solver: Dop853::new(start, slope, h, (LOCAL * tolerance).max(FINEST)),
             last: None,
             dense: None,
+            shaking: Shaking::default(),
         })
     }
 
@@ -198,6 +206,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.solver.cost_mut().evaluations += 1;
         self.patch = patch;
         self.last = None;
+        self.shaking.forget();
     }
 
     /// What it cost.
@@ -214,11 +223,22 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// size has collapsed; the state stays where it was.
     pub fn step(&mut self, end: f64) -> Option<Progress> {
         self.change_patch();
-        let next = self.body.next_break(self.time());
-        if next < end {
-            return self.step_to_break(next);
+        if let Some(progress) = self.glide(end) {
+            return Some(progress);
         }
-        self.step_to(end)
+        if self.stride(end) {
+            return Some(Progress::Moved);
+        }
+        let next = self.body.next_break(self.time());
+        let progress = if next < end {
+            self.step_to_break(next)
+        } else {
+            self.step_to(end)
+        };
+        if progress == Some(Progress::Moved) {
+            self.look_for_turns(end);
+        }
+        progress
     }
 
     /// The same towards a break. Time is one of the integrated variables, so that inner stages of the step that ends there
@@ -311,6 +331,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// The state within the last step at which the stored energy is largest, by golden sections; nothing is counted.
     pub fn hardest(&self) -> Option<Phase<N>> {
+        if !self.shaking.single() {
+            return None;
+        }
         let mut step = self.last.clone()?;
         let dense = step.dense(self.right_hand_side(), &mut Cost::default())?;
         let energy = |phase: &Phase<N>| {
@@ -338,6 +361,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The state at a time within the last step, from its interpolant (order 7; built on first use).
     pub fn at(&mut self, t: f64) -> Option<Phase<N>> {
         let f = self.right_hand_side();
+        if self.shaking.glides() {
+            return self.at_glide(t);
+        }
         let step = self.last.as_mut()?;
         if t == step.to.t || t == step.from.t {
             let end = if t == step.to.t { step.to } else { step.from };
@@ -345,6 +371,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
         if !(step.from.t < t && t < step.to.t) {
             return None;
+        }
+        if self.shaking.strode() {
+            return self.at_turn(t);
         }
         let (from, to) = (step.from.t, step.to.t);
         if self.dense.is_none() {

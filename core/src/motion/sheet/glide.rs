@@ -1,0 +1,215 @@
+//! Motions next to, and through, a state onto which the chart collapses, of a body that does not shake.
+//!
+//! Such is a mass at the straight rod that was let go without a push along it: its distance from the circle of full reach is slaved to
+//! its deflection (theory 2.3), and what is left is a beam's equation,
+//! ```text
+//! m y'' = f_y - k(N) y,   1 - x = c(N) y^2,   N = f_x + m (c y^2)''
+//! ```
+//! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where the rod is straight.
+
+use super::Phase;
+use crate::body::{Body, EndMotion};
+use crate::manifold::{Held, Multivalued, Patch};
+use crate::solve::dop853::{Dense, Dop853, Step};
+use crate::solve::roots::chandrupatla;
+use nalgebra::SVector;
+
+/// A shaking slower than this part of the motion is none, ...
+const STILL: f64 = 1e-4;
+/// ... where 1 - x is off its slaved value by less than this part.
+const SLAVED: f64 = 1e-3;
+/// Motions of less than this shake in times that are lost in the digits of time itself: nothing that is known of them is left out.
+const HAIR: f64 = 3e-12;
+/// Time over which the rate of the loads along the rod is measured.
+const BRIEF: f64 = 1e-6;
+/// The motion is left this many times farther out than it is entered.
+const BEYOND: f64 = 2.0;
+
+/// A body and the rod that holds it.
+#[derive(Clone, Copy)]
+pub(super) struct Gliding<'a, M, const N: usize> {
+    pub manifold: &'a M,
+    pub body: &'a Body<N>,
+}
+
+/// The rod and the body at one moment.
+struct Moment<const N: usize> {
+    rod: Held<N>,
+    /// N.
+    pull: f64,
+    /// y and y'.
+    height: f64,
+    speed: f64,
+    action: EndMotion<N>,
+}
+
+/// A motion that glides, by deflection: `q` and `v` of its states lie across.
+pub(super) struct Glide<const N: usize> {
+    solver: Dop853<Phase<N>>,
+    last: Option<Step<Phase<N>>>,
+    dense: Option<Dense<Phase<N>>>,
+    farthest: f64,
+    /// True if the motion has come too far out.
+    over: bool,
+}
+
+impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
+    fn moment(&self, at: &Phase<N>) -> Option<Moment<N>> {
+        let (body, mass) = (self.body, self.body.mass());
+        let rod = self.manifold.held(0.0)?;
+        let (height, speed) = (at.q.dot(&rod.across), at.v.dot(&rod.across));
+        let pose = rod.pose + at.q;
+        let free = body.action(at.t, &pose, &at.v, &SVector::zeros());
+        let load = mass * free.acceleration.dot(&rod.along);
+        let rod = self.manifold.held(load)?;
+        let rise = free.acceleration.dot(&rod.across) - rod.stiffness * height / mass;
+        let pull = load + 2.0 * mass * rod.shortening * (speed * speed + height * rise);
+        let rod = self.manifold.held(pull)?;
+        let back = rod.shortening * height;
+        let pose = pose - rod.along * (back * height);
+        let v = at.v - rod.along * (2.0 * back * speed);
+        let force = rod.along * -pull - rod.across * (rod.stiffness * height);
+        Some(Moment {
+            rod,
+            pull,
+            height,
+            speed,
+            action: body.action(at.t, &pose, &v, &force),
+        })
+    }
+
+    fn slope(&self, at: &Phase<N>) -> Option<Phase<N>> {
+        let Moment { rod, action, .. } = self.moment(at)?;
+        Some(Phase {
+            q: at.v,
+            v: rod.across * action.acceleration.dot(&rod.across),
+            t: 1.0,
+            work: action.power,
+            drag_loss: action.loss,
+        })
+    }
+
+    /// The velocity along the rod that the deflection and the loads bring about.
+    fn slaved(&self, now: &Moment<N>, at: &Phase<N>) -> Option<f64> {
+        let pull = |t: f64| Some(self.moment(&Phase { t, ..*at })?.pull);
+        let rate = (pull(at.t + BRIEF)? - pull(at.t - BRIEF)?) / (2.0 * BRIEF);
+        let Held {
+            shortening,
+            softening,
+            ..
+        } = now.rod;
+        Some(-now.height * (2.0 * shortening * now.speed + softening * rate * now.height))
+    }
+
+    /// The state `at` in a chart.
+    pub fn charted(&self, at: &Phase<N>) -> Option<(Patch, Phase<N>)> {
+        let now = self.moment(at)?;
+        let (patch, q) = self.manifold.beside(now.pull, now.height)?;
+        let v = at.v + now.rod.along * self.slaved(&now, at)?;
+        Some((patch, Phase { q, v, ..*at }))
+    }
+
+    /// Begins at the state `at` of the chart `patch`, if that lies close enough and does not shake.
+    pub fn begin(&self, patch: Patch, at: &Phase<N>, tolerance: f64) -> Option<Glide<N>> {
+        let farthest = tolerance.cbrt();
+        if !(at.v.norm() < farthest) {
+            return None;
+        }
+        let rod = self.manifold.held(0.0)?;
+        let point = self.manifold.point_in(patch, &at.q)?;
+        let only_across = |v: &SVector<f64, N>| rod.across * v.dot(&rod.across);
+        let start = Phase {
+            q: only_across(&point.pose),
+            v: only_across(&at.v),
+            ..*at
+        };
+        let size = start.q.norm().max(start.v.norm());
+        if !(size < farthest) {
+            return None;
+        }
+        let now = self.moment(&start)?;
+        // Energies of the shaking, over m/2: of its velocity, and of the pull that is not slaved.
+        let speed = at.v.dot(&rod.along) - self.slaved(&now, &start)?;
+        let pull = -point.force.dot(&rod.along) - now.pull;
+        let stored = -now.rod.softening * (now.height * pull).powi(2) / self.body.mass();
+        let shaking = (speed * speed + stored).sqrt();
+        // On the axis no pull stores anything in this measure: the pull itself has to be the slaved one.
+        let slaved = (now.rod.softening * pull).abs() < SLAVED * now.rod.shortening;
+        let all = (at.v.norm_squared() + 2.0 * point.energy / self.body.mass()).sqrt();
+        if !(all < HAIR || slaved && shaking < tolerance.min(STILL * size)) {
+            return None;
+        }
+        let slope = self.slope(&start)?;
+        Some(Glide {
+            solver: Dop853::new(start, slope, 1e-3, tolerance),
+            last: None,
+            dense: None,
+            farthest: BEYOND * farthest,
+            over: false,
+        })
+    }
+}
+
+impl<const N: usize> Glide<N> {
+    /// One step, at most to the time `end`; its state in a chart. None if there is none.
+    pub fn step<M: Multivalued<N>>(
+        &mut self,
+        gliding: &Gliding<'_, M, N>,
+        end: f64,
+    ) -> Option<(Patch, Phase<N>)> {
+        let from = *self.solver.state();
+        if self.over || !(from.t < end) {
+            return None;
+        }
+        let written = |y: &Phase<N>, out: &mut Phase<N>| {
+            *out = gliding.slope(y)?;
+            Some(())
+        };
+        let mut step = self.solver.blank();
+        let remaining = end - from.t;
+        self.solver
+            .step_measured(written, relative, remaining, &mut step)
+            .ok()?;
+        if step.h == remaining {
+            step.to.t = end;
+            self.solver.rewind(step.to, *step.end_slope());
+        }
+        let charted = gliding.charted(&step.to)?;
+        self.over = step.to.q.norm().max(step.to.v.norm()) > self.farthest;
+        self.dense = None;
+        self.last = Some(step);
+        Some(charted)
+    }
+
+    /// The state at the time `t` within the last step, in a chart.
+    pub fn at<M: Multivalued<N>>(
+        &mut self,
+        gliding: &Gliding<'_, M, N>,
+        t: f64,
+    ) -> Option<(Patch, Phase<N>)> {
+        let step = self.last.as_mut()?;
+        let (from, to) = (step.from.t, step.to.t);
+        if self.dense.is_none() {
+            self.dense = step.dense(|y| gliding.slope(y), &mut Default::default());
+        }
+        let dense = self.dense.as_ref()?;
+        let x = chandrupatla(|x| dense.at(x).t - t, (0.0, from - t), (1.0, to - t), 0.0)?;
+        gliding.charted(&Phase { t, ..dense.at(x) })
+    }
+
+    /// Slopes evaluated.
+    pub fn evaluations(&self) -> u64 {
+        self.solver.cost().evaluations
+    }
+}
+
+/// Errors are judged relative to the size of the motion, whatever that is.
+fn relative<const N: usize>(error: &Phase<N>, from: &Phase<N>, to: &Phase<N>) -> f64 {
+    let size = |at: &Phase<N>| at.q.norm_squared() + at.v.norm_squared();
+    let size = size(from).max(size(to)).max(f64::MIN_POSITIVE);
+    let sum = (error.q.norm_squared() + error.v.norm_squared()) / size
+        + error.t * error.t
+        + error.work * error.work
+        + error.drag_loss * error.drag_loss;
+    sum / (2 * N + 1) as f64
+}
