@@ -1,5 +1,5 @@
 //! Error against work of bodies on elastic rods in space, and energy over ten thousand periods: `cargo bench --bench long_runs`
-//! (in space that takes an hour and more; `-- 100` for a hundred periods takes a minute).
+//! (in space that takes hours; `-- 100` for a hundred periods takes some minutes).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
@@ -12,6 +12,7 @@ use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion, Options, Outcome, Run, State};
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
+use snaprod::solve::integrator::Method;
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -44,17 +45,21 @@ fn assembly() -> (Assembly, Configuration) {
     )
 }
 
-fn run(duration: f64, tolerance: f64) -> AssemblyRun {
-    let (assembly, start) = assembly();
+fn options(duration: f64, tolerance: f64, method: Method) -> Options {
     let options = Options::new(duration).and_then(|o| o.with_tolerance(tolerance));
-    AssemblyRun::new(assembly, &start, options.expect("options")).expect("a run")
+    options.expect("options").with_method(method)
+}
+
+fn run(duration: f64, tolerance: f64, method: Method) -> AssemblyRun {
+    let (assembly, start) = assembly();
+    AssemblyRun::new(assembly, &start, options(duration, tolerance, method)).expect("a run")
 }
 
 fn work_precision() {
     println!("| tolerance | error | steps | right-hand sides | ms | us a right-hand side |");
     println!("| --- | --- | --- | --- | --- | --- |");
     let end = |tolerance: f64| {
-        let mut run = run(2.0, tolerance);
+        let mut run = run(2.0, tolerance, Method::Auto);
         while run.advance().is_some() {}
         run
     };
@@ -85,15 +90,22 @@ fn work_precision() {
     }
 }
 
-fn energy_in_space(periods: f64, tolerance: f64) {
+fn name(method: Method) -> &'static str {
+    match method {
+        Method::Symmetric => "symmetric",
+        _ => "explicit",
+    }
+}
+
+fn energy_in_space(periods: f64, tolerance: f64, method: Method) {
     let (assembly, _) = assembly();
     let found = assembly.equilibrium(None, 1e-10).expect("an equilibrium");
     let slowest = assembly.modes(&found.now, 1e-10).expect("modes");
     let period = 2.0 * PI / slowest.frequencies[0];
-    let mut run = run(periods * period, tolerance);
+    let mut run = run(periods * period, tolerance, method);
     let total = run.sample_now().ledger().total();
     let mut next = 1.0;
-    print!("| space | {tolerance:.0e} |");
+    print!("| space | {} | {tolerance:.0e} |", name(method));
     while let Some(event) = run.advance() {
         match event {
             Event::Step { to, .. } => {
@@ -106,19 +118,17 @@ fn energy_in_space(periods: f64, tolerance: f64) {
             other => panic!("{other:?}"),
         }
     }
-    println!(" {} |", run.cost().steps);
+    println!(" {} | {} |", run.cost().steps, run.cost().evaluations);
 }
 
-fn energy_in_the_plane(periods: f64, tolerance: f64) {
+fn energy_in_the_plane(periods: f64, tolerance: f64, method: Method) {
     let start = Equilibrium::from_lambda_kappa(1.9, 0.35).expect("an equilibrium");
     let body = Body::<2>::new(1.0)
         .and_then(|b| b.with_dead_force(Vector2::new(-8.0, -2.0)))
         .expect("a body");
     // About 1.3 in these units.
     let period = 1.3;
-    let options = Options::new(periods * period)
-        .and_then(|o| o.with_tolerance(tolerance))
-        .expect("options");
+    let options = options(periods * period, tolerance, method);
     let mut run = Run::new(
         &Elastica,
         &body,
@@ -129,7 +139,7 @@ fn energy_in_the_plane(periods: f64, tolerance: f64) {
     .expect("a run");
     let total = run.now().ledger.total();
     let mut next = 1.0;
-    print!("| plane | {tolerance:.0e} |");
+    print!("| plane | {} | {tolerance:.0e} |", name(method));
     while let Some(event) = run.next() {
         match event {
             Event::Step { to, .. } if to >= next * period => {
@@ -141,7 +151,7 @@ fn energy_in_the_plane(periods: f64, tolerance: f64) {
             _ => {}
         }
     }
-    println!(" {} |", run.cost().steps);
+    println!(" {} | {} |", run.cost().steps, run.cost().evaluations);
 }
 
 fn main() {
@@ -150,12 +160,18 @@ fn main() {
         .find_map(|x| x.parse().ok())
         .unwrap_or(10_000.0);
     work_precision();
-    println!("\n| motion | tolerance | after 1 period | 10 | 100 | 1000 | 10000 | steps |");
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
-    for tolerance in [1e-8, 1e-10, 1e-12] {
-        energy_in_the_plane(periods, tolerance);
+    println!(
+        "\n| motion | steps are | tolerance | after 1 period | 10 | 100 | 1000 | 10000 | steps | right-hand sides |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for method in [Method::Auto, Method::Symmetric] {
+        for tolerance in [1e-8, 1e-10, 1e-12] {
+            energy_in_the_plane(periods, tolerance, method);
+        }
     }
-    for tolerance in [1e-8, 1e-10, 1e-12] {
-        energy_in_space(periods, tolerance);
+    for method in [Method::Auto, Method::Symmetric] {
+        for tolerance in [1e-8, 1e-10, 1e-12] {
+            energy_in_space(periods, tolerance, method);
+        }
     }
 }

@@ -33,8 +33,8 @@ impl Serialize for Scene {
         if self.rod.damping.is_none()
             && let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut)
         {
-            // The only one of an elastic run, which takes none.
-            run.remove("method");
+            // That of every elastic run that asks for none.
+            run.retain(|name, value| !(name == "method" && value == "auto"));
         }
         if self.is_planar() {
             as_of_old(self, &mut tables);

@@ -93,6 +93,7 @@ mod studies;
 #[cfg(feature = "scene")]
 mod study_run;
 mod support;
+mod symmetric;
 mod taut;
 mod truss;
 mod viscous;

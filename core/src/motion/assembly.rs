@@ -21,7 +21,10 @@ use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Nearness, S
 use crate::error::{Cause, Error, Message, Quantity, Result};
 use crate::rod::Wrench;
 use crate::solve::cost::Cost;
-use crate::solve::dop853::{Dense, Dop853, State, Step};
+use crate::solve::dop853::State;
+use crate::solve::gauss::Reversible;
+use crate::solve::integrator::Method;
+use crate::solve::stepper::{Inside, Stepper, Taken};
 use nalgebra::DVector;
 use std::sync::Arc;
 
@@ -36,6 +39,9 @@ const APART: f64 = 1e4;
 /// Bodies that start farther beside their groove than this, or faster away from it, are no start.
 const BESIDE: f64 = 1e-9;
 
+/// Symmetric steps are shorter in time where det J is below this part of what it was at the start.
+const FOLDING: f64 = 0.3;
+
 /// The numbers of a state; time stands third from the last.
 #[derive(Debug, Clone)]
 struct Numbers(DVector<f64>);
@@ -47,6 +53,13 @@ impl State for Numbers {
 
     fn mean_square(&self, from: &Self, to: &Self) -> f64 {
         self.0.mean_square(&from.0, &to.0)
+    }
+}
+
+impl Reversible for Numbers {
+    /// sigma runs like time while det J is of the size that it had at the start: for t' = det J/d, dt/dsigma = t'/Q.
+    fn pace_squared(&self, _at: &Self) -> f64 {
+        self.time().powi(2) + FOLDING * FOLDING
     }
 }
 
@@ -78,9 +91,9 @@ enum Pending {
 pub struct AssemblyRun {
     assembly: Arc<Assembly>,
     options: Options,
-    solver: Dop853<Numbers>,
-    step: Step<Numbers>,
-    dense: Option<Dense<Numbers>>,
+    solver: Stepper<Numbers>,
+    step: Option<Taken<Numbers>>,
+    dense: Option<Inside<Numbers>>,
     slowed: Option<Slowed>,
     /// The charts and the clock with which the last step was taken: at its end they may change.
     taken_by: (Arc<Assembly>, Option<Slowed>),
@@ -173,9 +186,12 @@ impl AssemblyRun {
         let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
         let indices = indices(&assembly, &at, along)?;
         let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
-        let solver = Dop853::new(numbers, slope, h, local);
-        Ok(Self {
-            step: solver.blank(),
+        let begun = numbers.clone();
+        let symmetric = options.method == Method::Symmetric;
+        let solver = Stepper::new(symmetric, numbers, slope, h, local)
+            .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        let mut run = Self {
+            step: None,
             solver,
             assembly: assembly.clone(),
             options,
@@ -193,7 +209,12 @@ impl AssemblyRun {
             before_snap: None,
             stopped: false,
             interrupted: false,
-        })
+        };
+        if symmetric {
+            let undefined = || Error::domain("the motion is not defined at the start");
+            run.resume(begun, None, h).ok_or_else(undefined)?;
+        }
+        Ok(run)
     }
 
     fn local(&self) -> f64 {
@@ -223,8 +244,20 @@ impl AssemblyRun {
         self.describe(&self.assembly, &self.solver.state().0)
     }
 
-    /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with.
+    /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
+    /// of their own, are always slowed for a rod: what slows them is smooth, and they notice nothing.
     fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+        self.go_on(state.clone(), slowed, h)?;
+        if slowed.is_some() || !self.solver.is_symmetric() {
+            return Some(());
+        }
+        let size = |k: &usize| self.watch[*k].det.abs();
+        let link = (0..self.watch.len()).min_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let scale = self.watch[link].det;
+        self.go_on(state, Some(Slowed { link, scale }), h)
+    }
+
+    fn go_on(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let along = self.along();
         let mut slope = state.clone();
         let watch = &mut self.watch;
@@ -234,8 +267,7 @@ impl AssemblyRun {
             })?;
         self.extra.evaluations += 1;
         self.slowed = slowed;
-        self.solver.restart(state, slope, h);
-        Some(())
+        self.solver.restart(state, slope, h)
     }
 
     /// Slows time for rod `link`.
@@ -318,7 +350,8 @@ impl AssemblyRun {
         let h = self.solver.next_step();
         self.resume(state, None, h)
             .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
-        self.step = self.solver.blank();
+        self.solver.refit();
+        self.step = None;
         self.dense = None;
         if self.assembly.looks_for_contacts() {
             let state = self.solver.state();
@@ -397,7 +430,7 @@ impl<'a> Motion<'a> for AssemblyRun {
         }
         Some(Event::Step {
             from,
-            to: self.step.to.time(),
+            to: self.solver.state().time(),
         })
     }
 

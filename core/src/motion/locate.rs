@@ -1,8 +1,9 @@
 //! Events inside a step, found to the accuracy of the integration: the step is taken again with other lengths.
 
 use crate::solve::cost::Cost;
-use crate::solve::dop853::{State, Step};
+use crate::solve::gauss::Reversible;
 use crate::solve::roots::chandrupatla;
+use crate::solve::stepper::{Inside, Taken};
 
 /// Most corrections of an event by redoing the step; three reach rounding from the interpolant.
 const CORRECTIONS: usize = 40;
@@ -14,7 +15,7 @@ const SUSPICIOUS: f64 = 0.1;
 const SAMPLES: usize = 12;
 
 /// A state that has time among its variables.
-pub trait Timed: State {
+pub trait Timed: Reversible {
     /// Time; of a slope, t'.
     fn time(&self) -> f64;
 }
@@ -33,26 +34,79 @@ pub struct Guess {
 /// An event found.
 pub struct Located<S> {
     /// The step that ends there.
-    pub step: Step<S>,
+    pub step: Taken<S>,
     /// Change of its time in the last correction.
     pub time_error: f64,
 }
 
+/// A state found in a symmetric step at a time that is farther off than this part of the step is sought again from there.
+const OFF: f64 = 1e-6;
+
+/// The state at a time within a step: from the interpolant of an explicit one, which is kept in `dense`; from a symmetric one
+/// by a step of its own, whose few last digits of time its slope makes good.
+pub fn at_time<S: Timed>(
+    step: &mut Taken<S>,
+    dense: &mut Option<Inside<S>>,
+    mut f: impl FnMut(&S) -> Option<S>,
+    t: f64,
+    cost: &mut Cost,
+) -> Option<S> {
+    let (from, to) = (step.from().time(), step.to().time());
+    if t == to {
+        return Some(step.to().clone());
+    }
+    if t == from {
+        return Some(step.from().clone());
+    }
+    if !(from < t && t < to) {
+        return None;
+    }
+    if dense.is_none() {
+        *dense = step.inside(&mut f, cost);
+    }
+    let dense = dense.as_ref()?;
+    let x = chandrupatla(
+        |x| dense.at(x).time() - t,
+        (0.0, from - t),
+        (1.0, to - t),
+        0.0,
+    )?;
+    if let Taken::Explicit(_) = step {
+        return Some(dense.at(x));
+    }
+    cost.samples += 1;
+    let mut h = x * step.h();
+    loop {
+        let there = step.redo(&mut f, h, cost)?;
+        let missing = (t - there.to().time()) / there.end_slope().time();
+        if missing.abs() <= OFF * step.h() {
+            let mut state = there.to().clone();
+            state.axpy(missing, there.end_slope());
+            return Some(state);
+        }
+        let next = h + missing;
+        if !(0.0 < next && next < step.h() && missing.abs() < 0.1 * step.h()) {
+            return None;
+        }
+        h = next;
+    }
+}
+
 /// The first zero of t' inside a step, if there is one: seen at the stages, confirmed on the interpolant.
 pub fn first_fold<S: Timed>(
-    step: &mut Step<S>,
+    step: &mut Taken<S>,
     mut f: impl FnMut(&S) -> Option<S>,
     cost: &mut Cost,
 ) -> Option<Guess> {
-    let ends = step.stage_slopes()[0].time().min(step.end_slope().time());
+    let ends = step.start_slope().time().min(step.end_slope().time());
     let rates = step.stage_slopes().iter().map(Timed::time);
     let least = rates.fold(f64::INFINITY, f64::min);
     if ends > 0.0 && least > SUSPICIOUS * ends {
         return None;
     }
-    let h = step.h;
-    let (start, end) = (step.stage_slopes()[0].time(), step.end_slope().time());
-    let dense = step.dense(&mut f, cost)?;
+    let h = step.h();
+    let (start, end) = (step.start_slope().time(), step.end_slope().time());
+    let dense = step.inside(&mut f, cost)?;
     let mut rate_at = |x: f64| {
         cost.evaluations += 1;
         f(&dense.at(x)).map_or(f64::NAN, |slope| slope.time())
@@ -80,7 +134,7 @@ pub fn first_fold<S: Timed>(
 /// the accuracy of the integration, not of an interpolant. Secants, and halving where they fail: t may grow like h^2 from a
 /// fold.
 pub fn locate<S: Timed>(
-    step: &Step<S>,
+    step: &Taken<S>,
     mut f: impl FnMut(&S) -> Option<S>,
     guess: Guess,
     event: impl Fn(&S, &S) -> f64,
@@ -91,12 +145,12 @@ pub fn locate<S: Timed>(
         mut rate,
         t: mut time,
     } = guess;
-    let (mut low, mut high) = (0.0, step.h);
+    let (mut low, mut high) = (0.0, step.h());
     let mut previous: Option<(f64, f64)> = None;
     let mut best: Option<(f64, Located<S>)> = None;
     for _ in 0..CORRECTIONS {
         let redone = step.redo(&mut f, h, cost)?;
-        let g = event(&redone.to, redone.end_slope());
+        let g = event(redone.to(), redone.end_slope());
         let moved = previous.map_or(f64::INFINITY, |(h0, _)| (h - h0).abs());
         if let Some((h0, g0)) = previous
             && h != h0
@@ -104,7 +158,7 @@ pub fn locate<S: Timed>(
         {
             rate = (g - g0) / (h - h0);
         }
-        let t = redone.to.time();
+        let t = redone.to().time();
         let time_error = (t - time).abs() + f64::EPSILON * t.abs();
         time = t;
         let better = best.as_ref().is_none_or(|(size, _)| g.abs() <= *size);

@@ -9,8 +9,8 @@ pub use crate::creep::resolution::Nodes;
 /// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps, method and nodes chosen by
 /// the program.
 ///
-/// An elastic rod has no nodes and no choice of method and ignores both; a viscoelastic one has no landings: its snaps are
-/// passages that it lives through.
+/// An elastic rod has no nodes and ignores them; its steps are explicit unless symmetric ones are asked for. A viscoelastic one has no
+/// landings: its snaps are passages that it lives through; and no symmetric steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// End of time.
@@ -20,7 +20,7 @@ pub struct Options {
     pub tolerance: f64,
     /// Where snaps land.
     pub landing: LandingRule,
-    /// Explicit or implicit steps.
+    /// Explicit, implicit or symmetric steps.
     pub method: Method,
     /// Nodes along the rod.
     pub nodes: Nodes,

@@ -132,7 +132,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             manifold,
             body,
             options,
-            motion: OnSheet::new(manifold, body, phase, orientation, options.tolerance)?,
+            motion: OnSheet::new(manifold, body, phase, orientation, &options)?,
             index,
             snapped,
             snaps,
@@ -349,7 +349,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             self.body,
             Phase { q, ..phase },
             orientation(self.manifold, &q)?,
-            self.options.tolerance,
+            &self.options,
         )?;
         self.outward = self.motion.moves_outward();
         Ok(Event::Snap(snap))

@@ -12,13 +12,16 @@ mod glide;
 mod shaking;
 mod turns;
 
-use super::locate::{Guess, Located, Timed, first_fold, locate};
+use super::locate::{Guess, Located, Timed, at_time, first_fold, locate};
+use super::options::Options;
 use crate::body::Body;
 use crate::error::{Error, Result};
 use crate::manifold::{ManifoldPoint, Multivalued, Patch, adjugate_times};
 use crate::solve::cost::Cost;
-use crate::solve::dop853::{Dense, Dop853, State, Step};
-use crate::solve::roots::chandrupatla;
+use crate::solve::dop853::State;
+use crate::solve::gauss::Reversible;
+use crate::solve::integrator::Method;
+use crate::solve::stepper::{Inside, Stepper, Taken};
 use nalgebra::SVector;
 use shaking::Shaking;
 
@@ -60,6 +63,13 @@ impl<const N: usize> State for Phase<N> {
     }
 }
 
+impl<const N: usize> Reversible for Phase<N> {
+    /// tau is short where the motion is fast.
+    fn pace_squared(&self, _at: &Self) -> f64 {
+        1.0
+    }
+}
+
 impl<const N: usize> Timed for Phase<N> {
     #[inline]
     fn time(&self) -> f64 {
@@ -90,9 +100,9 @@ pub struct OnSheet<'a, M, const N: usize> {
     patch: Patch,
     orientation: f64,
     tolerance: f64,
-    solver: Dop853<Phase<N>>,
-    last: Option<Step<Phase<N>>>,
-    dense: Option<Dense<Phase<N>>>,
+    solver: Stepper<Phase<N>>,
+    last: Option<Taken<Phase<N>>>,
+    dense: Option<Inside<Phase<N>>>,
     /// What is known of a fast shaking.
     shaking: Shaking<N>,
 }
@@ -109,7 +119,8 @@ const ON_TIME: f64 = 1e-12;
 const FINEST: f64 = 1e-14;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
-    /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1.
+    /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1, with the tolerance and the method of
+    /// `options`: steps are explicit unless it asks for symmetric ones.
     ///
     /// # Errors
     /// A start outside the chart.
@@ -118,8 +129,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         body: &'a Body<N>,
         start: Phase<N>,
         orientation: f64,
-        tolerance: f64,
+        options: &Options,
     ) -> Result<Self> {
+        let tolerance = options.tolerance;
         let patch = manifold.better_patch(Patch::Global, &start.q);
         let outside = || {
             Error::domain(format!(
@@ -134,13 +146,15 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let slope = slope(manifold, patch, body, orientation, &start).ok_or_else(outside)?;
         let rate = slope.mean_square(&start, &start).sqrt();
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
+        let local = (LOCAL * tolerance).max(FINEST);
+        let symmetric = options.method == Method::Symmetric;
         Ok(Self {
             manifold,
             body,
             patch,
             orientation,
-            tolerance: (LOCAL * tolerance).max(FINEST),
-            solver: Dop853::new(start, slope, h, (LOCAL * tolerance).max(FINEST)),
+            tolerance: local,
+            solver: Stepper::new(symmetric, start, slope, h, local).ok_or_else(outside)?,
             last: None,
             dense: None,
             shaking: Shaking::default(),
@@ -200,9 +214,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         };
         // The same step in time, at first.
         let h = self.solver.next_step() * before.t / slope.t;
-        let cost = self.cost();
-        self.solver = Dop853::new(carried, slope, h, self.tolerance);
-        *self.solver.cost_mut() = cost;
+        if self.solver.restart(carried, slope, h).is_none() {
+            return;
+        }
         self.solver.cost_mut().evaluations += 1;
         self.patch = patch;
         self.last = None;
@@ -223,10 +237,12 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// size has collapsed; the state stays where it was.
     pub fn step(&mut self, end: f64) -> Option<Progress> {
         self.change_patch();
-        if let Some(progress) = self.glide(end) {
+        // Symmetric steps follow every shaking: what passes over many turns looks back.
+        let strides = !self.solver.is_symmetric();
+        if strides && let Some(progress) = self.glide(end) {
             return Some(progress);
         }
-        if self.stride(end) {
+        if strides && self.stride(end) {
             return Some(Progress::Moved);
         }
         let next = self.body.next_break(self.time());
@@ -235,7 +251,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         } else {
             self.step_to(end)
         };
-        if progress == Some(Progress::Moved) {
+        if strides && progress == Some(Progress::Moved) {
             self.look_for_turns(end);
         }
         progress
@@ -247,16 +263,16 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     fn step_to_break(&mut self, at: f64) -> Option<Progress> {
         let from = (*self.solver.state(), *self.solver.slope());
         let progress = self.step_to(at)?;
-        let ended = self.last.as_ref().map(|step| step.h);
+        let ended = self.last.as_ref().map(Taken::h);
         let (Progress::Arrived, Some(h)) = (progress, ended) else {
             return Some(progress);
         };
         self.solver.rewind(from.0, from.1);
         let f = self.right_hand_side();
-        let mut step = self.solver.step(f, h).ok()?;
-        if step.h == h {
-            step.to.t = at;
-            self.solver.rewind(step.to, *step.end_slope());
+        let mut step = self.solver.step(written(f), h).ok()?;
+        if step.h() == h {
+            step.to_mut().t = at;
+            self.solver.rewind(*step.to(), *step.end_slope());
         }
         self.last = Some(step);
         Some(Progress::Moved)
@@ -271,25 +287,25 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let mut h_max = 4.0 * remaining / self.solver.slope().t.max(f64::MIN_POSITIVE);
         let mut cost = Cost::default();
         let (step, fold) = loop {
-            let mut step = self.solver.step(f, h_max).ok()?;
+            let mut step = self.solver.step(written(f), h_max).ok()?;
             let fold = first_fold(&mut step, f, &mut cost)
                 .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut cost));
             if fold.is_some() || step.end_slope().t > 0.0 {
                 break (step, fold);
             }
             // Time turned back and the fold was not found: it must be in a shorter step.
-            self.solver.rewind(step.from, step.stage_slopes()[0]);
-            h_max = 0.5 * step.h;
+            self.solver.rewind(*step.from(), *step.start_slope());
+            h_max = 0.5 * step.h();
         };
         let progress = match fold {
-            Some(fold) if fold.step.to.t < end => {
+            Some(fold) if fold.step.to().t < end => {
                 self.rewind(fold.step);
                 Progress::Fold {
                     time_error: fold.time_error,
                 }
             }
             Some(fold) => self.finish(fold.step, end, f, &mut cost)?,
-            None if step.to.t >= end => self.finish(step, end, f, &mut cost)?,
+            None if step.to().t >= end => self.finish(step, end, f, &mut cost)?,
             None => {
                 self.last = Some(step);
                 Progress::Moved
@@ -304,26 +320,27 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// that moment cannot be hit.
     fn finish(
         &mut self,
-        step: Step<Phase<N>>,
+        step: Taken<Phase<N>>,
         end: f64,
         f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
         cost: &mut Cost,
     ) -> Option<Progress> {
+        let (from, to) = (step.from().t, step.to().t);
         let guess = Guess {
-            h: step.h * (end - step.from.t) / (step.to.t - step.from.t),
-            rate: (step.to.t - step.from.t) / step.h,
+            h: step.h() * (end - from) / (to - from),
+            rate: (to - from) / step.h(),
             t: end,
         };
         let hit =
-            |ended: &Located<Phase<N>>| (ended.step.to.t - end).abs() <= ON_TIME * (1.0 + end);
+            |ended: &Located<Phase<N>>| (ended.step.to().t - end).abs() <= ON_TIME * (1.0 + end);
         match locate(&step, f, guess, |state, _| state.t - end, cost).filter(hit) {
             Some(mut ended) => {
-                ended.step.to.t = end;
+                ended.step.to_mut().t = end;
                 self.rewind(ended.step);
                 Some(Progress::Arrived)
             }
             None => {
-                self.solver.rewind(step.from, step.stage_slopes()[0]);
+                self.solver.rewind(*step.from(), *step.start_slope());
                 None
             }
         }
@@ -335,7 +352,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return None;
         }
         let mut step = self.last.clone()?;
-        let dense = step.dense(self.right_hand_side(), &mut Cost::default())?;
+        let dense = step.inside(self.right_hand_side(), &mut Cost::default())?;
         let energy = |phase: &Phase<N>| {
             let at = self.manifold.point_in(self.patch, &phase.q);
             at.map_or(0.0, |at| at.energy)
@@ -350,43 +367,56 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
                 low = a;
             }
         }
-        Some(self.global(dense.at(0.5 * (low + high))))
+        let x = 0.5 * (low + high);
+        let f = self.right_hand_side();
+        Some(self.global(match &step {
+            Taken::Explicit(_) => dense.at(x),
+            // The polynomial of a long step tells the place; the step to there, refined by where the pull does no work, the state.
+            Taken::Symmetric(_) => {
+                let power = |phase: &Phase<N>| {
+                    let at = self.manifold.point_in(self.patch, &phase.q);
+                    at.map_or(f64::NAN, |at| at.force.dot(&phase.v))
+                };
+                let h = x * step.h();
+                let [before, after] = [step.from(), step.to()].map(power);
+                let guess = Guess {
+                    h,
+                    rate: (after - before) / step.h(),
+                    t: dense.at(x).t,
+                };
+                let cost = &mut Cost::default();
+                *locate(&step, f, guess, |state, _| power(state), cost)?
+                    .step
+                    .to()
+            }
+        }))
     }
 
-    fn rewind(&mut self, step: Step<Phase<N>>) {
-        self.solver.rewind(step.to, *step.end_slope());
+    fn rewind(&mut self, step: Taken<Phase<N>>) {
+        self.solver.rewind(*step.to(), *step.end_slope());
         self.last = Some(step);
     }
 
-    /// The state at a time within the last step, from its interpolant (order 7; built on first use).
+    /// The state at a time within the last step, as accurate as the steps are.
     pub fn at(&mut self, t: f64) -> Option<Phase<N>> {
         let f = self.right_hand_side();
         if self.shaking.glides() {
             return self.at_glide(t);
         }
-        let step = self.last.as_mut()?;
-        if t == step.to.t || t == step.from.t {
-            let end = if t == step.to.t { step.to } else { step.from };
-            return Some(self.global(end));
-        }
-        if !(step.from.t < t && t < step.to.t) {
-            return None;
-        }
-        if self.shaking.strode() {
+        if self.shaking.strode()
+            && let Some(step) = &self.last
+            && step.from().t < t
+            && t < step.to().t
+        {
             return self.at_turn(t);
         }
-        let (from, to) = (step.from.t, step.to.t);
-        if self.dense.is_none() {
-            let mut cost = Cost::default();
-            self.dense = step.dense(f, &mut cost);
-            let total = self.solver.cost_mut();
-            *total = *total + cost;
-        }
-        let dense = self.dense.as_ref()?;
-        let x = chandrupatla(|x| dense.at(x).t - t, (0.0, from - t), (1.0, to - t), 0.0)?;
+        let mut cost = Cost::default();
+        let found = at_time(self.last.as_mut()?, &mut self.dense, f, t, &mut cost);
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
         Some(Phase {
             t,
-            ..self.global(dense.at(x))
+            ..self.global(found?)
         })
     }
 
@@ -395,6 +425,14 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let (manifold, patch, body) = (self.manifold, self.patch, self.body);
         let orientation = self.orientation;
         move |y| slope(manifold, patch, body, orientation, y)
+    }
+}
+
+/// A right-hand side that returns its slope, as one that writes it.
+fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> {
+    move |at, slope| {
+        *slope = f(at)?;
+        Some(())
     }
 }
 

@@ -21,6 +21,9 @@ pub enum Method {
     Explicit,
     /// Radau IIA, order 5: implicit steps, for stiff systems.
     Implicit,
+    /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction ([`super::gauss`]). The
+    /// integrator of this module has none, and chooses as under `Auto`.
+    Symmetric,
 }
 
 /// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
@@ -85,6 +88,10 @@ impl Integrator {
         method: Method,
         first_step: Option<f64>,
     ) -> Option<Self> {
+        let method = match method {
+            Method::Symmetric => Method::Auto,
+            method => method,
+        };
         let implicit = method == Method::Implicit;
         let mut slope = DVector::zeros(y.len());
         system.slope(&y, &mut slope)?;

@@ -19,17 +19,14 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let duration = table.number("duration");
     let tolerance = tolerance(table, !planar || memory.is_some_and(|memory| memory.damped));
     let elastic = memory.is_some_and(|memory| !memory.damped);
-    if elastic {
-        needs_damping(table, "method", "an elastic run has one method");
-    }
-    let methods = [Method::Auto, Method::Explicit, Method::Implicit];
+    let method = method(table, elastic || kind == ASSEMBLY);
     let samples = samples(table, kind, duration);
     let (max_steps, max_snaps) = (table.count("max_steps"), table.count("max_snaps"));
     // What the kind of scene does not have is what its motion does anyway.
-    let (method, reduce) = match kind {
-        ASSEMBLY => (Some(Method::Auto), Some(false)),
-        PLANE => (table.word("method", &methods), Some(true)),
-        _ => (table.word("method", &methods), table.flag("reduce")),
+    let reduce = match kind {
+        ASSEMBLY => Some(false),
+        PLANE => Some(true),
+        _ => table.flag("reduce"),
     };
     let (landing, branches) = (landing(table, memory), table.count("branches"));
     let (samples, strobe) = samples?;
@@ -45,6 +42,29 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
         max_steps: max_steps?,
         max_snaps: max_snaps?,
     })
+}
+
+fn method(table: &Table, elastic: bool) -> Option<Method> {
+    let all = [
+        Method::Auto,
+        Method::Explicit,
+        Method::Implicit,
+        Method::Symmetric,
+    ];
+    let method = table.word("method", &all)?;
+    match method {
+        Method::Explicit | Method::Implicit if elastic => {
+            let why = "an elastic run takes explicit steps, or symmetric ones (\"symmetric\")";
+            needs_damping(table, "method", why);
+            None
+        }
+        Method::Symmetric if !elastic => {
+            let allowed = "\"auto\", \"explicit\" or \"implicit\" where the rod has damping";
+            let hint = "symmetric steps keep the energy of a motion that can run backward, and a rod with damping loses it";
+            table.refuse(FaultKind::Conflict, "method", allowed, hint)
+        }
+        method => Some(method),
+    }
 }
 
 /// How often the motion is written, and the period if it is by one.

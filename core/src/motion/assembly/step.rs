@@ -1,12 +1,12 @@
 //! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
 
 use super::{AssemblyRun, Numbers};
-use crate::assembly::Sight;
+use crate::assembly::{Sight, Slowed};
 use crate::body::Groove;
 use crate::motion::event::Outcome;
-use crate::motion::locate::{Guess, Timed, first_fold, locate};
+use crate::motion::locate::{Guess, Timed, at_time, first_fold, locate};
 use crate::solve::cost::Cost;
-use crate::solve::roots::chandrupatla;
+use crate::solve::stepper::Taken;
 use nalgebra::DVector;
 
 /// Time is slowed for a rod whose det J would vanish, at its present rate, within so many steps ...
@@ -15,6 +15,8 @@ const NEAR: f64 = 8.0;
 const FAR: f64 = 4.0;
 /// A state this near to the end of time, relative to 1 + its size, is at it.
 const ON_TIME: f64 = 1e-12;
+/// det J, relative to where time began to be slowed, from which it tells a rod's chart by its end well.
+const CLEAR: f64 = 0.1;
 /// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
 const DRIFTED: f64 = 3.0;
 /// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
@@ -36,7 +38,8 @@ pub(super) enum Progress {
 }
 
 impl AssemblyRun {
-    fn take_step(&mut self, h_max: f64) -> Option<()> {
+    /// Goes one step of at most `h_max`, which is kept for those who look inside.
+    fn take_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed);
         let watch = &mut self.watch;
         let f = |y: &Numbers, out: &mut Numbers| {
@@ -44,7 +47,7 @@ impl AssemblyRun {
         };
         self.dense = None;
         self.taken_by = (self.assembly.clone(), slowed);
-        self.solver.step_into(f, h_max, &mut self.step).ok()
+        self.solver.step(f, h_max).ok()
     }
 
     /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
@@ -55,7 +58,7 @@ impl AssemblyRun {
         let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
         let from = self.solver.state().clone();
         let left = end - from.time();
-        if self.take_step(left).is_none() {
+        let Some(mut step) = self.take_step(left) else {
             // As at a fold that is too near for plain steps: towards which det J fell.
             let nearest = (0..before.len()).max_by(|a, b| {
                 let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
@@ -63,43 +66,37 @@ impl AssemblyRun {
             })?;
             self.slow(from, nearest, before[nearest])?;
             return self.slow_step(end);
-        }
+        };
         let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
         if let Some(link) = crossed {
             self.slow(from, link, before[link])?;
             return self.slow_step(end);
         }
-        if let Some(progress) = self.cut() {
+        let h = step.h();
+        let arrived = h >= left || (end - step.to().time()).abs() <= ON_TIME * (1.0 + end);
+        if arrived {
+            *step.to_mut() = step.to().clone().at_time(end);
+        }
+        if let Some(progress) = self.cut(&mut step) {
+            self.step = Some(step);
             return progress;
         }
-        let h = self.step.h;
-        let arrived = h >= left || (end - self.step.to.time()).abs() <= ON_TIME * (1.0 + end);
         if arrived {
-            self.step.to = self.step.to.clone().at_time(end);
-            let slope = self.step.end_slope().clone();
-            self.solver.rewind(self.step.to.clone(), slope);
+            self.solver
+                .rewind(step.to().clone(), step.end_slope().clone());
         }
-        if self
-            .watch
-            .iter()
-            .any(|rod| rod.gap > DRIFTED * self.local())
-        {
-            self.hold()?;
-        }
-        if self.look() {
-            return Some(if arrived {
-                Progress::Arrived
-            } else {
-                Progress::Moved
-            });
-        }
-        let falling = |k: &usize| {
-            let rate = (self.watch[*k].det - before[*k]) / h;
-            let time = -self.watch[*k].det / rate;
-            0.0 < time && time < NEAR * self.solver.next_step()
-        };
-        if let Some(link) = (0..before.len()).find(falling) {
-            self.slow(self.step.to.clone(), link, self.watch[link].det)?;
+        let to = step.to().clone();
+        self.step = Some(step);
+        self.hold()?;
+        if !self.look() {
+            let falling = |k: &usize| {
+                let rate = (self.watch[*k].det - before[*k]) / h;
+                let time = -self.watch[*k].det / rate;
+                0.0 < time && time < NEAR * self.solver.next_step()
+            };
+            if let Some(link) = (0..before.len()).find(falling) {
+                self.slow(to, link, self.watch[link].det)?;
+            }
         }
         Some(if arrived {
             Progress::Arrived
@@ -108,8 +105,12 @@ impl AssemblyRun {
         })
     }
 
-    /// Brings the charts back to the poses of the bodies.
+    /// Brings the charts back to the poses of the bodies where they have drifted off.
     fn hold(&mut self) -> Option<()> {
+        let bound = DRIFTED * self.local();
+        if !self.watch.iter().any(|rod| rod.gap > bound) {
+            return Some(());
+        }
         let state = self.solver.state().clone();
         let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
@@ -119,7 +120,7 @@ impl AssemblyRun {
             self.assembly.with_chart(state, k, q)
         });
         let h = self.solver.next_step();
-        self.resume(Numbers(held), None, h)
+        self.resume(Numbers(held), self.slowed, h)
     }
 
     /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
@@ -138,10 +139,10 @@ impl AssemblyRun {
         let f = &self.right_hand_side();
         let remaining = end - self.solver.state().time();
         let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
+        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
         let mut cost = Cost::default();
         let (mut step, fold) = loop {
-            self.take_step(h_max)?;
-            let mut step = self.step.clone();
+            let mut step = self.take_step(h_max)?;
             let fold = first_fold(&mut step, f, &mut cost)
                 .and_then(|guess| locate(&step, f, guess, |_, slope| slope.time(), &mut cost));
             if fold.is_some() || step.end_slope().time() > 0.0 {
@@ -149,8 +150,8 @@ impl AssemblyRun {
             }
             // Time turned back and the fold was not found: it must be in a shorter step.
             self.solver
-                .rewind(step.from.clone(), step.stage_slopes()[0].clone());
-            h_max = 0.5 * step.h;
+                .rewind(step.from().clone(), step.start_slope().clone());
+            h_max = 0.5 * step.h();
         };
         // Beyond a fold time runs backward: `end` is sought before it.
         let folded = fold.map(|fold| {
@@ -158,27 +159,25 @@ impl AssemblyRun {
             fold.time_error
         });
         let mut progress = Progress::Moved;
-        if step.to.time() >= end {
+        if step.to().time() >= end {
+            let passed = step.to().time() - step.from().time();
             let guess = Guess {
-                h: step.h * remaining / (step.to.time() - step.from.time()),
-                rate: (step.to.time() - step.from.time()) / step.h,
+                h: step.h() * remaining / passed,
+                rate: passed / step.h(),
                 t: end,
             };
             let found = locate(&step, f, guess, |state, _| state.time() - end, &mut cost)?;
-            if (found.step.to.time() - end).abs() > ON_TIME * (1.0 + end) {
+            if (found.step.to().time() - end).abs() > ON_TIME * (1.0 + end) {
                 return None;
             }
             // Time is one of the integrated variables, so that inner stages of this step may lie behind `end`, where a load
             // may have a kink: it is taken again under the control of its error, which shortens it if what they see matters.
-            let h = found.step.h;
-            self.solver.rewind(
-                found.step.from.clone(),
-                found.step.stage_slopes()[0].clone(),
-            );
-            self.take_step(h)?;
-            step = self.step.clone();
-            if step.h == h {
-                step.to = step.to.at_time(end);
+            let h = found.step.h();
+            self.solver
+                .rewind(found.step.from().clone(), found.step.start_slope().clone());
+            step = self.take_step(h)?;
+            if step.h() == h {
+                *step.to_mut() = step.to().clone().at_time(end);
                 progress = Progress::Arrived;
             }
         } else if let Some(time_error) = folded {
@@ -189,38 +188,72 @@ impl AssemblyRun {
         }
         self.extra.evaluations += cost.evaluations;
         self.extra.samples += cost.samples;
-        self.solver
-            .rewind(step.to.clone(), step.end_slope().clone());
-        self.step = step;
-        if let Some(ended) = self.cut() {
-            progress = ended?;
+        let whole = matches!(progress, Progress::Moved);
+        if !whole {
+            self.solver
+                .rewind(step.to().clone(), step.end_slope().clone());
         }
-        let rate = self.step.end_slope().time();
-        if rate > FAR {
-            let h = rate * self.solver.next_step();
-            self.resume(self.step.to.clone(), None, h)?;
+        if let Some(ended) = self.cut(&mut step) {
+            self.step = Some(step);
+            return ended;
         }
+        self.step = Some(step);
+        let rate = self.watch[slowed.link].det / slowed.scale;
+        if whole && rate > CLEAR {
+            self.hold()?;
+            self.look();
+        }
+        self.reconsider(&before, rate)?;
         Some(progress)
     }
 
+    /// Slows time for the rod that needs it most, or for none where explicit steps need it no more.
+    fn reconsider(&mut self, before: &[f64], rate: f64) -> Option<()> {
+        let Some(slowed) = self.slowed else {
+            return Some(());
+        };
+        let state = self.solver.state().clone();
+        let h = self.solver.next_step();
+        if !self.solver.is_symmetric() {
+            return match rate > FAR {
+                true => self.resume(state, None, rate * h),
+                false => Some(()),
+            };
+        }
+        // Steps until det J vanishes, at its present rate.
+        let left = |k: usize| match self.watch[k].det / (before[k] - self.watch[k].det) {
+            left if left > 0.0 => left,
+            _ => f64::INFINITY,
+        };
+        let all = (0..before.len()).filter(|k| *k != slowed.link);
+        let Some(next) = all.min_by(|a, b| left(*a).total_cmp(&left(*b))) else {
+            return Some(());
+        };
+        if left(next) < NEAR.min(left(slowed.link)) {
+            let scale = self.watch[next].det;
+            return self.resume(state, Some(Slowed { link: next, scale }), h);
+        }
+        Some(())
+    }
+
     /// Ends the step that was taken where that must be.
-    fn cut(&mut self) -> Option<Option<Progress>> {
-        let knot = self.knot();
+    fn cut(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+        let knot = self.knot(step);
         if let Some(None) = knot {
             return knot;
         }
-        self.touch().or(knot)
+        self.touch(step).or(knot)
     }
 
     /// Ends it where rods touch.
-    fn touch(&mut self) -> Option<Option<Progress>> {
+    fn touch(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
         if !self.assembly.looks_for_contacts() {
             return None;
         }
         let assembly = self.assembly.clone();
         let nearness =
             |state: &Numbers| assembly.nearness(state.time(), &assembly.configuration(&state.0));
-        let after = nearness(&self.step.to);
+        let after = nearness(step.to());
         let before = std::mem::replace(&mut self.near, after.clone());
         let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
         let mut part = 1.0;
@@ -228,7 +261,7 @@ impl AssemblyRun {
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
             let mut cost = Cost::default();
-            let dense = self.step.dense(f, &mut cost)?;
+            let dense = step.inside(f, &mut cost)?;
             self.extra.evaluations += cost.evaluations;
             for x in INSIDE {
                 let there = nearness(&dense.at(x)).contact;
@@ -245,38 +278,38 @@ impl AssemblyRun {
             let there = assembly.contact(state.time(), &now, &contact);
             there.map_or(1.0, |contact| contact.gap)
         };
-        let h = part * self.step.h;
-        let (first, last) = (gap(&self.step.from), contact.gap);
+        let h = part * step.h();
+        let (first, last) = (gap(step.from()), contact.gap);
         let guess = Guess {
             h: h * first / (first - last),
             rate: (last - first) / h,
-            t: self.step.from.time(),
+            t: step.from().time(),
         };
         let mut cost = Cost::default();
         let f = self.right_hand_side();
-        let found = locate(&self.step, f, guess, |state, _| gap(state), &mut cost);
+        let found = locate(step, f, guess, |state, _| gap(state), &mut cost);
         self.extra.evaluations += cost.evaluations;
         let Some(found) = found else {
             return Some(None);
         };
-        self.step = found.step;
+        *step = found.step;
         self.solver
-            .rewind(self.step.to.clone(), self.step.end_slope().clone());
-        let now = assembly.configuration(&self.step.to.0);
-        let there = assembly.contact(self.step.to.time(), &now, &contact);
+            .rewind(step.to().clone(), step.end_slope().clone());
+        let now = assembly.configuration(&step.to().0);
+        let there = assembly.contact(step.to().time(), &now, &contact);
         let outcome = Outcome::SelfContact(there.unwrap_or(contact));
         Some(Some(Progress::End(outcome)))
     }
 
     /// Ends the step that was taken where a body first passes a place of its groove at which that is not smooth, or its end.
-    fn knot(&mut self) -> Option<Option<Progress>> {
+    fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
         let [from, to] =
-            [&self.step.from, &self.step.to].map(|state| self.assembly.along_grooves(&state.0));
+            [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let passed = from.iter().zip(&to).filter_map(|((body, a), (_, b))| {
             let knot = self.assembly.carriers()[*body]
                 .groove()?
                 .first_break(*a, *b)?;
-            Some((*body, knot, (knot - a) / (b - a), (b - a) / self.step.h))
+            Some((*body, knot, (knot - a) / (b - a), (b - a) / step.h()))
         });
         let (body, knot, part, rate) = passed.min_by(|x, y| x.2.total_cmp(&y.2))?;
         let assembly = self.assembly.clone();
@@ -285,26 +318,20 @@ impl AssemblyRun {
             all.iter().find(|(b, _)| *b == body).map_or(0.0, |x| x.1)
         };
         let guess = Guess {
-            h: part * self.step.h,
+            h: part * step.h(),
             rate,
-            t: self.step.from.time(),
+            t: step.from().time(),
         };
         let f = self.right_hand_side();
         let mut cost = Cost::default();
-        let found = locate(
-            &self.step,
-            f,
-            guess,
-            |state, _| along(state) - knot,
-            &mut cost,
-        );
+        let found = locate(step, f, guess, |state, _| along(state) - knot, &mut cost);
         self.extra.evaluations += cost.evaluations;
         let Some(found) = found else {
             return Some(None);
         };
-        self.step = found.step;
+        *step = found.step;
         self.solver
-            .rewind(self.step.to.clone(), self.step.end_slope().clone());
+            .rewind(step.to().clone(), step.end_slope().clone());
         let groove = self.assembly.carriers()[body].groove();
         let ends = groove.and_then(Groove::ends);
         let at_end = ends.is_some_and(|[a, b]| knot == a || knot == b);
@@ -326,30 +353,11 @@ impl AssemblyRun {
 
     /// The state at a time within the last step.
     pub(super) fn inside(&mut self, t: f64) -> Option<DVector<f64>> {
-        let (from, to) = (self.step.from.time(), self.step.to.time());
-        if t == to {
-            return Some(self.step.to.0.clone());
-        }
-        if t == from {
-            return Some(self.step.from.0.clone());
-        }
-        if !(from < t && t < to) {
-            return None;
-        }
-        if self.dense.is_none() {
-            let f = self.right_hand_side();
-            let mut cost = Cost::default();
-            self.dense = self.step.dense(f, &mut cost);
-            self.extra.evaluations += cost.evaluations;
-            self.extra.samples += cost.samples;
-        }
-        let dense = self.dense.as_ref()?;
-        let x = chandrupatla(
-            |x| dense.at(x).time() - t,
-            (0.0, from - t),
-            (1.0, to - t),
-            0.0,
-        )?;
-        Some(dense.at(x).at_time(t).0)
+        let f = self.right_hand_side();
+        let mut cost = Cost::default();
+        let found = at_time(self.step.as_mut()?, &mut self.dense, f, t, &mut cost);
+        self.extra.evaluations += cost.evaluations;
+        self.extra.samples += cost.samples;
+        Some(found?.at_time(t).0)
     }
 }

@@ -128,6 +128,12 @@ where
                     .words("; change the velocity, or bend the rod a little"),
             ));
         }
+        if options.method == Method::Symmetric {
+            return Err(Error::domain(
+                "method: symmetric steps keep the energy of a motion that can run backward, and a rod with damping loses it; let the \
+                 program choose (auto), or ask for explicit or implicit steps",
+            ));
+        }
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(&system, y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;

@@ -5,6 +5,7 @@ use super::turns::{FEWEST, LONGEST, Strides, Turns};
 use super::{OnSheet, Phase, Progress, locate};
 use crate::manifold::{Multivalued, Patch};
 use crate::solve::cost::Cost;
+use crate::solve::stepper::{Inside, Taken};
 
 /// Turns made one by one after a stride that failed; each further failure doubles them, up to the second number.
 const PATIENCE: (u32, u32) = (16, 1024);
@@ -98,7 +99,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.solver.cost_mut().steps += 1;
         self.solver.rewind(step.to, slope);
         self.dense = None;
-        self.last = Some(step);
+        self.last = Some(Taken::Explicit(step));
         self.shaking.last = Kind::Stride;
         self.shaking.patience = (0, PATIENCE.0);
         self.shaking.strides = Some(strides);
@@ -114,7 +115,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let Some(step) = self.last.as_ref() else {
             return;
         };
-        if !turns.turned(&step.from, &step.to) {
+        if !turns.turned(step.from(), step.to()) {
             return;
         }
         let guess = turns.guess(step);
@@ -126,7 +127,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let Some(located) = located else {
             return;
         };
-        let here = located.step.to;
+        let here = *located.step.to();
         let Some(before) = self.shaking.turned.replace(here) else {
             return;
         };
@@ -155,12 +156,19 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The state at a time within the last step, which made many turns.
     pub(super) fn at_turn(&mut self, t: f64) -> Option<Phase<N>> {
         let turns = self.turns()?;
-        let (step, strides) = (self.last.as_mut()?, self.shaking.strides.as_ref()?);
+        let strides = self.shaking.strides.as_ref()?;
+        let Some(Taken::Explicit(step)) = self.last.as_mut() else {
+            return None;
+        };
         let mut cost = Cost::default();
         if self.dense.is_none() {
-            self.dense = strides.dense(&turns, step, &mut cost);
+            let dense = strides.dense(&turns, step, &mut cost);
+            self.dense = dense.map(Inside::Explicit);
         }
-        let at = strides.at(&turns, step, self.dense.as_ref()?, t, &mut cost);
+        let Some(Inside::Explicit(dense)) = &self.dense else {
+            return None;
+        };
+        let at = strides.at(&turns, step, dense, t, &mut cost);
         *self.solver.cost_mut() = self.solver.cost() + cost;
         at.map(|at| self.global(at))
     }

@@ -17,6 +17,7 @@ use crate::motion::locate::{Guess, locate};
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
 use crate::solve::roots::chandrupatla;
+use crate::solve::stepper::Taken;
 use nalgebra::SVector;
 
 /// Strides of fewer turns than this are not worth their cost, of some fifty turns.
@@ -86,13 +87,14 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
     }
 
     /// Where the length of a step between two states is to be cut, so that it ends at the turning point.
-    pub fn guess(&self, step: &Step<Phase<N>>) -> Guess {
-        let [a, b] = [&step.from, &step.to].map(|at| at.v.dot(&self.along));
+    pub fn guess(&self, step: &Taken<Phase<N>>) -> Guess {
+        let (from, to) = (step.from(), step.to());
+        let [a, b] = [from, to].map(|at| at.v.dot(&self.along));
         let share = if a == b { 1.0 } else { a / (a - b) };
         Guess {
-            h: step.h * share,
-            rate: (b - a) / step.h,
-            t: step.from.t + share * (step.to.t - step.from.t),
+            h: step.h() * share,
+            rate: (b - a) / step.h(),
+            t: from.t + share * (to.t - from.t),
         }
     }
 
@@ -163,7 +165,8 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
                     rate: (b - a) / step.h,
                     t: step.from.t + share * (step.to.t - step.from.t),
                 };
-                found = locate(&step, f, guess, |at, _| event(at), cost).map(|at| at.step.to);
+                let step = Taken::Explicit(step);
+                found = locate(&step, f, guess, |at, _| event(at), cost).map(|at| *at.step.to());
                 break;
             }
         }

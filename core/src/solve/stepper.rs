@@ -1,0 +1,228 @@
+//! Explicit and symmetric steps behind one face, for those that look for events inside steps.
+
+use super::cost::Cost;
+use super::dop853::{Dense, Dop853, Step, StepTooSmall};
+use super::gauss::{Gauss, GaussStep, Reversible};
+
+/// An integration in progress, by one of two methods.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // A run holds one.
+pub enum Stepper<Y> {
+    /// DOP853: as long as the error of each step allows.
+    Explicit(Dop853<Y>),
+    /// Gauss collocation: steps of one length, which keep the structure of a reversible motion.
+    Symmetric(Gauss<Y>),
+}
+
+/// One accepted step, in the variable of its method: that of the right-hand side, or sigma of [`super::gauss`].
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)]
+pub enum Taken<Y> {
+    /// Of DOP853.
+    Explicit(Step<Y>),
+    /// Of Gauss collocation.
+    Symmetric(GaussStep<Y>),
+}
+
+/// The states inside a step, roughly.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)]
+pub enum Inside<Y> {
+    /// The interpolant of DOP853, of order 7.
+    Explicit(Dense<Y>),
+    /// The polynomial of the step itself.
+    Symmetric(GaussStep<Y>),
+}
+
+impl<Y: Reversible> Stepper<Y> {
+    /// Starts at `state` with its `slope`; `h` is a first guess. None if the motion has no pace there, so that symmetric steps
+    /// have no length.
+    pub fn new(symmetric: bool, state: Y, slope: Y, h: f64, tolerance: f64) -> Option<Self> {
+        Some(match symmetric {
+            false => Self::Explicit(Dop853::new(state, slope, h, tolerance)),
+            true => Self::Symmetric(Gauss::new(state, slope, h, tolerance)?),
+        })
+    }
+
+    /// True of symmetric steps.
+    pub fn is_symmetric(&self) -> bool {
+        matches!(self, Self::Symmetric(_))
+    }
+
+    /// Starts anew at another state with a step of about `h`; symmetric steps keep their length.
+    pub fn restart(&mut self, state: Y, slope: Y, h: f64) -> Option<()> {
+        match self {
+            Self::Explicit(solver) => {
+                solver.restart(state, slope, h);
+                Some(())
+            }
+            Self::Symmetric(solver) => solver.restart(state, slope),
+        }
+    }
+
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        match self {
+            Self::Explicit(solver) => solver.cost(),
+            Self::Symmetric(solver) => solver.cost(),
+        }
+    }
+
+    /// The cost, to be counted up by the caller for evaluations made outside the steps.
+    pub fn cost_mut(&mut self) -> &mut Cost {
+        match self {
+            Self::Explicit(solver) => solver.cost_mut(),
+            Self::Symmetric(solver) => solver.cost_mut(),
+        }
+    }
+
+    /// The current state.
+    pub fn state(&self) -> &Y {
+        match self {
+            Self::Explicit(solver) => solver.state(),
+            Self::Symmetric(solver) => solver.state(),
+        }
+    }
+
+    /// The slope at the current state, in the method's variable.
+    pub fn slope(&self) -> &Y {
+        match self {
+            Self::Explicit(solver) => solver.slope(),
+            Self::Symmetric(solver) => solver.slope(),
+        }
+    }
+
+    /// The size that the next step will try.
+    pub fn next_step(&self) -> f64 {
+        match self {
+            Self::Explicit(solver) => solver.next_step(),
+            Self::Symmetric(solver) => solver.next_step(),
+        }
+    }
+
+    /// Takes one step of at most `h_max`; `f` writes the slope of the right-hand side into its second argument.
+    ///
+    /// # Errors
+    /// [`StepTooSmall`] if there is none of a size worth taking.
+    pub fn step(
+        &mut self,
+        f: impl FnMut(&Y, &mut Y) -> Option<()>,
+        h_max: f64,
+    ) -> Result<Taken<Y>, StepTooSmall> {
+        match self {
+            Self::Explicit(solver) => {
+                let mut step = solver.blank();
+                solver.step_into(f, h_max, &mut step)?;
+                Ok(Taken::Explicit(step))
+            }
+            Self::Symmetric(solver) => Ok(Taken::Symmetric(solver.step(f, h_max)?)),
+        }
+    }
+
+    /// Moves the state back to inside the last step; `slope` is one of that step's.
+    pub fn rewind(&mut self, state: Y, slope: Y) {
+        match self {
+            Self::Explicit(solver) => solver.rewind(state, slope),
+            Self::Symmetric(solver) => solver.rewind(state, slope),
+        }
+    }
+
+    /// The next steps are those of another motion, as after a snap: symmetric ones get a length that suits it.
+    pub fn refit(&mut self) {
+        if let Self::Symmetric(solver) = self {
+            solver.refit();
+        }
+    }
+}
+
+impl<Y: Reversible> Taken<Y> {
+    /// State at the start.
+    pub fn from(&self) -> &Y {
+        match self {
+            Self::Explicit(step) => &step.from,
+            Self::Symmetric(step) => &step.from,
+        }
+    }
+
+    /// State at the end.
+    pub fn to(&self) -> &Y {
+        match self {
+            Self::Explicit(step) => &step.to,
+            Self::Symmetric(step) => &step.to,
+        }
+    }
+
+    /// The state at the end, to be put right to rounding.
+    pub fn to_mut(&mut self) -> &mut Y {
+        match self {
+            Self::Explicit(step) => &mut step.to,
+            Self::Symmetric(step) => &mut step.to,
+        }
+    }
+
+    /// Length.
+    pub fn h(&self) -> f64 {
+        match self {
+            Self::Explicit(step) => step.h,
+            Self::Symmetric(step) => step.h,
+        }
+    }
+
+    /// The slopes at the stages of the step, its start first and its end last.
+    pub fn stage_slopes(&self) -> &[Y] {
+        match self {
+            Self::Explicit(step) => step.stage_slopes(),
+            Self::Symmetric(step) => step.stage_slopes(),
+        }
+    }
+
+    /// The slope at the start.
+    pub fn start_slope(&self) -> &Y {
+        &self.stage_slopes()[0]
+    }
+
+    /// The slope at the end.
+    pub fn end_slope(&self) -> &Y {
+        match self {
+            Self::Explicit(step) => step.end_slope(),
+            Self::Symmetric(step) => step.end_slope(),
+        }
+    }
+
+    /// The same step with another length, as accurate.
+    pub fn redo(
+        &self,
+        mut f: impl FnMut(&Y) -> Option<Y>,
+        h: f64,
+        cost: &mut Cost,
+    ) -> Option<Self> {
+        Some(match self {
+            Self::Explicit(step) => Self::Explicit(step.redo(f, h, cost)?),
+            Self::Symmetric(step) => {
+                let f = |at: &Y, slope: &mut Y| {
+                    *slope = f(at)?;
+                    Some(())
+                };
+                Self::Symmetric(step.redo(f, h, cost)?)
+            }
+        })
+    }
+
+    /// The states inside, to find places by.
+    pub fn inside(&mut self, f: impl FnMut(&Y) -> Option<Y>, cost: &mut Cost) -> Option<Inside<Y>> {
+        Some(match self {
+            Self::Explicit(step) => Inside::Explicit(step.dense(f, cost)?),
+            Self::Symmetric(step) => Inside::Symmetric(step.clone()),
+        })
+    }
+}
+
+impl<Y: Reversible> Inside<Y> {
+    /// The state at the fraction `x` in [0, 1] of the step.
+    pub fn at(&self, x: f64) -> Y {
+        match self {
+            Self::Explicit(dense) => dense.at(x),
+            Self::Symmetric(step) => step.at(x),
+        }
+    }
+}
