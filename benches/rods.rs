@@ -54,7 +54,7 @@ fn held_at(y: f64) -> Result<Problem> {
 }
 
 /// 200 points of its branch, with index and special points; aim: 100 ms, and AUTO's 55-156 us a point (planar, no index).
-fn branch<C: Chart<N> + Copy + Sync, const N: usize>(bencher: Bencher, chart: C) {
+fn branch<C: Chart + Copy + Sync>(bencher: Bencher, chart: C) {
     let start = held_at(0.3).and_then(|p| p.solve(None)).unwrap();
     let options = Options {
         initial_step: 0.3,
@@ -66,7 +66,7 @@ fn branch<C: Chart<N> + Copy + Sync, const N: usize>(bencher: Bencher, chart: C)
     let family = RodFamily::in_chart(held_at, false, 1.5, chart);
     let x = family.unknowns(&start.base, 0.3).unwrap();
     bencher.bench(|| {
-        let trace = Continuation::new(&family, x, 0.3, options.clone())
+        let trace = Continuation::new(&family, x.clone(), 0.3, options.clone())
             .unwrap()
             .trace();
         assert!(trace.points.len() > 100, "{}", trace.stop);

@@ -30,7 +30,8 @@ impl Default for Solve {
 /// A branch of equilibria in one parameter of the scene.
 ///
 /// Steps are lengths along the branch, measured so that a change of the parameter alone by |to - from| has
-/// length 1, and so does a change of the base wrench by [`Continue::TYPICAL`] of the rod's own units (B/L for the
+/// length 1, and so does a change of the base wrench (of an assembly those of all rods, with the turns of the bodies in radians and their
+/// displacements in mean lengths of the rods) by [`Continue::TYPICAL`] of the rod's own units (B/L for the
 /// couple, B/L^2 for the force, B a bending stiffness). Hence 0.01 is at least 100 steps from `from` to `to`, and more
 /// where the wrench changes much.
 #[derive(Debug, Clone, PartialEq, Serialize)]

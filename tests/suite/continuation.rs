@@ -1,7 +1,7 @@
 //! The continuation tool on problems with closed forms. Work is counted in evaluations of F.
 
 use crate::support::assert_close;
-use nalgebra::{SMatrix, SVector, matrix, vector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix, dvector, matrix, vector};
 use snaprod::solve::arclength::{Continuation, Direction, Options, Predictor, Role, Stop, Trace};
 use snaprod::solve::deflation::{self, further};
 use snaprod::solve::family::{Family, Linearised};
@@ -18,23 +18,41 @@ struct Given<const N: usize, F, I> {
 
 type Parts<const N: usize> = (SVector<f64, N>, SMatrix<f64, N, N>, SVector<f64, N>);
 
-impl<const N: usize, F, I> Family<N> for Given<N, F, I>
+/// In the size of the problem.
+fn sized<const N: usize>(x: &DVector<f64>) -> SVector<f64, N> {
+    SVector::from_column_slice(x.as_slice())
+}
+
+/// As the solvers hold them.
+fn dynamic<const N: usize>(x: SVector<f64, N>) -> DVector<f64> {
+    DVector::from_column_slice(x.as_slice())
+}
+
+fn dynamic_matrix<const N: usize>(matrix: SMatrix<f64, N, N>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(N, N, matrix.as_slice())
+}
+
+impl<const N: usize, F, I> Family for Given<N, F, I>
 where
     F: Fn(&SVector<f64, N>, f64) -> Option<Parts<N>>,
     I: Fn(&SVector<f64, N>, f64) -> Option<usize>,
 {
-    fn linearised(&self, x: &SVector<f64, N>, p: f64) -> snaprod::Result<Linearised<N>> {
+    fn size(&self) -> usize {
+        N
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64) -> snaprod::Result<Linearised> {
         let (residual, jacobian, slope) =
-            (self.f)(x, p).ok_or_else(|| snaprod::Error::io("F ends here"))?;
+            (self.f)(&sized(x), p).ok_or_else(|| snaprod::Error::io("F ends here"))?;
         Ok(Linearised {
-            residual,
-            jacobian,
-            slope,
+            residual: dynamic(residual),
+            jacobian: dynamic_matrix(jacobian),
+            slope: dynamic(slope),
         })
     }
 
-    fn index(&self, x: &SVector<f64, N>, p: f64) -> snaprod::Result<Option<usize>> {
-        Ok((self.index)(x, p))
+    fn index(&self, x: &DVector<f64>, p: f64) -> snaprod::Result<Option<usize>> {
+        Ok((self.index)(&sized(x), p))
     }
 }
 
@@ -56,12 +74,12 @@ fn circle(x: &SVector<f64, 1>, p: f64) -> Option<Parts<1>> {
     ))
 }
 
-fn kinds<const N: usize>(trace: &Trace<N>) -> Vec<SpecialKind> {
+fn kinds(trace: &Trace) -> Vec<SpecialKind> {
     trace.specials.iter().map(|s| s.kind).collect()
 }
 
 #[track_caller]
-fn located<const N: usize>(special: &Special<N>, kind: SpecialKind, p: f64, accuracy: f64) {
+fn located(special: &Special, kind: SpecialKind, p: f64, accuracy: f64) {
     assert_eq!(special.kind, kind, "{special:?}");
     assert!(special.is_converged(), "{special:?}");
     assert_close(special.point.p, p, accuracy, 1.0, "p of a special point");
@@ -79,7 +97,7 @@ fn located<const N: usize>(special: &Special<N>, kind: SpecialKind, p: f64, accu
     );
 }
 
-fn per_point<const N: usize>(trace: &Trace<N>) -> f64 {
+fn per_point(trace: &Trace) -> f64 {
     let points = trace.points.len() - 1;
     let spent = trace.evaluations as f64 / points as f64;
     println!(
@@ -99,7 +117,7 @@ fn circle_has_two_folds_and_closes() {
             predictor,
             ..Options::between(-2.0, 2.0)
         };
-        let trace = Continuation::new(&family, vector![0.8], 0.6, options)
+        let trace = Continuation::new(&family, dvector![0.8], 0.6, options)
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Closed);
@@ -109,8 +127,8 @@ fn circle_has_two_folds_and_closes() {
         assert!(trace.specials[0].point.x[0].abs() < 1e-9);
         let last = trace.points.last().unwrap();
         assert_eq!(
-            (last.x, last.p, last.role),
-            (trace.points[0].x, 0.6, Role::End)
+            (&last.x, last.p, last.role),
+            (&trace.points[0].x, 0.6, Role::End)
         );
         assert_close(
             last.arclength,
@@ -141,12 +159,12 @@ fn requested_values_are_hit_exactly() {
         direction: Direction::Forward,
         ..options.clone()
     };
-    let down = Continuation::new(&family, vector![1.0], 0.0, options)
+    let down = Continuation::new(&family, dvector![1.0], 0.0, options)
         .unwrap()
         .trace();
     assert_eq!(down.stop, Stop::LeftAtStart);
     assert_eq!(down.points.last().unwrap().p, -0.7);
-    let up = Continuation::new(&family, vector![1.0], 0.0, options_up)
+    let up = Continuation::new(&family, dvector![1.0], 0.0, options_up)
         .unwrap()
         .trace();
     assert_eq!(up.stop, Stop::LeftAtStart);
@@ -183,7 +201,7 @@ fn pitchfork_on_both_branches() {
         index: |x: &SVector<f64, 1>, p: f64| Some(usize::from(p - 3.0 * x[0] * x[0] > 0.0)),
     };
     for start in [-1.0, -0.98, -0.5] {
-        let trace = Continuation::new(&family, vector![0.0], start, Options::between(-1.0, 1.0))
+        let trace = Continuation::new(&family, dvector![0.0], start, Options::between(-1.0, 1.0))
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Reached);
@@ -195,7 +213,7 @@ fn pitchfork_on_both_branches() {
     }
     let trace = Continuation::new(
         &family,
-        vector![1.0],
+        dvector![1.0],
         1.0,
         Options {
             direction: Direction::Backward,
@@ -229,7 +247,7 @@ fn branches_are_switched_at_simple_branch_points() {
             vector![x[0]],
         ))
     });
-    let trace = Continuation::new(&transcritical, vector![0.0], -1.0, options.clone())
+    let trace = Continuation::new(&transcritical, dvector![0.0], -1.0, options.clone())
         .unwrap()
         .trace();
     let found = switch(&transcritical, &trace.specials[0], 0.1, &options).unwrap();
@@ -249,7 +267,7 @@ fn branches_are_switched_at_simple_branch_points() {
     assert!(found.starts[0].p * found.starts[1].p < 0.0);
 
     let family = given(pitchfork);
-    let trace = Continuation::new(&family, vector![0.0], -1.0, options.clone())
+    let trace = Continuation::new(&family, dvector![0.0], -1.0, options.clone())
         .unwrap()
         .trace();
     let found = switch(&family, &trace.specials[0], 0.1, &options).unwrap();
@@ -273,7 +291,7 @@ fn branches_are_switched_at_simple_branch_points() {
     // A fold is no branch point.
     let folds = Continuation::new(
         &given(circle),
-        vector![1.0],
+        dvector![1.0],
         0.0,
         Options::between(-2.0, 2.0),
     )
@@ -301,7 +319,7 @@ fn degenerate_branch_point_is_sampled() {
         index: |x: &SVector<f64, 1>, p: f64| Some(usize::from(f(x, p).unwrap().1[0] > 0.0)),
     };
     let options = Options::between(-1.0, 1.0);
-    let trace = Continuation::new(&family, vector![0.0], -0.97, options.clone())
+    let trace = Continuation::new(&family, dvector![0.0], -0.97, options.clone())
         .unwrap()
         .trace();
     assert_eq!(trace.specials.len(), 1, "{:#?}", trace.specials);
@@ -339,7 +357,7 @@ fn double_crossing_is_seen_by_the_index() {
         },
     };
     let options = Options::between(-0.61, 1.0);
-    let trace = Continuation::new(&family, vector![0.0, 0.0], -0.61, options.clone())
+    let trace = Continuation::new(&family, dvector![0.0, 0.0], -0.61, options.clone())
         .unwrap()
         .trace();
     assert_eq!(trace.stop, Stop::Reached);
@@ -432,7 +450,7 @@ fn mixed_unknowns_with_noise() {
             predictor,
             ..Options::between(-0.8, 0.8)
         };
-        let trace = Continuation::new(&family, start, -0.8, options)
+        let trace = Continuation::new(&family, dynamic(start), -0.8, options)
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
@@ -451,7 +469,7 @@ fn mixed_unknowns_with_noise() {
             assert_eq!(special.multiplicity(), Some(1));
         }
         for point in &trace.points {
-            let y = mixer::<6>() * point.x;
+            let y = mixer::<6>() * sized::<6>(&point.x);
             let off = (y[1].powi(3) - y[1] - point.p).abs().max(y[0].abs());
             assert!(off < 4e-10, "off the branch by {off:e} at p = {}", point.p);
         }
@@ -471,7 +489,7 @@ fn a_family_may_end() {
             )
         })
     });
-    let trace = Continuation::new(&family, vector![1.0], 0.0, Options::between(0.0, 2.0))
+    let trace = Continuation::new(&family, dvector![1.0], 0.0, Options::between(0.0, 2.0))
         .unwrap()
         .trace();
     let Stop::Undefined { p, ref reason, .. } = trace.stop else {
@@ -485,7 +503,7 @@ fn a_family_may_end() {
     let family = given(|x: &SVector<f64, 1>, p: f64| {
         (p <= 0.7).then(|| (vector![x[0] - p * p], matrix![1.0], vector![-2.0 * p]))
     });
-    let trace = Continuation::new(&family, vector![0.0], 0.0, Options::between(0.0, 0.7))
+    let trace = Continuation::new(&family, dvector![0.0], 0.0, Options::between(0.0, 0.7))
         .unwrap()
         .trace();
     assert_eq!(trace.stop, Stop::Reached);
@@ -495,7 +513,7 @@ fn a_family_may_end() {
         let side = if x[0] > 0.0 { 30.0 } else { 1.0 };
         Some((vector![side * x[0] - p], matrix![side], vector![-1.0]))
     });
-    let trace = Continuation::new(&family, vector![-1.0], -1.0, Options::between(-1.0, 1.0))
+    let trace = Continuation::new(&family, dvector![-1.0], -1.0, Options::between(-1.0, 1.0))
         .unwrap()
         .trace();
     match trace.stop {
@@ -508,7 +526,7 @@ fn a_family_may_end() {
         max_points: 3,
         ..Options::between(-2.0, 2.0)
     };
-    let trace = Continuation::new(&given(circle), vector![1.0], 0.0, few)
+    let trace = Continuation::new(&given(circle), dvector![1.0], 0.0, few)
         .unwrap()
         .trace();
     assert_eq!((trace.stop, trace.points.len()), (Stop::MaxPoints, 3));
@@ -587,7 +605,7 @@ fn bad_requests_name_what_is_wrong() {
         ),
     ];
     for (name, options) in bad {
-        let refused = Continuation::new(&given(circle), vector![1.0], 0.0, options)
+        let refused = Continuation::new(&given(circle), dvector![1.0], 0.0, options)
             .err()
             .unwrap();
         assert!(refused.is_domain(), "{refused}");
@@ -596,16 +614,26 @@ fn bad_requests_name_what_is_wrong() {
             "{refused}"
         );
     }
-    let outside = Continuation::new(&given(circle), vector![1.0], 1.5, good.clone())
+    let outside = Continuation::new(&given(circle), dvector![1.0], 1.5, good.clone())
         .err()
         .unwrap();
     assert!(outside.is_domain(), "{outside}");
+    for wrong in [dvector![], dvector![1.0, 0.0]] {
+        let refused = Continuation::new(&given(circle), wrong.clone(), 0.0, good.clone())
+            .err()
+            .unwrap();
+        assert!(refused.to_string().contains("unknowns"), "{refused}");
+        let guesses = [wrong];
+        let refused = further(&given(circle), 0.0, &[], &guesses, &Default::default());
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains("a guess has"), "{refused}");
+    }
     let wide = Options::between(-3.0, 3.0);
-    let nowhere = Continuation::new(&given(circle), vector![1.0], 1.5, wide.clone())
+    let nowhere = Continuation::new(&given(circle), dvector![1.0], 1.5, wide.clone())
         .err()
         .unwrap();
     assert!(nowhere.is_no_convergence(), "{nowhere}");
-    let fold = Continuation::new(&given(pitchfork), vector![0.0], 0.0, wide)
+    let fold = Continuation::new(&given(pitchfork), dvector![0.0], 0.0, wide)
         .err()
         .unwrap();
     assert!(fold.is_ambiguous(), "{fold}");
@@ -627,7 +655,7 @@ fn two_branch_points_in_one_step_are_told_apart() {
         },
         index: |_: &SVector<f64, 2>, p: f64| Some(at.iter().filter(|a| p > **a).count()),
     };
-    let trace = Continuation::new(&family, vector![0.0, 0.0], 0.0, Options::between(0.0, 1.0))
+    let trace = Continuation::new(&family, dvector![0.0, 0.0], 0.0, Options::between(0.0, 1.0))
         .unwrap()
         .trace();
     assert_eq!(trace.specials.len(), 2, "{:#?}", trace.specials);
@@ -650,7 +678,7 @@ fn isolas_close() {
         ))
     });
     for at in [-0.5, 0.5] {
-        let trace = Continuation::new(&family, vector![0.1], at, Options::between(-1.0, 1.0))
+        let trace = Continuation::new(&family, dvector![0.1], at, Options::between(-1.0, 1.0))
             .unwrap()
             .trace();
         assert_eq!(trace.stop, Stop::Closed);
@@ -681,7 +709,7 @@ fn two_folds_in_one_step_are_noticed() {
         max_angle: 1.4,
         ..Options::between(-1.0, 1.0)
     };
-    let trace = Continuation::new(&given(f), vector![-1.0], -1.0, options)
+    let trace = Continuation::new(&given(f), dvector![-1.0], -1.0, options)
         .unwrap()
         .trace();
     assert_eq!(kinds(&trace), [SpecialKind::Fold, SpecialKind::Fold]);
@@ -693,14 +721,18 @@ fn two_folds_in_one_step_are_noticed() {
 /// p - q x + x^3 in two parameters.
 struct CuspForm;
 
-impl Family2<1> for CuspForm {
-    fn linearised(&self, x: &SVector<f64, 1>, p: f64, q: f64) -> snaprod::Result<Linearised2<1>> {
+impl Family2 for CuspForm {
+    fn size(&self) -> usize {
+        1
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64, q: f64) -> snaprod::Result<Linearised2> {
         let x = x[0];
         Ok(Linearised2 {
-            residual: vector![p - q * x + x * x * x],
-            jacobian: matrix![3.0 * x * x - q],
-            slope_p: vector![1.0],
-            slope_q: vector![-x],
+            residual: dvector![p - q * x + x * x * x],
+            jacobian: dmatrix![3.0 * x * x - q],
+            slope_p: dvector![1.0],
+            slope_q: dvector![-x],
         })
     }
 }
@@ -708,10 +740,14 @@ impl Family2<1> for CuspForm {
 /// The same in three mixed unknowns, the others slaved with bends of their own.
 struct MixedCusp;
 
-impl Family2<3> for MixedCusp {
-    fn linearised(&self, x: &SVector<f64, 3>, p: f64, q: f64) -> snaprod::Result<Linearised2<3>> {
+impl Family2 for MixedCusp {
+    fn size(&self) -> usize {
+        3
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64, q: f64) -> snaprod::Result<Linearised2> {
         let mix = mixer::<3>();
-        let y = mix * x;
+        let y = mix * sized::<3>(x);
         let f = vector![
             p - q * y[0] + y[0].powi(3),
             2.0 * y[1] + y[1].powi(3) - q * y[0],
@@ -724,32 +760,28 @@ impl Family2<3> for MixedCusp {
         ];
         let back = mix.transpose();
         Ok(Linearised2 {
-            residual: back * f,
-            jacobian: back * j * mix,
-            slope_p: back * vector![1.0, 0.0, -y[1]],
-            slope_q: back * vector![-y[0], -y[0], 0.0],
+            residual: dynamic(back * f),
+            jacobian: dynamic_matrix(back * j * mix),
+            slope_p: dynamic(back * vector![1.0, 0.0, -y[1]]),
+            slope_q: dynamic(back * vector![-y[0], -y[0], 0.0]),
         })
     }
 }
 
-fn cusp_curve<const N: usize, const M: usize>(
-    family: &dyn Family2<N>,
-    x: SVector<f64, N>,
-    first: impl Fn(&SVector<f64, N>) -> f64,
-) {
-    let curve = FoldCurve::<N, M>::new(family);
+fn cusp_curve(family: &dyn Family2, x: DVector<f64>, first: impl Fn(&DVector<f64>) -> f64) {
+    let curve = FoldCurve::new(family);
     // From the fold of q = 1 through the cusp at q = 0 and back to q = 1.
     let options = Options {
         direction: Direction::Backward,
         ..Options::between(-1.0, 1.0)
     };
-    let start = FoldCurve::<N, M>::unknowns(&x, 0.38);
+    let start = FoldCurve::unknowns(&x, 0.38);
     let trace = Continuation::new(&curve, start, 1.0, options)
         .unwrap()
         .trace();
     assert_eq!(trace.stop, Stop::Reached, "{}", trace.stop);
     for point in &trace.points {
-        let (x, p) = FoldCurve::<N, M>::parts(&point.x);
+        let (x, p) = FoldCurve::parts(&point.x);
         let (y, q) = (first(&x), point.p);
         let folded = (3.0 * y * y - q).abs().max((p - 2.0 * y.powi(3)).abs());
         assert!(folded < 1e-10, "off the fold by {folded:e} at q = {q}");
@@ -758,7 +790,7 @@ fn cusp_curve<const N: usize, const M: usize>(
     assert_eq!(cusps.len(), 1, "{cusps:#?}");
     located(cusps[0], SpecialKind::Cusp, 0.0, 1e-12);
     assert!(cusps[0].turning);
-    let (x, p) = FoldCurve::<N, M>::parts(&cusps[0].point.x);
+    let (x, p) = FoldCurve::parts(&cusps[0].point.x);
     assert!(
         p.abs() < 1e-12 && first(&x).abs() < 1e-6,
         "{p:e}, {:e}",
@@ -771,11 +803,10 @@ fn cusp_curve<const N: usize, const M: usize>(
 #[test]
 fn fold_curve_passes_its_cusp() {
     let fold = (1.0_f64 / 3.0).sqrt();
-    cusp_curve::<1, 2>(&CuspForm, vector![fold], |x| x[0]);
+    cusp_curve(&CuspForm, dvector![fold], |x| x[0]);
     let y = vector![fold, 0.28, 0.15];
-    cusp_curve::<3, 4>(&MixedCusp, mixer::<3>().transpose() * y, |x| {
-        (mixer::<3>() * x)[0]
-    });
+    let start = dynamic(mixer::<3>().transpose() * y);
+    cusp_curve(&MixedCusp, start, |x| (mixer::<3>() * sized::<3>(x))[0]);
 }
 
 /// The imperfect pitchfork x^3 - p x - 1/10 = 0: catches the branch that no path from the first one reaches.
@@ -790,16 +821,16 @@ fn deflation_finds_the_disconnected_branch() {
         ))
     });
     let options = Options::between(-1.0, 1.0);
-    let trace = Continuation::new(&family, vector![-0.1], -1.0, options.clone())
+    let trace = Continuation::new(&family, dvector![-0.1], -1.0, options.clone())
         .unwrap()
         .trace();
     assert_eq!((trace.stop, trace.specials.len()), (Stop::Reached, 0));
-    let known = trace.points.last().unwrap().x;
+    let known = &trace.points.last().unwrap().x;
     let found = further(
         &family,
         1.0,
-        &[known],
-        &[known, vector![-1.0]],
+        std::slice::from_ref(known),
+        &[known.clone(), dvector![-1.0]],
         &deflation::Options::default(),
     )
     .unwrap();
@@ -820,7 +851,7 @@ fn deflation_finds_the_disconnected_branch() {
         direction: Direction::Backward,
         ..options
     };
-    let other = Continuation::new(&family, vector![x[0]], 1.0, other)
+    let other = Continuation::new(&family, dvector![x[0]], 1.0, other)
         .unwrap()
         .trace();
     assert_eq!(other.stop, Stop::Reached);
@@ -837,30 +868,33 @@ fn deflation_finds_the_disconnected_branch() {
 #[test]
 fn newton_is_damped_and_says_what_it_did() {
     let options = newton::Options::default();
-    let atan = |x: &SVector<f64, 1>| Ok((vector![x[0].atan()], matrix![1.0 / (1.0 + x[0] * x[0])]));
-    let solved = newton::solve(atan, &vector![10.0], &options).unwrap();
+    let atan = |x: &DVector<f64>| Ok((dvector![x[0].atan()], dmatrix![1.0 / (1.0 + x[0] * x[0])]));
+    let solved = newton::solve(atan, &dvector![10.0], &options).unwrap();
     assert!(
         solved.x[0].abs() < 1e-15 && solved.damping < 0.5,
         "{solved:?}"
     );
     assert!(solved.evaluations < 25, "{solved:?}");
     // Rosenbrock's gradient system, badly scaled.
-    let valley = |x: &SVector<f64, 2>| {
+    let valley = |x: &DVector<f64>| {
         Ok((
-            vector![1e6 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
-            matrix![-2e6 * x[0], 1e6; -1.0, 0.0],
+            dvector![1e6 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
+            dmatrix![-2e6 * x[0], 1e6; -1.0, 0.0],
         ))
     };
-    let solved = newton::solve(valley, &vector![-1.2, 1.0], &options).unwrap();
-    assert!((solved.x - vector![1.0, 1.0]).norm() < 1e-14, "{solved:?}");
-    let noisy = |x: &SVector<f64, 1>| {
+    let solved = newton::solve(valley, &dvector![-1.2, 1.0], &options).unwrap();
+    assert!(
+        (&solved.x - dvector![1.0, 1.0]).norm() < 1e-14,
+        "{solved:?}"
+    );
+    let noisy = |x: &DVector<f64>| {
         let value = x[0].exp() - 2.0 + 1e-12 * noise(x.as_slice(), 0.0, 0);
-        Ok((vector![value], matrix![x[0].exp()]))
+        Ok((dvector![value], dmatrix![x[0].exp()]))
     };
-    let solved = newton::solve(noisy, &vector![3.0], &options).unwrap();
+    let solved = newton::solve(noisy, &dvector![3.0], &options).unwrap();
     assert_close(solved.x[0], 2.0_f64.ln(), 2e-12, 0.0, "ln 2");
-    let none = |x: &SVector<f64, 1>| Ok((vector![1.0 + x[0] * x[0]], matrix![2.0 * x[0]]));
-    let refused = newton::solve(none, &vector![3.0], &options).unwrap_err();
+    let none = |x: &DVector<f64>| Ok((dvector![1.0 + x[0] * x[0]], dmatrix![2.0 * x[0]]));
+    let refused = newton::solve(none, &dvector![3.0], &options).unwrap_err();
     assert!(refused.is_no_convergence(), "{refused}");
     let said = refused.to_string();
     assert!(said.contains("x =") && said.contains("|F| ="), "{said}");

@@ -2,6 +2,8 @@
 
 mod arrows;
 mod assembly;
+#[cfg(feature = "scene")]
+mod assembly_branches;
 mod assembly_index;
 mod assembly_statics;
 mod bar_heavy;

@@ -66,7 +66,7 @@ fn branch(
     guess: Vector6<f64>,
     from: f64,
     to: f64,
-) -> Trace<6> {
+) -> Trace {
     let family = RodFamily::new(problem, false, to - from);
     let start = family
         .problem(from)
@@ -118,7 +118,7 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
             weight: 10.0,
             ..Options::between(-0.75, 0.75)
         };
-        let trace = Continuation::new(&family, last.x, closed.y, options)
+        let trace = Continuation::new(&family, last.x.clone(), closed.y, options)
             .expect("a branch")
             .trace();
         folds.extend(

@@ -6,7 +6,7 @@
 //!
 //! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments.
 //! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
-//! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily::branch`]: statics, small vibrations, branches.
+//! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily`]: statics, small vibrations, branches.
 
 mod branch;
 mod carrier;
@@ -15,14 +15,13 @@ mod equations;
 mod landing;
 mod link;
 mod modes;
-mod padded;
 mod pins;
 mod state;
 mod statics;
 mod stiffness;
 mod taut;
 
-pub use branch::{AssemblyBranch, AssemblyFamily, AssemblyPoint, AssemblySpecial};
+pub use branch::{AssemblyFamily, AssemblyState};
 pub use carrier::{Carrier, Mass, Place};
 pub use contact::{Contact, Nearness};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
@@ -167,5 +166,11 @@ impl Assembly {
             total - carrier.freedoms()
         });
         (starts.collect(), total)
+    }
+
+    /// How many unknowns statics has: those of the bodies, and the charts of the rods.
+    pub(super) fn unknowns(&self) -> usize {
+        let bodies: usize = self.carriers.iter().map(Carrier::freedoms).sum();
+        bodies + 6 * self.links.len()
     }
 }

@@ -7,14 +7,14 @@
 //! inextensible ones that hold each other): the bend goes with the residual.
 
 use super::equations::Frame;
-use super::padded::{self, Equations, Root};
 use super::{Assembly, Configuration, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Wrench;
-use crate::solve::arclength::{Options, Stop};
+use crate::solve::arclength::{Continuation, Options, Stop};
+use crate::solve::family::{Family, Linearised};
 use crate::solve::newton;
-use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 
 /// An equilibrium of an assembly.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,12 +92,19 @@ struct Statics<'a> {
     start: Option<DVector<f64>>,
 }
 
-impl Equations for Statics<'_> {
+/// A root and the length of the last correction.
+struct Root {
+    x: DVector<f64>,
+    correction: f64,
+}
+
+impl Family for Statics<'_> {
     fn size(&self) -> usize {
-        self.assembly.freedoms().1 + 6 * self.assembly.links().len()
+        self.assembly.unknowns()
     }
 
-    fn linearised(&self, x: &[f64], p: f64) -> Result<(DVector<f64>, DMatrix<f64>, DVector<f64>)> {
+    fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
+        let x = x.as_slice();
         let now = self.frame.configuration(self.assembly, x);
         self.frame.check(self.assembly, x, &now)?;
         let points = self
@@ -106,8 +113,11 @@ impl Equations for Statics<'_> {
         let mut residual = self.frame.residual(self.assembly, &now.bodies, &points);
         let mut jacobian = self.frame.jacobian(self.assembly, x, &now.bodies, &points);
         let Some(start) = &self.start else {
-            let size = residual.len();
-            return Ok((residual, jacobian, DVector::zeros(size)));
+            return Ok(Linearised {
+                slope: DVector::zeros(residual.len()),
+                residual,
+                jacobian,
+            });
         };
         let mut slope = start.clone();
         for i in 0..self.assembly.freedoms().1 {
@@ -115,7 +125,11 @@ impl Equations for Statics<'_> {
             jacobian[(i, i)] -= (1.0 - p) * SPRING;
         }
         residual -= &slope * (1.0 - p);
-        Ok((residual, jacobian, slope))
+        Ok(Linearised {
+            residual,
+            jacobian,
+            slope,
+        })
     }
 }
 
@@ -126,7 +140,7 @@ impl Assembly {
     /// `tolerance` bounds Newton's last correction relative to the unknowns ([`AssemblyEquilibrium::correction`]).
     ///
     /// # Errors
-    /// A tolerance outside [1e-13, 1e-3]; more than 72 unknowns; a guess of another assembly; a body that no chain of rods joins
+    /// A tolerance outside [1e-13, 1e-3]; a guess of another assembly; a body that no chain of rods joins
     /// to the ground; no equilibrium found, with how far the best path came.
     pub fn equilibrium(
         &self,
@@ -138,7 +152,6 @@ impl Assembly {
                 "the tolerance is {tolerance}; it must be in [1e-13, 1e-3]"
             )));
         }
-        padded::check(self.freedoms().1 + 6 * self.links().len())?;
         if let Some(guess) = guess {
             return self.near(guess, tolerance);
         }
@@ -261,7 +274,7 @@ impl Assembly {
             heavy: false,
         };
         let begin = |why| lost(0.0, why);
-        let (residual, ..) = statics.linearised(x.as_slice(), 0.0).map_err(begin)?;
+        let Linearised { residual, .. } = statics.linearised(&x, 0.0).map_err(begin)?;
         let (mut end, mut stuck) = (x.clone(), false);
         if residual.amax() > tolerance {
             statics.start = Some(residual);
@@ -274,7 +287,7 @@ impl Assembly {
                 ..Options::between(0.0, 1.0)
             };
             let to_end = |options: &Options| {
-                padded::follow(&statics, &[], (&x, 0.0), options, &mut |_| true)
+                Ok(Continuation::new(&statics, x.clone(), 0.0, options.clone())?.trace())
             };
             let mut followed = to_end(&options).map_err(begin)?;
             if let Stop::MaxPoints = followed.stop {
@@ -405,17 +418,28 @@ fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Result<Roo
         tolerance,
         ..newton::Options::default()
     };
-    padded::root(statics, x, 0.0, &options).or_else(|why| settled(statics, x, tolerance).ok_or(why))
+    let system = |x: &DVector<f64>| {
+        let at = statics.linearised(x, 0.0)?;
+        Ok((at.residual, at.jacobian))
+    };
+    match newton::solve(system, x, &options) {
+        Ok(found) => Ok(Root {
+            x: found.x,
+            correction: found.correction,
+        }),
+        Err(why) => settled(statics, x, tolerance).ok_or(why),
+    }
 }
 
 fn settled(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Option<Root> {
     let (mut x, mut last) = (x.clone(), f64::INFINITY);
     for _ in 0..MOST_SETTLING {
-        let (value, jacobian, _) = statics.linearised(x.as_slice(), 0.0).ok()?;
-        let size = jacobian.norm();
-        let step = jacobian
+        let at = statics.linearised(&x, 0.0).ok()?;
+        let size = at.jacobian.norm();
+        let step = at
+            .jacobian
             .svd(true, true)
-            .solve(&value, NEUTRAL * size)
+            .solve(&at.residual, NEUTRAL * size)
             .ok()?;
         let correction = step.norm();
         let fine = correction <= tolerance * (1.0 + x.norm());

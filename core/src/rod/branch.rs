@@ -6,7 +6,7 @@ use super::line::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::solve::family::{Family, Linearised};
-use nalgebra::SVector;
+use nalgebra::DVector;
 
 /// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for all of them.
 ///
@@ -31,12 +31,12 @@ pub struct State {
 }
 
 /// A family of equilibria of rods, whatever its chart.
-pub trait Statical<const N: usize>: Family<N> {
+pub trait Statical: Family {
     /// The equilibrium at a point of the branch.
     ///
     /// # Errors
     /// Those of the problem and of the rod.
-    fn state(&self, x: &SVector<f64, N>, p: f64) -> Result<State>;
+    fn state(&self, x: &DVector<f64>, p: f64) -> Result<State>;
 }
 
 impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
@@ -72,20 +72,20 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
     ///
     /// # Errors
     /// Those of the closure; a wrench outside the chart.
-    pub fn unknowns<const N: usize>(&self, base: &Wrench, p: f64) -> Result<SVector<f64, N>>
+    pub fn unknowns(&self, base: &Wrench, p: f64) -> Result<DVector<f64>>
     where
-        C: Chart<N>,
+        C: Chart,
     {
         let problem = (self.problem)(p)?;
         self.chart.unknowns(&problem, &problem.rod.inward(base))
     }
 
     /// The derivative by p: a central difference, one-sided where one side is out of reach.
-    fn difference<const N: usize>(
+    fn difference(
         &self,
         p: f64,
-        at: impl Fn(&Problem) -> Result<SVector<f64, N>>,
-    ) -> Result<SVector<f64, N>> {
+        at: impl Fn(&Problem) -> Result<DVector<f64>>,
+    ) -> Result<DVector<f64>> {
         let h = self.step;
         let at = |p: f64| at(&(self.problem)(p)?);
         match (at(p + h), at(p - h)) {
@@ -97,8 +97,12 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
     }
 }
 
-impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Family<N> for RodFamily<P, C> {
-    fn linearised(&self, x: &SVector<f64, N>, p: f64) -> Result<Linearised<N>> {
+impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
+    fn size(&self) -> usize {
+        self.chart.size()
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
         let problem = (self.problem)(p)?;
         let chart = &self.chart;
         let trial = chart.trial(&problem, x)?;
@@ -118,7 +122,7 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Family<N> for R
         })
     }
 
-    fn index(&self, x: &SVector<f64, N>, p: f64) -> Result<Option<usize>> {
+    fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {
         let problem = (self.problem)(p)?;
         // Loads that follow the end have no potential: no index, and only singular tangents are special.
         if problem.end.follower {
@@ -128,8 +132,8 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Family<N> for R
     }
 }
 
-impl<P: Fn(f64) -> Result<Problem>, C: Chart<N>, const N: usize> Statical<N> for RodFamily<P, C> {
-    fn state(&self, x: &SVector<f64, N>, p: f64) -> Result<State> {
+impl<P: Fn(f64) -> Result<Problem>, C: Chart> Statical for RodFamily<P, C> {
+    fn state(&self, x: &DVector<f64>, p: f64) -> Result<State> {
         let problem = (self.problem)(p)?;
         let b = self.chart.wrench(&problem, x)?;
         let trial = self.chart.bare_trial(&problem, x)?;

@@ -2,70 +2,98 @@
 
 use super::line::{self, Wrench};
 use super::problem::{Problem, Trial};
-use crate::error::Result;
-use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
+use crate::error::{Error, Result};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Unknowns and equations of a problem, and the way from and to the base wrench.
-pub trait Chart<const N: usize> {
+pub trait Chart {
     /// The rod at trial unknowns.
     type Trial;
 
+    /// How many unknowns.
+    fn size(&self) -> usize;
+
     /// The rod at `x` with its derivatives by `x`.
-    fn trial(&self, problem: &Problem, x: &SVector<f64, N>) -> Result<Self::Trial>;
+    fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Self::Trial>;
 
     /// The rod at `x` without derivatives, which are then meaningless.
-    fn bare_trial(&self, problem: &Problem, x: &SVector<f64, N>) -> Result<Self::Trial>;
+    fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Self::Trial>;
 
     /// The equations of the end condition.
-    fn residual(&self, problem: &Problem, trial: &Self::Trial) -> SVector<f64, N>;
+    fn residual(&self, problem: &Problem, trial: &Self::Trial) -> DVector<f64>;
 
     /// The equations and their derivatives by the unknowns.
-    fn equations(
-        &self,
-        problem: &Problem,
-        trial: &Self::Trial,
-    ) -> (SVector<f64, N>, SMatrix<f64, N, N>);
+    fn equations(&self, problem: &Problem, trial: &Self::Trial) -> (DVector<f64>, DMatrix<f64>);
 
     /// The base wrench, in the clamp's frame and the numerics' units.
-    fn wrench(&self, problem: &Problem, x: &SVector<f64, N>) -> Result<Wrench>;
+    fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench>;
 
     /// How fast the rod winds, about, under `x`: radians along the whole length.
-    fn winding(&self, problem: &Problem, x: &SVector<f64, N>) -> Result<f64> {
+    fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
         line::rate(&problem.rod.law, &self.wrench(problem, x)?)
     }
 
     /// The unknowns of a base wrench, or of the nearest one in the chart.
-    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<SVector<f64, N>>;
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>>;
+}
+
+/// Unknowns in the chart's own size.
+///
+/// # Errors
+/// Another number of them.
+pub(super) fn sized<const N: usize>(x: &DVector<f64>) -> Result<SVector<f64, N>> {
+    if x.len() == N {
+        return Ok(SVector::from_column_slice(x.as_slice()));
+    }
+    Err(Error::domain(format!(
+        "the rod has {N} unknowns in this chart, not {}",
+        x.len()
+    )))
+}
+
+/// A vector of any size as the solvers hold it.
+pub(super) fn dynamic<const N: usize>(x: SVector<f64, N>) -> DVector<f64> {
+    DVector::from_column_slice(x.as_slice())
+}
+
+/// A matrix of any size as the solvers hold it.
+pub(super) fn dynamic_matrix<const N: usize>(matrix: SMatrix<f64, N, N>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(N, N, matrix.as_slice())
 }
 
 /// The base wrench itself: any rod, any end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Spatial;
 
-impl Chart<6> for Spatial {
+impl Chart for Spatial {
     type Trial = Trial;
 
-    fn trial(&self, problem: &Problem, x: &Vector6<f64>) -> Result<Trial> {
-        problem.trial(x)
+    fn size(&self) -> usize {
+        6
     }
 
-    fn bare_trial(&self, problem: &Problem, x: &Vector6<f64>) -> Result<Trial> {
-        problem.bare_trial(x)
+    fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Trial> {
+        problem.trial(&sized(x)?)
     }
 
-    fn residual(&self, problem: &Problem, trial: &Trial) -> Vector6<f64> {
-        problem.residual(trial)
+    fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Trial> {
+        problem.bare_trial(&sized(x)?)
     }
 
-    fn equations(&self, problem: &Problem, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
-        problem.equations(trial)
+    fn residual(&self, problem: &Problem, trial: &Trial) -> DVector<f64> {
+        dynamic(problem.residual(trial))
     }
 
-    fn wrench(&self, _: &Problem, x: &Vector6<f64>) -> Result<Wrench> {
-        Ok(*x)
+    fn equations(&self, problem: &Problem, trial: &Trial) -> (DVector<f64>, DMatrix<f64>) {
+        let (residual, matrix) = problem.equations(trial);
+        (dynamic(residual), dynamic_matrix(matrix))
     }
 
-    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<Vector6<f64>> {
-        Ok(*b)
+    fn wrench(&self, _: &Problem, x: &DVector<f64>) -> Result<Wrench> {
+        sized(x)
+    }
+
+    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<DVector<f64>> {
+        Ok(dynamic(*b))
     }
 }

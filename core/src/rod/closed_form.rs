@@ -3,14 +3,14 @@
 //! Two unknowns, in units of 0.1 the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the plane scales
 //! its unit stiffness: lam^2 = c |n|.
 
-use super::chart::Chart;
+use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::line::Wrench;
 use super::planar::Plane;
 use super::problem::Problem;
 use crate::elastica::chart::{ChartPoint, amplitude};
 use crate::error::{Error, Result};
 use crate::section::Compliance;
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
 
 /// The plane of an elastica.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,11 +113,16 @@ impl ClosedForm {
     }
 }
 
-impl Chart<2> for ClosedForm {
+impl Chart for ClosedForm {
     type Trial = ClosedTrial;
 
-    fn trial(&self, problem: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
+    fn size(&self) -> usize {
+        2
+    }
+
+    fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<ClosedTrial> {
         let c = self.compliance(problem);
+        let x = sized::<2>(x)?;
         let (p, w) = (UNIT * x[0], UNIT * x[1]);
         if !(p.abs() < P_LIMIT && 0.0 < w && w < W_LIMIT) {
             return Err(Error::domain(format!(
@@ -145,36 +150,36 @@ impl Chart<2> for ClosedForm {
         })
     }
 
-    fn bare_trial(&self, problem: &Problem, x: &Vector2<f64>) -> Result<ClosedTrial> {
+    fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<ClosedTrial> {
         self.trial(problem, x)
     }
 
-    fn residual(&self, problem: &Problem, trial: &ClosedTrial) -> Vector2<f64> {
+    fn residual(&self, problem: &Problem, trial: &ClosedTrial) -> DVector<f64> {
         let there = if Self::is_held(problem) {
             trial.r
         } else {
             trial.n
         };
-        there - self.target(problem)
+        dynamic(there - self.target(problem))
     }
 
-    fn equations(&self, problem: &Problem, trial: &ClosedTrial) -> (Vector2<f64>, Matrix2<f64>) {
+    fn equations(&self, problem: &Problem, trial: &ClosedTrial) -> (DVector<f64>, DMatrix<f64>) {
         let d = if Self::is_held(problem) {
             trial.d_r
         } else {
             trial.d_n
         };
-        (self.residual(problem, trial), d)
+        (self.residual(problem, trial), dynamic_matrix(d))
     }
 
-    fn wrench(&self, problem: &Problem, x: &Vector2<f64>) -> Result<Wrench> {
+    fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {
         let ClosedTrial { r, n, .. } = self.trial(problem, x)?;
         // m(1) = 0.
         Ok(self.plane.wrench(&Vector3::new(r.perp(&n), n.x, n.y)))
     }
 
     /// The elastica with the force of the wrench and, as nearly as the chart has it, its couple.
-    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<Vector2<f64>> {
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
         let (flat, _) = self.plane.part(b);
         let n = Vector2::new(flat[1], flat[2]);
         let c = self.compliance(problem);
@@ -187,6 +192,6 @@ impl Chart<2> for ClosedForm {
         // sin(-alpha/2) = kap cos w, theta'(0) = 2 lam kap D sin w.
         let (sin, cos) = w.sin_cos();
         let sign = -(0.5 * alpha).sin() * cos + bend * sin;
-        Ok(Self::at(size.copysign(sign), w))
+        Ok(dynamic(Self::at(size.copysign(sign), w)))
     }
 }

@@ -1,6 +1,6 @@
 //! Solving a problem: from a guess, or from the unloaded rod by continuation.
 
-use super::chart::{Chart, Spatial};
+use super::chart::{Chart, Spatial, dynamic};
 use super::follow::{Search, follow, newton, options};
 use super::free_end::FreeEnd;
 use super::line::Wrench;
@@ -10,7 +10,7 @@ use super::starts::PathStart;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::solve::newton::Solution;
-use nalgebra::{Rotation3, SVector, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3};
 
 /// An equilibrium of a rod, and how it was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,7 +165,7 @@ impl Problem {
     }
 
     /// The stable equilibrium that the first of the starts leads to, or else the one of lowest index.
-    fn solve_in<C: Chart<N>, const N: usize>(
+    fn solve_in<C: Chart>(
         &self,
         chart: &C,
         search: &Search,
@@ -209,10 +209,10 @@ impl Problem {
         (10.0 * self.tolerance).max(1e-12)
     }
 
-    fn describe<C: Chart<N>, const N: usize>(
+    fn describe<C: Chart>(
         &self,
         chart: &C,
-        solved: &Solution<N>,
+        solved: &Solution,
         route: Route,
         taken: Taken,
     ) -> Result<Equilibrium> {
@@ -220,10 +220,12 @@ impl Problem {
         // In space and from the clamp, whatever the chart: what is reported is what the base wrench gives.
         let mut residual = self.residual(&self.bare_trial(&b)?).norm();
         if !(residual < 10.0 * self.correction() * (1.0 + b.norm()))
-            && let Ok(polished) = newton(&Spatial, self, &b, &options(self.correction(), 6))
-            && (polished.x - b).norm() < 1e-3 * (1.0 + b.norm())
+            && let Ok(polished) =
+                newton(&Spatial, self, &dynamic(b), &options(self.correction(), 6))
+            && let Ok(polished) = Spatial.wrench(self, &polished.x)
+            && (polished - b).norm() < 1e-3 * (1.0 + b.norm())
         {
-            b = polished.x;
+            b = polished;
             residual = self.residual(&self.bare_trial(&b)?).norm();
         }
         let index = self.index(&b)?;
@@ -244,7 +246,7 @@ impl Problem {
     }
 
     /// The rod led from `start` to the end condition.
-    pub(super) fn walk<C: Chart<N>, const N: usize>(
+    pub(super) fn walk<C: Chart>(
         &self,
         chart: &C,
         search: &Search,
@@ -266,7 +268,7 @@ impl Problem {
         let x = match start {
             PathStart::Loaded(b) => chart.unknowns(self, &b)?,
             PathStart::Turned(axis) => self.turn_pull(chart, search, &axis, &mut route)?,
-            PathStart::Unloaded | PathStart::Bent(_) => SVector::zeros(),
+            PathStart::Unloaded | PathStart::Bent(_) => DVector::zeros(chart.size()),
         };
         let b = chart.wrench(&first, &x)?;
         let (section, _) = super::line::end::<0>(&first.rod.law, &b, self.tolerance)?;
@@ -314,13 +316,13 @@ impl Problem {
     }
 
     /// The rod under a part of the dead force, reached by turning a pull along the clamp's d3 about `axis`.
-    fn turn_pull<C: Chart<N>, const N: usize>(
+    fn turn_pull<C: Chart>(
         &self,
         chart: &C,
         search: &Search,
         axis: &Vector3<f64>,
         route: &mut Route,
-    ) -> Result<SVector<f64, N>> {
+    ) -> Result<DVector<f64>> {
         let whence = PathStart::Turned(*axis).whence();
         let [a, b] = self.rod.law.flexures();
         let force = self.dead_force();
@@ -333,7 +335,7 @@ impl Problem {
             ..self.clone()
         };
         let pull = Vector3::z() * size;
-        let zero = SVector::zeros();
+        let zero = DVector::zeros(chart.size());
         let pulled = follow(chart, search, zero, route, whence, |t| way(pull * t))?;
         let turned = follow(chart, search, pulled.x, route, whence, |t| {
             way(Rotation3::new(axis * (angle * t)) * pull)
@@ -361,7 +363,7 @@ impl Route {
         }
     }
 
-    pub(super) fn add<const N: usize>(&mut self, solved: &Solution<N>) {
+    pub(super) fn add(&mut self, solved: &Solution) {
         self.iterations += solved.iterations;
         self.evaluations += solved.evaluations;
         self.damping = self.damping.min(solved.damping);

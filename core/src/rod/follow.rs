@@ -6,7 +6,7 @@ use super::line;
 use super::problem::Problem;
 use crate::error::{Error, Result};
 use crate::solve::newton::{self, Failure, REMEDY, Solution};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use std::cell::{Cell, RefCell};
 
 /// First and smallest step of the way, as fractions of it.
@@ -105,12 +105,12 @@ pub(super) fn options(tolerance: f64, max_iterations: usize) -> newton::Options 
 }
 
 /// Newton's method in a chart.
-pub(super) fn newton<C: Chart<N>, const N: usize>(
+pub(super) fn newton<C: Chart>(
     chart: &C,
     problem: &Problem,
-    guess: &SVector<f64, N>,
+    guess: &DVector<f64>,
     options: &newton::Options,
-) -> Result<Solution<N>> {
+) -> Result<Solution> {
     let solved = newton::attempt(|x| evaluate(chart, problem, x), guess, options);
     solved.map_err(|failure| match &failure {
         Failure::Stopped {
@@ -129,22 +129,18 @@ pub(super) fn newton<C: Chart<N>, const N: usize>(
     })
 }
 
-type Evaluated<const N: usize> = (SVector<f64, N>, SMatrix<f64, N, N>);
+type Evaluated = (DVector<f64>, DMatrix<f64>);
 
-fn evaluate<C: Chart<N>, const N: usize>(
-    chart: &C,
-    problem: &Problem,
-    x: &SVector<f64, N>,
-) -> Result<Evaluated<N>> {
+fn evaluate<C: Chart>(chart: &C, problem: &Problem, x: &DVector<f64>) -> Result<Evaluated> {
     Ok(chart.equations(problem, &chart.trial(problem, x)?))
 }
 
-pub(super) fn tamely<C: Chart<N>, const N: usize>(
+pub(super) fn tamely<C: Chart>(
     chart: &C,
     search: &Search,
     problem: &Problem,
-    x: &SVector<f64, N>,
-) -> Result<Evaluated<N>> {
+    x: &DVector<f64>,
+) -> Result<Evaluated> {
     search.evaluations.set(search.evaluations.get() + 1);
     if search.is_over() {
         return Err(Error::no_convergence("the search has taken too long"));
@@ -159,22 +155,22 @@ pub(super) fn tamely<C: Chart<N>, const N: usize>(
 }
 
 /// Follows the solution of `at(part)` from part = 0, where `x` solves it, to 1.
-pub(super) fn follow<C: Chart<N>, const N: usize>(
+pub(super) fn follow<C: Chart>(
     chart: &C,
     search: &Search,
-    x: SVector<f64, N>,
+    x: DVector<f64>,
     route: &mut Route,
     whence: &str,
     at: impl Fn(f64) -> Problem,
-) -> Result<Solution<N>> {
+) -> Result<Solution> {
     let mut done = (0.0, x);
-    let mut before: Option<(f64, SVector<f64, N>)> = None;
+    let mut before: Option<(f64, DVector<f64>)> = None;
     let mut step = FIRST;
     loop {
         let part = (done.0 + step).min(1.0);
         let guess = match &before {
-            Some((p, x)) => done.1 + (done.1 - x) * ((part - done.0) / (done.0 - p)),
-            None => done.1,
+            Some((p, x)) => &done.1 + (&done.1 - x) * ((part - done.0) / (done.0 - p)),
+            None => done.1.clone(),
         };
         let problem = at(part);
         let fine = problem.correction();
@@ -188,9 +184,9 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
             outcome = settle(chart, search, &problem, &guess);
         }
         // A jump to another solution is no step of the path: the prediction must have been good.
-        let on_path = |solved: &Solution<N>| {
-            let missed = (solved.x - guess).norm();
-            let near = before.is_none() || missed < 0.5 * (solved.x - done.1).norm() + CLOSE;
+        let on_path = |solved: &Solution| {
+            let missed = (&solved.x - &guess).norm();
+            let near = before.is_none() || missed < 0.5 * (&solved.x - &done.1).norm() + CLOSE;
             solved.damping > STRAIGHT && near
         };
         match outcome {
@@ -224,22 +220,20 @@ pub(super) fn follow<C: Chart<N>, const N: usize>(
 
 /// Steps of least length where the equilibrium is one of a continuous family (a column of equal bending stiffnesses
 /// buckles any way round): Newton's method finds no single solution there, these find the nearest.
-fn settle<C: Chart<N>, const N: usize>(
+fn settle<C: Chart>(
     chart: &C,
     search: &Search,
     problem: &Problem,
-    guess: &SVector<f64, N>,
-) -> Result<Solution<N>> {
-    let mut x = *guess;
+    guess: &DVector<f64>,
+) -> Result<Solution> {
+    let mut x = guess.clone();
     let mut last = f64::INFINITY;
     for iterations in 0..2 * PATIENCE {
         let (value, jacobian) = tamely(chart, search, problem, &x)?;
-        let jacobian = DMatrix::from_column_slice(N, N, jacobian.as_slice());
-        let right = DVector::from_column_slice(value.as_slice());
         let size = jacobian.norm();
         let step = jacobian
             .svd(true, true)
-            .solve(&right, NEUTRAL * size)
+            .solve(&value, NEUTRAL * size)
             .map_err(Error::no_convergence)?;
         let correction = step.norm();
         let fine = correction <= problem.correction() * (1.0 + x.norm());
@@ -259,7 +253,7 @@ fn settle<C: Chart<N>, const N: usize>(
             break;
         }
         last = correction;
-        x -= SVector::<f64, N>::from_column_slice(step.as_slice());
+        x -= step;
     }
     Err(Error::no_convergence(
         "neither Newton's method nor steps of least length converge at the end of the path",

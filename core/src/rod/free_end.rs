@@ -4,13 +4,13 @@
 //! columns of the tangent instead of six, and the 3-dimensional submanifold m(1) = 0 of theory Sec. 3 in one chart.
 //! From the end, the clamp stands at r~ with directors R~; seen from the clamp, the end stands at -R~^T r~ with R~^T.
 
-use super::chart::Chart;
+use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::line::{self, LineState, Wrench};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::math::se3::halves;
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 
 /// The force on the end, along the directors there, in units B/L^2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,29 +71,33 @@ impl Problem {
     }
 }
 
-impl Chart<3> for FreeEnd {
+impl Chart for FreeEnd {
     type Trial = FreeEndTrial;
 
-    fn trial(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FreeEndTrial> {
-        FreeEndTrial::new::<3>(&problem.rod.law.reversed(), x, problem.tolerance)
+    fn size(&self) -> usize {
+        3
     }
 
-    fn bare_trial(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FreeEndTrial> {
-        FreeEndTrial::new::<0>(&problem.rod.law.reversed(), x, problem.tolerance)
+    fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FreeEndTrial> {
+        FreeEndTrial::new::<3>(&problem.rod.law.reversed(), &sized(x)?, problem.tolerance)
     }
 
-    fn residual(&self, problem: &Problem, trial: &FreeEndTrial) -> Vector3<f64> {
+    fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FreeEndTrial> {
+        FreeEndTrial::new::<0>(&problem.rod.law.reversed(), &sized(x)?, problem.tolerance)
+    }
+
+    fn residual(&self, problem: &Problem, trial: &FreeEndTrial) -> DVector<f64> {
         if problem.end.follower {
-            return trial.q - Vector3::from(problem.targets);
+            return dynamic(trial.q - Vector3::from(problem.targets));
         }
-        Vector3::from_fn(|i, _| {
+        DVector::from_fn(3, |i, _| {
             let held = problem.end.position[i].is_some();
             let there = if held { &trial.r } else { &trial.n };
             problem.axes[i].dot(there) - problem.targets[i]
         })
     }
 
-    fn equations(&self, problem: &Problem, trial: &FreeEndTrial) -> (Vector3<f64>, Matrix3<f64>) {
+    fn equations(&self, problem: &Problem, trial: &FreeEndTrial) -> (DVector<f64>, DMatrix<f64>) {
         let mut matrix = Matrix3::identity();
         if !problem.end.follower {
             for i in 0..3 {
@@ -102,21 +106,22 @@ impl Chart<3> for FreeEnd {
                 matrix.set_row(i, &(problem.axes[i].transpose() * d));
             }
         }
-        (self.residual(problem, trial), matrix)
+        (self.residual(problem, trial), dynamic_matrix(matrix))
     }
 
-    fn wrench(&self, problem: &Problem, x: &Vector3<f64>) -> Result<Wrench> {
+    fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {
         Ok(self.bare_trial(problem, x)?.wrench())
     }
 
-    fn winding(&self, problem: &Problem, x: &Vector3<f64>) -> Result<f64> {
-        let b = Vector6::new(0.0, 0.0, 0.0, x.x, x.y, x.z);
+    fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
+        let n = sized::<3>(x)?;
+        let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
         line::rate(&problem.rod.law.reversed(), &b)
     }
 
     /// The force of the wrench along the directors that the end would have under it.
-    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<Vector3<f64>> {
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
         let trial = problem.bare_trial(b)?;
-        Ok(trial.rotation.transpose() * halves(b).1)
+        Ok(dynamic(trial.rotation.transpose() * halves(b).1))
     }
 }

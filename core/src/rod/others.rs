@@ -1,6 +1,6 @@
 //! Other equilibria under the same end condition: what every start leads to, and what deflation finds besides.
 
-use super::chart::{Chart, Spatial};
+use super::chart::{Chart, Spatial, dynamic};
 use super::follow::{Search, options, tamely};
 use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
@@ -9,7 +9,7 @@ use super::starts::PathStart;
 use crate::error::Result;
 use crate::solve::deflation::{self, further};
 use crate::solve::family::{Family, Linearised};
-use nalgebra::Vector6;
+use nalgebra::DVector;
 
 /// Couples and forces, in B/L and B/L^2, along which deflation begins: those of a rod that is much bent.
 const TYPICAL: f64 = 10.0;
@@ -25,13 +25,17 @@ struct Member<'a> {
     search: Search,
 }
 
-impl Family<6> for Member<'_> {
-    fn linearised(&self, x: &Vector6<f64>, _: f64) -> Result<Linearised<6>> {
+impl Family for Member<'_> {
+    fn size(&self) -> usize {
+        6
+    }
+
+    fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
         let (residual, jacobian) = tamely(&Spatial, &self.search, self.problem, x)?;
         Ok(Linearised {
             residual,
             jacobian,
-            slope: Vector6::zeros(),
+            slope: DVector::zeros(6),
         })
     }
 }
@@ -59,7 +63,7 @@ impl Problem {
     }
 
     /// Adds what the starts lead to.
-    fn gather<C: Chart<N>, const N: usize>(
+    fn gather<C: Chart>(
         &self,
         chart: &C,
         starts: impl Iterator<Item = PathStart>,
@@ -83,9 +87,10 @@ impl Problem {
     /// Adds what deflation finds, up to wrenches of twice the size of those known: rods have equilibria of any order.
     fn deflate(&self, all: &mut Vec<Wrench>) {
         let bound = 2.0 * all.iter().map(|b| b.norm()).fold(TYPICAL, f64::max);
-        let mut guesses = all.clone();
+        let mut guesses: Vec<DVector<f64>> = all.iter().map(|b| dynamic(*b)).collect();
+        let known = guesses.clone();
         for k in 0..6 {
-            guesses.extend([TYPICAL, -TYPICAL].map(|size| Wrench::ith(k, size)));
+            guesses.extend([TYPICAL, -TYPICAL].map(|size| dynamic(Wrench::ith(k, size))));
         }
         let member = Member {
             problem: self,
@@ -96,8 +101,9 @@ impl Problem {
             separation: SAME,
             ..deflation::Options::default()
         };
-        if let Ok(search) = further(&member, 0.0, all, &guesses, &asked) {
-            let found = search.solutions.iter().map(|solution| solution.x);
+        if let Ok(search) = further(&member, 0.0, &known, &guesses, &asked) {
+            let found = search.solutions.iter();
+            let found = found.filter_map(|solution| Spatial.wrench(self, &solution.x).ok());
             all.extend(found.filter(|b| b.norm() <= bound));
         }
     }

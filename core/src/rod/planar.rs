@@ -7,14 +7,16 @@
 //! m = m(0) - (x n_s - y n_t),   theta' = u,   (x, y)' = Rot(theta) (v_t, v_s),   (u, v_t, v_s) = e(m, Rot(-theta) n).
 //! ```
 
-use super::chart::Chart;
+use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::line::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::order::sort_few;
 use crate::math::se3::{halves, rotation_vector};
-use nalgebra::{Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6, dvector,
+};
 use std::f64::consts::TAU;
 
 /// Components out of the plane below this part of the whole are rounding.
@@ -333,29 +335,33 @@ impl Plane {
     }
 }
 
-impl Chart<3> for Plane {
+impl Chart for Plane {
     type Trial = FlatTrial;
 
-    fn trial(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FlatTrial> {
-        self.at::<14>(problem, x)
+    fn size(&self) -> usize {
+        3
     }
 
-    fn bare_trial(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FlatTrial> {
-        self.at::<5>(problem, x)
+    fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
+        self.at::<14>(problem, &sized(x)?)
     }
 
-    fn residual(&self, problem: &Problem, trial: &FlatTrial) -> Vector3<f64> {
+    fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
+        self.at::<5>(problem, &sized(x)?)
+    }
+
+    fn residual(&self, problem: &Problem, trial: &FlatTrial) -> DVector<f64> {
         let n = Vector2::new(trial.x[1], trial.x[2]);
         let m = trial.x[0] - trial.r.perp(&n);
         let couple = self.normal.dot(&problem.couple);
         if problem.end.follower {
             let (sin, cos) = trial.theta.sin_cos();
             let target = self.flat(&Vector3::from(problem.targets));
-            return Vector3::new(
+            return dvector![
                 m - couple,
                 cos * n.x + sin * n.y - target.x,
                 cos * n.y - sin * n.x - target.y,
-            );
+            ];
         }
         let first = match &problem.orientation {
             Some(target) => {
@@ -368,10 +374,10 @@ impl Chart<3> for Plane {
         let [a, b] = self.conditions(problem).map(|(direction, target, held)| {
             direction.dot(if held { &trial.r } else { &n }) - target
         });
-        Vector3::new(first, a, b)
+        dvector![first, a, b]
     }
 
-    fn equations(&self, problem: &Problem, trial: &FlatTrial) -> (Vector3<f64>, Matrix3<f64>) {
+    fn equations(&self, problem: &Problem, trial: &FlatTrial) -> (DVector<f64>, DMatrix<f64>) {
         let n = Vector2::new(trial.x[1], trial.x[2]);
         let d_n = Matrix2x3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         // m(1) = m(0) - (x n_s - y n_t).
@@ -397,14 +403,14 @@ impl Chart<3> for Plane {
                 matrix.set_row(1 + i, &(direction.transpose() * d));
             }
         }
-        (self.residual(problem, trial), matrix)
+        (self.residual(problem, trial), dynamic_matrix(matrix))
     }
 
-    fn wrench(&self, _: &Problem, x: &Vector3<f64>) -> Result<Wrench> {
-        Ok(Plane::wrench(self, x))
+    fn wrench(&self, _: &Problem, x: &DVector<f64>) -> Result<Wrench> {
+        Ok(Plane::wrench(self, &sized(x)?))
     }
 
-    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<Vector3<f64>> {
-        Ok(self.part(b).0)
+    fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<DVector<f64>> {
+        Ok(dynamic(self.part(b).0))
     }
 }

@@ -1,6 +1,6 @@
 //! Where the paths to a solution begin: the unloaded rod, and the others that lead past bifurcations and folds.
 
-use super::chart::Chart;
+use super::chart::{Chart, dynamic};
 use super::closed_form::ClosedForm;
 use super::free_end::FreeEnd;
 use super::line::Wrench;
@@ -56,7 +56,10 @@ impl Problem {
         let sides: &[f64] = if held { &[3.0, -3.0] } else { &[] };
         let bows = sides.iter().filter_map(|across| {
             let q = plane.lift(Vector2::new(-0.3, *across));
-            FreeEnd.wrench(self, &q).ok().map(PathStart::Loaded)
+            FreeEnd
+                .wrench(self, &dynamic(q))
+                .ok()
+                .map(PathStart::Loaded)
         });
         std::iter::once(PathStart::Unloaded)
             .chain(self.pulled(plane.normal()))
@@ -94,7 +97,10 @@ impl Problem {
         let sides = (0..if held { 6 } else { 0 }).filter_map(|k| {
             let (sin, cos) = (1.1 + FRAC_PI_3 * f64::from(k)).sin_cos();
             let q = Vector3::new(3.0 * cos, 3.0 * sin, -0.3);
-            FreeEnd.wrench(self, &q).ok().map(PathStart::Loaded)
+            FreeEnd
+                .wrench(self, &dynamic(q))
+                .ok()
+                .map(PathStart::Loaded)
         });
         let bends = IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into()));
         std::iter::once(PathStart::Unloaded)
@@ -145,7 +151,7 @@ impl Problem {
         let rest = std::iter::once_with(all).flatten();
         first
             .chain(rest)
-            .filter_map(|x| chart.wrench(self, &x).ok().map(PathStart::Loaded))
+            .filter_map(|x| chart.wrench(self, &dynamic(x)).ok().map(PathStart::Loaded))
     }
 
     /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the other

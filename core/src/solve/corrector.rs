@@ -3,18 +3,20 @@
 use super::elimination::{Elimination, Place};
 use super::family::Family;
 use crate::error::Error;
-use nalgebra::SVector;
-use std::cell::Cell;
+use nalgebra::DVector;
+use std::cell::{Cell, OnceCell};
 
 /// A family seen in coordinates (x, weight p), in which lengths and angles are Euclidean.
-pub(crate) struct Space<'a, const N: usize> {
-    pub family: &'a dyn Family<N>,
+pub(crate) struct Space<'a> {
+    pub family: &'a dyn Family,
     pub weight: f64,
     pub tolerance: f64,
     pub max_corrections: usize,
     pub evaluations: Cell<usize>,
     /// |next correction| / |correction|^2, the largest met lately.
     bend: Cell<f64>,
+    /// The size of the first determinant, by which all are measured.
+    blocks: OnceCell<i32>,
 }
 
 /// When a correction counts as the last.
@@ -27,11 +29,11 @@ pub(crate) enum Finish {
 }
 
 /// A place on the branch.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Corrected<const N: usize> {
-    pub place: Place<N>,
+#[derive(Debug, Clone)]
+pub(crate) struct Corrected {
+    pub place: Place,
     /// Unit length, less than a right angle from the hyperplane's normal.
-    pub tangent: Place<N>,
+    pub tangent: Place,
     /// det [F_x F_p; tangent^T]: changes sign at a simple branch point.
     pub branching: f64,
     /// Last pivot over first pivot of [F_x F_p].
@@ -66,9 +68,9 @@ impl std::fmt::Display for Failure {
     }
 }
 
-impl<'a, const N: usize> Space<'a, N> {
+impl<'a> Space<'a> {
     pub fn new(
-        family: &'a dyn Family<N>,
+        family: &'a dyn Family,
         weight: f64,
         tolerance: f64,
         max_corrections: usize,
@@ -80,10 +82,11 @@ impl<'a, const N: usize> Space<'a, N> {
             max_corrections,
             evaluations: Cell::new(0),
             bend: Cell::new(f64::INFINITY),
+            blocks: OnceCell::new(),
         }
     }
 
-    pub fn evaluate(&self, z: &Place<N>) -> Result<(SVector<f64, N>, Elimination<N>), Error> {
+    pub fn evaluate(&self, z: &Place) -> Result<(DVector<f64>, Elimination), Error> {
         self.evaluations.set(self.evaluations.get() + 1);
         let p = z.p / self.weight;
         let at = self.family.linearised(&z.x, p)?.checked(&z.x, p)?;
@@ -91,26 +94,34 @@ impl<'a, const N: usize> Space<'a, N> {
         Ok((at.residual, eliminated))
     }
 
+    /// The unit null vector of [F_x F_p] and the determinant with it as the last row, over a size common to the whole branch.
+    pub fn null(&self, eliminated: &Elimination) -> (Place, f64) {
+        let (null, determinant) = eliminated.null();
+        let blocks = self.blocks.get_or_init(|| determinant.blocks());
+        (null, determinant.over(*blocks))
+    }
+
     /// From `guess` to the branch in the hyperplane through it with this normal; the first
     /// correction may not be longer than `reach`.
     pub fn correct(
         &self,
-        guess: &Place<N>,
-        normal: &Place<N>,
+        guess: &Place,
+        normal: &Place,
         reach: f64,
         finish: Finish,
-    ) -> Result<Corrected<N>, Failure> {
-        let normal = normal.unit();
-        let (mut z, mut before, mut contraction) = (*guess, f64::INFINITY, f64::INFINITY);
+    ) -> Result<Corrected, Failure> {
+        let normal = normal.clone().unit();
+        let (mut z, mut before, mut contraction) = (guess.clone(), f64::INFINITY, f64::INFINITY);
         for k in 0..self.max_corrections {
             let (residual, eliminated) = self.evaluate(&z).map_err(Failure::Undefined)?;
-            let (null, determinant) = eliminated.null();
+            let (null, determinant) = self.null(&eliminated);
             let slant = normal.dot(&null);
             if !(slant.abs() > 1e-8) {
                 return Err(Failure::Parallel);
             }
             let any = eliminated.solve(&-residual);
-            let step = any - null * (normal.dot(&any) / slant);
+            let slide = normal.dot(&any) / slant;
+            let step = any - &null * slide;
             let length = step.norm();
             if !step.is_finite() {
                 return Err(Failure::Diverging(f64::INFINITY));
@@ -171,42 +182,42 @@ impl<'a, const N: usize> Space<'a, N> {
 }
 
 /// The cubic through two places with their tangents, over their distance along the branch.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Cubic<const N: usize> {
-    pub a: Place<N>,
-    pub b: Place<N>,
-    pub da: Place<N>,
-    pub db: Place<N>,
+#[derive(Debug, Clone)]
+pub(crate) struct Cubic {
+    pub a: Place,
+    pub b: Place,
+    pub da: Place,
+    pub db: Place,
     pub length: f64,
 }
 
-impl<const N: usize> Cubic<N> {
+impl Cubic {
     /// Between (place, unit tangent) and (place, unit tangent).
-    pub fn new(a: (Place<N>, Place<N>), b: (Place<N>, Place<N>)) -> Self {
+    pub fn new(a: (Place, Place), b: (Place, Place)) -> Self {
         Self {
+            length: length((&a.0, &a.1), (&b.0, &b.1)),
             a: a.0,
             b: b.0,
             da: a.1,
             db: b.1,
-            length: length(a, b),
         }
     }
 
     /// At the fraction `t` of the length (beyond 1: extrapolated).
-    pub fn at(&self, t: f64) -> Place<N> {
-        let chord = self.b - self.a;
-        self.a
+    pub fn at(&self, t: f64) -> Place {
+        let chord = &self.b - &self.a;
+        &self.a
             + chord * (t * t * (3.0 - 2.0 * t))
-            + self.da * (self.length * t * (1.0 - t) * (1.0 - t))
-            + self.db * (self.length * t * t * (t - 1.0))
+            + &self.da * (self.length * t * (1.0 - t) * (1.0 - t))
+            + &self.db * (self.length * t * t * (t - 1.0))
     }
 
     /// Derivative by `t`.
-    pub fn slope(&self, t: f64) -> Place<N> {
-        let chord = self.b - self.a;
+    pub fn slope(&self, t: f64) -> Place {
+        let chord = &self.b - &self.a;
         chord * (6.0 * t * (1.0 - t))
-            + self.da * (self.length * (1.0 - t) * (1.0 - 3.0 * t))
-            + self.db * (self.length * t * (3.0 * t - 2.0))
+            + &self.da * (self.length * (1.0 - t) * (1.0 - 3.0 * t))
+            + &self.db * (self.length * t * (3.0 * t - 2.0))
     }
 
     /// Where p turns twice inside although it runs the same way at both ends: the middle of the two.
@@ -226,11 +237,11 @@ impl<const N: usize> Cubic<N> {
 }
 
 /// Length of the branch between two places with unit tangents; the error is of fifth order.
-pub(crate) fn length<const N: usize>(a: (Place<N>, Place<N>), b: (Place<N>, Place<N>)) -> f64 {
+pub(crate) fn length(a: (&Place, &Place), b: (&Place, &Place)) -> f64 {
     let chord = b.0 - a.0;
     let size = chord.norm();
     let along = chord.unit();
-    let across = |t: &Place<N>| *t - along * along.dot(t);
-    let (u, v) = (across(&a.1), across(&b.1));
+    let across = |t: &Place| t - &(&along * along.dot(t));
+    let (u, v) = (across(a.1), across(b.1));
     size * (1.0 + (2.0 * u.dot(&u) + 2.0 * v.dot(&v) - u.dot(&v)) / 30.0)
 }

@@ -6,10 +6,10 @@
 //! branches that no path connects to them. Nothing found is no proof that nothing is there.
 
 use super::elimination::Elimination;
-use super::family::Family;
+use super::family::{Family, check_size};
 use super::newton;
 use crate::error::{Error, Result};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 /// How to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,10 +35,10 @@ impl Default for Options {
 
 /// What a search found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Search<const N: usize> {
+pub struct Search {
     /// New solutions, distinct from each other and from the known ones, each with its Newton report
     /// (the last, undeflated iteration).
-    pub solutions: Vec<newton::Solution<N>>,
+    pub solutions: Vec<newton::Solution>,
     /// For each guess, why nothing more was found from it.
     pub ends: Vec<Error>,
     /// Evaluations of F.
@@ -52,13 +52,13 @@ pub struct Search<const N: usize> {
 ///
 /// # Errors
 /// Options outside their sets. A search that finds nothing is no error.
-pub fn further<const N: usize>(
-    family: &dyn Family<N>,
+pub fn further(
+    family: &dyn Family,
     p: f64,
-    known: &[SVector<f64, N>],
-    guesses: &[SVector<f64, N>],
+    known: &[DVector<f64>],
+    guesses: &[DVector<f64>],
     options: &Options,
-) -> Result<Search<N>> {
+) -> Result<Search> {
     for (name, value) in [("shift", options.shift), ("separation", options.separation)] {
         if !(0.0 < value && value < f64::INFINITY) {
             return Err(Error::domain(format!(
@@ -67,6 +67,11 @@ pub fn further<const N: usize>(
         }
     }
     options.newton.check()?;
+    for (what, all) in [("a known solution", known), ("a guess", guesses)] {
+        for x in all {
+            check_size(family, what, x)?;
+        }
+    }
     let mut all = known.to_vec();
     let mut search = Search {
         solutions: Vec::new(),
@@ -74,7 +79,7 @@ pub fn further<const N: usize>(
         evaluations: 0,
     };
     let count = std::cell::Cell::new(0);
-    let plain = |x: &SVector<f64, N>| {
+    let plain = |x: &DVector<f64>| {
         count.set(count.get() + 1);
         let at = family.linearised(x, p)?.checked(x, p)?;
         Ok((at.residual, at.jacobian))
@@ -84,10 +89,11 @@ pub fn further<const N: usize>(
             let found = starts(guess, &all, options.separation)
                 .into_iter()
                 .map(|start| {
-                    let deflated = |x: &SVector<f64, N>| {
+                    let deflated = |x: &DVector<f64>| {
                         let (f, jacobian) = plain(x)?;
                         let (m, gradient) = deflation(x, &all, options.shift);
-                        Ok((f * m, (jacobian + f * gradient.transpose()) * m))
+                        let jacobian = (jacobian + &f * gradient.transpose()) * m;
+                        Ok((f * m, jacobian))
                     };
                     newton::solve(deflated, &start, &options.newton)
                         .map(|rough| rough.x)
@@ -104,7 +110,7 @@ pub fn further<const N: usize>(
                     ));
                 }
                 Ok(solution) => {
-                    all.push(solution.x);
+                    all.push(solution.x.clone());
                     search.solutions.push(solution);
                 }
                 Err(e) => break e,
@@ -117,30 +123,28 @@ pub fn further<const N: usize>(
 }
 
 /// The guess, or if it lies on a pole of m, points to both sides of it.
-fn starts<const N: usize>(
-    guess: &SVector<f64, N>,
-    known: &[SVector<f64, N>],
-    separation: f64,
-) -> Vec<SVector<f64, N>> {
+fn starts(guess: &DVector<f64>, known: &[DVector<f64>], separation: f64) -> Vec<DVector<f64>> {
     if known.iter().any(|x| near(x, guess, separation)) {
         let aside = 1e-2 * (1.0 + guess.norm());
         vec![guess.add_scalar(aside), guess.add_scalar(-aside)]
     } else {
-        vec![*guess]
+        vec![guess.clone()]
     }
 }
 
 /// Newton without damping: a damped iteration never leaps over a pole of m, and in few dimensions
 /// solutions lie behind poles.
-fn leaping<const N: usize>(
-    system: impl Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>,
-    start: SVector<f64, N>,
-) -> Result<SVector<f64, N>> {
-    let mut x = start;
+fn leaping(
+    system: impl Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
+    start: DVector<f64>,
+) -> Result<DVector<f64>> {
+    let mut x = start.clone();
     let far = 10.0 * (1.0 + start.norm());
     for _ in 0..40 {
         let (f, jacobian) = system(&x)?;
-        let step = Elimination::new(&jacobian, &SVector::zeros()).solve(&-f).x;
+        let step = Elimination::new(&jacobian, &DVector::zeros(x.len()))
+            .solve(&-f)
+            .x;
         let length = step.norm();
         if !(length.is_finite() && x.norm() < far) {
             break;
@@ -156,17 +160,13 @@ fn leaping<const N: usize>(
     )))
 }
 
-fn near<const N: usize>(a: &SVector<f64, N>, b: &SVector<f64, N>, separation: f64) -> bool {
+fn near(a: &DVector<f64>, b: &DVector<f64>, separation: f64) -> bool {
     (a - b).norm() <= separation * (1.0 + a.norm())
 }
 
 /// m and the gradient of ln m.
-fn deflation<const N: usize>(
-    x: &SVector<f64, N>,
-    known: &[SVector<f64, N>],
-    shift: f64,
-) -> (f64, SVector<f64, N>) {
-    let (mut m, mut gradient) = (1.0, SVector::zeros());
+fn deflation(x: &DVector<f64>, known: &[DVector<f64>], shift: f64) -> (f64, DVector<f64>) {
+    let (mut m, mut gradient) = (1.0, DVector::zeros(x.len()));
     for solution in known {
         let d = x - solution;
         let square = d.norm_squared();

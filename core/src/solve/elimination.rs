@@ -1,25 +1,25 @@
-//! Dense linear algebra of small systems in which singular matrices are the point: elimination with
+//! Dense linear algebra of systems in which singular matrices are the point: elimination with
 //! complete pivoting of N x (N + 1), and singular values by one-sided Jacobi rotations.
 
 use crate::math::order::sort_few;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use std::ops::{Add, Mul, Sub};
 
 /// A point (or vector) of R^N x R: the unknowns and the parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Place<const N: usize> {
-    pub x: SVector<f64, N>,
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Place {
+    pub x: DVector<f64>,
     pub p: f64,
 }
 
-impl<const N: usize> Place<N> {
-    pub fn new(x: SVector<f64, N>, p: f64) -> Self {
+impl Place {
+    pub fn new(x: DVector<f64>, p: f64) -> Self {
         Self { x, p }
     }
 
-    /// The unit vector along the parameter.
-    pub fn along_p() -> Self {
-        Self::new(SVector::zeros(), 1.0)
+    /// The unit vector along the parameter, beside `size` unknowns.
+    pub fn along_p(size: usize) -> Self {
+        Self::new(DVector::zeros(size), 1.0)
     }
 
     pub fn dot(&self, other: &Self) -> f64 {
@@ -31,21 +31,21 @@ impl<const N: usize> Place<N> {
     }
 
     /// Of unit length; a zero vector stays as it is.
-    pub fn unit(&self) -> Self {
+    pub fn unit(self) -> Self {
         let norm = self.norm();
         if norm > 0.0 {
-            *self * (1.0 / norm)
+            self * (1.0 / norm)
         } else {
-            *self
+            self
         }
     }
 
     /// Itself or its opposite, whichever makes less than a right angle with `reference`.
-    pub fn towards(&self, reference: &Self) -> Self {
+    pub fn towards(self, reference: &Self) -> Self {
         if self.dot(reference) < 0.0 {
-            *self * -1.0
+            self * -1.0
         } else {
-            *self
+            self
         }
     }
 
@@ -53,102 +53,148 @@ impl<const N: usize> Place<N> {
         self.x.iter().all(|v| v.is_finite()) && self.p.is_finite()
     }
 
+    /// From the unknowns, and the parameter behind them.
     pub fn from_slice(values: &[f64]) -> Self {
-        Self::new(SVector::from_column_slice(&values[..N]), values[N])
+        let size = values.len() - 1;
+        Self::new(DVector::from_column_slice(&values[..size]), values[size])
     }
 }
 
-impl<const N: usize> Add for Place<N> {
+impl Add for Place {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self::new(self.x + other.x, self.p + other.p)
     }
 }
 
-impl<const N: usize> Sub for Place<N> {
+impl Add<Place> for &Place {
+    type Output = Place;
+    fn add(self, other: Place) -> Place {
+        Place::new(&self.x + other.x, self.p + other.p)
+    }
+}
+
+impl Sub for &Place {
+    type Output = Place;
+    fn sub(self, other: Self) -> Place {
+        Place::new(&self.x - &other.x, self.p - other.p)
+    }
+}
+
+impl Sub for Place {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         Self::new(self.x - other.x, self.p - other.p)
     }
 }
 
-impl<const N: usize> Mul<f64> for Place<N> {
+impl Mul<f64> for Place {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
         Self::new(self.x * factor, self.p * factor)
     }
 }
 
+impl Mul<f64> for &Place {
+    type Output = Place;
+    fn mul(self, factor: f64) -> Place {
+        Place::new(&self.x * factor, self.p * factor)
+    }
+}
+
+/// A determinant, which is too large or too small for a number where there are many unknowns: value * BLOCK^blocks.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Determinant {
+    value: f64,
+    blocks: i32,
+}
+
+/// 2^256: products by it are exact.
+const BLOCK: f64 =
+    (1_u128 << 64) as f64 * (1_u128 << 64) as f64 * (1_u128 << 64) as f64 * (1_u128 << 64) as f64;
+
+impl Determinant {
+    fn grow(&mut self, factor: f64) {
+        self.value *= factor;
+        if self.value.abs() > BLOCK {
+            self.value /= BLOCK;
+            self.blocks += 1;
+        } else if self.value != 0.0 && self.value.abs() < 1.0 / BLOCK {
+            self.value *= BLOCK;
+            self.blocks -= 1;
+        }
+    }
+
+    /// How many factors BLOCK are taken out of it.
+    pub fn blocks(self) -> i32 {
+        self.blocks
+    }
+
+    /// The determinant over BLOCK^blocks.
+    pub fn over(self, blocks: i32) -> f64 {
+        self.value * BLOCK.powi(self.blocks - blocks)
+    }
+}
+
 /// [J | b], N x (N + 1), eliminated with complete pivoting: a singular J does no harm as long as the
 /// whole has rank N.
-pub(crate) struct Elimination<const N: usize> {
-    /// Unit lower and upper factors of the pivot columns.
-    factors: SMatrix<f64, N, N>,
-    /// The eliminated column that no pivot was taken from.
-    rest: SVector<f64, N>,
-    rows: [usize; N],
-    columns: [usize; N],
-    free: usize,
+pub(crate) struct Elimination {
+    /// Unit lower and upper factors of the pivot columns; last the column that no pivot was taken from.
+    factors: DMatrix<f64>,
+    rows: Vec<usize>,
+    columns: Vec<usize>,
     sign: f64,
 }
 
-impl<const N: usize> Elimination<N> {
-    pub fn new(jacobian: &SMatrix<f64, N, N>, slope: &SVector<f64, N>) -> Self {
+impl Elimination {
+    pub fn new(jacobian: &DMatrix<f64>, slope: &DVector<f64>) -> Self {
+        let n = slope.len();
+        let mut factors = DMatrix::zeros(n, n + 1);
+        factors.columns_mut(0, n).copy_from(jacobian);
+        factors.set_column(n, slope);
         let mut this = Self {
-            factors: *jacobian,
-            rest: *slope,
-            rows: std::array::from_fn(|i| i),
-            columns: std::array::from_fn(|i| i),
-            free: N,
+            factors,
+            rows: (0..n).collect(),
+            columns: (0..=n).collect(),
             sign: 1.0,
         };
-        for k in 0..N {
+        for k in 0..n {
             this.pivot(k);
-            let u = &mut this.factors;
-            if u[(k, k)] == 0.0 {
+            let pivot = this.factors[(k, k)];
+            if pivot == 0.0 {
                 break;
             }
-            for i in k + 1..N {
-                let factor = u[(i, k)] / u[(k, k)];
-                u[(i, k)] = factor;
-                for j in k + 1..N {
-                    let above = u[(k, j)];
-                    u[(i, j)] -= factor * above;
+            let (done, rest) = this.factors.as_mut_slice().split_at_mut((k + 1) * n);
+            let lower = &mut done[k * n + k + 1..];
+            lower.iter_mut().for_each(|x| *x /= pivot);
+            for column in rest.chunks_exact_mut(n) {
+                let above = column[k];
+                for (x, factor) in column[k + 1..].iter_mut().zip(&*lower) {
+                    *x -= factor * above;
                 }
-                this.rest[i] -= factor * this.rest[k];
             }
         }
         this
     }
 
-    /// Brings the largest entry of what is left to (k, k).
+    /// Brings the largest entry of what is left to (k, k); of equal ones that of the first row, and in it the first.
     fn pivot(&mut self, k: usize) {
+        let n = self.rows.len();
         let (mut row, mut column, mut largest) = (k, k, 0.0);
-        for i in k..N {
-            for j in k..=N {
-                let value = if j < N {
-                    self.factors[(i, j)]
-                } else {
-                    self.rest[i]
-                };
-                if value.abs() > largest {
-                    (row, column, largest) = (i, j, value.abs());
+        for (j, values) in self.factors.as_slice().chunks_exact(n).enumerate().skip(k) {
+            for (i, value) in values.iter().enumerate().skip(k) {
+                let value = value.abs();
+                if value > largest || value == largest && i < row {
+                    (row, column, largest) = (i, j, value);
                 }
             }
         }
         if row != k {
             self.factors.swap_rows(k, row);
-            self.rest.swap_rows(k, row);
             self.rows.swap(k, row);
             self.sign = -self.sign;
         }
-        if column == N {
-            for i in 0..N {
-                std::mem::swap(&mut self.factors[(i, k)], &mut self.rest[i]);
-            }
-            std::mem::swap(&mut self.columns[k], &mut self.free);
-            self.sign = -self.sign;
-        } else if column != k {
+        if column != k {
             self.factors.swap_columns(k, column);
             self.columns.swap(k, column);
             self.sign = -self.sign;
@@ -156,9 +202,10 @@ impl<const N: usize> Elimination<N> {
     }
 
     /// U y = right; components without a pivot are zero.
-    fn back(&self, mut y: SVector<f64, N>) -> SVector<f64, N> {
-        for i in (0..N).rev() {
-            for j in i + 1..N {
+    fn back(&self, mut y: DVector<f64>) -> DVector<f64> {
+        let n = y.len();
+        for i in (0..n).rev() {
+            for j in i + 1..n {
                 y[i] -= self.factors[(i, j)] * y[j];
             }
             let pivot = self.factors[(i, i)];
@@ -167,29 +214,24 @@ impl<const N: usize> Elimination<N> {
         y
     }
 
-    fn spread(&self, y: &SVector<f64, N>, free: f64) -> Place<N> {
-        let mut z = Place::new(SVector::zeros(), 0.0);
-        let mut set = |column: usize, value: f64| {
-            if column < N {
-                z.x[column] = value;
-            } else {
-                z.p = value;
+    fn spread(&self, y: &DVector<f64>, free: f64) -> Place {
+        let n = y.len();
+        let mut z = Place::new(DVector::zeros(n), 0.0);
+        let values = y.iter().chain(std::iter::once(&free));
+        for (&column, value) in self.columns.iter().zip(values) {
+            match column < n {
+                true => z.x[column] = *value,
+                false => z.p = *value,
             }
-        };
-        for k in 0..N {
-            set(self.columns[k], y[k]);
         }
-        set(self.free, free);
         z
     }
 
     /// One solution z of [J | b] z = right (that with the free component zero).
-    pub fn solve(&self, right: &SVector<f64, N>) -> Place<N> {
-        let mut y = SVector::zeros();
-        for i in 0..N {
-            y[i] = right[self.rows[i]];
-        }
-        for i in 0..N {
+    pub fn solve(&self, right: &DVector<f64>) -> Place {
+        let n = right.len();
+        let mut y = DVector::from_iterator(n, self.rows.iter().map(|&row| right[row]));
+        for i in 0..n {
             for j in 0..i {
                 let known = y[j];
                 y[i] -= self.factors[(i, j)] * known;
@@ -200,21 +242,31 @@ impl<const N: usize> Elimination<N> {
 
     /// (n, d): the unit null vector n of [J | b] and the determinant d of [J b; n^T]. The vector
     /// d n is the Cramer product of the rows: smooth, and zero where the rank falls below N.
-    pub fn null(&self) -> (Place<N>, f64) {
-        let null = self.spread(&self.back(-self.rest), 1.0);
-        let pivots: f64 = self.factors.diagonal().iter().product();
+    pub fn null(&self) -> (Place, Determinant) {
+        let n = self.rows.len();
+        let null = self.spread(&self.back(-self.factors.column(n)), 1.0);
+        let mut determinant = Determinant {
+            value: self.sign,
+            blocks: 0,
+        };
         let length = null.norm();
-        (null * (1.0 / length), self.sign * pivots * length)
+        for pivot in self.pivots().chain([length]) {
+            determinant.grow(pivot);
+        }
+        (null * (1.0 / length), determinant)
     }
 
     /// The last pivot over the first: small near a branch point, zero if the rank is below N.
     pub fn regularity(&self) -> f64 {
-        let first = self.factors[(0, 0)].abs();
-        if first == 0.0 {
-            0.0
-        } else {
-            self.factors[(N - 1, N - 1)].abs() / first
+        let (first, last) = (self.pivots().next(), self.pivots().last());
+        match (first, last) {
+            (Some(first), Some(last)) if first != 0.0 => (last / first).abs(),
+            _ => 0.0,
         }
+    }
+
+    fn pivots(&self) -> impl Iterator<Item = f64> {
+        (0..self.rows.len()).map(|k| self.factors[(k, k)])
     }
 }
 

@@ -2,22 +2,32 @@
 
 use super::special::SpecialKind;
 use crate::error::{Error, Result};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 /// F and its first derivatives at one (x, p).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linearised<const N: usize> {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linearised {
     /// F(x, p).
-    pub residual: SVector<f64, N>,
+    pub residual: DVector<f64>,
     /// dF/dx; row i belongs to F_i.
-    pub jacobian: SMatrix<f64, N, N>,
+    pub jacobian: DMatrix<f64>,
     /// dF/dp.
-    pub slope: SVector<f64, N>,
+    pub slope: DVector<f64>,
 }
 
-impl<const N: usize> Linearised<N> {
+impl Linearised {
     /// Itself, unless a number in it is not finite.
-    pub(crate) fn checked(self, x: &SVector<f64, N>, p: f64) -> Result<Self> {
+    pub(crate) fn checked(self, x: &DVector<f64>, p: f64) -> Result<Self> {
+        let n = x.len();
+        if self.residual.len() != n || self.jacobian.shape() != (n, n) || self.slope.len() != n {
+            return Err(Error::domain(format!(
+                "F has {} equations, dF/dx {} x {} entries and dF/dp {}, for {n} unknowns; there must be as many of each",
+                self.residual.len(),
+                self.jacobian.nrows(),
+                self.jacobian.ncols(),
+                self.slope.len()
+            )));
+        }
         let finite = |v: &f64| v.is_finite();
         if self.residual.iter().all(finite)
             && self.jacobian.iter().all(finite)
@@ -33,20 +43,23 @@ impl<const N: usize> Linearised<N> {
     }
 }
 
-/// F(x, p) = 0 with x in R^N: smooth, `N` small, evaluated to rounding or to a noise of about 1e-13.
-pub trait Family<const N: usize> {
+/// F(x, p) = 0 with x in R^N: smooth, evaluated to rounding or to a noise of about 1e-13. Matrices are dense.
+pub trait Family {
+    /// N, the number of unknowns and of equations.
+    fn size(&self) -> usize;
+
     /// F, dF/dx and dF/dp.
     ///
     /// # Errors
     /// F is undefined here. Branches end there, with this error as the reason.
-    fn linearised(&self, x: &SVector<f64, N>, p: f64) -> Result<Linearised<N>>;
+    fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised>;
 
     /// The Morse index of the solution (x, p), or None if the family has none. Asked once for each
     /// accepted point, and during the location of stability changes.
     ///
     /// # Errors
     /// The index cannot be found here; the point is then reported without one.
-    fn index(&self, _x: &SVector<f64, N>, _p: f64) -> Result<Option<usize>> {
+    fn index(&self, _x: &DVector<f64>, _p: f64) -> Result<Option<usize>> {
         Ok(None)
     }
 
@@ -57,9 +70,9 @@ pub trait Family<const N: usize> {
     /// As [`Family::index`].
     fn event(
         &self,
-        _x: &SVector<f64, N>,
+        _x: &DVector<f64>,
         _p: f64,
-        _direction: (&SVector<f64, N>, f64),
+        _direction: (&DVector<f64>, f64),
     ) -> Result<Option<f64>> {
         Ok(None)
     }
@@ -70,20 +83,35 @@ pub trait Family<const N: usize> {
     }
 }
 
-impl<F: Family<N> + ?Sized, const N: usize> Family<N> for Box<F> {
-    fn linearised(&self, x: &SVector<f64, N>, p: f64) -> Result<Linearised<N>> {
+/// Refuses unknowns of another number than the family has; `what` has them.
+pub(crate) fn check_size(family: &dyn Family, what: &str, x: &DVector<f64>) -> Result<()> {
+    let (size, given) = (family.size(), x.len());
+    if size == given && size > 0 {
+        return Ok(());
+    }
+    Err(Error::domain(format!(
+        "{what} has {given} unknowns, and the family {size}; it must have as many, and one at least"
+    )))
+}
+
+impl<F: Family + ?Sized> Family for Box<F> {
+    fn size(&self) -> usize {
+        (**self).size()
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
         (**self).linearised(x, p)
     }
 
-    fn index(&self, x: &SVector<f64, N>, p: f64) -> Result<Option<usize>> {
+    fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {
         (**self).index(x, p)
     }
 
     fn event(
         &self,
-        x: &SVector<f64, N>,
+        x: &DVector<f64>,
         p: f64,
-        direction: (&SVector<f64, N>, f64),
+        direction: (&DVector<f64>, f64),
     ) -> Result<Option<f64>> {
         (**self).event(x, p, direction)
     }

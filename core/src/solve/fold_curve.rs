@@ -4,35 +4,38 @@ use super::elimination::Svd;
 use super::family::{Family, Linearised};
 use super::special::SpecialKind;
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 
 /// F and its first derivatives at one (x, p, q).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linearised2<const N: usize> {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linearised2 {
     /// F(x, p, q).
-    pub residual: SVector<f64, N>,
+    pub residual: DVector<f64>,
     /// dF/dx.
-    pub jacobian: SMatrix<f64, N, N>,
+    pub jacobian: DMatrix<f64>,
     /// dF/dp.
-    pub slope_p: SVector<f64, N>,
+    pub slope_p: DVector<f64>,
     /// dF/dq.
-    pub slope_q: SVector<f64, N>,
+    pub slope_q: DVector<f64>,
 }
 
 /// F(x, p, q) = 0 with two parameters.
-pub trait Family2<const N: usize> {
+pub trait Family2 {
+    /// N, the number of unknowns and of equations.
+    fn size(&self) -> usize;
+
     /// F with its first derivatives.
     ///
     /// # Errors
     /// F is undefined here.
-    fn linearised(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>>;
+    fn linearised(&self, x: &DVector<f64>, p: f64, q: f64) -> Result<Linearised2>;
 
     /// The Morse index of the solution (x, p, q), or None if the family has none.
     ///
     /// # Errors
     /// The index cannot be found here.
-    fn index(&self, _x: &SVector<f64, N>, _p: f64, _q: f64) -> Result<Option<usize>> {
+    fn index(&self, _x: &DVector<f64>, _p: f64, _q: f64) -> Result<Option<usize>> {
         Ok(None)
     }
 }
@@ -42,24 +45,35 @@ pub trait Family2<const N: usize> {
 pub struct Crossed<A, B> {
     in_p: A,
     in_q: B,
+    size: usize,
     unit: f64,
 }
 
 impl<A, B> Crossed<A, B> {
-    /// p is counted in `unit`s (not 0) of the families' own, so that it is of the size of the unknowns.
-    pub fn new(in_p: A, in_q: B, unit: f64) -> Self {
-        Self { in_p, in_q, unit }
+    /// Of families of `size` unknowns. p is counted in `unit`s (not 0) of the families' own, so that it is of the size of the
+    /// unknowns.
+    pub fn new(in_p: A, in_q: B, size: usize, unit: f64) -> Self {
+        Self {
+            in_p,
+            in_q,
+            size,
+            unit,
+        }
     }
 }
 
-impl<A, B, F, G, const N: usize> Family2<N> for Crossed<A, B>
+impl<A, B, F, G> Family2 for Crossed<A, B>
 where
     A: Fn(f64) -> F,
     B: Fn(f64) -> G,
-    F: Family<N>,
-    G: Family<N>,
+    F: Family,
+    G: Family,
 {
-    fn linearised(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>> {
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64, q: f64) -> Result<Linearised2> {
         let p = p * self.unit;
         let at = (self.in_p)(q).linearised(x, p)?;
         Ok(Linearised2 {
@@ -70,66 +84,61 @@ where
         })
     }
 
-    fn index(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Option<usize>> {
+    fn index(&self, x: &DVector<f64>, p: f64, q: f64) -> Result<Option<usize>> {
         (self.in_p)(q).index(x, p * self.unit)
     }
 }
 
-/// The folds of F(., ., q) as a family of its own, with unknowns (x, p) in R^M, M = N + 1, and
+/// The folds of F(., ., q) as a family of its own, with unknowns (x, p) in R^(N + 1) and
 /// parameter q: F = 0 and g = 0, g the smallest singular value of F_x with the sign of det F_x.
 ///
 /// Follow it with [`super::arclength::Continuation`], starting from a located fold; folds of this branch
 /// are turns of the curve in q, its events are cusps. g is exact; only its gradient comes from
 /// central differences (of F_x along the kernel: one evaluation here costs three of F), so that
 /// folds are as accurate as F_x. At a cusp p and q are accurate to second order, x to about 1e-7.
-pub struct FoldCurve<'a, const N: usize, const M: usize> {
-    family: &'a dyn Family2<N>,
+pub struct FoldCurve<'a> {
+    family: &'a dyn Family2,
     /// The kernel where it was last asked for: gives the test function of cusps a steady sign.
-    kernel: RefCell<Option<SVector<f64, N>>>,
+    kernel: RefCell<Option<DVector<f64>>>,
 }
 
 /// The smallest singular value and its vectors.
-struct Smallest<const N: usize> {
-    left: SVector<f64, N>,
-    right: SVector<f64, N>,
+struct Smallest {
+    left: DVector<f64>,
+    right: DVector<f64>,
     /// left . F_x right, with left and right oriented so that its sign is that of det F_x.
     value: f64,
 }
 
-impl<const N: usize> Smallest<N> {
-    fn of(jacobian: &SMatrix<f64, N, N>) -> Self {
-        let svd = Svd::new(&DMatrix::from_column_slice(N, N, jacobian.as_slice()));
+impl Smallest {
+    fn of(jacobian: &DMatrix<f64>) -> Self {
+        let svd = Svd::new(jacobian);
         let orientation = (svd.left.determinant() * svd.right.determinant()).signum();
-        let column = |m: &DMatrix<f64>| {
-            let column = m.column(N - 1);
-            SVector::from_fn(|i, _| column[i])
-        };
-        let left: SVector<f64, N> = column(&svd.left) * orientation;
+        let column = |m: &DMatrix<f64>| m.column(m.ncols() - 1).into_owned();
+        let left = column(&svd.left) * orientation;
         let right = column(&svd.right);
         Self {
-            value: left.dot(&(jacobian * right)),
+            value: left.dot(&(jacobian * &right)),
             left,
             right,
         }
     }
 }
 
-impl<const N: usize, const M: usize> FoldCurve<'_, N, M> {
+impl<'a> FoldCurve<'a> {
     /// (x, p) as one vector.
-    pub fn unknowns(x: &SVector<f64, N>, p: f64) -> SVector<f64, M> {
-        SVector::from_fn(|i, _| if i < N { x[i] } else { p })
+    pub fn unknowns(x: &DVector<f64>, p: f64) -> DVector<f64> {
+        x.clone().push(p)
     }
 
     /// x and p of one vector.
-    pub fn parts(y: &SVector<f64, M>) -> (SVector<f64, N>, f64) {
-        (SVector::from_fn(|i, _| y[i]), y[N])
+    pub fn parts(y: &DVector<f64>) -> (DVector<f64>, f64) {
+        let size = y.len() - 1;
+        (y.rows(0, size).into_owned(), y[size])
     }
-}
 
-impl<'a, const N: usize, const M: usize> FoldCurve<'a, N, M> {
-    /// The fold curves of a family. M must be N + 1, or this does not compile.
-    pub fn new(family: &'a dyn Family2<N>) -> Self {
-        const { assert!(M == N + 1, "unknowns of a fold curve are (x, p): M = N + 1") };
+    /// The fold curves of a family.
+    pub fn new(family: &'a dyn Family2) -> Self {
         Self {
             family,
             kernel: RefCell::new(None),
@@ -141,11 +150,11 @@ impl<'a, const N: usize, const M: usize> FoldCurve<'a, N, M> {
     ///
     /// # Errors
     /// As [`Family2::linearised`] and [`Family2::index`].
-    pub fn indices(&self, y: &SVector<f64, M>, q: f64) -> Result<Option<(usize, usize)>> {
+    pub fn indices(&self, y: &DVector<f64>, q: f64) -> Result<Option<(usize, usize)>> {
         let (x, p) = Self::parts(y);
         let right = Smallest::of(&self.at(&x, p, q)?.jacobian).right;
         let h = 1e-4 * (1.0 + x.norm());
-        let beside = |h: f64| self.family.index(&(x + right * h), p, q);
+        let beside = |h: f64| self.family.index(&(&x + &right * h), p, q);
         // Two that do not differ by one are not those of this fold: another is near, or the index is not known that well.
         Ok(beside(h)?
             .zip(beside(-h)?)
@@ -153,7 +162,7 @@ impl<'a, const N: usize, const M: usize> FoldCurve<'a, N, M> {
             .filter(|(a, b)| a + 1 == *b))
     }
 
-    fn at(&self, x: &SVector<f64, N>, p: f64, q: f64) -> Result<Linearised2<N>> {
+    fn at(&self, x: &DVector<f64>, p: f64, q: f64) -> Result<Linearised2> {
         let at = self.family.linearised(x, p, q)?;
         let slopes = at.slope_p.iter().chain(at.slope_q.iter());
         let mut all = at.residual.iter().chain(at.jacobian.iter()).chain(slopes);
@@ -168,14 +177,18 @@ impl<'a, const N: usize, const M: usize> FoldCurve<'a, N, M> {
     }
 }
 
-impl<const N: usize, const M: usize> Family<M> for FoldCurve<'_, N, M> {
-    fn linearised(&self, y: &SVector<f64, M>, q: f64) -> Result<Linearised<M>> {
+impl Family for FoldCurve<'_> {
+    fn size(&self) -> usize {
+        self.family.size() + 1
+    }
+
+    fn linearised(&self, y: &DVector<f64>, q: f64) -> Result<Linearised> {
         let (x, p) = Self::parts(y);
         let at = self.at(&x, p, q)?;
         let small = Smallest::of(&at.jacobian);
         let h = 3e-5 * (1.0 + x.norm());
-        let plus = self.at(&(x + small.right * h), p, q)?;
-        let minus = self.at(&(x - small.right * h), p, q)?;
+        let plus = self.at(&(&x + &small.right * h), p, q)?;
+        let minus = self.at(&(&x - &small.right * h), p, q)?;
         let along = |a: f64, b: f64| (a - b) / (2.0 * h);
         // d g = left . d(F_x) right, and by symmetry F_x's derivative may be taken along right.
         let by_x = (plus.jacobian - minus.jacobian).tr_mul(&small.left) / (2.0 * h);
@@ -187,7 +200,8 @@ impl<const N: usize, const M: usize> Family<M> for FoldCurve<'_, N, M> {
             small.left.dot(&plus.slope_q),
             small.left.dot(&minus.slope_q),
         );
-        let jacobian = SMatrix::from_fn(|i, j| match (i < N, j < N) {
+        let n = x.len();
+        let jacobian = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) => at.jacobian[(i, j)],
             (true, false) => at.slope_p[i],
             (false, true) => by_x[j],
@@ -204,21 +218,21 @@ impl<const N: usize, const M: usize> Family<M> for FoldCurve<'_, N, M> {
     /// the multiple, which vanishes at a cusp.
     fn event(
         &self,
-        y: &SVector<f64, M>,
+        y: &DVector<f64>,
         q: f64,
-        (dy, dq): (&SVector<f64, M>, f64),
+        (dy, dq): (&DVector<f64>, f64),
     ) -> Result<Option<f64>> {
         let (x, p) = Self::parts(y);
         let at = self.at(&x, p, q)?;
         let small = Smallest::of(&at.jacobian);
         let mut last = self.kernel.borrow_mut();
-        let sign = match *last {
+        let sign = match &*last {
             Some(kernel) if kernel.dot(&small.right) < 0.0 => -1.0,
             _ => 1.0,
         };
-        *last = Some(small.right * sign);
+        *last = Some(&small.right * sign);
         let (a, b) = (small.left.dot(&at.slope_p), small.left.dot(&at.slope_q));
-        Ok(Some(sign * (a * dq - b * dy[N])))
+        Ok(Some(sign * (a * dq - b * dy[x.len()])))
     }
 
     fn event_kind(&self) -> SpecialKind {

@@ -1,4 +1,4 @@
-//! Damped Newton for small square systems, globalised by the natural monotonicity test.
+//! Damped Newton for dense square systems, globalised by the natural monotonicity test.
 //!
 //! Deuflhard, Newton Methods for Nonlinear Problems (2004), Sec. 3.3 (algorithm NLEQ-ERR): a step is
 //! judged by the next simplified correction, J_k^-1 F(x_k + damping dx), not by |F|, so that the
@@ -7,7 +7,7 @@
 
 use super::elimination::Elimination;
 use crate::error::{Error, Result};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use std::cell::Cell;
 
 /// How far to go.
@@ -63,10 +63,10 @@ pub enum Reason {
 }
 
 /// A solution and how it was found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Solution<const N: usize> {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
     /// x with F(x) = 0.
-    pub x: SVector<f64, N>,
+    pub x: DVector<f64>,
     /// Newton steps taken.
     pub iterations: usize,
     /// Evaluations of F with its Jacobian.
@@ -89,31 +89,31 @@ pub struct Solution<const N: usize> {
 /// # Errors
 /// Options outside their sets; F undefined at `start`; no convergence: the message says where, why
 /// and what may help.
-pub fn solve<const N: usize>(
-    system: impl Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>,
-    start: &SVector<f64, N>,
+pub fn solve(
+    system: impl Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
+    start: &DVector<f64>,
     options: &Options,
-) -> Result<Solution<N>> {
+) -> Result<Solution> {
     attempt(system, start, options).map_err(Error::from)
 }
 
 /// As [`solve`], for a caller who knows what the unknowns are.
-pub(crate) fn attempt<const N: usize>(
-    system: impl Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>,
-    start: &SVector<f64, N>,
+pub(crate) fn attempt(
+    system: impl Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
+    start: &DVector<f64>,
     options: &Options,
-) -> Result<Solution<N>, Failure<N>> {
+) -> Result<Solution, Failure> {
     iterate(&system, start, options)
 }
 
 /// Why there is no solution.
-pub(crate) enum Failure<const N: usize> {
+pub(crate) enum Failure {
     /// Nothing was tried.
     Refused(Error),
     /// The iteration stopped.
     Stopped {
         /// Where.
-        x: SVector<f64, N>,
+        x: DVector<f64>,
         /// |F| there.
         residual: f64,
         /// Evaluations of F.
@@ -123,14 +123,14 @@ pub(crate) enum Failure<const N: usize> {
     },
 }
 
-impl<const N: usize> From<Error> for Failure<N> {
+impl From<Error> for Failure {
     fn from(e: Error) -> Self {
         Self::Refused(e)
     }
 }
 
-impl<const N: usize> From<Failure<N>> for Error {
-    fn from(failure: Failure<N>) -> Self {
+impl From<Failure> for Error {
+    fn from(failure: Failure) -> Self {
         match failure {
             Failure::Refused(e) => e,
             Failure::Stopped {
@@ -150,33 +150,41 @@ impl<const N: usize> From<Failure<N>> for Error {
 pub(crate) const REMEDY: &str =
     "start nearer to a solution, or follow a branch from a solved problem to this one";
 
-type System<'a, const N: usize> =
-    &'a dyn Fn(&SVector<f64, N>) -> Result<(SVector<f64, N>, SMatrix<f64, N, N>)>;
+type System<'a> = &'a dyn Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>;
 
-/// Compiled once for every dimension, not for every system.
-fn iterate<const N: usize>(
-    system: System<'_, N>,
-    start: &SVector<f64, N>,
+/// Compiled once, not for every system.
+fn iterate(
+    system: System<'_>,
+    start: &DVector<f64>,
     options: &Options,
-) -> Result<Solution<N>, Failure<N>> {
+) -> Result<Solution, Failure> {
     options.check()?;
     let count = Cell::new(0);
-    let evaluate = |x: &SVector<f64, N>| {
+    let evaluate = |x: &DVector<f64>| {
         count.set(count.get() + 1);
         let (f, jacobian) = system(x)?;
+        let n = x.len();
+        if f.len() != n || jacobian.shape() != (n, n) {
+            return Err(Error::domain(format!(
+                "F has {} equations and its Jacobian {} x {} entries, for {n} unknowns; there must be as many of each",
+                f.len(),
+                jacobian.nrows(),
+                jacobian.ncols()
+            )));
+        }
         if f.iter().chain(jacobian.iter()).all(|v| v.is_finite()) {
             Ok((f, jacobian))
         } else {
             Err(Error::domain("F or its Jacobian is not finite"))
         }
     };
-    let factorise = |jacobian| Elimination::new(&jacobian, &SVector::zeros());
-    let mut x = *start;
+    let factorise = |jacobian| Elimination::new(&jacobian, &DVector::zeros(start.len()));
+    let mut x = start.clone();
     let (mut f, jacobian) = evaluate(&x).map_err(|e| e.context("Newton's first guess"))?;
     let mut factors = factorise(jacobian);
     let mut smallest = 1.0_f64;
     // (correction, simplified correction, damping) of the last step, for the prediction.
-    let mut last: Option<(f64, SVector<f64, N>, f64)> = None;
+    let mut last: Option<(f64, DVector<f64>, f64)> = None;
     let mut scale = 1.0 + x.norm();
     let mut why = "the iterations were used up".to_string();
     for iteration in 1..=options.max_iterations {
@@ -195,11 +203,11 @@ fn iterate<const N: usize>(
             why = "the Jacobian is singular".into();
             break;
         }
-        let step = factors.solve(&-f).x;
+        let step = factors.solve(&-&f).x;
         let length = step.norm();
         let mut damping = match &last {
             Some((before, simplified, used)) => {
-                let bend = (simplified - step).norm() * length;
+                let bend = (simplified - &step).norm() * length;
                 (before * simplified.norm() / bend * used).min(1.0)
             }
             None => 1.0,
@@ -225,21 +233,21 @@ fn iterate<const N: usize>(
             if length <= 4.0 * f64::EPSILON * scale
                 || before.is_finite() && next <= f64::EPSILON * scale
             {
-                return Ok(done(x + step, Reason::Rounding));
+                return Ok(done(x + &step, Reason::Rounding));
             }
             if length > 0.5 * before {
-                return Ok(done(x + step, Reason::Noise));
+                return Ok(done(x + &step, Reason::Noise));
             }
         }
         let mut raised = false;
         let accepted = loop {
-            let trial = x + step * damping;
+            let trial = &x + &step * damping;
             let outcome = evaluate(&trial);
             let refused = match outcome {
                 Ok((value, jacobian)) => {
-                    let simplified = factors.solve(&-value).x;
+                    let simplified = factors.solve(&-&value).x;
                     let size = simplified.norm();
-                    let bend = (simplified - step * (1.0 - damping)).norm();
+                    let bend = (&simplified - &step * (1.0 - damping)).norm();
                     let better = if bend > 0.0 {
                         0.5 * length * damping * damping / bend
                     } else {

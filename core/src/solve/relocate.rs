@@ -8,30 +8,30 @@ use super::arclength::Options;
 use super::corrector::{Finish, Space};
 use super::family::Family;
 use super::special::{Special, SpecialKind, Status};
-use nalgebra::SVector;
+use nalgebra::DVector;
 
 /// How far from the special point the search begins, relative to the size of the unknowns: nearest first, so that a
 /// neighbour is not taken for it.
 const REACHES: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 
 /// A special point found again.
-struct Found<const N: usize> {
-    x: SVector<f64, N>,
+struct Found {
+    x: DVector<f64>,
     p: f64,
     /// Distance along the branch from where it was found first.
     shift: f64,
     error_s: f64,
     error_p: f64,
-    error_x: SVector<f64, N>,
+    error_x: DVector<f64>,
 }
 
-impl<const N: usize> Special<N> {
+impl Special {
     /// The same special point with `error_p`, `error_x` and `error_s` that bound its errors, those of the family's own computation
     /// included. `finer` are families of the same problem whose errors are less by a factor of 10 or more, each by another. A
     /// point that one of them does not have is a guess.
     #[must_use]
-    pub fn bounded(mut self, finer: &[&dyn Family<N>], options: &Options) -> Self {
-        let found: Vec<Found<N>> = finer
+    pub fn bounded(mut self, finer: &[&dyn Family], options: &Options) -> Self {
+        let found: Vec<Found> = finer
             .iter()
             .filter_map(|family| self.found_again(*family, options))
             .collect();
@@ -40,23 +40,23 @@ impl<const N: usize> Special<N> {
                 Status::Guess("computed to a tighter tolerance it is not found again".into());
         }
         let here = Found {
-            x: self.point.x,
+            x: self.point.x.clone(),
             p: self.point.p,
             shift: 0.0,
             error_s: self.error_s,
             error_p: self.error_p,
-            error_x: self.error_x,
+            error_x: self.error_x.clone(),
         };
         let rounding = |value: f64| 4.0 * f64::EPSILON * value.abs();
         self.error_p = bound(&here, &found, |at| (at.p, at.error_p)) + rounding(here.p);
         self.error_s = bound(&here, &found, |at| (at.shift, at.error_s));
-        self.error_x = SVector::from_fn(|i, _| {
+        self.error_x = DVector::from_fn(self.point.x.len(), |i, _| {
             bound(&here, &found, |at| (at.x[i], at.error_x[i])) + rounding(here.x[i])
         });
         self
     }
 
-    fn found_again(&self, family: &dyn Family<N>, options: &Options) -> Option<Found<N>> {
+    fn found_again(&self, family: &dyn Family, options: &Options) -> Option<Found> {
         let weight = options.rounded_weight();
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
         let (place, tangent) = self.place_and_tangent(weight);
@@ -65,19 +65,23 @@ impl<const N: usize> Special<N> {
             let reach = REACHES[REACHES.len() - 1] * size;
             if let Some((again, error)) = space.polish_branch_point(&place, reach) {
                 return Some(Found {
-                    x: again.x,
-                    p: again.p / weight,
-                    shift: tangent.dot(&(again - place)),
+                    shift: tangent.dot(&(&again - &place)),
                     error_s: error,
                     error_p: error / weight,
-                    error_x: SVector::repeat(error),
+                    error_x: DVector::from_element(place.x.len(), error),
+                    x: again.x,
+                    p: again.p / weight,
                 });
             }
         }
         REACHES.iter().find_map(|reach| {
             let beside = |s: f64| {
-                let on =
-                    space.correct(&(place + tangent * s), &tangent, s.abs(), Finish::Evaluated);
+                let on = space.correct(
+                    &(&place + &tangent * s),
+                    &tangent,
+                    s.abs(),
+                    Finish::Evaluated,
+                );
                 Some(space.dressed(on.ok()?, s, true))
             };
             let (before, after) = (beside(-reach * size)?, beside(reach * size)?);
@@ -98,11 +102,7 @@ impl<const N: usize> Special<N> {
 }
 
 /// Twice the distance to the finer values, four times their own, and what each is uncertain by.
-fn bound<const N: usize>(
-    here: &Found<N>,
-    finer: &[Found<N>],
-    of: impl Fn(&Found<N>) -> (f64, f64),
-) -> f64 {
+fn bound(here: &Found, finer: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f64 {
     let (value, own) = of(here);
     let apart = |a: f64, b: f64| (a - b).abs();
     let all = || finer.iter().map(&of);

@@ -9,7 +9,7 @@ use super::corrector::{Corrected, Cubic, Failure, Finish, Space, length};
 use super::elimination::Place;
 use super::roots::chandrupatla;
 use crate::math::order::sort_few;
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 
 /// What a special point is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,13 +50,13 @@ pub enum Status {
 
 /// A special point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Special<const N: usize> {
+pub struct Special {
     /// What it is.
     pub kind: SpecialKind,
     /// Whether it was located.
     pub status: Status,
     /// The place, with its tangent along the branch followed. Index: the lower of the two sides.
-    pub point: Point<N>,
+    pub point: Point,
     /// The arclengths between which it lies.
     pub interval: (f64, f64),
     /// Error of the arclength on the family as it is computed: [`Special::bounded`] tells that of the computation.
@@ -64,7 +64,7 @@ pub struct Special<const N: usize> {
     /// Error of p, likewise.
     pub error_p: f64,
     /// Errors of the unknowns, likewise.
-    pub error_x: SVector<f64, N>,
+    pub error_x: DVector<f64>,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
     /// True of a branch point or a cusp at which the parameter turns as well (as in a pitchfork met
@@ -72,18 +72,18 @@ pub struct Special<const N: usize> {
     pub turning: bool,
 }
 
-impl<const N: usize> Special<N> {
+impl Special {
     /// How far the index jumps: 2 at a double crossing. None without indices.
     pub fn multiplicity(&self) -> Option<usize> {
         Some(self.index.0?.abs_diff(self.index.1?))
     }
 
     /// In coordinates (x, weight p).
-    pub(crate) fn place_and_tangent(&self, weight: f64) -> (Place<N>, Place<N>) {
+    pub(crate) fn place_and_tangent(&self, weight: f64) -> (Place, Place) {
         let at = &self.point;
         (
-            Place::new(at.x, at.p * weight),
-            Place::new(at.tangent_x, at.tangent_p * weight),
+            Place::new(at.x.clone(), at.p * weight),
+            Place::new(at.tangent_x.clone(), at.tangent_p * weight),
         )
     }
 
@@ -94,17 +94,17 @@ impl<const N: usize> Special<N> {
 }
 
 /// A place on the branch with all that is asked there.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample<const N: usize> {
-    pub on: Corrected<N>,
+#[derive(Debug, Clone)]
+pub(crate) struct Sample {
+    pub on: Corrected,
     pub arclength: f64,
     pub index: Option<usize>,
     pub event: Option<f64>,
 }
 
-impl<const N: usize> Sample<N> {
-    pub fn pair(&self) -> (Place<N>, Place<N>) {
-        (self.on.place, self.on.tangent)
+impl Sample {
+    pub fn pair(&self) -> (Place, Place) {
+        (self.on.place.clone(), self.on.tangent.clone())
     }
 }
 
@@ -123,15 +123,15 @@ fn lowest(a: Option<usize>, b: Option<usize>) -> Option<usize> {
 }
 
 /// What a bracketing search on real points of the branch ended with.
-struct Bracket<const N: usize> {
-    left: Sample<N>,
-    right: Sample<N>,
-    best: Sample<N>,
+struct Bracket {
+    left: Sample,
+    right: Sample,
+    best: Sample,
     failure: Option<Failure>,
     converged: bool,
 }
 
-impl<const N: usize> Bracket<N> {
+impl Bracket {
     fn interval(&self) -> (f64, f64) {
         (self.left.arclength, self.right.arclength)
     }
@@ -141,34 +141,32 @@ impl<const N: usize> Bracket<N> {
     }
 }
 
-impl<const N: usize> Space<'_, N> {
+impl Space<'_> {
     /// Adds arclength, index and event to a corrected place after `before`.
-    pub fn dress(&self, on: Corrected<N>, before: &Sample<N>) -> Sample<N> {
-        let arclength = before.arclength + length(before.pair(), (on.place, on.tangent));
+    pub fn dress(&self, on: Corrected, before: &Sample) -> Sample {
+        let arclength = before.arclength
+            + length(
+                (&before.on.place, &before.on.tangent),
+                (&on.place, &on.tangent),
+            );
         self.dressed(on, arclength, true)
     }
 
-    pub fn dressed(&self, on: Corrected<N>, arclength: f64, index: bool) -> Sample<N> {
+    pub fn dressed(&self, on: Corrected, arclength: f64, index: bool) -> Sample {
         let p = on.place.p / self.weight;
         let direction = (&on.tangent.x, on.tangent.p / self.weight);
         Sample {
-            on,
-            arclength,
             index: index
                 .then(|| self.family.index(&on.place.x, p).ok().flatten())
                 .flatten(),
             event: self.family.event(&on.place.x, p, direction).ok().flatten(),
+            arclength,
+            on,
         }
     }
 
     /// A real point of the branch at the fraction `t` between two others.
-    pub fn between(
-        &self,
-        a: &Sample<N>,
-        b: &Sample<N>,
-        t: f64,
-        index: bool,
-    ) -> Result<Sample<N>, Failure> {
+    pub fn between(&self, a: &Sample, b: &Sample, t: f64, index: bool) -> Result<Sample, Failure> {
         let cubic = Cubic::new(a.pair(), b.pair());
         let reach = 0.5 * cubic.length;
         let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
@@ -177,28 +175,28 @@ impl<const N: usize> Space<'_, N> {
         Ok(self.dressed(on, arclength, index))
     }
 
-    pub fn point(&self, sample: &Sample<N>) -> Point<N> {
+    pub fn point(&self, sample: &Sample) -> Point {
         let Corrected {
             place,
             tangent,
             error,
             ..
-        } = sample.on;
+        } = &sample.on;
         Point {
-            x: place.x,
+            x: place.x.clone(),
             p: place.p / self.weight,
-            tangent_x: tangent.x,
+            tangent_x: tangent.x.clone(),
             tangent_p: tangent.p / self.weight,
             arclength: sample.arclength,
             index: sample.index,
             evaluations: 0,
-            error,
+            error: *error,
             role: super::arclength::Role::Special,
         }
     }
 
     /// The special points between two neighbours, in order.
-    pub fn search(&self, a: &Sample<N>, b: &Sample<N>, depth: usize) -> Vec<Special<N>> {
+    pub fn search(&self, a: &Sample, b: &Sample, depth: usize) -> Vec<Special> {
         let fold = flips(a.on.tangent.p, b.on.tangent.p);
         let branch = flips(a.on.branching, b.on.branching);
         let event = matches!((a.event, b.event), (Some(a), Some(b)) if flips(a, b));
@@ -236,7 +234,7 @@ impl<const N: usize> Space<'_, N> {
             let mut special = self.root(self.family.event_kind(), a, b, |s| s.event);
             if special.kind == SpecialKind::Cusp {
                 // q turns there as well: one point, one label.
-                let near = |s: &Special<N>| {
+                let near = |s: &Special| {
                     let distance = (s.point.arclength - special.point.arclength).abs();
                     s.kind == SpecialKind::Fold && distance <= 1e-2 * cubic.length
                 };
@@ -251,7 +249,7 @@ impl<const N: usize> Space<'_, N> {
     }
 
     /// Indices beside each special point: those of the neighbours, and real points in between.
-    fn label_indices(&self, a: &Sample<N>, b: &Sample<N>, found: &mut [Special<N>]) {
+    fn label_indices(&self, a: &Sample, b: &Sample, found: &mut [Special]) {
         let mut before = a.index;
         for k in 0..found.len() {
             if found[k].kind == SpecialKind::StabilityChange {
@@ -278,16 +276,16 @@ impl<const N: usize> Space<'_, N> {
     /// Brackets a sign change of `test` on real points, to `tolerance` of the interval.
     fn bracket(
         &self,
-        a: &Sample<N>,
-        b: &Sample<N>,
+        a: &Sample,
+        b: &Sample,
         index: bool,
         tolerance: f64,
-        test: impl Fn(&Sample<N>) -> Option<f64>,
-    ) -> Bracket<N> {
+        test: impl Fn(&Sample) -> Option<f64>,
+    ) -> Bracket {
         let mut this = Bracket {
-            left: *a,
-            right: *b,
-            best: *a,
+            left: a.clone(),
+            right: b.clone(),
+            best: a.clone(),
             failure: None,
             converged: false,
         };
@@ -295,13 +293,13 @@ impl<const N: usize> Space<'_, N> {
             return this;
         };
         let mut smallest = f64::INFINITY;
-        let mut ends = (*a, *b);
+        let mut ends = (a.clone(), b.clone());
         let root = chandrupatla(
             |t| {
                 // The prediction is best between the nearest points known, unless these are so near
                 // that only noise lies between them.
                 if this.width() > 1e-3 * (b.arclength - a.arclength) {
-                    ends = (this.left, this.right);
+                    ends = (this.left.clone(), this.right.clone());
                 }
                 let s = a.arclength + t * (b.arclength - a.arclength);
                 let inner = (s - ends.0.arclength) / (ends.1.arclength - ends.0.arclength);
@@ -310,7 +308,7 @@ impl<const N: usize> Space<'_, N> {
                     Ok(sample) => {
                         let value = test(&sample).unwrap_or(f64::NAN);
                         if value.abs() < smallest {
-                            (smallest, this.best) = (value.abs(), sample);
+                            (smallest, this.best) = (value.abs(), sample.clone());
                         }
                         if value != 0.0 {
                             if (value > 0.0) == (fa > 0.0) {
@@ -332,7 +330,7 @@ impl<const N: usize> Space<'_, N> {
             tolerance,
         );
         if fb == 0.0 {
-            this.best = *b;
+            this.best = b.clone();
         }
         this.converged = root.is_some();
         this
@@ -342,13 +340,13 @@ impl<const N: usize> Space<'_, N> {
     fn root(
         &self,
         kind: SpecialKind,
-        a: &Sample<N>,
-        b: &Sample<N>,
-        test: impl Fn(&Sample<N>) -> Option<f64>,
-    ) -> Special<N> {
+        a: &Sample,
+        b: &Sample,
+        test: impl Fn(&Sample) -> Option<f64>,
+    ) -> Special {
         let ends = test(a).zip(test(b));
         let found = self.bracket(a, b, false, 1e-11, &test);
-        let best = found.best;
+        let best = found.best.clone();
         // The secant's estimate of the distance to the root; no less than the place's own error.
         let steep = ends.map_or(0.0, |(fa, fb)| (fb - fa) / (b.arclength - a.arclength));
         let missed = test(&best).map_or(f64::INFINITY, |f| (f / steep).abs());
@@ -356,13 +354,7 @@ impl<const N: usize> Space<'_, N> {
         self.special(kind, &best, &found, error_s)
     }
 
-    fn special(
-        &self,
-        kind: SpecialKind,
-        at: &Sample<N>,
-        found: &Bracket<N>,
-        error_s: f64,
-    ) -> Special<N> {
+    fn special(&self, kind: SpecialKind, at: &Sample, found: &Bracket, error_s: f64) -> Special {
         let status = match (&found.failure, found.converged) {
             (None, true) => Status::Converged,
             (Some(failure), _) => Status::Guess(format!("near it {failure}")),
@@ -389,8 +381,8 @@ impl<const N: usize> Space<'_, N> {
 
     /// A simple branch point: bracketed by the determinant, then polished with a system that is
     /// regular there.
-    fn branch_point(&self, a: &Sample<N>, b: &Sample<N>) -> Special<N> {
-        let test = |s: &Sample<N>| Some(s.on.branching);
+    fn branch_point(&self, a: &Sample, b: &Sample) -> Special {
+        let test = |s: &Sample| Some(s.on.branching);
         let rough = self.bracket(a, b, false, 0.05, test);
         let (fa, fb) = (rough.left.on.branching, rough.right.on.branching);
         let cubic = Cubic::new(rough.left.pair(), rough.right.pair());
@@ -419,8 +411,8 @@ impl<const N: usize> Space<'_, N> {
             return special;
         }
         let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);
-        let (best, width) = (found.best, found.width());
-        let mut special = self.special(SpecialKind::BranchPoint, &best, &found, width);
+        let (best, width) = (&found.best, found.width());
+        let mut special = self.special(SpecialKind::BranchPoint, best, &found, width);
         if special.is_converged() && width > 1e-6 * (1.0 + best.on.place.norm()) {
             let why = "noise hides the determinant's root, and the regular system did not converge";
             special.status = Status::Guess(why.into());
@@ -434,55 +426,56 @@ impl<const N: usize> Space<'_, N> {
     /// left and right near-kernels at the guess: gamma in M^T (left, gamma) = (0, 1) vanishes with it,
     /// and its gradient along w is -left^T A'[w] W with M (W, *) = (0, I). Residuals are exact; A' comes from
     /// central differences, kept over the iterations.
-    pub fn polish_branch_point(&self, guess: &Place<N>, length: f64) -> Option<(Place<N>, f64)> {
-        let mut z = *guess;
+    pub fn polish_branch_point(&self, guess: &Place, length: f64) -> Option<(Place, f64)> {
+        let n = guess.x.len();
+        let mut z = guess.clone();
         let mut gradient: Option<DMatrix<f64>> = None;
         let (matrix, _) = self.matrix(&z)?;
         let kernels = super::elimination::Svd::new(&matrix);
-        let left0 = kernels.left.column(N - 1).into_owned();
-        let right0 = kernels.right.columns(N - 1, 2).into_owned();
+        let left0 = kernels.left.column(n - 1).into_owned();
+        let right0 = kernels.right.columns(n - 1, 2).into_owned();
         let mut b = 0.0;
         let mut before = f64::INFINITY;
         for iteration in 0..12 {
             let (matrix, residual) = self.matrix(&z)?;
-            let mut m = DMatrix::zeros(N + 2, N + 2);
-            m.view_mut((0, 0), (N, N + 1)).copy_from(&matrix);
-            m.view_mut((0, N + 1), (N, 1)).copy_from(&left0);
-            m.view_mut((N, 0), (2, N + 1))
+            let mut m = DMatrix::zeros(n + 2, n + 2);
+            m.view_mut((0, 0), (n, n + 1)).copy_from(&matrix);
+            m.view_mut((0, n + 1), (n, 1)).copy_from(&left0);
+            m.view_mut((n, 0), (2, n + 1))
                 .copy_from(&right0.transpose());
-            let mut last = DVector::zeros(N + 2);
-            last[N + 1] = 1.0;
+            let mut last = DVector::zeros(n + 2);
+            last[n + 1] = 1.0;
             let left = m.transpose().full_piv_lu().solve(&last)?;
-            let mut right = DMatrix::zeros(N + 2, 2);
-            right[(N, 0)] = 1.0;
-            right[(N + 1, 1)] = 1.0;
+            let mut right = DMatrix::zeros(n + 2, 2);
+            right[(n, 0)] = 1.0;
+            right[(n + 1, 1)] = 1.0;
             let w = m.full_piv_lu().solve(&right)?;
-            let psi = left.rows(0, N).into_owned();
+            let psi = left.rows(0, n).into_owned();
             let fresh = gradient.is_none() || iteration == 1;
             if fresh {
-                let mut rows = DMatrix::zeros(2, N + 1);
+                let mut rows = DMatrix::zeros(2, n + 1);
                 for k in 0..2 {
-                    let direction = Place::from_slice(w.column(k).as_slice());
+                    let direction = Place::from_slice(&w.column(k).as_slice()[..=n]);
                     let bend = self.bend_along(&z, &direction)?;
                     rows.set_row(k, &(-(psi.transpose() * bend)).row(0));
                 }
                 gradient = Some(rows);
             }
-            let mut system = DMatrix::zeros(N + 2, N + 2);
-            system.view_mut((0, 0), (N, N + 1)).copy_from(&matrix);
-            system.view_mut((0, N + 1), (N, 1)).copy_from(&left0);
+            let mut system = DMatrix::zeros(n + 2, n + 2);
+            system.view_mut((0, 0), (n, n + 1)).copy_from(&matrix);
+            system.view_mut((0, n + 1), (n, 1)).copy_from(&left0);
             system
-                .view_mut((N, 0), (2, N + 1))
+                .view_mut((n, 0), (2, n + 1))
                 .copy_from(gradient.as_ref()?);
-            let mut value = DVector::zeros(N + 2);
-            value.rows_mut(0, N).copy_from(&(residual + &left0 * b));
-            value.rows_mut(N, 2).copy_from(&left.rows(N, 2));
+            let mut value = DVector::zeros(n + 2);
+            value.rows_mut(0, n).copy_from(&(residual + &left0 * b));
+            value.rows_mut(n, 2).copy_from(&left.rows(n, 2));
             let step = system.full_piv_lu().solve(&-value)?;
-            let move_by = Place::from_slice(&step.as_slice()[..=N]);
+            let move_by = Place::from_slice(&step.as_slice()[..=n]);
             let moved = move_by.norm();
             z = z + move_by;
-            b += step[N + 1];
-            if !(moved.is_finite() && (z - *guess).norm() <= length) {
+            b += step[n + 1];
+            if !(moved.is_finite() && (&z - guess).norm() <= length) {
                 return None;
             }
             let scale = 1.0 + z.norm();
@@ -503,47 +496,41 @@ impl<const N: usize> Space<'_, N> {
         None
     }
 
-    /// [F_x F_p], N x (N + 1), in scaled coordinates, and F.
-    pub fn matrix(&self, z: &Place<N>) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    /// [F_x F_p], N x (n + 1), in scaled coordinates, and F.
+    pub fn matrix(&self, z: &Place) -> Option<(DMatrix<f64>, DVector<f64>)> {
         self.evaluations.set(self.evaluations.get() + 1);
-        let p = z.p / self.weight;
+        let (n, p) = (z.x.len(), z.p / self.weight);
         let at = self
             .family
             .linearised(&z.x, p)
             .ok()?
             .checked(&z.x, p)
             .ok()?;
-        let mut matrix = DMatrix::zeros(N, N + 1);
-        matrix.view_mut((0, 0), (N, N)).copy_from(&at.jacobian);
-        matrix.set_column(N, &(at.slope / self.weight));
-        Some((matrix, DVector::from_column_slice(at.residual.as_slice())))
+        let mut matrix = DMatrix::zeros(n, n + 1);
+        matrix.view_mut((0, 0), (n, n)).copy_from(&at.jacobian);
+        matrix.set_column(n, &(at.slope / self.weight));
+        Some((matrix, at.residual))
     }
 
     /// The derivative of [F_x F_p] along a direction, by central differences: error about 1e-9.
-    pub fn bend_along(&self, z: &Place<N>, direction: &Place<N>) -> Option<DMatrix<f64>> {
+    pub fn bend_along(&self, z: &Place, direction: &Place) -> Option<DMatrix<f64>> {
         let h = 3e-5 * (1.0 + z.norm()) / direction.norm();
-        let (plus, _) = self.matrix(&(*z + *direction * h))?;
-        let (minus, _) = self.matrix(&(*z - *direction * h))?;
+        let (plus, _) = self.matrix(&(z + direction * h))?;
+        let (minus, _) = self.matrix(&(z + direction * -h))?;
         Some((plus - minus) / (2.0 * h))
     }
 
     /// Both p and the determinant change sign: either p turns at the branch point itself, or a fold
     /// lies on one side of it.
-    fn fold_beside_branch_point(
-        &self,
-        a: &Sample<N>,
-        b: &Sample<N>,
-        s: f64,
-        found: &mut Vec<Special<N>>,
-    ) {
-        let fold = |l: &Sample<N>, r: &Sample<N>| {
+    fn fold_beside_branch_point(&self, a: &Sample, b: &Sample, s: f64, found: &mut Vec<Special>) {
+        let fold = |l: &Sample, r: &Sample| {
             flips(l.on.tangent.p, r.on.tangent.p)
                 .then(|| self.root(SpecialKind::Fold, l, r, |s| Some(s.on.tangent.p)))
         };
         let t = (s - a.arclength) / (b.arclength - a.arclength);
         let near = |t: f64| (0.0 < t && t < 1.0).then(|| self.between(a, b, t, false).ok());
-        let before = near(t - 0.02).flatten().unwrap_or(*a);
-        let after = near(t + 0.02).flatten().unwrap_or(*b);
+        let before = near(t - 0.02).flatten().unwrap_or_else(|| a.clone());
+        let after = near(t + 0.02).flatten().unwrap_or_else(|| b.clone());
         if flips(before.on.tangent.p, after.on.tangent.p) {
             found[0].turning = true;
         }
@@ -553,12 +540,12 @@ impl<const N: usize> Space<'_, N> {
 
     /// The index changes and no determinant does: |det|^(1 / jump), signed by the index, is smooth at a
     /// regular crossing; if it is not, the search falls back to bisection.
-    fn stability_change(&self, a: &Sample<N>, b: &Sample<N>, found: &mut Vec<Special<N>>) {
+    fn stability_change(&self, a: &Sample, b: &Sample, found: &mut Vec<Special>) {
         let Some((low, high)) = a.index.zip(b.index) else {
             return;
         };
         let power = 1.0 / low.abs_diff(high) as f64;
-        let test = |s: &Sample<N>| {
+        let test = |s: &Sample| {
             let size = s.on.branching.abs().powf(power).max(f64::MIN_POSITIVE);
             Some(if s.index? == low { size } else { -size })
         };
@@ -569,17 +556,17 @@ impl<const N: usize> Space<'_, N> {
         // A double crossing is where the determinant is smallest; a mode that this chart does not see leaves no root of it,
         // and only the bracket itself tells the place.
         let width = end.width();
-        let size = |s: &Sample<N>| s.on.branching.abs();
+        let size = |s: &Sample| s.on.branching.abs();
         let (best, whole) = (&end.best, b.arclength - a.arclength);
         let near = (best.arclength - end.left.arclength).abs() < 1e-3 * whole;
         let best = if near && size(best) < 1e-3 * size(a).min(size(b)) {
-            end.best
+            &end.best
         } else if size(&end.left) < size(&end.right) {
-            end.left
+            &end.left
         } else {
-            end.right
+            &end.right
         };
-        let mut special = self.special(SpecialKind::StabilityChange, &best, &end, width);
+        let mut special = self.special(SpecialKind::StabilityChange, best, &end, width);
         // Beside a multiple crossing the corrector loses digits as the distance shrinks.
         if width <= 1e-6 * (1.0 + best.on.place.norm()) {
             special.status = Status::Converged;
@@ -594,11 +581,11 @@ impl<const N: usize> Space<'_, N> {
 }
 
 /// Where along the cubic a place near it lies.
-fn cubic_fraction<const N: usize>(cubic: &Cubic<N>, place: &Place<N>, guess: f64) -> f64 {
+fn cubic_fraction(cubic: &Cubic, place: &Place, guess: f64) -> f64 {
     let mut t = guess;
     for _ in 0..4 {
         let slope = cubic.slope(t);
-        t += slope.dot(&(*place - cubic.at(t))) / slope.dot(&slope);
+        t += slope.dot(&(place - &cubic.at(t))) / slope.dot(&slope);
     }
     if t.is_finite() { t } else { guess }
 }

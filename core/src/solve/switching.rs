@@ -3,7 +3,7 @@
 use super::arclength::{BranchStart, Options};
 use super::corrector::{Finish, Space};
 use super::elimination::{Place, Svd};
-use super::family::Family;
+use super::family::{Family, check_size};
 use super::special::Special;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
@@ -21,9 +21,9 @@ pub enum SwitchMethod {
 
 /// The other branches through a branch point.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Switch<const N: usize> {
+pub struct Switch {
     /// Starts on them, pointing away from the branch point: each branch has two.
-    pub starts: Vec<BranchStart<N>>,
+    pub starts: Vec<BranchStart>,
     /// How they were found.
     pub method: SwitchMethod,
     /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
@@ -43,18 +43,19 @@ pub struct Switch<const N: usize> {
 ///
 /// # Errors
 /// Options or `distance` outside their sets; no branch point here; F undefined nearby.
-pub fn switch<const N: usize>(
-    family: &dyn Family<N>,
-    special: &Special<N>,
+pub fn switch(
+    family: &dyn Family,
+    special: &Special,
     distance: f64,
     options: &Options,
-) -> Result<Switch<N>> {
+) -> Result<Switch> {
     options.check()?;
     if !(0.0 < distance && distance < f64::INFINITY) {
         return Err(Error::domain(format!(
             "branch switching: distance = {distance} must be positive"
         )));
     }
+    check_size(family, "the branch point", &special.point.x)?;
     let weight = options.rounded_weight();
     let space = Space::new(family, weight, options.tolerance, 10);
     let (place, tangent) = special.place_and_tangent(weight);
@@ -64,22 +65,23 @@ pub fn switch<const N: usize>(
             special.point.p
         ))
     };
+    let n = place.x.len();
     let (matrix, _) = space.matrix(&place).ok_or_else(undefined)?;
     let svd = Svd::new(&matrix);
     // All of [F_x F_p] may vanish here: its usual size is seen a little further on.
     let usual = space
-        .matrix(&(place + tangent * distance))
+        .matrix(&(&place + &tangent * distance))
         .map_or(0.0, |(beside, _)| Svd::new(&beside).values[0]);
     let small = usual.max(svd.values[0]) * (100.0 * special.error_s / distance).clamp(1e-6, 1e-2);
-    let corank = (0..N).filter(|&k| !(svd.values[k] > small)).count();
+    let corank = (0..n).filter(|&k| !(svd.values[k] > small)).count();
     if corank == 0 {
         return Err(Error::domain(format!(
             "branch switching at p = {}: no branch point, the least singular value of [F_x F_p] is {:e} of the largest",
             special.point.p,
-            svd.values[N - 1] / usual.max(svd.values[0])
+            svd.values[n - 1] / usual.max(svd.values[0])
         )));
     }
-    let kernel: Vec<Place<N>> = (N - corank..=N)
+    let kernel: Vec<Place> = (n - corank..=n)
         .map(|k| Place::from_slice(svd.right.column(k).as_slice()))
         .collect();
     let known = within(&kernel, &tangent);
@@ -91,7 +93,7 @@ pub fn switch<const N: usize>(
         evaluations: 0,
     };
     let quadratic = if corank == 1 {
-        let left = svd.left.column(N - 1).into_owned();
+        let left = svd.left.column(n - 1).into_owned();
         other_tangent(&space, &place, &kernel, &left, &known).ok_or_else(undefined)?
     } else {
         None
@@ -107,27 +109,30 @@ pub fn switch<const N: usize>(
 }
 
 /// The part of `v` within the span, of unit length.
-fn within<const N: usize>(kernel: &[Place<N>], v: &Place<N>) -> Place<N> {
+fn within(kernel: &[Place], v: &Place) -> Place {
     kernel
         .iter()
-        .map(|k| *k * k.dot(v))
+        .map(|k| k * k.dot(v))
         .reduce(|a, b| a + b)
-        .unwrap_or(*v)
+        .unwrap_or_else(|| v.clone())
         .unit()
 }
 
 /// The second root of a11 c^2 + 2 a12 c s + a22 s^2 = 0 for the direction c v1 + s v2, with a_ij = left . D^2 F
 /// [v_i, v_j]. None inside if the form has no two distinct real roots; None outside if F is
 /// undefined.
-fn other_tangent<const N: usize>(
-    space: &Space<'_, N>,
-    place: &Place<N>,
-    kernel: &[Place<N>],
+fn other_tangent(
+    space: &Space<'_>,
+    place: &Place,
+    kernel: &[Place],
     left: &DVector<f64>,
-    known: &Place<N>,
-) -> Option<Option<Place<N>>> {
-    let column = |v: &Place<N>| {
-        DVector::from_iterator(N + 1, v.x.iter().copied().chain(std::iter::once(v.p)))
+    known: &Place,
+) -> Option<Option<Place>> {
+    let column = |v: &Place| {
+        DVector::from_iterator(
+            v.x.len() + 1,
+            v.x.iter().copied().chain(std::iter::once(v.p)),
+        )
     };
     let mut a = DMatrix::zeros(2, 2);
     for i in 0..2 {
@@ -143,34 +148,33 @@ fn other_tangent<const N: usize>(
         return Some(None);
     }
     let q = a12 + discriminant.sqrt().copysign(a12);
-    let roots = [(-q, a11), (-a22, q)].map(|(c, s)| (kernel[0] * c + kernel[1] * s).unit());
-    let aligned = roots.map(|r| r.dot(known).abs());
-    Some(Some(roots[usize::from(aligned[0] > aligned[1])]))
+    let roots = [(-q, a11), (-a22, q)].map(|(c, s)| (&kernel[0] * c + &kernel[1] * s).unit());
+    let aligned = |root: &Place| root.dot(known).abs();
+    let [first, second] = roots;
+    Some(Some(if aligned(&first) > aligned(&second) {
+        second
+    } else {
+        first
+    }))
 }
 
-impl<const N: usize> Switch<N> {
-    fn add(&mut self, weight: f64, place: &Place<N>, direction: &Place<N>) {
+impl Switch {
+    fn add(&mut self, weight: f64, place: &Place, direction: &Place) {
         self.starts.push(BranchStart {
-            x: place.x,
+            x: place.x.clone(),
             p: place.p / weight,
-            direction_x: direction.x,
+            direction_x: direction.x.clone(),
             direction_p: direction.p / weight,
         });
     }
 
     /// Starts both ways along a tangent, nearer if the branch bends too fast.
-    fn follow(
-        &mut self,
-        space: &Space<'_, N>,
-        place: &Place<N>,
-        tangent: &Place<N>,
-        distance: f64,
-    ) {
+    fn follow(&mut self, space: &Space<'_>, place: &Place, tangent: &Place, distance: f64) {
         for way in [1.0, -1.0] {
-            let direction = *tangent * way;
+            let direction = tangent * way;
             let found = (0..6).find_map(|k| {
                 let reach = distance * 0.4_f64.powi(k);
-                let guess = *place + direction * reach;
+                let guess = place + &direction * reach;
                 let finish = Finish::Evaluated;
                 space.correct(&guess, &direction, 0.5 * reach, finish).ok()
             });
@@ -187,23 +191,23 @@ impl<const N: usize> Switch<N> {
     /// Solutions z with |K (z - place)| = radius, K projecting on the kernel.
     fn sample(
         &mut self,
-        space: &Space<'_, N>,
-        place: &Place<N>,
-        kernel: &[Place<N>],
-        known: &Place<N>,
+        space: &Space<'_>,
+        place: &Place,
+        kernel: &[Place],
+        known: &Place,
         radius: f64,
     ) {
-        let mut found: Vec<(Place<N>, Place<N>)> = Vec::new();
+        let mut found: Vec<(Place, Place)> = Vec::new();
         let mut singular = 0;
         for sample in samples(kernel) {
-            let guess = *place + sample * radius;
+            let guess = place + sample * radius;
             let Some((z, tangent, isolated)) = on_sphere(space, place, kernel, guess, radius)
             else {
                 continue;
             };
-            let away = within(kernel, &(z - *place));
+            let away = within(kernel, &(&z - place));
             let old = away.dot(known).abs() > 1.0 - 1e-3;
-            let again = found.iter().any(|(f, _)| (*f - z).norm() < 1e-2 * radius);
+            let again = found.iter().any(|(f, _)| (f - &z).norm() < 1e-2 * radius);
             if old || again {
                 continue;
             }
@@ -237,11 +241,11 @@ impl<const N: usize> Switch<N> {
 }
 
 /// Directions spread over the unit sphere of the kernel (a half turn of each is among them).
-fn samples<const N: usize>(kernel: &[Place<N>]) -> Vec<Place<N>> {
+fn samples(kernel: &[Place]) -> Vec<Place> {
     match kernel {
         [u, v] => (0..32)
             .map(|k| TAU * (f64::from(k) + 0.25) / 32.0)
-            .map(|a| *u * a.cos() + *v * a.sin())
+            .map(|a| u * a.cos() + v * a.sin())
             .collect(),
         [u, v, rest @ ..] => {
             // A spiral over the sphere of the first three; the others are taken in turn as the pole.
@@ -253,7 +257,7 @@ fn samples<const N: usize>(kernel: &[Place<N>]) -> Vec<Place<N>> {
                         let height = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
                         let ring = (1.0 - height * height).sqrt();
                         let a = golden * f64::from(k);
-                        *u * (ring * a.cos()) + *v * (ring * a.sin()) + *w * height
+                        u * (ring * a.cos()) + v * (ring * a.sin()) + w * height
                     })
                 })
                 .collect()
@@ -263,38 +267,40 @@ fn samples<const N: usize>(kernel: &[Place<N>]) -> Vec<Place<N>> {
 }
 
 /// Newton on F = 0, |K (z - centre)| = radius: (z, tangent, whether it is isolated).
-fn on_sphere<const N: usize>(
-    space: &Space<'_, N>,
-    centre: &Place<N>,
-    kernel: &[Place<N>],
-    mut z: Place<N>,
+fn on_sphere(
+    space: &Space<'_>,
+    centre: &Place,
+    kernel: &[Place],
+    mut z: Place,
     radius: f64,
-) -> Option<(Place<N>, Place<N>, bool)> {
+) -> Option<(Place, Place, bool)> {
     for _ in 0..25 {
         let (residual, eliminated) = space.evaluate(&z).ok()?;
         let (null, _) = eliminated.null();
-        let offset = z - *centre;
+        let offset = &z - centre;
         let inside = kernel
             .iter()
-            .map(|k| *k * k.dot(&offset))
+            .map(|k| k * k.dot(&offset))
             .reduce(|a, b| a + b)?;
-        let normal = inside.unit();
         let excess = inside.norm() - radius;
+        let normal = inside.unit();
         let slant = normal.dot(&null);
         let any = eliminated.solve(&-residual);
         // Parallel to the sphere: the solution is one of a family; the least correction will do.
         let isolated = slant.abs() > 1e-4 && eliminated.regularity() > 1e-6;
         let step = if slant.abs() > 1e-8 {
-            any - null * ((excess + normal.dot(&any)) / slant)
+            let slide = (excess + normal.dot(&any)) / slant;
+            any - &null * slide
         } else {
-            any - null * null.dot(&any)
+            let slide = null.dot(&any);
+            any - &null * slide
         };
         let length = step.norm();
         if !length.is_finite() {
             return None;
         }
         z = z + step * (0.4 * radius / length).min(1.0);
-        if (z - *centre).norm() > 4.0 * radius {
+        if (&z - centre).norm() > 4.0 * radius {
             return None;
         }
         if length <= space.tolerance * (1.0 + z.norm()) {

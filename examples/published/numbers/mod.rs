@@ -132,7 +132,7 @@ fn specials(
     guess: Vector6<f64>,
     (from, to): (f64, f64),
     count: usize,
-) -> Result<Vec<(Special<6>, State)>> {
+) -> Result<Vec<(Special, State)>> {
     let family = RodFamily::new(problem, false, to - from);
     let x = family.unknowns(&guess, from)?;
     let options = Options {

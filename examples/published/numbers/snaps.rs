@@ -20,7 +20,7 @@ enum Far {
 
 /// One clamp turned by the angle p, the ends a distance 1 - s apart, the rod bent away from the turn at first: the special
 /// points up to the fold.
-fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special<6>, State)>> {
+fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special, State)>> {
     let end = Vector3::z() * (1.0 - s);
     let problem = move |a: f64| {
         let turn = |a: f64| UnitQuaternion::from_scaled_axis(Vector3::y() * a);

@@ -1,7 +1,7 @@
 //! What `[continue]` may hold.
 
 use super::ends::{REACH, out_of_reach};
-use super::fields::{ASSEMBLY, SECOND};
+use super::fields::SECOND;
 use super::rule::{SIZE, VALUE};
 use super::table::{Absent, Table};
 use super::words::{Short, nearest};
@@ -14,12 +14,8 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     let ends = ends(table, scene, parameter);
     let (least, step, most) = steps(table);
     let limit = table.count("points");
-    let flag = |name: &str| match reader.kind.get() {
-        ASSEMBLY => Some(false),
-        _ => table.flag(name),
-    };
-    let (switch, deflate) = (flag("switch"), flag("deflate"));
-    let (both, back) = (flag("both"), table.flag("back"));
+    let (switch, deflate) = (table.flag("switch"), table.flag("deflate"));
+    let (both, back) = (table.flag("both"), table.flag("back"));
     let words = "an array of finite numbers, values of the parameter";
     let at = table.read("at", words, Absent::Or(Vec::new()), |field, value| {
         reader.numbers(field, value, words, &VALUE)

@@ -549,9 +549,7 @@ pub(super) static SOLVE: Spec = spec("solve", &[
     field("path", REST, Word(&["auto", "planar", "spatial", "closed-form"]), "", Or("\"auto\""), "The path of the computation; the program chooses the fastest that holds."),
 ]);
 #[rustfmt::skip]
-pub(super) static CONTINUE: Spec = Spec {
-    name: "continue",
-    fields: &[
+pub(super) static CONTINUE: Spec = spec("continue", &[
     field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies: the path of a number of the scene; of an assembly a component of a constant force or couple of a body, body[0].force[2] or body.NAME.force.z, loads.gravity[2], or a place on the ground, rod[0].from.position[0] or rod[0].to.rotation.angle."),
     field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
     field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),
@@ -559,28 +557,21 @@ pub(super) static CONTINUE: Spec = Spec {
     field("min_step", REST | ASSEMBLY, Number(&STEP), "", Or("1e-8"), "Shortest step."),
     field("max_step", REST | ASSEMBLY, Number(&STEP), "", Or("0.1"), "Longest step."),
     field("points", REST | ASSEMBLY, Count(2, 1_000_000), "", Or("200"), "A branch ends after so many points."),
-    field("switch", REST, Flag, "", Or("false"), "Follow the branches that leave at branch points."),
-    field("both", REST, Flag, "", Or("false"), "Also go the other way from `from`, as far as to 2 from - to."),
+    field("switch", REST | ASSEMBLY, Flag, "", Or("false"), "Follow the branches that leave at branch points."),
+    field("both", REST | ASSEMBLY, Flag, "", Or("false"), "Also go the other way from `from`, as far as to 2 from - to."),
     field("back", REST | ASSEMBLY, Flag, "", Or("false"), "A branch that turns at a fold and comes back to `from` is what was asked for, not one that ended short of `to`."),
-    field("deflate", REST, Flag, "", Or("false"), "Look for branches that do not meet this one (deflation)."),
+    field("deflate", REST | ASSEMBLY, Flag, "", Or("false"), "Look for branches that do not meet this one (deflation)."),
     field("at", REST | ASSEMBLY, List, "", Or("[]"), "Values of the parameter that the branch hits exactly."),
-    field("second", REST, Table(&SECOND), "", No, "A second parameter: the curves of folds in both."),
-    ],
-    barred: &[
-        (ASSEMBLY, "switch", "branches of assemblies are followed without switching"),
-        (ASSEMBLY, "both", "follow the branch once in each direction, by `to`"),
-        (ASSEMBLY, "deflate", "of assemblies no further branches are looked for; give the bodies another `guess`"),
-        (ASSEMBLY, "second", "of assemblies no fold curves are followed"),
-    ],
-};
+    field("second", REST | ASSEMBLY, Table(&SECOND), "", No, "A second parameter: the curves of folds in both."),
+]);
 #[rustfmt::skip]
 pub(super) static SECOND: Spec = spec("continue.second", &[
-    field("parameter", REST, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies, not the first parameter."),
-    field("from", REST, Number(&VALUE), "", No, "One end of its range; without it the value in the scene."),
-    field("to", REST, Number(&VALUE), "", Yes("to = 1.0"), "The other end."),
-    field("step", REST, Number(&STEP), "", Or("0.01"), "First step along the curve."),
-    field("min_step", REST, Number(&STEP), "", Or("1e-8"), "Shortest step."),
-    field("max_step", REST, Number(&STEP), "", Or("0.05"), "Longest step."),
-    field("points", REST, Count(2, 1_000_000), "", Or("400"), "A curve ends after so many points in each direction."),
+    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies, not the first parameter."),
+    field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "One end of its range; without it the value in the scene."),
+    field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The other end."),
+    field("step", REST | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the curve."),
+    field("min_step", REST | ASSEMBLY, Number(&STEP), "", Or("1e-8"), "Shortest step."),
+    field("max_step", REST | ASSEMBLY, Number(&STEP), "", Or("0.05"), "Longest step."),
+    field("points", REST | ASSEMBLY, Count(2, 1_000_000), "", Or("400"), "A curve ends after so many points in each direction."),
 ]);
 const PATH: Form = Word(&[]);

@@ -1,11 +1,9 @@
-//! Assemblies: the equilibrium of several rods and bodies, branches of equilibria, and their motion.
+//! Assemblies: the equilibrium of several rods and bodies, and their motion. Their branches are those of [`branch`](super::branch()).
 
-mod branch;
 mod equilibrium;
 mod record;
 mod run;
 
-pub use branch::branch;
 pub use equilibrium::{AssemblyEquilibriumRecord, equilibrium};
 pub use record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
 pub use run::{AssemblyPrepared, run};

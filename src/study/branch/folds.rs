@@ -1,74 +1,62 @@
 //! Fold curves in two parameters.
 
+use super::finer;
 use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, signed};
 use super::record::{self, CurveRecord, CurveSet};
-use super::{Make, finer};
+use super::subject::Subject;
 use crate::error::Result;
-use crate::rod::State;
 use crate::scene::{Parameter, Scene, Second};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::family::Family;
 use crate::solve::fold_curve::{Crossed, FoldCurve};
 use crate::solve::special::{Special, SpecialKind};
-use nalgebra::SVector;
+use nalgebra::DVector;
 
 /// Curves of folds.
-struct Folds<const M: usize> {
+struct Folds {
     rows: Vec<Row>,
-    located: Vec<Located<M>>,
+    located: Vec<Located>,
     curves: Vec<CurveRecord>,
     /// (x, p) where the curves pass the scene's value of the second parameter.
-    landed: Vec<SVector<f64, M>>,
+    landed: Vec<DVector<f64>>,
 }
 
-/// The rod of a scene at (x, p, q).
-type StateAt<'a, const N: usize> = dyn Fn(&SVector<f64, N>, f64, f64) -> Result<State> + 'a;
-
-/// The range of the first parameter, its unit on fold curves, the rod at (x, p, q), and special points with their bounds.
-struct Window<'a, const N: usize, const M: usize> {
+/// What is followed, the range of the first parameter, its unit on fold curves, and special points with their bounds.
+struct Window<'a> {
+    scene: &'a Scene,
+    subject: &'a dyn Subject,
     name: Parameter,
     range: (f64, f64),
     unit: f64,
     second: &'a Second,
     /// The scene's value of the second parameter.
     here: f64,
-    state: &'a StateAt<'a, N>,
-    bounded: &'a dyn Fn(Special<M>) -> Special<M>,
+    bounded: &'a dyn Fn(Special) -> Special,
 }
 
-/// Follows the fold curves through the folds of the branches; M = N + 1.
-pub fn fold_curves<const N: usize, const M: usize>(
-    study: &mut Study<'_, N>,
-    second: &Second,
-    make: &Make<'_, N>,
-) -> Result<CurveSet> {
-    let (scene, wanted) = (study.scene, study.wanted);
+/// Follows the fold curves through the folds of the branches.
+pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
+    let (scene, wanted, subject) = (study.scene, study.wanted, study.subject);
     let (p_span, q_span) = (wanted.to - wanted.from, second.to - second.from);
     let unit = p_span.abs() / TYPICAL;
-    let at_q = |scene: &Scene, q: f64, part: f64| {
-        make(
-            &scene.with(&second.parameter, q),
-            wanted.parameter,
-            part * p_span,
-        )
-    };
+    let size = study.family.size();
     let crossed = |(scene, part): (Scene, f64)| {
         let other = scene.clone();
-        let in_p = move |q: f64| at_q(&scene, q, part);
-        let in_q = move |p: f64| {
-            make(
-                &other.with(&wanted.parameter, p),
-                second.parameter,
-                part * q_span,
-            )
+        let in_p = move |q: f64| {
+            let scene = scene.with(&second.parameter, q);
+            subject.family(&scene, wanted.parameter, part * p_span)
         };
-        Crossed::new(in_p, in_q, unit)
+        let in_q = move |p: f64| {
+            let scene = other.with(&wanted.parameter, p);
+            subject.family(&scene, second.parameter, part * q_span)
+        };
+        Crossed::new(in_p, in_q, size, unit)
     };
     let [given, tighter] = [vec![(scene.clone(), 1.0)], finer(scene).into()]
         .map(|scenes| scenes.into_iter().map(crossed).collect::<Vec<_>>());
-    let family = FoldCurve::<N, M>::new(&given[0]);
-    let tighter = [0, 1].map(|i| FoldCurve::<N, M>::new(&tighter[i]));
-    let tighter = [&tighter[0] as &dyn Family<M>, &tighter[1]];
+    let family = FoldCurve::new(&given[0]);
+    let tighter = [0, 1].map(|i| FoldCurve::new(&tighter[i]));
+    let tighter = [&tighter[0] as &dyn Family, &tighter[1]];
     let here = scene.value(&second.parameter);
     let options = |direction: Direction| Options {
         at: vec![here],
@@ -86,13 +74,14 @@ pub fn fold_curves<const N: usize, const M: usize>(
         ..options(Direction::Forward)
     };
     let window = Window {
+        scene,
+        subject,
         name: wanted.parameter,
         range: wanted.range(),
         unit,
         second,
         here,
-        state: &|x, p, q| at_q(scene, q, 1.0).state(x, p),
-        bounded: &|special: Special<M>| special.bounded(&tighter, &fine),
+        bounded: &|special: Special| special.bounded(&tighter, &fine),
     };
     let mut this = Folds {
         rows: Vec::new(),
@@ -101,12 +90,12 @@ pub fn fold_curves<const N: usize, const M: usize>(
         landed: Vec::new(),
     };
     let mut remarks = Vec::new();
-    let is_fold = |at: &&Located<N>| at.special.kind == SpecialKind::Fold;
+    let is_fold = |at: &&Located| at.special.kind == SpecialKind::Fold;
     for fold in study.located.iter().filter(is_fold) {
         let point = &fold.special.point;
-        let y = FoldCurve::<N, M>::unknowns(&point.x, point.p / unit);
+        let y = FoldCurve::unknowns(&point.x, point.p / unit);
         // A curve that comes back to this value of q may pass through other folds of the branch.
-        let same = |z: &SVector<f64, M>| (y - z).norm() <= SAME * (1.0 + y.norm());
+        let same = |z: &DVector<f64>| (&y - z).norm() <= SAME * (1.0 + y.norm());
         if study.watch.interrupted || this.landed.iter().any(same) {
             continue;
         }
@@ -125,7 +114,7 @@ pub fn fold_curves<const N: usize, const M: usize>(
                 continue;
             }
             let again = this.rows.len() > row;
-            match Continuation::new(&family, y, here, options(direction)) {
+            match Continuation::new(&family, y.clone(), here, options(direction)) {
                 Ok(branch) => {
                     let way = (direction, again);
                     let watch = &mut study.watch;
@@ -144,24 +133,24 @@ pub fn fold_curves<const N: usize, const M: usize>(
         ));
     }
     study.remarks.extend(remarks);
-    let first = |at: &Located<M>| {
+    let first = |at: &Located| {
         let special = &at.special;
-        Some((special.point.x[M - 1], special.error_x[M - 1]))
+        Some((special.point.x[size], special.error_x[size]))
     };
     Ok(CurveSet {
-        points: record::table(scene, wanted, Some(second), &this.rows)?,
+        points: record::table(scene, wanted, Some(second), subject, &this.rows)?,
         curves: this.curves,
         specials: this.located.iter().map(|at| at.record(first(at))).collect(),
     })
 }
 
-impl<const M: usize> Folds<M> {
+impl Folds {
     /// Follows the last curve one way; `again` if its start is there already.
-    fn follow<const N: usize>(
+    fn follow(
         &mut self,
-        branch: Continuation<'_, M>,
-        family: &FoldCurve<'_, N, M>,
-        window: &Window<'_, N, M>,
+        branch: Continuation<'_>,
+        family: &FoldCurve<'_>,
+        window: &Window<'_>,
         (direction, again): (Direction, bool),
         watch: &mut Watch<'_>,
         remarks: &mut Vec<String>,
@@ -172,7 +161,7 @@ impl<const M: usize> Folds<M> {
         for item in branch {
             let (point, special) = match item {
                 Item::Point(point) => (point, None),
-                Item::Special(special) => (special.point, Some(special)),
+                Item::Special(special) => (special.point.clone(), Some(special)),
                 Item::Stop(stop) => {
                     let (complete, words) = ended(number, window.second, &stop);
                     self.end(complete, words);
@@ -180,13 +169,13 @@ impl<const M: usize> Folds<M> {
                 }
             };
             if point.p == window.here && point.role != Role::Step {
-                self.landed.push(point.x);
+                self.landed.push(point.x.clone());
             }
             if again && point.role == Role::Start {
                 continue;
             }
             let q = point.p;
-            let (x, p) = FoldCurve::<N, M>::parts(&point.x);
+            let (x, p) = FoldCurve::parts(&point.x);
             let p = p * window.unit;
             let (low, high) = window.range;
             // Rounding must not end a curve along the border.
@@ -204,8 +193,8 @@ impl<const M: usize> Folds<M> {
                     let mut special = (window.bounded)(special);
                     // A name for now: they are numbered along the curve.
                     let label = format!("#{}", self.located.len());
-                    special.point.x[M - 1] = p;
-                    special.error_x[M - 1] *= window.unit.abs();
+                    special.point.x[x.len()] = p;
+                    special.error_x[x.len()] *= window.unit.abs();
                     self.located.push(Located {
                         label: label.clone(),
                         curve: number,
@@ -216,12 +205,17 @@ impl<const M: usize> Folds<M> {
                 }
                 None => String::new(),
             };
-            match (window.state)(&x, p, q) {
+            let scene = window.scene.with(&window.second.parameter, q);
+            let state = window
+                .subject
+                .state(&scene.with(&window.name, p), &x, point.error);
+            match state {
                 Ok(state) => self.rows.push(Row {
                     curve: number,
                     p,
                     q: Some(q),
                     arclength: signed(backward, point.arclength),
+                    x,
                     state,
                     index: lower_index(family, &point),
                     label,
@@ -250,10 +244,7 @@ impl<const M: usize> Folds<M> {
 }
 
 /// The index of the two equilibria that meet at a fold: that of the more stable one.
-fn lower_index<const N: usize, const M: usize>(
-    family: &FoldCurve<'_, N, M>,
-    point: &Point<M>,
-) -> Option<usize> {
+fn lower_index(family: &FoldCurve<'_>, point: &Point) -> Option<usize> {
     let both = family.indices(&point.x, point.p).ok().flatten();
     both.map(|(lower, _)| lower)
 }
@@ -272,7 +263,7 @@ fn indices_at_special_points(rows: &mut [Row]) {
     }
 }
 
-fn stem<const M: usize>(special: &Special<M>) -> &'static str {
+fn stem(special: &Special) -> &'static str {
     match special.kind {
         SpecialKind::Cusp => "CP",
         // The second parameter turns: two folds of the branches meet in a branch point.

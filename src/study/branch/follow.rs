@@ -1,15 +1,15 @@
 //! Branches followed one after the other, and what they left behind.
 
 use super::record::CurveRecord;
+use super::subject::{State, Subject};
 use crate::error::Result;
-use crate::rod::{State, Statical};
 use crate::scene::{Continue, Scene};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::family::Family;
 use crate::solve::special::{Special, SpecialKind};
 use crate::solve::switching::switch;
 use crate::study::Hooks;
-use nalgebra::SVector;
+use nalgebra::DVector;
 
 /// The size of the wrench that counts as much as the whole range of the parameter.
 pub(in crate::study) const TYPICAL: f64 = Continue::TYPICAL;
@@ -28,16 +28,17 @@ pub struct Row {
     /// The second parameter, on fold curves.
     pub q: Option<f64>,
     pub arclength: f64,
+    pub x: DVector<f64>,
     pub state: State,
     pub index: Option<usize>,
     pub label: String,
 }
 
 /// A special point.
-pub struct Located<const N: usize> {
+pub struct Located {
     pub label: String,
     pub curve: usize,
-    pub special: Special<N>,
+    pub special: Special,
     /// Followed against the direction of growing arclength.
     pub backward: bool,
 }
@@ -71,36 +72,38 @@ impl<'a> Watch<'a> {
 }
 
 /// Branches of one scene.
-pub struct Study<'a, const N: usize> {
+pub struct Study<'a> {
     pub scene: &'a Scene,
     pub wanted: &'a Continue,
-    pub family: &'a dyn Statical<N>,
+    pub subject: &'a dyn Subject,
+    pub family: &'a dyn Family,
     /// The same computed to tighter tolerances, for the errors of special points.
-    pub finer: Vec<Box<dyn Statical<N>>>,
+    pub finer: &'a [&'a dyn Family],
     pub rows: Vec<Row>,
-    pub located: Vec<Located<N>>,
+    pub located: Vec<Located>,
     pub curves: Vec<CurveRecord>,
     pub remarks: Vec<String>,
     pub watch: Watch<'a>,
     /// Values of the parameter at which branches are compared: every branch hits them.
     stations: Vec<f64>,
     /// (p, unknowns) there.
-    landed: Vec<(f64, SVector<f64, N>)>,
+    landed: Vec<(f64, DVector<f64>)>,
 }
 
-impl<'a, const N: usize> Study<'a, N> {
+impl<'a> Study<'a> {
     pub fn new(
-        scene: &'a Scene,
-        wanted: &'a Continue,
-        family: &'a dyn Statical<N>,
+        (scene, wanted): (&'a Scene, &'a Continue),
+        subject: &'a dyn Subject,
+        (family, finer): (&'a dyn Family, &'a [&'a dyn Family]),
         stations: Vec<f64>,
         watch: Watch<'a>,
     ) -> Self {
         Self {
             scene,
             wanted,
+            subject,
             family,
-            finer: Vec::new(),
+            finer,
             rows: Vec::new(),
             located: Vec::new(),
             curves: Vec::new(),
@@ -142,12 +145,12 @@ impl<'a, const N: usize> Study<'a, N> {
     }
 
     /// Unknowns of the equilibria found so far at a station.
-    pub fn known(&self, p: f64) -> Vec<SVector<f64, N>> {
+    pub fn known(&self, p: f64) -> Vec<DVector<f64>> {
         let here = self.landed.iter().filter(|(at, _)| *at == p);
-        here.map(|(_, x)| *x).collect()
+        here.map(|(_, x)| x.clone()).collect()
     }
 
-    pub fn knows(&self, p: f64, x: &SVector<f64, N>) -> bool {
+    pub fn knows(&self, p: f64, x: &DVector<f64>) -> bool {
         let known = self.known(p);
         known
             .iter()
@@ -155,13 +158,7 @@ impl<'a, const N: usize> Study<'a, N> {
     }
 
     /// Follows the branch through an equilibrium, one way or both.
-    pub fn through(
-        &mut self,
-        origin: String,
-        x: SVector<f64, N>,
-        p: f64,
-        both: bool,
-    ) -> Result<()> {
+    pub fn through(&mut self, origin: String, x: DVector<f64>, p: f64, both: bool) -> Result<()> {
         let family = self.family;
         // Backward first, so that the rows are in order.
         let ways: &[Direction] = match both {
@@ -177,7 +174,7 @@ impl<'a, const N: usize> Study<'a, N> {
             };
             // At an end of the range only the other way leads into it.
             if p != ahead {
-                let branch = Continuation::new(family, x, p, options)?;
+                let branch = Continuation::new(family, x.clone(), p, options)?;
                 branches.push((way == Direction::Backward, branch));
             }
         }
@@ -185,7 +182,7 @@ impl<'a, const N: usize> Study<'a, N> {
         Ok(())
     }
 
-    fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_, N>)>) {
+    fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_>)>) {
         let number = self.curves.len();
         self.curves.push(CurveRecord {
             origin,
@@ -201,7 +198,7 @@ impl<'a, const N: usize> Study<'a, N> {
                     Item::Point(point) if i > 0 && point.role == Role::Start => continue,
                     Item::Point(point) => {
                         if point.role != Role::Step {
-                            self.landed.push((point.p, point.x));
+                            self.landed.push((point.p, point.x.clone()));
                         }
                         self.add(number, &point, backward, String::new());
                         point.p
@@ -211,9 +208,7 @@ impl<'a, const N: usize> Study<'a, N> {
                             tolerance: (0.01 * self.scene.solve.tolerance).max(1e-12),
                             ..self.options(Direction::Forward)
                         };
-                        let finer: Vec<&dyn Family<N>> =
-                            self.finer.iter().map(|family| &**family as _).collect();
-                        let special = special.bounded(&finer, &options);
+                        let special = special.bounded(self.finer, &options);
                         // A name for now: they are numbered along the branch.
                         let name = format!("#{}", self.located.len());
                         let p = special.point.p;
@@ -228,8 +223,13 @@ impl<'a, const N: usize> Study<'a, N> {
                     }
                     Item::Stop(stop) => {
                         let last = self.rows[first..].last().map(|row| row.p);
-                        let (complete, words) =
-                            ended(self.wanted, (number, backward), &stop, last, ELSEWHERE);
+                        let (complete, words) = ended(
+                            self.wanted,
+                            (number, backward),
+                            &stop,
+                            last,
+                            self.subject.start(),
+                        );
                         self.curves[number].end(complete, words);
                         break;
                     }
@@ -247,7 +247,7 @@ impl<'a, const N: usize> Study<'a, N> {
                 break;
             }
         }
-        let stem = |special: &Special<N>| match special.kind {
+        let stem = |special: &Special| match special.kind {
             SpecialKind::Fold => "LP",
             SpecialKind::BranchPoint => "BP",
             SpecialKind::Cusp => "CP",
@@ -256,13 +256,15 @@ impl<'a, const N: usize> Study<'a, N> {
         number_labels(&mut self.rows[row..], &mut self.located, located, stem);
     }
 
-    fn add(&mut self, curve: usize, point: &Point<N>, backward: bool, label: String) {
-        match self.family.state(&point.x, point.p) {
+    fn add(&mut self, curve: usize, point: &Point, backward: bool, label: String) {
+        let scene = self.scene.with(&self.wanted.parameter, point.p);
+        match self.subject.state(&scene, &point.x, point.error) {
             Ok(state) => self.rows.push(Row {
                 curve,
                 p: point.p,
                 q: None,
                 arclength: signed(backward, point.arclength),
+                x: point.x.clone(),
                 state,
                 index: point.index,
                 label,
@@ -298,7 +300,7 @@ impl<'a, const N: usize> Study<'a, N> {
                     self.remarks.extend(ways.remarks.iter().map(named));
                     if ways.starts.is_empty() {
                         self.remarks.push(format!(
-                            "switching at {}: no other branch was found; if the rod has a symmetry, as with equal bending stiffnesses, \
+                            "switching at {}: no other branch was found; under a symmetry, as with equal bending stiffnesses, \
                              the branches form a continuous family: break it a little",
                             at.label
                         ));
@@ -344,11 +346,11 @@ pub fn signed(backward: bool, arclength: f64) -> f64 {
 }
 
 /// Gives the special points from `first` on, in the order of the rows, their labels.
-pub fn number_labels<const N: usize>(
+pub fn number_labels(
     rows: &mut [Row],
-    located: &mut [Located<N>],
+    located: &mut [Located],
     first: usize,
-    stem: impl Fn(&Special<N>) -> &'static str,
+    stem: impl Fn(&Special) -> &'static str,
 ) {
     let mut next = first;
     for row in rows {
@@ -366,12 +368,7 @@ pub fn number_labels<const N: usize>(
 }
 
 /// That a branch ended before its aim.
-pub(in crate::study) fn short(
-    wanted: &Continue,
-    number: usize,
-    backward: bool,
-    why: &str,
-) -> String {
+fn short(wanted: &Continue, number: usize, backward: bool, why: &str) -> String {
     let Continue { parameter, to, .. } = wanted;
     let aim = match (number, backward) {
         (0, false) => format!("{parameter} = {to}"),
@@ -380,17 +377,13 @@ pub(in crate::study) fn short(
     format!("branch {number} ended short of {aim}: {why}")
 }
 
-/// Where else an equilibrium may be.
-const ELSEWHERE: &str =
-    "look for other branches with switch = true or deflate = true, or from another [start]";
-
 /// How an end of a branch, by its number and whether it is the backward one, was met, and whether it is as far as was asked.
-pub(in crate::study) fn ended(
+fn ended(
     wanted: &Continue,
     (number, backward): (usize, bool),
     stop: &Stop,
     last: Option<f64>,
-    elsewhere: &str,
+    start: &str,
 ) -> (bool, String) {
     let Continue {
         parameter,
@@ -408,7 +401,7 @@ pub(in crate::study) fn ended(
         ),
         Stop::LeftAtStart if number == 0 && !backward => short(format!(
             "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
-             end sooner, say that this is expected with back = true, or {elsewhere}"
+             end sooner, say that this is expected with back = true, or look for other branches with switch = true or deflate = true, or from {start}"
         )),
         Stop::Reached | Stop::LeftAtStart => (
             true,

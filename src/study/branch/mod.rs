@@ -1,10 +1,13 @@
 //! Branches of equilibria in one parameter of a scene of statics: the branch of `[continue]` with its special points, the
 //! branches that cross it, those found beside it by deflation, and the curves of its folds in a second parameter.
 
+mod assembled;
 mod folds;
-pub(super) mod follow;
+mod follow;
 mod record;
+mod rod;
 mod search;
+mod subject;
 
 pub use record::{
     BranchRecord, CurveRecord, CurveSet, DeflationRecord, FoldCurves, ShapeRecord, SpecialPoint,
@@ -12,11 +15,14 @@ pub use record::{
 
 use super::Hooks;
 use crate::error::{Error, Result};
-use crate::rod::{Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Statical, Taken};
+use crate::rod::{Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Taken, Wrench};
 use crate::scene::{Continue, Parameter, Scene};
+use assembled::Assembled;
 use folds::fold_curves;
 use follow::{Study, Watch};
-use nalgebra::SVector;
+use nalgebra::DVector;
+use rod::SingleRod;
+use subject::Subject;
 
 /// Follows the branch that the scene's `[continue]` describes, and what it asks for beside it.
 ///
@@ -52,31 +58,51 @@ use nalgebra::SVector;
 /// # Errors
 /// A scene without `[continue]`; no equilibrium at its start; a path of computation that does not hold along the branch.
 pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
-    if scene.assembly.is_some() {
-        return super::assembly::branch(scene, hooks);
-    }
     let Some(wanted) = &scene.continuation else {
-        return Err(missing("end.load"));
+        return Err(missing(scene));
     };
+    let task = (scene, wanted);
+    if scene.assembly.is_some() {
+        let in_units = |e| scene.in_own_units(e);
+        let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
+        let mut record = followed(task, &subject, x, hooks).map_err(in_units)?;
+        record.remarks.splice(0..0, subject.remarks);
+        return Ok(record);
+    }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
     let start = first.solve(scene.guess().as_ref())?;
     let (charted, taken) = charted(scene, wanted, &start)?;
-    let task = Task {
-        scene,
-        wanted,
-        start,
-        taken,
+    let base = &start.base;
+    let record = match charted {
+        Charted::Spatial(chart) => along(task, chart, base, hooks),
+        Charted::FreeEnd(chart) => along(task, chart, base, hooks),
+        Charted::Planar(chart) => along(task, chart, base, hooks),
+        Charted::ClosedForm(chart) => along(task, chart, base, hooks),
     };
-    match charted {
-        Charted::Spatial(chart) => task.along::<_, 6, 7>(chart, hooks),
-        Charted::FreeEnd(chart) => task.along::<_, 3, 4>(chart, hooks),
-        Charted::Planar(chart) => task.along::<_, 3, 4>(chart, hooks),
-        Charted::ClosedForm(chart) => task.along::<_, 2, 3>(chart, hooks),
-    }
+    Ok(BranchRecord {
+        taken: Some(taken),
+        ..record?
+    })
+}
+
+/// Follows everything in one chart.
+fn along<C: Chart + Copy + 'static>(
+    (scene, wanted): (&Scene, &Continue),
+    chart: C,
+    base: &Wrench,
+    hooks: &mut dyn Hooks,
+) -> Result<BranchRecord> {
+    let problem = |p: f64| scene.with(&wanted.parameter, p).problem();
+    let x = RodFamily::in_chart(problem, false, 1.0, chart).unknowns(base, wanted.from)?;
+    followed((scene, wanted), &SingleRod { scene, chart }, x, hooks)
 }
 
 /// A scene without `[continue]`.
-pub(super) fn missing(example: &str) -> Error {
+fn missing(scene: &Scene) -> Error {
+    let example = match scene.assembly {
+        Some(_) => "body[0].force[2]",
+        None => "end.load",
+    };
     Error::domain(format!(
         "no [continue]: add one that names the parameter, as in\n  [continue]\n  parameter = {example:?}\n  from = 0.0\n  to = 1.0"
     ))
@@ -130,83 +156,57 @@ fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Cha
     Ok((chart, Taken { path, why }))
 }
 
-/// The family of a scene over one of its parameters, for a range of this length.
-type Make<'a, const N: usize> = dyn Fn(&Scene, Parameter, f64) -> Box<dyn Statical<N>> + 'a;
-
-/// What is to be followed, and from where.
-struct Task<'a> {
-    scene: &'a Scene,
-    wanted: &'a Continue,
-    start: Equilibrium,
-    taken: Taken,
-}
-
-impl Task<'_> {
-    /// Follows everything in one chart, N unknowns; M = N + 1.
-    fn along<C: Chart<N> + Copy + 'static, const N: usize, const M: usize>(
-        self,
-        chart: C,
-        hooks: &mut dyn Hooks,
-    ) -> Result<BranchRecord> {
-        let make = |scene: &Scene, parameter: Parameter, span: f64| {
-            let scene = scene.clone();
-            let problem = move |p: f64| scene.with(&parameter, p).problem();
-            RodFamily::in_chart(problem, parameter.changes_rod(), span, chart)
-        };
-        let wanted = self.wanted;
-        let family = make(self.scene, wanted.parameter, wanted.to - wanted.from);
-        let x = family.unknowns(&self.start.base, wanted.from)?;
-        let boxed: &Make<'_, N> = &|scene, parameter, span| Box::new(make(scene, parameter, span));
-        self.study::<N, M>(&family, x, boxed, hooks)
+/// Everything about the branch through `x`.
+fn followed(
+    (scene, wanted): (&Scene, &Continue),
+    subject: &dyn Subject,
+    x: DVector<f64>,
+    hooks: &mut dyn Hooks,
+) -> Result<BranchRecord> {
+    let span = wanted.to - wanted.from;
+    let family = subject.family(scene, wanted.parameter, span);
+    let tighter =
+        finer(scene).map(|(scene, part)| subject.family(&scene, wanted.parameter, part * span));
+    let tighter = tighter.each_ref().map(|family| &**family);
+    let stations = match wanted.deflate {
+        true => search::values(wanted),
+        false => Vec::new(),
+    };
+    let mut study = Study::new(
+        (scene, wanted),
+        subject,
+        (&*family, &tighter),
+        stations,
+        Watch::new(hooks, wanted),
+    );
+    study.through("the scene".to_owned(), x, wanted.from, wanted.both)?;
+    if wanted.switch {
+        study.switch();
     }
-
-    /// Everything about the branch through `x`, with N unknowns; M = N + 1.
-    fn study<const N: usize, const M: usize>(
-        self,
-        family: &dyn Statical<N>,
-        x: SVector<f64, N>,
-        make: &Make<'_, N>,
-        hooks: &mut dyn Hooks,
-    ) -> Result<BranchRecord> {
-        let (scene, wanted) = (self.scene, self.wanted);
-        let stations = match wanted.deflate {
-            true => search::values(wanted),
-            false => Vec::new(),
-        };
-        let mut study = Study::new(scene, wanted, family, stations, Watch::new(hooks, wanted));
-        study.finer = finer(scene)
-            .map(|(scene, span)| make(&scene, wanted.parameter, span * (wanted.to - wanted.from)))
-            .into();
-        study.through("the scene".to_owned(), x, wanted.from, wanted.both)?;
-        if wanted.switch {
-            study.switch();
-        }
-        let deflation = wanted.deflate.then(|| search::search(&mut study));
-        let fold_curves = match &wanted.second {
-            Some(second) => Some(FoldCurves {
-                second: second.parameter,
-                curves: fold_curves::<N, M>(&mut study, second, make)?,
-            }),
-            None => None,
-        };
-        let shapes = record::shapes(scene, wanted, &study.rows);
-        Ok(BranchRecord {
-            parameter: wanted.parameter,
-            units: scene.units,
-            length: scene.rod.length,
-            taken: Some(self.taken),
-            branches: CurveSet {
-                points: record::table(scene, wanted, None, &study.rows)?,
-                curves: study.curves,
-                specials: study.located.iter().map(|at| at.record(None)).collect(),
-            },
-            fold_curves,
-            deflation,
-            shapes,
-            remarks: study.remarks,
-            interrupted: study.watch.interrupted,
-        })
-    }
+    let deflation = wanted.deflate.then(|| search::search(&mut study));
+    let fold_curves = match &wanted.second {
+        Some(second) => Some(FoldCurves {
+            second: second.parameter,
+            curves: fold_curves(&mut study, second)?,
+        }),
+        None => None,
+    };
+    Ok(BranchRecord {
+        parameter: wanted.parameter,
+        units: scene.units,
+        length: scene.rod.length,
+        taken: None,
+        branches: CurveSet {
+            points: record::table(scene, wanted, None, subject, &study.rows)?,
+            specials: study.located.iter().map(|at| at.record(None)).collect(),
+            curves: study.curves,
+        },
+        fold_curves,
+        deflation,
+        shapes: record::shapes((scene, wanted), subject, &study.rows),
+        remarks: study.remarks,
+        interrupted: study.watch.interrupted,
+    })
 }
 
 /// The scene to tighter tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to

@@ -1,12 +1,12 @@
 //! What a study of branches returns.
 
 use super::follow::{Located, Row, signed};
+use super::subject::Subject;
 use crate::error::Result;
 use crate::rod::{RodSection, Taken};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
 use crate::solve::special::{SpecialKind, Status};
 use crate::study::record::{Cell, Column, Table};
-use crate::study::space;
 use serde_json::{Value, json};
 
 /// Branches of equilibria, with what was found on them and beside them.
@@ -16,7 +16,7 @@ pub struct BranchRecord {
     pub parameter: Parameter,
     /// The units of every quantity.
     pub units: Units,
-    /// Length of the rod.
+    /// Length of the rod, of an assembly that of its first one.
     pub length: f64,
     /// How the equilibria were computed, and why so; None of an assembly, for which there is one way.
     pub taken: Option<Taken>,
@@ -26,7 +26,7 @@ pub struct BranchRecord {
     pub fold_curves: Option<FoldCurves>,
     /// The search by deflation, if it was asked for.
     pub deflation: Option<DeflationRecord>,
-    /// The rod at a few points of the branches, evenly chosen.
+    /// The rods at a few points of the branches, evenly chosen.
     pub shapes: Vec<ShapeRecord>,
     /// What else is to be known, in sentences.
     pub remarks: Vec<String>,
@@ -101,13 +101,14 @@ pub struct DeflationRecord {
     pub found: usize,
     /// Values of the parameter at which further equilibria were sought.
     pub values: Vec<f64>,
-    /// Size of the base wrenches sought, couple in B/L, force in B/L^2.
+    /// Size of the base wrenches sought, couple in B/L, force in B/L^2; of an assembly those of all rods together, with turns and
+    /// displacements of the bodies in radians and mean lengths of the rods.
     pub largest_wrench: f64,
-    /// Evaluations of the rod.
+    /// Evaluations of the equations.
     pub evaluations: usize,
 }
 
-/// The rod at one point of a branch.
+/// A rod at one point of a branch; an assembly has one for each of its rods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeRecord {
     /// Value of the parameter.
@@ -118,23 +119,24 @@ pub struct ShapeRecord {
     pub sections: Vec<RodSection>,
 }
 
-/// How many shapes a record holds, and sections a shape.
-const SHAPES: usize = 12;
-const SECTIONS: usize = 121;
-
 /// Shapes of evenly chosen rows. They are for the eye: one that cannot be had is left out.
-pub(super) fn shapes(scene: &Scene, wanted: &Continue, rows: &[Row]) -> Vec<ShapeRecord> {
-    let shown = SHAPES.min(rows.len());
-    let shape = |k: usize| {
+pub(super) fn shapes(
+    (scene, wanted): (&Scene, &Continue),
+    subject: &dyn Subject,
+    rows: &[Row],
+) -> Vec<ShapeRecord> {
+    let shown = subject.shown().min(rows.len());
+    let shapes = |k: usize| {
         let row = &rows[k * (rows.len() - 1) / (shown - 1).max(1)];
-        let problem = scene.with(&wanted.parameter, row.p).problem().ok()?;
-        Some(ShapeRecord {
+        let rods = subject.shapes(&scene.with(&wanted.parameter, row.p), &row.x);
+        let record = |sections| ShapeRecord {
             parameter: row.p,
             unstable: row.index.is_some_and(|i| i > 0),
-            sections: problem.shape(&row.state.base, SECTIONS).ok()?,
-        })
+            sections,
+        };
+        rods.unwrap_or_default().into_iter().map(record)
     };
-    (0..shown).filter_map(shape).collect()
+    (0..shown).flat_map(shapes).collect()
 }
 
 /// The rows of branches, or of fold curves over a second parameter.
@@ -142,6 +144,7 @@ pub(super) fn table(
     scene: &Scene,
     wanted: &Continue,
     second: Option<&Second>,
+    subject: &dyn Subject,
     rows: &[Row],
 ) -> Result<Table> {
     let units = scene.units;
@@ -161,33 +164,23 @@ pub(super) fn table(
         "",
         "length along the curve, the whole range of the parameter counting as 1",
     ));
-    columns.extend(space::pose_columns(units));
-    columns.extend(space::wrench_columns("base", units));
-    columns.extend(space::wrench_columns("tip", units));
-    columns.extend([
-        Column::reals("energy", units.energy(), "elastic energy of the rod"),
-        Column::integers("index", "Morse index: 0 is stable"),
-        Column::reals(
-            "residual",
-            "",
-            "size of the equations left over, in units of the rod",
-        ),
-        Column::words("label", "name of the special point"),
-    ]);
+    let (numbers, left_over) = subject.columns();
+    columns.extend(numbers);
+    let label = Column::words("label", "name of the special point");
+    columns.extend([subject.index(), left_over, label]);
     let mut table = Table::new(name, columns);
     for row in rows {
-        let end = &row.state.end;
         let mut cells: Vec<Cell> = vec![row.curve.into(), row.p.into()];
         cells.extend(row.q.map(Cell::Real));
-        let numbers = std::iter::once(row.arclength)
-            .chain(space::pose(end))
-            .chain(space::wrench(&row.state.base))
-            .chain(space::tip_wrench(end))
-            .chain([end.energy]);
-        cells.extend(numbers.map(Cell::Real));
+        let numbers = row.state.numbers.iter().copied();
+        cells.extend(
+            std::iter::once(row.arclength)
+                .chain(numbers)
+                .map(Cell::Real),
+        );
         cells.extend([
             row.index.into(),
-            row.state.residual.into(),
+            row.state.left_over.into(),
             row.label.clone().into(),
         ]);
         table.push(&cells)?;
@@ -195,7 +188,7 @@ pub(super) fn table(
     Ok(table)
 }
 
-impl<const N: usize> Located<N> {
+impl Located {
     /// As plain data; on a fold curve the second parameter is the one that was followed, and the first is given with its bound.
     pub(super) fn record(&self, first: Option<(f64, f64)>) -> SpecialPoint {
         let special = &self.special;

@@ -2,30 +2,14 @@
 
 use super::follow::{Study, TYPICAL};
 use super::record::DeflationRecord;
-use crate::error::{Message, Quantity};
 use crate::math::order::sort_few;
-use crate::scene::{Continue, Scene};
+use crate::scene::Continue;
 use crate::solve::deflation::{self, further};
-use nalgebra::SVector;
 
 /// Values of the parameter at which further equilibria are sought.
 const VALUES: usize = 5;
 /// Branches that are followed.
 const MOST: usize = 8;
-
-/// A size of base wrenches, in the units of the rod, as a couple and a force of the scene.
-fn largest(scene: &Scene, size: f64) -> String {
-    let stiffness = scene.cosserat_rod().map(|rod| rod.reference_stiffness());
-    let couple = size * stiffness.unwrap_or(f64::NAN) / scene.rod.length;
-    let force = couple / scene.rod.length;
-    let units = |of| (1.0, scene.units.symbol(of));
-    Message::from("a couple of ")
-        .number(couple, Quantity::Couple)
-        .words(" or a force of ")
-        .number(force, Quantity::Force)
-        .in_units(&units)
-        .to_string()
-}
 
 /// Evenly over the range.
 pub fn values(wanted: &Continue) -> Vec<f64> {
@@ -44,7 +28,7 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
 }
 
 /// Searches, follows what is found, and reports.
-pub fn search<const N: usize>(study: &mut Study<'_, N>) -> DeflationRecord {
+pub fn search(study: &mut Study<'_>) -> DeflationRecord {
     let values = values(study.wanted);
     let parameter = study.wanted.parameter;
     // Rods have equilibria of any order, at ever larger wrenches.
@@ -52,14 +36,7 @@ pub fn search<const N: usize>(study: &mut Study<'_, N>) -> DeflationRecord {
     let (mut found, mut evaluations) = (0, 0);
     'values: for &p in &values {
         let mut guesses = study.known(p);
-        // Along each unknown, both ways.
-        for k in 0..N {
-            for way in [1.0, -1.0] {
-                let mut guess = SVector::zeros();
-                guess[k] = way * TYPICAL;
-                guesses.push(guess);
-            }
-        }
+        guesses.extend(study.subject.guesses());
         for guess in guesses {
             if study.watch.stops(p) {
                 break 'values;
@@ -81,7 +58,7 @@ pub fn search<const N: usize>(study: &mut Study<'_, N>) -> DeflationRecord {
                     continue;
                 }
                 let origin = format!("deflation at {parameter} = {p}");
-                match study.through(origin, solution.x, p, true) {
+                match study.through(origin, solution.x.clone(), p, true) {
                     Ok(()) => found += 1,
                     Err(e) => {
                         let remark = format!("deflation at {parameter} = {p}: {e}");
@@ -100,10 +77,10 @@ pub fn search<const N: usize>(study: &mut Study<'_, N>) -> DeflationRecord {
     };
     let branches = if found == 1 { "branch" } else { "branches" };
     study.remarks.push(format!(
-        "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among base wrenches up to {}; \
+        "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among {}; \
          there may be more",
         values.len(),
-        largest(study.scene, bound)
+        study.subject.sought(bound)
     ));
     DeflationRecord {
         found,

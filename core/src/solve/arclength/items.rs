@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::solve::special::Special;
-use nalgebra::SVector;
+use nalgebra::DVector;
 
 /// What a point is there for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,15 +20,15 @@ pub enum Role {
 }
 
 /// A point of the branch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point<const N: usize> {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
     /// The unknowns.
-    pub x: SVector<f64, N>,
+    pub x: DVector<f64>,
     /// The parameter.
     pub p: f64,
     /// dx/ds, s being arclength: |dx/ds|^2 + weight^2 (dp/ds)^2 = 1. Accurate to about the square
     /// root of the tolerance at steps, to the tolerance elsewhere.
-    pub tangent_x: SVector<f64, N>,
+    pub tangent_x: DVector<f64>,
     /// dp/ds.
     pub tangent_p: f64,
     /// Length of the branch from the start, by a rule of fourth order.
@@ -102,22 +102,22 @@ impl std::fmt::Display for Stop {
 
 /// What the iterator gives, in order along the branch; a `Stop` comes last, once.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Item<const N: usize> {
+pub enum Item {
     /// An accepted point.
-    Point(Point<N>),
+    Point(Point),
     /// A special point between the point before and the point after.
-    Special(Special<N>),
+    Special(Special),
     /// The end, and why.
     Stop(Stop),
 }
 
 /// A whole branch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace<const N: usize> {
+pub struct Trace {
     /// Accepted points, in order.
-    pub points: Vec<Point<N>>,
+    pub points: Vec<Point>,
     /// Special points, in order.
-    pub specials: Vec<Special<N>>,
+    pub specials: Vec<Special>,
     /// Why it ended.
     pub stop: Stop,
     /// Evaluations of F in all.
@@ -125,14 +125,14 @@ pub struct Trace<const N: usize> {
 }
 
 /// Where to start along a branch of which the direction is known, as after branch switching.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BranchStart<const N: usize> {
+#[derive(Debug, Clone, PartialEq)]
+pub struct BranchStart {
     /// The unknowns.
-    pub x: SVector<f64, N>,
+    pub x: DVector<f64>,
     /// The parameter.
     pub p: f64,
     /// The direction to go; any length but zero.
-    pub direction_x: SVector<f64, N>,
+    pub direction_x: DVector<f64>,
     /// Its part along p.
     pub direction_p: f64,
 }

@@ -6,22 +6,26 @@
 //!
 //! ```
 //! # use snaprod_core as snaprod;
-//! use nalgebra::{matrix, vector, SVector};
+//! use nalgebra::{dmatrix, dvector, DVector};
 //! use snaprod::solve::arclength::{Continuation, Options};
 //! use snaprod::solve::family::{Family, Linearised};
 //!
 //! /// x^2 + p^2 = 1.
 //! struct Circle;
-//! impl Family<1> for Circle {
-//!     fn linearised(&self, x: &SVector<f64, 1>, p: f64) -> snaprod::Result<Linearised<1>> {
+//! impl Family for Circle {
+//!     fn size(&self) -> usize {
+//!         1
+//!     }
+//!
+//!     fn linearised(&self, x: &DVector<f64>, p: f64) -> snaprod::Result<Linearised> {
 //!         Ok(Linearised {
-//!             residual: vector![x[0] * x[0] + p * p - 1.0],
-//!             jacobian: matrix![2.0 * x[0]],
-//!             slope: vector![2.0 * p],
+//!             residual: dvector![x[0] * x[0] + p * p - 1.0],
+//!             jacobian: dmatrix![2.0 * x[0]],
+//!             slope: dvector![2.0 * p],
 //!         })
 //!     }
 //! }
-//! let trace = Continuation::new(&Circle, vector![1.0], 0.0, Options::between(-2.0, 2.0))?.trace();
+//! let trace = Continuation::new(&Circle, dvector![1.0], 0.0, Options::between(-2.0, 2.0))?.trace();
 //! assert_eq!(trace.specials.len(), 2); // the folds at p = 1 and p = -1
 //! println!("{}", trace.stop);
 //! # Ok::<(), snaprod::Error>(())
@@ -35,43 +39,43 @@ pub use options::{Direction, Options, Predictor};
 
 use super::corrector::{Corrected, Cubic, Failure, Finish, Space};
 use super::elimination::Place;
-use super::family::Family;
+use super::family::{Family, check_size};
 use super::newton;
 use super::special::{Sample, Special, SpecialKind};
 use crate::error::{Error, Result};
 use crate::math::order::sort_few;
-use nalgebra::SVector;
+use nalgebra::DVector;
 use std::collections::VecDeque;
 
 /// A branch being followed: iterate over it.
-pub struct Continuation<'a, const N: usize> {
-    space: Space<'a, N>,
+pub struct Continuation<'a> {
+    space: Space<'a>,
     options: Options,
-    start: Sample<N>,
-    current: Sample<N>,
-    previous: Option<Sample<N>>,
+    start: Sample,
+    current: Sample,
+    previous: Option<Sample>,
     step: f64,
     /// A length at which a step failed since the last success: no growth beyond.
     ceiling: f64,
     points: usize,
     counted: usize,
-    queue: VecDeque<Item<N>>,
+    queue: VecDeque<Item>,
     done: bool,
 }
 
-impl<'a, const N: usize> Continuation<'a, N> {
+impl<'a> Continuation<'a> {
     /// A branch through the solution near `x` at exactly this `p`, found by damped Newton.
     ///
     /// # Errors
     /// Options outside their sets, p outside the range, no solution near `x`, or a start where the
     /// direction of growing p is undefined (a fold or branch point: use [`Continuation::along`]).
     pub fn new(
-        family: &'a dyn Family<N>,
-        x: SVector<f64, N>,
+        family: &'a dyn Family,
+        x: DVector<f64>,
         p: f64,
         mut options: Options,
     ) -> Result<Self> {
-        let space = Self::space(family, p, &mut options)?;
+        let space = Self::space(family, (&x, p), &mut options)?;
         let newton = newton::Options {
             tolerance: options.tolerance,
             ..newton::Options::default()
@@ -88,7 +92,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
         .map_err(|e| e.context(format!("the branch's first point, p = {p}")))?;
         let place = Place::new(solved.x, p * options.weight);
         let (_, eliminated) = space.evaluate(&place)?;
-        let (null, determinant) = eliminated.null();
+        let (null, determinant) = space.null(&eliminated);
         let forward = (options.to > options.from) == (options.direction == Direction::Forward);
         let sign = if forward == (null.p > 0.0) { 1.0 } else { -1.0 };
         if !(null.p.abs() > 1e-10) || eliminated.regularity() < 1e-12 {
@@ -114,18 +118,26 @@ impl<'a, const N: usize> Continuation<'a, N> {
     /// # Errors
     /// As [`Continuation::new`]; a zero direction.
     pub fn along(
-        family: &'a dyn Family<N>,
-        start: &BranchStart<N>,
+        family: &'a dyn Family,
+        start: &BranchStart,
         mut options: Options,
     ) -> Result<Self> {
-        let space = Self::space(family, start.p, &mut options)?;
-        let direction = Place::new(start.direction_x, start.direction_p * options.weight);
+        let space = Self::space(family, (&start.x, start.p), &mut options)?;
+        check_size(
+            family,
+            "the direction of a branch's start",
+            &start.direction_x,
+        )?;
+        let direction = Place::new(
+            start.direction_x.clone(),
+            start.direction_p * options.weight,
+        );
         if !(direction.norm() > 0.0 && direction.is_finite()) {
             return Err(Error::domain(
                 "the direction of a branch's start must be finite and not zero",
             ));
         }
-        let guess = Place::new(start.x, start.p * options.weight);
+        let guess = Place::new(start.x.clone(), start.p * options.weight);
         let on = space
             .correct(&guess, &direction, f64::INFINITY, Finish::Evaluated)
             .map_err(|failure| {
@@ -137,8 +149,13 @@ impl<'a, const N: usize> Continuation<'a, N> {
         Ok(Self::begin(space, on, options))
     }
 
-    fn space(family: &'a dyn Family<N>, p: f64, options: &mut Options) -> Result<Space<'a, N>> {
+    fn space(
+        family: &'a dyn Family,
+        (x, p): (&DVector<f64>, f64),
+        options: &mut Options,
+    ) -> Result<Space<'a>> {
         options.check()?;
+        check_size(family, "the branch's first point", x)?;
         options.weight = options.rounded_weight();
         if !(p.is_finite() && options.contains(p)) {
             return Err(Error::domain(format!(
@@ -154,14 +171,14 @@ impl<'a, const N: usize> Continuation<'a, N> {
         ))
     }
 
-    fn begin(space: Space<'a, N>, on: Corrected<N>, options: Options) -> Self {
+    fn begin(space: Space<'a>, on: Corrected, options: Options) -> Self {
         let first = space.dressed(on, 0.0, true);
         let mut this = Self {
             space,
             step: options.initial_step,
             options,
-            start: first,
-            current: first,
+            start: first.clone(),
+            current: first.clone(),
             previous: None,
             ceiling: f64::INFINITY,
             points: 0,
@@ -179,7 +196,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
     }
 
     /// Follows the branch to its end.
-    pub fn trace(mut self) -> Trace<N> {
+    pub fn trace(mut self) -> Trace {
         let (mut points, mut specials) = (Vec::new(), Vec::new());
         let mut stop = Stop::MaxPoints;
         for item in self.by_ref() {
@@ -197,7 +214,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
         }
     }
 
-    fn push(&mut self, sample: &Sample<N>, role: Role) {
+    fn push(&mut self, sample: &Sample, role: Role) {
         let evaluations = self.evaluations();
         let point = Point {
             role,
@@ -215,19 +232,19 @@ impl<'a, const N: usize> Continuation<'a, N> {
     }
 
     /// (place, direction) a step `h` ahead.
-    fn predict(&self, h: f64) -> (Place<N>, Place<N>) {
-        let Corrected { place, tangent, .. } = self.current.on;
+    fn predict(&self, h: f64) -> (Place, Place) {
+        let Corrected { place, tangent, .. } = &self.current.on;
         match (&self.previous, self.options.predictor) {
             (Some(previous), Predictor::Cubic) => {
                 let cubic = Cubic::new(previous.pair(), self.current.pair());
                 let t = 1.0 + h / cubic.length;
                 // Far beyond a short cubic its errors grow.
                 if h > 5.0 * cubic.length {
-                    return (place + tangent * h, tangent);
+                    return (place + tangent * h, tangent.clone());
                 }
                 (cubic.at(t), cubic.slope(t))
             }
-            _ => (place + tangent * h, tangent),
+            _ => (place + tangent * h, tangent.clone()),
         }
     }
 
@@ -247,10 +264,10 @@ impl<'a, const N: usize> Continuation<'a, N> {
     }
 
     /// A real point at exactly this p, near `guess`.
-    fn land(&self, guess: &Place<N>, p: f64, reach: f64) -> Result<Corrected<N>, Failure> {
+    fn land(&self, guess: &Place, p: f64, reach: f64) -> Result<Corrected, Failure> {
         let target = p * self.options.weight;
-        let guess = Place::new(guess.x, target);
-        let normal = Place::along_p();
+        let guess = Place::new(guess.x.clone(), target);
+        let normal = Place::along_p(guess.x.len());
         let mut on = self
             .space
             .correct(&guess, &normal, reach, Finish::Evaluated)?;
@@ -274,7 +291,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
     }
 
     /// One attempt at a step of length `h`.
-    fn attempt(&self, h: f64) -> Result<Corrected<N>, Failure> {
+    fn attempt(&self, h: f64) -> Result<Corrected, Failure> {
         let (mut guess, mut normal) = self.predict(h);
         let reach = 0.5 * h;
         let now = self.current.on.place.p / self.options.weight;
@@ -282,7 +299,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
             // Do not look beyond the end: F may be undefined there.
             let fraction = (end - now) / (guess.p / self.options.weight - now);
             (guess, normal) = self.predict(h * fraction);
-            if normal.unit().p.abs() > 0.05 {
+            if normal.clone().unit().p.abs() > 0.05 {
                 return self.land(&guess, end, reach);
             }
         }
@@ -291,15 +308,15 @@ impl<'a, const N: usize> Continuation<'a, N> {
     }
 
     /// The next accepted point, or why there is none; adapts the step.
-    fn advance(&mut self) -> Result<Sample<N>, Stop> {
+    fn advance(&mut self) -> Result<Sample, Stop> {
         let options = self.options.clone();
         let mut h = self.foreseen(self.step.min(self.ceiling));
         let mut degenerate = 0;
         loop {
             let failure = match self.attempt(h) {
                 Ok(on) => {
-                    let before = self.current.on;
-                    let moved = (on.place - before.place).norm();
+                    let before = &self.current.on;
+                    let moved = (&on.place - &before.place).norm();
                     let angle = angle(&on.tangent, &before.tangent);
                     if on.regularity < 1e-9 && degenerate < 2 {
                         // On a branch point: the tangent is noise. Stop a little earlier.
@@ -337,7 +354,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
         }
     }
 
-    fn adapt(&mut self, h: f64, on: &Corrected<N>, angle: f64) {
+    fn adapt(&mut self, h: f64, on: &Corrected, angle: f64) {
         let order = match (self.options.predictor, &self.previous) {
             (Predictor::Cubic, Some(_)) => 4.0,
             _ => 2.0,
@@ -377,9 +394,9 @@ impl<'a, const N: usize> Continuation<'a, N> {
     }
 
     /// If the branch passes its start between two neighbours: the start again.
-    fn closing(&self, a: &Sample<N>, b: &Sample<N>) -> Option<Sample<N>> {
+    fn closing(&self, a: &Sample, b: &Sample) -> Option<Sample> {
         let (home, normal) = self.start.pair();
-        let side = |s: &Sample<N>| normal.dot(&(s.on.place - home));
+        let side = |s: &Sample| normal.dot(&(&s.on.place - &home));
         let passed = side(a) < 0.0 && side(b) >= 0.0 && normal.dot(&b.on.tangent) > 0.0;
         if !(passed && a.arclength > 0.0) {
             return None;
@@ -387,16 +404,17 @@ impl<'a, const N: usize> Continuation<'a, N> {
         let t = side(a) / (side(a) - side(b));
         let cubic = Cubic::new(a.pair(), b.pair());
         let guess = cubic.at(t);
-        if !((guess - home).norm() < 0.2 * cubic.length) {
+        if !((&guess - &home).norm() < 0.2 * cubic.length) {
             return None;
         }
         // The guess moves along the normal into the start's plane.
-        let guess = guess - normal * normal.dot(&(guess - home));
+        let out = normal.dot(&(&guess - &home));
+        let guess = guess - &normal * out;
         let finish = Finish::Evaluated;
         let on = self.space.correct(&guess, &normal, cubic.length, finish);
         let mut on = on.ok()?;
         let near = 1e3 * self.options.tolerance * (1.0 + home.norm());
-        if !((on.place - home).norm() <= near) {
+        if !((&on.place - &home).norm() <= near) {
             return None;
         }
         on.place = home;
@@ -405,12 +423,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
 
     /// Values of p asked for, and ends of the range, between two neighbours: in order, with the end
     /// of the range that the branch reaches first, if any.
-    fn landings(
-        &self,
-        a: &Sample<N>,
-        b: &Sample<N>,
-        specials: &[Special<N>],
-    ) -> Vec<(Sample<N>, Option<f64>)> {
+    fn landings(&self, a: &Sample, b: &Sample, specials: &[Special]) -> Vec<(Sample, Option<f64>)> {
         let weight = self.options.weight;
         let ends = [self.options.from, self.options.to];
         // p is monotone between folds; with the folds themselves as knots the guesses near them hold.
@@ -423,8 +436,8 @@ impl<'a, const N: usize> Continuation<'a, N> {
         knots.push((b.pair(), b.arclength));
         let mut landed = Vec::new();
         for pair in knots.windows(2) {
-            let ((start, s0), (end, s1)) = (pair[0], pair[1]);
-            let cubic = Cubic::new(start, end);
+            let ((start, s0), (end, s1)) = (&pair[0], &pair[1]);
+            let cubic = Cubic::new(start.clone(), end.clone());
             let (p0, p1) = (cubic.a.p / weight, cubic.b.p / weight);
             for &value in self.options.at.iter().chain(&ends) {
                 if !((p0 < value && value < p1) || (p1 < value && value < p0)) {
@@ -465,7 +478,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
 
     /// The end of the range on which the branch stands, if it leads out of the range there.
     fn leaving(&self) -> Option<f64> {
-        let Corrected { place, tangent, .. } = self.current.on;
+        let Corrected { place, tangent, .. } = &self.current.on;
         let p = place.p / self.options.weight;
         let (low, high) = (
             self.options.from.min(self.options.to),
@@ -486,7 +499,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
         if self.points >= self.options.max_points {
             return self.stop(Stop::MaxPoints);
         }
-        let a = self.current;
+        let a = self.current.clone();
         let mut b = match self.advance() {
             Ok(b) => b,
             Err(stop) => return self.stop(stop),
@@ -503,7 +516,7 @@ impl<'a, const N: usize> Continuation<'a, N> {
         let weight = self.options.weight;
         let p = b.on.place.p / weight;
         let mut landings = self.landings(&a, &b, &specials);
-        if let Some((sample, Some(end))) = landings.last().copied() {
+        if let Some((sample, Some(end))) = landings.last().cloned() {
             landings.pop();
             (b, stop) = (sample, Some(self.stop_at(end)));
         } else if stop.is_none() && (p == self.options.from || p == self.options.to) {
@@ -540,14 +553,14 @@ impl<'a, const N: usize> Continuation<'a, N> {
 }
 
 /// Between unit vectors, accurate when small.
-fn angle<const N: usize>(a: &Place<N>, b: &Place<N>) -> f64 {
-    2.0 * (0.5 * (*a - *b).norm()).min(1.0).asin()
+fn angle(a: &Place, b: &Place) -> f64 {
+    2.0 * (0.5 * (a - b).norm()).min(1.0).asin()
 }
 
-impl<const N: usize> Iterator for Continuation<'_, N> {
-    type Item = Item<N>;
+impl Iterator for Continuation<'_> {
+    type Item = Item;
 
-    fn next(&mut self) -> Option<Item<N>> {
+    fn next(&mut self) -> Option<Item> {
         if self.queue.is_empty() && !self.done {
             self.proceed();
         }

@@ -1,0 +1,222 @@
+//! Branches of an assembly.
+
+use super::follow::TYPICAL;
+use super::subject::{State, Subject};
+use crate::assembly::{Assembly, AssemblyFamily};
+use crate::error::Result;
+use crate::math::se3::halves;
+use crate::rod::RodSection;
+use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
+use crate::solve::family::Family;
+use crate::study::Column;
+use crate::study::space::upward;
+use nalgebra::DVector;
+
+/// Sections of each rod of a shape, less one.
+const SECTIONS: usize = 100;
+/// The finest tolerance of the integration along rods.
+const FINEST: f64 = 1e-14;
+/// Turns and displacements, in radians and mean lengths of the rods, from which deflation begins.
+const MOVED: f64 = 1.0;
+
+type Maker = Box<dyn Fn(f64) -> Result<Assembly>>;
+
+/// An assembly, in unknowns that are counted from its equilibrium at the start of the branch.
+pub struct Assembled<'a> {
+    scene: &'a Scene,
+    from_start: AssemblyFamily<Maker>,
+    /// Velocities of the bodies, and number of the rods.
+    freedoms: Vec<usize>,
+    rods: usize,
+    /// What is to be said before anything is followed.
+    pub remarks: Vec<String>,
+}
+
+/// The assemblies of a scene over one of its parameters.
+fn over(scene: &Scene, parameter: Parameter) -> Maker {
+    let scene = scene.clone();
+    Box::new(move |p| Ok(AssemblySetup::new(&scene.with(&parameter, p))?.assembly))
+}
+
+/// That of the integration along the rods: a part of what points are solved to.
+fn tolerance(scene: &Scene) -> f64 {
+    (0.01 * scene.solve.tolerance).max(FINEST)
+}
+
+impl<'a> Assembled<'a> {
+    /// The assembly of a scene with the unknowns of the equilibrium at the start of its branch.
+    ///
+    /// # Errors
+    /// No equilibrium there.
+    pub fn new(scene: &'a Scene, wanted: &Continue) -> Result<(Self, DVector<f64>)> {
+        let first = AssemblySetup::new(&scene.with(&wanted.parameter, wanted.from))?;
+        let start = first.equilibrium()?.now;
+        let from_start = AssemblyFamily::new(
+            over(scene, wanted.parameter),
+            (&start, wanted.from),
+            false,
+            wanted.to - wanted.from,
+            tolerance(scene),
+        )?;
+        let mut remarks = Vec::new();
+        if first.assembly.is_followed(0.0) {
+            remarks.push(
+                "loads turn with the bodies: equilibria have no index, and stability may be lost by growing oscillations, which \
+                 `snaprod modes` shows"
+                    .to_owned(),
+            );
+        }
+        let x = from_start.unknowns(&start, wanted.from)?;
+        let carriers = first.assembly.carriers().iter();
+        let this = Self {
+            scene,
+            from_start,
+            freedoms: carriers.map(|carrier| carrier.freedoms()).collect(),
+            rods: first.assembly.links().len(),
+            remarks,
+        };
+        Ok((this, x))
+    }
+
+    /// The family of a scene with all its parameters set.
+    fn only(&self, setup: &AssemblySetup) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly>> {
+        let assembly = setup.assembly.clone();
+        let at = move |_| Ok(assembly.clone());
+        self.from_start.over(at, false, 1.0, tolerance(self.scene))
+    }
+}
+
+impl Subject for Assembled<'_> {
+    fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
+        let at = over(scene, parameter);
+        // No parameter of an assembly changes its rods.
+        Box::new(self.from_start.over(at, false, span, tolerance(scene)))
+    }
+
+    fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State> {
+        let setup = AssemblySetup::new(scene)?;
+        let state = self.only(&setup).state(x, 0.0)?;
+        let k = &setup.scales;
+        let mut numbers = Vec::new();
+        for place in &state.now.bodies {
+            let r = place.pose.translation.vector * k.length;
+            numbers.extend(r.iter().copied().chain(upward(&place.pose.rotation)));
+        }
+        for wrench in setup.base_wrenches(&state.now)? {
+            let (couple, force) = halves(&wrench);
+            numbers.extend(force.iter().chain(couple.iter()));
+        }
+        numbers.push(state.energy * k.energy);
+        Ok(State {
+            numbers,
+            left_over: error,
+        })
+    }
+
+    fn columns(&self) -> (Vec<Column>, Column) {
+        let units = self.scene.units;
+        let mut columns = Vec::new();
+        let given = self.scene.assembly.iter();
+        for body in given.clone().flat_map(|given| &given.bodies) {
+            let name = &body.name;
+            let place = ["x", "y", "z"].map(|k| {
+                let meaning = format!("position of the frame of {name} along {k}");
+                Column::reals(format!("{name}.{k}"), units.length(), meaning)
+            });
+            let turn = ["qw", "qx", "qy", "qz"].map(|k| {
+                let meaning = format!("unit quaternion of the frame of {name}, qw >= 0");
+                Column::reals(format!("{name}.{k}"), "", meaning)
+            });
+            columns.extend(place.into_iter().chain(turn));
+        }
+        for rod in given.flat_map(|given| &given.rods) {
+            let name = &rod.name;
+            let parts = [
+                ("f", units.force(), "force"),
+                ("m", units.couple(), "couple"),
+            ];
+            for (letter, unit, what) in parts {
+                columns.extend(["x", "y", "z"].map(|k| {
+                    let meaning = format!("{what} at the base of {name} along {k} of the world");
+                    Column::reals(format!("{name}.base_{letter}{k}"), unit, meaning)
+                }));
+            }
+        }
+        let meaning = "stored energy and potential of gravity and constant forces";
+        columns.push(Column::reals("energy", units.energy(), meaning));
+        let meaning = "estimated distance from the branch, in units of the rods";
+        (columns, Column::reals("error", "", meaning))
+    }
+
+    fn index(&self) -> Column {
+        Column::integers("index", "Morse index, the bodies being free: 0 is stable")
+    }
+
+    fn shown(&self) -> usize {
+        8
+    }
+
+    fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {
+        let setup = AssemblySetup::new(scene)?;
+        let now = self.only(&setup).state(x, 0.0)?.now;
+        let length = setup.scales.length;
+        let rods = setup
+            .assembly
+            .shapes(0.0, &now, SECTIONS, tolerance(self.scene))?;
+        let measured = |section: RodSection| RodSection {
+            s: section.s * length,
+            position: section.position * length,
+            ..section
+        };
+        let rods = rods.into_iter();
+        Ok(rods
+            .map(|sections| sections.into_iter().map(measured).collect())
+            .collect())
+    }
+
+    /// All bodies moved or turned along an axis, and all rods bent, twisted or pulled along one, both ways; and the same with every
+    /// second of them the other way. They are as many however large the assembly is.
+    fn guesses(&self) -> Vec<DVector<f64>> {
+        let bodies: usize = self.freedoms.iter().sum();
+        let size = bodies + 6 * self.rods;
+        let mut guesses = Vec::new();
+        let mut add = |of: &dyn Fn(usize) -> Option<(usize, usize)>, by: f64| {
+            for component in 0..6 {
+                for [way, other] in [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]] {
+                    let guess = DVector::from_fn(size, |i, _| match of(i) {
+                        Some((number, k)) if k == component => {
+                            by * if number % 2 == 0 { way } else { other }
+                        }
+                        _ => 0.0,
+                    });
+                    if guess.norm() > 0.0 && !guesses.contains(&guess) {
+                        guesses.push(guess);
+                    }
+                }
+            }
+        };
+        let rod = |i: usize| Some((i.checked_sub(bodies)? / 6, (i - bodies) % 6));
+        add(&rod, TYPICAL);
+        let body = |i: usize| {
+            let mut start = 0;
+            self.freedoms.iter().enumerate().find_map(|(number, size)| {
+                let k = i.checked_sub(start).filter(|k| k < size);
+                start += size;
+                Some((number, k?))
+            })
+        };
+        add(&body, MOVED);
+        guesses
+    }
+
+    fn sought(&self, size: f64) -> String {
+        format!(
+            "turns and displacements of the bodies and base wrenches of the rods up to {size:.0} all together (in radians, mean lengths \
+             of the rods, B/L and B/L^2)"
+        )
+    }
+
+    fn start(&self) -> &'static str {
+        "another `guess` of the bodies"
+    }
+}

@@ -1,0 +1,103 @@
+//! Branches of a single rod.
+
+use super::follow::TYPICAL;
+use super::subject::{State, Subject};
+use crate::error::{Message, Quantity, Result};
+use crate::rod::{Chart, RodFamily, RodSection, Statical};
+use crate::scene::{Parameter, Scene};
+use crate::solve::family::Family;
+use crate::study::{Column, space};
+use nalgebra::DVector;
+
+/// Sections of a shape.
+const SECTIONS: usize = 121;
+
+/// A rod in a chart that holds all along its branches.
+pub struct SingleRod<'a, C> {
+    pub scene: &'a Scene,
+    pub chart: C,
+}
+
+impl<C: Chart + Copy> SingleRod<'_, C> {
+    /// The rod of a scene as the only member of a family.
+    fn at(&self, scene: &Scene, x: &DVector<f64>) -> Result<crate::rod::State> {
+        let problem = scene.problem()?;
+        RodFamily::in_chart(|_| Ok(problem.clone()), false, 1.0, self.chart).state(x, 0.0)
+    }
+}
+
+impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
+    fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
+        let scene = scene.clone();
+        let problem = move |p: f64| scene.with(&parameter, p).problem();
+        let changes_rod = parameter.changes_rod();
+        Box::new(RodFamily::in_chart(problem, changes_rod, span, self.chart))
+    }
+
+    fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<State> {
+        let state = self.at(scene, x)?;
+        let end = &state.end;
+        let numbers = space::pose(end)
+            .chain(space::wrench(&state.base))
+            .chain(space::tip_wrench(end))
+            .chain([end.energy]);
+        Ok(State {
+            numbers: numbers.collect(),
+            left_over: state.residual,
+        })
+    }
+
+    fn columns(&self) -> (Vec<Column>, Column) {
+        let units = self.scene.units;
+        let energy = Column::reals("energy", units.energy(), "elastic energy of the rod");
+        let columns = space::pose_columns(units)
+            .chain(space::wrench_columns("base", units))
+            .chain(space::wrench_columns("tip", units))
+            .chain([energy]);
+        let meaning = "size of the equations left over, in units of the rod";
+        (columns.collect(), Column::reals("residual", "", meaning))
+    }
+
+    fn index(&self) -> Column {
+        Column::integers("index", "Morse index: 0 is stable")
+    }
+
+    fn shown(&self) -> usize {
+        12
+    }
+
+    fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {
+        let base = self.at(scene, x)?.base;
+        Ok(vec![scene.problem()?.shape(&base, SECTIONS)?])
+    }
+
+    /// Along each unknown, both ways.
+    fn guesses(&self) -> Vec<DVector<f64>> {
+        let size = self.chart.size();
+        let along = |k: usize, way: f64| {
+            DVector::from_fn(size, |i, _| if i == k { way * TYPICAL } else { 0.0 })
+        };
+        let both = |k: usize| [along(k, 1.0), along(k, -1.0)];
+        (0..size).flat_map(both).collect()
+    }
+
+    fn sought(&self, size: f64) -> String {
+        let stiffness = self
+            .scene
+            .cosserat_rod()
+            .map(|rod| rod.reference_stiffness());
+        let couple = size * stiffness.unwrap_or(f64::NAN) / self.scene.rod.length;
+        let force = couple / self.scene.rod.length;
+        let units = |of| (1.0, self.scene.units.symbol(of));
+        Message::from("base wrenches up to a couple of ")
+            .number(couple, Quantity::Couple)
+            .words(" or a force of ")
+            .number(force, Quantity::Force)
+            .in_units(&units)
+            .to_string()
+    }
+
+    fn start(&self) -> &'static str {
+        "another [start]"
+    }
+}

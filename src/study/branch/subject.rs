@@ -1,0 +1,53 @@
+//! What branches are followed of: a rod, or an assembly.
+
+use crate::error::Result;
+use crate::rod::RodSection;
+use crate::scene::{Parameter, Scene};
+use crate::solve::family::Family;
+use crate::study::Column;
+use nalgebra::DVector;
+
+/// The equilibrium at a point of a branch, as its row shows it.
+pub struct State {
+    /// The cells of [`Subject::columns`].
+    pub numbers: Vec<f64>,
+    /// How far it is from solving its equations, in the column after the index.
+    pub left_over: f64,
+}
+
+/// A rod or an assembly whose branches are followed, all in the same unknowns.
+pub trait Subject {
+    /// The equilibria of a scene over one of its parameters. Derivatives by the parameter may be taken by steps in proportion to
+    /// `span`.
+    fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_>;
+
+    /// The equilibrium of a scene at these unknowns; `error` is the estimated distance from the branch.
+    ///
+    /// # Errors
+    /// Those of the scene and of its rods.
+    fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State>;
+
+    /// The columns before and after that of the index.
+    fn columns(&self) -> (Vec<Column>, Column);
+
+    /// What the index says, as a column.
+    fn index(&self) -> Column;
+
+    /// How many equilibria a record shows.
+    fn shown(&self) -> usize;
+
+    /// The sections of every rod.
+    ///
+    /// # Errors
+    /// As [`Subject::state`].
+    fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>>;
+
+    /// Where deflation begins, beside the equilibria that are known.
+    fn guesses(&self) -> Vec<DVector<f64>>;
+
+    /// Among what deflation searches, for unknowns up to this size.
+    fn sought(&self, size: f64) -> String;
+
+    /// What tells one equilibrium from another at the start of a branch.
+    fn start(&self) -> &'static str;
+}
