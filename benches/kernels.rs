@@ -5,7 +5,8 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector2;
-use snaprod::body::Body;
+use snaprod::bar::{Bar, End, FiniteVolumes, Material, Motion as _, Stress};
+use snaprod::body::{Body, History};
 use snaprod::elastica::{Elastica, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
@@ -90,4 +91,18 @@ fn landing(bencher: Bencher) {
         let kernel = snaprod::manifold::fold_kernel(&Elastica.point(&q).unwrap().jacobian).unwrap();
         Elastica.settle(black_box(&q), &-kernel).unwrap()
     });
+}
+
+/// Cells times steps of finite volumes, a bar under a sine load with its ends; aim: 100 ns each.
+#[divan::bench(args = [300, 5000], sample_count = 5)]
+fn finite_volumes(bencher: Bencher, cells: usize) {
+    let rubber = Material::new(&Stress::Mooney(24.0, 1.5), 1e-4).unwrap();
+    let sine = End::Loaded(History::sine(1.7, std::f64::consts::TAU / 0.002, 0.0));
+    let bar = Bar::new(rubber, 3.0, 0.0314, [End::Wall, sine]).unwrap();
+    let run = || {
+        let mut volumes = FiniteVolumes::new(&bar, cells).unwrap();
+        volumes.advance(0.002).unwrap();
+        volumes.updates()
+    };
+    bencher.counter(run() as usize).bench(run);
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 use snaprod::scene::{Faults, ReadError, Scene};
 use snaprod::study::assembly::{self, AssemblyPrepared};
+use snaprod::study::bar::BarPrepared;
 use snaprod::study::run::Prepared;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +46,9 @@ impl SceneArgs {
 /// Reads a scene of motion, or says everything that is wrong with it.
 pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
-    scene.run().map_err(|e| no_start(&given.path, &e))?;
+    if scene.bar.is_none() {
+        scene.run().map_err(|e| no_start(&given.path, &e))?;
+    }
     Ok(scene)
 }
 
@@ -122,6 +125,9 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
 
 /// What only setting up can find.
 fn start(scene: &Scene) -> snaprod::Result<()> {
+    if scene.bar.is_some() {
+        return BarPrepared::new(scene).map(drop);
+    }
     match (scene.assembly.is_some(), scene.is_motion()) {
         (true, true) => return AssemblyPrepared::new(scene)?.motion().map(drop),
         (true, false) => return assembly::equilibrium(scene).map(drop),

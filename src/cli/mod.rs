@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 the run ended short of what was asked (the reason is in the output), 2 bad input.
 
 mod assembly;
+mod bar;
 mod branch;
 mod check;
 mod elastica;

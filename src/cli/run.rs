@@ -5,7 +5,7 @@ use super::files::{json_text, print, print_error, print_json, toml_text};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
 use super::run_figures::{RunFigure, run_figures};
-use super::{Ending, Refusal, assembly, check, run_text, signals};
+use super::{Ending, Refusal, assembly, bar, check, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
@@ -63,6 +63,7 @@ pub const FILES: &[&str] = &[
     "shapes.*",
     "path.*",
     "poincare.*",
+    "waves.*",
 ];
 
 /// Runs the scene.
@@ -70,6 +71,9 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let scene = check::read(&args.scene)?;
     if scene.assembly.is_some() {
         return assembly::run(args, &scene);
+    }
+    if scene.bar.is_some() {
+        return bar::run(args, &scene);
     }
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
     let prepared = Prepared::new(&scene).map_err(no_start)?;

@@ -3,7 +3,7 @@
 use super::axes::Axis;
 use super::canvas::Pen;
 use super::cells::Cells;
-use super::data::{AxisUnits, as_many, rising, with_unit};
+use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
@@ -35,6 +35,12 @@ pub struct StrainMap {
     pub decades: Option<f64>,
     /// Times of snaps, in `units.time`: vertical lines.
     pub snaps: Vec<f64>,
+    /// Characteristics, each a curve of (time, arclength): thin lines.
+    pub rays: Vec<Curve>,
+    /// Shocks, likewise: thick lines.
+    pub fronts: Vec<Curve>,
+    /// What the vertical axis says, without its unit; if empty "arclength s".
+    pub s_label: String,
     /// The times shown; by default all. The colour scales are those of the columns within.
     pub window: Option<[f64; 2]>,
     /// Units and the rod's length.
@@ -46,6 +52,9 @@ const FIGURE: &str = "strain map";
 const GAP: Colour = Colour(188, 188, 188);
 const SNAP: Pen = Pen::new(INK, 0.9).dashed(4.0, 4.0);
 const SNAP_RIM: Pen = Pen::new(WHITE, 1.9).alpha(0.7);
+
+const RAY: Pen = Pen::new(INK, 0.5).alpha(0.55);
+const FRONT: Pen = Pen::new(INK, 2.2);
 
 /// One panel: what is shown, between 0 and 1, and its scale.
 struct Layer {
@@ -82,7 +91,10 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
     if !data.dissipation.is_empty() {
         layers.push(dissipation_layer(data, &shown)?);
     }
-    let length = data.units.length_of("arclength s");
+    let length = data.units.length_of(match data.s_label.as_str() {
+        "" => "arclength s",
+        label => label,
+    });
     let y = Axis::linear(y_edges[0], y_edges[data.s.len()], &length, 5);
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 7);
     let across = shown.iter().copied().chain(shown.last().map(|&i| i + 1));
@@ -95,6 +107,15 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
     let mut entries = Vec::new();
     if !snaps.is_empty() {
         entries.push(Entry::new(Key::Line(SNAP), "snap"));
+    }
+    let named = [
+        (&data.rays, RAY, "characteristic"),
+        (&data.fronts, FRONT, "shock"),
+    ];
+    for (curves, pen, name) in named {
+        if curves.iter().any(Curve::has_points) {
+            entries.push(Entry::new(Key::Line(pen), name));
+        }
     }
     let (snaps, mut gaps) = (&snaps, false);
     let blocks = layers.into_iter().map(|layer| {
@@ -113,6 +134,12 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
                 for &snap in snaps {
                     panel.upright(canvas, snap, SNAP_RIM);
                     panel.upright(canvas, snap, SNAP);
+                }
+                for (curves, pen, _) in named {
+                    for curve in curves {
+                        let (t, s): (Vec<f64>, Vec<f64>) = curve.points().unzip();
+                        panel.line(canvas, &t, &s, pen);
+                    }
                 }
             });
         block.bar = Some(bar);

@@ -52,9 +52,11 @@
 //!
 //! What kind of scene it is follows from its content: `rod.model = "elastica"` lies in the plane, `"cosserat"` in space; with
 //! `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. Several rods and bodies, `[[rod]]` and `[[body]]`, are
-//! an assembly ([`AssemblyScene`]), at rest or with `[run]` in motion.
+//! an assembly ([`AssemblyScene`]), at rest or with `[run]` in motion. `rod.model = "bar"` is a bar with mass in longitudinal
+//! motion ([`BarScene`]).
 
 mod assembly;
+mod bar;
 mod branch;
 mod build;
 mod ends;
@@ -71,7 +73,7 @@ mod section;
 mod start;
 mod units;
 
-pub use crate::body::{History, Pulse, Ramp, Sine};
+pub use crate::body::{Block, History, Pulse, Ramp, Sine};
 pub use crate::motion::LandingRule;
 pub use crate::section::rate::{Damping, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
 pub use crate::section::{
@@ -80,6 +82,7 @@ pub use crate::section::{
 };
 pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, Guess, Site};
+pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
 pub use build::{
     AssemblySetup, ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, RodCurve, Setup,
@@ -160,6 +163,9 @@ pub struct Scene {
     /// nor body nor end.
     #[serde(skip)]
     pub assembly: Option<AssemblyScene>,
+    /// A bar with mass, `rod.model = "bar"`. Of the rest of the scene then only its units say something.
+    #[serde(skip)]
+    pub bar: Option<BarScene>,
 }
 
 impl Scene {
@@ -237,6 +243,7 @@ impl Scene {
     /// A scene of statics has none.
     pub fn body(&self) -> Result<&Body> {
         self.body.as_ref().ok_or_else(|| match self.assembly {
+            _ if self.bar.is_some() => of_a_bar(),
             Some(_) => several(),
             None => at_rest(),
         })
@@ -248,6 +255,7 @@ impl Scene {
     /// A scene of statics has none.
     pub fn run(&self) -> Result<&Run> {
         self.run.as_ref().ok_or_else(|| match self.assembly {
+            _ if self.bar.is_some() => of_a_bar(),
             Some(_) => Error::domain(
                 "this assembly has no [run]: use `snaprod equilibrium`, or add [run] with `duration = 3.0`",
             ),
@@ -261,12 +269,17 @@ impl Scene {
     /// A scene of motion has none.
     pub fn end(&self) -> Result<&End> {
         self.end.as_ref().ok_or_else(|| match self.assembly {
+            _ if self.bar.is_some() => of_a_bar(),
             Some(_) => several(),
             None => Error::domain(
                 "this is a scene of motion: use `snaprod run`; one of statics has [end] in place of [body] and [run]",
             ),
         })
     }
+}
+
+fn of_a_bar() -> Error {
+    Error::domain("this is a bar in longitudinal motion, model = \"bar\": use `snaprod run`")
 }
 
 fn several() -> Error {

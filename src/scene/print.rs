@@ -8,6 +8,12 @@ use serde_json::Value;
 
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if let Some(bar) = &self.bar {
+            let mut tables = bar.tables();
+            let units = serde_json::to_value(self.units).map_err(S::Error::custom)?;
+            tables.insert("units".to_owned(), units);
+            return Value::Object(tables).serialize(serializer);
+        }
         // That of the derive: every field of every kind of scene.
         let whole =
             Scene::serialize(self, serde_json::value::Serializer).map_err(S::Error::custom)?;

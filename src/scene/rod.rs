@@ -152,4 +152,6 @@ pub enum Model {
     Elastica,
     /// The Cosserat rod in space.
     Cosserat,
+    /// A bar with mass in longitudinal motion.
+    Bar,
 }

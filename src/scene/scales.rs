@@ -289,6 +289,10 @@ impl<'a> Numbers<'a> {
                 self.positive(Quantity::Time, [&mut pulse.width]);
                 self.extend(size, check, [&mut pulse.amplitude]);
             }
+            History::Block(block) => {
+                self.extend(size, check, [&mut block.size]);
+                self.extend(Quantity::Time, check, [&mut block.start, &mut block.until]);
+            }
             History::Table(rows) => {
                 for [t, x] in rows {
                     self.extend(Quantity::Time, check, [t]);

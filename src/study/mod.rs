@@ -5,6 +5,7 @@
 //! made from these records.
 
 pub mod assembly;
+pub mod bar;
 pub mod branch;
 pub mod elastica;
 pub mod equilibrium;

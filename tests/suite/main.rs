@@ -8,6 +8,8 @@ mod assembly_index;
 mod assembly_statics;
 mod bar_heavy;
 mod bar_laws;
+#[cfg(feature = "scene")]
+mod bar_scenes;
 mod bar_schemes;
 mod bar_waves;
 mod clamps;

@@ -20,7 +20,11 @@ pub struct Shock {
 /// Most cells over which a scheme spreads the half of a shock on either side of its steepest face.
 const SPREAD: usize = 6;
 /// Jumps to this fraction of the steepest belong to the shock.
-const FOOT: f64 = 0.02;
+const FOOT: f64 = 0.12;
+/// The part of a shock that its steepest face holds at least.
+const STEEP: f64 = 0.2;
+/// The part of the power [sigma] [v] that it loses at least: weaker fronts are steep waves as often as shocks.
+const WEAK: f64 = 4e-3;
 /// Jumps below this part of the range of stretches are not looked at.
 const FAINT: f64 = 0.02;
 
@@ -64,7 +68,7 @@ pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
         let (dl, dv) = (lam[b] - lam[a], v[b] - v[a]);
         let x = state.x[a] - 0.5 * (state.x[1] - state.x[0]);
         i = b;
-        if spread || dl.abs() < faint || dl * dv == 0.0 {
+        if spread || dl.abs() < faint || dl * dv == 0.0 || steepest < STEEP * dl.abs() {
             continue;
         }
         // [v] = -s [lam].
@@ -80,7 +84,9 @@ pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
         let speed = material.chord_speed(ahead, behind);
         let matched = (dv.abs() / (speed * dl.abs()) - 1.0).abs() < 0.15;
         let loss_rate = bar.area() * material.dissipation(ahead, behind);
-        if !(matched && height > 0.5 * dl.abs() && loss_rate > 0.0) {
+        let power =
+            bar.area() * dv.abs() * (material.stress(ahead) - material.stress(behind)).abs();
+        if !(matched && height > 0.5 * dl.abs() && loss_rate > WEAK * power) {
             continue;
         }
         let width = state.x[1] - state.x[0];

@@ -26,6 +26,8 @@ pub enum History {
     Ramp(Ramp),
     /// A raised cosine.
     Pulse(Pulse),
+    /// Constant for a while and zero otherwise, with jumps.
+    Block(Block),
     /// Rows \[t, f\] of growing times, at least one: linear between them, constant before the first and after the last.
     Table(Vec<[f64; 2]>),
     /// Any function.
@@ -79,6 +81,18 @@ pub struct Pulse {
     pub width: f64,
     /// Its height.
     pub amplitude: f64,
+}
+
+/// `size` from `start` on, zero from `until` on. A run sees a step that ends at a jump with the value before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Block {
+    /// Its size.
+    pub size: f64,
+    /// When it begins.
+    pub start: f64,
+    /// When it ends, > `start`.
+    pub until: f64,
 }
 
 impl Pulse {
@@ -154,6 +168,8 @@ impl History {
                 .and_then(|()| growing("a ramp", &[ramp.start, ramp.until])),
             Self::Pulse(pulse) => finite(&[("amplitude", pulse.amplitude)])
                 .and_then(|()| growing("a pulse", &pulse.times())),
+            Self::Block(block) => finite(&[("size", block.size)])
+                .and_then(|()| growing("a block", &[block.start, block.until])),
             Self::Table(rows) => listed(rows),
             Self::Custom(custom) => growing("breaks", &custom.breaks),
         }?;
@@ -190,6 +206,10 @@ impl History {
                 let (sin, cos) = (w * (t - start)).sin_cos();
                 [a * half * half, 0.5 * a * w * sin, 0.5 * a * w * w * cos]
             }
+            Self::Block(block) => {
+                let inside = (block.start..block.until).contains(&t);
+                [if inside { block.size } else { 0.0 }, 0.0, 0.0]
+            }
             Self::Table(rows) => line(t, rows),
             Self::Custom(custom) => (custom.f)(t),
         }
@@ -208,6 +228,7 @@ impl History {
                 let [start, end] = pulse.times();
                 first(&[start, pulse.at, end])
             }
+            Self::Block(block) => first(&[block.start, block.until]),
             Self::Table(rows) => {
                 let next = rows.partition_point(|row| row[0] <= t);
                 rows.get(next).map_or(f64::INFINITY, |row| row[0])
@@ -219,7 +240,10 @@ impl History {
     /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be a blow. A custom
     /// function is trusted.
     pub fn is_smooth(&self) -> bool {
-        !matches!(self, Self::Ramp(_) | Self::Pulse(_) | Self::Table(_))
+        !matches!(
+            self,
+            Self::Ramp(_) | Self::Pulse(_) | Self::Block(_) | Self::Table(_)
+        )
     }
 }
 

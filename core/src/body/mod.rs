@@ -9,7 +9,7 @@ mod support;
 
 pub use end_body::{EndBody, EndLinear, EndMotion};
 pub use groove::Groove;
-pub use history::{Custom, History, Pulse, Ramp, Sine};
+pub use history::{Block, Custom, History, Pulse, Ramp, Sine};
 pub use rigid::RigidBody;
 pub use support::{Frame, Support};
 

@@ -93,6 +93,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         solve: solve?,
         continuation: None,
         assembly: Some(AssemblyScene { rods, bodies }),
+        bar: None,
     };
     let follow = default(part(top, &CONTINUE), None, |table| {
         if motion {

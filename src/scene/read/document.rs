@@ -1,6 +1,6 @@
 //! The tables of fields as documents: a JSON Schema for editors, and a reference in Markdown.
 
-use super::fields::{ASSEMBLY, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
+use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
 use super::words::listed;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -113,7 +113,8 @@ pub fn reference() -> String {
          walks.\n\n\
          What kind of scene it is follows from its content: `rod.model = \"elastica\"` lies in the plane, `\"cosserat\"` in \
          space; with `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. The column *in* says which kinds \
-         have a field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies.\n\n\
+         have a field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies; B, bars with \
+         mass in longitudinal motion, `rod.model = \"bar\"`.\n\n\
          Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space, each rod from \
          the ground or a body to another, at rest or, with `[run]`, in motion. `[[rod]]` has the fields of `[rod]` and beside \
          them name, from and to.\n\n\
@@ -196,7 +197,13 @@ fn table(text: &mut String, spec: &Spec, title: &str) {
 }
 
 fn kinds(on: Kinds) -> String {
-    let letters = [(PLANE, "P"), (SPACE, "M"), (REST, "S"), (ASSEMBLY, "A")];
+    let letters = [
+        (PLANE, "P"),
+        (SPACE, "M"),
+        (REST, "S"),
+        (ASSEMBLY, "A"),
+        (BAR, "B"),
+    ];
     let those = letters.iter().filter(|(kind, _)| on & kind != 0);
     let those: Vec<&str> = those.map(|(_, letter)| *letter).collect();
     those.join(" ")

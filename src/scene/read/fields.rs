@@ -16,10 +16,14 @@ pub(super) const REST: Kinds = 2;
 pub(super) const SPACE: Kinds = 4;
 /// Several rods and bodies in space, at rest or in motion.
 pub(super) const ASSEMBLY: Kinds = 8;
+/// A bar with mass, in longitudinal motion.
+pub(super) const BAR: Kinds = 16;
 /// One rod in motion.
 pub(super) const MOTION: Kinds = PLANE | SPACE;
 /// What can run.
 const RUNS: Kinds = MOTION | ASSEMBLY;
+/// What forces in time act on.
+const DRIVEN: Kinds = RUNS | BAR;
 pub(super) const IN_SPACE: Kinds = REST | SPACE | ASSEMBLY;
 /// One rod in space.
 const ONE_IN_SPACE: Kinds = REST | SPACE;
@@ -158,20 +162,23 @@ const NOT_FLAT: &str = "statics are of rods in space, model = \"cosserat\"; ther
 pub(super) static TOP: Spec = Spec {
     name: "",
     fields: &[
-        field("units", ANY, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material is given"),
+        field("units", ANY | BAR, Word(&["si", "dimensionless"]), "", Or("\"dimensionless\", or \"si\" where rod.material is given"),
             "The system of units, for labels: it changes no number. \"si\": metre, kilogram, second. Any consistent system will do."),
-        field("rod", ONE, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
+        field("rod", ONE | BAR, Table(&ROD), "", Yes("model = \"elastica\""), "The rod."),
         field("rod", ASSEMBLY, Array(&Table(&ROD)), "", Yes("[[rod]]"), "The rods of an assembly, each a table [[rod]]."),
         field("clamp", ONE, Table(&CLAMP), "", No, "The pose of the rod's base, s = 0, and how it moves; without it, at the origin along the axes."),
         field("body", MOTION, Table(&BODY), "", Yes("mass = 1.0"), "The body at the end of the rod, s = length, in a scene of motion."),
         field("body", ASSEMBLY, Array(&Table(&BODY)), "", Yes("[[body]]"), "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed."),
+        field("body", BAR, Table(&BODY), "", No, "A heavy mass at the end X = length of a bar, which is then free to move."),
         field("end", REST, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
         field("start", PLANE, Table(&START), "", Yes("lambda = 6.3"), "Shape of the rod at the start, and velocity of its end."),
         field("start", ONE_IN_SPACE, Table(&START), "", No, "Shape of the rod at the start, and velocity of its end; in statics where the search begins."),
         field("start", ASSEMBLY, Table(&START), "", No, "Where the bodies of a motion start: without it settled, at the equilibrium under the loads."),
+        field("start", BAR, Table(&START), "", No, "Uniform stretch and velocity of a bar at the start; without it, at rest and unstretched."),
+        field("loads", BAR, Table(&LOADS), "", No, "What acts on the end X = length of a bar."),
         field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod."),
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
-        field("run", MOTION, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
+        field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", REST | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
         field("continue", REST | ASSEMBLY, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene; of an assembly at rest."),
@@ -202,7 +209,9 @@ pub(super) static ROD: Spec = Spec {
             "The planar elastica: it bends in the plane, and neither shears nor stretches. \"cosserat\" is a rod in space."),
         field("model", IN_SPACE, Word(&["cosserat"]), "", Yes("model = \"cosserat\""),
             "The Cosserat rod in space: it bends, twists, shears and stretches. \"elastica\" is a rod in the plane."),
-        field("length", PLANE, Number(&POSITIVE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
+        field("model", BAR, Word(&["bar"]), "", Yes("model = \"bar\""),
+            "A bar with mass in longitudinal motion, with waves and shocks. \"elastica\" and \"cosserat\" are rods that bend and have no mass."),
+        field("length", PLANE | BAR, Number(&POSITIVE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
         field("length", IN_SPACE, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
         field("bending_stiffness", PLANE, Number(&POSITIVE), "N m²", Yes("bending_stiffness = 1.0"),
             "Bending stiffness EI, or material and section in its place; with Maxwell branches that of the rod after a long time."),
@@ -221,6 +230,15 @@ pub(super) static ROD: Spec = Spec {
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
         field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); an elastic run stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
+        field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
+        field("density", BAR, Number(&POSITIVE), "kg/m³", Yes("density = 1000.0"), "Mass per undeformed volume."),
+        field("law", BAR, Table(&LAW), "", Yes("law = { mooney = [24.0, 1.5] }"), "Stress over stretch: one of the laws below."),
+        field("scheme", BAR, Word(&["finite-volume", "spectral", "central-lumped", "central-consistent", "stretch-taylor", "stretch-sequential", "lax-wendroff"]), "", Or("\"finite-volume\""),
+            "How the bar is computed: by finite volumes, which are right with shocks; by one spectral element, for motions that stay smooth; or by a scheme of the 1970s with its faults (docs/bars.md)."),
+        field("cells", BAR, Count(2, 1_000_000), "", Or("300"), "Cells or elements; nodes of the spectral scheme (there without it 24)."),
+        field("unstable", BAR, Flag, "", Or("false"), "true: a scheme that is unstable at every step, stretch-taylor, may be used."),
+        field("base", BAR, Word(&["wall", "free"]), "", Or("\"wall\""), "Whether the end X = 0 is held or free."),
+        field("tip", BAR, Word(&["free", "wall"]), "", Or("\"free\""), "Whether the end X = length is free, with a body and a load if there are, or held."),
         field("from", ASSEMBLY, Table(&SITE), "", Yes("from = { position = [0.0, 0.0, 0.0] }"), "What holds the rod's base, s = 0, and where."),
         field("to", ASSEMBLY, Table(&SITE), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where."),
     ],
@@ -229,6 +247,16 @@ pub(super) static ROD: Spec = Spec {
         (ASSEMBLY, "damping", ELASTIC), (ASSEMBLY, "relaxation", ELASTIC), (ASSEMBLY, "nodes", ELASTIC),
     ],
 };
+
+#[rustfmt::skip]
+pub(super) static LAW: Spec = spec("rod.law", &[
+    field("linear", BAR, Number(&FINITE), "Pa", No, "The modulus E of stress = E (stretch - 1)."),
+    field("neo_hookean", BAR, Number(&FINITE), "Pa", No, "C of the energy C (I1 - 3) of an incompressible material."),
+    field("mooney", BAR, Numbers(2), "Pa", No, "C1, C2 of C1 (I1 - 3) + C2 (I2 - 3)."),
+    field("biderman", BAR, Numbers(4), "Pa", No, "B1 .. B4 of B1 (I1 - 3) + B2 (I1 - 3)^2 + B3 (I1 - 3)^3 + B4 (I2 - 3)."),
+    field("polynomial", BAR, List, "Pa", No, "a1, a2, ... of stress = a1 e + a2 e^2 + ..., e = stretch - 1."),
+    field("table", BAR, Rows(2), "1, Pa", No, "Rows [stretch, stress], both growing, one of them [1, 0]; a monotone cubic in between. A bar does not leave the table."),
+]);
 
 #[rustfmt::skip]
 pub(super) static SITE: Spec = spec("site", &[
@@ -378,7 +406,7 @@ pub(super) static BODY: Spec = Spec {
     name: "body",
     fields: &[
     field("name", ASSEMBLY, Name, "", Yes("name = \"m\""), "The name of the body, letters, digits, - and _; each body has another."),
-    field("mass", PLANE, Number(&POSITIVE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
+    field("mass", PLANE | BAR, Number(&POSITIVE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
     field("mass", SPACE | ASSEMBLY, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
     field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
     field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),
@@ -442,6 +470,8 @@ pub(super) static START: Spec = spec("start", &[
     field("velocity", SPACE, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the end of the rod in the world, or on top of that of the clamp (`with_clamp`)."),
     field("angular_velocity", SPACE, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a welded body, likewise."),
     field("with_clamp", MOTION, Flag, "", Or("false"), "On a clamp that moves or turns already at t = 0 (as under a sine of phase 0): true, the velocities come on top of those at which it carries the end, so that a rod starts at rest on its clamp; false, they are those in the world, where the body stands still while the clamp moves off."),
+    field("stretch", BAR, Number(&POSITIVE), "", Or("1.0"), "Uniform stretch of the bar."),
+    field("velocity", BAR, Number(&FINITE), "m/s", Or("0.0"), "Uniform velocity of the bar along +X; beside a wall a blow."),
     field("wrench", REST, Numbers(6), "N m, N", No, "Where the search begins: base wrench (m1, m2, m3, n1, n2, n3) in the world; without it, the unloaded rod."),
 ]);
 #[rustfmt::skip]
@@ -483,6 +513,7 @@ pub(super) static LOADS: Spec = Spec {
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
     field("force", MOTION, OneOf(&[Table(&FORCE), Array(&Table(&FORCE))]), "", No, "Forces in time at the centre of mass, added up: one table, or an array of them."),
+    field("force", BAR, Table(&FORCE), "", No, "A force in time along +X on the end X = length: tension where it is positive."),
     ],
     barred: &[
         (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
@@ -496,33 +527,41 @@ pub(super) static FORCE: Spec = spec("loads.force", &[
     field("direction", PLANE, Vector(&FINITE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
     field("direction", SPACE | ASSEMBLY, Vector(&FINITE), "", Yes("direction = [0.0, 1.0, 0.0]"), "Direction, not 0, of any length: only the amplitude is the size of the force."),
     field("follower", SPACE | ASSEMBLY, Flag, "", Or("false"), "true: the direction is along the axes of the body (of a welded one the directors at the end), with which the load turns; false: along those of the world."),
-    field("constant", RUNS, Number(&FINITE), "N", No, "A constant size, in place of a sine."),
-    field("amplitude", RUNS, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
-    field("frequency", RUNS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
-    field("phase", RUNS, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
-    field("ramp", RUNS, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
-    field("pulse", RUNS, Table(&PULSE), "", No, "A pulse, in place of a sine."),
-    field("table", RUNS, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
+    field("constant", DRIVEN, Number(&FINITE), "N", No, "A constant size, in place of a sine."),
+    field("amplitude", DRIVEN, Number(&FINITE), "N", Yes("amplitude = 0.5"), "Amplitude of a sine, amplitude * sin(2 pi frequency t + phase)."),
+    field("frequency", DRIVEN, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency of the sine, cycles per time."),
+    field("phase", DRIVEN, Number(&FINITE), "rad", Or("0.0"), "Phase of the sine."),
+    field("ramp", DRIVEN, Table(&RAMP), "", No, "A force that grows linearly, in place of a sine."),
+    field("pulse", DRIVEN, Table(&PULSE), "", No, "A pulse, in place of a sine."),
+    field("block", BAR, Table(&BLOCK), "", No, "A constant force for a while, with jumps, in place of a sine."),
+    field("table", DRIVEN, Rows(2), "s, N", No, "Rows [t, f], linear in between and constant outside, in place of a sine."),
 ]);
 #[rustfmt::skip]
 pub(super) static RAMP: Spec = spec("ramp", &[
-    field("from", RUNS, Number(&FINITE), "N", Or("0.0"), "Size of the force before `start`."),
-    field("to", RUNS, Number(&FINITE), "N", Yes("to = 1.0"), "Size of the force after `until`."),
-    field("start", RUNS, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins to grow."),
-    field("until", RUNS, Number(&POSITIVE), "s", Yes("until = 1.0"), "When it has grown, after `start`."),
+    field("from", DRIVEN, Number(&FINITE), "N", Or("0.0"), "Size of the force before `start`."),
+    field("to", DRIVEN, Number(&FINITE), "N", Yes("to = 1.0"), "Size of the force after `until`."),
+    field("start", DRIVEN, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins to grow."),
+    field("until", DRIVEN, Number(&POSITIVE), "s", Yes("until = 1.0"), "When it has grown, after `start`."),
 ]);
 #[rustfmt::skip]
 pub(super) static PULSE: Spec = spec("pulse", &[
-    field("at", RUNS, Number(&FINITE), "s", Yes("at = 1.0"), "Time of its middle."),
-    field("width", RUNS, Number(&POSITIVE), "s", Yes("width = 0.1"), "How long it lasts; its shape is a raised cosine."),
-    field("amplitude", RUNS, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
+    field("at", DRIVEN, Number(&FINITE), "s", Yes("at = 1.0"), "Time of its middle."),
+    field("width", DRIVEN, Number(&POSITIVE), "s", Yes("width = 0.1"), "How long it lasts; its shape is a raised cosine."),
+    field("amplitude", DRIVEN, Number(&FINITE), "N", Yes("amplitude = 1.0"), "Its height."),
+]);
+
+#[rustfmt::skip]
+pub(super) static BLOCK: Spec = spec("block", &[
+    field("size", BAR, Number(&FINITE), "N", Yes("size = 2.0"), "Its size."),
+    field("start", BAR, Number(&NON_NEGATIVE), "s", Or("0.0"), "When it begins."),
+    field("until", BAR, Number(&POSITIVE), "s", Yes("until = 0.002"), "When it ends, after `start`."),
 ]);
 
 #[rustfmt::skip]
 pub(super) static RUN: Spec = Spec {
     name: "run",
     fields: &[
-        field("duration", RUNS, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
+        field("duration", DRIVEN, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
         field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13."),
         field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; with damping at least 1e-13."),
         field("method", RUNS, Word(&["auto", "explicit", "implicit", "symmetric"]), "", Or("\"auto\""),
@@ -533,9 +572,10 @@ pub(super) static RUN: Spec = Spec {
         field("landing", SPACE | ASSEMBLY, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
             "Where an elastic rod lands that snaps, its ends held: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on the one in some place by energy. Those of the last three are all that a search finds; that none is missing is sure in no case."),
         field("branches", RUNS, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
-        field("samples", RUNS, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
+        field("samples", DRIVEN, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
         field("strobe", MOTION, Number(&POSITIVE), "s", No,
             "A period: the motion is written at its whole multiples in place of `samples` even times; the duration is a whole number of them. With the period of a load, or of the clamp's motion, the trajectory is a Poincaré section, drawn as poincare.svg."),
+        field("time_step", BAR, Number(&POSITIVE), "s", No, "The longest step of finite volumes, the step of the schemes on linear elements; without it the first is chosen by the speed of waves, the second 0.05 cells of the fastest wave at the start."),
         field("max_steps", RUNS, Count(1, 1_000_000_000), "", Or("10000000"), "The run stops after so many steps."),
         field("max_snaps", RUNS, Count(0, 1_000_000_000), "", Or("100000"), "The run stops at the next snap after so many."),
     ],

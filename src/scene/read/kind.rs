@@ -1,6 +1,6 @@
 //! The kind of a scene, from what is in it.
 
-use super::fields::{ASSEMBLY, Kinds, PLANE, REST, SPACE};
+use super::fields::{ASSEMBLY, BAR, Kinds, PLANE, REST, SPACE};
 use super::words::nearest;
 use crate::scene::Model;
 use toml::Spanned;
@@ -39,6 +39,7 @@ pub(super) fn kind_of(document: &DeTable) -> Kinds {
         return ASSEMBLY;
     }
     match (guess_model(document), is_motion(document)) {
+        (Model::Bar, _) => BAR,
         (Model::Elastica, _) => PLANE,
         (Model::Cosserat, true) => SPACE,
         (Model::Cosserat, false) => REST,
@@ -47,8 +48,9 @@ pub(super) fn kind_of(document: &DeTable) -> Kinds {
 
 fn guess_model(document: &DeTable) -> Model {
     let word = model_of(document).and_then(|value| value.get_ref().as_str());
-    match word.and_then(|word| nearest(word, &mut ["elastica", "cosserat"].into_iter())) {
+    match word.and_then(|word| nearest(word, &mut ["elastica", "cosserat", "bar"].into_iter())) {
         Some("cosserat") => return Model::Cosserat,
+        Some("bar") => return Model::Bar,
         Some(_) => return Model::Elastica,
         None => {}
     }

@@ -1,11 +1,11 @@
 //! Reads `[loads]`.
 
 use super::ends::{direction, growing, sine};
-use super::fields::{ASSEMBLY, FORCE, PLANE, PULSE, RAMP, SPACE};
+use super::fields::{ASSEMBLY, BLOCK, FORCE, PLANE, PULSE, RAMP, SPACE};
 use super::reader::Reader;
 use super::rule::{FINITE, VALUE};
 use super::table::{Absent, Table};
-use crate::scene::{FaultKind, Force, History, Load, Loads, Pulse, Ramp};
+use crate::scene::{Block, FaultKind, Force, History, Load, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};
 
@@ -133,8 +133,8 @@ fn force<'a>(
     })
 }
 
-fn size(table: &Table) -> Option<History> {
-    let chosen = table.given(&["constant", "ramp", "pulse", "table"]);
+pub(super) fn size(table: &Table) -> Option<History> {
+    let chosen = table.given(&["constant", "ramp", "pulse", "block", "table"]);
     let [form, others @ ..] = chosen.as_slice() else {
         return sine(table).map(History::Sine);
     };
@@ -147,6 +147,7 @@ fn size(table: &Table) -> Option<History> {
         "constant" => table.number("constant").map(History::Constant),
         "ramp" => ramp(table),
         "pulse" => pulse(table),
+        "block" => block(table),
         _ => rows(table),
     };
     size.filter(|_| strangers.is_empty())
@@ -182,6 +183,28 @@ fn pulse(table: &Table) -> Option<History> {
             at: at?,
             width: width?,
             amplitude: amplitude?,
+        }))
+    })
+}
+
+fn block(table: &Table) -> Option<History> {
+    let allowed = "a table such as { size = 2.0, until = 0.002 }";
+    table.read("block", allowed, Absent::Fault, |field, value| {
+        let table = table.reader.table(field, value, &BLOCK, allowed)?;
+        let (size, start, until) = (
+            table.number("size"),
+            table.number("start"),
+            table.number("until"),
+        );
+        let (start, until) = (start?, until?);
+        if !(start < until) {
+            let allowed = format!("a time after `start`, {start}");
+            return table.refuse(FaultKind::Value, "until", allowed, None);
+        }
+        Some(History::Block(Block {
+            size: size?,
+            start,
+            until,
         }))
     })
 }

@@ -2,6 +2,7 @@
 
 mod along;
 mod assembly;
+mod bar;
 mod branch;
 mod document;
 mod ends;
@@ -36,8 +37,9 @@ pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Fa
 
 /// The fields of a table, by its name, in scenes of the kind of this one.
 pub(super) fn fields_of(scene: &Scene, table: &str) -> Vec<&'static str> {
-    use fields::{ASSEMBLY, Form, PLANE, REST, SPACE, TOP};
+    use fields::{ASSEMBLY, BAR, Form, PLANE, REST, SPACE, TOP};
     let kind = match (scene.is_planar(), scene.is_motion()) {
+        _ if scene.bar.is_some() => BAR,
         _ if scene.assembly.is_some() => ASSEMBLY,
         (true, _) => PLANE,
         (false, true) => SPACE,

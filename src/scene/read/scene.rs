@@ -1,11 +1,12 @@
 //! Reads a whole scene: its kind, its tables, and what only all of them together show.
 
 use super::assembly::assembly;
+use super::bar::bar;
 use super::branch::continuation;
 use super::ends::{body, clamp, end, in_reach};
 use super::fields::{
-    ASSEMBLY, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, REST, ROD, RUN, SOLVE, SPACE, START,
-    Spec, TOP,
+    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, REST, ROD, RUN, SOLVE, SPACE,
+    START, Spec, TOP,
 };
 use super::kind::kind_of;
 use super::loads::loads;
@@ -30,6 +31,7 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
         let top = Table::open(&reader, "", &document, at, &TOP);
         match reader.kind.get() {
             ASSEMBLY => assembly(&top),
+            BAR => bar(&top),
             _ => resolve(&top),
         }
     });
@@ -104,6 +106,7 @@ fn resolve(top: &Table) -> Option<Scene> {
             solve: solve?,
             continuation: None,
             assembly: None,
+            bar: None,
         })
     };
     let scene = whole().filter(|scene| motion || in_reach(top, scene));

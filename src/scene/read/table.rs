@@ -1,6 +1,6 @@
 //! One table of the document: its fields, read by what the tables of fields say of them.
 
-use super::fields::{ASSEMBLY, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
+use super::fields::{ASSEMBLY, BAR, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
 use super::reader::{Hint, Reader};
 use super::rule::{FINITE, Rule};
 use super::words::{listed, nearest, shorten, vector_words};
@@ -104,6 +104,7 @@ impl<'a> Table<'a> {
             SPACE => {
                 format!("`{name}` is for motions in space, rod.model = \"cosserat\" with [run]")
             }
+            BAR => format!("`{name}` is for bars in longitudinal motion, rod.model = \"bar\""),
             ASSEMBLY => format!("`{name}` is for assemblies, [[rod]] and [[body]]"),
             _ => format!("`{name}` is for rods in space, rod.model = \"cosserat\""),
         })

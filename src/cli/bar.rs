@@ -1,0 +1,197 @@
+//! `snaprod run` of a bar in longitudinal motion.
+
+use super::check::no_start;
+use super::files::{json_text, number, print, print_error, print_json, rounded, toml_text};
+use super::output::Output;
+use super::progress::Progress;
+use super::run::{FILES, RunArgs};
+use super::run_text::unit;
+use super::{Ending, Refusal, rod_figures, signals};
+use serde_json::{Value, json};
+use snaprod::plot::{self, AxisUnits, Curve, Lines, Series, StrainMap};
+use snaprod::scene::{Scene, Units};
+use snaprod::study::bar::{self, BarPrepared, BarRecord};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Times of which the stress is drawn.
+const SNAPSHOTS: usize = 6;
+
+/// Runs the scene.
+pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
+    let prepared = BarPrepared::new(scene).map_err(|e| no_start(&args.scene.path, &e))?;
+    let directory = args.directory();
+    let out = Output::open(directory.as_deref(), FILES, args.figures)?;
+    signals::watch();
+    let mut tables = out.tables();
+    let mut progress = Progress::new(!args.quiet && !args.json);
+    let record = bar::run(&prepared, &mut tables, &mut progress)?;
+    progress.finish();
+    tables.finish()?;
+    let (mut summary, events) = (record.summary(), Value::Array(record.events()));
+    out.write("events.json", json_text(events.clone()).as_bytes())?;
+    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
+    out.figure("waves", || Ok(map(&record)), plot::strain_map);
+    out.figure("snapshots", || Ok(snapshots(&record)), plot::lines);
+    out.figure("energies", || Ok(energies(&record)), plot::lines);
+    out.finish()?;
+    if args.json {
+        (summary["events"], summary["out"]) = (events, json!(directory));
+        print_json(summary);
+    } else if !args.quiet {
+        print(&text(&record, directory.as_deref()));
+    }
+    match record.reason() {
+        None => Ok(Ending::Done),
+        Some(why) => {
+            if !args.json {
+                print_error(&format!("the run ended short: {why}"));
+            }
+            Ok(Ending::Short)
+        }
+    }
+}
+
+fn stress(units: Units) -> &'static str {
+    match units {
+        Units::Si => "stress (Pa)",
+        Units::Dimensionless => "stress",
+    }
+}
+
+/// The stress over time and material coordinate, with characteristics and shocks.
+fn map(record: &BarRecord) -> StrainMap {
+    let fronts = record.shocks.iter().map(|shock| {
+        let points = shock.points.iter();
+        Curve::new(points.map(|point| [point.time, point.position]))
+    });
+    StrainMap {
+        title: record.scheme.to_owned(),
+        time: record.times.clone(),
+        s: record.x.clone(),
+        strain: record.field.clone(),
+        strain_label: stress(record.units).to_owned(),
+        rays: record
+            .rays
+            .iter()
+            .map(|ray| Curve::new(ray.iter().copied()))
+            .collect(),
+        fronts: fronts.collect(),
+        s_label: "X".to_owned(),
+        units: AxisUnits {
+            rod: record.length,
+            ..rod_figures::units(record.units)
+        },
+        ..StrainMap::default()
+    }
+}
+
+/// The stress along the bar at a few times.
+fn snapshots(record: &BarRecord) -> Lines {
+    let last = record.times.len().saturating_sub(1);
+    let series = (1..=SNAPSHOTS).filter_map(|k| {
+        let i = last * k / SNAPSHOTS;
+        Some(Series {
+            name: format!(
+                "t = {}{}",
+                rounded(*record.times.get(i)?, 4),
+                unit(record.units.time())
+            ),
+            x: record.x.clone(),
+            y: record.field.get(i)?.clone(),
+            ..Series::default()
+        })
+    });
+    Lines {
+        x_label: labelled("X", record.units.length()),
+        y_label: stress(record.units).to_owned(),
+        series: series.collect(),
+        ..Lines::default()
+    }
+}
+
+/// Where the work of the load is over time.
+fn energies(record: &BarRecord) -> Lines {
+    let curve = |name: &str, of: &dyn Fn(&snaprod::bar::Ledger) -> f64| Series {
+        name: name.to_owned(),
+        x: record.moments.iter().map(|at| at.time).collect(),
+        y: record.moments.iter().map(|at| of(&at.ledger)).collect(),
+        ..Series::default()
+    };
+    Lines {
+        x_label: labelled("time t", record.units.time()),
+        y_label: labelled("energy", record.units.energy()),
+        series: vec![
+            curve("work", &|l| l.work),
+            curve("kinetic", &|l| l.kinetic),
+            curve("strain", &|l| l.strain),
+            curve("lost", &|l| l.lost),
+        ],
+        ..Lines::default()
+    }
+}
+
+fn labelled(name: &str, symbol: &str) -> String {
+    match symbol {
+        "" => name.to_owned(),
+        _ => format!("{name} ({symbol})"),
+    }
+}
+
+fn text(record: &BarRecord, out: Option<&Path>) -> String {
+    let mut text = String::new();
+    let u = record.units;
+    // Writing to a string cannot fail.
+    let mut line = |line: String| {
+        let _ = writeln!(text, "{line}");
+    };
+    let at = |t: f64, x: f64| {
+        format!(
+            "t = {}{}, X = {}{}",
+            rounded(t, 6),
+            unit(u.time()),
+            rounded(x, 6),
+            unit(u.length())
+        )
+    };
+    if let Some(first) = &record.breaking {
+        line(format!(
+            "the first wave breaks at {}",
+            at(first.time, first.position)
+        ));
+    }
+    for shock in &record.shocks {
+        if let (Some(from), Some(to)) = (shock.points.first(), shock.points.last()) {
+            line(format!(
+                "shock from {} to {}: speed {}{}, loses {} per time there",
+                at(from.time, from.position),
+                at(to.time, to.position),
+                rounded(to.speed, 6),
+                unit(u.velocity()),
+                rounded(to.loss_rate, 6),
+            ));
+        }
+    }
+    line(format!(
+        "stress at X = 0 from {} to {}",
+        rounded(record.wall.min, 6),
+        rounded(record.wall.max, 6)
+    ));
+    if let Some(last) = record.last() {
+        let l = &last.ledger;
+        line(format!(
+            "t = {}{}: work {}, kinetic {}, strain {}, lost {}",
+            number(last.time),
+            unit(u.time()),
+            rounded(l.work, 6),
+            rounded(l.kinetic, 6),
+            rounded(l.strain, 6),
+            rounded(l.lost, 6),
+        ));
+    }
+    if let Some(out) = out {
+        line(format!("written to {}", out.display()));
+    }
+    text
+}
