@@ -108,6 +108,18 @@ impl BarRecord {
         self.interrupted.then(|| "it was interrupted".to_owned())
     }
 
+    /// The greatest gap of momentum and impulse, relative to the greatest momentum.
+    pub fn momentum_error(&self) -> f64 {
+        let ledgers = self.moments.iter().map(|at| at.ledger);
+        let (gap, most) = ledgers.fold((0.0f64, 0.0f64), |(gap, most), l| {
+            (
+                gap.max((l.momentum - l.impulse).abs()),
+                most.max(l.momentum.abs()),
+            )
+        });
+        if gap == 0.0 { 0.0 } else { gap / most }
+    }
+
     /// The last sample.
     pub fn last(&self) -> Option<&BarMoment> {
         self.moments.last()
@@ -148,6 +160,7 @@ impl BarRecord {
                     },
                 })
             }),
+            "momentum_error": { "relative": self.momentum_error() },
             "breaking": breaking,
             "shocks": shocks,
             "wall": extremes(&self.wall),

@@ -58,6 +58,9 @@ const FARTHEST: i32 = 300;
 /// # Errors
 /// A scene without internal friction; a section that has no kernel.
 pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
+    if scene.bar.is_some() {
+        scene.body()?;
+    }
     let Some(body) = &scene.body else {
         return Err(Error::domain(
             "a scene of statics has no internal friction, and the memory is that of friction: give [rod] damping, as in \
