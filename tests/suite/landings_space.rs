@@ -38,28 +38,88 @@ fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRu
 }
 
 fn carried(mass: Body<3>, start: &Equilibrium, velocity: f64, options: Options) -> AssemblyRun {
+    beside(&[(mass, velocity)], start, options)
+}
+
+/// Masses thrown with these velocities, each on its own strip, a length apart from each other.
+fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> AssemblyRun {
     let lifted = |v: Vector2<f64>| Vector3::new(v.y, 0.0, v.x);
     let at = Elastica.point(&[start.p, start.w].into());
     let at = at.expect("in the chart");
     let law = Linear::diagonal([20.0, 1.0], 20.0).and_then(|law| law.rigid([true; 3]));
     let rod = Rod::new(1.0, law.expect("a law")).expect("a rod");
-    let here = Isometry3::identity();
-    let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
-    let link = Link::new(rod, from, to, Joint::Ball);
     let bent = start.section(0.0).expect("a section").curvature;
     let n = lifted(-at.force);
-    let chart = Vector6::new(0.0, bent, 0.0, n.x, n.y, n.z).component_div(&link.units());
-    let place = Place {
-        pose: Isometry3::from_parts(lifted(at.pose).into(), Default::default()),
-        twist: Vector6::new(0.0, 0.0, 0.0, velocity, 0.0, 0.0),
+    let (mut carriers, mut links) = (Vec::new(), Vec::new());
+    let (mut bodies, mut charts) = (Vec::new(), Vec::new());
+    for (body, (mass, velocity)) in thrown.iter().enumerate() {
+        let clamp = Isometry3::translation(0.0, body as f64, 0.0);
+        let to = Attachment::body(body, Isometry3::identity());
+        let link = Link::new(rod.clone(), Attachment::ground(clamp), to, Joint::Ball);
+        charts.push(Vector6::new(0.0, bent, 0.0, n.x, n.y, n.z).component_div(&link.units()));
+        links.push(link);
+        bodies.push(Place {
+            pose: clamp * Isometry3::from_parts(lifted(at.pose).into(), Default::default()),
+            twist: Vector6::new(0.0, 0.0, 0.0, *velocity, 0.0, 0.0),
+        });
+        carriers.push(Carrier::point(mass.clone()));
+    }
+    let assembly = Assembly::new(carriers, links).expect("an assembly");
+    AssemblyRun::new(assembly, &Configuration { bodies, charts }, options).expect("a run")
+}
+
+/// Rods that fold at one instant, or almost, as in a symmetric assembly: neither's clock can tell the other's chart there. Each must snap when it
+/// does so alone. Would catch steps that collapse between the folds, a rod that is passed over, one that turns back on the sheet it came from.
+#[test]
+fn rods_that_fold_together_snap_as_each_alone() {
+    let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
+    let alone = |velocity: f64| {
+        let q = [start.p, start.w].into();
+        let mass = Body::<2>::new(1.0).expect("a mass");
+        let v = Vector2::new(0.0, velocity);
+        let mut run = Run::new(&Elastica, &mass, q, v, options(LandingRule::Viscous));
+        let (outcome, snap, place) = finished(run.as_mut().expect("a run"));
+        assert_eq!(outcome, Outcome::EndOfTime);
+        (snap.expect("a snap"), place)
     };
-    let now = Configuration {
-        bodies: vec![place],
-        charts: vec![chart],
-    };
-    let mass = Carrier::point(mass);
-    let assembly = Assembly::new(vec![mass], vec![link]).expect("an assembly");
-    AssemblyRun::new(assembly, &now, options).expect("a run")
+    for apart in [0.0, 1e-11, 1e-7, 1e-3] {
+        let velocities = [-0.5, -0.5 * (1.0 + apart), -0.5];
+        let mass = || Body::<3>::new(1.0).expect("a mass");
+        let thrown: Vec<_> = velocities.iter().map(|v| (mass(), *v)).collect();
+        let mut run = beside(&thrown, &start, options(LandingRule::Viscous));
+        let total = run.now().ledger().total();
+        let mut snaps = Vec::new();
+        let outcome = loop {
+            match run.advance().expect("an event") {
+                Event::Snap(snap) => snaps.push(snap),
+                Event::Stop(outcome) => break outcome,
+                _ => {}
+            }
+        };
+        assert_eq!(outcome, Outcome::EndOfTime, "{apart:e} apart");
+        let opened = run.now().ledger().total() / total - 1.0;
+        assert!(
+            opened.abs() < 1e-9,
+            "{apart:e} apart the ledger opens by {opened:e}"
+        );
+        for (rod, velocity) in velocities.into_iter().enumerate() {
+            let own: Vec<_> = snaps.iter().filter(|snap| snap.rod == rod).collect();
+            assert_eq!(own.len(), 1, "rod {rod}, {apart:e} apart");
+            let (flat, place) = alone(velocity);
+            let (late, off) = (own[0].t - flat.t, own[0].released - flat.released);
+            assert!(
+                late.abs() < 1e-10,
+                "{apart:e} apart rod {rod} snaps {late:e} late"
+            );
+            assert!(
+                off.abs() < 1e-7,
+                "{apart:e} apart rod {rod} releases {off:e} too much"
+            );
+            let here = run.sample_now().at.now.bodies[rod].pose.translation.vector;
+            let off = here - Vector3::new(place.y, rod as f64, place.x);
+            assert!(off.norm() < 1e-8, "{apart:e} apart mass {rod} is {off} off");
+        }
+    }
 }
 
 /// A load whose kinks fall while the rod nears its fold. Would catch a step in slowed time that passes a kink unseen, and a kink

@@ -24,13 +24,35 @@ pub struct Configuration {
     pub charts: Vec<Wrench>,
 }
 
-/// Time slowed for one rod near its fold: t' = det J/`scale`, which has the sign of det J there.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Time slowed for rods near their folds. With x = det J/(det J where that began) for each of them, t' = 1/(the sum of 1/x): for one rod x itself,
+/// for several about the least of them. t' has the sign of the x that vanishes first, and where all vanish together, as in a symmetric assembly, it
+/// vanishes as they do.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Slowed {
-    /// The rod.
-    pub link: usize,
-    /// det J where it began.
-    pub scale: f64,
+    /// The rods, by number, each with its det J where time began to be slowed for it.
+    pub rods: Vec<(usize, f64)>,
+}
+
+impl Slowed {
+    /// Time slowed for one rod.
+    pub fn one(link: usize, scale: f64) -> Self {
+        Self {
+            rods: vec![(link, scale)],
+        }
+    }
+
+    /// t', and t'/det J of each of the rods in turn, where `det` tells det J of a rod.
+    pub fn clock(&self, det: impl Fn(usize) -> f64) -> (f64, Vec<f64>) {
+        let x: Vec<f64> = self.rods.iter().map(|(k, scale)| det(*k) / scale).collect();
+        let share = |k: usize| {
+            let others = (0..x.len()).filter(|j| *j != k);
+            1.0 / (1.0 + others.map(|j| x[k] / x[j]).sum::<f64>())
+        };
+        let least = (0..x.len()).min_by(|a, b| x[*a].abs().total_cmp(&x[*b].abs()));
+        let rate = least.map_or(1.0, |k| x[k] * share(k));
+        let rods = self.rods.iter().enumerate();
+        (rate, rods.map(|(k, (_, scale))| share(k) / scale).collect())
+    }
 }
 
 /// What is watched of a rod while it moves.
@@ -161,7 +183,7 @@ impl Assembly {
     pub fn write_slope(
         &self,
         state: &DVector<f64>,
-        slowed: Option<Slowed>,
+        slowed: Option<&Slowed>,
         tolerance: f64,
         out: &mut DVector<f64>,
         mut seen: impl FnMut(usize, Sight),
@@ -171,7 +193,7 @@ impl Assembly {
             integrals,
             points,
         } = self.evaluated(state, tolerance)?;
-        let mut rate = 1.0;
+        let mut dets = Vec::with_capacity(points.len());
         for (k, (link, point)) in self.links().iter().zip(&points).enumerate() {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
@@ -183,22 +205,24 @@ impl Assembly {
                     better: link.better_seen(&now.charts[k], &point.held()),
                 },
             );
-            let along = match slowed {
-                Some(slowed) if slowed.link == k => {
-                    rate = det / slowed.scale;
-                    scaled / slowed.scale
-                }
-                // Multiplied by t' below, with all that time alone drives.
-                _ => scaled / det,
-            };
-            out.as_mut_slice()[self.chart_slots(k)].copy_from_slice(along.as_slice());
+            dets.push(det);
+            out.as_mut_slice()[self.chart_slots(k)].copy_from_slice(scaled.as_slice());
         }
-        for k in 0..points.len() {
-            if slowed.is_none_or(|slowed| slowed.link != k) {
-                out.as_mut_slice()[self.chart_slots(k)]
-                    .iter_mut()
-                    .for_each(|x| *x *= rate);
+        // Here the slopes of the charts are q' det J: they get their t'/det J, which is finite where det J of a slowed rod vanishes.
+        let mut rate = 1.0;
+        let mut by_time = vec![None; points.len()];
+        if let Some(slowed) = slowed {
+            let factors;
+            (rate, factors) = slowed.clock(|k| dets[k]);
+            for ((k, _), factor) in slowed.rods.iter().zip(factors) {
+                by_time[*k] = Some(factor);
             }
+        }
+        for (k, det) in dets.iter().enumerate() {
+            let factor = by_time[k].unwrap_or(rate / det);
+            out.as_mut_slice()[self.chart_slots(k)]
+                .iter_mut()
+                .for_each(|x| *x *= factor);
         }
         let wrenches = self.wrenches(&now.bodies, &points);
         let (mut power, mut loss) = (self.support_power(&points), 0.0);

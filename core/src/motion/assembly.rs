@@ -28,6 +28,8 @@ use crate::solve::stepper::{Inside, Stepper, Taken};
 use nalgebra::DVector;
 use std::sync::Arc;
 
+/// Rods up to so many times as far from their folds as one for which time is slowed, by det J against its largest, keep it company.
+const COMPANY: f64 = 10.0;
 /// Bound of a step's local error, as a part of the tolerance.
 const LOCAL: f64 = 0.1;
 /// Local errors below this drown in rounding.
@@ -80,8 +82,8 @@ impl Numbers {
 /// What follows the step that was told last.
 #[derive(Debug, Clone)]
 enum Pending {
-    /// The rod of this number is at its fold, whose time is known so well.
-    Fold(usize, f64),
+    /// Rods are at their folds, the time of which is known so well.
+    Fold(f64),
     /// The end.
     Stop(Outcome),
 }
@@ -95,6 +97,10 @@ pub struct AssemblyRun {
     step: Option<Taken<Numbers>>,
     dense: Option<Inside<Numbers>>,
     slowed: Option<Slowed>,
+    /// When the clock last changed, with det J of all rods then.
+    since: (f64, Vec<f64>),
+    /// The largest det J of every rod on the sheet that it is on, as far as steps have begun there.
+    largest: Vec<f64>,
     /// The charts and the clock with which the last step was taken: at its end they may change.
     taken_by: (Arc<Assembly>, Option<Slowed>),
     /// The rods at the present state.
@@ -105,6 +111,9 @@ pub struct AssemblyRun {
     extra: Cost,
     released: f64,
     snaps: u64,
+    /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for it. Several fold at one instant where
+    /// an assembly is symmetric; the bodies stand while rods snap, so that it does not matter which does so first.
+    folded: Vec<(usize, f64)>,
     /// What the last step has led to.
     pending: Option<Pending>,
     /// How near rods are to each other.
@@ -182,8 +191,7 @@ impl AssemblyRun {
                 .number(at, Quantity::Length)
                 .words(" are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out")));
         }
-        let rate = slope.mean_square(&numbers, &numbers).sqrt();
-        let h = 0.3 * options.tolerance.powf(0.125) / rate.max(0.1);
+        let h = first_step(&numbers, &slope, options.tolerance);
         let indices = indices(&assembly, &at, along)?;
         let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
         let begun = numbers.clone();
@@ -197,12 +205,15 @@ impl AssemblyRun {
             options,
             dense: None,
             slowed: None,
+            since: (0.0, watch.iter().map(|rod| rod.det).collect()),
+            largest: vec![0.0; links],
             taken_by: (assembly, None),
             watch,
             indices,
             extra: Cost::default(),
             released: 0.0,
             snaps: 0,
+            folded: Vec::new(),
             pending: None,
             near,
             first,
@@ -247,33 +258,46 @@ impl AssemblyRun {
     /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
     /// of their own, are always slowed for a rod: what slows them is smooth, and they notice nothing.
     fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+        let is_slowed = slowed.is_some();
         self.go_on(state.clone(), slowed, h)?;
-        if slowed.is_some() || !self.solver.is_symmetric() {
+        if is_slowed || !self.solver.is_symmetric() {
             return Some(());
         }
         let size = |k: &usize| self.watch[*k].det.abs();
         let link = (0..self.watch.len()).min_by(|a, b| size(a).total_cmp(&size(b)))?;
         let scale = self.watch[link].det;
-        self.go_on(state, Some(Slowed { link, scale }), h)
+        self.go_on(state, Some(Slowed::one(link, scale)), h)
     }
 
     fn go_on(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let along = self.along();
         let mut slope = state.clone();
         let watch = &mut self.watch;
-        self.assembly
-            .write_slope(&state.0, slowed, along, &mut slope.0, |k, sight| {
-                watch[k] = sight
-            })?;
+        self.assembly.write_slope(
+            &state.0,
+            slowed.as_ref(),
+            along,
+            &mut slope.0,
+            |k, sight| watch[k] = sight,
+        )?;
         self.extra.evaluations += 1;
+        let dets = self.watch.iter().map(|rod| rod.det);
+        self.since = (state.time(), dets.collect());
         self.slowed = slowed;
         self.solver.restart(state, slope, h)
     }
 
-    /// Slows time for rod `link`.
-    fn slow(&mut self, state: Numbers, link: usize, scale: f64) -> Option<()> {
+    /// Slows time for rod `link`, from a state with these det J, and for all rods that are about as near their folds: by the clock of one the slopes
+    /// of another that folds with it would be 0/0.
+    fn slow(&mut self, state: Numbers, link: usize, dets: &[f64]) -> Option<()> {
+        let near = |k: usize| (dets[k] / self.largest[k]).abs();
+        let others = (0..dets.len()).filter(|k| *k != link && near(*k) < COMPANY * near(link));
+        let rods = std::iter::once(link).chain(others);
+        let slowed = Slowed {
+            rods: rods.map(|k| (k, dets[k])).collect(),
+        };
         let h = self.solver.next_step();
-        self.resume(state, Some(Slowed { link, scale }), h)
+        self.resume(state, Some(slowed), h)
     }
 
     fn stop(&mut self, outcome: Outcome) -> Event {
@@ -286,8 +310,9 @@ impl AssemblyRun {
         self.stop(outcome)
     }
 
-    /// At a fold of rod `link`: finds its landings and, unless the run branches, goes on from there.
-    fn snap(&mut self, link: usize, time_error: f64) -> Result<Event> {
+    /// At the fold of a rod: finds its landings and, unless the run branches, goes on from there.
+    fn snap(&mut self, time_error: f64) -> Result<Event> {
+        let link = self.folded[0].0;
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
         }
@@ -347,8 +372,13 @@ impl AssemblyRun {
         self.released += snap.released;
         self.snaps += 1;
         self.indices[snap.rod] = snap.to.index;
+        self.largest[snap.rod] = 0.0;
         let h = self.solver.next_step();
-        self.resume(state, None, h)
+        self.folded.retain(|(link, _)| *link != snap.rod);
+        let rods = self.folded.clone();
+        let others = (!rods.is_empty()).then_some(Slowed { rods });
+        self.pending = others.is_some().then_some(Pending::Fold(snap.time_error));
+        self.resume(state, others, h)
             .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
         self.solver.refit();
         self.step = None;
@@ -358,10 +388,18 @@ impl AssemblyRun {
             let now = self.assembly.configuration(&state.0);
             self.near = self.assembly.nearness(state.time(), &now);
             let touching = self.near.contact.filter(|contact| contact.gap < 0.0);
-            self.pending = touching.map(|contact| Pending::Stop(Outcome::SelfContact(contact)));
+            if let Some(contact) = touching {
+                self.pending = Some(Pending::Stop(Outcome::SelfContact(contact)));
+            }
         }
         Ok(())
     }
+}
+
+/// The length of a step to begin with.
+fn first_step(state: &Numbers, slope: &Numbers, tolerance: f64) -> f64 {
+    let rate = slope.mean_square(state, state).sqrt();
+    0.3 * tolerance.powf(0.125) / rate.max(0.1)
 }
 
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
@@ -378,8 +416,8 @@ impl<'a> Motion<'a> for AssemblyRun {
         match self.pending.take() {
             None => {}
             Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
-            Some(Pending::Fold(link, time_error)) => {
-                return Some(self.snap(link, time_error).unwrap_or_else(|why| {
+            Some(Pending::Fold(time_error)) => {
+                return Some(self.snap(time_error).unwrap_or_else(|why| {
                     self.stuck(
                         Cause::Failed(why),
                         "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
@@ -396,6 +434,9 @@ impl<'a> Motion<'a> for AssemblyRun {
         }
         if self.cost().steps >= self.options.max_steps {
             return Some(self.stop(Outcome::StepLimit));
+        }
+        for (largest, rod) in self.largest.iter_mut().zip(&self.watch) {
+            *largest = largest.max(rod.det.abs());
         }
         let end = self.assembly.next_break(from).min(self.options.duration);
         let Some(progress) = self.advance_to(end) else {
@@ -422,8 +463,9 @@ impl<'a> Motion<'a> for AssemblyRun {
             ));
         }
         match progress {
-            Progress::Fold { link, time_error } => {
-                self.pending = Some(Pending::Fold(link, time_error));
+            Progress::Fold { rods, time_error } => {
+                self.folded = rods;
+                self.pending = Some(Pending::Fold(time_error));
             }
             Progress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
             Progress::Moved | Progress::Arrived => {}

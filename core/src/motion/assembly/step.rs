@@ -1,6 +1,6 @@
 //! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
 
-use super::{AssemblyRun, Numbers};
+use super::{AssemblyRun, Numbers, first_step};
 use crate::assembly::{Sight, Slowed};
 use crate::body::Groove;
 use crate::motion::event::Outcome;
@@ -29,8 +29,9 @@ const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 pub(super) enum Progress {
     Moved,
     Arrived,
+    /// At the folds of these rods.
     Fold {
-        link: usize,
+        rods: Vec<(usize, f64)>,
         time_error: f64,
     },
     /// At an end of the run.
@@ -40,13 +41,13 @@ pub(super) enum Progress {
 impl AssemblyRun {
     /// Goes one step of at most `h_max`, which is kept for those who look inside.
     fn take_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
-        let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed);
+        let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
         let watch = &mut self.watch;
         let f = |y: &Numbers, out: &mut Numbers| {
             assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
         };
         self.dense = None;
-        self.taken_by = (self.assembly.clone(), slowed);
+        self.taken_by = (self.assembly.clone(), self.slowed.clone());
         self.solver.step(f, h_max).ok()
     }
 
@@ -64,12 +65,12 @@ impl AssemblyRun {
                 let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
                 fall(a).total_cmp(&fall(b))
             })?;
-            self.slow(from, nearest, before[nearest])?;
+            self.slow(from, nearest, &before)?;
             return self.slow_step(end);
         };
         let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
         if let Some(link) = crossed {
-            self.slow(from, link, before[link])?;
+            self.slow(from, link, &before)?;
             return self.slow_step(end);
         }
         let h = step.h();
@@ -95,7 +96,8 @@ impl AssemblyRun {
                 0.0 < time && time < NEAR * self.solver.next_step()
             };
             if let Some(link) = (0..before.len()).find(falling) {
-                self.slow(to, link, self.watch[link].det)?;
+                let dets: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
+                self.slow(to, link, &dets)?;
             }
         }
         Some(if arrived {
@@ -120,7 +122,7 @@ impl AssemblyRun {
             self.assembly.with_chart(state, k, q)
         });
         let h = self.solver.next_step();
-        self.resume(Numbers(held), self.slowed, h)
+        self.resume(Numbers(held), self.slowed.clone(), h)
     }
 
     /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
@@ -134,15 +136,24 @@ impl AssemblyRun {
 
     /// The same with time slowed for the rod that nears its fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
-        let slowed = self.slowed?;
-        self.taken_by = (self.assembly.clone(), Some(slowed));
+        self.taken_by = (self.assembly.clone(), self.slowed.clone());
         let f = &self.right_hand_side();
         let remaining = end - self.solver.state().time();
         let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
         let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
         let mut cost = Cost::default();
         let (mut step, fold) = loop {
-            let mut step = self.take_step(h_max)?;
+            let Some(mut step) = self.take_step(h_max) else {
+                let state = self.solver.state().clone();
+                let rods = self.at_folds(&state, false)?;
+                if rods.is_empty() {
+                    return None;
+                }
+                let time_error = ON_TIME * (1.0 + state.time());
+                let h = first_step(&state, self.solver.slope(), self.options.tolerance);
+                self.resume(state, self.slowed.clone(), h)?;
+                return Some(Progress::Fold { rods, time_error });
+            };
             let fold = first_fold(&mut step, f, &mut cost)
                 .and_then(|guess| locate(&step, f, guess, |_, slope| slope.time(), &mut cost));
             if fold.is_some() || step.end_slope().time() > 0.0 {
@@ -182,7 +193,7 @@ impl AssemblyRun {
             }
         } else if let Some(time_error) = folded {
             progress = Progress::Fold {
-                link: slowed.link,
+                rods: self.at_folds(step.to(), true)?,
                 time_error,
             };
         }
@@ -198,7 +209,8 @@ impl AssemblyRun {
             return ended;
         }
         self.step = Some(step);
-        let rate = self.watch[slowed.link].det / slowed.scale;
+        let (cause, scale) = self.slowed.as_ref()?.rods[0];
+        let rate = self.watch[cause].det / scale;
         if whole && rate > CLEAR {
             self.hold()?;
             self.look();
@@ -209,7 +221,7 @@ impl AssemblyRun {
 
     /// Slows time for the rod that needs it most, or for none where explicit steps need it no more.
     fn reconsider(&mut self, before: &[f64], rate: f64) -> Option<()> {
-        let Some(slowed) = self.slowed else {
+        let Some(slowed) = &self.slowed else {
             return Some(());
         };
         let state = self.solver.state().clone();
@@ -225,15 +237,48 @@ impl AssemblyRun {
             left if left > 0.0 => left,
             _ => f64::INFINITY,
         };
-        let all = (0..before.len()).filter(|k| *k != slowed.link);
+        let among = |k: usize| slowed.rods.iter().any(|(rod, _)| *rod == k);
+        let all = (0..before.len()).filter(|k| !among(*k));
         let Some(next) = all.min_by(|a, b| left(*a).total_cmp(&left(*b))) else {
             return Some(());
         };
-        if left(next) < NEAR.min(left(slowed.link)) {
+        let soonest = slowed.rods.iter().map(|(rod, _)| left(*rod));
+        if left(next) < soonest.fold(NEAR, f64::min) {
             let scale = self.watch[next].det;
-            return self.resume(state, Some(Slowed { link: next, scale }), h);
+            return self.resume(state, Some(Slowed::one(next, scale)), h);
         }
         Some(())
+    }
+
+    /// det J of all rods in a state.
+    fn determinants(&mut self, state: &Numbers) -> Option<Vec<f64>> {
+        let at = self.assembly.evaluated(&state.0, self.along())?;
+        self.extra.evaluations += 1;
+        let dets = at
+            .points
+            .iter()
+            .map(|point| point.end.jacobian.determinant());
+        Some(dets.collect())
+    }
+
+    /// The rods that are at their folds in a state, each with its det J when time was last slowed: the one that makes time stand still, if it does, and
+    /// all whose own folds are as near in time as makes no difference. On the way to a fold det J goes with the root of the time left.
+    fn at_folds(&mut self, to: &Numbers, stands: bool) -> Option<Vec<(usize, f64)>> {
+        let after = self.determinants(to)?;
+        let x = |(k, scale): &(usize, f64)| (after[*k] / scale).abs();
+        let clock = self.slowed.iter().flat_map(|slowed| &slowed.rods);
+        let least = clock.min_by(|a, b| x(a).total_cmp(&x(b)));
+        let least = least.filter(|_| stands).map(|rod| rod.0);
+        let (from, before) = &self.since;
+        let now = |k: &usize| {
+            let (was, is) = (before[*k] * before[*k], after[*k] * after[*k]);
+            let left = is * (to.time() - from) / (was - is);
+            let passed = after[*k] * before[*k] <= 0.0;
+            let soon = is < 0.25 * was && left <= ON_TIME * (1.0 + to.time());
+            Some(*k) == least || passed || soon
+        };
+        let rods = (0..after.len()).filter(now);
+        Some(rods.map(|k| (k, before[k])).collect())
     }
 
     /// Ends the step that was taken where that must be.
@@ -346,7 +391,7 @@ impl AssemblyRun {
         let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
         move |y: &Numbers| {
             let mut out = y.clone();
-            assembly.write_slope(&y.0, slowed, along, &mut out.0, |_, _| ())?;
+            assembly.write_slope(&y.0, slowed.as_ref(), along, &mut out.0, |_, _| ())?;
             Some(out)
         }
     }
