@@ -171,7 +171,8 @@ fn two_rods_stop_where_they_touch_each_other() {
     assert!(opened < 1e-9, "the ledger opens by {opened:e}");
 }
 
-/// Would catch a thickness that is not taken from the section or not scaled, and an end that is not told with names and units.
+/// Would catch a thickness that is not taken from the section or not scaled, an end that is not told with names and units, and a start in contact
+/// that runs.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_stop_at_contact_and_say_where() {
@@ -209,6 +210,14 @@ fn scenes_stop_at_contact_and_say_where() {
     let free = ran(&scene("contact_diameter = 0.0\n"));
     assert_eq!(free.outcome(), "end_of_time");
     assert!(free.summary()["contact_diameter"].is_null());
+    // A cord that is thicker than its end is far from its clamp touches itself before it moves.
+    let thick = parsed(&scene("contact_diameter = 0.45\n"));
+    let refused = run::Prepared::new(&thick).and_then(|prepared| prepared.motion().map(drop));
+    let said = refused.expect_err("a start in contact").to_string();
+    assert!(
+        said.contains("s = 2 m") && said.contains("nearer to each other at the start"),
+        "{said}"
+    );
     let strip = Shape::Rectangle {
         width: 0.02,
         height: 0.001,
