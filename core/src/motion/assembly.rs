@@ -237,22 +237,34 @@ impl AssemblyRun {
         (ALONG * self.local()).max(FINEST)
     }
 
-    fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> AssemblySample {
-        let at = assembly
-            .evaluated(state, self.along())
-            .expect("every state of a run has its rods");
-        AssemblySample::new(assembly.clone(), at, self.released, &self.indices)
+    /// None where a rod cannot be followed under its wrench.
+    fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> Option<AssemblySample> {
+        let at = assembly.evaluated(state, self.along())?;
+        let assembly = assembly.clone();
+        Some(AssemblySample::new(
+            assembly,
+            at,
+            self.released,
+            &self.indices,
+        ))
     }
 
     /// The state at a time within the last step; None outside it.
     pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
         let state = self.inside(t)?;
-        Some(self.describe(&self.taken_by.0, &state))
+        self.describe(&self.taken_by.0, &state)
     }
 
-    /// The state now.
+    /// The state now. A tight rod that is wound up can come to where its chart no longer follows it; then no step leads on, and the state from
+    /// which the last step went is the last that can be told.
     pub fn sample_now(&self) -> AssemblySample {
+        let before = || {
+            let step = self.step.as_ref()?;
+            self.describe(&self.taken_by.0, &step.from().0)
+        };
         self.describe(&self.assembly, &self.solver.state().0)
+            .or_else(before)
+            .unwrap_or_else(|| self.first.clone())
     }
 
     /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
