@@ -17,7 +17,9 @@ use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
-use crate::assembly::{Assembly, Configuration, Evaluated, Integrals, Nearness, Sight, Slowed};
+use crate::assembly::{
+    Assembly, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight, Slowed,
+};
 use crate::error::{Cause, Error, Message, Quantity, Result};
 use crate::rod::Wrench;
 use crate::solve::cost::Cost;
@@ -119,6 +121,8 @@ pub struct AssemblyRun {
     /// How near rods are to each other.
     near: Nearness,
     first: AssemblySample,
+    /// The end of the last step, where a rod is taut.
+    seen: Option<AssemblySample>,
     before_snap: Option<AssemblySample>,
     stopped: bool,
     interrupted: bool,
@@ -217,6 +221,7 @@ impl AssemblyRun {
             pending: None,
             near,
             first,
+            seen: None,
             before_snap: None,
             stopped: false,
             interrupted: false,
@@ -255,16 +260,21 @@ impl AssemblyRun {
         self.describe(&self.taken_by.0, &state)
     }
 
-    /// The state now. A tight rod that is wound up can come to where its chart no longer follows it; then no step leads on, and the state from
-    /// which the last step went is the last that can be told.
+    /// The state now. The chart of a tight rod near its fold is found from a neighbour alone, and no more once steps have failed: then the state is
+    /// told that the last step was seen to end in.
     pub fn sample_now(&self) -> AssemblySample {
-        let before = || {
-            let step = self.step.as_ref()?;
-            self.describe(&self.taken_by.0, &step.from().0)
-        };
         self.describe(&self.assembly, &self.solver.state().0)
-            .or_else(before)
+            .or_else(|| self.seen.clone())
             .unwrap_or_else(|| self.first.clone())
+    }
+
+    /// Keeps the state at the end of a step if a rod is taut.
+    fn keep(&mut self) {
+        let taut = |link: &Link| link.seen() == Chart::Taut;
+        if self.assembly.links().iter().any(taut) {
+            self.seen = self.describe(&self.assembly, &self.solver.state().0);
+            self.extra.evaluations += 1;
+        }
     }
 
     /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
@@ -462,6 +472,7 @@ impl<'a> Motion<'a> for AssemblyRun {
                  friction (damping)",
             ));
         };
+        self.keep();
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);
             let why = Error::ill_conditioned(format!(

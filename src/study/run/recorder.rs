@@ -185,6 +185,11 @@ impl<'r> Recorder<'r> {
     /// Writes the strain field of a state.
     fn write_strain(&mut self, table: usize, frame: &Frame) -> Result<()> {
         let length = self.prepared.scales.length;
+        // A tight rod next to its fold may have no shape to tell.
+        let known = |strain: &Vec<f64>| strain.len() == self.places.len();
+        if !frame.strains.iter().all(known) {
+            return Ok(());
+        }
         for (i, s) in self.places.iter().enumerate() {
             let strains = frame.strains.iter().map(|strain| strain[i]);
             let row = [frame.moment.t, s * length].into_iter().chain(strains);
