@@ -265,11 +265,14 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
         line("  position", list(pose.translation.vector.as_slice()));
         line("  quaternion", list(&[q.w, q.i, q.j, q.k]));
     }
-    for (name, wrench) in &record.rods {
+    for ((name, wrench), shape) in record.rods.iter().zip(&record.shapes) {
         let (couple, force) = halves(wrench);
         line("rod", name.clone());
         line("  base force", list(force.as_slice()));
         line("  base couple", list(couple.as_slice()));
+        if let Some((_, end)) = shape.last().filter(|_| record.free.contains(name)) {
+            line("  free end", list(end.translation.vector.as_slice()));
+        }
     }
     line("energy", number(record.energy));
     let meaning = match (record.conservative, record.index, record.from_guess) {

@@ -3,17 +3,44 @@
 use super::ends::is_none;
 use super::{ClampMotion, Groove, Load, Loads, Orientation, Rod};
 use crate::assembly::Joint;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Rods between bodies and the ground, in space. Rods and bodies are known by their names, each list has names of its own.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct AssemblyScene {
-    /// The rods; at least one.
-    #[serde(rename = "rod")]
+    /// The rods that are held at both ends; at least one.
     pub rods: Vec<AssemblyRod>,
+    /// Those with a free end; a scene has them after the others.
+    pub free: Vec<FreeRod>,
     /// The bodies; at least one. Every one is joined to the ground by a chain of rods.
-    #[serde(rename = "body")]
     pub bodies: Vec<AssemblyBody>,
+}
+
+impl Serialize for AssemblyScene {
+    /// As `[[rod]]` and `[[body]]`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        #[serde(untagged)]
+        enum Any<'a> {
+            Held(&'a AssemblyRod),
+            Free {
+                #[serde(flatten)]
+                rod: &'a FreeRod,
+                to: &'static str,
+            },
+        }
+        #[derive(Serialize)]
+        struct Tables<'a> {
+            rod: Vec<Any<'a>>,
+            body: &'a [AssemblyBody],
+        }
+        let free = self.free.iter().map(|rod| Any::Free { rod, to: "free" });
+        let tables = Tables {
+            rod: self.rods.iter().map(Any::Held).chain(free).collect(),
+            body: &self.bodies,
+        };
+        tables.serialize(serializer)
+    }
 }
 
 /// An elastic rod and what holds its ends.
@@ -28,6 +55,18 @@ pub struct AssemblyRod {
     pub from: Site,
     /// What holds its end, s = length.
     pub to: Site,
+}
+
+/// A rod with a free end: it bears nothing, keeps its shape without load and rides on its base.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FreeRod {
+    /// Its name.
+    pub name: String,
+    /// Its length, section and rest strains; without friction and contact diameter.
+    #[serde(flatten)]
+    pub rod: Rod,
+    /// What holds its base, s = 0, by a weld.
+    pub from: Site,
 }
 
 /// Where a rod is attached, and how.

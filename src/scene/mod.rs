@@ -81,7 +81,7 @@ pub use crate::section::{
     StrainName, Transverse,
 };
 pub use crate::solve::integrator::Method;
-pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, Guess, Site};
+pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Guess, Site};
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
 pub use build::{

@@ -34,6 +34,8 @@ mod elliptic;
 mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
+#[cfg(feature = "cli")]
+mod free_ends;
 mod grooves;
 mod inversion;
 mod landings_space;

@@ -4,7 +4,7 @@
 //! directors of its base it is the equilibrium manifold with the base wrench q = (m(0), n) as its chart, whose end
 //! moves as the twist of one attachment seen from the other says. The bodies are free but for the wrenches of their rods.
 //!
-//! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments.
+//! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments; [`FreeRod`] one with a free end.
 //! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
 //! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily`]: statics, small vibrations, branches.
 
@@ -12,6 +12,7 @@ mod branch;
 mod carrier;
 mod contact;
 mod equations;
+mod free;
 mod landing;
 mod link;
 mod modes;
@@ -24,6 +25,7 @@ mod taut;
 pub use branch::{AssemblyFamily, AssemblyState};
 pub use carrier::{Carrier, Mass, Place};
 pub use contact::{Contact, Nearness};
+pub use free::FreeRod;
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
 pub use modes::Modes;
 pub use state::{Configuration, Evaluated, Integrals, Sight, Slowed};
@@ -38,6 +40,7 @@ use crate::error::{Error, Result};
 pub struct Assembly {
     carriers: Vec<Carrier>,
     links: Vec<Link>,
+    free: Vec<FreeRod>,
     /// Names of bodies and rods, for messages; none, or one each.
     names: [Vec<String>; 2],
 }
@@ -93,6 +96,7 @@ impl Assembly {
         Ok(Self {
             carriers,
             links,
+            free: Vec::new(),
             names: [Vec::new(), Vec::new()],
         })
     }

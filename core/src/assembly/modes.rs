@@ -1,5 +1,6 @@
 //! Small vibrations of an assembly about an equilibrium.
 
+use super::free::{evenly, placed};
 use super::{Assembly, Configuration, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::order::{sort_eigenvalues, sort_few};
@@ -228,7 +229,7 @@ impl Assembly {
         })
     }
 
-    /// The rods in the world at time `t`: sections at `count` + 1 arclengths from end to end.
+    /// The rods in the world at time `t`, those with a free end last: sections at `count` + 1 arclengths from end to end.
     ///
     /// # Errors
     /// As [`super::Link::end`].
@@ -243,22 +244,14 @@ impl Assembly {
         let shape = links.map(|(link, q)| {
             let point = link.point(t, &now.bodies, q, tolerance)?;
             let (base, tip) = (point.base.pose, point.tip.pose);
-            let length = link.rod().length();
-            let at: Vec<f64> = (0..=count)
-                .map(|i| length * i as f64 / count.max(1) as f64)
-                .collect();
+            let at = evenly(link.rod().length(), count);
             let sections = link.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
-            let turn = base.rotation.to_rotation_matrix();
-            let placed = sections.into_iter().map(|section| RodSection {
-                position: base.translation.vector + turn * section.position,
-                directors: turn.matrix() * section.directors,
-                couple: turn * section.couple,
-                force: turn * section.force,
-                ..section
-            });
-            Ok(placed.collect())
+            Ok(placed(sections, &base))
         });
-        shape.collect()
+        let free = self.free().iter();
+        shape
+            .chain(free.map(|rod| rod.shape(t, &now.bodies, count, tolerance)))
+            .collect()
     }
 }
 

@@ -4,7 +4,7 @@ use super::clamp::moving;
 use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
-    Assembly, AssemblyEquilibrium, Attachment, Carrier, Configuration, Joint, Link, Place,
+    Assembly, AssemblyEquilibrium, Attachment, Carrier, Configuration, FreeRod, Joint, Link, Place,
 };
 use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
@@ -30,7 +30,7 @@ pub struct AssemblySetup {
     pub assembly: Assembly,
     /// The way back to the scene's units.
     pub scales: Scales,
-    /// True of a rod that begins at its `to` in the library, for its `from` is a ball joint.
+    /// True of a rod that begins at its `to` in the library, for its `from` is a ball joint; of all rods, those with a free end last.
     reversed: Vec<bool>,
     guess: Option<Vec<Place>>,
     /// (angular velocity, velocity) of the bodies at the start of a motion.
@@ -72,6 +72,15 @@ impl AssemblySetup {
             links.push(link.with_diameter(scales.inward(Quantity::Length, thickness)));
             reversed.push(turned);
         }
+        let free = given.free.iter().map(|rod| {
+            let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
+            let own = rod.rod.unclamped()?.measured(scales.measures());
+            let from = attachment(given, &rod.from, &scales).map_err(named)?;
+            Ok(FreeRod::new(own, from))
+        });
+        let free = free.collect::<Result<Vec<FreeRod>>>()?;
+        // Nothing is reversed in a rod that begins where it is held.
+        reversed.extend(free.iter().map(|_| false));
         let guess = given.bodies.iter().map(|body| {
             let guess = body.guess.as_ref()?;
             let turn = match body.extent {
@@ -90,10 +99,12 @@ impl AssemblySetup {
             )
         });
         Ok(Self {
-            assembly: Assembly::new(carriers, links)?.with_names(
-                given.bodies.iter().map(|body| body.name.clone()).collect(),
-                given.rods.iter().map(|rod| rod.name.clone()).collect(),
-            ),
+            assembly: Assembly::new(carriers, links)?
+                .with_names(
+                    given.bodies.iter().map(|body| body.name.clone()).collect(),
+                    given.rods.iter().map(|rod| rod.name.clone()).collect(),
+                )
+                .with_free(free)?,
             scales,
             reversed,
             guess: guess.collect(),
@@ -196,6 +207,21 @@ impl AssemblySetup {
         Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
     }
 
+    /// The poses of the free ends of the rods that have one, in the world and the scene's units.
+    ///
+    /// # Errors
+    /// As [`FreeRod::shape`].
+    pub fn free_ends(&self, t: f64, now: &Configuration) -> Result<Vec<Isometry3<f64>>> {
+        let end = |rod: &FreeRod| -> Result<Isometry3<f64>> {
+            let sections = rod.shape(t, &now.bodies, 1, FINE)?;
+            // Two sections: at the base and at the end.
+            let mut end = sections[1].pose();
+            end.translation.vector *= self.scales.length;
+            Ok(end)
+        };
+        self.assembly.free().iter().map(end).collect()
+    }
+
     /// An arclength of the rod of this number, counted from its `from` in the scene's units.
     pub fn arclength(&self, rod: usize, s: f64) -> f64 {
         let whole = self.assembly.links()[rod].rod().length();
@@ -203,7 +229,7 @@ impl AssemblySetup {
         s * self.scales.length
     }
 
-    /// Every rod at time `t` from `from` to `to`: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's
+    /// Every rod at time `t` from `from` to `to`, those with a free end last: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's
     /// units.
     ///
     /// # Errors
@@ -211,12 +237,11 @@ impl AssemblySetup {
     pub fn shapes(&self, t: f64, now: &Configuration, count: usize) -> Result<Vec<RodCurve>> {
         let length = self.scales.length;
         let shapes = self.assembly.shapes(t, now, count, FINE)?;
-        let links = self.assembly.links().iter().zip(&self.reversed);
         let scaled = shapes
             .iter()
-            .zip(links)
-            .map(|(sections, (link, reversed))| {
-                let whole = link.rod().length();
+            .zip(&self.reversed)
+            .map(|(sections, reversed)| {
+                let whole = sections.last().map_or(0.0, |section| section.s);
                 let placed = sections.iter().map(|section| {
                     let (s, turn) = oriented(section, whole, *reversed);
                     let position = section.position * length;

@@ -13,8 +13,8 @@ use super::table::{Absent, Table};
 use super::words::{Short, listed, nearest};
 use crate::assembly::Joint;
 use crate::scene::{
-    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ClampMotion, Extent, FaultKind, Force, Guess,
-    Load, Loads, Place, Scene, Site, Solve, Start, Straight,
+    AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ClampMotion, Extent, FaultKind, Force,
+    FreeRod, Guess, Load, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
 };
 use nalgebra::Matrix3;
 use toml::Spanned;
@@ -22,6 +22,9 @@ use toml::de::DeValue;
 
 /// By how much, relative to the others, a principal moment may exceed their sum: rounding.
 const FLAT: f64 = 1e-9;
+
+/// A rod as it is read, and what holds its end, if anything does.
+type AnyRod = (FreeRod, Option<Site>);
 
 /// What rods must know of the bodies, whatever else is wrong with these.
 struct Known {
@@ -68,19 +71,41 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         let known = bodies.as_ref().map_or(&none, |(_, known)| known);
         let read = tables.iter().zip(names(tables, "rod"));
         let read = read.map(|(table, name)| one_rod(table, name, known, bodies.is_some(), motion));
-        read.collect::<Vec<Option<AssemblyRod>>>()
+        read.collect::<Vec<Option<AnyRod>>>()
     });
     let start = default(part(top, &START), settled(), |table| {
-        let count = |tables: &Option<Vec<Table>>| tables.as_ref().map_or(0, Vec::len);
-        start(table, motion, count(&rod_tables), count(&body_tables))
+        let rods = rod_tables.iter().flatten();
+        let held = rods.filter(|rod| !has_free_end(rod)).count();
+        start(
+            table,
+            motion,
+            held,
+            body_tables.as_ref().map_or(0, Vec::len),
+        )
     });
-    let rods: Option<Vec<AssemblyRod>> = rods.and_then(|rods| rods.into_iter().collect());
-    if let (Some(rods), Some(tables), Some((_, known))) = (&rods, &body_tables, &bodies) {
+    rod_tables.as_deref().map(free_come_last);
+    let rods: Option<Vec<AnyRod>> = rods.and_then(|rods| rods.into_iter().collect());
+    let rods = rods.map(|all| {
+        let (mut held, mut free) = (Vec::new(), Vec::new());
+        for (rod, to) in all {
+            match to {
+                None => free.push(rod),
+                Some(to) => held.push(AssemblyRod {
+                    name: rod.name,
+                    rod: rod.rod,
+                    from: rod.from,
+                    to,
+                }),
+            }
+        }
+        (held, free)
+    });
+    if let (Some((rods, _)), Some(tables), Some((_, known))) = (&rods, &body_tables, &bodies) {
         all_are_reached(tables, known, rods);
     }
     let bodies: Option<Vec<AssemblyBody>> =
         bodies.and_then(|(bodies, _)| bodies.into_iter().collect());
-    let (rods, bodies) = (rods?, bodies?);
+    let ((rods, free), bodies) = (rods?, bodies?);
     let mut scene = Scene {
         units: units?,
         rod: rods.first()?.rod.clone(),
@@ -92,7 +117,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         run: run?,
         solve: solve?,
         continuation: None,
-        assembly: Some(AssemblyScene { rods, bodies }),
+        assembly: Some(AssemblyScene { rods, free, bodies }),
         bar: None,
     };
     let follow = default(part(top, &CONTINUE), None, |table| {
@@ -295,8 +320,12 @@ fn one_rod(
     bodies: &Known,
     bodies_known: bool,
     moves: bool,
-) -> Option<AssemblyRod> {
+) -> Option<AnyRod> {
     let rod = rod(table).rod();
+    if has_free_end(table) {
+        let from = site(table, "from", bodies, bodies_known, moves);
+        return Some((free_rod(table, name, rod, from?)?, None));
+    }
     let (from, to) = (
         site(table, "from", bodies, bodies_known, moves),
         site(table, "to", bodies, bodies_known, moves),
@@ -317,12 +346,54 @@ fn one_rod(
         };
         return table.refuse(kind, "to", allowed, hint);
     }
-    Some(AssemblyRod {
+    let rod = FreeRod {
         name: name?,
         rod: rod?,
         from,
-        to,
+    };
+    Some((rod, Some(to)))
+}
+
+/// True if a rod is written to end nowhere.
+fn has_free_end(rod: &Table) -> bool {
+    let to = rod.get("to");
+    to.is_some_and(|to| to.get_ref().as_str() == Some("free"))
+}
+
+/// A rod with a free end; a fault of what would load it, or leave open how it is turned.
+fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -> Option<FreeRod> {
+    let kind = FaultKind::Conflict;
+    if from.joint == Joint::Ball {
+        let hint = "nothing loads a rod with a free end: on a ball joint it would turn as it likes; a weld holds it";
+        let at = table.inner("from", &SITE)?;
+        return at.refuse(
+            kind,
+            "joint",
+            "\"weld\", or left out, where `to` is \"free\"",
+            hint,
+        );
+    }
+    if table.has("contact_diameter") {
+        let hint = "contact would load the free end; contacts of such a rod are not looked for";
+        let allowed = "left out where `to` is \"free\"";
+        return table.refuse(kind, "contact_diameter", allowed, hint);
+    }
+    Some(FreeRod {
+        name: name?,
+        rod: rod?,
+        from,
     })
+}
+
+/// Reports rods with a free end before others: rods are known by their number too, `rod[0]`, and those are of the rods that carry.
+fn free_come_last(tables: &[Table]) {
+    let held = tables.iter().rposition(|table| !has_free_end(table));
+    let before = tables.iter().take(held.unwrap_or(0));
+    for table in before.filter(|table| has_free_end(table)) {
+        let allowed = "\"free\" of rods that come after all others";
+        let hint = "move this [[rod]] below the rods that are held at both ends";
+        table.fault(FaultKind::Conflict, "to", allowed, hint);
+    }
 }
 
 /// One end of a rod.
@@ -333,8 +404,20 @@ fn site(
     bodies_known: bool,
     moves: bool,
 ) -> Option<Site> {
-    let allowed =
-        "a table with body (left out: the ground), position, quaternion or rotation, joint";
+    let allowed = match which {
+        "from" => {
+            "a table with body (left out: the ground), position, quaternion or rotation, joint"
+        }
+        _ => {
+            "\"free\", or a table with body (left out: the ground), position, quaternion or rotation, joint"
+        }
+    };
+    if let Some(value) = rod.get(which).filter(|value| value.get_ref().is_str()) {
+        let hint = "the ground is `{ position = [0.0, 0.0, 0.0] }`, a body `{ body = \"m\" }`";
+        return rod
+            .reader
+            .refuse(FaultKind::Value, &rod.field(which), value, allowed, hint);
+    }
     if !rod.has(which) {
         let example = match which {
             "from" => "from = { position = [0.0, 0.0, 0.0] }",
@@ -379,6 +462,13 @@ fn site(
         let hint = format!(
             "{name:?} is a point mass, and an end on it is free to turn; a body with `inertia` can hold the rod"
         );
+        if has_free_end(rod) {
+            let allowed = "a body with `inertia`, where `to` is \"free\"; or left out: the ground";
+            let hint = format!(
+                "{name:?} is a point mass, about which a rod with a free end would turn as it likes"
+            );
+            return table.refuse(FaultKind::Conflict, "body", allowed, hint);
+        }
         if joint == Joint::Weld {
             match table.has("joint") {
                 true => table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone()),
@@ -519,8 +609,10 @@ fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
     let Some(assembly) = &scene.assembly else {
         return false;
     };
-    for (rod, table) in assembly.rods.iter().zip(tables) {
-        if let Err(error) = rod.rod.unclamped() {
+    let held = assembly.rods.iter().map(|rod| &rod.rod);
+    let rods = held.chain(assembly.free.iter().map(|rod| &rod.rod));
+    for (rod, table) in rods.zip(tables) {
+        if let Err(error) = rod.unclamped() {
             made = false;
             let allowed = "a rod whose section law can be made";
             let kind = FaultKind::Value;

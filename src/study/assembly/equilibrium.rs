@@ -18,8 +18,10 @@ pub struct AssemblyEquilibriumRecord {
     pub units: Units,
     /// Every body: its name, and the pose of its frame in the world.
     pub bodies: Vec<(String, Isometry3<f64>)>,
-    /// Every rod: its name, and the wrench (couple, force) at its base in the world.
+    /// Every rod: its name, and the wrench (couple, force) at its base in the world; those with a free end last.
     pub rods: Vec<(String, Vector6<f64>)>,
+    /// The names of those with a free end.
+    pub free: Vec<String>,
     /// Stored energy and potential of gravity and constant forces; couples have none.
     pub energy: f64,
     /// Morse index with the bodies free; 0 is stable.
@@ -30,7 +32,7 @@ pub struct AssemblyEquilibriumRecord {
     pub residual: f64,
     /// Whether it was found near the guess of the scene; None where that has none.
     pub from_guess: Option<bool>,
-    /// Every rod.
+    /// Every rod, those with a free end last.
     pub shapes: Vec<RodCurve>,
 }
 
@@ -83,13 +85,18 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         (body.name.clone(), pose)
     });
     let rods = given.iter().flat_map(|given| &given.rods);
+    let free = given.iter().flat_map(|given| &given.free);
     let near = found.route.is_near_guess();
     let guess = given.is_some_and(|given| given.bodies.iter().any(|body| body.guess.is_some()));
     let rods = rods.zip(setup.base_wrenches(&found.now)?);
     Ok(AssemblyEquilibriumRecord {
         units: scene.units,
         bodies: bodies.collect(),
-        rods: rods.map(|(rod, w)| (rod.name.clone(), w)).collect(),
+        rods: rods
+            .map(|(rod, w)| (rod.name.clone(), w))
+            .chain(free.clone().map(|rod| (rod.name.clone(), Vector6::zeros())))
+            .collect(),
+        free: free.map(|rod| rod.name.clone()).collect(),
         energy: found.energy * k.energy,
         index: found.index,
         conservative: setup.assembly.is_conservative(0.0),
@@ -102,21 +109,19 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
 impl AssemblyEquilibriumRecord {
     /// All but the shapes, as JSON.
     pub fn summary(&self) -> Value {
-        let bodies = self.bodies.iter().map(|(name, pose)| {
-            let position = pose.translation.vector;
-            let described = json!({
-                "position": position.as_slice(),
-                "quaternion": upward(&pose.rotation),
-            });
-            (name.clone(), described)
-        });
+        let bodies = self
+            .bodies
+            .iter()
+            .map(|(name, pose)| (name.clone(), pose_json(pose)));
         let rods = self.rods.iter().zip(&self.shapes).map(|((name, w), shape)| {
             let (couple, force) = halves(w);
             let turn = shape.first().map_or_else(UnitQuaternion::identity, |(_, pose)| pose.rotation);
             let wrench = |m: Vector3<f64>, n: Vector3<f64>| json!({ "couple": m.as_slice(), "force": n.as_slice() });
+            let end = shape.last().map(|(_, pose)| pose_json(pose));
             let described = json!({
                 "base_wrench": wrench(couple, force),
                 "base_wrench_in_directors": wrench(turn.inverse() * couple, turn.inverse() * force),
+                "end": end,
             });
             (name.clone(), described)
         });
@@ -164,4 +169,12 @@ impl AssemblyEquilibriumRecord {
         }
         Ok(table)
     }
+}
+
+/// Position and quaternion.
+pub(super) fn pose_json(pose: &Isometry3<f64>) -> Value {
+    json!({
+        "position": pose.translation.vector.as_slice(),
+        "quaternion": upward(&pose.rotation),
+    })
 }

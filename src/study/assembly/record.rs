@@ -1,5 +1,6 @@
 //! What the run of an assembly leaves behind, in the scene's units.
 
+use super::equilibrium::pose_json;
 use crate::assembly::Contact;
 use crate::math::se3::halves;
 use crate::motion::{Closing, Ledger, Outcome, Snap, SnapEnd};
@@ -25,8 +26,10 @@ pub struct AssemblyRunRecord {
     pub scene: Value,
     /// Names of the bodies, in order.
     pub bodies: Vec<String>,
-    /// Names of the rods, in order.
+    /// Names of the rods that are held at both ends, in order.
     pub rods: Vec<String>,
+    /// Names of the rods with a free end, in order.
+    pub free: Vec<String>,
     /// How thick every rod is where it touches itself or another; None where that is not looked for.
     pub thickness: Vec<Option<f64>>,
     /// The bodies as figures show them, in order.
@@ -52,7 +55,7 @@ pub struct AssemblyRunBranch {
     pub first: AssemblyMoment,
     /// The last state.
     pub last: AssemblyMoment,
-    /// Every rod at the first state: poses of sections from base to end.
+    /// Every rod at the first state, those with a free end last: poses of sections from base to end.
     pub first_shapes: Vec<Vec<Isometry3<f64>>>,
     /// The same at the last.
     pub last_shapes: Vec<Vec<Isometry3<f64>>>,
@@ -189,8 +192,8 @@ impl AssemblyRunRecord {
             "complete": reason.is_none(),
             "reason": reason,
             "units": self.units,
-            "start": self.state(&self.branches[0].first),
-            "end": self.state(&last.last),
+            "start": self.state(&self.branches[0].first, &self.branches[0].first_shapes),
+            "end": self.state(&last.last, &last.last_shapes),
             "energy_error": { "absolute": worst(|c| c.error), "relative": worst(Closing::relative) },
             "snaps": self.branches.iter().map(snaps).sum::<usize>(),
             "start_index": self.start_index,
@@ -217,7 +220,7 @@ impl AssemblyRunRecord {
             "parent": branch.stem.parent,
             "outcome": branch.outcome.key(),
             "from": branch.first.t,
-            "end": self.state(&branch.last),
+            "end": self.state(&branch.last, &branch.last_shapes),
             "trajectory": trajectory_name(branch.stem.id) + ".csv",
         })
     }
@@ -272,7 +275,7 @@ impl AssemblyRunRecord {
         })
     }
 
-    fn state(&self, at: &AssemblyMoment) -> Value {
+    fn state(&self, at: &AssemblyMoment, shapes: &[Vec<Isometry3<f64>>]) -> Value {
         let bodies = self.bodies.iter().zip(&at.bodies).map(|(name, body)| {
             let q = body.pose.rotation;
             let mut described = object(json!({
@@ -287,7 +290,7 @@ impl AssemblyRunRecord {
             (name.clone(), Value::Object(described))
         });
         let ledger = &at.ledger;
-        json!({
+        let mut state = object(json!({
             "t": at.t,
             "bodies": bodies.collect::<Map<_, _>>(),
             "kinetic": ledger.kinetic,
@@ -297,6 +300,15 @@ impl AssemblyRunRecord {
             "work": ledger.work,
             "total": at.total,
             "index": at.index,
-        })
+        }));
+        if !self.free.is_empty() {
+            let shapes = shapes.iter().skip(self.rods.len());
+            let ends = self.free.iter().zip(shapes).map(|(name, shape)| {
+                let end = shape.last().map(pose_json);
+                (name.clone(), json!(end))
+            });
+            state.insert("free_ends".to_owned(), Value::Object(ends.collect()));
+        }
+        Value::Object(state)
     }
 }

@@ -116,6 +116,12 @@ impl AssemblyPrepared {
         let rods = given.flat_map(|given| &given.rods);
         rods.map(|rod| rod.name.clone()).collect()
     }
+
+    fn free_names(&self) -> Vec<String> {
+        let given = self.scene.assembly.iter();
+        let rods = given.flat_map(|given| &given.free);
+        rods.map(|rod| rod.name.clone()).collect()
+    }
 }
 
 /// Runs an assembly, and under landing = "all" every run into which it branches, to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the tables `trajectory`, `trajectory-1`, ... go
@@ -203,6 +209,7 @@ pub fn run(
         scene,
         bodies,
         rods: prepared.rod_names(),
+        free: prepared.free_names(),
         thickness: prepared.thickness(),
         solids: prepared.solids(),
         duration: prepared.run.duration,

@@ -10,7 +10,7 @@ use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
 use crate::solve::family::Family;
 use crate::study::Column;
 use crate::study::space::upward;
-use nalgebra::DVector;
+use nalgebra::{DVector, Isometry3};
 
 /// Sections of each rod of a shape, less one.
 const SECTIONS: usize = 100;
@@ -86,6 +86,12 @@ impl<'a> Assembled<'a> {
     }
 }
 
+/// Position and quaternion.
+fn placed(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
+    let r: [f64; 3] = pose.translation.vector.into();
+    r.into_iter().chain(upward(&pose.rotation))
+}
+
 impl Subject for Assembled<'_> {
     fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
         let at = over(scene, parameter);
@@ -99,12 +105,16 @@ impl Subject for Assembled<'_> {
         let k = &setup.scales;
         let mut numbers = Vec::new();
         for place in &state.now.bodies {
-            let r = place.pose.translation.vector * k.length;
-            numbers.extend(r.iter().copied().chain(upward(&place.pose.rotation)));
+            let mut pose = place.pose;
+            pose.translation.vector *= k.length;
+            numbers.extend(placed(&pose));
         }
         for wrench in setup.base_wrenches(&state.now)? {
             let (couple, force) = halves(&wrench);
             numbers.extend(force.iter().chain(couple.iter()));
+        }
+        for end in setup.free_ends(0.0, &state.now)? {
+            numbers.extend(placed(&end));
         }
         numbers.push(state.energy * k.energy);
         Ok(State {
@@ -117,19 +127,22 @@ impl Subject for Assembled<'_> {
         let units = self.scene.units;
         let mut columns = Vec::new();
         let given = self.scene.assembly.iter();
-        for body in given.clone().flat_map(|given| &given.bodies) {
-            let name = &body.name;
+        let pose = |name: &str, of: &str| {
             let place = ["x", "y", "z"].map(|k| {
-                let meaning = format!("position of the frame of {name} along {k}");
-                Column::reals(format!("{name}.{k}"), units.length(), meaning)
+                let meaning = format!("position of {of} along {k}");
+                Column::reals(format!("{name}{k}"), units.length(), meaning)
             });
             let turn = ["qw", "qx", "qy", "qz"].map(|k| {
-                let meaning = format!("unit quaternion of the frame of {name}, qw >= 0");
-                Column::reals(format!("{name}.{k}"), "", meaning)
+                let meaning = format!("unit quaternion of {of}, qw >= 0");
+                Column::reals(format!("{name}{k}"), "", meaning)
             });
-            columns.extend(place.into_iter().chain(turn));
+            place.into_iter().chain(turn)
+        };
+        for body in given.clone().flat_map(|given| &given.bodies) {
+            let name = &body.name;
+            columns.extend(pose(&format!("{name}."), &format!("the frame of {name}")));
         }
-        for rod in given.flat_map(|given| &given.rods) {
+        for rod in given.clone().flat_map(|given| &given.rods) {
             let name = &rod.name;
             let parts = [
                 ("f", units.force(), "force"),
@@ -141,6 +154,11 @@ impl Subject for Assembled<'_> {
                     Column::reals(format!("{name}.base_{letter}{k}"), unit, meaning)
                 }));
             }
+        }
+        for rod in given.flat_map(|given| &given.free) {
+            let name = &rod.name;
+            let of = format!("the free end of {name}");
+            columns.extend(pose(&format!("{name}.end_"), &of));
         }
         let meaning = "stored energy and potential of gravity and constant forces";
         columns.push(Column::reals("energy", units.energy(), meaning));

@@ -1,0 +1,89 @@
+//! Rods with a free end.
+
+use super::{Assembly, Attachment, On, Place};
+use crate::error::{Error, Result};
+use crate::rod::{Rod, RodSection, Wrench};
+use nalgebra::{Isometry3, Vector3};
+
+/// A rod that one attachment holds and nothing loads. Without mass it stays as it is without load and rides on its base: it bears no
+/// wrench, stores no energy and is in no equation.
+#[derive(Debug, Clone)]
+pub struct FreeRod {
+    rod: Rod,
+    from: Attachment,
+}
+
+impl FreeRod {
+    /// A rod welded to an attachment at its base, s = 0; its own clamp is not used.
+    pub fn new(rod: Rod, from: Attachment) -> Self {
+        let rod = rod.with_clamp(Vector3::zeros(), nalgebra::UnitQuaternion::identity());
+        Self { rod, from }
+    }
+
+    /// Its sections at `count` + 1 arclengths in the world at time `t`.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`].
+    pub fn shape(
+        &self,
+        t: f64,
+        bodies: &[Place],
+        count: usize,
+        tolerance: f64,
+    ) -> Result<Vec<RodSection>> {
+        let at = evenly(self.rod.length(), count);
+        let sections = self.rod.shape(&Wrench::zeros(), &at, tolerance)?;
+        Ok(placed(sections, &self.from.at(t, bodies).pose))
+    }
+}
+
+impl Assembly {
+    /// The same with rods that have a free end ([`Assembly::shapes`] tells them after the others).
+    ///
+    /// # Errors
+    /// A rod on a body that is not in the list, or on a point mass, about which it could turn as it likes.
+    pub fn with_free(mut self, free: Vec<FreeRod>) -> Result<Self> {
+        for (k, rod) in free.iter().enumerate() {
+            let On::Body(body) = rod.from.on else {
+                continue;
+            };
+            let carrier = self.carriers.get(body).ok_or_else(|| {
+                Error::domain(format!(
+                    "free rod {k} is attached to body {body}; there are {}",
+                    self.carriers.len()
+                ))
+            })?;
+            if !carrier.turns() {
+                return Err(Error::domain(format!(
+                    "free rod {k} is attached to the point mass {body}, about which it could turn as it likes; give the body an inertia"
+                )));
+            }
+        }
+        self.free = free;
+        Ok(self)
+    }
+
+    /// The rods that have a free end.
+    pub fn free(&self) -> &[FreeRod] {
+        &self.free
+    }
+}
+
+/// `count` + 1 arclengths from 0 to `length`.
+pub(super) fn evenly(length: f64, count: usize) -> Vec<f64> {
+    let at = (0..=count).map(|i| length * i as f64 / count.max(1) as f64);
+    at.collect()
+}
+
+/// Sections seen from the base, in the world.
+pub(super) fn placed(sections: Vec<RodSection>, base: &Isometry3<f64>) -> Vec<RodSection> {
+    let turn = base.rotation.to_rotation_matrix();
+    let each = sections.into_iter().map(|section| RodSection {
+        position: base.translation.vector + turn * section.position,
+        directors: turn.matrix() * section.directors,
+        couple: turn * section.couple,
+        force: turn * section.force,
+        ..section
+    });
+    each.collect()
+}
