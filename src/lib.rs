@@ -178,10 +178,10 @@
 #[cfg(feature = "cli")]
 extern crate self as snaprod;
 
-// The numerical core is a crate of its own: it is compiled at full optimisation while scenes, studies and figures, which run for milliseconds, are
-// not, and is not compiled again when they change.
+// The numerics are two crates, compiled side by side at full optimisation, while scenes, studies and figures, which run for milliseconds, are not
+// optimised; and they are not compiled again when those change.
 #[doc(inline)]
-pub use snaprod_core::{
+pub use snaprod_motion::{
     assembly, bar, body, creep, elastica, error, manifold, math, motion, rod, section, solve,
 };
 

@@ -43,7 +43,14 @@ fn citations_lead_to_headings() {
         .collect();
     let benchmarks = read(&root().join("docs/rods.md"));
     let mut files = Vec::new();
-    for directory in ["src", "core/src", "tests", "examples", "benches"] {
+    for directory in [
+        "src",
+        "core/src",
+        "motion/src",
+        "tests",
+        "examples",
+        "benches",
+    ] {
         rust_files(&root().join(directory), &mut files);
     }
     let mut cited = 0;
@@ -104,7 +111,7 @@ fn design_names_files_that_exist() {
         .skip(1)
         .step_by(2)
         .filter(|name| {
-            ["src/", "core/", "docs/", "tests/", "tools/"]
+            ["src/", "core/", "motion/", "docs/", "tests/", "tools/"]
                 .iter()
                 .any(|d| name.starts_with(d))
         })

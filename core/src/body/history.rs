@@ -155,7 +155,7 @@ impl History {
     }
 
     /// Refuses numbers that are not finite, and times that do not grow.
-    pub(crate) fn checked(self) -> Result<Self> {
+    pub fn checked(self) -> Result<Self> {
         match &self {
             Self::Constant(value) => finite(&[("constant", *value)]),
             Self::Rate { rate } => finite(&[("rate", *rate)]),

@@ -271,7 +271,7 @@ impl RigidBody {
     }
 
     /// Its derivative by a turn of the body about the end: those of the couple and of the force.
-    pub(crate) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
+    pub fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
         let turn = pose.rotation;
         let lever = (turn * self.offset).cross_matrix();
         let following = (turn * sum_at(&self.follower_forces, t)).cross_matrix();

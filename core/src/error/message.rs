@@ -45,12 +45,12 @@ pub enum Quantity {
 
 impl Quantity {
     /// That of a strain, by its place in (u1, u2, u3, v1, v2, v3).
-    pub(crate) fn of_strain(i: usize) -> Self {
+    pub fn of_strain(i: usize) -> Self {
         if i < 3 { Self::Curvature } else { Self::Ratio }
     }
 
     /// That of a part of (angular velocity, velocity).
-    pub(crate) fn of_twist(i: usize) -> Self {
+    pub fn of_twist(i: usize) -> Self {
         if i < 3 {
             Self::AngularVelocity
         } else {

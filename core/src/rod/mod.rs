@@ -250,7 +250,7 @@ impl Rod {
     ///
     /// # Errors
     /// As [`Rod::shape`].
-    pub(crate) fn trace(&self, base: &Wrench, tolerance: f64) -> Result<Vec<RodSection>> {
+    pub fn trace(&self, base: &Wrench, tolerance: f64) -> Result<Vec<RodSection>> {
         let b = self.inward(base);
         let steps = line::steps(&self.law, &b, tolerance)?;
         steps.iter().map(|at| self.outward(at, &b)).collect()

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::math::order::sort_few;
 use crate::math::se3::{halves, rotation_vector};
 use nalgebra::{
-    DMatrix, DVector, Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6, dvector,
+    DMatrix, DVector, Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6,
 };
 use std::f64::consts::TAU;
 
@@ -357,11 +357,9 @@ impl Chart for Plane {
         if problem.end.follower {
             let (sin, cos) = trial.theta.sin_cos();
             let target = self.flat(&Vector3::from(problem.targets));
-            return dvector![
-                m - couple,
-                cos * n.x + sin * n.y - target.x,
-                cos * n.y - sin * n.x - target.y,
-            ];
+            let forward = cos * n.x + sin * n.y - target.x;
+            let across = cos * n.y - sin * n.x - target.y;
+            return DVector::from_column_slice(&[m - couple, forward, across]);
         }
         let first = match &problem.orientation {
             Some(target) => {
@@ -374,7 +372,7 @@ impl Chart for Plane {
         let [a, b] = self.conditions(problem).map(|(direction, target, held)| {
             direction.dot(if held { &trial.r } else { &n }) - target
         });
-        dvector![first, a, b]
+        DVector::from_column_slice(&[first, a, b])
     }
 
     fn equations(&self, problem: &Problem, trial: &FlatTrial) -> (DVector<f64>, DMatrix<f64>) {

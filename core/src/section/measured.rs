@@ -19,7 +19,7 @@ pub struct Measures {
 }
 
 /// The same law measured by `units`. A law that is in these units already is handed back as it is.
-pub(crate) fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw> {
+pub fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw> {
     match units.length == 1.0 && units.stiffness == 1.0 {
         true => law,
         false => Arc::new(Measured { law, units }),

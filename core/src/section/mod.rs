@@ -10,6 +10,7 @@
 
 mod along;
 mod barrier;
+mod jet;
 mod linear;
 mod measured;
 pub(crate) mod newton;
@@ -22,8 +23,7 @@ mod varying;
 pub use along::Along;
 pub use barrier::{Barrier, BarrierTerm};
 pub use linear::Linear;
-pub use measured::Measures;
-pub(crate) use measured::measured;
+pub use measured::{Measures, measured};
 /// Numbers that carry their derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};

@@ -1,5 +1,6 @@
 //! A user's own stored energy, its derivatives by automatic differentiation.
 
+use super::jet::jet;
 use super::linear::{STRAIGHT, finite, held, unconstrained};
 use super::newton::{Convexity, Point, Potential, invert};
 use super::{Free, Inverse, Resultant, SectionLaw, Strain};
@@ -97,8 +98,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
         if !self.0.admissible(s, e) {
             return None;
         }
-        let (energy, slope, curvature) =
-            num_dual::hessian(|e: Vector6<_>| self.0.energy(s, e.as_ref()), e);
+        let (energy, slope, curvature) = jet(|e| self.0.energy(s, e), e);
         let mut all = slope.iter().chain(curvature.iter()).chain([&energy]);
         all.all(|x| x.is_finite())
             .then_some((energy, slope, curvature))

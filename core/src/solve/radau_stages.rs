@@ -269,7 +269,7 @@ impl Newton {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Matrix3, matrix};
+    use nalgebra::Matrix3;
 
     /// Catches a wrong digit of the tableau: A integrates 1, c, c^2 up to each node, and T block-diagonalises A^-1.
     #[test]
@@ -284,7 +284,7 @@ mod tests {
         let a = b * v.try_inverse().unwrap();
         let t = Matrix3::from_fn(|i, j| T[i][j]);
         let t_inverse = Matrix3::from_fn(|i, j| T_INVERSE[i][j]);
-        let blocks = matrix![GAMMA, 0.0, 0.0; 0.0, ALPHA, -BETA; 0.0, BETA, ALPHA];
+        let blocks = Matrix3::new(GAMMA, 0.0, 0.0, 0.0, ALPHA, -BETA, 0.0, BETA, ALPHA);
         assert!((t * t_inverse - Matrix3::identity()).amax() < 1e-14);
         assert!((t * blocks * t_inverse * a - Matrix3::identity()).amax() < 1e-13);
     }

@@ -3,6 +3,7 @@
 use super::free::{driving, finite, kept, six};
 use super::{Rate, RateLaw};
 use crate::error::{Error, Result};
+use crate::section::jet::{jet, mixed};
 use crate::section::newton::{Convexity, Point, Potential, invert};
 use crate::section::{DualNum, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
@@ -93,10 +94,10 @@ struct Here<'a, P> {
 impl<P: DissipationPotential> Here<'_, P> {
     /// D, dD/d(e_t); None where they or Phi are not finite.
     fn jet(&self, rate: &Vector6<f64>) -> Option<(Resultant, Matrix6<f64>)> {
-        let (value, slope, curvature) = num_dual::hessian(
-            |rate: Vector6<_>| {
+        let (value, slope, curvature) = jet(
+            |rate| {
                 let e = std::array::from_fn(|k| self.e[k].into());
-                self.law.0.potential(self.s, &e, rate.as_ref())
+                self.law.0.potential(self.s, &e, rate)
             },
             rate,
         );
@@ -197,10 +198,7 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
             ))
         })?;
         let by_overstress = found.compliance.matrix();
-        let (_, _, _, mixed) = num_dual::partial_hessian(
-            |(rate, e): (Vector6<_>, Vector6<_>)| self.0.potential(s, e.as_ref(), rate.as_ref()),
-            (&found.strain, e),
-        );
+        let mixed = mixed(|rate, e| self.0.potential(s, e, rate), &found.strain, e);
         let by_strain = -by_overstress * mixed;
         if !by_strain.iter().all(|x| x.is_finite()) {
             return Err(Error::domain(format!(

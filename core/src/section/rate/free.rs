@@ -5,7 +5,7 @@ use crate::section::{Compliance, Resultant, Strain, StrainName};
 use nalgebra::{Matrix6, Vector6};
 
 /// Which strains a compliance holds rigid: those that no resultant changes.
-pub(crate) fn rigid_of(compliance: &Compliance) -> [bool; 6] {
+pub fn rigid_of(compliance: &Compliance) -> [bool; 6] {
     let diagonal = match compliance {
         Compliance::Diagonal(entries) => *entries,
         Compliance::Full(matrix) => matrix.diagonal(),
@@ -15,7 +15,7 @@ pub(crate) fn rigid_of(compliance: &Compliance) -> [bool; 6] {
 
 /// The inverse of the free block of a symmetric positive definite matrix, zero elsewhere; None if it is not positive
 /// definite beyond rounding. Scaled to a unit diagonal, so that units play no part.
-pub(crate) fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option<Matrix6<f64>> {
+pub fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option<Matrix6<f64>> {
     let roots = Vector6::from_fn(|k, _| if rigid[k] { 1.0 } else { matrix[(k, k)].sqrt() });
     let scaled = Matrix6::from_fn(|i, j| match (i == j, rigid[i] || rigid[j]) {
         (true, true) => 1.0,

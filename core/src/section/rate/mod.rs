@@ -36,7 +36,7 @@ pub use small::SmallViscosity;
 pub use viscoelastic::{Maxwell, Viscoelastic};
 pub use viscosity::{Viscosity, ViscosityAt};
 
-pub(crate) use free::{inverse_of_free, rigid_of};
+pub use free::{inverse_of_free, rigid_of};
 
 use crate::error::Result;
 use crate::section::{Resultant, Strain};

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! # use snaprod_core as snaprod;
-//! use nalgebra::{dmatrix, dvector, DVector};
+//! use nalgebra::{DMatrix, DVector};
 //! use snaprod::solve::arclength::{Continuation, Options};
 //! use snaprod::solve::family::{Family, Linearised};
 //!
@@ -19,13 +19,13 @@
 //!
 //!     fn linearised(&self, x: &DVector<f64>, p: f64) -> snaprod::Result<Linearised> {
 //!         Ok(Linearised {
-//!             residual: dvector![x[0] * x[0] + p * p - 1.0],
-//!             jacobian: dmatrix![2.0 * x[0]],
-//!             slope: dvector![2.0 * p],
+//!             residual: DVector::from_element(1, x[0] * x[0] + p * p - 1.0),
+//!             jacobian: DMatrix::from_element(1, 1, 2.0 * x[0]),
+//!             slope: DVector::from_element(1, 2.0 * p),
 //!         })
 //!     }
 //! }
-//! let trace = Continuation::new(&Circle, dvector![1.0], 0.0, Options::between(-2.0, 2.0))?.trace();
+//! let trace = Continuation::new(&Circle, DVector::from_element(1, 1.0), 0.0, Options::between(-2.0, 2.0))?.trace();
 //! assert_eq!(trace.specials.len(), 2); // the folds at p = 1 and p = -1
 //! println!("{}", trace.stop);
 //! # Ok::<(), snaprod::Error>(())

@@ -18,7 +18,7 @@ use crate::elastica::Equilibrium;
 use crate::elastica::straight::{AlmostStraight, Bent, EULER, MOST_PULL, unstable};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::math::gauss::{Rule, legendre};
-use nalgebra::{DMatrix, DVector, Vector2, vector};
+use nalgebra::{DMatrix, DVector, Vector2};
 
 /// Collocation points.
 const POINTS: usize = 16;
@@ -71,9 +71,9 @@ impl Opening {
                  rod to a rod that is bent a little (lambda and kappa in [start])",
             )));
         }
-        let straight = vector![1.0, 0.0];
+        let straight = Vector2::new(1.0, 0.0);
         let loads = |t: f64| {
-            let free = body.action(t, &straight, &vector![0.0, v], &Vector2::zeros());
+            let free = body.action(t, &straight, &Vector2::new(0.0, v), &Vector2::zeros());
             free.acceleration * body.mass()
         };
         let longest = LONGEST * body.mass().sqrt();
@@ -176,10 +176,10 @@ impl Opening {
             for i in 0..POINTS {
                 let t = self.until * parts[i];
                 let y = t * (self.velocity + t * lift[i]);
-                let v = vector![-inward[i] * t.powi(n + 1), self.velocity + t * gain[i]];
-                let pose = vector![1.0 - short[i] * t.powi(n + 2), y];
+                let v = Vector2::new(-inward[i] * t.powi(n + 1), self.velocity + t * gain[i]);
+                let pose = Vector2::new(1.0 - short[i] * t.powi(n + 2), y);
                 let bent = self.bent(t, &pose, &v, self.inward[i])?;
-                let force = vector![-bent.pull, -bent.across];
+                let force = Vector2::new(-bent.pull, -bent.across);
                 let action = self.body.action(t, &pose, &v, &force);
                 across[i] = action.acceleration[1];
                 (self.power[i], self.loss[i]) = (action.power, action.loss);
@@ -241,17 +241,17 @@ impl Opening {
             self.moment(part, weight).dot(values)
         };
         let y = shown * (self.velocity + shown * over(&self.across, &|x| 1.0 - x));
-        let v = vector![
+        let v = Vector2::new(
             -t.powi(n + 1) * over(&self.inward, &|x| x.powi(n)),
-            self.velocity + t * over(&self.across, &|_| 1.0)
-        ];
+            self.velocity + t * over(&self.across, &|_| 1.0),
+        );
         let short = shown.powi(n + 2) * over(&self.inward, &|x| (1.0 - x) * x.powi(n));
         let inward = self.interpolate(part).dot(&self.inward);
-        let bent = self.bent(shown, &vector![1.0 - short, y], &v, inward)?;
+        let bent = self.bent(shown, &Vector2::new(1.0 - short, y), &v, inward)?;
         let [p, w] = bent.chart();
         Equilibrium::new(p, w).ok()?;
         Some(Phase {
-            q: vector![p, w],
+            q: Vector2::new(p, w),
             v,
             t,
             work: t * over(&self.power, &|_| 1.0),
