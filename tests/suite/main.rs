@@ -91,6 +91,8 @@ mod scene_starts;
 mod scene_viscous;
 mod sections;
 mod sections_nonlinear;
+#[cfg(feature = "cli")]
+mod small_creep;
 mod stiff;
 mod straight;
 mod straight_starts;

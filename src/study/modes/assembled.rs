@@ -1,10 +1,12 @@
 //! Small motions of bodies and rods in space.
 
-use super::{BALANCED, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use super::{BALANCED, Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
 use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
 use crate::error::Result;
 use crate::math::se3::halves;
+use crate::motion::creep::{SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
+use crate::section::Strain;
 use nalgebra::{Complex, DVector, Isometry3, Vector3};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
@@ -14,7 +16,8 @@ const ALONG: f64 = 1e-13;
 const NEUTRAL: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
-pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
+/// Of a scene that stands, and the same with the friction of its rod.
+pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
     let mut model = ElasticSpace::new(scene)?;
     let (mut assembly, mut now) = model.assembly()?;
     // Strains that are given are those of a rod with friction: no equilibrium.
@@ -34,8 +37,36 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     {
         now = found.now;
     }
-    let motions = small_motions(&assembly, &now, &model.common.clamp, &model.common.scales)?;
+    let (clamp, scales) = (&model.common.clamp, &model.common.scales);
+    let motions = match creeping.rod.damping {
+        None => small_motions(&assembly, &now, clamp, scales)?,
+        Some(_) => {
+            let damped = with_friction(creeping, &model, &assembly, &now)?;
+            described(&assembly, &now, (clamp, scales), Some(damped))?
+        }
+    };
     Ok((motions, of_start))
+}
+
+/// The eigenvalues with the friction of the rod.
+fn with_friction(
+    scene: &Scene,
+    model: &ElasticSpace,
+    assembly: &Assembly,
+    now: &Configuration,
+) -> Result<SmallCreep> {
+    let section = scene
+        .viscoelastic()?
+        .measured(model.common.scales.measures());
+    let (link, q) = (&assembly.links()[0], &now.charts[0]);
+    let held = link.point(0.0, &now.bodies, q, ALONG)?.held();
+    let strains = |places: &[f64]| -> Result<Vec<Strain>> {
+        let length = link.rod().length();
+        let at: Vec<f64> = places.iter().map(|s| s * length).collect();
+        let sections = link.shape(q, &held, &at, ALONG)?;
+        Ok(sections.iter().map(|section| section.strain).collect())
+    };
+    small_in_space(section, scene.moving()?, &model.common.carried, &strains)
 }
 
 /// Those of a scene of several rods and bodies: about the equilibrium under the loads at t = 0.
@@ -72,13 +103,25 @@ pub fn small_motions(
     clamp: &Isometry3<f64>,
     scales: &Scales,
 ) -> Result<SmallMotions> {
+    described(assembly, now, (clamp, scales), None)
+}
+
+/// The same; of a rod with friction `damped` are the eigenvalues.
+fn described(
+    assembly: &Assembly,
+    now: &Configuration,
+    (clamp, scales): (&Isometry3<f64>, &Scales),
+    damped: Option<SmallCreep>,
+) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
     let followed = assembly.is_followed(0.0);
     let index = assembly.index(0.0, now, ALONG)?;
     let conservative = assembly.is_conservative(0.0);
-    let eigenvalues = match assembly.carriers().iter().all(is_simple) {
-        true => None,
-        false => Some(assembly.eigenvalues(now, ALONG)?),
+    let creep = damped.as_ref().map(|damped| Creep::new(damped, scales));
+    let eigenvalues = match (damped, assembly.carriers().iter().all(is_simple)) {
+        (Some(damped), _) => Some(damped.rates.body),
+        (None, true) => None,
+        (None, false) => Some(assembly.eigenvalues(now, ALONG)?),
     };
     let fastest = eigenvalues
         .iter()
@@ -151,6 +194,7 @@ pub fn small_motions(
         coordinates: coordinates(assembly),
         rigid: assembly.freedoms().1 - modes.squares.len(),
         modes: list,
+        creep,
         eigenvalues: eigenvalues.map(|all| {
             // Zero but for rounding.
             let zero = |x: f64| if x.abs() <= 1e-14 * fastest { 0.0 } else { x };

@@ -7,6 +7,7 @@ pub use assembled::small_motions;
 
 use super::record::{Cell, Column, Table};
 use crate::error::Result;
+use crate::motion::creep::SmallCreep;
 use crate::scene::{Force, Scales, Scene, Units};
 use nalgebra::{Complex, Isometry3, Matrix3, Vector3};
 use serde_json::{Map, Value, json};
@@ -43,10 +44,33 @@ pub struct SmallMotions {
     pub modes: Vec<Mode>,
     /// Directions in which straight inextensible rods do not let the bodies move: they have no mode.
     pub rigid: usize,
-    /// With drag, rotors or couples: eigenvalues s of motions exp(s t), Im s >= 0, by Im s.
+    /// With drag, friction of the rod, rotors or couples: eigenvalues s of motions exp(s t), Im s >= 0, by Im s.
     pub eigenvalues: Option<Vec<Complex<f64>>>,
+    /// With friction of the rod: what the eigenvalues are to its own rates.
+    pub creep: Option<Creep>,
     /// The rods in equilibrium, in the world: evenly spaced sections.
     pub rods: Vec<Vec<Station>>,
+}
+
+/// What is to be known of the eigenvalues of a rod with friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Creep {
+    /// The fastest and the slowest rate of the rod with its end held, of those that the end feels; None if its end has no memory.
+    pub held: Option<[f64; 2]>,
+    /// How many rates of overdamped motions lie between these, where they are none of the body alone: they are left out.
+    pub among: usize,
+    /// By how much, relatively, the last refinement of the strains changed the eigenvalues.
+    pub change: f64,
+}
+
+impl Creep {
+    fn new(found: &SmallCreep, scales: &Scales) -> Self {
+        Self {
+            held: found.rates.held.map(|both| both.map(|s| -s / scales.time)),
+            among: found.rates.among,
+            change: found.change,
+        }
+    }
 }
 
 /// A mode.
@@ -74,12 +98,14 @@ pub struct Station {
 const INTERVALS: usize = 100;
 /// A mode moves charts by this much for its stations' derivatives, which are for drawing.
 const NUDGE: f64 = 1e-4;
+/// A larger relative change of eigenvalues by the last refinement of a rod with friction is told.
+const RESOLVED: f64 = 1e-6;
 /// The largest residual force of a start that is an equilibrium, relative to the forces.
 const BALANCED: f64 = 1e-6;
 
 /// Natural frequencies and mode shapes about the start of the scene, if that is an equilibrium, and otherwise about the one that the
-/// loads at t = 0 lead to. The clamp is held as it stands at t = 0, loads in time have their value then, and friction of the rod
-/// is left out.
+/// loads at t = 0 lead to. The clamp is held as it stands at t = 0, and loads in time have their value then. The modes are those without
+/// friction; with `damping` of the rod the eigenvalues have its friction, linearised at rest.
 ///
 /// ```
 /// use snaprod::{scene::Scene, study::modes};
@@ -109,8 +135,8 @@ const BALANCED: f64 = 1e-6;
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     let found = match (&scene.assembly, scene.is_planar()) {
         (Some(_), _) => assembled::of_assembly(scene),
-        (None, true) => planar::modes(&scene.standing()?),
-        (None, false) => assembled::modes(&scene.standing()?),
+        (None, true) => planar::modes(&scene.standing()?, scene),
+        (None, false) => assembled::modes(&scene.standing()?, scene),
     };
     let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;
     let mut record = ModesRecord {
@@ -133,8 +159,30 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     );
     remark(
         scene.rod.damping.is_some(),
-        "damping of the rod is left out: these are the frequencies of its elastic law",
+        "the modes are those of the rod without friction; the eigenvalues have its friction, as it is at rest",
     );
+    remark(
+        !scene.rod.relaxation.is_empty(),
+        "the modes are of the section after a long time; its memory is in the eigenvalues",
+    );
+    if let Some(creep) = &motions.creep {
+        let [fast, slow] = creep.held.unwrap_or_default();
+        remark(
+            creep.among > 0,
+            &format!(
+                "overdamped motions have {} more rates, among those with which the rod relaxes with its end held, {slow:.4e} to {fast:.4e}: there \
+                 rod and body are one motion",
+                creep.among,
+            ),
+        );
+        remark(
+            !(creep.change <= RESOLVED),
+            &format!(
+                "the last refinement of the rod still changed an eigenvalue by a part of {:.0e}",
+                creep.change
+            ),
+        );
+    }
     remark(
         scene.clamp.motion.is_some(),
         "the clamp is held as it stands at t = 0",
@@ -311,6 +359,7 @@ impl ModesRecord {
             "index": motions.index,
             "conservative": motions.conservative,
             "damped_angular_frequencies": eigenvalues.map(|all| all.iter().map(|s| s.im).collect::<Vec<_>>()),
+            "held_rates": motions.creep.and_then(|creep| creep.held).map(|[fast, slow]| [slow, fast]),
             "decay_rates": eigenvalues.map(|all| all.iter().map(|s| 0.0 - s.re).collect::<Vec<_>>()),
             "eigenvalues": eigenvalues.map(|all| all.iter().map(|s| [s.re, s.im]).collect::<Vec<_>>()),
             "equilibrium": if self.of_start { "start" } else { "loads" },

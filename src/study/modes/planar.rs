@@ -1,14 +1,16 @@
 //! Small motions of a point mass on a planar elastica: M = m, K in closed form.
 
-use super::{INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use super::{Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use crate::creep::material::Material;
 use crate::elastica::chart::ChartPoint;
 use crate::elastica::stiffness::{EndStiffness, across, force_by_chart, straight_index};
 use crate::elastica::straight::EULER;
 use crate::elastica::{Equilibrium, folds, settled};
 use crate::error::Result;
 use crate::math::order::sort_eigenvalues;
-use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight};
-use nalgebra::{Complex, Matrix3, Vector2, Vector3};
+use crate::motion::creep::small_in_plane;
+use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight, StrainName};
+use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
 
 /// A load across the rod is none up to this part of the load and EI/L^2: its deflection y changes the frequency by about y^2, and makes
 /// the rod 1/y^2 as stiff along itself.
@@ -26,7 +28,8 @@ struct Found {
     apart: f64,
 }
 
-pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
+/// Of a scene that stands, and the same with the friction of its rod.
+pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
     let (scales, plain) = (scene.scales()?, scene.dimensionless()?);
     // The straight rod is a start whatever the loads.
     let mut straight = scene.clone();
@@ -93,6 +96,23 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
             .oriented()
         });
     let drag = plain.loads.drag;
+    let damped = match creeping.rod.damping {
+        None => None,
+        Some(_) => {
+            let law = creeping.viscoelastic()?.measured(scales.measures());
+            let material = Material::new(law, [StrainName::U1 as usize])?;
+            let strains = |places: &[f64]| -> Result<Vec<_>> {
+                let strain = |s: &f64| match &at {
+                    None => Ok(Vector1::zeros()),
+                    Some(at) => at
+                        .section(*s)
+                        .map(|section| Vector1::new(section.curvature)),
+                };
+                places.iter().map(strain).collect()
+            };
+            Some(small_in_plane(material, &model.body, &strains)?)
+        }
+    };
     let motions = SmallMotions {
         index,
         stable,
@@ -100,12 +120,16 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         coordinates: ["dx", "dy"].map(String::from).to_vec(),
         modes: modes.collect(),
         rigid,
-        eigenvalues: (drag > 0.0).then(|| {
-            let pairs = squares.iter().flat_map(|square| roots(drag, *square));
-            let mut all: Vec<_> = pairs.map(|s| s / scales.time).collect();
-            sort_eigenvalues(&mut all);
-            all
-        }),
+        creep: damped.as_ref().map(|damped| Creep::new(damped, &scales)),
+        eigenvalues: match damped {
+            Some(damped) => Some(damped.rates.body.iter().map(|s| s / scales.time).collect()),
+            None => (drag > 0.0).then(|| {
+                let pairs = squares.iter().flat_map(|square| roots(drag, *square));
+                let mut all: Vec<_> = pairs.map(|s| s / scales.time).collect();
+                sort_eigenvalues(&mut all);
+                all
+            }),
+        },
         rods: vec![rod.iter().map(|at| outward.station(at)).collect()],
     };
     Ok((motions, of_start))

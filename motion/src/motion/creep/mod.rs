@@ -9,6 +9,7 @@
 //! * [`Nodes`](super::Nodes): how many Gauss nodes, by the tails of the strains.
 //! * [`ViscousSample`]: a state with all that follows from it: shape, wrench, rates, dissipation along the rod, and how
 //!   far the rod is from equilibrium.
+//! * [`small_in_plane`], [`small_in_space`]: eigenvalues of small motions about an equilibrium, the friction of the rod included.
 //! * [`Layer`]: a passage far from equilibrium, such as a snap (AMV (8.6)). [`near_equilibrium`]: the labels of the
 //!   equilibrium that a planar rod is near.
 
@@ -17,11 +18,13 @@ mod layer;
 mod motions;
 mod run;
 mod sample;
+mod small;
 
 pub use crate::creep::resolution::MOST_NODES;
-pub use crate::creep::system::{Hold, Layout, ViscousFactor, ViscousLinear, ViscousSystem};
+pub use crate::creep::system::{Hold, Layout, Rates, ViscousFactor, ViscousLinear, ViscousSystem};
 pub use labels::near_equilibrium;
 pub use layer::Layer;
 pub use motions::{Moving, in_plane, in_space};
 pub use run::{ViscousRun, ViscousStart};
 pub use sample::ViscousSample;
+pub use small::{SmallCreep, small_in_plane, small_in_space};

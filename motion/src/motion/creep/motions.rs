@@ -1,15 +1,14 @@
 //! Viscoelastic motions behind the one trait [`Motion`]: whoever asks for one by these functions compiles none of them again.
 
 use super::run::{ViscousRun, ViscousStart};
-use super::sample::ViscousSample;
 use crate::body::{Body, EndBody};
-use crate::creep::kinematics::{AtEnd, Local};
+use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
 use crate::creep::plane::Plane;
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::motion::reduction::Carried;
-use crate::motion::{Motion, Options, State};
+use crate::motion::{Motion, Options};
 use crate::section::rate::Viscoelastic;
 use crate::section::{Strain, StrainName};
 use nalgebra::Isometry3;
@@ -90,58 +89,92 @@ pub fn in_space<'a>(
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
+    dispatch(section, strains, carried, Begun { start, options })
+}
+
+/// What is done with a rod in space once the number of its strains and that of the velocities of its end are known to the compiler.
+pub(super) trait InSpace<'a> {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn with<B, const M: usize, const D: usize>(
+        self,
+        material: Material<M>,
+        body: &'a B,
+    ) -> Result<Self::Output>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>;
+}
+
+/// Finds out these numbers.
+pub(super) fn dispatch<'a, T: InSpace<'a>>(
+    section: Viscoelastic,
+    strains: Moving,
+    carried: &'a Carried,
+    task: T,
+) -> Result<T::Output> {
     match carried {
-        Carried::Welded(body) => with_body(section, strains, body, start, start.velocity, options),
-        Carried::BallJoint(body) => {
-            let velocity = start.velocity.fixed_rows::<3>(3).into_owned();
-            with_body(section, strains, body, start, velocity, options)
-        }
+        Carried::Welded(body) => with_body::<_, _, 6>(section, strains, body, task),
+        Carried::BallJoint(body) => with_body::<_, _, 3>(section, strains, body, task),
     }
 }
 
-fn with_body<'a, B, const D: usize>(
+fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
     section: Viscoelastic,
     strains: Moving,
     body: &'a B,
-    start: &ViscousStart<'_, 6, 6>,
-    velocity: AtEnd<D>,
-    options: Options,
-) -> Result<Box<dyn Motion<'a> + 'a>>
+    task: T,
+) -> Result<T::Output>
 where
     B: EndBody<D, Pose = Isometry3<f64>>,
 {
     match strains {
-        Moving::Flexure => with_strains::<B, 3, D>(section, body, start, velocity, options),
-        Moving::Stretch => with_strains::<B, 4, D>(section, body, start, velocity, options),
-        Moving::All => with_strains::<B, 6, D>(section, body, start, velocity, options),
+        Moving::Flexure => {
+            task.with::<B, 3, D>(Material::new(section, Space::<3, D>::places())?, body)
+        }
+        Moving::Stretch => {
+            task.with::<B, 4, D>(Material::new(section, Space::<4, D>::places())?, body)
+        }
+        Moving::All => task.with::<B, 6, D>(Material::new(section, Space::<6, D>::places())?, body),
     }
 }
 
-fn with_strains<'a, B, const M: usize, const D: usize>(
-    section: Viscoelastic,
-    body: &'a B,
-    start: &ViscousStart<'_, 6, 6>,
-    velocity: AtEnd<D>,
+/// A run that begins.
+struct Begun<'s, 'f> {
+    start: &'s ViscousStart<'f, 6, 6>,
     options: Options,
-) -> Result<Box<dyn Motion<'a> + 'a>>
-where
-    B: EndBody<D, Pose = Isometry3<f64>>,
-    ViscousSample<Space<M, D>, M, D>: State,
-{
-    let material = Material::new(section, Space::<M, D>::places())?;
-    let active = |strain: &Strain| -> Local<M> { material.active_of(strain) };
-    let relaxed = start.relaxed.map(|field| move |x: f64| active(&field(x)));
-    let start = ViscousStart {
-        strain: &|x| active(&(start.strain)(x)),
-        relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<M>),
-        velocity,
-    };
-    let run = ViscousRun::new(
-        Space::<M, D>::new(),
-        material.clone(),
-        body,
-        &start,
-        options,
-    )?;
-    Ok(Box::new(run))
+}
+
+impl<'a> InSpace<'a> for Begun<'_, '_> {
+    type Output = Box<dyn Motion<'a> + 'a>;
+
+    fn with<B, const M: usize, const D: usize>(
+        self,
+        material: Material<M>,
+        body: &'a B,
+    ) -> Result<Self::Output>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>,
+    {
+        let active = |strain: &Strain| -> Local<M> { material.active_of(strain) };
+        let relaxed = self
+            .start
+            .relaxed
+            .map(|field| move |x: f64| active(&field(x)));
+        let start = ViscousStart {
+            strain: &|x| active(&(self.start.strain)(x)),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<M>),
+            // A ball joint takes the velocity alone.
+            velocity: self.start.velocity.fixed_rows::<D>(6 - D).into_owned(),
+        };
+        let run = ViscousRun::new(
+            Space::<M, D>::new(),
+            material.clone(),
+            body,
+            &start,
+            self.options,
+        )?;
+        Ok(Box::new(run))
+    }
 }

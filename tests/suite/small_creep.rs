@@ -1,0 +1,214 @@
+//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and against the ring-down of runs.
+
+use nalgebra::{Complex, Matrix3, Vector3};
+use snaprod::scene::Scene;
+use snaprod::study::modes::modes;
+use snaprod::study::run::{Fields, Prepared, run};
+use snaprod::study::{ModesRecord, Silent, Table};
+
+type Eigenvalue = Complex<f64>;
+
+fn of(text: &str) -> ModesRecord {
+    let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    modes(&scene).unwrap_or_else(|why| panic!("{why}\n{text}"))
+}
+
+fn eigenvalues(record: &ModesRecord) -> Vec<Eigenvalue> {
+    record.motions.eigenvalues.clone().expect("eigenvalues")
+}
+
+fn frequencies(record: &ModesRecord) -> Vec<f64> {
+    let modes = record.motions.modes.iter();
+    modes.map(|mode| mode.angular_frequency).collect()
+}
+
+/// Asserts that a list has each of some numbers with Im >= 0, as often, and no others.
+fn assert_same(found: &[Eigenvalue], want: &[Eigenvalue], tolerance: f64, what: &str) {
+    let mut left = found.to_vec();
+    for s in want {
+        let nearest = (0..left.len()).min_by(|i, j| {
+            let far = |k: &usize| (left[*k] - s).norm();
+            far(i).total_cmp(&far(j))
+        });
+        let Some(k) = nearest else {
+            panic!("{what}: {s} is missing in {found:?}");
+        };
+        let off = (left[k] - s).norm() / s.norm();
+        assert!(off <= tolerance, "{what}: {s} is {off:e} off in {found:?}");
+        left.remove(k);
+    }
+    assert!(left.is_empty(), "{what}: {left:?} are too many");
+}
+
+/// Roots of s^2 + square (1 + time s) = 0 with Im s >= 0.
+fn roots(square: f64, time: f64) -> Vec<Eigenvalue> {
+    let half = 0.5 * square * time;
+    let inner = half * half - square;
+    match inner < 0.0 {
+        true => vec![Complex::new(-half, (-inner).sqrt())],
+        false => vec![
+            Complex::from(-half - inner.sqrt()),
+            Complex::from(-square / (half + inner.sqrt())),
+        ],
+    }
+}
+
+fn plane(rod: &str, more: &str) -> String {
+    format!(
+        "[rod]\nmodel = \"elastica\"\nlength = 2.0\nbending_stiffness = 5.0\n{rod}\n[body]\nmass = 0.5\n[run]\nduration = 1.0\n[start]\n\
+         rest = \"straight\"\n{more}"
+    )
+}
+
+/// A rigid body on a rod in space.
+fn space(section: &str, rod: &str, more: &str) -> String {
+    format!(
+        "[rod]\nmodel = \"cosserat\"\nlength = 2.0\nsection = {{ bending = [8.0, 1.0], torsion = 2.0{section} }}\n{rod}\n\
+         [body]\nmass = 0.5\ninertia = [0.2, 0.3, 0.1]\noffset = [0.0, 0.0, 0.3]\n[run]\nduration = 1.0\n{more}"
+    )
+}
+
+/// Catches friction that is left out, scaled wrongly, or of the wrong section, and rates of the rod's own among those of the body: on the
+/// straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and stretch.
+#[test]
+fn proportional_friction_of_a_straight_rod() {
+    for time in [1e-3, 0.3, 2.0, 50.0] {
+        let damping = format!("damping = {{ proportional = {time:?} }}");
+        let found = of(&plane(&damping, ""));
+        let square = 3.0 * 5.0 / (0.5 * 8.0);
+        let what = format!("in the plane, tau = {time}");
+        assert_same(&eigenvalues(&found), &roots(square, time), 1e-9, &what);
+        let also = format!("damping = {:?}", 5.0 * time);
+        assert_same(
+            &eigenvalues(&of(&plane(&also, ""))),
+            &roots(square, time),
+            1e-9,
+            &what,
+        );
+        for (section, count) in [("", 5), (", shear = [40.0, 60.0], axial = 300.0", 6)] {
+            let found = of(&space(section, &damping, ""));
+            let squares = frequencies(&found);
+            assert_eq!(squares.len(), count);
+            let want: Vec<Eigenvalue> = squares.iter().flat_map(|w| roots(w * w, time)).collect();
+            let what = format!("in space{section}, tau = {time}");
+            assert_same(&eigenvalues(&found), &want, 1e-7, &what);
+            assert!(found.motions.stable);
+        }
+    }
+}
+
+/// Catches memory that is lost, and friction that is not that at rest: roots of s^2 + omega^2 (1 + tau s + k T s/(1 + T s)) = 0, and a
+/// Carreau law at its plateau.
+#[test]
+fn memory_and_friction_at_rest() {
+    let square = 3.0 * 5.0 / (0.5 * 8.0);
+    let branch =
+        "damping = { proportional = 0.05 }\n[[rod.relaxation]]\nstiffness = 2.5\ntime = 0.4\n";
+    let found = eigenvalues(&of(&plane(branch, "")));
+    let oscillates: Vec<_> = found.iter().filter(|s| s.im > 0.0).collect();
+    assert_eq!(oscillates.len(), 1, "{found:?}");
+    for s in oscillates {
+        let memory = s * 0.5 * 0.4 / (s * 0.4 + 1.0);
+        let left = s * s + (s * 0.05 + memory + 1.0) * square;
+        assert!(left.norm() <= 1e-9 * square, "{s} leaves {left}");
+    }
+    let plain = of(&plane("damping = 0.7", ""));
+    let carreau = of(&plane(
+        "damping = { viscosity = 0.7, exponent = 0.5, rate = 2.0 }",
+        "",
+    ));
+    assert_same(
+        &eigenvalues(&carreau),
+        &eigenvalues(&plain),
+        1e-9,
+        "Carreau",
+    );
+}
+
+/// The eigenvalue of the last part of a ring-down x, samples `step` apart: x_(j+1) = a x_j + b x_(j-1) + c by least squares.
+fn rung_down(x: &[f64], step: f64) -> Eigenvalue {
+    let (mut normal, mut right) = (Matrix3::<f64>::zeros(), Vector3::zeros());
+    // From the middle, so that the normal equations keep their digits.
+    let middle = x[x.len() / 2];
+    for three in x.windows(3) {
+        let row = Vector3::new(three[1] - middle, three[0] - middle, 1e-5);
+        normal += row * row.transpose();
+        right += row * (three[2] - middle);
+    }
+    let found = normal.full_piv_lu().solve(&right).expect("a fit");
+    let (a, b) = (found.x, found.y);
+    let root = Complex::new(0.5 * a, (-b - 0.25 * a * a).sqrt());
+    root.ln() / step
+}
+
+/// The eigenvalue in the second half of what a run shows, in the coordinate `of`.
+fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) -> Eigenvalue {
+    let text = text.replace(
+        "duration = 1.0",
+        &format!("duration = {duration:?}\nsamples = {samples}\ntolerance = 1e-12"),
+    );
+    let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    let prepared = Prepared::new(&scene).expect("a start");
+    let mut tables: Vec<Table> = Vec::new();
+    let record = run(&prepared, Fields::default(), &mut tables, &mut Silent).expect("a run");
+    assert_eq!(record.reason(), None);
+    let (t, x) = (tables[0].reals("t"), tables[0].reals(of));
+    let first = t.iter().position(|t| *t >= from).expect("samples");
+    rung_down(&x[first..], duration / (samples - 1) as f64)
+}
+
+/// Catches a geometric stiffness that is left out or multiplied with the friction: a rod bent by the weight of its body rings down, in
+/// the plane and in space, and the frequency and decay of its last oscillations are those of the slowest eigenvalue.
+#[test]
+fn a_bent_rod_rings_down_at_its_eigenvalue() {
+    let slowest = |text: &str| {
+        let mut all = eigenvalues(&of(text));
+        all.retain(|s| s.im > 0.0);
+        all.sort_by(|a, b| b.re.total_cmp(&a.re));
+        all[0]
+    };
+    let bent = plane(
+        "damping = { proportional = 0.25 }",
+        "[loads]\ngravity = [0.0, -4.0]\n",
+    );
+    let straight = slowest(&plane("damping = { proportional = 0.25 }", ""));
+    let weight = "[start]\nsettled = true\nvelocity = [3e-4, 0.0, 1e-4]\n[loads]\ngravity = [0.0, 1.0, -5.0]\n";
+    let on_side = "[clamp]\nrotation = { axis = [0.2, 1.0, 0.0], angle = 1.3 }\n";
+    let section = ", shear = [40.0, 60.0], axial = 300.0";
+    let turned = space(
+        section,
+        "damping = { proportional = 0.6 }",
+        &format!("{on_side}{weight}"),
+    );
+    for (text, time, from, coordinate) in [
+        (&bent, (36.0, 145), 26.0, "y"),
+        (&turned, (40.0, 101), 22.0, "z"),
+    ] {
+        let (want, found) = (slowest(text), measured(text, time, from, coordinate));
+        let off = [
+            (found.re / want.re - 1.0).abs(),
+            (found.im / want.im - 1.0).abs(),
+        ];
+        let motions = of(text).motions;
+        let (creep, all) = (
+            motions.creep.expect("friction"),
+            motions.eigenvalues.expect("eigenvalues"),
+        );
+        assert!(
+            creep.change <= 1e-8,
+            "eigenvalues move by {:e}",
+            creep.change
+        );
+        let oscillating = all.iter().filter(|s| s.im > 0.0).count();
+        assert_eq!(
+            all.len() + oscillating + creep.among,
+            2 * motions.modes.len()
+        );
+        assert!(
+            off[0] <= 1e-5 && off[1] <= 1e-5,
+            "{found} for {want}: {off:?}"
+        );
+    }
+    // The load matters by far more than that.
+    assert!((slowest(&bent) / straight - 1.0).norm() > 0.05);
+}
