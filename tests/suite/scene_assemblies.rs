@@ -567,3 +567,37 @@ fn a_hard_blow_keeps_the_ledger_at_every_sample() {
         assert!(opened < 1e-9, "{velocity}: the ledger opens by {opened:e}");
     }
 }
+
+/// Would catch a guess that leads nowhere and is passed over: an equilibrium tells that it was found from the unloaded rods, a motion and its
+/// frequencies are refused, and where no way leads anywhere the reason is told.
+#[test]
+fn a_guess_that_leads_nowhere_is_told() {
+    let scene = |guess: &str, more: &str| {
+        parsed(&format!(
+            "[[rod]]\nname = \"r\"\n{ROD}from = {{}}\nto = {{ body = \"m\" }}\n\
+             [[body]]\nname = \"m\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nforce = [0.4, 0.0, 0.2]\n\
+             guess = {{ position = {guess} }}\n{more}"
+        ))
+    };
+    let near = equilibrium(&scene("[0.12, 0.0, 0.98]", "")).expect("a near guess");
+    assert_eq!(near.from_guess, Some(true));
+    for guess in ["[30.0, -20.0, 5.0]", "[0.0, 0.0, 1e9]", "[0.0, 0.0, -40.0]"] {
+        let far = equilibrium(&scene(guess, "")).expect("the unloaded rods lead there");
+        assert_eq!(far.from_guess, Some(false), "{guess}");
+        let off = (far.bodies[0].1.translation.vector - near.bodies[0].1.translation.vector).norm();
+        assert!(off <= 1e-8, "{guess}: {off:e} off");
+        let moving = scene(guess, "[run]\nduration = 1.0\n");
+        let prepared = AssemblyPrepared::new(&moving).expect("a scene that can be made");
+        let Err(refused) = prepared.motion() else {
+            panic!("{guess}: a motion starts");
+        };
+        let refused = refused.to_string();
+        let modes = snaprod::study::modes(&moving).expect_err("no modes");
+        for told in [refused, modes.to_string()] {
+            assert!(
+                told.contains("near the guess") && told.contains("give a nearer guess"),
+                "{guess}: {told}"
+            );
+        }
+    }
+}

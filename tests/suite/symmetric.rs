@@ -234,8 +234,8 @@ fn a_snap_in_the_plane_is_the_reference() {
     assert!((end.ledger.total() - total).abs() < 1e-10 * end.ledger.largest());
 }
 
-/// A body on a bent rod in space, kicked.
-fn kicked(method: Method, duration: f64, tolerance: f64) -> AssemblyRun {
+/// A body on a bent rod in space, kicked; with a second one that hangs on it by such a rod.
+fn start(second: bool) -> (Assembly, Configuration) {
     let law = Linear::diagonal([1.0, 1.3], 0.8)
         .and_then(|law| law.with_shear([120.0, 120.0])?.with_axial(300.0))
         .and_then(|law| law.with_rest([0.3, 0.1], 0.2))
@@ -244,22 +244,92 @@ fn kicked(method: Method, duration: f64, tolerance: f64) -> AssemblyRun {
         .and_then(|body| body.with_centre(Vector3::new(0.05, 0.0, 0.1)))
         .and_then(|body| body.with_gravity(Vector3::new(0.3, 0.0, -0.5)))
         .expect("a body");
-    let link = Link::new(
-        Rod::new(1.0, law).expect("a rod"),
-        Attachment::ground(Isometry3::identity()),
-        Attachment::body(0, Isometry3::identity()),
-        Joint::Weld,
-    );
-    let start = Configuration {
-        bodies: vec![Place {
-            pose: link.end(&Vector6::zeros(), 1e-14).expect("an end").pose,
-            twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
-        }],
-        charts: vec![Vector6::zeros()],
+    let rod = Rod::new(1.0, law).expect("a rod");
+    let here = Isometry3::identity();
+    let link = |from: Attachment, to: usize| {
+        Link::new(rod.clone(), from, Attachment::body(to, here), Joint::Weld)
     };
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).expect("an assembly");
+    let mut links = vec![link(Attachment::ground(here), 0)];
+    let end = links[0].end(&Vector6::zeros(), 1e-14).expect("an end").pose;
+    let mut bodies = vec![Place {
+        pose: end,
+        twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
+    }];
+    if second {
+        links.push(link(Attachment::body(0, here), 1));
+        bodies.push(Place::at_rest(end * end));
+    }
+    let now = Configuration {
+        charts: vec![Vector6::zeros(); links.len()],
+        bodies,
+    };
+    let carriers = vec![Carrier::rigid(body); links.len()];
+    (Assembly::new(carriers, links).expect("an assembly"), now)
+}
+
+fn kicked(method: Method, duration: f64, tolerance: f64) -> AssemblyRun {
+    let (assembly, start) = start(false);
     AssemblyRun::new(assembly, &start, options(duration, tolerance, method)).expect("a run")
 }
+
+fn ended<'a>(motion: &mut dyn Motion<'a>) {
+    let mut outcome = None;
+    while let Some(event) = motion.advance() {
+        if let Event::Stop(end) = event {
+            outcome = Some(end);
+        }
+    }
+    assert_eq!(outcome, Some(Outcome::EndOfTime));
+}
+
+/// Would catch a part of a run that knows forward from backward: velocities that are turned round after a whole run lead back to the start
+/// turned round, in the plane and in space, of one body and of two. (The two runs fit their steps each for itself and end by a shortened one, so
+/// that they agree to the tolerance, not to rounding.)
+#[test]
+fn whole_runs_turned_round_lead_back() {
+    let body = Body::<2>::new(1.0)
+        .and_then(|b| b.with_dead_force(vector![-8.0, -2.0]))
+        .expect("a body");
+    let mut there = swing(&body, 10.0, 1e-10, Method::Symmetric);
+    let from = (there.now().pose, there.now().phase.v);
+    ended(&mut there);
+    let end = there.now();
+    let set = options(10.0, 1e-10, Method::Symmetric);
+    let mut back = Run::new(&Elastica, &body, end.phase.q, -end.phase.v, set).expect("a run");
+    ended(&mut back);
+    let off = (back.now().pose - from.0)
+        .norm()
+        .max((back.now().phase.v + from.1).norm());
+    assert!(off <= PLANE, "in the plane {off:e} off");
+    for (second, duration, bound) in [(false, 8.0, ONE), (true, 4.0, TWO)] {
+        let (assembly, from) = start(second);
+        let set = || options(duration, 1e-10, Method::Symmetric);
+        let mut there = AssemblyRun::new(assembly.clone(), &from, set()).expect("a run");
+        ended(&mut there);
+        let mut end = there.sample_now().at.now;
+        let gone =
+            (end.bodies[0].pose.translation.vector - from.bodies[0].pose.translation.vector).norm();
+        assert!(gone > 0.05, "it should be elsewhere: {gone}");
+        end.bodies
+            .iter_mut()
+            .for_each(|place| place.twist.neg_mut());
+        let mut back = AssemblyRun::new(assembly, &end, set()).expect("a run");
+        ended(&mut back);
+        let found = back.sample_now().at.now;
+        for (a, b) in found.bodies.iter().zip(&from.bodies) {
+            let off = (a.pose.translation.vector - b.pose.translation.vector)
+                .norm()
+                .max(a.pose.rotation.angle_to(&b.pose.rotation))
+                .max((a.twist + b.twist).norm());
+            assert!(off <= bound, "in space {off:e} off");
+        }
+    }
+}
+
+/// Bounds of the distance from the start, at the tolerance 1e-10.
+const PLANE: f64 = 1e-9;
+const ONE: f64 = 1e-12;
+const TWO: f64 = 1e-12;
 
 /// Would catch a clock of the steps that is not the same in both directions, and samples off the motion.
 #[test]

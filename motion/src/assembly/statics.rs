@@ -238,16 +238,33 @@ impl Assembly {
         }
         let statics = self.statics(guess, tolerance);
         let x = statics.frame.unknowns(self, guess);
-        match solved(&statics, &x, tolerance) {
-            Ok(root) => self.described(&statics, &root, AssemblyRoute::Guess),
+        let direct = solved(&statics, &x, tolerance)
+            .and_then(|root| self.described(&statics, &root, AssemblyRoute::Guess));
+        let found = match direct {
+            Ok(found) => found,
             Err(direct) => self.led(guess, AssemblyRoute::FromGuess, tolerance).map_err(|lost| {
                 direct.context(format!(
                     "no equilibrium near the guess, and the path that takes its residual back ends after {:.1} % of its way; \
                      give a guess nearer to an equilibrium, or none",
                     100.0 * lost.part
                 ))
-            }),
+            })?,
+        };
+        // Newton's method may come from anywhere, to anywhere: farther than the rods are long is not near.
+        let reach: f64 = self.links().iter().map(|link| link.rod().length()).sum();
+        let moved = guess.bodies.iter().zip(&found.now.bodies).map(|(a, b)| {
+            let (a, b) = (a.pose.translation.vector, b.pose.translation.vector);
+            (a - b).norm()
+        });
+        let moved = moved.fold(0.0, f64::max);
+        if !(moved <= reach) {
+            return Err(Error::no_convergence(format!(
+                "no equilibrium near the guess: that to which it leads is {:.1} times as far away as all rods together are long; give a guess \
+                 nearer to an equilibrium, or none",
+                moved / reach
+            )));
         }
+        Ok(found)
     }
 
     fn statics(&self, now: &Configuration, tolerance: f64) -> Statics<'_> {

@@ -132,6 +132,21 @@ impl AssemblySetup {
         })
     }
 
+    /// The equilibrium that a motion begins at, or that small motions are about: near the guess, if there is one.
+    ///
+    /// # Errors
+    /// As [`AssemblySetup::equilibrium`]; none near the guess.
+    pub fn meant(&self) -> Result<AssemblyEquilibrium> {
+        let found = self.equilibrium()?;
+        match self.guess.is_some() && !found.route.is_near_guess() {
+            false => Ok(found),
+            true => Err(Error::no_convergence(
+                "no equilibrium is found near the guess of the bodies, and a motion should not be about another one: give a nearer \
+                 guess, or leave it out for that which the unloaded rods lead to (snaprod equilibrium)",
+            )),
+        }
+    }
+
     /// Where a motion starts, and the index of the equilibrium there if it was found as one.
     ///
     /// # Errors
@@ -140,13 +155,7 @@ impl AssemblySetup {
         let (mut now, index) = match self.unloaded {
             true => (self.assembly.unloaded(FINEST)?, None),
             false => {
-                let found = self.equilibrium()?;
-                if self.guess.is_some() && !found.route.is_near_guess() {
-                    return Err(Error::no_convergence(
-                        "no equilibrium is found near the guess of the bodies, and a motion should not start at another one: give a \
-                         nearer guess, or leave it out to start at that which the unloaded rods lead to (snaprod equilibrium)",
-                    ));
-                }
+                let found = self.meant()?;
                 let decides = self.assembly.is_conservative(0.0);
                 (found.now, Some(found.index).filter(|_| decides))
             }

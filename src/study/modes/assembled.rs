@@ -72,7 +72,7 @@ fn with_friction(
 /// Those of a scene of several rods and bodies: about the equilibrium under the loads at t = 0.
 pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let setup = AssemblySetup::new(scene)?;
-    let now = setup.equilibrium()?.now;
+    let now = setup.meant()?.now;
     let world = Isometry3::identity();
     let motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
     // Bodies settle there unless the unloaded rods are asked for.
