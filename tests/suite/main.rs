@@ -71,6 +71,7 @@ mod reductions;
 mod reductions_shear;
 mod rigid_body;
 mod rod_benchmarks;
+mod rod_mass;
 mod rod_paths;
 mod rod_published;
 mod rods;

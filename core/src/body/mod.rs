@@ -14,7 +14,9 @@ pub use rigid::RigidBody;
 pub use support::{Frame, Support};
 
 use crate::error::{Error, Result};
+use crate::manifold::RodMass;
 use nalgebra::SVector;
+use std::sync::Arc;
 
 /// A force or a couple that depends on time alone: direction x history(t), in the world frame.
 #[derive(Debug, Clone)]
@@ -80,6 +82,7 @@ pub struct Body<const N: usize> {
     drag: f64,
     forces: Vec<TimeLoad<N>>,
     support: Option<Box<Support<N>>>,
+    rod: Option<Arc<dyn RodMass<N>>>,
 }
 
 impl<const N: usize> Body<N> {
@@ -99,6 +102,7 @@ impl<const N: usize> Body<N> {
             drag: 0.0,
             forces: Vec::new(),
             support: None,
+            rod: None,
         })
     }
 
@@ -154,6 +158,18 @@ impl<const N: usize> Body<N> {
     pub fn with_support(mut self, support: Support<N>) -> Self {
         self.support = Some(Box::new(support));
         self
+    }
+
+    /// Has it feel the mass of its rod. The clamp must be fixed.
+    #[must_use]
+    pub fn with_rod(mut self, rod: Arc<dyn RodMass<N>>) -> Self {
+        self.rod = Some(rod);
+        self
+    }
+
+    /// The mass of its rod, if it feels that.
+    pub fn rod(&self) -> Option<&dyn RodMass<N>> {
+        self.rod.as_deref()
     }
 
     /// The clamp, if it is not fixed at the origin along the axes of the world.

@@ -1,6 +1,6 @@
 //! Second derivatives of the tip over (p, lam), in closed form: what cusps and error bounds need.
 
-use super::chart::ChartPoint;
+use super::chart::{ChartPoint, Integrals};
 
 /// First and second derivatives of the tip (x, y) with respect to p and lam, in the turned axes of
 /// [`ChartPoint`] (rotate with `to_fixed`).
@@ -21,63 +21,98 @@ pub struct TipDerivatives {
     pub ll: [f64; 2],
 }
 
-impl TipDerivatives {
-    /// The derivatives at a chart point.
-    pub fn new(at: &ChartPoint) -> Self {
-        let i = &at.integrals;
-        let (kap, kc2, s, c, d, lam, b) = (i.kap, i.kap_c * i.kap_c, i.s, i.c, i.d, i.lam, i.b);
-        let (inv, kap2) = (1.0 / lam, kap * kap);
+/// The pendulum of the rod at the distance u = lam of `Integrals` from the tip: the angle psi and the place Z(u) = int_0^u (cos psi,
+/// sin psi) with their derivatives along u and, at fixed u, along the modulus p.
+pub(super) struct Swing {
+    pub z: [f64; 2],
+    pub z_p: [f64; 2],
+    pub z_pp: [f64; 2],
+    pub psi_p: f64,
+    pub psi_u: f64,
+    pub psi_pp: f64,
+    pub psi_pu: f64,
+    pub psi_uu: f64,
+    cos_psi: f64,
+    sin_psi: f64,
+}
+
+impl Swing {
+    pub fn new(i: &Integrals) -> Self {
+        let (kap, kc2, s, c, d, u, b) = (i.kap, i.kap_c * i.kap_c, i.s, i.c, i.d, i.lam, i.b);
+        let kap2 = kap * kap;
         let g = i.lam_p();
         let dg = d * g;
-        // psi and its derivatives at the clamp, u = lam; alpha = -psi.
-        let psi_p = 2.0 * (c * d + kap2 * s * b);
-        let psi_u = -2.0 * kap * s;
         let rate = s * (kap2 - d * d) + kap2 * c * d * b;
-        let psi_pu = 2.0 * rate;
-        let psi_pp = 2.0 * (kap * kc2 * (s * lam - c / d) - g * rate);
-        let psi_uu = -2.0 * kap * c * d;
         // At fixed u: c_p = s D G, s_p = -c D G.
         let d_p = -kap * kc2 * c * c / d - kap2 * s * c * g;
-        let g_p = kc2 * (lam - b) + kap * kc2 * c * c / (d * d) * (kap * s * c / d - g);
+        let g_p = kc2 * (u - b) + kap * kc2 * c * c / (d * d) * (kap * s * c / d - g);
         let z_p = [
-            -2.0 * (kap * kc2 * (lam - b) + d * dg),
+            -2.0 * (kap * kc2 * (u - b) + d * dg),
             2.0 * (kc2 * s - kap * c * dg),
         ];
         // kap B_p at fixed u, free of the division by kap.
-        let kap_b_p = kc2 * (lam - 2.0 * b - c * s / d) - kap * s * s * g;
+        let kap_b_p = kc2 * (u - 2.0 * b - c * s / d) - kap * s * s * g;
         let z_pp = [
-            -2.0 * (kc2 * (kc2 - 2.0 * kap2) * (lam - b) - kc2 * kap_b_p
+            -2.0 * (kc2 * (kc2 - 2.0 * kap2) * (u - b) - kc2 * kap_b_p
                 + 2.0 * d * d_p * g
                 + d * d * g_p),
             2.0 * (-2.0 * kap * kc2 * s
                 - 2.0 * kc2 * c * dg
                 - kap * (s * dg * dg + c * d_p * g + c * d * g_p)),
         ];
+        Self {
+            z: [2.0 * i.de() - u, 2.0 * kap * s],
+            z_p,
+            z_pp,
+            psi_p: 2.0 * (c * d + kap2 * s * b),
+            psi_u: -2.0 * kap * s,
+            psi_pp: 2.0 * (kap * kc2 * (s * u - c / d) - g * rate),
+            psi_pu: 2.0 * rate,
+            psi_uu: -2.0 * kap * c * d,
+            // D^2 + kap^2 c^2 = 1.
+            cos_psi: (d - kap * c) * (d + kap * c),
+            sin_psi: 2.0 * kap * c * d,
+        }
+    }
+
+    /// dZ/du.
+    pub fn z_u(&self) -> [f64; 2] {
+        [self.cos_psi, self.sin_psi]
+    }
+
+    /// d2Z/dp du.
+    pub fn z_pu(&self) -> [f64; 2] {
+        quarter(self.z_u()).map(|x| x * self.psi_p)
+    }
+
+    /// d2Z/du2.
+    pub fn z_uu(&self) -> [f64; 2] {
+        quarter(self.z_u()).map(|x| x * self.psi_u)
+    }
+}
+
+impl TipDerivatives {
+    /// The derivatives at a chart point.
+    pub fn new(at: &ChartPoint) -> Self {
+        let swing = Swing::new(&at.integrals);
+        let inv = 1.0 / at.integrals.lam;
         // (cos psi, sin psi) at the clamp is (cos alpha, -sin alpha).
-        let tangent = [at.cos_alpha, -at.sin_alpha];
-        let normal = [at.sin_alpha, at.cos_alpha];
+        let tangent = swing.z_u();
+        let normal = quarter(tangent);
         let r = at.turned;
         let r_l = combine([(inv, tangent), (-inv, r)]);
-        let r_ll = combine([(inv * psi_u, normal), (-2.0 * inv, r_l)]);
-        let r_p = z_p.map(|v| v * inv);
-        let r_pl = combine([(inv * psi_p, normal), (-inv, r_p)]);
-        let r_pp = z_pp.map(|v| v * inv);
-        let (a_p, a_l) = (-psi_p, -psi_u);
-        let turned = |second: [f64; 2], a: f64, ra: [f64; 2], b: f64, rb: [f64; 2], ab: f64| {
-            combine([
-                (1.0, second),
-                (a, quarter(rb)),
-                (b, quarter(ra)),
-                (ab, quarter(r)),
-                (-a * b, r),
-            ])
-        };
+        let r_ll = combine([(inv * swing.psi_u, normal), (-2.0 * inv, r_l)]);
+        let r_p = swing.z_p.map(|v| v * inv);
+        let r_pl = combine([(inv * swing.psi_p, normal), (-inv, r_p)]);
+        let r_pp = swing.z_pp.map(|v| v * inv);
+        // alpha = -psi at the clamp.
+        let (a_p, a_l) = (-swing.psi_p, -swing.psi_u);
         Self {
             p: combine([(1.0, r_p), (a_p, quarter(r))]),
             l: combine([(1.0, r_l), (a_l, quarter(r))]),
-            pp: turned(r_pp, a_p, r_p, a_p, r_p, -psi_pp),
-            pl: turned(r_pl, a_p, r_p, a_l, r_l, -psi_pu),
-            ll: turned(r_ll, a_l, r_l, a_l, r_l, -psi_uu),
+            pp: turned(r, r_pp, a_p, r_p, a_p, r_p, -swing.psi_pp),
+            pl: turned(r, r_pl, a_p, r_p, a_l, r_l, -swing.psi_pu),
+            ll: turned(r, r_ll, a_l, r_l, a_l, r_l, -swing.psi_uu),
         }
     }
 
@@ -91,6 +126,25 @@ impl TipDerivatives {
             ],
         )
     }
+}
+
+/// The second derivative of Rot(alpha) r, in the turned axes, from that of r and the first derivatives of both along two parameters.
+pub(super) fn turned(
+    r: [f64; 2],
+    second: [f64; 2],
+    a: f64,
+    ra: [f64; 2],
+    b: f64,
+    rb: [f64; 2],
+    ab: f64,
+) -> [f64; 2] {
+    combine([
+        (1.0, second),
+        (a, quarter(rb)),
+        (b, quarter(ra)),
+        (ab, quarter(r)),
+        (-a * b, r),
+    ])
 }
 
 fn combine<const N: usize>(terms: [(f64, [f64; 2]); N]) -> [f64; 2] {

@@ -4,7 +4,10 @@
 //! ask "given q, what are pose and force?". Everything that follows, folds, index, inversion,
 //! motion, jumps, is written once over this map (theory 1: q -> g(q), w(q), U(q), dU = -w . dg).
 
+mod rod_mass;
 pub mod truss;
+
+pub use rod_mass::RodMass;
 
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};

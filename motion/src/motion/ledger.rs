@@ -1,4 +1,4 @@
-//! The energy ledger: kinetic + elastic + potential + dissipated - work = constant.
+//! The energy ledger: kinetic (of body and rod) + elastic + potential + dissipated - work = constant.
 
 use super::sheet::Phase;
 use crate::body::Body;
@@ -7,8 +7,10 @@ use crate::manifold::ManifoldPoint;
 /// The terms of the ledger at one moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Ledger {
-    /// mu |v|^2 / 2.
+    /// Of the body.
     pub kinetic: f64,
+    /// Of the rod; 0 for one without mass.
+    pub rod_kinetic: f64,
     /// Stored in the rod.
     pub elastic: f64,
     /// Of gravity and dead loads, zero at the clamp.
@@ -29,6 +31,7 @@ impl Ledger {
     ) -> Self {
         Self {
             kinetic: body.kinetic(phase.t, &at.pose, &phase.v),
+            rod_kinetic: 0.0,
             elastic: at.energy,
             potential: body.potential(phase.t, &at.pose),
             dissipated: snapped + phase.drag_loss,
@@ -40,6 +43,7 @@ impl Ledger {
     pub fn scaled(&self, energy: f64) -> Self {
         Self {
             kinetic: self.kinetic * energy,
+            rod_kinetic: self.rod_kinetic * energy,
             elastic: self.elastic * energy,
             potential: self.potential * energy,
             dissipated: self.dissipated * energy,
@@ -49,13 +53,15 @@ impl Ledger {
 
     /// What should not change.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic + self.potential + self.dissipated - self.work
+        self.kinetic + self.rod_kinetic + self.elastic + self.potential + self.dissipated
+            - self.work
     }
 
     /// The largest term, by which an error of the total is judged.
     pub fn largest(&self) -> f64 {
         [
             self.kinetic,
+            self.rod_kinetic,
             self.elastic,
             self.potential,
             self.dissipated,

@@ -48,6 +48,8 @@ pub struct Run<'a, M, const N: usize> {
     body: &'a Body<N>,
     options: Options,
     motion: OnSheet<'a, M, N>,
+    /// True while the motion feels the mass of the rod.
+    followed: bool,
     index: usize,
     snapped: f64,
     snaps: u64,
@@ -128,11 +130,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
             }
         };
+        let rod = (body.rod()).filter(|rod| rod.holds(&phase.q, &phase.v, false));
         let mut run = Self {
             manifold,
             body,
             options,
-            motion: OnSheet::new(manifold, body, phase, orientation, &options)?,
+            motion: OnSheet::new(manifold, body, phase, orientation, rod, &options)?,
+            followed: rod.is_some(),
             index,
             snapped,
             snaps,
@@ -169,14 +173,66 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             q: SVector::from_column_slice(snap.to.q.as_slice()),
             ..self.motion.phase()
         };
-        Self::start(
+        let mut run = Self::start(
             self.manifold,
             self.body,
             phase,
             self.options,
             self.snapped + snap.released,
             self.snaps + 1,
-        )
+        )?;
+        if run.followed {
+            run.snapped -= run.of_rod(&phase).iter().sum::<f64>();
+        }
+        Ok(run)
+    }
+
+    /// Kinetic energy and potential of the rod.
+    fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
+        let rod = self.body.rod();
+        rod.and_then(|rod| rod.energies(&phase.q, &phase.v))
+            .unwrap_or_default()
+    }
+
+    /// Goes on from `phase` with the mass of the rod, or without it. What energy the rod has there is counted as lost, to vibrations of
+    /// its own, where the motion ceases to follow it, and as got back where it does again: both belong to the snap between.
+    fn follow(&mut self, rod: bool, phase: Phase<N>) -> Result<()> {
+        let energy: f64 = self.of_rod(&phase).iter().sum();
+        let orientation = self.motion.orientation();
+        let followed = self.body.rod().filter(|_| rod);
+        let motion = OnSheet::new(
+            self.manifold,
+            self.body,
+            phase,
+            orientation,
+            followed,
+            &self.options,
+        )?;
+        self.past = self.cost();
+        self.snapped += if rod { -energy } else { energy };
+        self.followed = rod;
+        self.motion = motion;
+        Ok(())
+    }
+
+    /// A step of the motion, with the mass of the rod where that can be followed.
+    fn step(&mut self) -> Result<Option<Progress>> {
+        let end = self.options.duration;
+        let Some(rod) = self.body.rod() else {
+            return Ok(self.motion.step(end));
+        };
+        let from = self.motion.phase();
+        let holds = rod.holds(&from.q, &from.v, self.followed);
+        if holds != self.followed {
+            self.follow(holds, from)?;
+        }
+        let progress = self.motion.step(end);
+        if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
+            // A long step came upon a fold.
+            self.follow(false, from)?;
+            return Ok(self.motion.step(end));
+        }
+        Ok(progress)
     }
 
     /// The state now.
@@ -233,13 +289,19 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             .manifold
             .point(&phase.q)
             .expect("every state of a run lies in the chart");
+        let mut ledger = Ledger::new(self.body, &at, &phase, self.snapped);
+        if self.followed {
+            let [kinetic, potential] = self.of_rod(&phase);
+            ledger.rod_kinetic = kinetic;
+            ledger.potential += potential;
+        }
         Sample {
             phase,
             pose: at.pose,
             force: at.force,
             sheet: self.manifold.sheet(&phase.q),
             index: self.index,
-            ledger: Ledger::new(self.body, &at, &phase, self.snapped),
+            ledger,
         }
     }
 
@@ -349,6 +411,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             self.body,
             Phase { q, ..phase },
             orientation(self.manifold, &q)?,
+            None,
             &self.options,
         )?;
         self.outward = self.motion.moves_outward();
@@ -458,7 +521,16 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                  change less often; or end earlier, or raise max_steps",
             ));
         }
-        let Some(progress) = self.motion.step(self.options.duration) else {
+        let progress = match self.step() {
+            Ok(progress) => progress,
+            Err(why) => {
+                return Some(self.stuck(
+                    Cause::Failed(why),
+                    "leave out the rod's mass: inertia = \"none\"",
+                ));
+            }
+        };
+        let Some(progress) = progress else {
             let cause = Cause::StepCollapsed {
                 next: self.motion.next_step(),
                 tolerance: self.options.tolerance,

@@ -16,13 +16,13 @@ use super::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use super::options::Options;
 use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{ManifoldPoint, Multivalued, Patch, adjugate_times};
+use crate::manifold::{ManifoldPoint, Multivalued, Patch, RodMass, adjugate_times};
 use crate::solve::cost::Cost;
 use crate::solve::dop853::State;
 use crate::solve::gauss::Reversible;
 use crate::solve::integrator::Method;
 use crate::solve::stepper::{Inside, Stepper, Taken};
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use shaking::Shaking;
 
 /// State of a motion: chart point, velocity, time, and the integrals that the ledger needs.
@@ -96,6 +96,8 @@ pub enum Progress {
 pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
+    /// The mass of the rod, where it is followed.
+    rod: Option<&'a dyn RodMass<N>>,
     /// The chart of the solver's states.
     patch: Patch,
     orientation: f64,
@@ -120,7 +122,7 @@ const FINEST: f64 = 1e-14;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1, with the tolerance and the method of
-    /// `options`: steps are explicit unless it asks for symmetric ones.
+    /// `options`: steps are explicit unless it asks for symmetric ones. `rod`: its mass, if the motion is to feel it.
     ///
     /// # Errors
     /// A start outside the chart.
@@ -129,10 +131,14 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         body: &'a Body<N>,
         start: Phase<N>,
         orientation: f64,
+        rod: Option<&'a dyn RodMass<N>>,
         options: &Options,
     ) -> Result<Self> {
         let tolerance = options.tolerance;
-        let patch = manifold.better_patch(Patch::Global, &start.q);
+        let patch = match rod {
+            Some(_) => Patch::Global,
+            None => manifold.better_patch(Patch::Global, &start.q),
+        };
         let outside = || {
             Error::domain(format!(
                 "the start q = {:?} lies outside the chart",
@@ -143,7 +149,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             q: manifold.carried(&start.q, Patch::Global, patch),
             ..start
         };
-        let slope = slope(manifold, patch, body, orientation, &start).ok_or_else(outside)?;
+        let slope = slope(manifold, patch, body, rod, orientation, &start).ok_or_else(outside)?;
         let rate = slope.mean_square(&start, &start).sqrt();
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
         let local = (LOCAL * tolerance).max(FINEST);
@@ -151,6 +157,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Ok(Self {
             manifold,
             body,
+            rod,
             patch,
             orientation,
             tolerance: local,
@@ -164,6 +171,11 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The current state.
     pub fn phase(&self) -> Phase<N> {
         self.global(*self.solver.state())
+    }
+
+    /// The sign of det on its sheet.
+    pub fn orientation(&self) -> f64 {
+        self.orientation
     }
 
     /// Time now.
@@ -200,6 +212,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// Goes on in another chart where that is better.
     fn change_patch(&mut self) {
+        if self.rod.is_some() {
+            return;
+        }
         let (now, before) = (*self.solver.state(), *self.solver.slope());
         let patch = self.manifold.better_patch(self.patch, &now.q);
         if patch == self.patch {
@@ -209,7 +224,14 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             q: self.manifold.carried(&now.q, self.patch, patch),
             ..now
         };
-        let Some(slope) = slope(self.manifold, patch, self.body, self.orientation, &carried) else {
+        let Some(slope) = slope(
+            self.manifold,
+            patch,
+            self.body,
+            None,
+            self.orientation,
+            &carried,
+        ) else {
             return;
         };
         // The same step in time, at first.
@@ -423,8 +445,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The right-hand side of the motion in the present chart.
     fn right_hand_side(&self) -> impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy + use<'a, M, N> {
         let (manifold, patch, body) = (self.manifold, self.patch, self.body);
-        let orientation = self.orientation;
-        move |y| slope(manifold, patch, body, orientation, y)
+        let (rod, orientation) = (self.rod, self.orientation);
+        move |y| slope(manifold, patch, body, rod, orientation, y)
     }
 }
 
@@ -442,6 +464,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     patch: Patch,
     body: &Body<N>,
+    rod: Option<&dyn RodMass<N>>,
     orientation: f64,
     y: &Phase<N>,
 ) -> Option<Phase<N>> {
@@ -456,11 +479,28 @@ fn slope<M: Multivalued<N>, const N: usize>(
     let slow = orientation / (det * det + pace * pace).sqrt();
     let rate = slow * det;
     let action = body.action(y.t, &pose, &y.v, &force);
+    let acceleration = match rod {
+        None => action.acceleration,
+        Some(rod) => with_rod(rod, body.mass(), y, &action.acceleration)?,
+    };
     Some(Phase {
         q: along * slow,
-        v: action.acceleration * rate,
+        v: acceleration * rate,
         t: rate,
         work: action.power * rate,
         drag_loss: action.loss * rate,
     })
+}
+
+/// The acceleration of a body of `mass` together with its rod: (mu I + A) v' = mu a + b, a that of the body without it.
+#[cold]
+fn with_rod<const N: usize>(
+    rod: &dyn RodMass<N>,
+    mass: f64,
+    y: &Phase<N>,
+    alone: &SVector<f64, N>,
+) -> Option<SVector<f64, N>> {
+    let (added, force) = rod.added(&y.q, &y.v)?;
+    let all = (added + SMatrix::identity() * mass).cholesky()?;
+    Some(all.solve(&(alone * mass + force)))
 }

@@ -33,6 +33,7 @@ impl AssemblySample {
     ) -> Self {
         let [kinetic, elastic, potential] = assembly.energies(&at);
         let ledger = Ledger {
+            rod_kinetic: 0.0,
             kinetic,
             elastic,
             potential,

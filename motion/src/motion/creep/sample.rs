@@ -46,6 +46,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
             t: y[time],
             grid: system.rod.grid.clone(),
             ledger: Ledger {
+                rod_kinetic: 0.0,
                 kinetic: system.body.kinetic(y[time], &pose, &velocity),
                 elastic: configuration.energy,
                 potential: system.body.potential(y[time], &pose),

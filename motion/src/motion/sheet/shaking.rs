@@ -194,7 +194,14 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let before = glide.evaluations();
         let limit = end.min(self.body.next_break(self.time()));
         let (patch, charted) = glide.step(&gliding, limit)?;
-        let slope = super::slope(self.manifold, patch, self.body, self.orientation, &charted)?;
+        let slope = super::slope(
+            self.manifold,
+            patch,
+            self.body,
+            self.rod,
+            self.orientation,
+            &charted,
+        )?;
         self.patch = patch;
         self.solver.rewind(charted, slope);
         let cost = self.solver.cost_mut();

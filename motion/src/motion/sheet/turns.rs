@@ -122,7 +122,14 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
             t: clock + y.t,
             ..*y
         };
-        let slope = slope(self.manifold, self.patch, self.body, self.orientation, &now)?;
+        let slope = slope(
+            self.manifold,
+            self.patch,
+            self.body,
+            None,
+            self.orientation,
+            &now,
+        )?;
         let stays = slope.t > 0.0 && self.manifold.better_patch(self.patch, &y.q) == self.patch;
         let mut directed = slope;
         directed.axpy(sense - 1.0, &slope);
