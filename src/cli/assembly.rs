@@ -2,14 +2,13 @@
 
 use super::check::no_start;
 use super::equilibrium::EquilibriumArgs;
-use super::files::{json_text, number, print, print_error, print_json, rounded, toml_text};
+use super::files::{json_text, number, print, print_json, rounded};
 use super::output::Output;
 use super::progress::Progress;
-use super::run::{FILES, RunArgs};
+use super::run::{FILES, Ran, RunArgs};
 use super::run_text::{chosen, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, signals};
 use nalgebra::Isometry3;
-use serde_json::{Value, json};
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
 use snaprod::plot::{self, Energies, RodShapes, SpaceRod, rod_shapes};
@@ -38,28 +37,17 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let (mut summary, events) = (record.summary(), Value::Array(record.events()));
-    out.write("events.json", json_text(events.clone()).as_bytes())?;
-    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
-    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
-    out.figure("shapes", || Ok(moments(&record)), rod_shapes);
-    out.figure("energies", || Ok(ledger(&record)), plot::energies);
-    out.finish()?;
-    if args.json {
-        (summary["events"], summary["out"]) = (events, json!(directory));
-        print_json(summary);
-    } else if !args.quiet {
-        print(&run_text(&record, directory.as_deref()));
-    }
-    match record.reason() {
-        None => Ok(Ending::Done),
-        Some(why) => {
-            if !args.json {
-                print_error(&format!("the run ended short: {why}"));
-            }
-            Ok(Ending::Short)
-        }
-    }
+    let ran = Ran {
+        summary: record.summary(),
+        events: record.events(),
+        reason: record.reason(),
+    };
+    let draw = |out: &Output| {
+        out.figure("shapes", || Ok(moments(&record)), rod_shapes);
+        out.figure("energies", || Ok(ledger(&record)), plot::energies);
+    };
+    let words = || run_text(&record, directory.as_deref());
+    ran.reported(args, (&out, directory.as_deref()), draw, words)
 }
 
 /// The ledger of the last branch over time.

@@ -1,13 +1,12 @@
 //! `snaprod run` of a bar in longitudinal motion.
 
 use super::check::no_start;
-use super::files::{json_text, number, print, print_error, print_json, rounded, toml_text};
+use super::files::{number, rounded};
 use super::output::Output;
 use super::progress::Progress;
-use super::run::{FILES, RunArgs};
+use super::run::{FILES, Ran, RunArgs};
 use super::run_text::unit;
 use super::{Ending, Refusal, rod_figures, signals};
-use serde_json::{Value, json};
 use snaprod::plot::{self, AxisUnits, Curve, Lines, Series, StrainMap};
 use snaprod::scene::{Scene, Units};
 use snaprod::study::bar::{self, BarPrepared, BarRecord};
@@ -28,29 +27,18 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = bar::run(&prepared, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let (mut summary, events) = (record.summary(), Value::Array(record.events()));
-    out.write("events.json", json_text(events.clone()).as_bytes())?;
-    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
-    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
-    out.figure("waves", || Ok(map(&record)), plot::strain_map);
-    out.figure("snapshots", || Ok(snapshots(&record)), plot::lines);
-    out.figure("energies", || Ok(energies(&record)), plot::lines);
-    out.finish()?;
-    if args.json {
-        (summary["events"], summary["out"]) = (events, json!(directory));
-        print_json(summary);
-    } else if !args.quiet {
-        print(&text(&record, directory.as_deref()));
-    }
-    match record.reason() {
-        None => Ok(Ending::Done),
-        Some(why) => {
-            if !args.json {
-                print_error(&format!("the run ended short: {why}"));
-            }
-            Ok(Ending::Short)
-        }
-    }
+    let ran = Ran {
+        summary: record.summary(),
+        events: record.events(),
+        reason: record.reason(),
+    };
+    let draw = |out: &Output| {
+        out.figure("waves", || Ok(map(&record)), plot::strain_map);
+        out.figure("snapshots", || Ok(snapshots(&record)), plot::lines);
+        out.figure("energies", || Ok(energies(&record)), plot::lines);
+    };
+    let words = || text(&record, directory.as_deref());
+    ran.reported(args, (&out, directory.as_deref()), draw, words)
 }
 
 fn stress(units: Units) -> &'static str {

@@ -9,7 +9,7 @@ use super::{Ending, Refusal, assembly, bar, check, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct RunArgs {
@@ -92,29 +92,57 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let record = run_scene(&prepared, fields, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let (mut summary, events) = (record.summary(), Value::Array(record.events()));
-    out.write("events.json", json_text(events.clone()).as_bytes())?;
-    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
-    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
-    if out.draws() {
-        for (name, figure) in run_figures(&record) {
-            out.figure(&name, || Ok(figure?), RunFigure::draw);
-        }
-    }
-    out.finish()?;
-    if args.json {
-        (summary["events"], summary["out"]) = (events, json!(directory));
-        print_json(summary);
-    } else if !args.quiet {
-        print(&run_text::text(&record, directory.as_deref()));
-    }
-    match record.reason() {
-        None => Ok(Ending::Done),
-        Some(why) => {
-            if !args.json {
-                print_error(&format!("the run ended short: {why}"));
+    let ran = Ran {
+        summary: record.summary(),
+        events: record.events(),
+        reason: record.reason(),
+    };
+    let draw = |out: &Output| {
+        if out.draws() {
+            for (name, figure) in run_figures(&record) {
+                out.figure(&name, || Ok(figure?), RunFigure::draw);
             }
-            Ok(Ending::Short)
         }
+    };
+    let words = || run_text::text(&record, directory.as_deref());
+    ran.reported(args, (&out, directory.as_deref()), draw, words)
+}
+
+/// What came of a run.
+pub(super) struct Ran {
+    pub summary: Value,
+    pub events: Vec<Value>,
+    /// Why it fell short of what was asked, if it did.
+    pub reason: Option<String>,
+}
+
+impl Ran {
+    /// Writes the files beside the tables, and prints.
+    pub fn reported(
+        self,
+        args: &RunArgs,
+        (out, directory): (&Output, Option<&Path>),
+        draw: impl FnOnce(&Output),
+        words: impl FnOnce() -> String,
+    ) -> Result<Ending, Refusal> {
+        let (mut summary, events) = (self.summary, Value::Array(self.events));
+        out.write("events.json", json_text(events.clone()).as_bytes())?;
+        out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+        out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
+        draw(out);
+        out.finish()?;
+        if args.json {
+            (summary["events"], summary["out"]) = (events, json!(directory));
+            print_json(summary);
+        } else if !args.quiet {
+            print(&words());
+        }
+        let Some(why) = self.reason else {
+            return Ok(Ending::Done);
+        };
+        if !args.json {
+            print_error(&format!("the run ended short: {why}"));
+        }
+        Ok(Ending::Short)
     }
 }

@@ -205,7 +205,9 @@ pub fn run(
     let strains = (strain, strain);
     let v = velocity.fixed_rows::<3>(3);
     let found = match carried {
-        Carried::Welded(body) => whole::<_, 6, 6>(section, body, strains, velocity, times, 1e-13),
+        Carried::Welded(body) => {
+            whole::<_, 6, 6>(section, &**body, strains, velocity, times, 1e-13)
+        }
         Carried::BallJoint(body) => {
             whole::<_, 6, 3>(section, body, strains, v.into_owned(), times, 1e-13)
         }
@@ -230,7 +232,7 @@ fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let damped = (frequency * frequency - decay * decay).sqrt();
     for carried in [
         Carried::BallJoint(ball.expect("a body")),
-        Carried::Welded(weld.expect("a body")),
+        Carried::welded(weld.expect("a body")),
     ] {
         let section = plain();
         let (strain, start) = (
@@ -307,7 +309,7 @@ fn a_barrier_keeps_the_energy_balance() {
         .expect("a drag")
         .with_force(TimeLoad::sine(Vector3::new(0.0, 0.0, 0.8), 2.0, 0.4).unwrap());
     let start = moving(still(), Vector3::new(0.0, 0.0, -2.0));
-    let carried = Carried::Welded(body);
+    let carried = Carried::welded(body);
     let reduction = recognise(&section, &carried, straight(0.0, 0.5), start).expect("it is");
     assert!(reduction.is_identical());
     let found = run(&section, &carried, straight(0.0, 0.5), start, &[5.0]);
@@ -335,7 +337,7 @@ fn twist_and_stretch_couple_as_the_matrices_say() {
         .and_then(|b| b.with_rotational_drag(spin_drag))
         .expect("a body");
     let start = moving(Vector3::new(0.0, 0.0, 0.9), Vector3::new(0.0, 0.0, -0.2));
-    let carried = Carried::Welded(body);
+    let carried = Carried::welded(body);
     let reduction = recognise(&section, &carried, straight(0.3, 1.1), start).expect("it is");
     assert_eq!(reduction.kind(), ReductionKind::Twisting);
     assert_eq!(reduction.moving(), [2, 5]);
@@ -466,7 +468,7 @@ fn an_inextensible_rod_twists() {
         .with_gravity(Vector3::new(0.0, 0.0, -2.0))
         .expect("a body");
     let start = moving(Vector3::new(0.0, 0.0, 0.5), still());
-    let carried = Carried::Welded(body.clone());
+    let carried = Carried::welded(body.clone());
     let twisted = straight(0.4, 1.0);
     let reduction = recognise(&section, &carried, twisted, start).expect("it is");
     assert_eq!(
@@ -488,7 +490,7 @@ fn an_inextensible_rod_twists() {
 #[test]
 fn what_is_not_exact_is_refused_with_its_reason() {
     let section = plain();
-    let free = || Carried::Welded(welded(0.7));
+    let free = || Carried::welded(welded(0.7));
     let axial = moving(still(), Vector3::new(0.0, 0.0, 0.3));
     let rest = straight(0.0, 1.0);
     let expect = |section: &Viscoelastic, carried: &Carried, strain, velocity, word: &str| {
@@ -518,7 +520,7 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         .expect("a body");
     expect(
         &section,
-        &Carried::Welded(oblique),
+        &Carried::welded(oblique),
         rest,
         axial,
         "not longitudinal: a force across the motion would move the end",
@@ -528,14 +530,14 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         .expect("a body");
     expect(
         &section,
-        &Carried::Welded(offset),
+        &Carried::welded(offset),
         rest,
         axial,
         "the centre of mass is off the axis",
     );
     let mut skew = inertia();
     (skew[(0, 2)], skew[(2, 0)]) = (0.05, 0.05);
-    let skew = Carried::Welded(RigidBody::new(0.7, skew).expect("a body"));
+    let skew = Carried::welded(RigidBody::new(0.7, skew).expect("a body"));
     let spin = moving(Vector3::new(0.0, 0.0, 0.3), still());
     expect(&section, &skew, rest, spin, "not a principal axis");
     expect(

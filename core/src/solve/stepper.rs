@@ -6,15 +6,15 @@ use super::gauss::{Gauss, GaussStep, Reversible};
 
 /// An integration in progress, by one of two methods.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // A run holds one.
 pub enum Stepper<Y> {
     /// DOP853: as long as the error of each step allows.
-    Explicit(Dop853<Y>),
+    Explicit(Box<Dop853<Y>>),
     /// Gauss collocation: steps of one length, which keep the structure of a reversible motion.
-    Symmetric(Gauss<Y>),
+    Symmetric(Box<Gauss<Y>>),
 }
 
 /// One accepted step, in the variable of its method: that of the right-hand side, or sigma of [`super::gauss`].
+// Boxing would cost an allocation at every step.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
 pub enum Taken<Y> {
@@ -25,6 +25,7 @@ pub enum Taken<Y> {
 }
 
 /// The states inside a step, roughly.
+// As above.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
 pub enum Inside<Y> {
@@ -39,8 +40,8 @@ impl<Y: Reversible> Stepper<Y> {
     /// have no length.
     pub fn new(symmetric: bool, state: Y, slope: Y, h: f64, tolerance: f64) -> Option<Self> {
         Some(match symmetric {
-            false => Self::Explicit(Dop853::new(state, slope, h, tolerance)),
-            true => Self::Symmetric(Gauss::new(state, slope, h, tolerance)?),
+            false => Self::Explicit(Box::new(Dop853::new(state, slope, h, tolerance))),
+            true => Self::Symmetric(Box::new(Gauss::new(state, slope, h, tolerance)?)),
         })
     }
 

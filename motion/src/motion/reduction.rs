@@ -42,12 +42,18 @@ use std::fmt;
 
 /// What the end of the rod carries.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // A run holds one.
 pub enum Carried {
     /// A rigid body welded to the end.
-    Welded(RigidBody),
+    Welded(Box<RigidBody>),
     /// A point mass on an end that is free to turn: m(1) = 0.
     BallJoint(Body<3>),
+}
+
+impl Carried {
+    /// A rigid body welded to the end.
+    pub fn welded(body: RigidBody) -> Self {
+        Self::Welded(Box::new(body))
+    }
 }
 
 /// Which strains move.

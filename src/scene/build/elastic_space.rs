@@ -80,7 +80,7 @@ impl ElasticSpace {
     /// A start that cannot be evaluated.
     pub fn assembly(&self) -> Result<(Assembly, Configuration)> {
         let (mut carrier, joint) = match &self.common.carried {
-            Carried::Welded(body) => (Carrier::rigid(body.clone()), Joint::Weld),
+            Carried::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
             Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
         };
         if let Some(groove) = &self.groove {

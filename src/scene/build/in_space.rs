@@ -62,7 +62,7 @@ impl InSpace {
         }
         let field = |given: &StrainField| SpaceField::Polynomial {
             given: given.clone(),
-            rod: rod.clone(),
+            rod: Box::new(rod.clone()),
         };
         // In a groove it is found with the body.
         let settled =
@@ -143,14 +143,13 @@ impl InSpace {
 
 /// A field of all six strains along a rod, in the scene's units.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // A scene has one.
 pub enum SpaceField {
     /// Polynomials, and the strains of the unloaded rod where none is given.
     Polynomial {
         /// The polynomials.
         given: StrainField,
         /// The rod.
-        rod: Rod,
+        rod: Box<Rod>,
     },
     /// An equilibrium.
     Equilibrium {
@@ -249,7 +248,7 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
                 .with_centre((*offset).into())?
                 .with_rotor((*rotor).into())?;
             let body = acting_on(body, loads, |v| vector(&v))?;
-            Ok(Carried::Welded(match support {
+            Ok(Carried::welded(match support {
                 None => body,
                 Some(support) => body.with_support(support),
             }))
@@ -316,7 +315,7 @@ fn under_followers(
         Attachment::body(0, Isometry3::identity()),
         crate::assembly::Joint::Weld,
     );
-    let found = Assembly::new(vec![Carrier::rigid(body)], vec![link])?
+    let found = Assembly::new(vec![Carrier::rigid(*body)], vec![link])?
         .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
         .map_err(|e| e.context("[start]"))?;
     let base = rod.outward_wrench(&found.now.charts[0]);

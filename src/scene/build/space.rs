@@ -45,7 +45,7 @@ impl ViscousSpace {
         let common = InSpace::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
         let field = |given: &StrainField| SpaceField::Polynomial {
             given: given.clone(),
-            rod: common.rod.clone(),
+            rod: Box::new(common.rod.clone()),
         };
         let relaxed = match &scene.start.relaxed {
             Relaxed::Start => None,

@@ -7,6 +7,7 @@ mod branch;
 mod document;
 mod ends;
 mod fields;
+mod form;
 mod friction;
 mod groove;
 mod kind;

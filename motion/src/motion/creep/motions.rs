@@ -115,7 +115,7 @@ pub(super) fn dispatch<'a, T: InSpace<'a>>(
     task: T,
 ) -> Result<T::Output> {
     match carried {
-        Carried::Welded(body) => with_body::<_, _, 6>(section, strains, body, task),
+        Carried::Welded(body) => with_body::<_, _, 6>(section, strains, &**body, task),
         Carried::BallJoint(body) => with_body::<_, _, 3>(section, strains, body, task),
     }
 }
