@@ -182,7 +182,8 @@ extern crate self as snaprod;
 // optimised; and they are not compiled again when those change.
 #[doc(inline)]
 pub use snaprod_motion::{
-    assembly, bar, body, creep, elastica, error, manifold, math, motion, rod, section, solve,
+    assembly, bar, body, creep, elastica, error, inertia, manifold, math, motion, rod, section,
+    solve,
 };
 
 // The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by

@@ -5,6 +5,7 @@
 pub mod assembly;
 pub mod bar;
 pub mod creep;
+pub mod inertia;
 pub mod motion;
 
 pub use snaprod_core::{Error, Result};

@@ -55,6 +55,7 @@ pub fn energies(
     Energies {
         time: states.iter().map(|(t, _)| *t).collect(),
         kinetic: column(&|l| l.kinetic),
+        rod_kinetic: or_none(&|l| l.rod_kinetic),
         elastic: column(&|l| l.elastic),
         potential: or_none(&|l| l.potential),
         dissipated: or_none(&|l| l.dissipated),
@@ -63,7 +64,7 @@ pub fn energies(
         } else {
             Vec::new()
         },
-        total: column(&|l| l.kinetic + l.elastic + l.potential),
+        total: column(&|l| l.kinetic + l.rod_kinetic + l.elastic + l.potential),
         error: column(&|l| l.total() - first),
         snaps,
         units,

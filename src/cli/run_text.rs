@@ -137,6 +137,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
         (ModelKind::ElasticSpace | ModelKind::Space, _) => String::new(),
         (ModelKind::Sheet, Some(labels)) => format!(", {}", labels.sheet),
         (_, Some(labels)) => format!(", near {}", labels.sheet),
+        (_, None) if record.heavy => String::new(),
         (_, None) => ", near no equilibrium".to_owned(),
     };
     format!(

@@ -140,6 +140,8 @@ pub struct Energies {
     pub time: Vec<f64>,
     /// Kinetic energy of the mass.
     pub kinetic: Vec<f64>,
+    /// Kinetic energy of a rod with mass.
+    pub rod_kinetic: Vec<f64>,
     /// Elastic energy of the rod.
     pub elastic: Vec<f64>,
     /// Potential energy of the loads.
@@ -148,7 +150,7 @@ pub struct Energies {
     pub dissipated: Vec<f64>,
     /// Work of the driven clamp and of time-dependent loads so far.
     pub work: Vec<f64>,
-    /// Kinetic + elastic + potential.
+    /// Kinetic, of mass and rod, + elastic + potential.
     pub total: Vec<f64>,
     /// Error of the ledger: what kinetic + elastic + potential + dissipated - work has changed by.
     pub error: Vec<f64>,
@@ -172,9 +174,10 @@ pub fn energies(data: &Energies) -> Result<String> {
         ("potential", &data.potential),
         ("dissipated", &data.dissipated),
         ("work", &data.work),
+        ("kinetic of the rod", &data.rod_kinetic),
         ("total mechanical", &data.total),
     ];
-    let used = all.into_iter().zip([0, 1, 2, 3, 4, 6]);
+    let used = all.into_iter().zip([0, 1, 2, 3, 4, 5, 6]);
     let used = used.filter(|((_, values), _)| !values.is_empty());
     let curves = used.clone().map(|((name, values), colour)| {
         let pen = match name {

@@ -154,6 +154,7 @@ impl AssemblyBody {
         Loads {
             gravity,
             dead: self.force.constant(),
+            distributed: [0.0; 3],
             couple: self.couple.clone(),
             drag: self.drag,
             rotational_drag: self.rotational_drag,

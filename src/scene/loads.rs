@@ -10,6 +10,9 @@ pub struct Loads {
     pub gravity: [f64; 3],
     /// Constant force at the centre of mass.
     pub dead: [f64; 3],
+    /// Constant force per length on a rod with mass.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub distributed: [f64; 3],
     /// Couple; 0 for a point mass.
     pub couple: Load,
     /// Drag coefficient >= 0: force -drag * velocity of the centre of mass, at the centre of mass.
@@ -18,6 +21,10 @@ pub struct Loads {
     pub rotational_drag: f64,
     /// Forces in time at the centre of mass, added up.
     pub force: Vec<Force>,
+}
+
+fn is_zero(vector: &[f64; 3]) -> bool {
+    *vector == [0.0; 3]
 }
 
 /// A force or a couple on a body.

@@ -85,8 +85,8 @@ pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Gu
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
 pub use build::{
-    AssemblySetup, ElasticPlane, ElasticSpace, InSpace, ModelKind, MotionModel, RodCurve, Setup,
-    SpaceField, ViscousPlane, ViscousSpace,
+    AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, InSpace, ModelKind,
+    MotionModel, RodCurve, Setup, SpaceField, ViscousPlane, ViscousSpace,
 };
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
@@ -96,11 +96,13 @@ pub use groove::{Groove, GrooveCircle, GrooveLine};
 pub use loads::{Force, Load, Loads};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};
-pub use rod::{Bends, Material, Model, Rod};
+pub use rod::{Bends, Inertia, Material, Model, Rod};
 pub use run::Run;
 pub use scales::{Dimensionless, Scales};
 pub use section::{Barrier, Full, Outline, Section};
-pub use start::{EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField};
+pub use start::{
+    EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField, StrainRate,
+};
 pub use units::Units;
 
 use crate::{Error, Result};

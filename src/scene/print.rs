@@ -37,6 +37,7 @@ impl Serialize for Scene {
             }
         }
         if self.rod.damping.is_none()
+            && self.rod.inertia == super::Inertia::None
             && let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut)
         {
             // That of every elastic run that asks for none.
@@ -71,7 +72,14 @@ fn as_of_old(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
 }
 
 /// Vectors of the plane.
-const VECTORS: [&str; 5] = ["position", "velocity", "gravity", "dead", "direction"];
+const VECTORS: [&str; 6] = [
+    "position",
+    "velocity",
+    "gravity",
+    "dead",
+    "distributed",
+    "direction",
+];
 
 /// Leaves out the third component of every vector.
 fn flatten(value: &mut Value) {

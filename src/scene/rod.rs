@@ -6,7 +6,7 @@ use crate::section::rate::{Damping, Maxwell, StrainMatrix};
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// A rod without mass, clamped at its base.
+/// A rod, clamped at its base; without inertia unless it is asked for.
 ///
 /// In the plane ([`Model::Elastica`]) it neither shears nor stretches and is straight when unloaded, along +x of its clamp. In
 /// space ([`Model::Cosserat`]) it has directors d1, d2, d3; unloaded, without rest strains, it runs along d3.
@@ -36,6 +36,15 @@ pub struct Rod {
     /// A fixed number of strain nodes, 4..=400, only with damping; default chosen and adapted by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<usize>,
+    /// Mass > 0 of the whole rod; `None`: as material and section have it, see [`Rod::mass`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+    /// What its mass does in a motion; default nothing.
+    #[serde(skip_serializing_if = "Inertia::is_none")]
+    pub inertia: Inertia,
+    /// Inertia > 0 of the sections per length about d1, d2, d3, in space; `None`: as shape, or axial stiffness, have it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub section_inertia: Option<[f64; 3]>,
     /// How thick the rod is where it touches itself or another, >= 0, in elastic motions in space; 0: contacts are not looked for.
     /// `None`: as its section's shape has it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,8 +87,12 @@ impl Rod {
         thickness.filter(|d| *d > 0.0)
     }
 
-    /// The mass of the rod, if its material has a density and its section a shape.
+    /// The mass of the rod: as it is given, or if its material has a density and its section a shape.
     pub fn mass(&self) -> Option<f64> {
+        self.mass.or_else(|| self.mass_of_material())
+    }
+
+    fn mass_of_material(&self) -> Option<f64> {
         let Section::Outline(outline) = &self.section else {
             return None;
         };
@@ -124,6 +137,25 @@ impl Material {
             shear: None,
             density: Some(density),
         }
+    }
+}
+
+/// What the mass of a rod does in a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inertia {
+    /// Nothing: the rod is as light as one without mass.
+    #[default]
+    None,
+    /// All of it: the rod is a continuum with kinetic energy and weight, and has vibrations of its own.
+    Full,
+    /// Kinetic energy and weight of the rod in equilibrium with its end. Not built.
+    FirstOrder,
+}
+
+impl Inertia {
+    fn is_none(&self) -> bool {
+        *self == Self::None
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     Body, Clamp, ClampMotion, Damping, FrictionLaw, History, Joint, Load, Loads, Maxwell, Place,
-    Relaxed, Scene, Sine, Start, StrainField, StrainMatrix, Translation, Units,
+    Relaxed, Scene, Sine, Start, StrainField, StrainMatrix, StrainRate, Translation, Units,
 };
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
@@ -87,6 +87,7 @@ impl Scales {
             Quantity::Acceleration => self.acceleration,
             Quantity::Inertia => self.mass * self.length * self.length,
             Quantity::Force => self.force,
+            Quantity::Distributed => self.force / self.length,
             Quantity::ForceRate => self.force / self.time,
             Quantity::CoupleRate => self.energy / self.time,
             Quantity::Couple => self.energy,
@@ -351,6 +352,15 @@ impl<'a> Numbers<'a> {
             }
             Place::Pose { pose } => self.add(Quantity::Length, &mut pose.position),
         }
+        match &mut start.rate {
+            None => {}
+            Some(StrainRate::Curvature(field)) => self.add(Quantity::CurvatureRate, field),
+            Some(StrainRate::Strain(field)) => {
+                let (bent, stretched) = field.0.split_at_mut(3);
+                self.add(Quantity::CurvatureRate, bent.iter_mut().flatten().flatten());
+                self.add(Quantity::Rate, stretched.iter_mut().flatten().flatten());
+            }
+        }
         match &mut start.relaxed {
             Relaxed::Start | Relaxed::Unloaded => {}
             Relaxed::Curvature(field) => self.add(Quantity::Curvature, field),
@@ -363,6 +373,7 @@ impl<'a> Numbers<'a> {
     fn loads(&mut self, loads: &'a mut Loads) {
         self.add(Quantity::Acceleration, &mut loads.gravity);
         self.add(Quantity::Force, &mut loads.dead);
+        self.add(Quantity::Distributed, &mut loads.distributed);
         self.add(Quantity::Drag, [&mut loads.drag]);
         self.add(Quantity::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {

@@ -13,6 +13,9 @@ pub struct Start {
     /// Where the Maxwell branches are relaxed; default [`Relaxed::Start`].
     #[serde(skip_serializing_if = "Relaxed::is_start")]
     pub relaxed: Relaxed,
+    /// How fast the strains of a rod with mass change; `None`: as the rod without mass would follow its end.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<StrainRate>,
     /// Velocity of the end of the rod; default 0.
     pub velocity: [f64; 3],
     /// Angular velocity of a welded body; default 0, and 0 for a point mass.
@@ -180,6 +183,17 @@ impl Serialize for StrainField {
         }
         table.end()
     }
+}
+
+/// How fast the strains of a rod with mass change at the start.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum StrainRate {
+    /// In the plane, the rate of the curvature: c0, c1, ... of c0 + c1 x + ..., x = s/L.
+    #[serde(rename = "curvature_rate")]
+    Curvature(Vec<f64>),
+    /// In space, the rates of the strains; 0 where none is given.
+    #[serde(rename = "strain_rate")]
+    Strain(StrainField),
 }
 
 /// The strain field to which the Maxwell branches are relaxed at the start: the shape in which the rod has been held

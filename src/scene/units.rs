@@ -74,6 +74,7 @@ impl Units {
             Quantity::Rate => self.si("1/s"),
             Quantity::Inertia => self.si("kg m²"),
             Quantity::Force => self.force(),
+            Quantity::Distributed => self.si("N/m"),
             Quantity::ForceRate => self.si("N/s"),
             Quantity::CoupleRate => self.si("N m/s"),
             Quantity::Couple => self.couple(),

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Left to right; those in one group do not use each other.
-const ORDER: [&[&str]; 15] = [
+const ORDER: [&[&str]; 16] = [
     &["error"],
     &["math"],
     &["solve"],
@@ -15,6 +15,7 @@ const ORDER: [&[&str]; 15] = [
     &["body"],
     &["bar"],
     &["creep"],
+    &["inertia"],
     &["assembly"],
     &["motion"],
     &["scene"],

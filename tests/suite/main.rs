@@ -37,10 +37,13 @@ mod figures;
 #[cfg(feature = "cli")]
 mod free_ends;
 mod grooves;
+mod inertia;
 mod inversion;
 mod landings_space;
 #[cfg(feature = "scene")]
 mod loads;
+#[cfg(feature = "scene")]
+mod mass_motions;
 mod memory_kernel;
 mod memory_motion;
 #[cfg(feature = "scene")]

@@ -395,6 +395,7 @@ pub fn energies_data(m: &Motion) -> Energies {
         work: vec![0.0; n],
         snaps: vec![m.t[m.snap]],
         kinetic,
+        rod_kinetic: Vec::new(),
         elastic,
         potential,
         total,

@@ -182,6 +182,11 @@ impl<const N: usize> Body<N> {
         self.mass
     }
 
+    /// Weight and dead force together, in the world.
+    pub fn constant(&self) -> &SVector<f64, N> {
+        &self.constant
+    }
+
     /// Potential of the constant loads at a pose seen from the clamp.
     pub fn potential(&self, t: f64, pose: &SVector<f64, N>) -> f64 {
         let place = match &self.support {

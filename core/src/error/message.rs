@@ -23,6 +23,8 @@ pub enum Quantity {
     Inertia,
     /// A force.
     Force,
+    /// A force per length.
+    Distributed,
     /// A force per time.
     ForceRate,
     /// A couple, or an energy.

@@ -55,6 +55,8 @@ pub struct Resolution {
     pub most_nodes: usize,
     /// Largest relative size of the last coefficients of a field.
     pub tail: f64,
+    /// Of the strain rates, where the rod has mass and they are a field of their own.
+    pub rate_tail: Option<f64>,
 }
 
 /// Who watches a motion.

@@ -6,12 +6,14 @@
 //! * [`Run`]: an elastic rod, whose state is a point of the equilibrium manifold: motion on a sheet ([`OnSheet`]), through its
 //!   fold, by a [`Snap`] onto the next.
 //! * [`creep`]: a viscoelastic rod, whose state is the field of its strains.
+//! * [`inertia`]: a rod with mass, whose state is the field of its strains and of their rates.
 //! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 
 pub mod assembly;
 pub mod creep;
 mod drive;
 mod event;
+pub mod inertia;
 mod ledger;
 mod locate;
 mod options;

@@ -52,6 +52,25 @@ pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
     moving(&place, motion).map(Some).map_err(named)
 }
 
+/// The clamp of a planar rod as one in space, in units of the rod; `None` where it stands at the origin along +x.
+pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
+    if *clamp == Clamp::default() {
+        return Ok(None);
+    }
+    let place = Isometry3::from_parts(
+        Vector3::from(clamp.position).into(),
+        rotation(&clamp.orientation),
+    );
+    let Some(mut motion) = clamp.motion.clone() else {
+        let support = Support::<3>::new(place.translation.vector, &place.rotation);
+        return support.map(Some).map_err(named);
+    };
+    if let Some(Translation::Table(rows)) = &mut motion.translate {
+        rows.iter_mut().for_each(|row| row.resize(4, 0.0));
+    }
+    moving(&place, &motion).map(Some).map_err(named)
+}
+
 /// A support in space that stands at `place` and moves from there, in units of the rod.
 pub(super) fn moving(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Support<3>> {
     let mut support = Support::<3>::new(place.translation.vector, &place.rotation)?;

@@ -3,6 +3,7 @@
 mod assembly;
 mod clamp;
 mod elastic_space;
+mod heavy;
 mod in_space;
 mod loads;
 mod planar;
@@ -13,12 +14,13 @@ mod viscous;
 
 pub use assembly::{AssemblySetup, RodCurve};
 pub use elastic_space::ElasticSpace;
+pub use heavy::{HeavyPlane, HeavySpace};
 pub use in_space::{InSpace, SpaceField};
 pub use planar::ElasticPlane;
 pub use space::ViscousSpace;
 pub use viscous::ViscousPlane;
 
-use super::{Run, Scales, Scene};
+use super::{Inertia, Run, Scales, Scene};
 use crate::body::Frame;
 use crate::error::{Quantity, Result};
 use crate::motion::reduction::{Reduction, Refusal};
@@ -50,6 +52,11 @@ pub trait MotionModel {
     /// The Morse index of the equilibrium at the start, if it is one and was found by its end.
     fn start_index(&self) -> Option<usize> {
         None
+    }
+
+    /// True if the rod has mass: its kinetic energy is one of the ledger's.
+    fn is_heavy(&self) -> bool {
+        false
     }
 
     /// The spring and dashpot that the rod is, or why it is none; None where the question does not arise.
@@ -104,6 +111,8 @@ impl Setup {
     pub fn new(scene: &Scene) -> Result<Self> {
         let (run, scales) = (scene.run()?, scene.scales()?);
         let model: Box<dyn MotionModel> = match (scene.is_planar(), &scene.rod.damping) {
+            (true, _) if scene.rod.inertia == Inertia::Full => Box::new(HeavyPlane::new(scene)?),
+            (false, _) if scene.rod.inertia == Inertia::Full => Box::new(HeavySpace::new(scene)?),
             (true, None) => Box::new(ElasticPlane::new(scene)?),
             (true, Some(_)) => Box::new(ViscousPlane::new(scene)?),
             (false, None) => Box::new(ElasticSpace::new(scene)?),

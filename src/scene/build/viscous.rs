@@ -56,7 +56,7 @@ impl Field {
     }
 
     /// Where the end is: the integral of (cos theta, sin theta), theta = c0 s + c1 s^2/2 + ...
-    fn end(&self) -> Vector2<f64> {
+    pub(super) fn end(&self) -> Vector2<f64> {
         let curvature = match self {
             Self::Equilibrium(rod) => return Vector2::new(rod.x, rod.y),
             Self::Polynomial(curvature) => curvature,

@@ -8,8 +8,8 @@ use super::scene::{default, part, units};
 use super::table::{Absent, Table};
 use crate::bar::{Scheme, Stress, motion};
 use crate::scene::{
-    BarScene, Bends, Clamp, FaultKind, History, Loads, Model, Rest, Rod, Scene, Section, Solve,
-    Start,
+    BarScene, Bends, Clamp, FaultKind, History, Inertia, Loads, Model, Rest, Rod, Scene, Section,
+    Solve, Start,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -58,6 +58,9 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         relaxation: Vec::new(),
         nodes: None,
         contact_diameter: None,
+        mass: None,
+        inertia: Inertia::None,
+        section_inertia: None,
     };
     Some(Scene {
         units,

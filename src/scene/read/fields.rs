@@ -67,6 +67,9 @@ pub(super) static TOP: Spec = Spec {
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
+const MASSLESS: &str =
+    "rods of an assembly have no mass; one rod with mass is a scene of its own, [rod] and [body]";
+
 const ELASTIC: &str =
     "rods of an assembly are elastic; one rod with damping is a scene of its own, [rod] and [body]";
 
@@ -98,7 +101,11 @@ pub(super) static ROD: Spec = Spec {
         field("damping", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", No,
             "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic."),
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
-        field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping."),
+        field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping, or with inertia = \"full\"."),
+        field("mass", MOTION, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. It counts where `inertia` says so."),
+        field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", Or("\"none\""),
+            "What the mass of the rod does: nothing (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md). \"first-order\" is not built."),
+        field("section_inertia", SPACE, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0, with inertia = \"full\"; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); an elastic run stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
         field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
         field("density", BAR, Number(&POSITIVE), "kg/m³", Yes("density = 1000.0"), "Mass per undeformed volume."),
@@ -114,6 +121,7 @@ pub(super) static ROD: Spec = Spec {
     ],
     barred: &[
         (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
+        (ASSEMBLY, "mass", MASSLESS), (ASSEMBLY, "inertia", MASSLESS), (ASSEMBLY, "section_inertia", MASSLESS),
         (ASSEMBLY, "damping", ELASTIC), (ASSEMBLY, "relaxation", ELASTIC), (ASSEMBLY, "nodes", ELASTIC),
     ],
 };
@@ -143,7 +151,7 @@ pub(super) static MATERIAL: Spec = spec("material", &[
     field("E", ANY, Number(&STIFFNESS), "Pa", Yes("E = 200e9"), "Young's modulus."),
     field("nu", ANY, Number(&POISSON), "", No, "Poisson's ratio; in space this or G is needed."),
     field("G", ANY, Number(&STIFFNESS), "Pa", No, "Shear modulus, E / (2 (1 + nu)) of an isotropic material."),
-    field("density", ANY, Number(&SIZE), "kg/m³", No, "Density. Rods have no inertia yet: it serves only to compare the rod's mass with the body's."),
+    field("density", ANY, Number(&SIZE), "kg/m³", No, "Density: the mass of the rod, which counts where rod.inertia says so."),
 ]);
 
 #[rustfmt::skip]
@@ -326,8 +334,10 @@ pub(super) static START: Spec = spec("start", &[
     field("p", PLANE, Number(&P), "", No, "In place of kappa = tanh p, for rods so nearly taut that kappa rounds to 1."),
     field("position", PLANE, Vector(&FINITE), "m", No, "Position of the body; of the equilibria there the one that `sheet` names. At full reach along the clamp's tangent the rod is straight."),
     field("sheet", PLANE, OneOf(&[Word(&["stable", "lowest"]), Table(&SHEET)]), "", Or("\"stable\""), "Of the equilibria at a position: the only stable one, the one of lowest energy, or the one of a name."),
-    field("curvature", PLANE, List, "1/m", No, "theta' = c0 + c1 x + ..., x = s / length, 1 to 16 numbers: any shape, only with damping."),
-    field("strain", SPACE, Table(&STRAIN), "", No, "The strains, each a polynomial in s / length, only with damping; without any start the rod is unloaded."),
+    field("curvature", PLANE, List, "1/m", No, "theta' = c0 + c1 x + ..., x = s / length, 1 to 16 numbers: any shape, only with damping, or of a rod with mass (inertia = \"full\")."),
+    field("curvature_rate", PLANE, List, "1/(m s)", No, "How fast the curvature of a rod with mass changes, c0 + c1 x + ..., with `curvature` and in place of velocity; without it as the rod without mass would follow its end."),
+    field("strain", SPACE, Table(&STRAIN), "", No, "The strains, each a polynomial in s / length, only with damping, or of a rod with mass; without any start the rod is unloaded."),
+    field("strain_rate", SPACE, Table(&STRAIN), "", No, "How fast the strains of a rod with mass change, each a polynomial in s / length, with `strain` and in place of velocities."),
     field("equilibrium", SPACE, Table(&EQUILIBRIUM), "", No, "The equilibrium under a load at the end."),
     field("pose", SPACE, Table(&POSE), "", No, "An equilibrium with the end held in a pose."),
     field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod, which leaves the clamp as that is turned; held so and let go."),
@@ -375,10 +385,12 @@ pub(super) static EQUILIBRIUM: Spec = spec("equilibrium", &[
 pub(super) static LOADS: Spec = Spec {
     name: "loads",
     fields: &[
-    field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
-    field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass."),
+    field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass, and on a rod with inertia = \"full\"."),
+    field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass, and on a rod with inertia = \"full\"."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
+    field("distributed", PLANE, Vector(&FINITE), "N/m", Or("[0.0, 0.0]"), "Constant force per length of the rod, with inertia = \"full\"."),
+    field("distributed", SPACE, Vector(&VALUE), "N/m", Or("[0.0, 0.0, 0.0]"), "Constant force per length of the unloaded rod, with inertia = \"full\"."),
     field("couple", SPACE, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple on a welded body: constant, in the world; or in time or turning with the body, tables that are added up."),
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
@@ -386,6 +398,7 @@ pub(super) static LOADS: Spec = Spec {
     field("force", BAR, Table(&FORCE), "", No, "A force in time along +X on the end X = length: tension where it is positive."),
     ],
     barred: &[
+        (ASSEMBLY, "distributed", "rods of an assembly have no mass and carry no load; one rod with mass is a scene of its own, [rod] and [body]"),
         (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
         (ASSEMBLY, "drag", "write it as `drag` of its [[body]]"), (ASSEMBLY, "rotational_drag", "write it as `rotational_drag` of its [[body]]"),
         (ASSEMBLY, "force", "write it as `force` of its [[body]]"),

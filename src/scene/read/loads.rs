@@ -3,13 +3,14 @@
 use super::ends::{direction, growing, sine};
 use super::fields::{ASSEMBLY, BLOCK, FORCE, PLANE, PULSE, RAMP, SPACE};
 use super::reader::Reader;
+use super::rod::Memory;
 use super::rule::{FINITE, VALUE};
 use super::table::{Absent, Table};
 use crate::scene::{Block, FaultKind, Force, History, Load, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};
 
-pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
+pub(super) fn loads(table: &Table, weld: Option<bool>, memory: Option<Memory>) -> Option<Loads> {
     if table.reader.kind.get() == ASSEMBLY {
         let gravity = table.vector("gravity")?;
         return Some(Loads {
@@ -18,6 +19,12 @@ pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
         });
     }
     let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
+    let distributed = table.vector("distributed");
+    if table.has("distributed") && memory.is_some_and(|memory| !memory.heavy) {
+        let hint = "a rod without mass is followed under loads at its end alone; write inertia = \"full\" and mass = 0.02 in [rod]";
+        let allowed = "left out where the rod has no mass";
+        table.fault(FaultKind::Conflict, "distributed", allowed, hint);
+    }
     let drag = table.number("drag");
     let (couple, rotational_drag) = match table.reader.kind.get() {
         SPACE => (couple(table, weld), rotational_drag(table, weld)),
@@ -27,6 +34,7 @@ pub(super) fn loads(table: &Table, weld: Option<bool>) -> Option<Loads> {
     Some(Loads {
         gravity: gravity?,
         dead: dead?,
+        distributed: distributed?,
         couple: couple?,
         drag: drag?,
         rotational_drag: rotational_drag?,

@@ -6,7 +6,7 @@ use super::friction::{self, needs_damping};
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
 use crate::scene::{
-    Bends, Damping, FaultKind, Material, Maxwell, Model, Outline, Rest, Rod, Section,
+    Bends, Damping, FaultKind, Inertia, Material, Maxwell, Model, Outline, Rest, Rod, Section,
     ShapeSettings, StrainMatrix,
 };
 use toml::Spanned;
@@ -19,9 +19,19 @@ pub(super) struct Memory {
     pub damped: bool,
     /// It has Maxwell branches.
     pub relaxes: bool,
+    /// It has mass, inertia = "full".
+    pub heavy: bool,
 }
 
+/// What rules out a rod with mass.
+pub(super) const HEAVY: &str = "left out where inertia = \"full\"";
+
 impl Memory {
+    /// True if its strains are a field of their own, whatever its end.
+    pub fn has_strains(self) -> bool {
+        self.damped || self.heavy
+    }
+
     /// From `[rod]` as it is written.
     pub fn of(rod: &Table) -> Self {
         let zero = |value: &Spanned<DeValue>| {
@@ -34,6 +44,9 @@ impl Memory {
         };
         let branches = rod.get("relaxation");
         Self {
+            heavy: rod
+                .get("inertia")
+                .is_some_and(|value| value.get_ref().as_str() == Some("full")),
             damped: rod.get("damping").is_some_and(|value| !zero(value)),
             relaxes: branches.is_some_and(|value| {
                 let list = value.get_ref().as_array();
@@ -55,6 +68,9 @@ pub(super) struct Parts {
     relaxation: Option<Vec<Maxwell<StrainMatrix>>>,
     nodes: Option<Option<usize>>,
     contact_diameter: Option<Option<f64>>,
+    mass: Option<Option<f64>>,
+    inertia: Option<Inertia>,
+    section_inertia: Option<Option<[f64; 3]>>,
 }
 
 impl Parts {
@@ -71,6 +87,9 @@ impl Parts {
             relaxation: Vec::new(),
             nodes: None,
             contact_diameter: self.contact_diameter?,
+            mass: self.mass?,
+            inertia: self.inertia?,
+            section_inertia: self.section_inertia?,
         })
     }
 
@@ -127,6 +146,14 @@ pub(super) fn rod(table: &Table) -> Parts {
         ),
     };
     let contact_diameter = contact_diameter(table);
+    let (mass, inertia, section_inertia) = match kind {
+        REST | ASSEMBLY => (Some(None), Some(Inertia::None), Some(None)),
+        _ => (
+            table.optional("mass"),
+            inertia(table, section.as_ref(), material),
+            section_inertia(table),
+        ),
+    };
     Parts {
         model,
         length,
@@ -138,13 +165,73 @@ pub(super) fn rod(table: &Table) -> Parts {
         relaxation,
         nodes,
         contact_diameter,
+        mass,
+        inertia,
+        section_inertia,
     }
 }
 
+/// Reads `rod.inertia`, and what goes with it.
+fn inertia(
+    rod: &Table,
+    section: Option<&Section>,
+    material: Option<Option<Material>>,
+) -> Option<Inertia> {
+    let choices = [Inertia::None, Inertia::Full, Inertia::FirstOrder];
+    let inertia = rod.word("inertia", &choices)?;
+    let refuse = |name: &str, allowed: &str, hint: &str| {
+        rod.refuse(FaultKind::Conflict, name, allowed, hint.to_owned())
+    };
+    match inertia {
+        Inertia::None => return Some(inertia),
+        Inertia::FirstOrder => {
+            let hint = "the first-order correction is not built: write inertia = \"full\", which has all of the mass, or leave it out";
+            return refuse("inertia", "\"none\" or \"full\"", hint);
+        }
+        Inertia::Full => {}
+    }
+    if Memory::of(rod).relaxes {
+        let hint = "Maxwell branches of a rod with mass are not followed: leave out one of the two";
+        return refuse("relaxation", HEAVY, hint);
+    }
+    let dense = matches!(
+        material,
+        Some(Some(Material {
+            density: Some(_),
+            ..
+        }))
+    ) && matches!(section, Some(Section::Outline(_)));
+    // What is wrong with them is told elsewhere.
+    let unknown = material.is_none() || section.is_none();
+    if !rod.has("mass") && !dense && !unknown {
+        let allowed = "the mass of the rod > 0; or a material with a density and a shape";
+        rod.missing("mass", allowed, "mass = 0.02");
+        return None;
+    }
+    Some(inertia)
+}
+
+fn section_inertia(rod: &Table) -> Option<Option<[f64; 3]>> {
+    if rod.reader.kind.get() == PLANE {
+        return Some(None);
+    }
+    let reader = rod.reader;
+    rod.maybe("section_inertia", |field, value| {
+        reader.vector(field, value, &super::rule::SIZE)
+    })
+}
+
 fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
-    if rod.has("contact_diameter") && Memory::of(rod).damped {
-        let hint = "where a rod with friction touches itself is not looked for; leave it out";
-        let allowed = "left out where the rod has damping";
+    let memory = Memory::of(rod);
+    if rod.has("contact_diameter") && memory.has_strains() {
+        let hint = match memory.damped {
+            true => "where a rod with friction touches itself is not looked for; leave it out",
+            false => "where a rod with mass touches itself is not looked for; leave it out",
+        };
+        let allowed = match memory.damped {
+            true => "left out where the rod has damping",
+            false => HEAVY,
+        };
         return rod.refuse(FaultKind::Conflict, "contact_diameter", allowed, hint);
     }
     match rod.has("contact_diameter") {
@@ -155,7 +242,7 @@ fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
 
 fn nodes(rod: &Table) -> Option<Option<usize>> {
     let memory = Memory::of(rod);
-    if !memory.damped {
+    if !memory.has_strains() {
         let why = "an elastic rod is in equilibrium and has no strains of its own to follow";
         needs_damping(rod, "nodes", why);
     }

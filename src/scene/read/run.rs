@@ -17,9 +17,13 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
     let duration = table.number("duration");
-    let tolerance = tolerance(table, !planar || memory.is_some_and(|memory| memory.damped));
-    let elastic = memory.is_some_and(|memory| !memory.damped);
-    let method = method(table, elastic || kind == ASSEMBLY);
+    let tolerance = tolerance(table, !planar || memory.is_some_and(Memory::has_strains));
+    let elastic = memory.is_some_and(|memory| !memory.has_strains());
+    let method = method(
+        table,
+        elastic || kind == ASSEMBLY,
+        memory.is_some_and(|memory| !memory.damped),
+    );
     let samples = samples(table, kind, duration);
     let (max_steps, max_snaps) = (table.count("max_steps"), table.count("max_snaps"));
     // What the kind of scene does not have is what its motion does anyway.
@@ -44,7 +48,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     })
 }
 
-fn method(table: &Table, elastic: bool) -> Option<Method> {
+fn method(table: &Table, elastic: bool, heavy: bool) -> Option<Method> {
     let all = [
         Method::Auto,
         Method::Explicit,
@@ -57,6 +61,11 @@ fn method(table: &Table, elastic: bool) -> Option<Method> {
             let why = "an elastic run takes explicit steps, or symmetric ones (\"symmetric\")";
             needs_damping(table, "method", why);
             None
+        }
+        Method::Symmetric if !elastic && heavy => {
+            let allowed = "\"auto\", \"explicit\" or \"implicit\" where the rod has mass";
+            let hint = "symmetric steps follow rods without mass";
+            table.refuse(FaultKind::Conflict, "method", allowed, hint)
         }
         Method::Symmetric if !elastic => {
             let allowed = "\"auto\", \"explicit\" or \"implicit\" where the rod has damping";

@@ -11,12 +11,14 @@ use super::fields::{
 use super::kind::kind_of;
 use super::loads::loads;
 use super::reader::Reader;
-use super::rod::{Memory, rod};
+use super::rod::{HEAVY, Memory, rod};
 use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
 use super::table::{Absent, Table};
-use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, Solve, Start, Units};
+use crate::scene::{
+    Clamp, FaultKind, Faults, HeavySpace, Inertia, Loads, Scene, Solve, Start, Units,
+};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -69,6 +71,9 @@ fn resolve(top: &Table) -> Option<Scene> {
         if memory.is_some_and(|memory| memory.damped) {
             let hint = "bodies on rods with friction move freely; leave out one of the two";
             refuse("left out where the rod has damping", hint);
+        } else if memory.is_some_and(|memory| memory.heavy) {
+            let hint = "bodies on rods with mass move freely; leave out one of the two";
+            refuse(HEAVY, hint);
         }
         if clamp.as_ref().is_some_and(|clamp| clamp.motion.is_some()) {
             let hint = "the end is seen from the clamp, and a groove stands in the world; write the rod as an assembly, [[rod]] and \
@@ -87,7 +92,7 @@ fn resolve(top: &Table) -> Option<Scene> {
         start(table, known)
     });
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, weld)
+        loads(table, weld, memory)
     });
     let run = part(top, &RUN)
         .flatten()
@@ -193,6 +198,7 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
     let kind: Kinds = top.reader.kind.get();
     let made = match kind {
         PLANE => scene.rod.bending_stiffness().map(drop),
+        SPACE if scene.rod.inertia == Inertia::Full => HeavySpace::given(scene).map(drop),
         SPACE if scene.rod.damping.is_some() => scene
             .moving()
             .map(drop)

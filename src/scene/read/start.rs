@@ -12,7 +12,7 @@ use super::words::Short;
 use crate::manifold;
 use crate::scene::{
     Clamp, EndLoad, EndPose, FaultKind, LandingRule, Place, Relaxed, Rod, Sheet, SheetName, Start,
-    Straight, StrainField, StrainName,
+    Straight, StrainField, StrainName, StrainRate,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -64,11 +64,18 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
             word_or_name(reader, field, value, &words, allowed, &SHEET, Sheet::Named)
         },
     );
-    if known.memory.is_some_and(|memory| !memory.damped) {
+    if known.memory.is_some_and(|memory| !memory.has_strains()) {
         let why = "an elastic rod is in equilibrium at every instant: its start is lambda and kappa, or a position";
         needs_damping(table, "curvature", why);
     }
     let bent = table.maybe("curvature", |field, value| curvature(table, field, value));
+    let rate = rate(
+        table,
+        "curvature_rate",
+        "curvature",
+        known.memory,
+        |field, value| curvature(table, field, value).map(StrainRate::Curvature),
+    );
     let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
     let relaxed = relaxed(table, known.memory, words, |field, value| {
         curvature(table, field, value).map(Relaxed::Curvature)
@@ -79,7 +86,7 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     let (velocity, with_clamp, imperfection) = (velocity?, with_clamp?, imperfection?);
     let (lambda, kappa, p) = (lambda?, kappa?, p?);
     let (position, sheet) = (position?, sheet?);
-    let (bent, relaxed, unloaded) = (bent?, relaxed?, unloaded?);
+    let (bent, relaxed, unloaded, rate) = (bent?, relaxed?, unloaded?, rate?);
     consistent.then_some(())?;
     let place = match (lambda, kappa, p, position, bent) {
         (Some(lambda), Some(kappa), None, None, None) => Place::Kappa { lambda, kappa },
@@ -93,6 +100,7 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     Some(Start {
         place,
         relaxed,
+        rate,
         velocity,
         imperfection,
         with_clamp,
@@ -257,17 +265,27 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
     let with_clamp = table.flag("with_clamp");
     let angular_velocity = turning(table, "angular_velocity", known.weld);
     let words = "a strain field such as { u1 = [0.5, -0.5] }";
+    let rate = rate(
+        table,
+        "strain_rate",
+        "strain",
+        known.memory,
+        |field, value| {
+            let rates = strain(reader, field, value, known.elastic, false)?;
+            Some(StrainRate::Strain(rates))
+        },
+    );
     let relaxed = relaxed(table, known.memory, words, |field, value| {
-        strain(reader, field, value, known.elastic).map(Relaxed::Strain)
+        strain(reader, field, value, known.elastic, true).map(Relaxed::Strain)
     });
     let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| table.maybe(name, parse);
-    if known.memory.is_some_and(|memory| !memory.damped) {
+    if known.memory.is_some_and(|memory| !memory.has_strains()) {
         let why = "an elastic rod is in equilibrium at every instant: its start is a pose, an equilibrium under a load, settled, or \
                    rest = \"straight\"";
         needs_damping(table, "strain", why);
     }
     let by_strain = place("strain", &|field, value| {
-        strain(reader, field, value, known.elastic).map(|strain| Place::Strain { strain })
+        strain(reader, field, value, known.elastic, true).map(|strain| Place::Strain { strain })
     });
     let by_load = place("equilibrium", &|field, value| {
         let allowed = "a table such as { force = [0.0, 0.0, -1.0] }";
@@ -291,6 +309,7 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
     Some(Start {
         place: place.unwrap_or_default(),
         relaxed: relaxed?,
+        rate: rate?,
         velocity: velocity?,
         angular_velocity: angular_velocity?,
         imperfection: 0.0,
@@ -333,6 +352,7 @@ fn strain<'a>(
     field: &str,
     value: &'a Spanned<DeValue<'a>>,
     rod: Option<&Rod>,
+    whole: bool,
 ) -> Option<StrainField> {
     let allowed = "a table such as { u1 = [0.5, -0.5] }: polynomials in s / length";
     let table = reader.table(field, value, &STRAIN, allowed)?;
@@ -346,7 +366,8 @@ fn strain<'a>(
                 return reader.refuse(kind, field, value, "left out where it is rigid", hint);
             }
             let coefficients = polynomial(reader, field, value, &VALUE)?;
-            if name == StrainName::V3
+            if whole
+                && name == StrainName::V3
                 && let Some(x) = not_positive(&coefficients)
             {
                 let hint = Some(format!(
@@ -404,6 +425,41 @@ fn pose<'a>(
         position: position?,
         orientation,
     })
+}
+
+/// Reads `start.curvature_rate` or `strain_rate`, which goes with the field `beside` of a rod with mass.
+fn rate<'a>(
+    start: &Table<'a>,
+    name: &str,
+    beside: &str,
+    memory: Option<Memory>,
+    read: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<StrainRate>,
+) -> Option<Option<StrainRate>> {
+    if start.has(name) {
+        if memory.is_some_and(|memory| !memory.heavy) {
+            let hint = "the strains of a rod without mass have no rates of their own; write inertia = \"full\" and mass = 0.02 in [rod]";
+            let allowed = "left out where the rod has no mass";
+            return start.refuse(FaultKind::Conflict, name, allowed, hint);
+        }
+        if !start.has(beside) {
+            let hint = format!(
+                "of a rod in equilibrium the strains change as it follows its end, by `velocity`; write `{beside}` too, or leave it out"
+            );
+            return start.refuse(
+                FaultKind::Conflict,
+                name,
+                format!("left out without `{beside}`"),
+                hint,
+            );
+        }
+        let twice = start.given(&["velocity", "angular_velocity", "with_clamp"]);
+        if !twice.is_empty() {
+            let hint = "both say how fast the rod moves: keep one of them";
+            start.conflict(name, &twice, hint);
+            return None;
+        }
+    }
+    start.maybe(name, read)
 }
 
 /// Reads `start.relaxed`, a strain field in it by `strain`.
@@ -464,7 +520,13 @@ pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<LandingRule
             word_or_name(run.reader, field, value, &words, allowed, &LANDING, named)
         },
     );
+    let passes = memory.is_some_and(Memory::has_strains);
     let damped = memory.is_some_and(|memory| memory.damped);
+    if passes && !damped && landing.is_some_and(|landing| landing != LandingRule::Viscous) {
+        let hint = "a rod with mass finds its own way through a snap; leave out one of the two";
+        let allowed = "\"viscous\", or left out, where the rod has mass";
+        run.fault(FaultKind::Conflict, "landing", allowed, hint);
+    }
     if damped && landing.is_some_and(|landing| landing != LandingRule::Viscous) {
         let hint = "a rod with damping finds its own way through a snap; leave out one of the two";
         run.fault(

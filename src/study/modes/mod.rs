@@ -1,6 +1,7 @@
 //! Small motions about an equilibrium of a scene of motion: natural frequencies and mode shapes.
 
 mod assembled;
+mod heavy;
 mod planar;
 
 pub use assembled::small_motions;
@@ -8,7 +9,7 @@ pub use assembled::small_motions;
 use super::record::{Cell, Column, Table};
 use crate::error::Result;
 use crate::motion::creep::SmallCreep;
-use crate::scene::{Force, Scales, Scene, Units};
+use crate::scene::{Force, Inertia, Scales, Scene, Units};
 use nalgebra::{Complex, Isometry3, Matrix3, Vector3};
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
@@ -107,6 +108,9 @@ const BALANCED: f64 = 1e-6;
 /// loads at t = 0 lead to. The clamp is held as it stands at t = 0, and loads in time have their value then. The modes are those without
 /// friction; with `damping` of the rod the eigenvalues have its friction, linearised at rest.
 ///
+/// Of a rod with mass (inertia = "full") its own vibrations are among them, the eight slowest motions in all, and its friction makes
+/// them decay.
+///
 /// ```
 /// use snaprod::{scene::Scene, study::modes};
 /// let scene = Scene::parse(
@@ -133,8 +137,10 @@ const BALANCED: f64 = 1e-6;
 /// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the rod is infinitely
 /// stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
+    let heavy = scene.rod.inertia == Inertia::Full;
     let found = match (&scene.assembly, scene.is_planar()) {
         (Some(_), _) => assembled::of_assembly(scene),
+        (None, _) if heavy => heavy::modes(scene),
         (None, true) => planar::modes(&scene.standing()?, scene),
         (None, false) => assembled::modes(&scene.standing()?, scene),
     };
@@ -203,7 +209,7 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         .iter()
         .filter(|mode| mode.angular_frequency < 0.0);
     remark(
-        motions.conservative && motions.index > growing.count(),
+        motions.conservative && motions.index > growing.count() && !heavy,
         "the rod is unstable with its end held: it snaps before the body moves",
     );
     record.remarks = remarks;

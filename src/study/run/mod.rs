@@ -122,6 +122,7 @@ pub fn run(
         branches,
         cut,
         driven: prepared.is_driven(),
+        heavy: prepared.is_heavy(),
         spring,
         viscosity: prepared.viscosity(),
         thickness: prepared.thickness,

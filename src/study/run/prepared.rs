@@ -82,6 +82,11 @@ impl Prepared {
             .map_err(|e| e.in_units(&self.scales.of_messages(self.units)))
     }
 
+    /// True if the rod has mass.
+    pub fn is_heavy(&self) -> bool {
+        self.setup.model.is_heavy()
+    }
+
     /// True if forces in time do work on the body.
     pub fn is_driven(&self) -> bool {
         self.setup.model.is_driven()

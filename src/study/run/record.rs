@@ -3,6 +3,7 @@
 use super::ModelKind;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
+use crate::motion::inertia::SPILL;
 use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
 use crate::scene::{Scales, Units};
 use crate::solve::cost::Cost;
@@ -34,6 +35,8 @@ pub struct RunRecord {
     pub cut: usize,
     /// True if forces in time do work on the body.
     pub driven: bool,
+    /// True if the rod has mass.
+    pub heavy: bool,
     /// The Morse index of the equilibrium at the start, if it is one and known.
     pub start_index: Option<usize>,
     /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.
@@ -303,8 +306,23 @@ impl RunRecord {
         })
     }
 
-    /// What is to be said of an unstable start.
+    /// What is to be said of an unstable start, or of strain rates that the nodes do not hold.
     pub fn warning(&self) -> Option<String> {
+        self.unresolved().or_else(|| self.unstable())
+    }
+
+    fn unresolved(&self) -> Option<String> {
+        let tails = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
+        let worst = tails.fold(0.0, f64::max);
+        (worst > SPILL).then(|| {
+            format!(
+                "the last coefficients of the strain rates carry {worst:.1e} of them, more than {SPILL:.0e}: waves in the rod are shorter than \
+                 its nodes; leave out rod.nodes, lower the tolerance, or give the rod damping"
+            )
+        })
+    }
+
+    fn unstable(&self) -> Option<String> {
         let index = self.start_index.filter(|index| *index > 0)?;
         Some(match self.kind {
             ModelKind::Space => format!(

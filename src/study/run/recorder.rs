@@ -245,7 +245,10 @@ impl<'r> Recorder<'r> {
 impl Observer for Recorder<'_> {
     fn sample(&mut self, state: &dyn State) -> Result<()> {
         let frame = self.frame(state);
-        let row = table::row(self.prepared.kind(), &frame.moment);
+        let row = {
+            let kind = (self.prepared.kind(), self.prepared.is_heavy());
+            table::row(kind, &frame.moment)
+        };
         self.sink.row(self.trajectory, &row)?;
         self.closing.look(&state.ledger());
         if let Some(strain) = &mut self.strain {

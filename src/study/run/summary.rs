@@ -46,7 +46,11 @@ impl RunRecord {
                 let nodes = last.resolution;
                 add(
                     "nodes",
-                    json!(nodes.map(|n| json!({ "most": n.most_nodes, "tail": n.tail }))),
+                    json!(nodes.map(|n| match n.rate_tail {
+                        None => json!({ "most": n.most_nodes, "tail": n.tail }),
+                        Some(rate) =>
+                            json!({ "most": n.most_nodes, "tail": n.tail, "rate_tail": rate }),
+                    })),
                 );
             }
         }
@@ -127,6 +131,9 @@ impl RunRecord {
             "work": ledger.work,
             "total": at.total,
         }));
+        if self.heavy {
+            state.insert("rod_kinetic".to_owned(), json!(ledger.rod_kinetic));
+        }
         let labels = at.labels.as_ref();
         let (q, w, m) = (at.pose.rotation, at.angular_velocity, at.couple);
         state.extend(object(match self.kind {

@@ -79,11 +79,20 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
         columns.extend(force);
     }
     columns.extend(ledger_columns(u));
+    if prepared.is_heavy() {
+        columns.push(rod_kinetic(u));
+    }
     if prepared.kind() == ModelKind::ElasticSpace {
         let meaning = "Morse index of the rod with its end held: 0 is stable";
         columns.push(Column::integers("index", meaning));
     }
     Table::new(trajectory_name(branch), columns)
+}
+
+/// The kinetic energy of a rod with mass, a part of `total`.
+fn rod_kinetic(units: Units) -> Column {
+    let meaning = "kinetic energy of the rod, one more term of the total";
+    Column::reals("rod_kinetic", units.energy(), meaning)
 }
 
 /// The energies of a state.
@@ -116,7 +125,7 @@ pub(in crate::study) fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
 }
 
 /// The row of a state.
-pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
+pub(super) fn row((kind, heavy): (ModelKind, bool), at: &Moment) -> Vec<Cell> {
     let real = Cell::Real;
     let axes = if kind.in_space() { 3 } else { 2 };
     let mut cells = vec![real(at.t)];
@@ -143,6 +152,9 @@ pub(super) fn row(kind: ModelKind, at: &Moment) -> Vec<Cell> {
         cells.extend(at.force.iter().take(axes).copied().map(real));
     }
     cells.extend(ledger_cells(&at.ledger, at.total));
+    if heavy {
+        cells.push(real(at.ledger.rod_kinetic));
+    }
     if kind == ModelKind::ElasticSpace {
         cells.push(at.index.into());
     }

@@ -431,6 +431,7 @@ where
         Some(Resolution {
             most_nodes: self.most_nodes,
             tail: self.tail,
+            rate_tail: None,
         })
     }
 }

@@ -1,0 +1,442 @@
+//! Sections of a rod: where they are, how they move, and the derivatives of both by the strains.
+//!
+//! With A the integration from the clamp to a section, u and v the strains and R the directors:
+//! ```text
+//! r = A tau,   tau = R v;            omega = A (R u_t),   r_t = A (omega x tau + R v_t);
+//! omega_t = A (R u_tt + omega x R u_t),
+//! r_tt = A (omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt).
+//! ```
+//! A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi = A (R du), and all
+//! derivatives follow from dR = phi x R.
+
+use crate::creep::grid::Grid;
+use crate::creep::kinematics::Kinematics;
+use crate::creep::space::Space;
+use crate::section::Strain;
+use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, Vector3};
+
+/// Three components of a vector at sections (rows) for changes of the strains (columns).
+pub type Triple = [DMatrix<f64>; 3];
+
+/// How the strains make a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Curve {
+    /// In the plane of x and y, from the clamp along x, d1 along z: the angle is the integral of u1 and exact.
+    Plane,
+    /// In space, from the clamp along z: rotations by collocation.
+    Space,
+}
+
+/// The nodes, and integration from the clamp to each of them and to the end.
+#[derive(Debug, Clone)]
+pub struct Sections {
+    /// The nodes.
+    pub grid: Grid,
+    /// Row i: int_0^{s_i}; the last: int_0^1.
+    up: DMatrix<f64>,
+    /// Which strains can change, places among u1 .. v3.
+    active: Vec<usize>,
+    curve: Curve,
+}
+
+/// Poses of the sections at the nodes and of the end.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    /// R = \[d1 d2 d3\].
+    pub directors: Vec<Matrix3<f64>>,
+    /// r.
+    pub positions: Vec<Vector3<f64>>,
+    /// tau = R v at the nodes.
+    tangents: Vec<Vector3<f64>>,
+    /// How well the nodes resolve the rotations, as [`Kinematics::defect`].
+    pub defect: f64,
+}
+
+/// Velocities of the sections.
+#[derive(Debug, Clone)]
+pub struct Flow {
+    /// omega.
+    pub spins: Vec<Vector3<f64>>,
+    /// r_t.
+    pub velocities: Vec<Vector3<f64>>,
+    /// R u_t and R v_t at the nodes.
+    bends: Vec<Vector3<f64>>,
+    stretches: Vec<Vector3<f64>>,
+}
+
+/// Accelerations of the sections.
+#[derive(Debug, Clone)]
+pub struct Change {
+    /// omega_t.
+    pub spins: Vec<Vector3<f64>>,
+    /// r_tt.
+    pub accelerations: Vec<Vector3<f64>>,
+    /// R u_tt and R v_tt at the nodes.
+    bends: Vec<Vector3<f64>>,
+    stretches: Vec<Vector3<f64>>,
+}
+
+/// Turns and moves of the sections per change of the strains.
+#[derive(Debug, Clone)]
+pub struct Turned {
+    /// phi.
+    pub phi: Triple,
+    /// dr.
+    pub r: Triple,
+    /// d tau, at the nodes.
+    tau: Triple,
+}
+
+/// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are [`Turned`].
+#[derive(Debug, Clone)]
+pub struct Carried {
+    /// d omega and d r_t by the strains.
+    pub velocity: [Triple; 2],
+    /// d omega_t and d r_tt by the strains.
+    pub by_strain: [Triple; 2],
+    /// d omega_t and d r_tt by the rates.
+    pub by_rate: [Triple; 2],
+}
+
+fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
+    v.cross_matrix()
+}
+
+impl Sections {
+    /// Sections at the nodes of `grid`.
+    pub fn new(grid: Grid, active: &[usize], curve: Curve) -> Self {
+        let n = grid.len();
+        let mut up = DMatrix::zeros(n + 1, n);
+        up.rows_mut(0, n).copy_from(&grid.integration());
+        for (j, weight) in grid.weights().iter().enumerate() {
+            up[(n, j)] = *weight;
+        }
+        Self {
+            grid,
+            up,
+            active: active.to_vec(),
+            curve,
+        }
+    }
+
+    /// Number of coordinates: strains that can change, at all nodes.
+    pub fn size(&self) -> usize {
+        self.grid.len() * self.active.len()
+    }
+
+    /// What a field at the nodes adds up to, at every section.
+    fn up(&self, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let n = f.len();
+        let mut out = vec![Vector3::zeros(); n + 1];
+        for (j, f) in f.iter().enumerate() {
+            for (out, a) in out.iter_mut().zip(self.up.column(j).iter()) {
+                *out += f * *a;
+            }
+        }
+        out
+    }
+
+    /// The transpose: sections to nodes.
+    fn down(&self, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let columns = self.up.column_iter();
+        columns
+            .map(|column| {
+                let pairs = column.iter().zip(f);
+                pairs.fold(Vector3::zeros(), |sum, (a, f)| sum + f * *a)
+            })
+            .collect()
+    }
+
+    /// [`Sections::up`] of every column.
+    fn up_all(&self, f: &Triple) -> Triple {
+        f.each_ref().map(|f| &self.up * f)
+    }
+
+    /// The curve of the strains at the nodes; None if they are too large for one.
+    pub fn shape(&self, strains: &[Strain]) -> Option<Shape> {
+        let (directors, defect) = match self.curve {
+            Curve::Plane => {
+                let bends: Vec<_> = strains.iter().map(|e| Vector3::z() * e[0]).collect();
+                let angles = self.up(&bends);
+                let directors: Vec<_> = angles.iter().map(|angle| planar(angle.z)).collect();
+                // What the last coefficients of (cos, sin) leave out of the positions.
+                let tangents: Vec<Vector3<f64>> =
+                    directors.iter().map(|r| r.column(2).into_owned()).collect();
+                let tails = self.grid.tails(&tangents[..strains.len()]);
+                let sizes = tails.iter().zip(self.grid.counts());
+                let defect = sizes
+                    .map(|(tail, n)| tail.now / n as f64)
+                    .fold(0.0, f64::max);
+                (directors, defect)
+            }
+            Curve::Space => {
+                let space = Space::<6, 6>::new();
+                let curve = space.shape(&self.grid, strains)?;
+                let mut directors = curve.directors().to_vec();
+                directors.push(curve.end().rotation.to_rotation_matrix().into_inner());
+                (directors, space.defect(&self.grid, &curve))
+            }
+        };
+        let tangents: Vec<Vector3<f64>> = directors
+            .iter()
+            .zip(strains)
+            .map(|(r, e)| r * e.fixed_rows::<3>(3))
+            .collect();
+        let positions = self.up(&tangents);
+        let end = positions.last()?;
+        end.iter().all(|x| x.is_finite()).then_some(Shape {
+            directors,
+            positions,
+            tangents,
+            defect,
+        })
+    }
+
+    /// The velocities of the sections at these strain rates.
+    pub fn flow(&self, shape: &Shape, rates: &[Strain]) -> Flow {
+        let [bends, stretches] = outward(shape, rates);
+        let spins = self.up(&bends);
+        let grown: Vec<_> = (0..rates.len())
+            .map(|j| spins[j].cross(&shape.tangents[j]) + stretches[j])
+            .collect();
+        Flow {
+            velocities: self.up(&grown),
+            spins,
+            bends,
+            stretches,
+        }
+    }
+
+    /// The accelerations of the sections, `second` the second derivatives of the strains.
+    pub fn change(&self, shape: &Shape, flow: &Flow, second: &[Strain]) -> Change {
+        let [bends, stretches] = outward(shape, second);
+        let n = second.len();
+        let turning: Vec<_> = (0..n)
+            .map(|j| bends[j] + flow.spins[j].cross(&flow.bends[j]))
+            .collect();
+        let spins = self.up(&turning);
+        let grown: Vec<_> = (0..n)
+            .map(|j| {
+                let (omega, tau) = (&flow.spins[j], &shape.tangents[j]);
+                spins[j].cross(tau)
+                    + omega.cross(&(omega.cross(tau) + flow.stretches[j] * 2.0))
+                    + stretches[j]
+            })
+            .collect();
+        Change {
+            accelerations: self.up(&grown),
+            spins,
+            bends,
+            stretches,
+        }
+    }
+
+    /// J^T f of couples and forces on the sections, in the order of the coordinates.
+    pub fn gathered(
+        &self,
+        shape: &Shape,
+        couples: &[Vector3<f64>],
+        forces: &[Vector3<f64>],
+    ) -> Vec<f64> {
+        let [moments, beyond] = self.beyond(shape, couples, forces);
+        let mut out = Vec::with_capacity(self.size());
+        for ((directors, m), p) in shape.directors.iter().zip(&moments).zip(&beyond) {
+            for k in &self.active {
+                let part = if *k < 3 { m } else { p };
+                out.push(directors.column(*k % 3).dot(part));
+            }
+        }
+        out
+    }
+
+    /// weight_j times the moment and the force of what acts beyond node j.
+    fn beyond(
+        &self,
+        shape: &Shape,
+        couples: &[Vector3<f64>],
+        forces: &[Vector3<f64>],
+    ) -> [Vec<Vector3<f64>>; 2] {
+        let beyond = self.down(forces);
+        let mut arms = couples.to_vec();
+        for (j, p) in beyond.iter().enumerate() {
+            arms[j] += shape.tangents[j].cross(p);
+        }
+        [self.down(&arms), beyond]
+    }
+
+    /// J: turns and moves of the sections.
+    pub fn turned(&self, shape: &Shape) -> Turned {
+        let n = self.grid.len();
+        let count = self.active.len();
+        let mut phi = blank(n + 1, self.size());
+        for (j, directors) in shape.directors[..n].iter().enumerate() {
+            for (a, k) in self.active.iter().enumerate().filter(|(_, k)| **k < 3) {
+                let axis = directors.column(*k);
+                for (phi, along) in phi.iter_mut().zip(axis.iter()) {
+                    phi.column_mut(j * count + a)
+                        .axpy(*along, &self.up.column(j), 0.0);
+                }
+            }
+        }
+        let mut tau = self.local(&phi, |j| -cross(&shape.tangents[j]));
+        self.add_stretch(&mut tau, |j, k| shape.directors[j].column(k).into_owned());
+        Turned {
+            r: self.up_all(&tau),
+            phi,
+            tau,
+        }
+    }
+
+    /// A 3 x 3 matrix of each node times what is there.
+    fn local(&self, x: &Triple, matrix: impl Fn(usize) -> Matrix3<f64>) -> Triple {
+        let mut out = blank(self.grid.len(), x[0].ncols());
+        self.add_local(&mut out, x, matrix);
+        out
+    }
+
+    fn add_local(&self, out: &mut Triple, x: &Triple, matrix: impl Fn(usize) -> Matrix3<f64>) {
+        let n = self.grid.len();
+        let matrices: Vec<_> = (0..n).map(matrix).collect();
+        let [ox, oy, oz] = out;
+        for column in 0..x[0].ncols() {
+            let [x, y, z] = x.each_ref().map(|x| x.column(column));
+            let mut ox = ox.column_mut(column);
+            let mut oy = oy.column_mut(column);
+            let mut oz = oz.column_mut(column);
+            for (j, m) in matrices.iter().enumerate() {
+                let v = m * Vector3::new(x[j], y[j], z[j]);
+                ox[j] += v.x;
+                oy[j] += v.y;
+                oz[j] += v.z;
+            }
+        }
+    }
+
+    /// Adds what a change of a strain does at its own node: `part` of u or of v.
+    fn add_own(&self, out: &mut Triple, of_v: bool, part: impl Fn(usize, usize) -> Vector3<f64>) {
+        let count = self.active.len();
+        for j in 0..self.grid.len() {
+            for (a, k) in self.active.iter().enumerate() {
+                if (*k >= 3) == of_v {
+                    let v = part(j, *k % 3);
+                    for (out, v) in out.iter_mut().zip(v.iter()) {
+                        out[(j, j * count + a)] += v;
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_stretch(&self, out: &mut Triple, part: impl Fn(usize, usize) -> Vector3<f64>) {
+        self.add_own(out, true, part);
+    }
+
+    /// Derivatives of velocities and accelerations.
+    pub fn carried(&self, shape: &Shape, flow: &Flow, change: &Change, turned: &Turned) -> Carried {
+        let (tau, bend, slide) = (&shape.tangents, &flow.bends, &flow.stretches);
+        let spin = &flow.spins;
+        let d_omega = self.up_all(&self.local(&turned.phi, |j| -cross(&bend[j])));
+        let mut grown = self.local(&d_omega, |j| -cross(&tau[j]));
+        self.add_local(&mut grown, &turned.tau, |j| cross(&spin[j]));
+        self.add_local(&mut grown, &turned.phi, |j| -cross(&slide[j]));
+        let d_velocity = self.up_all(&grown);
+
+        let mut turning = self.local(&turned.phi, |j| {
+            -cross(&change.bends[j]) - cross(&spin[j]) * cross(&bend[j])
+        });
+        self.add_local(&mut turning, &d_omega, |j| -cross(&bend[j]));
+        let d_alpha = self.up_all(&turning);
+        // What a change of omega does to r_tt.
+        let by_spin = |j: usize| {
+            -cross(&spin[j].cross(&tau[j]))
+                - cross(&spin[j]) * cross(&tau[j])
+                - cross(&slide[j]) * 2.0
+        };
+        let mut grown = self.local(&d_alpha, |j| -cross(&tau[j]));
+        self.add_local(&mut grown, &turned.tau, |j| {
+            cross(&change.spins[j]) + cross(&spin[j]) * cross(&spin[j])
+        });
+        self.add_local(&mut grown, &d_omega, by_spin);
+        self.add_local(&mut grown, &turned.phi, |j| {
+            -cross(&spin[j]) * cross(&slide[j]) * 2.0 - cross(&change.stretches[j])
+        });
+        let d_acceleration = self.up_all(&grown);
+
+        let mut turning = self.local(&turned.phi, |j| -cross(&bend[j]));
+        self.add_own(&mut turning, false, |j, k| {
+            spin[j].cross(&shape.directors[j].column(k))
+        });
+        let alpha_by_rate = self.up_all(&turning);
+        let mut grown = self.local(&alpha_by_rate, |j| -cross(&tau[j]));
+        self.add_local(&mut grown, &turned.phi, by_spin);
+        self.add_stretch(&mut grown, |j, k| {
+            spin[j].cross(&shape.directors[j].column(k)) * 2.0
+        });
+        Carried {
+            velocity: [d_omega, d_velocity],
+            by_strain: [d_alpha, d_acceleration],
+            by_rate: [alpha_by_rate, self.up_all(&grown)],
+        }
+    }
+
+    /// d(J^T f)/dq at couples and forces that stay as they are in the frame of the clamp.
+    pub fn geometric(
+        &self,
+        shape: &Shape,
+        turned: &Turned,
+        couples: &[Vector3<f64>],
+        forces: &[Vector3<f64>],
+    ) -> DMatrix<f64> {
+        let [moments, beyond] = self.beyond(shape, couples, forces);
+        let n = self.grid.len();
+        let pressed = self.local(&turned.tau, |j| -cross(&beyond[j]));
+        let inner = self.up.rows(0, n);
+        let mut by_u = pressed.each_ref().map(|f| inner.tr_mul(f));
+        self.add_local(&mut by_u, &turned.phi, |j| cross(&moments[j]));
+        let by_v = self.local(&turned.phi, |j| cross(&beyond[j]));
+        let count = self.active.len();
+        let mut out = DMatrix::zeros(self.size(), self.size());
+        for column in 0..self.size() {
+            for (j, directors) in shape.directors[..n].iter().enumerate() {
+                for (a, k) in self.active.iter().enumerate() {
+                    let x = if *k < 3 { &by_u } else { &by_v };
+                    let d = directors.column(*k % 3);
+                    out[(j * count + a, column)] =
+                        d.x * x[0][(j, column)] + d.y * x[1][(j, column)] + d.z * x[2][(j, column)];
+                }
+            }
+        }
+        out
+    }
+}
+
+impl Shape {
+    /// The pose of a section; the end is the last.
+    pub fn pose(&self, i: usize) -> Isometry3<f64> {
+        let turn = Rotation3::from_matrix_unchecked(self.directors[i]);
+        Isometry3::from_parts(self.positions[i].into(), turn.into())
+    }
+
+    /// The pose of the end.
+    pub fn end(&self) -> Isometry3<f64> {
+        self.pose(self.positions.len() - 1)
+    }
+}
+
+/// R du and R dv at the nodes.
+fn outward(shape: &Shape, rates: &[Strain]) -> [Vec<Vector3<f64>>; 2] {
+    [0, 3].map(|first| {
+        let pairs = shape.directors.iter().zip(rates);
+        pairs.map(|(r, e)| r * e.fixed_rows::<3>(first)).collect()
+    })
+}
+
+fn blank(rows: usize, columns: usize) -> Triple {
+    std::array::from_fn(|_| DMatrix::zeros(rows, columns))
+}
+
+/// Directors of a section in the plane whose tangent is at this angle to x: d1 along z.
+fn planar(angle: f64) -> Matrix3<f64> {
+    let (sin, cos) = angle.sin_cos();
+    Matrix3::new(0.0, sin, cos, 0.0, -cos, sin, 1.0, 0.0, 0.0)
+}

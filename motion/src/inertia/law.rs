@@ -1,0 +1,168 @@
+//! A section, elastic or with friction, seen through those of its strains that can change.
+
+use crate::error::{Error, Result};
+use crate::section::rate::RateLaw;
+use crate::section::{SectionLaw, Strain};
+use nalgebra::{DMatrix, Matrix6};
+use std::sync::Arc;
+
+/// A section law in the units of the rod with the strains that can change.
+#[derive(Debug, Clone)]
+pub struct Law {
+    elastic: Arc<dyn SectionLaw>,
+    friction: Option<Arc<dyn RateLaw>>,
+    active: Vec<usize>,
+    rest: Strain,
+    /// d D/d e_t of friction that is the same everywhere and always, formed once.
+    viscosity: Option<Matrix6<f64>>,
+}
+
+/// What the section answers to strains and rates.
+#[derive(Debug, Clone, Copy)]
+pub struct Answer {
+    /// Stored energy per length.
+    pub energy: f64,
+    /// dW/de.
+    pub elastic: Strain,
+    /// D(e, e_t).
+    pub friction: Strain,
+}
+
+/// Derivatives of dW/de + D(e, e_t).
+#[derive(Debug, Clone, Copy)]
+pub struct Stiffness {
+    /// By the strains.
+    pub by_strain: Matrix6<f64>,
+    /// By the rates.
+    pub by_rate: Matrix6<f64>,
+}
+
+impl Law {
+    /// The elastic law with friction, if there is any, for the strains `active` (places among u1 .. v3, in growing order).
+    ///
+    /// # Errors
+    /// A law without an unloaded state at s = 0; an active strain that is held rigid; friction whose viscosity has no inverse.
+    pub fn new(
+        elastic: Arc<dyn SectionLaw>,
+        friction: Option<Arc<dyn RateLaw>>,
+        active: &[usize],
+    ) -> Result<Self> {
+        let rigid = elastic.rigid();
+        if let Some(k) = active.iter().find(|k| **k >= 3 && rigid[**k - 3]) {
+            return Err(Error::domain(format!(
+                "the strain number {k} of (u1, u2, u3, v1, v2, v3) is held rigid and cannot be an active one"
+            )));
+        }
+        let mut law = Self {
+            rest: elastic.unloaded(0.0)?,
+            elastic,
+            friction: None,
+            active: active.to_vec(),
+            viscosity: None,
+        };
+        if let Some(friction) = friction {
+            if let Some(fluidity) = friction.uniform_fluidity() {
+                law.viscosity = Some(law.inverse(&fluidity)?);
+            }
+            law.friction = Some(friction);
+        }
+        Ok(law)
+    }
+
+    /// Places of the strains that can change among u1 .. v3.
+    pub fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// True if the section loses energy.
+    pub fn is_damped(&self) -> bool {
+        self.friction.is_some()
+    }
+
+    /// Where the law is not smooth, in (0, 1).
+    pub fn breaks(&self) -> Vec<f64> {
+        let mut breaks = self.elastic.breaks();
+        breaks.extend(self.friction.iter().flat_map(|law| law.breaks()));
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        breaks.retain(|s| *s > 1e-12 && *s < 1.0 - 1e-12);
+        breaks
+    }
+
+    /// The strains at s without load.
+    ///
+    /// # Errors
+    /// A law that has no unloaded state there.
+    pub fn unloaded(&self, s: f64) -> Result<Strain> {
+        self.elastic.unloaded(s)
+    }
+
+    /// All six strains: the active ones, and the others as they are without load at the clamp.
+    pub fn all(&self, active: &[f64]) -> Strain {
+        let mut all = self.rest;
+        for (k, e) in self.active.iter().zip(active) {
+            all[*k] = *e;
+        }
+        all
+    }
+
+    /// All six rates: those of the strains that cannot change are 0.
+    pub fn rates(&self, active: &[f64]) -> Strain {
+        let mut all = Strain::zeros();
+        for (k, e) in self.active.iter().zip(active) {
+            all[*k] = *e;
+        }
+        all
+    }
+
+    /// Energy and resultants; None outside the law's domain.
+    pub fn answer(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Answer> {
+        let free = self.elastic.free(s, e).ok()?;
+        let friction = match (&self.viscosity, &self.friction) {
+            (Some(viscosity), _) => viscosity * rate,
+            (None, Some(law)) => law.overstress(s, e, rate).ok()?,
+            (None, None) => Strain::zeros(),
+        };
+        Some(Answer {
+            energy: free.energy,
+            elastic: free.resultants,
+            friction,
+        })
+    }
+
+    /// Derivatives of the resultants; None outside the law's domain.
+    pub fn stiffness(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Stiffness> {
+        let mut by_strain = self.elastic.free(s, e).ok()?.tangent;
+        let by_rate = match (&self.viscosity, &self.friction) {
+            (Some(viscosity), _) => *viscosity,
+            (None, Some(law)) => {
+                // The law gives its inverse e_t(e, D): dD = C^-1 (de_t - B de).
+                let overstress = law.overstress(s, e, rate).ok()?;
+                let there = law.rate(s, e, &overstress).ok()?;
+                let inverse = self.inverse(&there.by_overstress).ok()?;
+                by_strain -= inverse * there.by_strain;
+                inverse
+            }
+            (None, None) => Matrix6::zeros(),
+        };
+        Some(Stiffness { by_strain, by_rate })
+    }
+
+    /// The inverse among the active strains, zero elsewhere.
+    fn inverse(&self, matrix: &Matrix6<f64>) -> Result<Matrix6<f64>> {
+        let count = self.active.len();
+        let block = DMatrix::from_fn(count, count, |i, j| {
+            matrix[(self.active[i], self.active[j])]
+        });
+        let inverse = block.try_inverse().ok_or_else(|| {
+            Error::domain("the friction of the section has no viscosity in one of its strains")
+        })?;
+        let mut all = Matrix6::zeros();
+        for (i, k) in self.active.iter().enumerate() {
+            for (j, l) in self.active.iter().enumerate() {
+                all[(*k, *l)] = inverse[(i, j)];
+            }
+        }
+        Ok(all)
+    }
+}

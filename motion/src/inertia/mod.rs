@@ -1,0 +1,25 @@
+//! Rods with mass: the strains are the generalised coordinates of a Lagrangian system.
+//!
+//! A rod of mass eps (that of the body is 1) is held at s = 0 and carries the body at s = 1. With q the free strains at the
+//! nodes, J the velocities of the sections per strain rate and N the masses, the principle of d'Alembert reads
+//! ```text
+//! J^T N (J q'' + J' q') + weights (dW/de + D(e, e_t)) = J^T loads,      M = J^T N J.
+//! ```
+//! Kinematics, masses and their derivatives are those of one discrete system: in the plane its energy is an integral of the motion,
+//! whatever the number of nodes; in space it is one as far as the nodes resolve the rotation.
+//!
+//! * [`law`]: the section, seen through the strains that can change.
+//! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
+//! * [`mass`]: what hangs at a section: a piece of the rod, or the body.
+//! * [`rod`]: the balance above with its exact linearisation; energies.
+//! * [`statics`]: equilibria of the rod with its weight, rates tangent to the equilibria, small vibrations.
+//! * [`system`]: the differential equations, for explicit and implicit steps.
+//!
+//! The motion is in `motion::inertia`.
+
+pub mod frames;
+pub mod law;
+pub mod mass;
+pub mod rod;
+pub mod statics;
+pub mod system;

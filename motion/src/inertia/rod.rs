@@ -1,0 +1,369 @@
+//! A rod with mass and the body at its end: balance, energies, linearisation.
+
+use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
+use super::law::Law;
+use super::mass::{Mass, MassLinear};
+use crate::body::{Body, RigidBody};
+use crate::creep::grid::Grid;
+use crate::error::{Error, Result};
+use crate::math::se3::joined;
+use crate::section::Strain;
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+
+/// A rod with mass, whatever its nodes: what [`HeavyRod`] is made of.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// The section, in the units of the rod.
+    pub law: Law,
+    /// Its kinematics.
+    pub curve: Curve,
+    /// Mass of the whole rod, over that of the body.
+    pub mass: f64,
+    /// Inertia of the sections per length, along their directors, about their middle; None: they turn at no cost.
+    pub rotary: Option<Matrix3<f64>>,
+    /// A point of mass 1 under gravity, on the clamp of the rod: what acts on every piece of the rod.
+    pub grain: Body<3>,
+    /// Dead force per length, c0 + c1 s + ..., in the world.
+    pub distributed: Vec<Vector3<f64>>,
+    /// The body at the end.
+    pub body: Mass,
+}
+
+/// A rod with mass at given nodes.
+#[derive(Debug, Clone)]
+pub struct HeavyRod {
+    /// What it is made of.
+    pub given: Given,
+    /// Its sections.
+    pub sections: Sections,
+    /// What hangs at them, the body last.
+    masses: Vec<Mass>,
+}
+
+/// Strains, their rates and what follows from them.
+#[derive(Debug, Clone)]
+pub struct Moving {
+    /// All strains at the nodes.
+    pub strains: Vec<Strain>,
+    /// All rates.
+    pub rates: Vec<Strain>,
+    /// Poses.
+    pub shape: Shape,
+    /// Velocities.
+    pub flow: Flow,
+}
+
+/// The balance at some second derivatives of the strains.
+#[derive(Debug, Clone)]
+pub struct Balance {
+    /// J^T (masses - loads) + weights (resultants): zero in a motion.
+    pub residual: DVector<f64>,
+    /// (couple, force) of the rod on what hangs at the sections.
+    pub wrenches: Vec<Vector6<f64>>,
+    change: Change,
+    /// Power of friction, of loads without potential, of drag.
+    pub powers: [f64; 3],
+}
+
+/// Derivatives of the residual.
+#[derive(Debug, Clone)]
+pub struct Derivatives {
+    /// By the strains.
+    pub by_strain: DMatrix<f64>,
+    /// By the rates.
+    pub by_rate: DMatrix<f64>,
+    /// By the second derivatives: the mass matrix.
+    pub mass: DMatrix<f64>,
+}
+
+impl HeavyRod {
+    /// The rod at the nodes of `grid`.
+    ///
+    /// # Errors
+    /// A mass, gravity or load that is not finite, a mass or an inertia that is not positive.
+    pub fn new(given: Given, grid: Grid) -> Result<Self> {
+        if !(given.mass > 0.0 && given.mass.is_finite()) {
+            return Err(Error::domain(format!(
+                "the mass of the rod over that of the body, {}, must be finite and > 0",
+                given.mass
+            )));
+        }
+        let piece = |(s, weight): (&f64, &f64)| -> Result<Mass> {
+            let mass = given.mass * weight;
+            let force = given.distributed.iter().rev();
+            let force = force.fold(Vector3::zeros(), |sum, c| sum * *s + c) * *weight;
+            let weight_of = given.grain.constant() * mass + force;
+            let body = match given.rotary {
+                None => Mass::Point(held(Body::new(mass)?, weight_of, &given.grain)?),
+                Some(inertia) => {
+                    let piece =
+                        RigidBody::new(mass, inertia * *weight)?.with_dead_force(weight_of)?;
+                    Mass::Rigid(match given.grain.support() {
+                        Some(support) => piece.with_support(support.clone()),
+                        None => piece,
+                    })
+                }
+            };
+            Ok(body)
+        };
+        let pieces = grid.nodes().iter().zip(grid.weights()).map(piece);
+        let mut masses = pieces.collect::<Result<Vec<_>>>()?;
+        masses.push(given.body.clone());
+        let sections = Sections::new(grid, given.law.active(), given.curve);
+        Ok(Self {
+            given,
+            sections,
+            masses,
+        })
+    }
+
+    /// Number of coordinates.
+    pub fn size(&self) -> usize {
+        self.sections.size()
+    }
+
+    /// All strains at the nodes, from coordinates.
+    pub fn strains(&self, q: &[f64]) -> Vec<Strain> {
+        let law = &self.given.law;
+        q.chunks_exact(law.active().len())
+            .map(|e| law.all(e))
+            .collect()
+    }
+
+    /// All rates at the nodes.
+    pub fn rates(&self, w: &[f64]) -> Vec<Strain> {
+        let law = &self.given.law;
+        w.chunks_exact(law.active().len())
+            .map(|e| law.rates(e))
+            .collect()
+    }
+
+    /// The coordinates of strains (or rates) at the nodes.
+    pub fn coordinates(&self, strains: &[Strain]) -> Vec<f64> {
+        let active = self.given.law.active();
+        let each = strains.iter();
+        each.flat_map(|e| active.iter().map(|k| e[*k])).collect()
+    }
+
+    /// The state of coordinates and rates; None if the strains are too large for a curve.
+    pub fn moving(&self, q: &[f64], w: &[f64]) -> Option<Moving> {
+        let (strains, rates) = (self.strains(q), self.rates(w));
+        let shape = self.sections.shape(&strains)?;
+        let flow = self.sections.flow(&shape, &rates);
+        Some(Moving {
+            strains,
+            rates,
+            shape,
+            flow,
+        })
+    }
+
+    /// The balance at time `t`, with the second derivatives `a` of the coordinates; None outside the law's domain.
+    pub fn balance(&self, t: f64, at: &Moving, a: &[f64]) -> Option<Balance> {
+        let second = self.rates(a);
+        let change = self.sections.change(&at.shape, &at.flow, &second);
+        let mut powers = [0.0; 3];
+        let mut wrenches = Vec::with_capacity(self.masses.len());
+        for (i, mass) in self.masses.iter().enumerate() {
+            let (pose, v) = self.seen(at, i);
+            let acceleration = joined(&change.spins[i], &change.accelerations[i]);
+            let wrench = mass.wrench(t, &pose, &v, &acceleration)?;
+            let [power, loss] = mass.motion(t, &pose, &v, &wrench);
+            powers[1] += power;
+            powers[2] += loss;
+            wrenches.push(wrench);
+        }
+        let couples: Vec<Vector3<f64>> = parts(&wrenches, 0);
+        let forces: Vec<Vector3<f64>> = parts(&wrenches, 3);
+        let mut residual = self.sections.gathered(&at.shape, &couples, &forces);
+        let active = self.given.law.active();
+        let count = active.len();
+        let grid = &self.sections.grid;
+        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+            let answer = self.given.law.answer(*s, &at.strains[j], &at.rates[j])?;
+            powers[0] += weight * answer.friction.dot(&at.rates[j]);
+            let all = answer.elastic + answer.friction;
+            for (a, k) in active.iter().enumerate() {
+                residual[j * count + a] += weight * all[*k];
+            }
+        }
+        let residual = DVector::from_vec(residual);
+        residual.iter().all(|x| x.is_finite()).then_some(Balance {
+            residual,
+            wrenches,
+            change,
+            powers,
+        })
+    }
+
+    fn seen(&self, at: &Moving, i: usize) -> (Isometry3<f64>, Vector6<f64>) {
+        let pose = match self.masses[i].turns() {
+            true => at.shape.pose(i),
+            false => {
+                Isometry3::from_parts(at.shape.positions[i].into(), UnitQuaternion::identity())
+            }
+        };
+        (pose, joined(&at.flow.spins[i], &at.flow.velocities[i]))
+    }
+
+    /// M alone, with J.
+    pub fn mass_matrix(&self, t: f64, at: &Moving) -> Option<(DMatrix<f64>, Turned)> {
+        let turned = self.sections.turned(&at.shape);
+        let none = Vector6::zeros();
+        let linear = self.masses(t, at, &vec![none; self.masses.len()])?;
+        let mass = self.gathered_twice(
+            &linear,
+            |m| &m.by_acceleration,
+            [&turned.phi, &turned.r],
+            [&turned.phi, &turned.r],
+        );
+        Some((mass, turned))
+    }
+
+    /// The derivatives of the residual of `balance`; None outside the law's domain.
+    pub fn derivatives(&self, t: f64, at: &Moving, balance: &Balance) -> Option<Derivatives> {
+        let turned = self.sections.turned(&at.shape);
+        let carried = self
+            .sections
+            .carried(&at.shape, &at.flow, &balance.change, &turned);
+        let linear = self.masses(t, at, &balance.wrenches)?;
+        let twist = [&turned.phi, &turned.r];
+        let of = |m: [&Triple; 2], which: fn(&MassLinear) -> &Matrix6<f64>| {
+            self.gathered_twice(&linear, which, twist, m)
+        };
+        let inertia: fn(&MassLinear) -> &Matrix6<f64> = |m| &m.by_acceleration;
+        let drag: fn(&MassLinear) -> &Matrix6<f64> = |m| &m.by_velocity;
+        let place: fn(&MassLinear) -> &Matrix6<f64> = |m| &m.by_pose;
+        let mut stiffness = of(carried.by_strain.each_ref(), inertia);
+        stiffness += of(carried.velocity.each_ref(), drag);
+        stiffness += of(twist, place);
+        stiffness += self.sections.geometric(
+            &at.shape,
+            &turned,
+            &parts(&balance.wrenches, 0),
+            &parts(&balance.wrenches, 3),
+        );
+        let mut damping = of(carried.by_rate.each_ref(), inertia);
+        damping += of(twist, drag);
+        let mass = of(twist, inertia);
+        self.add_section(at, &mut stiffness, &mut damping)?;
+        Some(Derivatives {
+            by_strain: stiffness,
+            by_rate: damping,
+            mass,
+        })
+    }
+
+    /// Adds what the sections themselves answer.
+    pub(super) fn add_section(
+        &self,
+        at: &Moving,
+        stiffness: &mut DMatrix<f64>,
+        damping: &mut DMatrix<f64>,
+    ) -> Option<()> {
+        let active = self.given.law.active();
+        let count = active.len();
+        let grid = &self.sections.grid;
+        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+            let section = self.given.law.stiffness(*s, &at.strains[j], &at.rates[j])?;
+            for (a, k) in active.iter().enumerate() {
+                for (b, l) in active.iter().enumerate() {
+                    let place = (j * count + a, j * count + b);
+                    stiffness[place] += weight * section.by_strain[(*k, *l)];
+                    damping[place] += weight * section.by_rate[(*k, *l)];
+                }
+            }
+        }
+        Some(())
+    }
+
+    fn masses(&self, t: f64, at: &Moving, wrenches: &[Vector6<f64>]) -> Option<Vec<MassLinear>> {
+        let each = self.masses.iter().zip(wrenches).enumerate();
+        each.map(|(i, (mass, wrench))| {
+            let (pose, v) = self.seen(at, i);
+            mass.linear(t, &pose, &v, wrench)
+        })
+        .collect()
+    }
+
+    /// sum_i left_i^T matrix_i right_i over the sections.
+    fn gathered_twice(
+        &self,
+        linear: &[MassLinear],
+        which: impl Fn(&MassLinear) -> &Matrix6<f64>,
+        left: [&Triple; 2],
+        right: [&Triple; 2],
+    ) -> DMatrix<f64> {
+        let mut out = DMatrix::zeros(self.size(), self.size());
+        let last = linear.len() - 1;
+        for k in 0..6 {
+            for l in 0..6 {
+                // The pieces of the rod by one product of matrices for each pair of components.
+                let factors: Vec<f64> = linear[..last].iter().map(|m| which(m)[(k, l)]).collect();
+                if factors.iter().all(|x| *x == 0.0) {
+                    continue;
+                }
+                let mut scaled = right[l / 3][l % 3].rows(0, last).into_owned();
+                for (mut row, factor) in scaled.row_iter_mut().zip(&factors) {
+                    row *= *factor;
+                }
+                out.gemm_tr(1.0, &left[k / 3][k % 3].rows(0, last), &scaled, 1.0);
+            }
+        }
+        MassLinear::add(&mut out, last, which(&linear[last]), left, right);
+        out
+    }
+
+    /// Kinetic energy of the body and of the rod.
+    pub fn kinetic(&self, t: f64, at: &Moving) -> [f64; 2] {
+        let each = self.masses.iter().enumerate();
+        let energies: Vec<f64> = each
+            .map(|(i, mass)| {
+                let (pose, v) = self.seen(at, i);
+                mass.kinetic(t, &pose, &v)
+            })
+            .collect();
+        let last = energies.len() - 1;
+        [energies[last], energies[..last].iter().sum()]
+    }
+
+    /// Potential of gravity and constant loads, on body and rod.
+    pub fn potential(&self, t: f64, at: &Moving) -> f64 {
+        let each = self.masses.iter().enumerate();
+        each.map(|(i, mass)| mass.potential(t, &self.seen(at, i).0))
+            .sum()
+    }
+
+    /// Stored energy and, at the nodes, dissipation per length and time.
+    pub fn stored(&self, at: &Moving) -> Option<(f64, Vec<f64>)> {
+        let grid = &self.sections.grid;
+        let mut energy = 0.0;
+        let mut lost = Vec::with_capacity(grid.len());
+        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+            let answer = self.given.law.answer(*s, &at.strains[j], &at.rates[j])?;
+            energy += weight * answer.energy;
+            lost.push(answer.friction.dot(&at.rates[j]));
+        }
+        Some((energy, lost))
+    }
+
+    /// The first time after `t` at which a load or the motion of the clamp is not smooth.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let grain = self.given.grain.next_break(t);
+        self.given.body.next_break(t).min(grain)
+    }
+}
+
+fn held(body: Body<3>, force: Vector3<f64>, grain: &Body<3>) -> Result<Body<3>> {
+    let body = body.with_dead_force(force)?;
+    Ok(match grain.support() {
+        Some(support) => body.with_support(support.clone()),
+        None => body,
+    })
+}
+
+fn parts(wrenches: &[Vector6<f64>], first: usize) -> Vec<Vector3<f64>> {
+    let each = wrenches.iter();
+    each.map(|w| w.fixed_rows::<3>(first).into_owned())
+        .collect()
+}

@@ -1,0 +1,294 @@
+//! A rod with mass at rest: equilibria with its weight, rates tangent to the equilibria of its end, small vibrations.
+
+use super::rod::{HeavyRod, Moving};
+use crate::error::{Error, Result};
+use crate::math::order::{sort_eigenvalues, sort_few};
+use nalgebra::{Complex, DMatrix, DVector, Vector3, Vector6};
+
+/// A small vibration about an equilibrium.
+#[derive(Debug, Clone)]
+pub struct Vibration {
+    /// The square of its angular frequency; negative where the equilibrium is unstable.
+    pub square: f64,
+    /// The rate at which its amplitude decays, to first order in the friction.
+    pub decay: f64,
+    /// The change of the coordinates, of mass 1.
+    pub shape: DVector<f64>,
+}
+
+/// Vibrations of which motions with friction are made.
+const SUBSPACE: usize = 24;
+/// Steps of the search for an equilibrium.
+const STEPS: usize = 400;
+/// Its residual at the end, relative to 1 + the loads.
+const SOLVED: f64 = 1e-13;
+
+impl HeavyRod {
+    /// The coordinates of a stable equilibrium under the loads at time `t`, searched from `q` downhill in the energy.
+    ///
+    /// # Errors
+    /// A law left on the way; no equilibrium found.
+    pub fn settled(&self, t: f64, q: &[f64]) -> Result<Vec<f64>> {
+        let m = self.size();
+        let none = vec![0.0; m];
+        let outside =
+            || Error::domain("the search for the equilibrium left the domain of the section law");
+        let energy = |at: &Moving| Some(self.stored(at)?.0 + self.potential(t, at));
+        let mut q = q.to_vec();
+        let mut at = self.moving(&q, &none).ok_or_else(outside)?;
+        let mut balance = self.balance(t, &at, &none).ok_or_else(outside)?;
+        let weights = self.norm_weights();
+        let size = |r: &DVector<f64>| (r.component_mul(&weights)).norm();
+        let mut shift = 0.0;
+        for _ in 0..STEPS {
+            let slope = self
+                .derivatives(t, &at, &balance)
+                .ok_or_else(outside)?
+                .by_strain;
+            let residual = size(&balance.residual);
+            let here = energy(&at).ok_or_else(outside)?;
+            let mut taken = None;
+            // Uphill curvature is shifted away: the step then leads downhill.
+            for _ in 0..60 {
+                let mut matrix = (&slope + slope.transpose()) * 0.5;
+                for i in 0..m {
+                    matrix[(i, i)] += shift / (weights[i] * weights[i]);
+                }
+                let step = matrix
+                    .cholesky()
+                    .map(|factors| -factors.solve(&balance.residual));
+                let tried = step.and_then(|step| {
+                    let next: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q + d).collect();
+                    let at = self.moving(&next, &none)?;
+                    let balance = self.balance(t, &at, &none)?;
+                    let less = energy(&at)? < here || size(&balance.residual) < 0.5 * residual;
+                    less.then_some((next, at, balance))
+                });
+                match tried {
+                    Some(found) => {
+                        taken = Some(found);
+                        shift = if shift < 1e-3 { 0.0 } else { 0.2 * shift };
+                        break;
+                    }
+                    None => shift = (4.0 * shift).max(1e-2),
+                }
+            }
+            let Some((next, there, balanced)) = taken else {
+                break;
+            };
+            (q, at, balance) = (next, there, balanced);
+            if size(&balance.residual) <= SOLVED && shift == 0.0 {
+                break;
+            }
+        }
+        let left = size(&balance.residual);
+        match left <= 1e-9 {
+            true => Ok(q),
+            false => Err(Error::unreachable(format!(
+                "no equilibrium of the rod with its weight was found: the best leaves a couple of {left:.1e} EI/length; start from \
+                 another shape, or from rest"
+            ))),
+        }
+    }
+
+    /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `q`, Im s >= 0, the smallest ones by Im s: with friction, drag and
+    /// rotors, within the space of the 24 slowest vibrations.
+    ///
+    /// # Errors
+    /// As [`HeavyRod::vibrations`].
+    pub fn decaying(&self, t: f64, q: &[f64], count: usize) -> Result<Vec<Complex<f64>>> {
+        let modes = self.vibrations(t, q, SUBSPACE)?;
+        let none = vec![0.0; self.size()];
+        let found = self.moving(q, &none).and_then(|at| {
+            let balance = self.balance(t, &at, &none)?;
+            self.derivatives(t, &at, &balance)
+        });
+        let found = found.ok_or_else(|| {
+            Error::domain("the strains of the equilibrium are outside the law's domain")
+        })?;
+        let n = modes.len();
+        let mut whole = DMatrix::zeros(2 * n, 2 * n);
+        for (j, right) in modes.iter().enumerate() {
+            let pushed = &found.by_rate * &right.shape;
+            for (i, left) in modes.iter().enumerate() {
+                whole[(n + i, n + j)] = -left.shape.dot(&pushed);
+            }
+            whole[(j, n + j)] = 1.0;
+            whole[(n + j, j)] = -right.square;
+        }
+        let all = whole.complex_eigenvalues();
+        let mut upper: Vec<Complex<f64>> = all.iter().filter(|s| s.im >= 0.0).copied().collect();
+        sort_few(&mut upper, |s| s.norm());
+        upper.truncate(count);
+        sort_eigenvalues(&mut upper);
+        Ok(upper)
+    }
+
+    /// 1/sqrt(weight) for every coordinate, so that norms are means over the rod.
+    fn norm_weights(&self) -> DVector<f64> {
+        let count = self.given.law.active().len();
+        let weights = self.sections.grid.weights();
+        DVector::from_fn(self.size(), |i, _| 1.0 / weights[i / count].sqrt())
+    }
+
+    /// The rates of the strains at which the end of the rod moves at `velocity` (angular first; that of a point mass is the velocity
+    /// alone) while the massless rod would stay in equilibrium under a wrench on its end.
+    ///
+    /// # Errors
+    /// A velocity that the rod cannot follow: a straight inextensible rod cannot be stretched.
+    pub fn following(&self, at: &Moving, velocity: &Vector6<f64>) -> Result<Vec<f64>> {
+        let m = self.size();
+        let wrong = || Error::domain("the strains at the start are outside the law's domain");
+        let turned = self.sections.turned(&at.shape);
+        let last = self.sections.grid.len();
+        let first = if self.given.body.turns() { 0 } else { 3 };
+        // Components in which the end can move at all.
+        let rows: Vec<(DVector<f64>, f64)> = (first..6)
+            .map(|k| {
+                let of = if k < 3 { &turned.phi } else { &turned.r };
+                (of[k % 3].row(last).transpose(), velocity[k])
+            })
+            .collect();
+        let moves: Vec<&(DVector<f64>, f64)> =
+            rows.iter().filter(|(row, _)| row.amax() > 0.0).collect();
+        let d = moves.len();
+        let gather = DMatrix::from_fn(d, m, |i, j| moves[i].0[j]);
+        let wanted = DVector::from_fn(d, |i, _| moves[i].1);
+        // The wrench under which the rod is, or is nearest to, an equilibrium: J^T f = -(resultants).
+        let mut resultants = DVector::zeros(m);
+        let mut slope = DMatrix::zeros(m, m);
+        let mut none = DMatrix::zeros(m, m);
+        self.add_section(at, &mut slope, &mut none)
+            .ok_or_else(wrong)?;
+        let active = self.given.law.active();
+        let grid = &self.sections.grid;
+        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+            let still = Vector6::zeros();
+            let answer = self
+                .given
+                .law
+                .answer(*s, &at.strains[j], &still)
+                .ok_or_else(wrong)?;
+            for (a, k) in active.iter().enumerate() {
+                resultants[j * active.len() + a] = weight * answer.elastic[*k];
+            }
+        }
+        let scale = self.norm_weights();
+        let scaled = DMatrix::from_fn(m, d, |i, k| gather[(k, i)] * scale[i]);
+        let wrench = scaled
+            .svd(true, true)
+            .solve(&(-resultants.component_mul(&scale)), 1e-12)
+            .map_err(|_| wrong())?;
+        let mut end = Vector6::zeros();
+        let mut at_row = 0;
+        for (k, (row, _)) in rows.iter().enumerate() {
+            if row.amax() > 0.0 {
+                end[first + k] = wrench[at_row];
+                at_row += 1;
+            }
+        }
+        let mut couples = vec![Vector3::zeros(); last + 1];
+        let mut forces = couples.clone();
+        couples[last] = end.fixed_rows::<3>(0).into_owned();
+        forces[last] = end.fixed_rows::<3>(3).into_owned();
+        slope += self
+            .sections
+            .geometric(&at.shape, &turned, &couples, &forces);
+        let mut whole = DMatrix::zeros(m + d, m + d);
+        for i in 0..m {
+            for j in 0..m {
+                whole[(i, j)] = slope[(i, j)] * scale[i] * scale[j];
+            }
+            for k in 0..d {
+                whole[(i, m + k)] = gather[(k, i)] * scale[i];
+                whole[(m + k, i)] = gather[(k, i)] * scale[i];
+            }
+        }
+        let mut right = DVector::zeros(m + d);
+        right.rows_mut(m, d).copy_from(&wanted);
+        let found = match whole.clone().lu().solve(&right) {
+            Some(found) if found.iter().all(|x| x.abs() < 1e12) => found,
+            _ => whole
+                .svd(true, true)
+                .solve(&right, 1e-11)
+                .map_err(|_| wrong())?,
+        };
+        let rates: Vec<f64> = (0..m).map(|i| found[i] * scale[i]).collect();
+        let moved = &gather * DVector::from_column_slice(&rates);
+        if !((&moved - &wanted).norm() <= 1e-9 * (1.0 + wanted.norm())) {
+            return Err(Error::domain(format!(
+                "the rod cannot follow the velocity {:?} of its end: it is straight and inextensible, or cannot be strained that way; it \
+                 would move at {:?}",
+                wanted.as_slice(),
+                moved.as_slice()
+            )));
+        }
+        Ok(rates)
+    }
+
+    /// The `count` slowest vibrations about the equilibrium `q` at time `t`, by rising square of the frequency.
+    ///
+    /// From (1/omega^2) K x = M x by Cholesky factors of K where that is positive definite, so that low frequencies keep their digits
+    /// however fast the highest are.
+    ///
+    /// # Errors
+    /// Strains outside the law's domain; a mass matrix that is not positive definite to rounding.
+    pub fn vibrations(&self, t: f64, q: &[f64], count: usize) -> Result<Vec<Vibration>> {
+        let m = self.size();
+        let none = vec![0.0; m];
+        let found = self.moving(q, &none).and_then(|at| {
+            let balance = self.balance(t, &at, &none)?;
+            self.derivatives(t, &at, &balance)
+        });
+        let found = found.ok_or_else(|| {
+            Error::domain("the strains of the equilibrium are outside the law's domain")
+        })?;
+        let k = (&found.by_strain + found.by_strain.transpose()) * 0.5;
+        let degenerate =
+            || Error::domain("the mass matrix of the rod is singular to rounding: use fewer nodes");
+        let sandwich = |l: &DMatrix<f64>, x: &DMatrix<f64>| -> Option<DMatrix<f64>> {
+            let half = l.solve_lower_triangular(x)?;
+            let whole = l.solve_lower_triangular(&half.transpose())?;
+            Some((&whole + whole.transpose()) * 0.5)
+        };
+        let (squares, shapes) = match k.clone().cholesky() {
+            Some(factors) => {
+                let l = factors.l();
+                let eigen = sandwich(&l, &found.mass)
+                    .ok_or_else(degenerate)?
+                    .symmetric_eigen();
+                let shapes = l
+                    .tr_solve_lower_triangular(&eigen.eigenvectors)
+                    .ok_or_else(degenerate)?;
+                (
+                    eigen.eigenvalues.map(|x| 1.0 / x.max(f64::MIN_POSITIVE)),
+                    shapes,
+                )
+            }
+            None => {
+                let l = found.mass.clone().cholesky().ok_or_else(degenerate)?.l();
+                let eigen = sandwich(&l, &k).ok_or_else(degenerate)?.symmetric_eigen();
+                let shapes = l
+                    .tr_solve_lower_triangular(&eigen.eigenvectors)
+                    .ok_or_else(degenerate)?;
+                (eigen.eigenvalues, shapes)
+            }
+        };
+        let mut order: Vec<usize> = (0..m).collect();
+        sort_few(&mut order, |i| squares[*i]);
+        Ok(order
+            .into_iter()
+            .take(count)
+            .map(|i| {
+                let shape: DVector<f64> = shapes.column(i).into_owned();
+                let mass = shape.dot(&(&found.mass * &shape));
+                let friction = shape.dot(&(&found.by_rate * &shape));
+                Vibration {
+                    square: squares[i],
+                    decay: 0.5 * friction / mass,
+                    shape: shape / mass.sqrt(),
+                }
+            })
+            .collect())
+    }
+}

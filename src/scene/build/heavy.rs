@@ -1,0 +1,359 @@
+//! Rods with mass, in the plane and in space.
+
+use super::clamp::{self, words};
+use super::in_space::InSpace;
+use super::loads::point_mass;
+use super::planar::start;
+use super::viscous::Field;
+use super::{ModelKind, MotionModel};
+use crate::body::{Body, Frame, RigidBody, Support};
+use crate::error::{Error, Result};
+use crate::inertia::frames::Curve;
+use crate::inertia::law::Law;
+use crate::inertia::mass::Mass;
+use crate::inertia::rod::Given;
+use crate::math::se3::{halves, joined};
+use crate::motion::inertia::{HeavyRate, HeavyRun, HeavyStart};
+use crate::motion::reduction::Carried;
+use crate::motion::{Motion, Options};
+use crate::scene::{
+    Dimensionless, Inertia, Place, Scene, Section, StrainField, StrainName, StrainRate,
+};
+use crate::section::rate::RateLaw;
+use crate::section::{Linear, Measures, SectionLaw, Strain};
+use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
+use std::sync::Arc;
+
+/// A rod with mass in the plane, with a point mass at its end that is free to turn.
+#[derive(Debug, Clone)]
+pub struct HeavyPlane {
+    /// The rod, its body and their loads.
+    pub given: Given,
+    /// The curvature at the start, or near it.
+    pub curvature: Field,
+    /// Its rate; None: as the rod without mass would follow its end.
+    pub rate: Option<Vec<f64>>,
+    /// True: at the stable equilibrium under all loads.
+    pub settled: bool,
+    /// Velocity of the end.
+    pub velocity: Vector6<f64>,
+    words: String,
+}
+
+/// A rod with mass in space.
+#[derive(Debug, Clone)]
+pub struct HeavySpace {
+    /// Body, clamp and start.
+    pub common: InSpace,
+    /// The rod, its body and their loads.
+    pub given: Given,
+    /// Rates of the strains, in units of the rod; None: as the rod without mass would follow its end.
+    pub rate: Option<StrainField>,
+    /// True: at the stable equilibrium under all loads.
+    pub settled: bool,
+}
+
+/// A section law with its friction, in units of the rod.
+fn law(scene: &Scene, active: &[usize]) -> Result<Law> {
+    let measures = scene.scales()?.measures();
+    let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) =
+        match &scene.rod.damping {
+            Some(_) => {
+                let section = scene.viscoelastic()?.measured(measures);
+                (section.elastic, Some(section.rate))
+            }
+            None if scene.is_planar() => (Arc::new(Linear::diagonal([1.0; 2], 1.0)?), None),
+            None => {
+                let rod = scene.cosserat_rod()?;
+                (rod.measured(measures).law().clone(), None)
+            }
+        };
+    Law::new(elastic, friction, active)
+}
+
+/// Mass of the rod over that of the body.
+fn mass(scene: &Scene) -> Result<f64> {
+    if scene.rod.inertia != Inertia::Full {
+        return Err(Error::domain(
+            "rod.inertia: a rod with mass has inertia = \"full\"",
+        ));
+    }
+    let mass = scene.rod.mass().ok_or_else(|| {
+        Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
+    })?;
+    Ok(mass / scene.body()?.mass)
+}
+
+/// A point of mass 1 on the clamp of the rod, under gravity alone.
+fn grain(gravity: Vector3<f64>, support: Option<Support<3>>) -> Result<Body<3>> {
+    let grain = Body::new(1.0)?.with_gravity(gravity)?;
+    Ok(match support {
+        Some(support) => grain.with_support(support),
+        None => grain,
+    })
+}
+
+impl HeavyPlane {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`Scene::viscoelastic`]; a start position with no equilibrium as asked for, or with several; a rod without mass.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+        let support = clamp::lifted(&plain.clamp)?;
+        let body = point_mass(1.0, &plain.loads, Vector3::from, support.clone())?;
+        let given = Given {
+            law: law(scene, &[StrainName::U1 as usize])?,
+            curve: Curve::Plane,
+            mass: mass(scene)?,
+            rotary: None,
+            grain: grain(plain.loads.gravity.into(), support.clone())?,
+            distributed: distributed(&plain, Vector3::from),
+            body: Mass::Point(body),
+        };
+        let settled = matches!(plain.start.place, Place::Settled { .. });
+        let curvature = match &plain.start.place {
+            Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
+            Place::Settled { .. } => Field::Polynomial(vec![0.0]),
+            _ => match start(scene, &plain)? {
+                None => Field::Polynomial(vec![0.0]),
+                Some(rod) => Field::Equilibrium(Box::new(rod)),
+            },
+        };
+        let rate = match &plain.start.rate {
+            Some(StrainRate::Curvature(rate)) => Some(rate.clone()),
+            // Its strains are told by their shape alone: at rest, unless the end moves.
+            None => None,
+            Some(StrainRate::Strain(_)) => {
+                return Err(Error::domain("start.strain_rate is for a rod in space"));
+            }
+        };
+        let place = joined(
+            &Vector3::zeros(),
+            &Vector3::new(curvature.end().x, curvature.end().y, 0.0),
+        );
+        let given_velocity = joined(&Vector3::zeros(), &plain.start.velocity.into());
+        let (velocity, words) = match &support {
+            None => (given_velocity, "[start]".to_owned()),
+            Some(support) => {
+                let frame = support.at(0.0).of_poses();
+                let carried = halves(&frame.outward(&frame.carried(&place))).1 * scales.velocity;
+                (
+                    clamp::begun(&frame, &place, &given_velocity, &plain),
+                    words("[start]", &[("velocity", &carried.as_slice()[..2])], &plain),
+                )
+            }
+        };
+        Ok(Self {
+            given,
+            curvature,
+            rate,
+            settled,
+            velocity,
+            words,
+        })
+    }
+}
+
+fn distributed(
+    plain: &Dimensionless,
+    inward: impl Fn([f64; 3]) -> Vector3<f64>,
+) -> Vec<Vector3<f64>> {
+    match plain.loads.distributed {
+        [0.0, 0.0, 0.0] => Vec::new(),
+        force => vec![inward(force)],
+    }
+}
+
+fn bent(curvature: f64) -> Strain {
+    Strain::new(curvature, 0.0, 0.0, 0.0, 0.0, 1.0)
+}
+
+impl MotionModel for HeavyPlane {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Planar
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let rate = |s: f64| {
+            let rate = self.rate.iter().flatten().rev();
+            let mut strain = bent(rate.fold(0.0, |sum, c| sum * s + c));
+            strain[5] = 0.0;
+            strain
+        };
+        let start = HeavyStart {
+            strain: &|s| bent(self.curvature.at(s)[0]),
+            rate: match self.rate {
+                Some(_) => HeavyRate::Strain(&rate),
+                None => HeavyRate::End(self.velocity),
+            },
+            settled: self.settled,
+        };
+        let run = HeavyRun::new(&self.given, &start, options);
+        Ok(Box::new(run.map_err(|e| e.context(self.words.as_str()))?))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        match self.given.grain.support() {
+            Some(support) => support.at(t),
+            None => Frame::standing(&Isometry3::identity()),
+        }
+    }
+
+    fn is_driven(&self) -> bool {
+        match &self.given.body {
+            Mass::Point(body) => body.is_driven(),
+            Mass::Rigid(body) => body.is_driven(),
+        }
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        vec![("curvature", StrainName::U1 as usize)]
+    }
+
+    fn is_heavy(&self) -> bool {
+        true
+    }
+}
+
+impl HeavySpace {
+    /// The rod with its body at rest on its clamp, without the start.
+    ///
+    /// # Errors
+    /// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known.
+    pub fn given(scene: &Scene) -> Result<(Law, f64, Matrix3<f64>)> {
+        let rigid = scene.cosserat_rod()?.law().rigid();
+        let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
+        Ok((law(scene, &active)?, mass(scene)?, rotary(scene)?))
+    }
+
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`HeavySpace::given`]; a start for which no equilibrium is found.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let (law, mass, rotary) = Self::given(scene)?;
+        let plain = scene.dimensionless()?;
+        let common = InSpace::new(scene, law.breaks())?;
+        let (body, support) = match &common.carried {
+            Carried::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
+            Carried::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
+        };
+        // The support of a clamp that moves leads the loads inwards by itself.
+        let inward = |v: [f64; 3]| match support {
+            None => common.clamp.rotation.inverse() * Vector3::from(v),
+            Some(_) => Vector3::from(v),
+        };
+        let given = Given {
+            law,
+            curve: Curve::Space,
+            mass,
+            rotary: Some(rotary),
+            grain: grain(inward(plain.loads.gravity), support.clone())?,
+            distributed: distributed(&plain, inward),
+            body,
+        };
+        Ok(Self {
+            given,
+            rate: match &plain.start.rate {
+                Some(StrainRate::Strain(rate)) => Some(rate.clone()),
+                _ => None,
+            },
+            settled: matches!(scene.start.place, Place::Settled { .. }),
+            common,
+        })
+    }
+
+    fn measures(&self) -> Measures {
+        self.common.scales.measures()
+    }
+}
+
+/// Inertia of the sections per length, about their middle along their directors, in units of the rod.
+fn rotary(scene: &Scene) -> Result<Matrix3<f64>> {
+    let scales = scene.scales()?;
+    let rod = &scene.rod;
+    let per_length = rod.mass().unwrap_or(f64::NAN) / rod.length;
+    let both = |[a, b]: [f64; 2]| [a, b, a + b].map(|x| x * per_length);
+    let shape = match &rod.section {
+        Section::Outline(outline) => Some(outline.shape),
+        Section::Profile(profile) => Some(profile.shape),
+        _ => None,
+    };
+    let found = match (rod.section_inertia, shape) {
+        (Some(given), _) => Some(given),
+        (None, Some(shape)) => Some(both(shape.second_moments().map(|i| i / shape.area()))),
+        (None, None) => {
+            // The radii of gyration that the stiffnesses of a homogeneous section tell.
+            let law = scene.cosserat_rod()?.law().clone();
+            let axial = law.rigid()[2];
+            let tangent = law.free(0.0, &law.unloaded(0.0)?)?.tangent;
+            (!axial).then(|| both([0, 1].map(|k| tangent[(k, k)] / tangent[(5, 5)])))
+        }
+    };
+    let found = found.ok_or_else(|| {
+        Error::domain(
+            "rod.section_inertia is missing: a rod in space with mass turns its sections, and neither a shape nor an axial stiffness tells \
+             their inertia; write section_inertia = [1e-6, 1e-6, 2e-6] (mass per length times the squares of the radii of gyration)",
+        )
+    })?;
+    let unit = scales.mass * scales.length;
+    let scaled = found.map(|j| j / unit);
+    match scaled.iter().all(|j| j.is_normal() && *j > 0.0) {
+        true => Ok(Matrix3::from_diagonal(&Vector3::from(scaled))),
+        false => Err(Error::domain(format!(
+            "rod.section_inertia = {found:?} must be finite and > 0"
+        ))),
+    }
+}
+
+impl MotionModel for HeavySpace {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Space
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let measures = self.measures();
+        let strain = |x: f64| {
+            let strain = self.common.strain.at(x).map(|e| measures.strain_in(&e));
+            strain.unwrap_or(Strain::repeat(f64::NAN))
+        };
+        let rate = |x: f64| {
+            let of = |name: StrainName| self.rate.as_ref().and_then(|rate| rate.at(name, x));
+            Strain::from_fn(|k, _| of(StrainName::ALL[k]).unwrap_or(0.0))
+        };
+        let start = HeavyStart {
+            strain: &strain,
+            rate: match self.rate {
+                Some(_) => HeavyRate::Strain(&rate),
+                None => HeavyRate::End(self.common.velocity),
+            },
+            settled: self.settled,
+        };
+        let run = HeavyRun::new(&self.given, &start, options);
+        Ok(Box::new(
+            run.map_err(|e| e.context(self.common.words.as_str()))?,
+        ))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        self.common.clamp(t)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.common.is_driven()
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        let active = self.given.law.active().iter();
+        active.map(|k| (StrainName::ALL[*k].as_str(), *k)).collect()
+    }
+
+    fn start_index(&self) -> Option<usize> {
+        None
+    }
+
+    fn is_heavy(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,251 @@
+//! Small motions of a rod with mass and its body: vibrations of the rod beside those of the body.
+
+use super::{INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use crate::creep::grid::{Grid, more};
+use crate::error::{Error, Result};
+use crate::inertia::frames::{Curve, Sections};
+use crate::inertia::mass::Mass;
+use crate::inertia::rod::{Given, HeavyRod};
+use crate::inertia::statics::Vibration;
+use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Scene};
+use crate::section::Strain;
+use nalgebra::{DVector, Matrix3, Vector3};
+
+/// Vibrations that are told.
+const COUNT: usize = 8;
+/// Nodes to begin with, and coordinates beyond which no more are taken.
+const FIRST: usize = 16;
+const MOST: usize = 200;
+/// Squares of the frequencies that change by less than this with more nodes are those of the rod.
+const CONVERGED: f64 = 1e-9;
+
+/// A rod with mass at rest, with its vibrations.
+struct Found {
+    rod: HeavyRod,
+    q: Vec<f64>,
+    of_start: bool,
+    modes: Vec<Vibration>,
+}
+
+pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
+    let mut still = scene.standing()?;
+    still.start.rate = None;
+    // Its friction makes the vibrations decay.
+    still.rod.damping.clone_from(&scene.rod.damping);
+    let scales = still.scales()?;
+    let (given, clamp, strain): (Given, _, Box<dyn Fn(f64) -> Strain>) = match still.is_planar() {
+        true => {
+            let model = HeavyPlane::new(&still)?;
+            let clamp = model.clamp(0.0).pose();
+            let field = model.curvature.clone();
+            let strain = move |s: f64| Strain::new(field.at(s)[0], 0.0, 0.0, 0.0, 0.0, 1.0);
+            (model.given, clamp, Box::new(strain))
+        }
+        false => {
+            let model = HeavySpace::new(&still)?;
+            let clamp = model.clamp(0.0).pose();
+            let (field, measures) = (model.common.strain.clone(), scales.measures());
+            let strain = move |s: f64| {
+                let strain = field.at(s).map(|e| measures.strain_in(&e));
+                strain.unwrap_or(Strain::repeat(f64::NAN))
+            };
+            (model.given, clamp, Box::new(strain))
+        }
+    };
+    let found = converged(&given, &*strain)?;
+    let rod = &found.rod;
+    let turns = given.body.turns();
+    let planar = given.curve == Curve::Plane;
+    let mut clamp = clamp;
+    clamp.translation.vector *= scales.length;
+    let outward = Outward {
+        clamp,
+        scales: &scales,
+    };
+    let squares: Vec<f64> = found.modes.iter().map(|mode| mode.square).collect();
+    let index = squares.iter().filter(|square| **square < 0.0).count();
+    let stable = index == 0;
+    let here = stations(rod, &found.q)?;
+    let mut list = Vec::new();
+    for (mode, omega) in found.modes.iter().zip(frequencies(&squares, 0.0, stable)) {
+        let step = NUDGE / mode.shape.amax();
+        let moved = |by: f64| {
+            let q: Vec<f64> = found
+                .q
+                .iter()
+                .zip(mode.shape.iter())
+                .map(|(q, x)| q + by * x)
+                .collect();
+            stations(rod, &q)
+        };
+        let (before, after) = (moved(-step)?, moved(step)?);
+        let pairs = before.iter().zip(&after);
+        let rates: Vec<Station> = pairs
+            .map(|(a, b)| outward.rate([a, b], 2.0 * step))
+            .collect();
+        let shape = end_of(rod, &found.q, &mode.shape)?;
+        let root = scales.mass.sqrt();
+        let (turn, shift) = (
+            clamp.rotation * shape[0] / (root * scales.length),
+            clamp.rotation * shape[1] / root,
+        );
+        let whole: Vec<f64> = match (planar, turns) {
+            (true, _) => vec![shift.x, shift.y],
+            (false, true) => turn.iter().chain(shift.iter()).copied().collect(),
+            (false, false) => shift.iter().copied().collect(),
+        };
+        let rates = rates.into_iter().map(|at| match planar {
+            true => Station {
+                directors: Matrix3::zeros(),
+                ..at
+            },
+            false => at,
+        });
+        list.push(
+            Mode {
+                angular_frequency: omega / scales.time,
+                shape: whole,
+                rods: vec![rates.collect()],
+            }
+            .oriented(),
+        );
+    }
+    let names = match (planar, turns) {
+        (true, _) => &["dx", "dy"][..],
+        (false, true) => &["rx", "ry", "rz", "dx", "dy", "dz"],
+        (false, false) => &["dx", "dy", "dz"],
+    };
+    let lossy = given.law.is_damped() || is_damped(&given.body);
+    let eigenvalues = match lossy {
+        true => Some(
+            rod.decaying(0.0, &found.q, COUNT)?
+                .into_iter()
+                .map(|s| s / scales.time)
+                .collect(),
+        ),
+        false => None,
+    };
+    let motions = SmallMotions {
+        index,
+        stable,
+        conservative: match &given.body {
+            Mass::Point(_) => true,
+            Mass::Rigid(body) => body.is_conservative(0.0),
+        },
+        coordinates: names.iter().map(|name| (*name).to_owned()).collect(),
+        modes: list,
+        rigid: 0,
+        eigenvalues,
+        creep: None,
+        rods: vec![
+            here.iter()
+                .map(|at| {
+                    let at = outward.station(at);
+                    match planar {
+                        true => Station {
+                            directors: Matrix3::zeros(),
+                            ..at
+                        },
+                        false => at,
+                    }
+                })
+                .collect(),
+        ],
+    };
+    Ok((motions, found.of_start))
+}
+
+fn is_damped(body: &Mass) -> bool {
+    match body {
+        Mass::Point(body) => body.is_damped(),
+        Mass::Rigid(body) => body.is_damped() || *body.rotor() != Vector3::zeros(),
+    }
+}
+
+/// The rod at as many nodes as its vibrations ask for.
+fn converged(given: &Given, strain: &dyn Fn(f64) -> Strain) -> Result<Found> {
+    let mut nodes = FIRST;
+    let mut last: Option<Found> = None;
+    loop {
+        let found = at_nodes(given, strain, nodes)?;
+        let same = last.as_ref().is_some_and(|last| {
+            let pairs = last.modes.iter().zip(&found.modes);
+            let changes = pairs.map(|(a, b)| (a.square - b.square).abs() / (1.0 + b.square.abs()));
+            changes.fold(0.0, f64::max) < CONVERGED
+        });
+        let next = more(nodes);
+        let elements = given.law.breaks().len() + 1;
+        if same || next * elements * given.law.active().len() > MOST {
+            return Ok(found);
+        }
+        last = Some(found);
+        nodes = next;
+    }
+}
+
+fn at_nodes(given: &Given, strain: &dyn Fn(f64) -> Strain, nodes: usize) -> Result<Found> {
+    let breaks = given.law.breaks();
+    let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+    let strains: Vec<Strain> = grid.nodes().iter().map(|s| strain(*s)).collect();
+    let rod = HeavyRod::new(given.clone(), grid)?;
+    let start = rod.coordinates(&strains);
+    let none = vec![0.0; rod.size()];
+    let balance = rod
+        .moving(&start, &none)
+        .and_then(|at| rod.balance(0.0, &at, &none))
+        .ok_or_else(|| Error::domain("[start]: the strains are outside the law's domain"))?;
+    let weights = rod.sections.grid.weights();
+    let count = given.law.active().len();
+    let each = balance.residual.iter().enumerate();
+    let left = each.fold(0.0_f64, |left, (i, r)| {
+        left.max(r.abs() / weights[i / count])
+    });
+    let of_start = left <= super::BALANCED;
+    // A start that is all but an equilibrium is made one.
+    let q = match left <= 1e-3 * super::BALANCED {
+        true => start,
+        false => rod.settled(0.0, &start)?,
+    };
+    let modes = rod.vibrations(0.0, &q, COUNT)?;
+    Ok(Found {
+        rod,
+        q,
+        of_start,
+        modes,
+    })
+}
+
+/// Turn and move of the end with a change of the coordinates.
+fn end_of(rod: &HeavyRod, q: &[f64], shape: &DVector<f64>) -> Result<[Vector3<f64>; 2]> {
+    let at = rod
+        .moving(q, shape.as_slice())
+        .ok_or_else(|| Error::domain("the equilibrium has no shape"))?;
+    let [spins, velocities] = [&at.flow.spins, &at.flow.velocities];
+    Ok([spins, velocities].map(|list| list.last().copied().unwrap_or_default()))
+}
+
+/// Sections along the rod, from the clamp to the end.
+fn stations(rod: &HeavyRod, q: &[f64]) -> Result<Vec<Station>> {
+    let grid = &rod.sections.grid;
+    let counts = vec![INTERVALS; grid.elements().len()];
+    let fine = Grid::new(&grid.breaks(), &counts);
+    let strains = grid.carried(&rod.strains(q), &fine);
+    let curve = rod.given.curve;
+    let shape = Sections::new(fine, rod.given.law.active(), curve)
+        .shape(&strains)
+        .ok_or_else(|| Error::domain("the equilibrium has no shape"))?;
+    let at = |i: usize| Station {
+        position: shape.positions[i],
+        directors: shape.directors[i],
+    };
+    let base = Station {
+        position: Vector3::zeros(),
+        directors: match curve {
+            Curve::Plane => Matrix3::zeros(),
+            Curve::Space => Matrix3::identity(),
+        },
+    };
+    Ok(std::iter::once(base)
+        .chain((0..shape.positions.len()).map(at))
+        .collect())
+}

@@ -1,0 +1,356 @@
+//! Rods with mass against independent solutions (tests/data/mass): frequencies and whole motions.
+
+use nalgebra::{DVector, Matrix3, Vector3, Vector6};
+use serde_json::Value;
+use snaprod::body::{Body, RigidBody};
+use snaprod::creep::grid::Grid;
+use snaprod::inertia::frames::Curve;
+use snaprod::inertia::law::Law;
+use snaprod::inertia::mass::Mass;
+use snaprod::inertia::rod::{Given, HeavyRod};
+use snaprod::section::Linear;
+use snaprod::section::rate::{KelvinVoigt, RateLaw};
+use snaprod::solve::integrator::{Integrator, Method};
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+fn data(name: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/mass")
+        .join(format!("{name}_given.json"));
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// A number, which may be written as a word.
+fn number(value: &Value) -> f64 {
+    match value {
+        Value::String(word) => word.parse().unwrap(),
+        value => value.as_f64().unwrap(),
+    }
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(number).collect()
+}
+
+/// A planar rod of unit length, stiffness and body mass.
+fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> Given {
+    let elastic = Arc::new(Linear::diagonal([1.0; 2], 1.0).unwrap());
+    let friction = (eta > 0.0).then(|| {
+        let law: Arc<dyn RateLaw> =
+            Arc::new(KelvinVoigt::proportional(elastic.clone(), eta).unwrap());
+        law
+    });
+    Given {
+        law: Law::new(elastic, friction, &[0]).unwrap(),
+        curve: Curve::Plane,
+        mass,
+        rotary: None,
+        grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
+        distributed: Vec::new(),
+        body,
+    }
+}
+
+/// The body of a case of the file, with its offset along the tangent and a load at its centre.
+fn body(case: &Value, gravity: Vector3<f64>, force: Vector3<f64>) -> Mass {
+    let [offset, inertia] = ["offset", "rotary_inertia"].map(|name| number(&case[name]));
+    if offset == 0.0 && inertia == 0.0 {
+        let point = Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
+        return Mass::Point(point.with_dead_force(force).unwrap());
+    }
+    let rigid = RigidBody::new(1.0, Matrix3::from_diagonal_element(inertia)).unwrap();
+    let rigid = rigid.with_centre(Vector3::z() * offset).unwrap();
+    let rigid = rigid.with_gravity(gravity).unwrap();
+    Mass::Rigid(rigid.with_dead_force(force).unwrap())
+}
+
+fn frequencies(rod: &HeavyRod, q: &[f64]) -> Vec<f64> {
+    let found = rod.vibrations(0.0, q, 4).unwrap();
+    found.iter().map(|mode| mode.square.sqrt()).collect()
+}
+
+/// Catches a wrong mass matrix, a body that lacks its offset or its rotary inertia: closed forms of the beam.
+#[test]
+fn straight_frequencies() {
+    for case in data("frequencies")["straight"].as_array().unwrap() {
+        let none = Vector3::zeros();
+        let given = planar(number(&case["rod_mass"]), 0.0, none, body(case, none, none));
+        let rod = HeavyRod::new(given, Grid::uniform(20)).unwrap();
+        let found = frequencies(&rod, &vec![0.0; rod.size()]);
+        for (found, wanted) in found.iter().zip(numbers(&case["omega"])) {
+            assert!((found / wanted - 1.0).abs() < 1e-9, "{found} {wanted}");
+        }
+    }
+}
+
+/// Catches a stiffness that lacks the load, a weight that misses the rod: frequencies about bent equilibria.
+#[test]
+fn bent_frequencies() {
+    for case in data("frequencies")["bent"].as_array().unwrap() {
+        let vector = |name: &str| {
+            let v = numbers(&case[name]);
+            Vector3::new(v[0], v[1], 0.0)
+        };
+        let (gravity, force) = (vector("gravity"), vector("dead_force_at_centroid"));
+        let mass = number(&case["rod_mass"]);
+        let given = planar(mass, 0.0, gravity, body(case, gravity, force));
+        let rod = HeavyRod::new(given, Grid::uniform(28)).unwrap();
+        // From the side to which the load bends it.
+        let start = vec![-0.5; rod.size()];
+        let q = rod.settled(0.0, &start).unwrap();
+        let weights = rod.sections.grid.weights();
+        let turned: f64 = q.iter().zip(weights).map(|(u, w)| u * w).sum();
+        assert!(
+            (turned - number(&case["theta_tip"])).abs() < 1e-10,
+            "{turned}"
+        );
+        for (found, wanted) in frequencies(&rod, &q).iter().zip(numbers(&case["omega"])) {
+            assert!((found / wanted - 1.0).abs() < 1e-8, "{found} {wanted}");
+        }
+    }
+}
+
+/// Catches any wrong term of the linearisation that Newton's iteration runs on, in the plane and in space with every strain, rotary
+/// inertia, an offset body and a turning clamp.
+#[test]
+fn derivatives_are_those_of_the_balance() {
+    let gravity = Vector3::new(0.3, -0.7, 0.2);
+    let point = || Mass::Point(Body::new(1.0).unwrap().with_gravity(gravity).unwrap());
+    let mut rods = vec![planar(0.1, 0.05, gravity, point())];
+    let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
+    let elastic = elastic
+        .with_shear([40.0, 50.0])
+        .unwrap()
+        .with_axial(90.0)
+        .unwrap();
+    let elastic = Arc::new(elastic);
+    let friction: Arc<dyn RateLaw> =
+        Arc::new(KelvinVoigt::proportional(elastic.clone(), 0.02).unwrap());
+    let support =
+        snaprod::body::Support::<3>::new(Vector3::zeros(), &nalgebra::UnitQuaternion::identity())
+            .unwrap()
+            .with_turning(
+                &Vector3::new(0.2, 1.0, -0.4),
+                snaprod::body::History::sine(0.4, 2.0, 0.3),
+            )
+            .unwrap();
+    let weld = RigidBody::new(
+        1.0,
+        Matrix3::new(0.03, 0.002, 0.0, 0.002, 0.02, 0.001, 0.0, 0.001, 0.04),
+    )
+    .unwrap();
+    let weld = weld.with_centre(Vector3::new(0.02, -0.03, 0.1)).unwrap();
+    let weld = weld.with_gravity(gravity).unwrap().with_drag(0.3).unwrap();
+    rods.push(Given {
+        law: Law::new(elastic, Some(friction), &[0, 1, 2, 3, 4, 5]).unwrap(),
+        curve: Curve::Space,
+        mass: 0.2,
+        rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
+        grain: Body::new(1.0)
+            .unwrap()
+            .with_gravity(gravity)
+            .unwrap()
+            .with_support(support.clone()),
+        distributed: vec![Vector3::new(0.0, 0.1, 0.0), Vector3::new(0.2, 0.0, 0.0)],
+        body: Mass::Rigid(weld.with_support(support)),
+    });
+    for given in rods {
+        let rod = HeavyRod::new(given, Grid::uniform(12)).unwrap();
+        let s = rod.sections.grid.nodes();
+        let count = rod.given.law.active().len();
+        // Smooth fields, as the nodes resolve them.
+        let field = |phase: f64, size: f64| -> Vec<f64> {
+            let each = |i: usize, k: usize| {
+                let size = if k < 3 { size } else { 0.1 * size };
+                let rest = if k == 5 && phase == 0.0 { 1.0 } else { 0.0 };
+                rest + size * (phase + 1.1 * k as f64 + (1.0 + 0.2 * k as f64) * s[i]).sin()
+            };
+            (0..s.len())
+                .flat_map(|i| (0..count).map(move |k| (i, k)))
+                .map(|(i, k)| each(i, k))
+                .collect()
+        };
+        let (q, w, a) = (field(0.0, 1.0), field(0.7, 1.5), field(1.9, 3.0));
+        let residual = |q: &[f64], w: &[f64], a: &[f64]| {
+            let at = rod.moving(q, w).unwrap();
+            rod.balance(0.2, &at, a).unwrap().residual
+        };
+        let at = rod.moving(&q, &w).unwrap();
+        let balance = rod.balance(0.2, &at, &a).unwrap();
+        let found = rod.derivatives(0.2, &at, &balance).unwrap();
+        let step = 1e-4;
+        let direction = field(2.6, 1.0);
+        let moved = |x: &[f64], h: f64| -> Vec<f64> {
+            x.iter().zip(&direction).map(|(x, d)| x + h * d).collect()
+        };
+        let slope = |f: &dyn Fn(f64) -> DVector<f64>| {
+            let near = (f(step) - f(-step)) / (2.0 * step);
+            let far = (f(2.0 * step) - f(-2.0 * step)) / (4.0 * step);
+            near * (4.0 / 3.0) - far / 3.0
+        };
+        let direction_vector = DVector::from_column_slice(&direction);
+        for (by, matrix) in [
+            (
+                slope(&|h| residual(&moved(&q, h), &w, &a)),
+                &found.by_strain,
+            ),
+            (slope(&|h| residual(&q, &moved(&w, h), &a)), &found.by_rate),
+            (slope(&|h| residual(&q, &w, &moved(&a, h))), &found.mass),
+        ] {
+            let error = (&by - matrix * &direction_vector).amax();
+            assert!(
+                error < 1e-9 * (1.0 + by.amax()),
+                "{error:e} of {}",
+                by.amax()
+            );
+        }
+    }
+}
+
+/// Steps a rod with fixed nodes from a state to the time `t`.
+fn stepped(rod: &HeavyRod, y: DVector<f64>, t: f64, tolerance: f64) -> DVector<f64> {
+    let mut steps = Integrator::new(rod, y, tolerance, Method::Auto, None).unwrap();
+    while t - steps.state()[rod.time()] > 1e-13 {
+        let left = t - steps.state()[rod.time()];
+        steps.step(rod, left).unwrap();
+    }
+    steps.state().clone()
+}
+
+/// All energies of a state, which friction and loads in time leave as they are.
+fn energy(rod: &HeavyRod, y: &DVector<f64>) -> f64 {
+    let at = rod.at(y).unwrap();
+    let [body, own] = rod.kinetic(0.0, &at);
+    let integrals = rod.time();
+    body + own
+        + rod.stored(&at).unwrap().0
+        + rod.potential(0.0, &at)
+        + y[integrals + 1]
+        + y[integrals + 3]
+        - y[integrals + 2]
+}
+
+/// Catches a wrong term of the kinematics in space that a planar motion does not excuse: the same motion in the plane, whose rotations
+/// are an integral, and in space, where they are not.
+#[test]
+fn a_planar_motion_in_space() {
+    let turn = |v: Vector3<f64>| Vector3::new(0.0, -v.y, v.x);
+    let inertia = Matrix3::from_diagonal(&Vector3::new(2e-4, 3e-4, 5e-4));
+    let gravity = Vector3::new(-0.5, -2.0, 0.0);
+    let weld = |gravity: Vector3<f64>| {
+        let body = RigidBody::new(1.0, Matrix3::from_diagonal_element(0.02)).unwrap();
+        let body = body.with_centre(Vector3::z() * 0.1).unwrap();
+        Mass::Rigid(body.with_gravity(gravity).unwrap())
+    };
+    let flat = Given {
+        rotary: Some(inertia),
+        ..planar(0.1, 0.03, gravity, weld(gravity))
+    };
+    let elastic = Arc::new(Linear::diagonal([1.0, 1.4], 0.8).unwrap());
+    let friction: Arc<dyn RateLaw> =
+        Arc::new(KelvinVoigt::proportional(elastic.clone(), 0.03).unwrap());
+    let spatial = Given {
+        law: Law::new(elastic, Some(friction), &[0, 1, 2]).unwrap(),
+        curve: Curve::Space,
+        grain: Body::new(1.0).unwrap().with_gravity(turn(gravity)).unwrap(),
+        body: weld(turn(gravity)),
+        ..flat.clone()
+    };
+    let ends = [flat, spatial].map(|given| {
+        let rod = HeavyRod::new(given, Grid::uniform(16)).unwrap();
+        let count = rod.given.law.active().len();
+        let nodes = rod.sections.grid.nodes();
+        let mut q = vec![0.0; rod.size()];
+        for (i, s) in nodes.iter().enumerate() {
+            q[i * count] = 1.2 - 0.9 * s;
+        }
+        let y = rod.state(&q, &vec![0.0; rod.size()]);
+        let before = energy(&rod, &y);
+        let y = stepped(&rod, y, 0.4, 1e-10);
+        assert!((energy(&rod, &y) - before).abs() < 1e-9);
+        rod.at(&y).unwrap().shape.end().translation.vector
+    });
+    let error = (turn(ends[0]) - ends[1]).amax();
+    assert!(error < 1e-9, "{error:e}");
+}
+
+/// Of the round rod.
+const MASS: f64 = 0.05;
+
+/// Catches a gyroscopic term that is wrong or missing: a round rod with a round body under gravity along its clamp, in a motion in
+/// space. Turned about the clamp it is the same rod, so that the angular momentum about that axis, without that of the sections about
+/// their own, stays; and so does the energy.
+#[test]
+fn a_round_rod_keeps_its_momentum() {
+    let gravity = Vector3::new(0.0, 0.0, -1.5);
+    let (section, body) = (
+        Vector3::new(1e-3, 1e-3, 2e-3),
+        Vector3::new(0.03, 0.03, 0.05),
+    );
+    let weld = |force: Vector3<f64>| {
+        let weld = RigidBody::new(1.0, Matrix3::from_diagonal(&body)).unwrap();
+        let weld = weld.with_centre(Vector3::z() * 0.1).unwrap();
+        let weld = weld.with_gravity(gravity).unwrap();
+        Mass::Rigid(weld.with_dead_force(force).unwrap())
+    };
+    let given = Given {
+        law: Law::new(
+            Arc::new(Linear::diagonal([1.0, 1.0], 0.8).unwrap()),
+            None,
+            &[0, 1, 2],
+        )
+        .unwrap(),
+        curve: Curve::Space,
+        mass: MASS,
+        rotary: Some(Matrix3::from_diagonal(&section)),
+        grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
+        distributed: Vec::new(),
+        body: weld(Vector3::new(0.0, -1.5, 0.0)),
+    };
+    // From an equilibrium under a load that is let go, with rates that the rod can follow.
+    let nodes = 10;
+    let loaded = HeavyRod::new(given.clone(), Grid::uniform(nodes)).unwrap();
+    let q = loaded.settled(0.0, &vec![0.0; loaded.size()]).unwrap();
+    let still = loaded.moving(&q, &vec![0.0; q.len()]).unwrap();
+    let twist = Vector6::new(0.1, 0.05, 0.6, 0.8, 0.0, 0.0);
+    let w = loaded.following(&still, &twist).unwrap();
+    let free = weld(Vector3::zeros());
+    let rod = HeavyRod::new(
+        Given {
+            body: free,
+            ..given
+        },
+        Grid::uniform(nodes),
+    )
+    .unwrap();
+    let momentum = |y: &DVector<f64>| {
+        let at = rod.at(y).unwrap();
+        let of = |i: usize, mass: f64, inertia: &Vector3<f64>, offset: f64| {
+            let r = at.shape.directors[i];
+            let omega = at.flow.spins[i];
+            let arm = r.column(2) * offset;
+            let (place, v) = (
+                at.shape.positions[i] + arm,
+                at.flow.velocities[i] + omega.cross(&arm),
+            );
+            let own = r * inertia.component_mul(&r.tr_mul(&omega));
+            mass * place.cross(&v).z + own.z - inertia.z * r.column(2).dot(&omega)
+        };
+        let weights = rod.sections.grid.weights();
+        let pieces = weights.iter().enumerate();
+        let pieces: f64 = pieces
+            .map(|(i, w)| of(i, MASS * w, &(section * *w), 0.0))
+            .sum();
+        pieces + of(weights.len(), 1.0, &body, 0.1)
+    };
+    let y = rod.state(&q, &w);
+    let before = (momentum(&y), energy(&rod, &y));
+    let y = stepped(&rod, y, 0.05, 1e-9);
+    assert!(before.0.abs() > 0.1);
+    let changed = (momentum(&y) - before.0).abs();
+    assert!(changed < 1e-7, "{changed:e} of {}", before.0);
+    let changed = (energy(&rod, &y) - before.1).abs();
+    assert!(changed < 1e-7, "{changed:e} of {}", before.1);
+}

@@ -1,0 +1,210 @@
+//! Motions of rods with mass, from scenes, against the full runs of tests/data/mass.
+
+use serde_json::Value;
+use snaprod::scene::Scene;
+use snaprod::study::run::{Fields, Prepared, RunRecord, run};
+use snaprod::study::{Silent, Table};
+use std::fs;
+use std::path::Path;
+
+fn data(name: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/mass")
+        .join(format!("{name}_given.json"));
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    match value {
+        Value::String(word) => word.parse().unwrap(),
+        value => value.as_f64().unwrap(),
+    }
+}
+
+fn ran(text: &str) -> (RunRecord, Vec<Table>) {
+    let scene = Scene::parse(text).unwrap();
+    let mut tables: Vec<Table> = Vec::new();
+    let prepared = Prepared::new(&scene).unwrap();
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
+    assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
+    (record, tables)
+}
+
+/// The scene of a file, in units in which nothing is 1, with these samples.
+fn scene(file: &Value, start: &str, run: &str) -> String {
+    let vector = |name: &str, unit: f64| {
+        let both = [0, 1].map(|i| number(&file[name][i]) * unit);
+        format!("{both:?}")
+    };
+    format!(
+        "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = {}\ninertia = \"full\"\n\
+         damping = {{ proportional = {} }}\n[body]\nmass = 1.0\n[loads]\ngravity = {}\ndead = {}\n[start]\n{start}\n[run]\n{run}\n",
+        number(&file["eps"]),
+        number(&file["eta"]),
+        vector("gravity", 1.0),
+        vector("dead_force_on_body", 1.0),
+    )
+}
+
+/// Compares a trajectory with the states of a file, each at a multiple of `every`, up to `until`.
+fn compare(file: &Value, table: &Table, every: f64, until: f64, [r, v, energy]: [f64; 3]) {
+    let mut compared = 0;
+    for state in file["states"].as_array().unwrap() {
+        let t = number(&state["t"]);
+        if t > until + 1e-9 {
+            continue;
+        }
+        let row = (t / every).round() as usize;
+        let near = |name: &str, wanted: f64, bound: f64| {
+            let found = table.reals(name)[row];
+            let error = (found - wanted).abs();
+            assert!(
+                error <= bound,
+                "{name} at t = {t}: {found} {wanted} {error:e}"
+            );
+        };
+        near("t", t, 1e-12);
+        for (i, [place, velocity]) in [["x", "vx"], ["y", "vy"]].into_iter().enumerate() {
+            near(place, number(&state["r"][i]), r);
+            near(velocity, number(&state["v"][i]), v);
+        }
+        near("elastic", number(&state["bending_energy"]), energy);
+        near("rod_kinetic", number(&state["rod_kinetic"]), energy);
+        near("dissipated", number(&state["dissipated"]), energy);
+        compared += 1;
+    }
+    assert!(compared >= 3);
+}
+
+/// Catches a wrong inertia, weight or friction of the rod, and a ledger that is not one: whole motions.
+#[test]
+fn smooth_motions() {
+    for (name, curvature) in [
+        ("run_smooth", "[1.5, -1.5]"),
+        ("run_gravity", "[-0.5, 0.5]"),
+    ] {
+        let file = data(name);
+        let text = scene(
+            &file,
+            &format!("curvature = {curvature}\ncurvature_rate = [0.0]"),
+            "duration = 2.0\nsamples = 9",
+        );
+        let (record, tables) = ran(&text);
+        compare(&file, &tables[0], 0.25, 2.0, [1e-9, 1e-8, 1e-8]);
+        let (absolute, _) = record.energy_error();
+        assert!(absolute < 1e-9, "{absolute:e}");
+    }
+}
+
+/// Catches a start that is not tangent to the equilibria of the end, and a snap that the rod does not live through.
+#[test]
+fn a_snap_with_mass() {
+    let file = data("run_snap1");
+    let start = "lambda = 6.4292\np = 0.855\nvelocity = [-0.799, -0.033]";
+    let text = scene(&file, start, "duration = 0.12\nsamples = 13");
+    let (record, tables) = ran(&text);
+    compare(&file, &tables[0], 0.01, 0.12, [1e-8, 1e-8, 1e-8]);
+    assert!(record.energy_error().0 < 1e-9);
+}
+
+/// Catches modes that leave out the mass of the rod, or get it from elsewhere than material and shape; the closed forms of the beam, in
+/// SI units.
+#[test]
+fn vibrations_of_a_scene() {
+    let file = data("frequencies");
+    let case = &file["straight"][0];
+    // A rod of 0.1 kg and 2 m with EI = 5 and a body of 1 kg: time scale sqrt(m L^3/EI).
+    let density = 0.1 / (2.0 * 0.01 * 0.002);
+    let young = 5.0 / (0.01 * 0.002f64.powi(3) / 12.0);
+    let text = format!(
+        "[rod]\nmodel = \"elastica\"\nlength = 2.0\nmaterial = {{ E = {young:?}, density = {density:?} }}\n\
+         section = {{ rectangle = {{ width = 0.01, thickness = 0.002 }} }}\ninertia = \"full\"\n[body]\nmass = 1.0\n[start]\n\
+         rest = \"straight\"\n[run]\nduration = 1.0\n"
+    );
+    let record = snaprod::study::modes(&Scene::parse(&text).unwrap()).unwrap();
+    let time = (8.0f64 / 5.0).sqrt();
+    let modes = &record.motions.modes;
+    for (mode, wanted) in modes.iter().zip(case["omega"].as_array().unwrap()) {
+        let found = mode.angular_frequency * time;
+        assert!(
+            (found / number(wanted) - 1.0).abs() < 1e-9,
+            "{found} {wanted}"
+        );
+    }
+    assert!(record.motions.stable && record.of_start && modes.len() == 8);
+    // Friction proportional to the stiffness: the decay is eta omega^2/2.
+    let damped = text.replace("inertia =", "damping = { proportional = 0.001 }\ninertia =");
+    let record = snaprod::study::modes(&Scene::parse(&damped).unwrap()).unwrap();
+    // Fast vibrations are overdamped, and as slow as 1/eta.
+    let all = record.motions.eigenvalues.unwrap();
+    let first = all.iter().find(|s| s.im > 0.0).unwrap();
+    let omega = record.motions.modes[0].angular_frequency;
+    assert!((first.re / (-0.0005 * omega * omega) - 1.0).abs() < 1e-9);
+}
+
+/// Catches a settled start that leaves out the weight of the rod: at rest it stays.
+#[test]
+fn a_settled_rod_stays() {
+    let text = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.5\ninertia = \"full\"\nsection_inertia = [1e-4, 1e-4, 2e-4]\n\
+                [rod.section]\nbending = [1.0, 1.5]\ntorsion = 0.7\n[body]\nmass = 1.0\njoint = \"ball\"\n[loads]\n\
+                gravity = [0.4, 0.3, -1.0]\ndistributed = [0.0, 0.2, 0.0]\n[start]\nsettled = true\n[run]\nduration = 0.5\nsamples = 3\n";
+    let (record, tables) = ran(text);
+    let table = &tables[0];
+    for name in ["x", "y", "z"] {
+        let places = table.reals(name);
+        assert!((places[2] - places[0]).abs() < 1e-9);
+        assert!(places[0].abs() > 1e-3);
+    }
+    assert!(record.energy_error().0 < 1e-10);
+}
+
+/// Catches refusals that do not say which field is meant and what to do.
+#[test]
+fn what_is_not_covered_is_said() {
+    let base = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = 0.1\ninertia = \"full\"\n[body]\nmass = 1.0\n\
+                [start]\nlambda = 3.0\nkappa = 0.5\n[run]\nduration = 1.0\n";
+    assert!(Scene::parse(base).is_ok());
+    for (from, to, words) in [
+        ("mass = 0.1\n", "", "rod.mass: missing"),
+        ("\"full\"", "\"first-order\"", "write inertia = \"full\""),
+        (
+            "\"full\"",
+            "\"full\"\nrelaxation = [{ stiffness = 1.0, time = 1.0 }]",
+            "Maxwell branches",
+        ),
+        (
+            "duration = 1.0",
+            "duration = 1.0\nmethod = \"symmetric\"",
+            "run.method",
+        ),
+        (
+            "duration = 1.0",
+            "duration = 1.0\nlanding = \"lowest\"",
+            "run.landing",
+        ),
+        (
+            "kappa = 0.5",
+            "kappa = 0.5\ncurvature_rate = [0.0]",
+            "left out without `curvature`",
+        ),
+        (
+            "[start]\nlambda = 3.0\nkappa = 0.5",
+            "[start]\ncurvature = [1.0]\ncurvature_rate = [0.0]\nvelocity = [0.0, 1.0]",
+            "start.curvature_rate",
+        ),
+        (
+            "inertia = \"full\"",
+            "inertia = \"none\"\n[loads]\ndistributed = [0.0, 1.0]",
+            "loads.distributed",
+        ),
+    ] {
+        let faults = Scene::parse(&base.replace(from, to))
+            .unwrap_err()
+            .to_string();
+        assert!(faults.contains(words), "{words}: {faults}");
+    }
+    let space = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.1\ninertia = \"full\"\n[rod.section]\nbending = [1.0, 1.0]\n\
+                 torsion = 1.0\n[body]\nmass = 1.0\njoint = \"ball\"\n[run]\nduration = 1.0\n";
+    let faults = Scene::parse(space).unwrap_err().to_string();
+    assert!(faults.contains("section_inertia = [1e-6"), "{faults}");
+}
