@@ -37,6 +37,7 @@ mod figures;
 #[cfg(feature = "cli")]
 mod free_ends;
 mod grooves;
+mod hockle;
 mod inertia;
 mod inversion;
 mod landings_space;

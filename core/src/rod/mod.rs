@@ -28,7 +28,7 @@ pub use manifold::{BallJointed, Welded};
 pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
-pub use taut::{Derivatives, Taut, Tip};
+pub use taut::{Derivatives, Spring, Taut, Tip};
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, Reversed, SectionLaw, Strain};

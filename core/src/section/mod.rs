@@ -94,7 +94,7 @@ impl Compliance {
     }
 
     /// The compliance times a number.
-    pub(super) fn times(self, factor: f64) -> Self {
+    pub(crate) fn times(self, factor: f64) -> Self {
         match self {
             Self::Diagonal(entries) => Self::Diagonal(entries * factor),
             Self::Full(matrix) => Self::Full(matrix * factor),

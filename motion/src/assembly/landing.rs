@@ -7,7 +7,7 @@
 //! with e^ the inverse law. For linear laws that is the flow under a viscosity proportional to the stiffness; for any convex
 //! energy it falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work. The last term brings the end back after the
 //! finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly and to one
-//! side only.
+//! side only. Taut rods fall by the same law in implicit steps ([`crate::rod::Rod::taut_fallen`]).
 
 use super::{Joint, Link, LinkEnd};
 use crate::creep::grid::Grid;
@@ -63,6 +63,9 @@ impl Link {
     pub fn settle(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
+        if end.slack.is_some() {
+            return self.settled_taut(q, &kernel, held, tolerance);
+        }
         match self.joint {
             Joint::Weld => self.settled::<6>(q, &end, &kernel, tolerance),
             Joint::Ball => self.settled::<3>(q, &end, &kernel, tolerance),
@@ -179,6 +182,28 @@ impl Link {
         })
     }
 
+    /// The same of a taut rod.
+    fn settled_taut(
+        &self,
+        q: &Wrench,
+        kernel: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Wrench> {
+        let here = self.pulled(q, held, tolerance)?;
+        let aside = kernel * (ASIDE / kernel.fixed_rows::<3>(3).norm());
+        let [ahead, behind] = [1.0, -1.0].map(|side| {
+            let beside = self.sought();
+            beside.pulled(&(q + aside * side), held, tolerance)
+        });
+        let rested = self
+            .rod
+            .taut_fallen(&here, [&*ahead?, &*behind?], tolerance)?;
+        let q = rested.base.component_div(&self.units());
+        self.warm.keep(&Arc::new(rested));
+        Ok(q)
+    }
+
     /// The strains at the nodes, in units of 1/L, one after the other.
     fn strains(
         &self,
@@ -232,8 +257,9 @@ impl Link {
     /// # Errors
     /// No convergence.
     pub fn polished(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
+        let link = self.sought();
         let apart = |q: &Wrench| -> Result<_> {
-            let end = self.held(q, held, tolerance)?;
+            let end = link.held(q, held, tolerance)?;
             let gap = end.gap(held, self.joint);
             let size = (self.gap_scale(&end) * gap).norm();
             Ok((end, gap, size))

@@ -125,6 +125,8 @@ pub struct Link {
     /// What its chart stands for, and the taut rod that was found last.
     pub(super) seen: Seen,
     pub(super) warm: Warm,
+    /// Beside the end of a taut rod, in B/L^3.
+    pub(super) spring: f64,
     pub(super) diameter: Option<f64>,
 }
 
@@ -186,6 +188,7 @@ impl Link {
             joint,
             seen: Seen::default(),
             warm: Warm::default(),
+            spring: 0.0,
             diameter: None,
         }
     }
@@ -326,7 +329,7 @@ impl Link {
     /// As [`Problem::index_at`]; as [`Rod::taut`].
     pub fn index(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<usize> {
         if self.is_taut(q, held) {
-            return self.rod.taut_index(&self.pulled(q, held, tolerance)?);
+            return self.rod.taut_index(&*self.pulled(q, held, tolerance)?);
         }
         // What is held counts, not where.
         if self.joint == Joint::Pins {
@@ -355,8 +358,13 @@ impl Link {
     /// should not bear, in B/L) and lengths of the rod. The couple of a taut rod's chart does not count.
     pub(super) fn apart(&self, point: &LinkPoint) -> f64 {
         let gap = self.gap_scale(&point.end) * point.gap(self.joint);
-        let first = if point.end.slack.is_some() { 3 } else { 0 };
-        gap.rows(first, 6 - first).amax()
+        if point.end.slack.is_none() {
+            return gap.amax();
+        }
+        // A spring beside the end holds it the better by so much.
+        let string = point.end.pose.translation.vector.norm() / point.end.force.norm();
+        let spring = self.spring * self.units()[3] / self.rod.length();
+        gap.rows(3, 3).amax() * (1.0 + spring * string)
     }
 
     pub(super) fn next_break(&self, t: f64) -> f64 {

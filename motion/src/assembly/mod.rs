@@ -145,6 +145,11 @@ impl Assembly {
         self.links[k].seen_as(seen);
     }
 
+    /// Sets the spring beside the end of rod `k` ([`Link::beside_spring`]).
+    pub fn brace(&mut self, k: usize, stiffness: f64) {
+        self.links[k].beside_spring(stiffness);
+    }
+
     /// The first time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.
     pub fn next_break(&self, t: f64) -> f64 {
         let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));

@@ -64,6 +64,8 @@ pub struct Sight {
     pub gap: f64,
     /// What its chart should stand for.
     pub better: Seen,
+    /// The spring that should stand beside its end ([`super::Link::better_spring`]).
+    pub spring: f64,
 }
 
 /// Time and the integrals that the ledger needs.
@@ -197,12 +199,19 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(&points).enumerate() {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
+            let better = link.better_seen(&now.charts[k], &point.held());
+            let spring = match better {
+                Seen::Taut => link.better_spring(&point.end),
+                _ => 0.0,
+            };
+            let gap = link.apart(point);
             seen(
                 k,
                 Sight {
                     det,
-                    gap: link.apart(point),
-                    better: link.better_seen(&now.charts[k], &point.held()),
+                    gap,
+                    better,
+                    spring,
                 },
             );
             dets.push(det);

@@ -7,13 +7,22 @@
 //! ```text
 //! m(0) of the chart = m(0)(n, turn of the end),     place of the end = r(1)(n, turn of the end).
 //! ```
+//!
+//! With its place held a rod is stable longer than under its force: before it comes to its fold it is neutral under its force, which
+//! turns back there and is no chart. Between them a spring beside the end tells equilibria apart that have the same force: what is given is
+//! f = n + k (r(1) - place of the attachment), which is n as long as the end is where it is held. With C = d r(1)/dn the rod beside the
+//! spring gives way by C (1 + k C)^-1: regular where C is infinite, singular where C is 0 as before, and where C is -1/k, from which k is
+//! kept away ([`Link::better_spring`]). Then, w and v being turn and velocity of the attachment,
+//! ```text
+//! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
+//! ```
 
 use super::{Joint, Link, LinkEnd};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use crate::rod::{RodSection, Taut, Tip, Wrench};
+use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// (L/B) n.r(1) beyond which a rod is taut, and below which it is slack again.
 const TAUT: f64 = 100.0;
@@ -31,22 +40,30 @@ pub enum Seen {
     Taut,
 }
 
-/// The taut rod that was found last, to begin the next with. A copy of a link begins anew.
+/// Springs beside a rod's end, over what a string under its pull resists to be moved across: 1/k stays away from what the rod gives way.
+const SPRINGS: [f64; 7] = [16.0, 4.0, 1.0, 0.25, 0.06, 0.015, 0.004];
+/// |1 + k c| over 1 + |k c| at which a spring is taken, and below which it is left.
+const REGULAR: (f64, f64) = (0.6, 0.5);
+/// In motion an equilibrium is another one whose end is farther off than this, in lengths of the rod, or whose couple at the base is farther
+/// from that of the chart, over sqrt(n B).
+const OTHER: (f64, f64) = (1e-3, 0.03);
+
+/// The taut rod that was found last, to begin the next with: for a copy of the link too.
 #[derive(Debug, Default)]
-pub(super) struct Warm(Mutex<Option<Taut>>);
+pub(super) struct Warm(Mutex<Option<Arc<Taut>>>);
 
 impl Clone for Warm {
     fn clone(&self) -> Self {
-        Self::default()
+        Self(Mutex::new(self.last()))
     }
 }
 
 impl Warm {
-    fn taken(&self) -> Option<Taut> {
-        self.0.lock().ok()?.take()
+    fn last(&self) -> Option<Arc<Taut>> {
+        self.0.lock().ok()?.clone()
     }
 
-    fn keep(&self, found: &Taut) {
+    pub(super) fn keep(&self, found: &Arc<Taut>) {
         if let Ok(mut kept) = self.0.lock() {
             *kept = Some(found.clone());
         }
@@ -59,9 +76,63 @@ impl Link {
         self.seen = seen;
     }
 
+    /// The same, to be led to an equilibrium from some way off.
+    pub(crate) fn sought(&self) -> Self {
+        let mut link = self.clone();
+        link.seen_as(Seen::ByPull);
+        link
+    }
+
     /// (L/B) n.r(1), of a rod that holds its end at `held`.
     fn pull(&self, q: &Wrench, held: &Isometry3<f64>) -> f64 {
         halves(q).1.dot(&held.translation.vector) / self.rod.length()
+    }
+
+    /// Sets the spring beside a taut rod's end, in B/L^3: a chart between a neutral force and a fold.
+    pub fn beside_spring(&mut self, stiffness: f64) {
+        self.spring = stiffness;
+    }
+
+    /// The spring beside its end, in B/L^3.
+    pub fn spring(&self) -> f64 {
+        self.spring
+    }
+
+    /// The spring that should stand beside the end of a taut rod, with hysteresis: a stiff one, beside which nothing happens where the rod
+    /// becomes neutral under its force, until it has nearly lost what such a spring gives.
+    pub fn better_spring(&self, end: &LinkEnd) -> f64 {
+        let own = if end.slack.is_some() {
+            self.spring
+        } else {
+            0.0
+        };
+        // d r(1)/d(force given), the end held as it is.
+        let block = |i: usize, j: usize| end.jacobian.fixed_view::<3, 3>(i, j).into_owned();
+        let of_turn = block(0, 0).lu().solve(&block(0, 3)).unwrap_or_default();
+        let give = (block(3, 3) - block(3, 0) * of_turn) / self.rod.length();
+        let give = (give + give.transpose()) * 0.5;
+        let values = give.symmetric_eigenvalues();
+        // Of the rod alone 1/c is less by the spring that stands there.
+        let regular = |k: f64| {
+            let part = |c: &f64| {
+                let (alone, with) = (1.0 - own * c, 1.0 + (k - own) * c);
+                with.abs() / (alone.abs() + (k * c).abs())
+            };
+            values.iter().map(part).fold(1.0, f64::min)
+        };
+        if own > 0.0 && regular(self.spring) > REGULAR.1 {
+            return self.spring;
+        }
+        let length = end
+            .pose
+            .translation
+            .vector
+            .norm()
+            .max(1e-3 * self.rod.length());
+        let string = end.force.norm() / self.units()[3] * self.rod.length() / length;
+        let springs = SPRINGS.map(|k| k * string);
+        let found = springs.iter().find(|k| regular(**k) > REGULAR.0);
+        found.copied().unwrap_or(springs[SPRINGS.len() - 1])
     }
 
     /// What its chart stands for.
@@ -104,15 +175,15 @@ impl Link {
         let units = self.units();
         let (couple, force) = (units[0], units[3]);
         let (by_force, by_tip) = (&found.by_force, &found.by_tip);
+        let beside = Matrix3::identity() - by_force.position * self.spring_beside(held).stiffness;
         let mut resultants = SMatrix::<f64, 9, 6>::zeros();
         let mut turned = None;
         let mut tangent = Matrix6::zeros();
         let mut jacobian = Matrix6::zeros();
         let mut drive = Matrix6::identity();
-        let unit = Matrix3::identity();
         for (row, by) in [
             (0, &by_force.base_couple),
-            (3, &unit),
+            (3, &beside),
             (6, &by_force.couple),
         ] {
             resultants
@@ -132,6 +203,11 @@ impl Link {
             .fixed_view_mut::<3, 3>(3, 3)
             .copy_from(&(by_force.position * force));
         drive.fixed_rows_mut::<3>(0).fill(0.0);
+        let stiffness = self.spring_beside(held).stiffness;
+        drive
+            .fixed_view_mut::<3, 3>(0, 3)
+            .copy_from(&(by_force.base_couple * stiffness));
+        drive.fixed_view_mut::<3, 3>(3, 3).copy_from(&beside);
         if self.joint == Joint::Weld {
             let mut by_turn = SMatrix::<f64, 9, 3>::zeros();
             for (row, by) in [(0, &by_tip.base_couple), (6, &by_tip.couple)] {
@@ -160,8 +236,20 @@ impl Link {
         })
     }
 
+    fn spring_beside(&self, held: &Isometry3<f64>) -> Spring {
+        Spring {
+            stiffness: self.spring * self.units()[3] / self.rod.length(),
+            at: held.translation.vector,
+        }
+    }
+
     /// The taut rod, begun from the last one.
-    pub(super) fn pulled(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Taut> {
+    pub(super) fn pulled(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Arc<Taut>> {
         let tip = match self.joint {
             Joint::Weld => Tip::Turned(*held.rotation.to_rotation_matrix().matrix()),
             Joint::Ball | Joint::Pins => Tip::Loaded {
@@ -170,8 +258,29 @@ impl Link {
             },
         };
         let base = q.component_mul(&self.units());
-        let last = self.warm.taken();
-        let found = self.rod.taut(&base, &tip, last.as_ref(), tolerance)?;
+        let spring = self.spring_beside(held);
+        let last = self.warm.last();
+        let begun = |start: Option<&Taut>| {
+            let found = self
+                .rod
+                .taut_beside(&base, (&tip, &spring), start, tolerance)?;
+            let off = (found.end.position - held.translation.vector).norm();
+            let units = self.units();
+            let couple = (halves(&found.base).0 / units[0] - halves(q).0).norm();
+            let scale = (halves(q).1.norm()).sqrt();
+            let same = off <= OTHER.0 * self.rod.length() && couple <= OTHER.1 * scale;
+            if self.seen == Seen::Taut && !same {
+                return Err(Error::no_convergence(
+                    "only another equilibrium of a taut rod was found than that it moves through",
+                ));
+            }
+            Ok(found)
+        };
+        let found = match begun(last.as_deref()) {
+            Err(_) if last.is_some() => begun(None)?,
+            found => found?,
+        };
+        let found = Arc::new(found);
         self.warm.keep(&found);
         Ok(found)
     }

@@ -391,6 +391,7 @@ impl AssemblyRun {
         let state = self.solver.state().0.clone();
         let q = Wrench::from_column_slice(snap.to.q.as_slice());
         let state = Numbers(self.assembly.with_chart(state, snap.rod, &q));
+        self.see_anew(&state, snap.rod)?;
         self.released += snap.released;
         self.snaps += 1;
         self.indices[snap.rod] = snap.to.index;

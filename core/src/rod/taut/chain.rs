@@ -6,15 +6,24 @@
 // Entries of matrices are told by their indices.
 #![allow(clippy::needless_range_loop)]
 
-use super::interval::Condensed;
-use nalgebra::{SMatrix, SVector, Vector6};
+//!
+//! The force is an unknown as well: that of a rod whose end a spring holds is known but for the stretch of that spring,
+//! ```text
+//! dn + k dr(1) = df,        dr(1) = sum of what the intervals add.
+//! ```
+//! The sum is three rows that go along and are never pivots, so that the equations of the end and of the spring decide together at last:
+//! they are regular where those of the end alone, under a given force, are not.
 
-/// Answers to unit forces, to unit turns (or couples) of the end, and to the residual.
+use super::interval::Condensed;
+use nalgebra::{SMatrix, SVector, Vector3};
+
+/// Answers to unit forces (of the spring), to unit turns (or couples) of the end, and to the residual.
 pub(super) const ANSWERS: usize = 7;
 /// Where the residual's stand.
 pub(super) const REST: usize = 6;
 
 pub(super) type Answers = SMatrix<f64, 6, ANSWERS>;
+pub(super) type Forces = SMatrix<f64, 3, ANSWERS>;
 
 /// The equations at the end: `by` y = `right`.
 pub(super) struct AtEnd {
@@ -22,11 +31,35 @@ pub(super) struct AtEnd {
     pub right: SMatrix<f64, 3, ANSWERS>,
 }
 
-const WIDE: usize = 12 + ANSWERS;
+/// What gives the force: give dn + k dr(1) = df.
+pub(super) struct Hold {
+    /// 1, or 0 where the end is held.
+    pub give: f64,
+    pub stiffness: f64,
+    /// What is left over of it.
+    pub off: Vector3<f64>,
+    /// By which forces are measured.
+    pub unit: f64,
+}
 
-/// Turn and couple (over kappa) at every node for every right-hand side, and the sign of the determinant; None where it vanishes.
-pub(super) fn chain(intervals: &[Condensed], end: &AtEnd) -> Option<(Vec<Answers>, f64)> {
+/// What the unknowns answer.
+pub(super) struct Chained {
+    /// Turn and couple (over kappa) at every node.
+    pub nodes: Vec<Answers>,
+    /// The force.
+    pub force: Forces,
+    /// The sign of the determinant.
+    pub sign: f64,
+}
+
+const WIDE: usize = 12 + ANSWERS;
+const LAST: usize = 9 + ANSWERS;
+
+/// The unknowns for every right-hand side; None where the determinant vanishes.
+pub(super) fn chain(intervals: &[Condensed], end: &AtEnd, hold: &Hold) -> Option<Chained> {
     let mut sign = 1.0;
+    // dr(1) by the node that has been reached, then by the force, the tip, and 1.
+    let mut way = [[0.0; 6 + ANSWERS]; 3];
     // The base does not turn.
     let mut carry = [[0.0; 6 + ANSWERS]; 3];
     for (i, row) in carry.iter_mut().enumerate() {
@@ -51,6 +84,29 @@ pub(super) fn chain(intervals: &[Condensed], end: &AtEnd) -> Option<(Vec<Answers
             row[12 + REST] = interval.end[(i, 9)];
         }
         sign *= pivoted(&mut panel, 6)?;
+        for (i, sum) in way.iter_mut().enumerate() {
+            for j in 0..6 {
+                sum[j] += interval.way[(i, j)];
+            }
+            for j in 0..3 {
+                sum[6 + j] += interval.way[(i, 6 + j)];
+            }
+            sum[6 + REST] += interval.way[(i, 9)];
+            let mut next = [0.0; 6];
+            for (k, row) in panel[..6].iter().enumerate() {
+                let factor = sum[k] / row[k];
+                for j in k + 1..6 {
+                    sum[j] -= factor * row[j];
+                }
+                for (to, by) in next.iter_mut().zip(&row[6..12]) {
+                    *to -= factor * by;
+                }
+                for (to, by) in sum[6..].iter_mut().zip(&row[12..]) {
+                    *to += factor * by;
+                }
+            }
+            sum[..6].copy_from_slice(&next);
+        }
         for (to, row) in carry.iter_mut().zip(&panel[6..]) {
             to[..6].copy_from_slice(&row[6..12]);
             to[6..].copy_from_slice(&row[12..]);
@@ -58,46 +114,68 @@ pub(super) fn chain(intervals: &[Condensed], end: &AtEnd) -> Option<(Vec<Answers
         let rows: [[f64; WIDE]; 6] = std::array::from_fn(|i| panel[i]);
         upper.push(rows);
     }
-    let mut last = [[0.0; 6 + ANSWERS]; 6];
+    let (k, unit) = (hold.stiffness / hold.unit, hold.unit);
+    let mut last = [[0.0; LAST]; 9];
     for (i, row) in last.iter_mut().enumerate() {
-        if i < 3 {
-            *row = carry[i];
-            continue;
-        }
-        for j in 0..6 {
-            row[j] = end.by[(i - 3, j)];
-        }
-        for j in 0..ANSWERS {
-            row[6 + j] = end.right[(i - 3, j)];
-        }
-    }
-    sign *= pivoted(&mut last, 6)?;
-    let back = |rows: &[&[f64]], right: &Answers| {
-        let mut y = *right;
-        for i in (0..6).rev() {
-            for j in i + 1..6 {
-                let known = y.row(j) * rows[i][j];
-                let mut row = y.row_mut(i);
-                row -= known;
+        let (by, right): ([f64; 6], [f64; ANSWERS]) = match i {
+            0..3 => split(&carry[i]),
+            3..6 => (
+                std::array::from_fn(|j| end.by[(i - 3, j)]),
+                std::array::from_fn(|j| end.right[(i - 3, j)]),
+            ),
+            _ => {
+                let (by, right) = split(&way[i - 6]);
+                (by.map(|x| k * x), right.map(|x| -k * x))
             }
-            let pivot = rows[i][i];
-            y.row_mut(i).unscale_mut(pivot);
+        };
+        row[..6].copy_from_slice(&by);
+        for j in 0..3 {
+            row[6 + j] = -right[j] * unit;
         }
-        y
-    };
-    let right = Answers::from_fn(|i, j| last[i][6 + j]);
-    let mut found = vec![back(&last.each_ref().map(|row| row.as_slice()), &right)];
-    for rows in upper.iter().rev() {
-        let next = found[found.len() - 1];
-        let known = SMatrix::<f64, 6, 6>::from_fn(|i, j| rows[i][6 + j]) * next;
-        let right = Answers::from_fn(|i, j| rows[i][12 + j]) - known;
-        found.push(back(&rows.each_ref().map(|row| row.as_slice()), &right));
+        row[12..].copy_from_slice(&right[3..]);
+        if i >= 6 {
+            row[i] += hold.give;
+            row[9 + i - 6] = 1.0 / unit;
+            row[9 + REST] += hold.off[i - 6] / unit;
+        }
     }
-    found.reverse();
-    found
-        .iter()
-        .all(|y| y.iter().all(|x| x.is_finite()))
-        .then_some((found, sign))
+    sign *= pivoted(&mut last, 9)?;
+    let mut found = SMatrix::<f64, 9, ANSWERS>::from_fn(|i, j| last[i][9 + j]);
+    back(&last, &mut found);
+    let force: Forces = found.fixed_rows::<3>(6) * unit;
+    let mut nodes = vec![found.fixed_rows::<6>(0).into_owned()];
+    for rows in upper.iter().rev() {
+        let next = nodes[nodes.len() - 1];
+        let known = SMatrix::<f64, 6, 6>::from_fn(|i, j| rows[i][6 + j]) * next;
+        let mut y = SMatrix::<f64, 6, 3>::from_fn(|i, j| rows[i][12 + j]) * force - known;
+        for (i, row) in rows.iter().enumerate() {
+            y[(i, REST)] += row[12 + REST];
+        }
+        back(rows, &mut y);
+        nodes.push(y);
+    }
+    nodes.reverse();
+    let finite = nodes.iter().all(|y| y.iter().all(|x| x.is_finite()));
+    finite.then_some(Chained { nodes, force, sign })
+}
+
+fn split(row: &[f64; 6 + ANSWERS]) -> ([f64; 6], [f64; ANSWERS]) {
+    (
+        std::array::from_fn(|j| row[j]),
+        std::array::from_fn(|j| row[6 + j]),
+    )
+}
+
+/// Solves in place with the upper triangle of the first columns of `rows`.
+fn back<const W: usize, const R: usize>(rows: &[[f64; W]; R], y: &mut SMatrix<f64, R, ANSWERS>) {
+    for i in (0..R).rev() {
+        for j in i + 1..R {
+            let known = y.row(j) * rows[i][j];
+            let mut row = y.row_mut(i);
+            row -= known;
+        }
+        y.row_mut(i).unscale_mut(rows[i][i]);
+    }
 }
 
 /// Eliminates the first columns with exchanges of rows; the sign of the determinant of what was eliminated.
@@ -134,16 +212,15 @@ fn pivoted<const W: usize, const R: usize>(
 pub(super) fn follow<const K: usize>(
     by: &SMatrix<f64, K, 10>,
     start: &Answers,
+    force: &Forces,
 ) -> SMatrix<f64, K, ANSWERS> {
-    let mut found = by.fixed_columns::<6>(0) * start;
-    let mut force = found.fixed_columns_mut::<3>(0);
-    force += by.fixed_columns::<3>(6);
+    let mut found = by.fixed_columns::<6>(0) * start + by.fixed_columns::<3>(6) * force;
     let mut rest = found.fixed_columns_mut::<1>(REST);
     rest += by.column(9);
     found
 }
 
 /// The answer to the residual.
-pub(super) fn rest(answers: &Answers) -> Vector6<f64> {
+pub(super) fn rest<const K: usize>(answers: &SMatrix<f64, K, ANSWERS>) -> SVector<f64, K> {
     SVector::from(answers.column(REST))
 }

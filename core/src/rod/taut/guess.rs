@@ -1,8 +1,8 @@
 //! Where a taut rod is looked for: straight along the force, with the layers of the pendulum at both ends.
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
-use super::mesh::places;
-use super::{Shape, Tip};
+use super::mesh::{first, places};
+use super::{Shape, TURNED, Tip};
 use crate::error::Result;
 use crate::math::se3::{
     Turn, conjugate, exponential, frame, halves, identity, product, rotation_vector,
@@ -61,15 +61,20 @@ impl Layer {
 
 impl Pulled<'_> {
     /// The places of the nodes.
-    fn places(&self, lam: f64, tolerance: f64, evenly: bool) -> Vec<f64> {
+    fn places(&self, lam: f64, tolerance: f64, longest: f64) -> Vec<f64> {
         let pieces = self.law.pieces();
         let breaks = pieces.iter().skip(1).map(|(from, _)| *from);
-        places(lam.max(1.0), breaks, tolerance, evenly)
+        places(lam.max(1.0), breaks, tolerance, longest)
+    }
+
+    /// The same without layers, where sections turn at the rate `lam`.
+    pub(super) fn even_places(&self, lam: f64, tolerance: f64) -> Vec<f64> {
+        self.places(lam, tolerance, first(tolerance) / lam.max(1.0))
     }
 
     /// The rod that the base wrench leads to, if it can be followed and ends near `tip`.
     pub(super) fn followed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Option<Shape> {
-        let places = self.places(self.lam(0.0, b).ok()?.0, tolerance, true);
+        let places = self.even_places(self.lam(0.0, b).ok()?.0, tolerance);
         let inner = &Scheme::get().nodes;
         let mut at = vec![0.0];
         for pair in places.windows(2) {
@@ -166,7 +171,7 @@ impl Pulled<'_> {
             m += first.couple(left);
             Section { turn, m }
         };
-        let places = self.places(lam, tolerance, false);
+        let places = self.places(lam, tolerance, TURNED / twist.abs());
         let nodes = &Scheme::get().nodes;
         let mut shape = Shape {
             nodes: places.iter().map(|s| section(*s)).collect(),

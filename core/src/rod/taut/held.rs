@@ -1,7 +1,7 @@
 //! Problems of taut rods: what is held and loaded at the end decides the force, three unknowns instead of six.
 
 use super::interval::Pulled;
-use super::{Shape, Solved, Tip, solved};
+use super::{Shape, Solved, Spring, Tip, solved};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use crate::rod::equilibrium::{Equilibrium, Route};
@@ -48,7 +48,14 @@ impl Problem {
         if self.end.follower || !((self.flexure() * n.norm()).sqrt() > PULLED) {
             return None;
         }
-        let found = solved(&self.rod.law, b, &self.tip(), None, self.tolerance).ok()?;
+        let found = solved(
+            &self.rod.law,
+            b,
+            (&self.tip(), &Spring::NONE),
+            None,
+            self.tolerance,
+        )
+        .ok()?;
         let agrees = (found.base_couple - m).norm() < AGREES * n.norm().sqrt();
         let pulled = self.flexure() * n.dot(&found.position) > PULLED * PULLED * 0.5;
         (agrees && pulled).then_some(found)
@@ -62,7 +69,7 @@ impl Problem {
             .map(|(_, axis)| *axis)
             .collect();
         let pulled = Pulled::new(&self.rod.law, found.shape.n);
-        pulled.index(&found.shape, &self.tip(), &found.by_force, &axes)
+        pulled.index(&found.shape, &self.tip(), &found.by_force.position, &axes)
     }
 
     /// Sections of a taut rod at places in [0, 1], in growing order.
@@ -73,7 +80,12 @@ impl Problem {
     ) -> Result<Vec<RodSection>> {
         let n = found.shape.n;
         let pulled = Pulled::new(&self.rod.law, n);
-        let sections = pulled.sections(&found.shape, &self.tip(), at, self.tolerance)?;
+        let sections = pulled.sections(
+            &found.shape,
+            (&self.tip(), &Spring::NONE),
+            at,
+            self.tolerance,
+        )?;
         let sections = sections.iter().zip(at);
         sections
             .map(|((section, r, energy), s)| self.rod.outward_section(*s, section, r, *energy, &n))
@@ -145,7 +157,13 @@ impl Problem {
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             let b = joined(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
-            let found = solved(&self.rod.law, &b, &tip, last.as_ref(), self.tolerance)?;
+            let found = solved(
+                &self.rod.law,
+                &b,
+                (&tip, &Spring::NONE),
+                last.as_ref(),
+                self.tolerance,
+            )?;
             route.iterations += 1;
             route.evaluations += found.iterations;
             let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());

@@ -10,7 +10,7 @@
 //! negative eigenvalue of d r(1)/d n each, as in the count by conjugate points.
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
-use super::{Derivatives, Shape, Tip};
+use super::{Shape, Tip};
 use crate::error::{Error, Result};
 use crate::math::gauss::legendre;
 use crate::math::se3::frame;
@@ -51,17 +51,17 @@ fn negative(matrix: &DMatrix<f64>) -> usize {
 }
 
 impl Pulled<'_> {
-    /// The index with the place of the end held along `axes`.
+    /// The index with the place of the end held along `axes`, `compliance` being d r(1)/dn.
     pub fn index(
         &self,
         shape: &Shape,
         tip: &Tip,
-        by_force: &Derivatives,
+        compliance: &Matrix3<f64>,
         axes: &[Vector3<f64>],
     ) -> Result<usize> {
         let loaded = self.at_given_force(shape, tip)?;
         let compliance = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
-            axes[i].dot(&(by_force.position * axes[j]))
+            axes[i].dot(&(compliance * axes[j]))
         });
         let taken = if axes.is_empty() {
             0

@@ -16,7 +16,8 @@
 // Entries of matrices are told by their indices.
 #![allow(clippy::needless_range_loop)]
 
-use super::super::scaled_law::ScaledLaw;
+use super::super::scaled_law::{Response, ScaledLaw};
+use super::fall::Creeping;
 use crate::error::Result;
 use crate::math::gauss::Rule;
 use crate::math::se3::{Turn, conjugate, exponential, frame, product, spin};
@@ -114,6 +115,8 @@ pub(super) struct Passed {
     pub energy: f64,
     /// Estimated error of frame and couple over kappa at its end.
     pub error: f64,
+    /// By how much sections turn along it, in radians.
+    pub turn: f64,
 }
 
 /// An interval with its stages eliminated: columns are turn and couple (over kappa) at its start, dn, and the residual.
@@ -121,8 +124,9 @@ pub(super) struct Condensed {
     turns: [Block; STAGES],
     couples: [Block; STAGES],
     pub end: SMatrix<f64, 6, COLUMNS>,
-    /// Change of r(1) - r(0).
+    /// Change of r(1) - r(0), and that as it is.
     pub way: Block,
+    pub length: Vector3<f64>,
     /// Relative changes of the lengths of the stages' quaternions.
     lengths: [f64; STAGES],
 }
@@ -144,14 +148,25 @@ pub(super) struct Pulled<'a> {
     pub n: Vector3<f64>,
     /// The unit of couples: sqrt|n|.
     pub kappa: f64,
+    /// A step of the fast layer, if this is one.
+    pub creeping: Option<&'a Creeping>,
 }
 
 impl Pulled<'_> {
+    /// The strains under resultants along the directors.
+    pub(super) fn inverse(&self, s: f64, local: &Vector6<f64>) -> Result<Response<'_>> {
+        let inverse = self.law.inverse(s, local)?;
+        Ok(match self.creeping {
+            Some(step) => step.after(s, inverse),
+            None => inverse,
+        })
+    }
+
     fn slope(&self, s: f64, at: &Section) -> Result<Slope> {
         let turn = frame(&at.turn);
         let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&self.n));
         let local = Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z);
-        let inverse = self.law.inverse(s, &local)?;
+        let inverse = self.inverse(s, &local)?;
         let (u, v) = (
             inverse.strain.fixed_rows::<3>(0).into_owned(),
             inverse.strain.fixed_rows::<3>(3).into_owned(),
@@ -190,7 +205,7 @@ impl Pulled<'_> {
         let slopes = self.slopes((from, to), stages)?;
         let (mut way, mut energy) = (Vector3::zeros(), 0.0);
         let mut modes = [Vector6::<f64>::zeros(); 3];
-        let mut rate = 0.0_f64;
+        let (mut rate, mut turn) = (0.0_f64, 0.0_f64);
         for (j, slope) in slopes.iter().enumerate() {
             let weight = h * scheme.weights[j];
             way += slope.r * weight;
@@ -204,6 +219,7 @@ impl Pulled<'_> {
             }
             let growth = (slope.e[0].norm() * self.n.norm()).sqrt();
             rate = rate.max(growth + slope.u.norm());
+            turn = turn.max(h * slope.u.norm());
         }
         let [a, b, c] = modes.map(|mode| mode.amax());
         // Modes of one parity may vanish: two steps back and one back, the slower decay counts.
@@ -221,6 +237,7 @@ impl Pulled<'_> {
             way,
             energy,
             error: tail * green.min(1.0),
+            turn,
         })
     }
 
@@ -360,7 +377,7 @@ impl Pulled<'_> {
             }
         }
         let (mut turn, mut couple) = (Block::zeros(), Block::zeros());
-        let mut way = Block::zeros();
+        let (mut way, mut length) = (Block::zeros(), Vector3::zeros());
         let mut off = first.turn * scheme.start - last.turn;
         let mut jump = (first.m * scheme.start - last.m) / kappa;
         for a in 0..3 {
@@ -374,6 +391,7 @@ impl Pulled<'_> {
             off += stages[i].turn * d;
             jump += stages[i].m * (d / kappa);
             let weight = h * scheme.weights[i];
+            length += slopes[i].r * weight;
             let mut moved = of_way[i] * turns[i];
             if coupled {
                 moved += slopes[i].e[2] * couples[i] * kappa;
@@ -395,36 +413,41 @@ impl Pulled<'_> {
             couples,
             end,
             way,
+            length,
             lengths,
         }))
     }
 }
 
 impl Condensed {
-    /// Applies the change of the start (turn, couple over kappa) to the stages; the largest turn or change of couple.
+    /// Applies the changes of the start (turn, couple over kappa) and of the force to the stages.
     pub fn correct(
         &self,
-        start: &Vector6<f64>,
+        (start, force): (&Vector6<f64>, &Vector3<f64>),
         part: f64,
         kappa: f64,
         stages: &mut [Section; STAGES],
     ) {
         for (i, stage) in stages.iter_mut().enumerate() {
-            let of = |block: &Block| -> Vector3<f64> {
-                (block.fixed_columns::<6>(0) * start + block.column(REST)) * part
-            };
+            let of = |block: &Block| -> Vector3<f64> { moved(block, start, force) * part };
             *stage = stage.varied(&of(&self.turns[i]), &(of(&self.couples[i]) * kappa));
             stage.turn *= 1.0 + part * self.lengths[i];
         }
     }
 
     /// The largest turn and change of couple over kappa that [`Condensed::correct`] would make.
-    pub fn change(&self, start: &Vector6<f64>) -> f64 {
-        let of = |block: &Block| (block.fixed_columns::<6>(0) * start + block.column(REST)).amax();
+    pub fn change(&self, start: &Vector6<f64>, force: &Vector3<f64>) -> f64 {
+        let of = |block: &Block| moved(block, start, force).amax();
         (0..STAGES).fold(0.0, |most: f64, i| {
             most.max(of(&self.turns[i])).max(of(&self.couples[i]))
         })
     }
+}
+
+/// What a stage does that is told by `block`.
+fn moved(block: &Block, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
+    let by_force = block.fixed_columns::<3>(FORCE) * force;
+    block.fixed_columns::<6>(0) * start + by_force + block.column(REST)
 }
 
 /// Varies a node.

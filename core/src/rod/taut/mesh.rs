@@ -11,19 +11,26 @@ const LONGEST: f64 = 0.5;
 /// Longest first step in a layer, times lam.
 const FIRST: f64 = 4.0;
 
+/// Order of the local error.
+const ORDER: f64 = 2.0 * STAGES as f64 + 1.0;
+
+/// The first interval at an end, times lam.
+pub(super) fn first(tolerance: f64) -> f64 {
+    let falling = |n: usize| (1..=n).map(|k| (k as f64).ln()).sum::<f64>();
+    let constant = 2.0 * falling(STAGES) - falling(2 * STAGES) - falling(2 * STAGES + 1);
+    SAFETY * ((tolerance.ln() - constant) / ORDER).exp().min(FIRST)
+}
+
 /// The places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`: the local error of Gauss' method,
 /// (s!)^2/((2s)! (2s+1)!) z^(2s+1) for exp(z x), z = lam h, is `tolerance` in the first interval at an end; from there intervals grow as
-/// the layer's amplitude falls, unless the rod is to be resolved `evenly`.
+/// the layer's amplitude falls, up to `longest`.
 pub(super) fn places(
     lam: f64,
     breaks: impl Iterator<Item = f64>,
     tolerance: f64,
-    evenly: bool,
+    longest: f64,
 ) -> Vec<f64> {
-    let order = 2.0 * STAGES as f64 + 1.0;
-    let falling = |n: usize| (1..=n).map(|k| (k as f64).ln()).sum::<f64>();
-    let constant = 2.0 * falling(STAGES) - falling(2 * STAGES) - falling(2 * STAGES + 1);
-    let first = SAFETY * ((tolerance.ln() - constant) / order).exp().min(FIRST);
+    let (first, order) = (first(tolerance), ORDER);
     let (mut passed, mut layer) = (0.0, Vec::new());
     while passed < -tolerance.ln() + BEYOND && passed < 0.5 * lam {
         passed += first * (passed / order).exp();
@@ -46,8 +53,7 @@ pub(super) fn places(
     }
     let mut fine = vec![0.0];
     for pair in places.windows(2) {
-        let longest = if evenly { first / lam } else { LONGEST };
-        let pieces = ((pair[1] - pair[0]) / longest).ceil().max(1.0);
+        let pieces = ((pair[1] - pair[0]) / longest.min(LONGEST)).ceil().max(1.0);
         for k in 1..=pieces as usize {
             fine.push(pair[0] + (pair[1] - pair[0]) * k as f64 / pieces);
         }

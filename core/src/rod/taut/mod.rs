@@ -7,6 +7,7 @@
 //! an unknown of its own: m(0) - r x n would lose lam^2 times rounding.
 
 mod chain;
+mod fall;
 mod guess;
 mod held;
 mod index;
@@ -17,8 +18,8 @@ mod pulled;
 use super::line::Wrench;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
-use crate::math::se3::{frame, halves, rotation_vector};
-use chain::{ANSWERS, Answers, AtEnd, REST, chain, follow, rest};
+use crate::math::se3::{exponential, frame, halves, rotation_vector};
+use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow, rest};
 use interval::{Condensed, Pulled, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -39,6 +40,37 @@ pub enum Tip {
     },
 }
 
+/// A spring beside the end of a rod: together they bear the force that is given, n + stiffness (r(1) - at).
+///
+/// A rod becomes neutral under a given force before it does with its end held in place, for that holds it better: its force is no
+/// chart on the way to its fold. What a spring makes of it is one, unless the spring is as soft as the rod is unstable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// Force over length; infinite if the end is held at its place.
+    pub stiffness: f64,
+    /// Where the end is to be for the spring to bear nothing.
+    pub at: Vector3<f64>,
+}
+
+impl Spring {
+    /// None: the force is as given.
+    pub const NONE: Self = Self {
+        stiffness: 0.0,
+        at: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// d r(1)/dn of the rod alone, of which the spring makes `give` = C (1 + k C)^-1.
+    fn alone(&self, give: &Matrix3<f64>) -> Result<Matrix3<f64>> {
+        let left = Matrix3::identity() - give * self.stiffness;
+        let inverse = left.try_inverse().ok_or_else(|| {
+            Error::ill_conditioned(
+                "the index of a taut rod is undefined: it is neutral under its force",
+            )
+        })?;
+        Ok(give * inverse)
+    }
+}
+
 /// A taut rod, to begin another with: mesh, frames and couples.
 #[derive(Debug, Clone)]
 pub(in crate::rod) struct Shape {
@@ -56,10 +88,10 @@ pub(in crate::rod) struct Solved {
     pub base_couple: Vector3<f64>,
     pub position: Vector3<f64>,
     pub energy: f64,
-    /// Derivatives by the force, and by the turn (or couple) of the end.
+    /// Derivatives by the force given, and by the turn (or couple) of the end.
     pub by_force: Derivatives,
     pub by_tip: Derivatives,
-    /// The sign of the determinant of the boundary-value problem: changes where the rod under this force is neutral.
+    /// The sign of the determinant of the boundary-value problem: changes where the rod under this force, with its spring, is neutral.
     pub sign: f64,
     /// Estimated error of frame and couple (over sqrt|n|), Newton steps, intervals.
     pub error: f64,
@@ -94,10 +126,17 @@ const NEAR: f64 = 0.3;
 const FOLLOWED: f64 = 18.0;
 /// A step of Newton's method turns no section farther.
 const TURN: f64 = 0.7;
-/// Newton's steps fall by this factor at least: turns and stages vary together but for the error of a step.
+/// Newton's steps fall by this factor at least: turns and stages vary together but for the error of a step, which is small where sections turn
+/// by no more than so many radians in an interval.
 const LINEAR: f64 = 1e-3;
+const TURNED: f64 = 1.5;
+/// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
+const SMALL: f64 = 0.02;
+const COARSE: f64 = 0.25;
 /// Derivatives are those before the last step, which must not be longer, in tolerances.
 const LINEARISED: f64 = 1e3;
+/// The least part of the way to another rod that is tried at a time.
+const LEAST: f64 = 0.02;
 /// Finest and coarsest tolerance of a mesh.
 const FINEST: f64 = 1e-14;
 const COARSEST: f64 = 1e-6;
@@ -166,42 +205,47 @@ impl Shape {
 struct Correction {
     intervals: Vec<Condensed>,
     answers: Vec<Answers>,
+    force: Forces,
     /// Way of the end.
     way: SMatrix<f64, 3, ANSWERS>,
     sign: f64,
     size: f64,
 }
 
-/// The rod under the base wrench's force `b.n`, its end held as `tip` says; `b.m` and `start` tell which equilibrium is meant. To
-/// `tolerance` in turns and couples over sqrt|n|.
+/// The rod under the base wrench's force `b.n`, borne with `spring`, its end held as `tip` says; `b.m` and `start` tell which equilibrium is
+/// meant. To `tolerance` in turns and couples over sqrt|n|.
 ///
 /// # Errors
 /// A law that refuses; no convergence.
 pub(in crate::rod) fn solved(
     law: &ScaledLaw,
     b: &Wrench,
-    tip: &Tip,
+    (tip, spring): (&Tip, &Spring),
     start: Option<&Shape>,
     tolerance: f64,
 ) -> Result<Solved> {
     let tolerance = tolerance.clamp(FINEST, COARSEST);
     let (m, n) = halves(b);
     let pulled = Pulled::new(law, n);
-    let near = |shape: &&Shape| {
-        shape.serves(&n, tolerance) && (shape.nodes[0].m - m).norm() < NEAR * pulled.kappa
-    };
-    if let Some(start) = start.filter(near)
-        && let Ok(found) = pulled.refined(start.clone(), tip, tolerance)
+    let begun = |shape: Shape| pulled.refined(shape, tip, spring, tolerance);
+    let start = start.filter(|shape| (shape.nodes[0].m - m).norm() < NEAR * pulled.kappa);
+    if let Some(start) = start.filter(|shape| shape.serves(&n, tolerance))
+        && let Ok(found) = begun(start.clone())
     {
         return Ok(found);
     }
     if pulled.kappa < FOLLOWED
         && let Some(start) = pulled.followed(b, tip, tolerance)
-        && let Ok(found) = pulled.refined(start, tip, tolerance)
+        && let Ok(found) = begun(start)
     {
         return Ok(found);
     }
-    pulled.refined(pulled.guessed(b, tip, tolerance)?, tip, tolerance)
+    if let Some(start) = start
+        && let Some(found) = pulled.led(start, tip, spring, tolerance)
+    {
+        return Ok(found);
+    }
+    begun(pulled.guessed(b, tip, tolerance)?)
 }
 
 impl<'a> Pulled<'a> {
@@ -210,27 +254,84 @@ impl<'a> Pulled<'a> {
             law,
             n,
             kappa: n.norm().sqrt().max(1.0),
+            creeping: None,
         }
     }
 }
 
 impl Pulled<'_> {
+    /// From a rod that is farther away: what it bears and how it is held are led to what is given, in steps as small as that takes.
+    fn led(&self, start: &Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Option<Solved> {
+        let mut shape = start.clone();
+        shape.tolerance = shape.tolerance.min(tolerance);
+        let last = shape.nodes[shape.nodes.len() - 1];
+        let (mut place, turn) = (Vector3::zeros(), frame(&last.turn));
+        let there = Self::new(self.law, shape.n);
+        for (k, stages) in shape.stages.iter().enumerate() {
+            let passed = there.passed((shape.places[k], shape.places[k + 1]), stages);
+            place += passed.ok()?.way;
+        }
+        let (mut done, mut step) = (0.0, 0.5);
+        while step > LEAST {
+            let part = (done + step).min(1.0);
+            let way = |from: &Vector3<f64>, to: &Vector3<f64>| from + (to - from) * part;
+            let tip = match tip {
+                Tip::Turned(target) => {
+                    let turning = rotation_vector(&(target * turn.transpose()));
+                    Tip::Turned(frame(&exponential(&(turning * part))) * turn)
+                }
+                Tip::Loaded { couple, arm } => {
+                    let own = last.m - (turn * arm).cross(&shape.n);
+                    Tip::Loaded {
+                        couple: way(&own, couple),
+                        arm: *arm,
+                    }
+                }
+            };
+            let spring = Spring {
+                at: way(&place, &spring.at),
+                ..*spring
+            };
+            let there = Self::new(self.law, way(&start.n, &self.n));
+            match there.refined(shape.clone(), &tip, &spring, tolerance) {
+                Ok(found) if part == 1.0 => return Some(found),
+                Ok(found) => {
+                    (shape, done) = (found.shape, part);
+                    step *= 1.5;
+                }
+                Err(_) => step *= 0.5,
+            }
+        }
+        None
+    }
+
     /// Solved on meshes that are refined until the error is below the tolerance.
-    fn refined(&self, start: Shape, tip: &Tip, tolerance: f64) -> Result<Solved> {
+    fn refined(&self, start: Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Result<Solved> {
         let mut shape = start;
-        shape.n = self.n;
+        if spring.stiffness == 0.0 {
+            shape.n = self.n;
+        }
         let mut iterations = 0;
         for _ in 0..MESHES {
-            let (correction, steps) = self.newton(&mut shape, tip, tolerance)?;
+            let before = shape.clone();
+            let Some((correction, steps)) = self.newton(&mut shape, tip, spring, tolerance)? else {
+                let all = vec![true; before.stages.len()];
+                if all.len() > INTERVALS {
+                    break;
+                }
+                shape = before.halved(&all);
+                continue;
+            };
+            let there = self.under(&shape.n);
             iterations += steps;
             let mut split = Vec::with_capacity(shape.stages.len());
             let (mut position, mut energy, mut error) = (Vector3::zeros(), 0.0, 0.0_f64);
             for (k, stages) in shape.stages.iter().enumerate() {
-                let passed = self.passed((shape.places[k], shape.places[k + 1]), stages)?;
+                let passed = there.passed((shape.places[k], shape.places[k + 1]), stages)?;
                 position += passed.way;
                 energy += passed.energy;
                 error = error.max(passed.error);
-                split.push(!(passed.error <= tolerance));
+                split.push(!(passed.error <= tolerance && passed.turn <= TURNED));
             }
             if !split.contains(&true) {
                 return Ok(self.told(shape, correction, (position, energy), error, iterations));
@@ -245,28 +346,43 @@ impl Pulled<'_> {
         )))
     }
 
-    /// Newton's method on the mesh of `shape`, with the last step taken.
-    fn newton(&self, shape: &mut Shape, tip: &Tip, tolerance: f64) -> Result<(Correction, usize)> {
+    /// The same under another force, measured alike.
+    fn under(&self, n: &Vector3<f64>) -> Self {
+        Self { n: *n, ..*self }
+    }
+
+    /// Newton's method on the mesh of `shape`, with the last step taken; None on a mesh too coarse for it. The variations are collocated
+    /// for themselves: where the rod turns by radians in an interval they are not quite those of the collocated rod, and steps
+    /// that should vanish do not.
+    fn newton(
+        &self,
+        shape: &mut Shape,
+        tip: &Tip,
+        spring: &Spring,
+        tolerance: f64,
+    ) -> Result<Option<(Correction, usize)>> {
         let lost = || {
             Error::no_convergence(
                 "the equilibrium of a taut rod under a given force was not found: it is neutral, or far from where the search began",
             )
         };
-        let mut last = f64::INFINITY;
+        let (mut last, mut slow) = (f64::INFINITY, 0);
         for steps in 1..=MOST {
-            let correction = self.correction(shape, tip)?.ok_or_else(lost)?;
+            let correction = self.correction(shape, tip, spring)?.ok_or_else(lost)?;
             let size = correction.size;
             if !size.is_finite() {
                 break;
             }
             let part = (TURN / size).min(1.0);
+            let force = rest(&correction.force);
             for (k, answers) in correction.answers.iter().enumerate() {
                 let change = rest(answers);
                 correct(&mut shape.nodes[k], &change, part, self.kappa);
                 if let Some(interval) = correction.intervals.get(k) {
-                    interval.correct(&change, part, self.kappa, &mut shape.stages[k]);
+                    interval.correct((&change, &force), part, self.kappa, &mut shape.stages[k]);
                 }
             }
+            shape.n += force * part;
             // What the next step would be, by the rate of the last two; at first by that of Newton's method.
             let rate = if steps == 1 {
                 size.max(LINEAR)
@@ -275,7 +391,11 @@ impl Pulled<'_> {
             };
             let done = size * rate < 0.1 * tolerance && size < LINEARISED * tolerance;
             if part == 1.0 && (done || (size < 1e-9 && size > 0.3 * last)) {
-                return Ok((correction, steps));
+                return Ok(Some((correction, steps)));
+            }
+            slow += usize::from(last < SMALL && size > COARSE * last);
+            if slow > 1 {
+                return Ok(None);
             }
             last = size;
         }
@@ -283,32 +403,53 @@ impl Pulled<'_> {
     }
 
     /// None where the linearised rod is singular.
-    fn correction(&self, shape: &Shape, tip: &Tip) -> Result<Option<Correction>> {
+    fn correction(&self, shape: &Shape, tip: &Tip, spring: &Spring) -> Result<Option<Correction>> {
+        let there = self.under(&shape.n);
         let mut intervals = Vec::with_capacity(shape.stages.len());
+        let mut place = Vector3::zeros();
         for (k, stages) in shape.stages.iter().enumerate() {
             let places = (shape.places[k], shape.places[k + 1]);
             let Some(found) =
-                self.condensed(places, [&shape.nodes[k], &shape.nodes[k + 1]], stages)?
+                there.condensed(places, [&shape.nodes[k], &shape.nodes[k + 1]], stages)?
             else {
                 return Ok(None);
             };
+            place += found.length;
             intervals.push(found);
         }
-        let end = self.at_end(&shape.nodes[shape.nodes.len() - 1], tip);
-        let Some((answers, sign)) = chain(&intervals, &end) else {
+        let end = there.at_end(&shape.nodes[shape.nodes.len() - 1], tip);
+        let unit = self.kappa * self.kappa;
+        let hold = match spring.stiffness {
+            f64::INFINITY => Hold {
+                give: 0.0,
+                stiffness: unit,
+                off: (spring.at - place) * unit,
+                unit,
+            },
+            stiffness => Hold {
+                give: 1.0,
+                stiffness,
+                off: self.n - shape.n - (place - spring.at) * stiffness,
+                unit,
+            },
+        };
+        let Some(chained) = chain(&intervals, &end, &hold) else {
             return Ok(None);
         };
+        let Chained { nodes, force, sign } = chained;
         let mut way = SMatrix::zeros();
-        let mut size = 0.0_f64;
-        for (interval, start) in intervals.iter().zip(&answers) {
-            way += follow(&interval.way, start);
+        let moved = rest(&force);
+        let mut size = moved.amax() / hold.unit;
+        for (interval, start) in intervals.iter().zip(&nodes) {
+            way += follow(&interval.way, start, &force);
             size = size
-                .max(interval.change(&rest(start)))
+                .max(interval.change(&rest(start), &moved))
                 .max(rest(start).amax());
         }
         Ok(Some(Correction {
             intervals,
-            answers,
+            answers: nodes,
+            force,
             way,
             sign,
             size,
@@ -387,7 +528,7 @@ impl Pulled<'_> {
     fn sections(
         &self,
         shape: &Shape,
-        tip: &Tip,
+        (tip, spring): (&Tip, &Spring),
         at: &[f64],
         tolerance: f64,
     ) -> Result<Vec<Passed>> {
@@ -396,19 +537,25 @@ impl Pulled<'_> {
         for _ in 0..HALVINGS {
             fine = fine.halved(&vec![true; fine.stages.len()]);
         }
-        self.newton(&mut fine, tip, tolerance)?;
+        let coarse = self.newton(&mut fine, tip, spring, tolerance)?.is_none();
+        if coarse {
+            return Err(Error::no_convergence(
+                "the shape of a taut rod is not resolved; loosen the tolerance",
+            ));
+        }
+        let there = self.under(&fine.n);
         let mut found = Vec::with_capacity(at.len());
         let (mut k, mut way, mut energy) = (0, Vector3::zeros(), 0.0);
         for s in at {
             while k + 1 < fine.stages.len() && fine.places[k + 1] <= *s {
-                let passed = self.passed((fine.places[k], fine.places[k + 1]), &fine.stages[k])?;
+                let passed = there.passed((fine.places[k], fine.places[k + 1]), &fine.stages[k])?;
                 way += passed.way;
                 energy += passed.energy;
                 k += 1;
             }
             let (from, to) = (fine.places[k], s.clamp(fine.places[k], fine.places[k + 1]));
             let part = Scheme::get().nodes.map(|x| fine.at(from + x * (to - from)));
-            let passed = self.passed((from, to), &part)?;
+            let passed = there.passed((from, to), &part)?;
             let mut section = fine.at(to);
             section.turn /= section.turn.norm();
             found.push((section, way + passed.way, energy + passed.energy));

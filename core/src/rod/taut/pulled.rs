@@ -1,9 +1,9 @@
 //! Taut rods in the world and in the user's units.
 
 use super::interval::{Pulled, Section};
-use super::{Derivatives, Shape, Tip, solved};
+use super::{Derivatives, Shape, Solved, Spring, Tip, solved};
 use crate::error::Result;
-use crate::math::se3::{frame, halves, joined};
+use crate::math::se3::{frame, joined};
 use crate::rod::{Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -14,7 +14,7 @@ pub struct Taut {
     pub base: Wrench,
     /// The section at the end.
     pub end: RodSection,
-    /// Derivatives by the force at held [`Tip`].
+    /// Derivatives by the force given at held [`Tip`].
     pub by_force: Derivatives,
     /// Derivatives by the turn of the tip, or by the couple on it, at held force.
     pub by_tip: Derivatives,
@@ -26,6 +26,10 @@ pub struct Taut {
     pub iterations: usize,
     /// In the directors of the clamp and units of the rod.
     tip: Tip,
+    spring: Spring,
+    /// Place of the end, and its derivative by the force given.
+    place: Vector3<f64>,
+    give: Matrix3<f64>,
     shape: Shape,
 }
 
@@ -33,6 +37,12 @@ impl Taut {
     /// Intervals of the mesh along the rod.
     pub fn intervals(&self) -> usize {
         self.shape.intervals()
+    }
+
+    /// What rod and spring bear together, as [`Taut::spring`] has it.
+    fn borne(&self) -> Vector3<f64> {
+        let stretch = self.place - self.spring.at;
+        self.shape.n + stretch * self.spring.stiffness
     }
 }
 
@@ -51,6 +61,21 @@ impl Rod {
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
+        self.taut_beside(base, (tip, &Spring::NONE), start, tolerance)
+    }
+
+    /// The same of a rod that bears the force of `base` together with a spring beside its end: [`Taut::base`] has what the rod bears,
+    /// derivatives by the force are by that given.
+    ///
+    /// # Errors
+    /// As [`Rod::taut`].
+    pub fn taut_beside(
+        &self,
+        base: &Wrench,
+        (tip, spring): (&Tip, &Spring),
+        start: Option<&Taut>,
+        tolerance: f64,
+    ) -> Result<Taut> {
         let (couple, force) = self.units();
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let b = self.inward(base);
@@ -61,13 +86,24 @@ impl Rod {
                 arm: arm / self.length,
             },
         };
+        let spring = Spring {
+            stiffness: spring.stiffness * self.length / force,
+            at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
+        };
         let found = solved(
             &self.law,
             &b,
-            &tip,
+            (&tip, &spring),
             start.map(|start| &start.shape),
             tolerance,
         )?;
+        self.outward_taut(found, tip, spring)
+    }
+
+    /// In the world and the units of the user what was found in those of the rod.
+    fn outward_taut(&self, found: Solved, tip: Tip, spring: Spring) -> Result<Taut> {
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let place = |m: &Matrix3<f64>, unit: f64| turn * m * turn.transpose() * unit;
         let out = |by: &Derivatives, unit: f64| Derivatives {
             base_couple: place(&by.base_couple, couple / unit),
@@ -80,9 +116,10 @@ impl Rod {
             Tip::Loaded { .. } => couple,
         };
         let last = found.shape.at(1.0);
-        let end = self.outward_section(1.0, &last, &found.position, found.energy, &halves(&b).1)?;
+        let end =
+            self.outward_section(1.0, &last, &found.position, found.energy, &found.shape.n)?;
         Ok(Taut {
-            base: joined(&(turn * found.base_couple * couple), &halves(base).1),
+            base: joined(&(turn * found.base_couple * couple), &end.force),
             end,
             by_force: out(&found.by_force, force),
             by_tip: out(&found.by_tip, by_tip),
@@ -90,8 +127,24 @@ impl Rod {
             error: found.error,
             iterations: found.iterations,
             tip,
+            spring,
+            place: found.position,
+            give: found.by_force.position,
             shape: found.shape,
         })
+    }
+
+    /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
+    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one.
+    ///
+    /// # Errors
+    /// A flow that does not settle.
+    pub fn taut_fallen(&self, found: &Taut, beside: [&Taut; 2], tolerance: f64) -> Result<Taut> {
+        let pulled = Pulled::new(&self.law, found.shape.n);
+        let beside = beside.map(|taut| &taut.shape);
+        let held = (&found.tip, found.place);
+        let (rested, spring) = pulled.fallen(&found.shape, beside, held, tolerance)?;
+        self.outward_taut(rested, found.tip, spring)
     }
 
     pub(in crate::rod) fn outward_section(
@@ -124,10 +177,15 @@ impl Rod {
     /// # Errors
     /// As [`Rod::taut`].
     pub fn taut_shape(&self, found: &Taut, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
-        let pulled = Pulled::new(&self.law, found.shape.n);
+        let pulled = Pulled::new(&self.law, found.borne());
         // Between its nodes a mesh is of half the order: it is halved until the polynomials are as good.
         let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
-        let sections = pulled.sections(&found.shape, &found.tip, &places, tolerance)?;
+        let sections = pulled.sections(
+            &found.shape,
+            (&found.tip, &found.spring),
+            &places,
+            tolerance,
+        )?;
         let sections = sections.iter().zip(&places);
         sections
             .map(|((section, r, energy), s)| {
@@ -152,6 +210,11 @@ impl Rod {
         axes: &[Vector3<f64>],
     ) -> Result<usize> {
         let pulled = Pulled::new(&self.law, found.shape.n);
-        pulled.index(&found.shape, &found.tip, &found.by_force, axes)
+        pulled.index(
+            &found.shape,
+            &found.tip,
+            &found.spring.alone(&found.give)?,
+            axes,
+        )
     }
 }

@@ -1,7 +1,9 @@
 //! What the charts of rods stand for, as they are pulled taut and let go.
 
 use super::step::LOOSE;
-use super::{AssemblyRun, Numbers};
+use super::{AssemblyRun, Chart, Numbers};
+use crate::error::Result;
+use crate::motion::locate::Timed;
 use crate::rod::Wrench;
 use std::sync::Arc;
 
@@ -11,8 +13,8 @@ impl AssemblyRun {
     pub(super) fn look(&mut self) -> bool {
         let links = self.assembly.links().iter().zip(&self.watch).enumerate();
         let changed: Vec<_> = links
-            .filter(|(_, (link, rod))| link.seen() != rod.better)
-            .map(|(k, (_, rod))| (k, rod.better))
+            .filter(|(_, (link, rod))| link.seen() != rod.better || link.spring() != rod.spring)
+            .map(|(k, (_, rod))| (k, *rod))
             .collect();
         if changed.is_empty() {
             return false;
@@ -22,8 +24,9 @@ impl AssemblyRun {
             return false;
         };
         let mut other = (*self.assembly).clone();
-        for (k, seen) in changed {
-            other.see(k, seen);
+        for (k, rod) in &changed {
+            other.see(*k, rod.better);
+            other.brace(*k, rod.spring);
         }
         // The couples of rods that were taut are those that their forces make.
         let told = |charts: &[Wrench]| {
@@ -47,6 +50,25 @@ impl AssemblyRun {
             self.assembly = before;
             return false;
         }
+        // det J is another.
+        for (k, _) in changed {
+            self.largest[k] = 0.0;
+        }
         true
+    }
+
+    /// Lets the chart of a rod that has landed stand for what is better there.
+    pub(super) fn see_anew(&mut self, state: &Numbers, link: usize) -> Result<()> {
+        let (t, now) = (state.time(), self.assembly.configuration(&state.0));
+        let rod = &self.assembly.links()[link];
+        let q = &now.charts[link];
+        let point = rod.sought().point(t, &now.bodies, q, self.along())?;
+        let seen = rod.better_seen(q, &point.held());
+        let spring = rod.better_spring(&point.end);
+        let taut = seen == Chart::Taut;
+        let assembly = Arc::make_mut(&mut self.assembly);
+        assembly.see(link, seen);
+        assembly.brace(link, if taut { spring } else { 0.0 });
+        Ok(())
     }
 }

@@ -1,0 +1,337 @@
+//! Where a taut rod comes to rest that has lost its equilibrium, its ends held: along the fast layer, as slack rods do,
+//! ```text
+//! e_T = e^(Q w) - e,       e^ the inverse law, Q w the resultants of the wrench w that holds the end,
+//! ```
+//! in implicit steps: with e_old the strains before a step of the length h those after it are
+//! ```text
+//! e = (e_old + h e^(Q w))/(1 + h),
+//! ```
+//! a rod of another law, softer and bent, whose equilibrium is collocated as any other. A step may be as long as the rod turns little
+//! in it, whatever lam: a strong pull makes the layer stiff, and a loop slides along a taut rod at a rate of exp(-lam).
+
+use super::interval::{Pulled, STAGES, Scheme, Section};
+use super::{Shape, Solved, Spring, Tip};
+use crate::error::{Error, Result};
+use crate::math::se3::{frame, rotation_vector};
+use crate::rod::scaled_law::Response;
+use crate::section::Strain;
+use nalgebra::{Vector3, Vector6};
+use std::borrow::Cow;
+
+/// First steps, in units of the layer's time, and the shortest and the longest.
+const FIRST: f64 = 0.03;
+const SHORTEST: f64 = 1e-9;
+const LONGEST: f64 = 1e9;
+/// No section turns farther in a step, in radians; one that turns less than a third of that is followed by a longer one.
+const TURN: f64 = 0.15;
+/// Steps at most.
+const STEPS: usize = 3_000;
+/// Largest changes of a strain in the push off the fold, times lam.
+const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
+/// The flow stands on the wrong side once it is back at this part of the push ...
+const BACK: f64 = 0.5;
+/// ... and is under way where it is so many times as far.
+const AWAY: f64 = 3.0;
+/// Strain rates below this, over lam, are near an equilibrium, which is then solved for; it is that if it is not farther, in radians.
+const NEAR: f64 = 1e-3;
+const SAME: f64 = 0.1;
+/// Rates change by this part in a step at most, unless they are smaller than that part of lam.
+const CHANGE: f64 = 0.5;
+const STILL: f64 = 1e-7;
+/// Tolerance of the steps.
+const TOLERANCE: f64 = 1e-7;
+/// Meshes are made for a lam so many times as large: shapes on the way are steeper.
+const STEEPER: f64 = 1.5;
+/// The spring beside the end where the rod has come to rest, over the string's.
+const BESIDE: f64 = 16.0;
+
+/// The strains of a rod along a mesh.
+#[derive(Debug, Clone)]
+struct Strains {
+    places: Vec<f64>,
+    stages: Vec<[Strain; STAGES]>,
+}
+
+/// A step of the layer: the strains before it, and its length.
+#[derive(Debug)]
+pub(super) struct Creeping {
+    before: Strains,
+    step: f64,
+}
+
+impl Strains {
+    fn at(&self, s: f64) -> Strain {
+        let after = self.places.partition_point(|place| *place <= s);
+        let k = after.clamp(1, self.stages.len()) - 1;
+        let (from, to) = (self.places[k], self.places[k + 1]);
+        let (x, nodes) = ((s - from) / (to - from), &Scheme::get().nodes);
+        let mut found = Strain::zeros();
+        for (i, strain) in self.stages[k].iter().enumerate() {
+            let others = (0..STAGES).filter(|j| *j != i);
+            let by: f64 = others
+                .map(|j| (x - nodes[j]) / (nodes[i] - nodes[j]))
+                .product();
+            found += strain * by;
+        }
+        found
+    }
+
+    /// a + by (b - c).
+    fn plus(&self, by: f64, b: &Self, c: &Self) -> Self {
+        let all = self.stages.iter().zip(&b.stages).zip(&c.stages);
+        Self {
+            places: self.places.clone(),
+            stages: all
+                .map(|((a, b), c)| std::array::from_fn(|i| a[i] + (b[i] - c[i]) * by))
+                .collect(),
+        }
+    }
+
+    fn less(&self, other: &Self) -> Self {
+        let all = self.stages.iter().zip(&other.stages);
+        Self {
+            places: self.places.clone(),
+            stages: all
+                .map(|(a, b)| std::array::from_fn(|i| a[i] - b[i]))
+                .collect(),
+        }
+    }
+
+    /// The largest strain.
+    fn size(&self) -> f64 {
+        let all = self.stages.iter().flatten();
+        all.map(|e| e.amax()).fold(0.0, f64::max)
+    }
+
+    /// The largest rate at which sections turn.
+    fn steepest(&self) -> f64 {
+        let rates = self
+            .stages
+            .iter()
+            .flatten()
+            .map(|e| e.fixed_rows::<3>(0).norm());
+        rates.fold(0.0, f64::max)
+    }
+
+    fn distance(&self, other: &Self) -> f64 {
+        self.less(other).size()
+    }
+}
+
+impl Creeping {
+    /// The strains after the step where the law itself has `inverse`.
+    pub fn after<'a>(&self, s: f64, mut inverse: Response<'a>) -> Response<'a> {
+        let part = self.step / (1.0 + self.step);
+        inverse.strain = inverse.strain * part + self.before.at(s) / (1.0 + self.step);
+        let compliance = inverse.compliance.into_owned().times(part);
+        inverse.compliance = Cow::Owned(compliance);
+        inverse
+    }
+}
+
+impl Shape {
+    /// The same on another mesh.
+    fn on(&self, places: &[f64]) -> Self {
+        let nodes = &Scheme::get().nodes;
+        let at = |s: f64| {
+            let mut section = self.at(s);
+            section.turn /= section.turn.norm();
+            section
+        };
+        Self {
+            nodes: places.iter().map(|s| at(*s)).collect(),
+            stages: places
+                .windows(2)
+                .map(|pair| nodes.map(|x| at(pair[0] + x * (pair[1] - pair[0]))))
+                .collect(),
+            places: places.to_vec(),
+            ..self.clone()
+        }
+    }
+
+    /// The largest turn of a section between this and another on the same mesh.
+    fn turned(&self, other: &Self) -> f64 {
+        let turn = |a: &Section, b: &Section| {
+            rotation_vector(&(frame(&a.turn) * frame(&b.turn).transpose())).norm()
+        };
+        let all = self.stages.iter().zip(&other.stages);
+        all.flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| turn(a, b)))
+            .fold(0.0, f64::max)
+    }
+}
+
+impl Pulled<'_> {
+    /// Strains that the law has under the resultants of a shape.
+    fn strains(&self, shape: &Shape) -> Result<Strains> {
+        let nodes = &Scheme::get().nodes;
+        let mut stages = Vec::with_capacity(shape.stages.len());
+        for (pair, sections) in shape.places.windows(2).zip(&shape.stages) {
+            let mut strains = [Strain::zeros(); STAGES];
+            for ((x, at), strain) in nodes.iter().zip(sections).zip(&mut strains) {
+                let turn = frame(&at.turn);
+                let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&shape.n));
+                let local = Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z);
+                *strain = self
+                    .inverse(pair[0] + x * (pair[1] - pair[0]), &local)?
+                    .strain;
+            }
+            stages.push(strains);
+        }
+        Ok(Strains {
+            places: shape.places.clone(),
+            stages,
+        })
+    }
+
+    /// The rod that comes to rest from the fold `shape` when it leaves it towards one of the rods `beside`, its end held in its place `at`
+    /// by `tip`: of two ways down the lower one.
+    ///
+    /// # Errors
+    /// A law that refuses; a flow that does not settle.
+    pub(super) fn fallen(
+        &self,
+        shape: &Shape,
+        beside: [&Shape; 2],
+        (tip, at): (&Tip, Vector3<f64>),
+        tolerance: f64,
+    ) -> Result<(Solved, Spring)> {
+        let lam = (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt();
+        // Sections turn by their strains, and shapes on the way may be steeper than that of the fold.
+        let turning = self.strains(shape)?.steepest();
+        let places = self.even_places(STEEPER * lam.max(turning), TOLERANCE);
+        let [here, ahead, behind] = [shape, beside[0], beside[1]].map(|shape| shape.on(&places));
+        let fold = self.strains(&here)?;
+        let (ahead, behind) = (self.strains(&ahead)?, self.strains(&behind)?);
+        let unit = lam / ahead.distance(&behind);
+        let mut found: Option<(Solved, Spring)> = None;
+        for size in PUSHES {
+            for side in [size, -size] {
+                let pushed = fold.plus(side * unit, &ahead, &behind);
+                let rested = self.flow(&here, (&fold, pushed), (tip, at), lam);
+                let Some(rested) =
+                    rested.and_then(|shape| self.rest(shape, tip, at, tolerance).ok())
+                else {
+                    continue;
+                };
+                if found
+                    .as_ref()
+                    .is_none_or(|found| rested.0.energy < found.0.energy)
+                {
+                    found = Some(rested);
+                }
+            }
+            if found.is_some() {
+                break;
+            }
+        }
+        found.ok_or_else(|| {
+            Error::no_convergence(format!(
+                "the taut rod that left its fold does not come to rest within {STEPS} steps of the fast layer"
+            ))
+        })
+    }
+
+    /// The equilibrium that a shape is near.
+    fn rest(
+        &self,
+        shape: Shape,
+        tip: &Tip,
+        at: Vector3<f64>,
+        tolerance: f64,
+    ) -> Result<(Solved, Spring)> {
+        let held = Spring {
+            stiffness: f64::INFINITY,
+            at,
+        };
+        let there = Self::new(self.law, shape.n);
+        let shape = there.refined(shape, tip, &held, tolerance)?.shape;
+        // What it bears is known: beside a spring it is the same.
+        let spring = Spring {
+            stiffness: BESIDE * shape.n.norm() / at.norm(),
+            at,
+        };
+        let there = Self::new(self.law, shape.n);
+        Ok((there.refined(shape, tip, &spring, tolerance)?, spring))
+    }
+
+    fn is_stable(&self, shape: &Shape, tip: &Tip, at: Vector3<f64>) -> bool {
+        let Ok((found, spring)) = self.rest(shape.clone(), tip, at, TOLERANCE) else {
+            return false;
+        };
+        let axes = [0, 1, 2].map(|i| Vector3::ith(i, 1.0));
+        let there = Self::new(self.law, found.shape.n);
+        let compliance = spring.alone(&found.by_force.position);
+        compliance.is_ok_and(|compliance| {
+            let index = there.index(&found.shape, tip, &compliance, &axes);
+            index.is_ok_and(|index| index == 0)
+        })
+    }
+
+    /// Where the flow from `pushed` comes near its rest; None if it falls back to the fold, or does not settle.
+    fn flow(
+        &self,
+        here: &Shape,
+        (fold, pushed): (&Strains, Strains),
+        (tip, at): (&Tip, Vector3<f64>),
+        lam: f64,
+    ) -> Option<Shape> {
+        let held = Spring {
+            stiffness: f64::INFINITY,
+            at,
+        };
+        let start = pushed.distance(fold);
+        let (mut shape, mut strains, mut h) = (here.clone(), pushed, FIRST);
+        let mut rate: Option<Strains> = None;
+        for _ in 0..STEPS {
+            if !(h > SHORTEST) {
+                return None;
+            }
+            let step = Creeping {
+                before: strains.clone(),
+                step: h,
+            };
+            let creeping = Pulled {
+                law: self.law,
+                n: self.n,
+                kappa: self.kappa,
+                creeping: Some(&step),
+            };
+            let mut next = shape.clone();
+            let taken = creeping.newton(&mut next, tip, &held, TOLERANCE);
+            let turned = next.turned(&shape);
+            if !(matches!(taken, Ok(Some(_))) && turned <= TURN) {
+                h *= 0.4;
+                continue;
+            }
+            let after = creeping.strains(&next).ok()?;
+            let now = self.strains(&next).ok()?.less(&after);
+            // A step that is long against what grows would stay with an equilibrium that is not stable.
+            let size = now.size();
+            let change = rate.as_ref().map_or(0.0, |rate| {
+                now.distance(rate) / rate.size().max(size).max(STILL * lam)
+            });
+            if change > CHANGE && h > FIRST {
+                h *= 0.4;
+                continue;
+            }
+            (shape, strains, rate) = (next, after, Some(now));
+            let away = strains.distance(fold);
+            if away < BACK * start {
+                return None;
+            }
+            if away > AWAY * start && (size < NEAR * lam || h >= LONGEST) {
+                let mut last = shape.clone();
+                if matches!(self.newton(&mut last, tip, &held, TOLERANCE), Ok(Some(_)))
+                    && last.turned(&shape) < SAME
+                    && (size < STILL * lam || self.is_stable(&last, tip, at))
+                {
+                    return Some(last);
+                }
+            }
+            if turned < TURN / 3.0 && change < CHANGE / 3.0 {
+                h = (2.0 * h).min(LONGEST);
+            }
+        }
+        None
+    }
+}
