@@ -208,3 +208,40 @@ fn what_is_not_covered_is_said() {
     let faults = Scene::parse(space).unwrap_err().to_string();
     assert!(faults.contains("section_inertia = [1e-6"), "{faults}");
 }
+
+/// Catches nodes that are too few and pass in silence, and tolerances that promise more than they hold: one motion at two resolutions
+/// and two tolerances; and a resolved scene that is not one again.
+#[test]
+fn resolutions_and_tolerances() {
+    let file = data("run_gravity");
+    let start = "curvature = [-0.5, 0.5]\ncurvature_rate = [0.0]";
+    let at = |more: &str, tolerance: f64| {
+        let run = format!("duration = 1.0\nsamples = 5\ntolerance = {tolerance:e}");
+        let text = scene(&file, start, &run).replace("inertia =", &format!("{more}\ninertia ="));
+        let (record, tables) = ran(&text);
+        let (x, y) = (tables[0].reals("x")[4], tables[0].reals("y")[4]);
+        (record, [x, y])
+    };
+    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let fine = at("nodes = 24", 1e-10).1;
+    for (nodes, tolerance) in [("", 1e-6), ("", 1e-8), ("nodes = 16", 1e-8)] {
+        let (record, end) = at(nodes, tolerance);
+        assert!(
+            apart(end, fine) < tolerance,
+            "{nodes} {tolerance}: {:e}",
+            apart(end, fine)
+        );
+        assert_eq!(record.warning(), None);
+        let again = record.scene.to_string();
+        assert!(again.contains("curvature_rate"), "{again}");
+    }
+    let (record, _) = at("nodes = 5", 1e-8);
+    assert!(
+        record
+            .warning()
+            .is_some_and(|words| words.contains("strain rates"))
+    );
+    let whole = Scene::parse(&scene(&file, start, "duration = 1.0")).unwrap();
+    let resolved = toml::to_string(&whole).unwrap();
+    assert!(Scene::parse(&resolved).is_ok(), "{resolved}");
+}

@@ -73,7 +73,7 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
         table,
         "curvature_rate",
         "curvature",
-        known.memory,
+        (known.memory, velocity.is_some_and(|v| v != [0.0; 3])),
         |field, value| curvature(table, field, value).map(StrainRate::Curvature),
     );
     let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
@@ -269,7 +269,13 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
         table,
         "strain_rate",
         "strain",
-        known.memory,
+        (
+            known.memory,
+            [velocity, angular_velocity]
+                .iter()
+                .flatten()
+                .any(|v| *v != [0.0; 3]),
+        ),
         |field, value| {
             let rates = strain(reader, field, value, known.elastic, false)?;
             Some(StrainRate::Strain(rates))
@@ -432,7 +438,7 @@ fn rate<'a>(
     start: &Table<'a>,
     name: &str,
     beside: &str,
-    memory: Option<Memory>,
+    (memory, moves): (Option<Memory>, bool),
     read: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<StrainRate>,
 ) -> Option<Option<StrainRate>> {
     if start.has(name) {
@@ -452,8 +458,8 @@ fn rate<'a>(
                 hint,
             );
         }
-        let twice = start.given(&["velocity", "angular_velocity", "with_clamp"]);
-        if !twice.is_empty() {
+        let twice = start.given(&["velocity", "angular_velocity"]);
+        if moves {
             let hint = "both say how fast the rod moves: keep one of them";
             start.conflict(name, &twice, hint);
             return None;
