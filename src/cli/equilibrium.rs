@@ -68,6 +68,9 @@ fn text(record: &EquilibriumRecord) -> String {
     line("tip force", three(&found.end.force));
     line("tip couple", three(&found.end.couple));
     line("energy", number(found.end.energy));
+    if record.weight.is_some() {
+        line("potential", number(found.potential));
+    }
     let meaning = match (record.conservative, found.index) {
         (false, _) => {
             "of the same load kept dead; the load is not conservative: this does not decide stability"

@@ -155,6 +155,7 @@ impl AssemblyBody {
             gravity,
             dead: self.force.constant(),
             distributed: [0.0; 3],
+            load: 1.0,
             couple: self.couple.clone(),
             drag: self.drag,
             rotational_drag: self.rotational_drag,

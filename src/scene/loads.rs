@@ -1,18 +1,20 @@
-//! What acts on the body of a scene beside the rod.
+//! What acts on the body of a scene beside the rod; at rest, along the rod.
 
 use crate::body::History;
 use serde::Serialize;
 
-/// Loads on the body, in the world. Everything defaults to zero.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+/// Loads on the body, in the world; at rest, where there is no body, on the rod. Everything defaults to zero.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Loads {
-    /// Acceleration of gravity: force mass * gravity at the centre of mass.
+    /// Acceleration of gravity: force mass * gravity at the centre of mass; at rest on the mass of the rod.
     pub gravity: [f64; 3],
     /// Constant force at the centre of mass.
     pub dead: [f64; 3],
-    /// Constant force per length on a rod with mass.
+    /// Constant force per length of the unloaded rod.
     #[serde(skip_serializing_if = "is_zero")]
     pub distributed: [f64; 3],
+    /// At rest: the common factor of gravity and distributed force; default 1.
+    pub load: f64,
     /// Couple; 0 for a point mass.
     pub couple: Load,
     /// Drag coefficient >= 0: force -drag * velocity of the centre of mass, at the centre of mass.
@@ -21,6 +23,21 @@ pub struct Loads {
     pub rotational_drag: f64,
     /// Forces in time at the centre of mass, added up.
     pub force: Vec<Force>,
+}
+
+impl Default for Loads {
+    fn default() -> Self {
+        Self {
+            gravity: [0.0; 3],
+            dead: [0.0; 3],
+            distributed: [0.0; 3],
+            load: 1.0,
+            couple: Load::default(),
+            drag: 0.0,
+            rotational_drag: 0.0,
+            force: Vec::new(),
+        }
+    }
 }
 
 fn is_zero(vector: &[f64; 3]) -> bool {

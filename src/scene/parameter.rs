@@ -44,8 +44,12 @@ pub enum Parameter {
     BodyForce(usize, usize),
     /// `body[k].couple[i]`, a constant one.
     BodyCouple(usize, usize),
-    /// Of an assembly: `loads.gravity[i]`.
+    /// `loads.gravity[i]`, of an assembly or of a rod with mass, i in 0..3.
     Gravity(usize),
+    /// `loads.distributed[i]`, i in 0..3.
+    Distributed(usize),
+    /// `loads.load`: the common factor of gravity and distributed.
+    LoadsLoad,
     /// `rod[k].from.position[i]` on the ground.
     FromPosition(usize, usize),
     /// `rod[k].to.position[i]` on the ground.
@@ -60,7 +64,7 @@ use Parameter::*;
 
 impl Parameter {
     /// Every parameter that some scene of one rod has.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 32] = [
         EndForce(0),
         EndForce(1),
         EndForce(2),
@@ -86,6 +90,13 @@ impl Parameter {
         Curvature(0),
         Curvature(1),
         Twist,
+        Gravity(0),
+        Gravity(1),
+        Gravity(2),
+        Distributed(0),
+        Distributed(1),
+        Distributed(2),
+        LoadsLoad,
     ];
 
     /// True if its values must be > 0.
@@ -93,9 +104,14 @@ impl Parameter {
         matches!(self, Length | Bending(_) | Torsion | Shear(_) | Axial)
     }
 
-    /// True if the rod itself depends on it, not only its ends.
+    /// True if the rod itself, or the load along it, depends on it, not only its ends.
     pub fn changes_rod(self) -> bool {
-        self.is_positive() || matches!(self, Curvature(_) | Twist)
+        self.is_positive() || self.is_along() || matches!(self, Curvature(_) | Twist)
+    }
+
+    /// True if it is a load along the rod.
+    pub fn is_along(self) -> bool {
+        matches!(self, Gravity(_) | Distributed(_) | LoadsLoad)
     }
 
     /// Its unit's symbol.
@@ -103,9 +119,10 @@ impl Parameter {
         match self {
             // An angle is in radians whatever the other units are.
             EndAngle | ClampAngle | FromAngle(_) | ToAngle(_) => "rad",
-            EndLoad => "",
+            EndLoad | LoadsLoad => "",
             EndForce(_) | Shear(_) | Axial | BodyForce(..) => units.force(),
             Gravity(_) => units.symbol(Quantity::Acceleration),
+            Distributed(_) => units.symbol(Quantity::Distributed),
             EndCouple(_) | BodyCouple(..) => units.couple(),
             EndPosition(_) | ClampPosition(_) | FromPosition(..) | ToPosition(..) | Length => {
                 units.length()
@@ -141,6 +158,8 @@ impl fmt::Display for Parameter {
             BodyForce(k, i) => write!(f, "body[{k}].force[{i}]"),
             BodyCouple(k, i) => write!(f, "body[{k}].couple[{i}]"),
             Gravity(i) => write!(f, "loads.gravity[{i}]"),
+            Distributed(i) => write!(f, "loads.distributed[{i}]"),
+            LoadsLoad => f.write_str("loads.load"),
             FromPosition(k, i) => write!(f, "rod[{k}].from.position[{i}]"),
             ToPosition(k, i) => write!(f, "rod[{k}].to.position[{i}]"),
             FromAngle(k) => write!(f, "rod[{k}].from.rotation.angle"),
@@ -164,7 +183,12 @@ impl FromStr for Parameter {
                 let (stem, index) = name.strip_suffix(']')?.split_once('[')?;
                 let three = matches!(
                     parameter,
-                    EndForce(_) | EndCouple(_) | EndPosition(_) | ClampPosition(_)
+                    EndForce(_)
+                        | EndCouple(_)
+                        | EndPosition(_)
+                        | ClampPosition(_)
+                        | Gravity(_)
+                        | Distributed(_)
                 );
                 let letter = ["x", "y", "z"].get(index.parse::<usize>().ok()?)?;
                 Some(three && path == format!("{stem}.{letter}"))
@@ -188,9 +212,6 @@ fn of_assembly(path: &str) -> Option<Parameter> {
         let index = ["[0]", "[1]", "[2]"].iter().position(|i| *i == rest);
         index.or_else(|| [".x", ".y", ".z"].iter().position(|i| *i == rest))
     };
-    if let Some(i) = component(path, "loads.gravity") {
-        return Some(Gravity(i));
-    }
     let (list, rest) = path.split_once('[')?;
     let (number, field) = rest.split_once("].")?;
     let k: usize = number.parse().ok()?;
@@ -267,6 +288,8 @@ impl Scene {
                 _ => assembly.slot(parameter),
             };
         }
+        let has_mass = self.rod.mass().is_some();
+        let loads = &mut self.loads;
         let (end, clamp, rod) = (self.end.as_mut(), &mut self.clamp, &mut self.rod);
         let linear = match &mut rod.section {
             Section::Diagonal(linear) => Some(linear),
@@ -289,6 +312,20 @@ impl Scene {
                 let mut loads = end.force.iter().chain(&end.couple);
                 let any = loads.any(|x| *x != 0.0);
                 any.then_some(&mut end.load)
+            }
+            Gravity(i) => {
+                end.filter(|_| has_mass)?;
+                loads.gravity.get_mut(i)
+            }
+            Distributed(i) => {
+                end?;
+                loads.distributed.get_mut(i)
+            }
+            LoadsLoad => {
+                end?;
+                let mut all = loads.gravity.iter().chain(&loads.distributed);
+                let any = all.any(|x| *x != 0.0);
+                any.then_some(&mut loads.load)
             }
             EndPosition(i) => match end?.position.get_mut(i)? {
                 Component::Held(x) => Some(x),

@@ -43,6 +43,9 @@ impl Serialize for Scene {
             // That of every elastic run that asks for none.
             run.retain(|name, value| !(name == "method" && value == "auto"));
         }
+        if self.end.is_some() && self.loads == super::Loads::default() {
+            tables.remove("loads");
+        }
         if self.is_planar() {
             as_of_old(self, &mut tables);
             tables.values_mut().for_each(flatten);

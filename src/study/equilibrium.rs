@@ -16,6 +16,8 @@ pub struct EquilibriumRecord {
     pub units: Units,
     /// Length of the rod.
     pub length: f64,
+    /// The whole force of the load along the rod, if there is one.
+    pub weight: Option<Vector3<f64>>,
     /// Base wrench, end, index, and how it was found.
     pub found: Equilibrium,
     /// True if the loads have a potential, so that the index decides stability.
@@ -39,6 +41,8 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
     Ok(EquilibriumRecord {
         units: scene.units,
         length: scene.rod.length,
+        weight: (scene.is_loaded_along())
+            .then(|| Vector3::from(scene.load_along()) * scene.rod.length),
         conservative: problem.is_conservative(),
         uniform: problem.rod().hoists_inverse(),
         sections: problem.shape(&found.base, SECTIONS)?,
@@ -57,7 +61,7 @@ impl EquilibriumRecord {
     pub fn summary(&self) -> Value {
         let (found, route) = (&self.found, &self.found.route);
         let (base_couple, base_force) = halves(&found.base);
-        json!({
+        let mut summary = json!({
             "position": found.end.position.as_slice(),
             "quaternion": self.quaternion(),
             "base_force": base_force.as_slice(),
@@ -80,7 +84,12 @@ impl EquilibriumRecord {
                 "evaluations": route.evaluations,
                 "smallest_damping": route.damping,
             },
-        })
+        });
+        if let Some(weight) = &self.weight {
+            summary["weight"] = json!(weight.as_slice());
+            summary["potential"] = json!(found.potential);
+        }
+        summary
     }
 
     /// [w, x, y, z] of the directors at the end, w >= 0.

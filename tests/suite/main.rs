@@ -37,6 +37,9 @@ mod figures;
 #[cfg(feature = "cli")]
 mod free_ends;
 mod grooves;
+mod heavy_rods;
+#[cfg(feature = "scene")]
+mod heavy_scenes;
 mod hockle;
 mod inertia;
 mod inversion;

@@ -340,6 +340,8 @@ fn resolved_scene_reads_back() {
             "pose = { position = [0.1, 'free', 0.3], quaternion = [0.1825742, 0.3651484, 0.5477226, 0.7302967] }",
         ),
         end("[solve]\npath = 'closed-form'"),
+        end("[loads]\ndistributed = [0.1, 0, 0.2]\nload = 0.5"),
+        end("[loads]\ngravity = [0, 0, -9.81]").replace("[rod]", "[rod]\nmass = 0.25"),
     ];
     for text in texts {
         let scene = parse(&text);
@@ -356,7 +358,7 @@ fn resolved_scene_reads_back() {
 #[test]
 fn scene_files_are_accepted() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for name in ["cantilever", "lateral", "twist"] {
+    for name in ["cantilever", "heavy_column", "lateral", "twist"] {
         let path = folder.join(format!("{name}.toml"));
         let read = Scene::read(&path).unwrap_or_else(|error| panic!("{error}"));
         assert!(!read.is_motion());
@@ -382,7 +384,12 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (sample("length = 1.0", "length = 1.0\ndamping = 1"), 4, "rod.damping", Conflict, "no rates"),
         (sample("length = 1.0", "length = 1.0\ntorsion = 1"), 4, "rod.torsion", Unknown, "belongs in [rod.section]"),
         (format!("{SAMPLE}[body]\nmass = 1"), 16, "body", Conflict, "keep one of the two"),
-        (format!("{SAMPLE}[loads]\ndrag = 1"), 16, "loads", Conflict, "in [end]"),
+        (format!("{SAMPLE}[loads]\ndrag = 1"), 17, "loads.drag", Conflict, "in [end]"),
+        (format!("{SAMPLE}[loads]\ngravity = [0, 0, -9.81]"), 17, "loads.gravity", Conflict, "mass = 0.02"),
+        (format!("{SAMPLE}[loads]\ndistributed = [0, 1]"), 17, "loads.distributed", Value, "2 elements"),
+        (sample("length = 1.0", "length = 1.0\nmass = 0"), 4, "rod.mass", Value, "> 0"),
+        (go("parameter = 'loads.load'\nto = 1"), 17, "continue.parameter", Value, "common factor of loads.gravity"),
+        (go("parameter = 'loads.gravity.z'\nto = 1"), 17, "continue.parameter", Value, "mass = 0.02"),
         (format!("{SAMPLE}[run]\nduration = 1"), 16, "run", Conflict, "keep one of the two"),
         (format!("{SAMPLE}[clamps]"), 16, "clamps", Unknown, "did you mean `clamp`"),
         // The section.
@@ -566,6 +573,11 @@ fn parameters_are_the_numbers_they_name() {
         [rod]
         model = "cosserat"
         length = 8.25
+        mass = 0.3125
+        [loads]
+        gravity = [31.5, 32.5, 33.5]
+        distributed = [34.5, 35.5, 36.5]
+        load = 37.5
         [rod.section]
         bending = [11.5, 12.5]
         torsion = 13.5
@@ -614,6 +626,13 @@ fn parameters_are_the_numbers_they_name() {
         ("end.position[1]", 3.125),
         ("end.position.z", 3.75),
         ("end.rotation.angle", 28.5),
+        ("loads.gravity[0]", 31.5),
+        ("loads.gravity.y", 32.5),
+        ("loads.gravity[2]", 33.5),
+        ("loads.distributed.x", 34.5),
+        ("loads.distributed[1]", 35.5),
+        ("loads.distributed[2]", 36.5),
+        ("loads.load", 37.5),
     ];
     let mut seen = Vec::new();
     for text in [&load, &held, &law] {

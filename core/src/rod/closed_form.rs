@@ -40,6 +40,9 @@ impl Problem {
         &self,
         plane: &Plane,
     ) -> std::result::Result<ClosedForm, &'static str> {
+        if self.weight.is_some() {
+            return Err("there is a load along the rod");
+        }
         let Some(linear) = self.rod.law.uniform() else {
             return Err("the section is not linear and uniform");
         };

@@ -7,6 +7,7 @@ use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
 use super::problem::Problem;
 use super::starts::PathStart;
+use super::weight::Weight;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::solve::newton::Solution;
@@ -19,6 +20,8 @@ pub struct Equilibrium {
     pub base: Wrench,
     /// The section at the end: pose, couple and force there, energy of the rod.
     pub end: RodSection,
+    /// Potential -int f.r ds of the load along the rod, in the world; 0 without one.
+    pub potential: f64,
     /// Morse index in space under the end condition; 0 is stable.
     pub index: usize,
     /// Size of the equations left over, in the numerics' units (length, B/L, B/L^2).
@@ -67,7 +70,10 @@ impl Problem {
         {
             return Ok(found.clone());
         }
-        self.check_load()?;
+        match &self.weight {
+            None => self.check_load()?,
+            Some(weight) => self.check_weight(weight)?,
+        }
         // A pull costs digits: a tighter integration gives some of them back.
         match self.solve_once(guess) {
             Err(why) if why.is_ill_conditioned() && self.tolerance > 1e-13 => Problem {
@@ -136,6 +142,23 @@ impl Problem {
             "the force on the end is {:.6e}, sqrt(F L^2/B) = {lam:.1}: beyond {LAM} only rods that are taut under it are found, and in this \
              chart none was; use solve.path = \"auto\", give a guess, or lower the force",
             force * unit
+        )))
+    }
+
+    /// The same under a load along the rod, where lam is the mean of sqrt(|n| L^2/B): what a hanging rod multiplies an error by is
+    /// exp(lam). Rods solved from both ends bear no load along them, so there is nothing beyond.
+    fn check_weight(&self, weight: &Weight) -> Result<()> {
+        const LAM: f64 = 16.0;
+        let loaded = (0..3).filter(|i| self.end.position[*i].is_none());
+        let force = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
+        let [a, b] = self.rod.law.flexures();
+        let lam = weight.mean_root(&force) * a.max(b).sqrt();
+        if self.end.follower || lam < LAM {
+            return Ok(());
+        }
+        Err(Error::ill_conditioned(format!(
+            "the load along the rod and on its end is too great for an integration from the clamp: an error there grows about as exp(lam), lam the \
+             mean of sqrt(|n| L^2/B) along the rod, here {lam:.1} and at most {LAM}; lower the load"
         )))
     }
 
@@ -238,6 +261,7 @@ impl Problem {
         Ok(Equilibrium {
             base: self.rod.outward_wrench(&b),
             end: self.end_section(&b)?,
+            potential: self.potential(&self.rod.outward_wrench(&b))?,
             index,
             residual,
             route,
@@ -257,8 +281,10 @@ impl Problem {
             PathStart::Bent(bend) => bend,
             _ => Vector3::zeros(),
         };
+        let begun = self.first_part(start);
         let first = Problem {
             rod: self.bent(bend),
+            weight: self.share(begun),
             ..self.clone()
         };
         let mut route = Route {
@@ -266,15 +292,17 @@ impl Problem {
             ..Route::start()
         };
         let x = match start {
-            PathStart::Loaded(b) => chart.unknowns(self, &b)?,
+            PathStart::Loaded(b) | PathStart::Resting(b) => chart.unknowns(&first, &b)?,
             PathStart::Turned(axis) => self.turn_pull(chart, search, &axis, &mut route)?,
             PathStart::Unloaded | PathStart::Bent(_) => DVector::zeros(chart.size()),
         };
         let b = chart.wrench(&first, &x)?;
-        let (section, _) = super::line::end::<0>(&first.rod.law, &b, self.tolerance)?;
-        let (r, rotation) = (section.position(), section.rotation());
-        let n = b.fixed_rows::<3>(3).into_owned();
-        let couple = b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n);
+        let end = first.ended::<0>(&b)?;
+        let (r, rotation, n) = (end.at.position(), end.at.rotation(), end.n);
+        let couple = match self.weight {
+            None => b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n),
+            Some(_) => end.m - first.lever(&rotation).cross(&n),
+        };
         let turn = self.orientation.map(|target| {
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(
                 target * rotation.transpose(),
@@ -283,6 +311,7 @@ impl Problem {
         });
         let mut solved = follow(chart, search, x, &mut route, start.whence(), |part| {
             let mut way = first.clone();
+            way.weight = self.share(begun + (1.0 - begun) * part);
             way.couple = couple + (self.couple - couple) * part;
             for i in 0..3 {
                 let from = match self.end.position[i] {
@@ -324,23 +353,37 @@ impl Problem {
         route: &mut Route,
     ) -> Result<DVector<f64>> {
         let whence = PathStart::Turned(*axis).whence();
-        let [a, b] = self.rod.law.flexures();
-        let force = self.dead_force();
-        // lam = 3: bent by then, not yet hard to follow.
-        let size = force.norm().min(9.0 / a.max(b));
+        let force = self.whole_force();
+        let size = self.pull();
         let angle = Vector3::z().angle(&force);
-        let way = |force: Vector3<f64>| Problem {
-            targets: self.axes.map(|a| a.dot(&force)),
-            couple: Vector3::zeros(),
-            ..self.clone()
-        };
         let pull = Vector3::z() * size;
+        let way = |turn: f64, part: f64| {
+            let (on_end, weight) = match &self.weight {
+                None => (Rotation3::new(axis * (angle * turn)) * pull * part, None),
+                // Both loads together, turned back from where they are to be.
+                Some(load) => {
+                    let back = Rotation3::new(axis * (angle * (turn - 1.0)));
+                    let share = part * size / force.norm();
+                    let on_end = back * self.dead_force() * share;
+                    (on_end, Some(load.times(share).turned(&back)))
+                }
+            };
+            Problem {
+                targets: self.axes.map(|a| a.dot(&on_end)),
+                couple: Vector3::zeros(),
+                weight,
+                ..self.clone()
+            }
+        };
         let zero = DVector::zeros(chart.size());
-        let pulled = follow(chart, search, zero, route, whence, |t| way(pull * t))?;
-        let turned = follow(chart, search, pulled.x, route, whence, |t| {
-            way(Rotation3::new(axis * (angle * t)) * pull)
-        })?;
+        let pulled = follow(chart, search, zero, route, whence, |t| way(0.0, t))?;
+        let turned = follow(chart, search, pulled.x, route, whence, |t| way(t, 1.0))?;
         Ok(turned.x)
+    }
+
+    /// A part of the load along the rod.
+    fn share(&self, part: f64) -> Option<Weight> {
+        self.weight.as_ref().map(|weight| weight.times(part))
     }
 
     fn bent(&self, bend: Vector3<f64>) -> Rod {

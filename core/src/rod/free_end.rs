@@ -65,9 +65,11 @@ impl FreeEndTrial {
 }
 
 impl Problem {
-    /// True if the end bears no couple.
+    /// True if the end bears no couple, and the force on it is that all along the rod.
     pub(super) fn has_free_end(&self) -> bool {
-        self.orientation.is_none() && [self.couple, self.arm] == [Vector3::zeros(); 2]
+        self.weight.is_none()
+            && self.orientation.is_none()
+            && [self.couple, self.arm] == [Vector3::zeros(); 2]
     }
 }
 

@@ -1,6 +1,6 @@
 //! The Morse index by conjugate points (theory Sec. 3).
 //!
-//! With n given and both ends' rotations held, the second variation is a functional of the rotation field alone; its
+//! With n given, all along the rod, and both ends' rotations held, the second variation is a functional of the rotation field alone; its
 //! index is the number of conjugate points, where the 3 x 3 matrix J(s) = d phi/d m(0) is singular. J and its conjugate
 //! variable P (J^T P is symmetric) span a Lagrangian plane with three angles a_k, tan a_k = eigenvalues of kappa J P^-1,
 //! that start from 0 and grow through a multiple of pi at each conjugate point. Their sum is the angle of
@@ -16,8 +16,8 @@
 use super::Problem;
 use super::line::Wrench;
 use super::variations::{Variations, variations};
+use super::weight::Heavy;
 use crate::error::{Error, Result};
-use crate::math::se3::halves;
 use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -62,17 +62,17 @@ impl Problem {
         let held: Vec<usize> = (0..3).filter(|i| self.end.position[*i].is_some()).collect();
         let clamped = self.end.orientation.is_some();
         if held.is_empty() {
-            let along = variations::<3>(&self.rod.law, b, tolerance)?;
+            let along = self.variations::<3>(b, tolerance)?;
             let arm = self.lever(&along.end.rotation()).cross_matrix();
-            let n = halves(b).1.cross_matrix();
+            let n = along.n.cross_matrix();
             let beside = (n * arm + arm * n) * 0.5;
-            return Count::at_given_force(&along, b, clamped, &beside, 10.0 * tolerance, tolerance);
+            return Count::at_given_force(&along, clamped, &beside, 10.0 * tolerance, tolerance);
         }
-        let along = variations::<6>(&self.rod.law, b, tolerance)?;
+        let along = self.variations::<6>(b, tolerance)?;
         let none = Matrix3::zeros();
-        let loaded = Count::at_given_force(&along, b, clamped, &none, 0.0, tolerance)?;
+        let loaded = Count::at_given_force(&along, clamped, &none, 0.0, tolerance)?;
         let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
-        let (taken, margin) = held_back(&along, b, clamped, &axes, tolerance)?;
+        let (taken, margin) = held_back(&along, clamped, &axes, tolerance)?;
         let index = loaded.index.checked_sub(taken).ok_or_else(|| {
             Error::no_convergence(
                 "the index comes out negative: the tolerance is too loose for this load",
@@ -83,6 +83,16 @@ impl Problem {
             margin,
             ..loaded
         })
+    }
+}
+
+impl Problem {
+    fn variations<const K: usize>(&self, b: &Wrench, tolerance: f64) -> Result<Variations<K>> {
+        let law = &self.rod.law;
+        match &self.weight {
+            None => variations::<K, ()>((law, &()), b, tolerance),
+            Some(weight) => variations::<K, Heavy<K>>((law, weight), b, tolerance),
+        }
     }
 }
 
@@ -102,13 +112,12 @@ impl Count {
     /// det(P + i kappa J). `beside` is the S of a force beside the end.
     fn at_given_force<const K: usize>(
         along: &Variations<K>,
-        b: &Wrench,
         clamped: bool,
         beside: &Matrix3<f64>,
         zero: f64,
         tolerance: f64,
     ) -> Result<Self> {
-        let (j, p) = along.conjugate(b);
+        let (j, p) = along.conjugate;
         let turned = turned_by(&j, &p, beside, along.weight)?;
         let p = p - beside * j;
         let (mut remainders, mut margin) = (0.0, f64::INFINITY);
@@ -181,7 +190,6 @@ fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
 /// nothing: a straight inextensible rod.
 fn held_back(
     along: &Variations<6>,
-    b: &Wrench,
     clamped: bool,
     axes: &[Vector3<f64>],
     zero: f64,
@@ -192,7 +200,7 @@ fn held_back(
     let (matrix, right) = if clamped {
         (phi_m, phi_n)
     } else {
-        let pull = halves(b).1.cross_matrix();
+        let pull = along.n.cross_matrix();
         let dm = |column: usize| Matrix3::from_fn(|i, j| along.dm[i][column + j]);
         let lever = along.end.position().cross_matrix();
         (dm(0) + pull * r_m, dm(3) + pull * r_n - lever)

@@ -2,7 +2,7 @@
 //!
 //! Dimension-free, in the frame of the clamp: arclength sigma = s/L in [0, 1], couples in B/L, forces in B/L^2,
 //! energies in B/L. The balance laws are solved: n is constant and m(s) = m(0) - r x n, so that |n| and n.m hold
-//! exactly. Left to integrate are frame and centreline,
+//! exactly (under a load along the rod see `weight`). Left to integrate are frame and centreline,
 //!
 //! ```text
 //! R' = R [u]x,   r' = R v,   (u, v) = e(R^T m, R^T n, s),
@@ -17,6 +17,7 @@
 //! ```
 
 use super::scaled_law::ScaledLaw;
+use super::weight::Carried;
 use crate::error::{Error, Result};
 use crate::math::se3::Turn;
 use crate::section::Compliance;
@@ -27,18 +28,19 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
 
-/// Frame, centreline, energy and `K` columns of the tangent at one section.
+/// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is what a load along the rod adds to them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LineState<const K: usize> {
+pub(super) struct LineState<const K: usize, C = ()> {
     s: f64,
     q: [f64; 4],
     r: [f64; 3],
     energy: f64,
     /// phi (three rows), then rho (three rows).
     pub(super) tangent: [[f64; K]; 6],
+    pub(super) carried: C,
 }
 
-impl<const K: usize> LineState<K> {
+impl<const K: usize, C: Carried<K>> LineState<K, C> {
     /// The clamp: no displacement, no rotation.
     pub(super) fn clamp() -> Self {
         Self {
@@ -47,6 +49,7 @@ impl<const K: usize> LineState<K> {
             r: [0.0; 3],
             energy: 0.0,
             tangent: [[0.0; K]; 6],
+            carried: C::NOTHING,
         }
     }
 
@@ -79,9 +82,29 @@ impl<const K: usize> LineState<K> {
     pub(super) fn energy(&self) -> f64 {
         self.energy
     }
+
+    /// The same section without what a load adds.
+    pub(super) fn bare(&self) -> LineState<K> {
+        LineState {
+            s: self.s,
+            q: self.q,
+            r: self.r,
+            energy: self.energy,
+            tangent: self.tangent,
+            carried: (),
+        }
+    }
+
+    /// (m, n) here under the base wrench `b`, in the clamp's frame.
+    pub(super) fn resultants(&self, b: &Wrench, load: &C::Load) -> (Vector3<f64>, Vector3<f64>) {
+        let n = Vector3::from(C::force(load, &[b[3], b[4], b[5]], self.s));
+        let mut m = Vector3::new(b[0], b[1], b[2]) - self.position().cross(&n);
+        self.carried.take_couple(m.as_mut());
+        (m, n)
+    }
 }
 
-impl<const K: usize> State for LineState<K> {
+impl<const K: usize, C: Carried<K>> State for LineState<K, C> {
     #[inline]
     fn axpy(&mut self, a: f64, x: &Self) {
         self.s += a * x.s;
@@ -97,6 +120,7 @@ impl<const K: usize> State for LineState<K> {
                 self.tangent[i][j] += a * x.tangent[i][j];
             }
         }
+        self.carried.axpy(a, &x.carried);
     }
 
     /// Frame and centreline count by their own size; the tangent by the largest entry of each column's half, since it
@@ -112,6 +136,8 @@ impl<const K: usize> State for LineState<K> {
                 tangent += (self.tangent[i][j] / scale).powi(2);
             }
         }
+        let (before, after) = (&from.carried, &to.carried);
+        (self.carried).add_errors(before, after, &mut sum, &mut tangent);
         // The worse of the two, so that many small columns do not hide a poor shape.
         let shape = sum / 4.0;
         if K == 0 {
@@ -220,8 +246,9 @@ fn turned_block(d: &[[f64; 3]; 3], c: &Matrix6<f64>, row: usize, column: usize) 
 }
 
 /// The right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
-pub(super) struct Flow<'a, const K: usize> {
+pub(super) struct Flow<'a, const K: usize, C: Carried<K> = ()> {
     law: &'a ScaledLaw,
+    load: &'a C::Load,
     m: [f64; 3],
     n: [f64; 3],
     pub(super) dm: [[f64; K]; 3],
@@ -229,15 +256,17 @@ pub(super) struct Flow<'a, const K: usize> {
     pub(super) refusal: Option<Error>,
 }
 
-impl<'a, const K: usize> Flow<'a, K> {
+impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
     pub(super) fn new(
         law: &'a ScaledLaw,
+        load: &'a C::Load,
         b: &Wrench,
         dm: [[f64; K]; 3],
         dn: [[f64; K]; 3],
     ) -> Self {
         Self {
             law,
+            load,
             m: [b[0], b[1], b[2]],
             n: [b[3], b[4], b[5]],
             dm,
@@ -246,7 +275,7 @@ impl<'a, const K: usize> Flow<'a, K> {
         }
     }
 
-    pub(super) fn slope(&mut self, at: &LineState<K>) -> Option<LineState<K>> {
+    pub(super) fn slope(&mut self, at: &LineState<K, C>) -> Option<LineState<K, C>> {
         let mut slope = LineState::clamp();
         self.write_slope(at, &mut slope)?;
         Some(slope)
@@ -254,13 +283,14 @@ impl<'a, const K: usize> Flow<'a, K> {
 
     pub(super) fn write_slope(
         &mut self,
-        at: &LineState<K>,
-        slope: &mut LineState<K>,
+        at: &LineState<K, C>,
+        slope: &mut LineState<K, C>,
     ) -> Option<()> {
         let d = directors(&at.q);
-        let n = &self.n;
+        let n = &C::force(self.load, &self.n, at.s);
         let rxn = cross(&at.r, n);
-        let m: [f64; 3] = std::array::from_fn(|i| self.m[i] - rxn[i]);
+        let mut m: [f64; 3] = std::array::from_fn(|i| self.m[i] - rxn[i]);
+        at.carried.take_couple(&mut m);
         let local = Vector6::new(
             dot(&d[0], &m),
             dot(&d[1], &m),
@@ -289,8 +319,9 @@ impl<'a, const K: usize> Flow<'a, K> {
         ];
         slope.r = r;
         slope.energy = inverse.energy;
+        let (phi, rho) = halves(&at.tangent);
+        slope.carried = C::slope(self.load, at.s, &at.r, rho);
         if K > 0 {
-            let (phi, rho) = halves(&at.tangent);
             let mut tau = cross_columns(&m, phi);
             let lever = cross_columns(&at.r, &self.dn);
             let pull = cross_columns(n, rho);
@@ -301,6 +332,7 @@ impl<'a, const K: usize> Flow<'a, K> {
                     nu[i][j] += self.dn[i][j];
                 }
             }
+            at.carried.take_columns(&mut tau);
             let carried = cross_columns(&r, phi);
             let (dphi, drho) = halves_mut(&mut slope.tangent);
             for i in 0..3 {
@@ -387,20 +419,23 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
 }
 
 /// Integrates from the clamp to s = 1 and shows every accepted step.
-fn integrate<const K: usize>(
-    law: &ScaledLaw,
+fn integrate<const K: usize, C: Carried<K>>(
+    (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
     columns: [[[f64; K]; 3]; 2],
     tolerance: f64,
-    mut each: impl FnMut(&Step<LineState<K>>, &mut dyn FnMut(&LineState<K>) -> Option<LineState<K>>),
-) -> Result<(LineState<K>, Cost)> {
+    mut each: impl FnMut(
+        &Step<LineState<K, C>>,
+        &mut dyn FnMut(&LineState<K, C>) -> Option<LineState<K, C>>,
+    ),
+) -> Result<(LineState<K, C>, Cost)> {
     let [dm, dn] = columns;
-    let mut flow = Flow::new(law, b, dm, dn);
+    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
     let first = first_step(law, b, tolerance)?;
     let found = over_pieces(
         law,
-        LineState::<K>::clamp(),
-        |section: &mut LineState<K>| &mut section.s,
+        LineState::<K, C>::clamp(),
+        |section: &mut LineState<K, C>| &mut section.s,
         (first, tolerance),
         |at, slope| flow.write_slope(at, slope),
         |step, flow| {
@@ -437,13 +472,22 @@ pub(super) fn end<const K: usize>(
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K>, Cost)> {
-    integrate(law, b, unit_columns(), tolerance, |_, _| ())
+    loaded_end((law, &()), b, tolerance)
+}
+
+/// The same under a load along the rod.
+pub(super) fn loaded_end<const K: usize, C: Carried<K>>(
+    rod: (&ScaledLaw, &C::Load),
+    b: &Wrench,
+    tolerance: f64,
+) -> Result<(LineState<K, C>, Cost)> {
+    integrate(rod, b, unit_columns(), tolerance, |_, _| ())
 }
 
 /// The sections between the steps of the integration, the first and the last included.
 pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<LineState<0>>> {
     let mut all = vec![LineState::clamp()];
-    integrate(law, b, unit_columns(), tolerance, |step, _| {
+    integrate((law, &()), b, unit_columns(), tolerance, |step, _| {
         all.push(step.to)
     })?;
     Ok(all)
@@ -462,7 +506,7 @@ pub(super) fn clamp_from_end<const K: usize>(
     }
     let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
     let columns = [[[0.0; K]; 3], dn];
-    integrate(reversed, &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
+    integrate((reversed, &()), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 
 /// The sections at the given arclengths in [0, 1], in growing order.
@@ -472,6 +516,16 @@ pub(super) fn sections<const K: usize>(
     tolerance: f64,
     at: &[f64],
 ) -> Result<Vec<LineState<K>>> {
+    loaded_sections((law, &()), b, tolerance, at)
+}
+
+/// The same under a load along the rod.
+pub(super) fn loaded_sections<const K: usize, C: Carried<K>>(
+    rod: (&ScaledLaw, &C::Load),
+    b: &Wrench,
+    tolerance: f64,
+    at: &[f64],
+) -> Result<Vec<LineState<K, C>>> {
     let mut found = Vec::with_capacity(at.len());
     let mut next = at.iter().peekable();
     while next.next_if(|s| **s <= 0.0).is_some() {
@@ -479,7 +533,7 @@ pub(super) fn sections<const K: usize>(
     }
     let mut cost = Cost::default();
     let mut lost = false;
-    let (last, _) = integrate(law, b, unit_columns(), tolerance, |step, f| {
+    let (last, _) = integrate(rod, b, unit_columns(), tolerance, |step, f| {
         // Redone at full order, not interpolated: a reader may differentiate what is printed.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;

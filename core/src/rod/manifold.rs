@@ -122,9 +122,9 @@ impl EquilibriumManifold<6> for Welded {
     }
 
     fn index(&self, q: &Vector6<f64>) -> Result<usize> {
-        let section = self
-            .rod
-            .outward(&line::end::<0>(&self.rod.law, q, self.tolerance)?.0, q)?;
+        let section =
+            self.rod
+                .outward(&line::end::<0>(&self.rod.law, q, self.tolerance)?.0, q, &())?;
         let rotation = Rotation3::from_matrix_unchecked(section.directors);
         let end = EndConditions::pose(section.position, rotation.into());
         Problem::unchecked(self.rod.clone(), end, self.tolerance).index(q)

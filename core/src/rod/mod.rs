@@ -17,6 +17,7 @@ mod scaled_law;
 mod starts;
 mod taut;
 mod variations;
+mod weight;
 
 pub use branch::{RodFamily, State, Statical};
 pub use chart::{Chart, Spatial};
@@ -29,12 +30,14 @@ pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
 pub use taut::{Derivatives, Spring, Taut, Tip};
+pub use weight::Distributed;
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, Reversed, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
+use weight::Carried;
 
 /// A rod: a section law along a length, clamped at s = 0.
 ///
@@ -60,7 +63,7 @@ pub struct RodSection {
     pub directors: Matrix3<f64>,
     /// Couple m(s) of the part beyond on the part before.
     pub couple: Vector3<f64>,
-    /// Force n, the same all along the rod.
+    /// Force n, the same all along a rod without a load along it.
     pub force: Vector3<f64>,
     /// Strains along the directors.
     pub strain: Strain,
@@ -215,13 +218,16 @@ impl Rod {
         Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
     }
 
-    fn outward<const K: usize>(&self, at: &line::LineState<K>, b: &Wrench) -> Result<RodSection> {
+    fn outward<const K: usize, C: Carried<K>>(
+        &self,
+        at: &line::LineState<K, C>,
+        b: &Wrench,
+        load: &C::Load,
+    ) -> Result<RodSection> {
         let (couple, force) = self.units();
         let turn = self.clamp.rotation;
-        let m0 = b.fixed_rows::<3>(0).into_owned();
-        let n = b.fixed_rows::<3>(3).into_owned();
         let r = at.position();
-        let m = m0 - r.cross(&n);
+        let (m, n) = at.resultants(b, load);
         let directors = at.rotation();
         let (local_m, local_n) = (directors.transpose() * m, directors.transpose() * n);
         let local = Vector6::new(
@@ -253,7 +259,7 @@ impl Rod {
     pub fn trace(&self, base: &Wrench, tolerance: f64) -> Result<Vec<RodSection>> {
         let b = self.inward(base);
         let steps = line::steps(&self.law, &b, tolerance)?;
-        steps.iter().map(|at| self.outward(at, &b)).collect()
+        steps.iter().map(|at| self.outward(at, &b, &())).collect()
     }
 
     /// The end of the rod under the base wrench (m(0), n) in the world frame, with its exact tangent.
@@ -273,7 +279,7 @@ impl Rod {
             at.tangent[i][j] * if i < 3 { 1.0 } else { self.length } / unit(j)
         });
         Ok(RodEnd {
-            section: self.outward(&at, &b)?,
+            section: self.outward(&at, &b, &())?,
             tangent: turned * local * turned.transpose(),
             steps: cost.steps,
         })
@@ -288,7 +294,7 @@ impl Rod {
         let scaled: Vec<f64> = at.iter().map(|s| s / self.length).collect();
         line::sections::<0>(&self.law, &b, tolerance, &scaled)?
             .iter()
-            .map(|section| self.outward(section, &b))
+            .map(|section| self.outward(section, &b, &()))
             .collect()
     }
 }

@@ -6,11 +6,14 @@
 //! ```text
 //! m = m(0) - (x n_s - y n_t),   theta' = u,   (x, y)' = Rot(theta) (v_t, v_s),   (u, v_t, v_s) = e(m, Rot(-theta) n).
 //! ```
+//!
+//! Under a load f along the rod n is that at s, and m lacks w too, w' = x f_s - y f_t (see [`super::weight`]).
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::line::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
+use super::weight::Weight;
 use crate::error::{Error, Result};
 use crate::math::order::sort_few;
 use crate::math::se3::{halves, rotation_vector};
@@ -91,7 +94,11 @@ impl Problem {
         }
         let law = &self.rod.law;
         let [about_first, about_second] = law.planar_about();
-        let (mut inside, mut along) = (Vec::new(), vec![self.couple]);
+        let weight = self.weight.iter();
+        let mut inside: Vec<Vector3<f64>> = weight
+            .flat_map(|weight| weight.directions().iter().copied())
+            .collect();
+        let mut along = vec![self.couple];
         if self.end.follower {
             inside.push(Vector3::from(self.targets));
         } else {
@@ -175,25 +182,49 @@ impl Problem {
 /// The rod's end in its plane at trial unknowns.
 #[derive(Debug, Clone, Copy)]
 pub struct FlatTrial {
-    x: Vector3<f64>,
+    /// Couple and force at the end.
+    m: f64,
+    n: Vector2<f64>,
     theta: f64,
     r: Vector2<f64>,
     d_theta: SVector<f64, 3>,
     d_r: Matrix2x3<f64>,
+    d_w: SVector<f64, 3>,
 }
 
-/// Arclength, angle, two coordinates, energy, and with D = 14 their derivatives by the three unknowns.
+/// Arclength, angle, two coordinates, energy, and with [`VARIED`] the derivatives of angle and coordinates by the three unknowns;
+/// under a load along the rod then w, and its derivatives if the others are there.
 type Flat<const D: usize> = SVector<f64, D>;
+const BARE: usize = 5;
+const VARIED: usize = 14;
+const HEAVY: usize = BARE + 1;
+const HEAVY_VARIED: usize = VARIED + 4;
+
+const fn is_varied(size: usize) -> bool {
+    size >= VARIED
+}
+
+const fn is_heavy(size: usize) -> bool {
+    size == HEAVY || size == HEAVY_VARIED
+}
+
+/// Where w is.
+const fn place_of_w(size: usize) -> usize {
+    if is_varied(size) { VARIED } else { BARE }
+}
 
 /// A section law in a plane.
 struct FlatLaw<'a> {
     law: &'a ScaledLaw,
     basis: Matrix6x3<f64>,
     hoisted: Option<(Vector3<f64>, Matrix3<f64>)>,
+    weight: Option<&'a Weight>,
+    plane: Plane,
 }
 
 impl<'a> FlatLaw<'a> {
-    fn new(law: &'a ScaledLaw, plane: &Plane) -> Self {
+    fn new(problem: &'a Problem, plane: &Plane) -> Self {
+        let law = &problem.rod.law;
         let basis = plane.basis();
         let hoisted = law.uniform().map(|linear| {
             let compliance = linear.compliance.matrix();
@@ -206,6 +237,8 @@ impl<'a> FlatLaw<'a> {
             law,
             basis,
             hoisted,
+            weight: problem.weight.as_ref(),
+            plane: *plane,
         }
     }
 
@@ -227,8 +260,18 @@ impl<'a> FlatLaw<'a> {
 
     fn slope<const D: usize>(&self, x: &Vector3<f64>, at: &Flat<D>) -> Result<Flat<D>> {
         let (sin, cos) = at[1].sin_cos();
-        let (nt, ns) = (x[1], x[2]);
-        let m = x[0] - (at[2] * ns - at[3] * nt);
+        let (mut nt, mut ns) = (x[1], x[2]);
+        let (mut m, mut f) = (x[0], Vector2::zeros());
+        let w = place_of_w(D);
+        if is_heavy(D)
+            && let Some(weight) = self.weight
+        {
+            let gone = self.plane.flat(&weight.gathered(at[0]));
+            (nt, ns) = (nt - gone.x, ns - gone.y);
+            f = self.plane.flat(&weight.density(at[0]));
+            m -= at[w];
+        }
+        m -= at[2] * ns - at[3] * nt;
         let (ft, fs) = (cos * nt + sin * ns, cos * ns - sin * nt);
         let (e, energy, c) = self.inverse(at[0], &Vector3::new(m, ft, fs))?;
         let mut slope = Flat::<D>::zeros();
@@ -237,12 +280,19 @@ impl<'a> FlatLaw<'a> {
         slope[2] = cos * e[1] - sin * e[2];
         slope[3] = sin * e[1] + cos * e[2];
         slope[4] = energy;
-        if D == 14 {
+        if is_heavy(D) {
+            slope[w] = at[2] * f.y - at[3] * f.x;
+        }
+        if is_varied(D) {
             for k in 0..3 {
                 let (turn, dx, dy) = (at[5 + k], at[8 + k], at[11 + k]);
                 let unit = |i: usize| if i == k { 1.0 } else { 0.0 };
                 let (dt, ds) = (unit(1), unit(2));
-                let dm = unit(0) - (dx * ns - dy * nt) - (at[2] * ds - at[3] * dt);
+                let mut dm = unit(0) - (dx * ns - dy * nt) - (at[2] * ds - at[3] * dt);
+                if is_heavy(D) {
+                    dm -= at[w + 1 + k];
+                    slope[w + 1 + k] = dx * f.y - dy * f.x;
+                }
                 let force = Vector3::new(
                     dm,
                     cos * dt + sin * ds + turn * fs,
@@ -293,21 +343,35 @@ impl<'a> FlatLaw<'a> {
 
 impl Plane {
     fn at<const D: usize>(&self, problem: &Problem, x: &Vector3<f64>) -> Result<FlatTrial> {
-        let law = FlatLaw::new(&problem.rod.law, self);
+        let law = FlatLaw::new(problem, self);
         let end: Flat<D> = law.end(x, &self.wrench(x), problem.tolerance)?;
         let row = |i: usize| {
-            if D == 14 {
+            if is_varied(D) {
                 [end[i], end[i + 1], end[i + 2]]
             } else {
                 [0.0; 3]
             }
         };
+        let (mut n, mut m) = (Vector2::new(x[1], x[2]), x[0]);
+        let mut d_w = [0.0; 3];
+        let r = Vector2::new(end[2], end[3]);
+        if is_heavy(D)
+            && let Some(weight) = law.weight
+        {
+            n -= self.flat(&weight.total());
+            m -= end[place_of_w(D)];
+            if is_varied(D) {
+                d_w = row(VARIED + 1);
+            }
+        }
         Ok(FlatTrial {
-            x: *x,
+            m: m - r.perp(&n),
+            n,
             theta: end[1],
-            r: Vector2::new(end[2], end[3]),
+            r,
             d_theta: row(5).into(),
             d_r: Matrix2x3::from_row_slice(&[row(8), row(11)].concat()),
+            d_w: d_w.into(),
         })
     }
 
@@ -343,16 +407,21 @@ impl Chart for Plane {
     }
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
-        self.at::<14>(problem, &sized(x)?)
+        match problem.weight {
+            None => self.at::<VARIED>(problem, &sized(x)?),
+            Some(_) => self.at::<HEAVY_VARIED>(problem, &sized(x)?),
+        }
     }
 
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
-        self.at::<5>(problem, &sized(x)?)
+        match problem.weight {
+            None => self.at::<BARE>(problem, &sized(x)?),
+            Some(_) => self.at::<HEAVY>(problem, &sized(x)?),
+        }
     }
 
     fn residual(&self, problem: &Problem, trial: &FlatTrial) -> DVector<f64> {
-        let n = Vector2::new(trial.x[1], trial.x[2]);
-        let m = trial.x[0] - trial.r.perp(&n);
+        let (m, n) = (trial.m, trial.n);
         let couple = self.normal.dot(&problem.couple);
         if problem.end.follower {
             let (sin, cos) = trial.theta.sin_cos();
@@ -376,12 +445,15 @@ impl Chart for Plane {
     }
 
     fn equations(&self, problem: &Problem, trial: &FlatTrial) -> (DVector<f64>, DMatrix<f64>) {
-        let n = Vector2::new(trial.x[1], trial.x[2]);
+        let n = trial.n;
         let d_n = Matrix2x3::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
-        // m(1) = m(0) - (x n_s - y n_t).
+        // m(1) = m(0) - (x n_s - y n_t) - w(1).
         let lever = n.y * trial.d_r.row(0) - n.x * trial.d_r.row(1) + trial.r.x * d_n.row(1)
             - trial.r.y * d_n.row(0);
-        let d_m = Vector3::x().transpose() - lever;
+        let mut d_m = Vector3::x().transpose() - lever;
+        if problem.weight.is_some() {
+            d_m -= trial.d_w.transpose();
+        }
         let mut matrix = Matrix3::zeros();
         if problem.end.follower {
             let (sin, cos) = trial.theta.sin_cos();

@@ -1,10 +1,11 @@
 //! Problems: what is held and what is loaded at the rod's end, and the equations this gives for the base wrench.
 
-use super::line::{self, Wrench};
+use super::line::{self, LineState, Wrench};
 use super::path::Path;
+use super::weight::{Carried, Distributed, Heavy, Weight};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, inverse_left_jacobian, rotation_vector};
+use crate::math::se3::{inverse_left_jacobian, rotation_vector};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 /// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
@@ -91,18 +92,51 @@ pub struct Problem {
     pub(super) couple: Vector3<f64>,
     /// Where the force acts, from the end and along the directors there.
     pub(super) arm: Vector3<f64>,
+    /// What is spread along the rod; `None` where nothing is.
+    pub(super) weight: Option<Weight>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
 }
 
-/// The rod's end at a trial wrench: pose, and its derivatives by the six components of the wrench.
+/// The rod's end at a trial wrench: pose and resultants, and their derivatives by the six components of the wrench.
 #[derive(Debug, Clone, Copy)]
 pub struct Trial {
-    pub(super) b: Wrench,
     pub(super) r: Vector3<f64>,
     pub(super) rotation: Matrix3<f64>,
+    /// Couple and force at the end.
+    pub(super) m: Vector3<f64>,
+    pub(super) n: Vector3<f64>,
     /// Rows phi, rho; columns m(0), n.
     pub(super) tangent: [[f64; 6]; 6],
+    /// -dw of a load along the rod, by the same columns.
+    taken: [[f64; 6]; 3],
+}
+
+/// The rod's end under a base wrench, whatever it carries.
+pub(super) struct Ended<const K: usize> {
+    pub(super) at: LineState<K>,
+    /// Couple and force.
+    pub(super) m: Vector3<f64>,
+    pub(super) n: Vector3<f64>,
+    /// -dw of a load along the rod.
+    taken: [[f64; K]; 3],
+    /// int f.r ds.
+    pub(super) work: f64,
+}
+
+impl<const K: usize> Ended<K> {
+    fn new<C: Carried<K>>(at: &LineState<K, C>, b: &Wrench, load: &C::Load) -> Self {
+        let (m, n) = at.resultants(b, load);
+        let mut taken = [[0.0; K]; 3];
+        at.carried.take_columns(&mut taken);
+        Self {
+            at: at.bare(),
+            m,
+            n,
+            taken,
+            work: at.carried.work(),
+        }
+    }
 }
 
 impl Problem {
@@ -173,11 +207,22 @@ impl Problem {
                 .map(|q| *(turn * q).to_rotation_matrix().matrix()),
             couple: if end.follower { given } else { turn * given },
             arm: end.arm / rod.length,
+            weight: None,
             rod,
             end,
             tolerance,
             path: Path::Auto,
         }
+    }
+
+    /// The same problem with a dead load along the rod, such as its weight, beside what is at the end.
+    ///
+    /// Charts that rest on a force that is the same all along the rod are left out: the closed form, the force on an end that
+    /// bears no couple, and rods solved from both ends under a heavy pull.
+    #[must_use]
+    pub fn with_distributed(mut self, load: &Distributed) -> Self {
+        self.weight = Some(Weight::new(load, &self.rod));
+        self
     }
 
     /// The rod.
@@ -200,6 +245,15 @@ impl Problem {
         if let Some(taut) = self.taut_at(&self.rod.inward(base)) {
             return self.taut_sections(&taut, at);
         }
+        if let Some(weight) = &self.weight {
+            let b = self.rod.inward(base);
+            let rod = (&self.rod.law, weight);
+            let sections = line::loaded_sections::<0, Heavy<0>>(rod, &b, self.tolerance, at)?;
+            let sections = sections.iter();
+            return sections
+                .map(|section| self.rod.outward(section, &b, weight))
+                .collect();
+        }
         let at: Vec<f64> = at.iter().map(|s| self.rod.length * s).collect();
         self.rod.shape(base, &at, self.tolerance)
     }
@@ -214,32 +268,47 @@ impl Problem {
         rotation * self.arm
     }
 
+    /// The rod's end, with `K` columns of the tangent.
+    pub(super) fn ended<const K: usize>(&self, b: &Wrench) -> Result<Ended<K>> {
+        let law = &self.rod.law;
+        Ok(match &self.weight {
+            None => Ended::new::<()>(&line::end(law, b, self.tolerance)?.0, b, &()),
+            Some(weight) => {
+                let end = line::loaded_end::<K, Heavy<K>>((law, weight), b, self.tolerance)?;
+                Ended::new(&end.0, b, weight)
+            }
+        })
+    }
+
     /// The end of the rod at the base wrench `b`, with its tangent.
     pub(super) fn trial(&self, b: &Wrench) -> Result<Trial> {
-        let (end, _) = line::end::<6>(&self.rod.law, b, self.tolerance)?;
+        let end = self.ended::<6>(b)?;
         Ok(Trial {
-            b: *b,
-            r: end.position(),
-            rotation: end.rotation(),
-            tangent: end.tangent,
+            r: end.at.position(),
+            rotation: end.at.rotation(),
+            m: end.m,
+            n: end.n,
+            tangent: end.at.tangent,
+            taken: end.taken,
         })
     }
 
     /// The end without its tangent.
     pub(super) fn bare_trial(&self, b: &Wrench) -> Result<Trial> {
-        let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
+        let end = self.ended::<0>(b)?;
         Ok(Trial {
-            b: *b,
-            r: end.position(),
-            rotation: end.rotation(),
+            r: end.at.position(),
+            rotation: end.at.rotation(),
+            m: end.m,
+            n: end.n,
             tangent: [[0.0; 6]; 6],
+            taken: [[0.0; 6]; 3],
         })
     }
 
     /// The six equations at a trial: rotation or couple, then for each world component position or force.
     pub(super) fn residual(&self, trial: &Trial) -> Vector6<f64> {
-        let (m0, n) = halves(&trial.b);
-        let m = m0 - trial.r.cross(&n);
+        let (m, n) = (trial.m, trial.n);
         let (first, second) = if self.end.follower {
             let back = trial.rotation.transpose();
             (
@@ -268,14 +337,16 @@ impl Problem {
     pub(super) fn equations(&self, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
         let half = |row: usize| Matrix3x6::from_fn(|i, j| trial.tangent[row + i][j]);
         let (d_phi, d_r) = (half(0), half(3));
-        let (m0, n) = halves(&trial.b);
-        let m = m0 - trial.r.cross(&n);
+        let (m, n) = (trial.m, trial.n);
         let mut d_n = Matrix3x6::zeros();
         d_n.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
-        // m(1) = m(0) - r x n.
+        // m(1) = m(0) - r x n(1) - w(1), n(1) = n(0) - int f.
         let mut d_m = n.cross_matrix() * d_r - trial.r.cross_matrix() * d_n;
         for i in 0..3 {
             d_m[(i, i)] += 1.0;
+        }
+        if self.weight.is_some() {
+            d_m += Matrix3x6::from_fn(|i, j| trial.taken[i][j]);
         }
         let value = self.residual(trial);
         let (first, second) = if self.end.follower {
@@ -310,6 +381,18 @@ impl Problem {
         (value, matrix)
     }
 
+    /// The potential -int f.r ds of the load along the rod, in the world and in the user's units; 0 without one.
+    ///
+    /// # Errors
+    /// A wrench that the rod cannot follow.
+    pub fn potential(&self, base: &Wrench) -> Result<f64> {
+        let Some(weight) = &self.weight else {
+            return Ok(0.0);
+        };
+        let work = self.ended::<0>(&self.rod.inward(base))?.work;
+        Ok(weight.potential(work) * self.rod.units().0)
+    }
+
     /// The section at the end of the rod.
     pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
         if let Some(taut) = self.taut_at(b) {
@@ -317,7 +400,15 @@ impl Problem {
                 .taut_sections(&taut, &[1.0])
                 .map(|mut all| all.remove(0));
         }
-        let (end, _) = line::end::<0>(&self.rod.law, b, self.tolerance)?;
-        self.rod.outward(&end, b)
+        let law = &self.rod.law;
+        match &self.weight {
+            None => self
+                .rod
+                .outward(&line::end::<0>(law, b, self.tolerance)?.0, b, &()),
+            Some(weight) => {
+                let end = line::loaded_end::<0, Heavy<0>>((law, weight), b, self.tolerance)?;
+                self.rod.outward(&end.0, b, weight)
+            }
+        }
     }
 }

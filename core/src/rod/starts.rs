@@ -30,6 +30,8 @@ pub(super) enum PathStart {
     Bent(Vector3<f64>),
     /// The rod under a base wrench (the numerics' units).
     Loaded(Wrench),
+    /// The same with all of the load along it.
+    Resting(Wrench),
     /// The rod pulled along its clamp's d3, then the pull turned about this axis to where the force is to point.
     Turned(Vector3<f64>),
 }
@@ -40,7 +42,7 @@ impl PathStart {
         match self {
             Self::Unloaded => "from the unloaded rod",
             Self::Bent(_) => "from a slightly bent rod",
-            Self::Loaded(_) => "from another shape of the rod",
+            Self::Loaded(_) | Self::Resting(_) => "from another shape of the rod",
             Self::Turned(_) => "from the rod pulled straight",
         }
     }
@@ -72,7 +74,7 @@ impl Problem {
     /// A dead force is reached from a pull along the rod, which is stable whatever its size: turned about `axis`.
     fn pulled(&self, axis: Vector3<f64>) -> Option<PathStart> {
         let free = self.orientation.is_none() && self.end.position.iter().all(Option::is_none);
-        let force = self.dead_force();
+        let force = self.whole_force();
         let across = Vector3::z().cross(&force);
         let axis = if across.norm() > 1e-9 * force.norm() {
             across.normalize()
@@ -91,22 +93,49 @@ impl Problem {
         (0..3).map(|i| self.axes[i] * self.targets[i]).sum()
     }
 
+    /// The same with the load along the rod.
+    pub(super) fn whole_force(&self) -> Vector3<f64> {
+        match &self.weight {
+            None => self.dead_force(),
+            Some(weight) => self.dead_force() + weight.total(),
+        }
+    }
+
+    /// How much of the load along the rod there is where a path begins.
+    pub(super) fn first_part(&self, start: PathStart) -> f64 {
+        match start {
+            PathStart::Unloaded | PathStart::Bent(_) | PathStart::Loaded(_) => 0.0,
+            PathStart::Turned(_) => self.pull() / self.whole_force().norm(),
+            PathStart::Resting(_) => 1.0,
+        }
+    }
+
+    /// A pull under which the rod is bent, lam = 3, and not yet hard to follow; the whole force if that is smaller.
+    pub(super) fn pull(&self) -> f64 {
+        let [a, b] = self.rod.law.flexures();
+        self.whole_force().norm().min(9.0 / a.max(b))
+    }
+
     /// Rods bent by a force on their end that follows it: to all sides, if the end is held.
     pub(super) fn free_starts(&self) -> impl Iterator<Item = PathStart> {
+        let bends = IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into()));
+        std::iter::once(PathStart::Unloaded)
+            .chain(self.turned())
+            .chain(bends)
+            .chain(self.bowed())
+    }
+
+    /// Bows of a held end to six sides.
+    fn bowed(&self) -> impl Iterator<Item = PathStart> {
         let held = self.end.position.iter().any(Option::is_some);
-        let sides = (0..if held { 6 } else { 0 }).filter_map(|k| {
+        (0..if held { 6 } else { 0 }).filter_map(|k| {
             let (sin, cos) = (1.1 + FRAC_PI_3 * f64::from(k)).sin_cos();
             let q = Vector3::new(3.0 * cos, 3.0 * sin, -0.3);
             FreeEnd
                 .wrench(self, &dynamic(q))
                 .ok()
                 .map(PathStart::Loaded)
-        });
-        let bends = IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into()));
-        std::iter::once(PathStart::Unloaded)
-            .chain(self.turned())
-            .chain(bends)
-            .chain(sides)
+        })
     }
 
     /// In space: the unloaded rod, its end free to turn, bent rods, arcs.
@@ -132,6 +161,12 @@ impl Problem {
             .chain(self.ball_jointed())
             .chain(IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into())))
             .chain(arcs.map(PathStart::Loaded))
+            .chain(
+                (self.weight.is_some())
+                    .then(|| self.bowed())
+                    .into_iter()
+                    .flatten(),
+            )
     }
 
     /// Points of the chart from which a path may lead to the target: a slight load, or bows to both sides; then, if
@@ -189,7 +224,7 @@ impl Problem {
                 ..self.clone()
             };
             let found = ball.solve(None).ok()?;
-            Some(PathStart::Loaded(self.rod.inward(&found.base)))
+            Some(PathStart::Resting(self.rod.inward(&found.base)))
         })
         .flatten()
     }

@@ -2,6 +2,7 @@
 
 use super::line::{Flow, LineState, STEP_LIMIT, Wrench, rate, unit_columns};
 use super::scaled_law::ScaledLaw;
+use super::weight::Carried;
 use crate::error::{Error, Result};
 use crate::solve::dop853::Dop853;
 use nalgebra::{Complex, Matrix3, RowVector3, Vector3};
@@ -12,8 +13,12 @@ use std::f64::consts::{PI, TAU};
 pub(super) struct Variations<const K: usize> {
     /// The end; columns 0..3 of its tangent keep n, columns 3..6 (if any) vary n by unit vectors.
     pub(super) end: LineState<K>,
-    /// dm(0) of each column.
+    /// Force at the end.
+    pub(super) n: Vector3<f64>,
+    /// dm(0) - dw(1) of each column: what varies the couple at the end beside force and place there.
     pub(super) dm: [[f64; K]; 3],
+    /// J and P at the end: conjugate variables, J^T P symmetric.
+    pub(super) conjugate: (Matrix3<f64>, Matrix3<f64>),
     /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
     pub(super) angle: f64,
     /// The weight kappa.
@@ -22,40 +27,39 @@ pub(super) struct Variations<const K: usize> {
     pub(super) growth: f64,
 }
 
-impl<const K: usize> Variations<K> {
-    /// (J, P) at the end under the wrench `b`: conjugate variables, J^T P symmetric.
-    pub(super) fn conjugate(&self, b: &Wrench) -> (Matrix3<f64>, Matrix3<f64>) {
-        conjugate(&self.end, b, &self.dm)
-    }
+/// The load along a rod, and its base wrench.
+struct Loaded<'a, const K: usize, C: Carried<K>> {
+    load: &'a C::Load,
+    b: &'a Wrench,
 }
 
-/// (J, P) of columns 0..3: n is constant, so P = dm(0) + n x rho + m x phi/2. With the last term J^T P is symmetric.
-fn conjugate<const K: usize>(
-    at: &LineState<K>,
-    b: &Wrench,
+/// (J, P) of columns 0..3, which keep n: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P is symmetric.
+fn conjugate<const K: usize, C: Carried<K>>(
+    at: &LineState<K, C>,
+    rod: &Loaded<'_, K, C>,
     dm: &[[f64; K]; 3],
 ) -> (Matrix3<f64>, Matrix3<f64>) {
     let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
-    let n = Vector3::new(b[3], b[4], b[5]);
-    let m = Vector3::new(b[0], b[1], b[2]) - at.position().cross(&n);
+    let (m, n) = at.resultants(rod.b, rod.load);
     let j = block(&at.tangent[..3]);
     let rho = block(&at.tangent[3..]);
-    let p = block(dm) + n.cross_matrix() * rho + 0.5 * m.cross_matrix() * j;
+    let mut given = *dm;
+    at.carried.take_columns(&mut given);
+    let p = block(&given) + n.cross_matrix() * rho + 0.5 * m.cross_matrix() * j;
     (j, p)
 }
 
-/// det(P + i kappa J) and the rate of its angle along the rod.
-fn turning<const K: usize>(
-    at: &LineState<K>,
-    slope: &LineState<K>,
-    b: &Wrench,
+/// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2 with a load along it, too.
+fn turning<const K: usize, C: Carried<K>>(
+    at: &LineState<K, C>,
+    slope: &LineState<K, C>,
+    rod: &Loaded<'_, K, C>,
     dm: &[[f64; K]; 3],
     weight: f64,
 ) -> Option<(Complex<f64>, f64)> {
-    let (j, p) = conjugate(at, b, dm);
+    let (j, p) = conjugate(at, rod, dm);
     let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
-    let n = Vector3::new(b[3], b[4], b[5]);
-    let m = Vector3::new(b[0], b[1], b[2]) - at.position().cross(&n);
+    let (m, n) = at.resultants(rod.b, rod.load);
     let dj = block(&slope.tangent[..3]);
     let dp = n.cross_matrix() * block(&slope.tangent[3..])
         + 0.5 * (n.cross(&slope.position()).cross_matrix() * j + m.cross_matrix() * dj);
@@ -68,21 +72,22 @@ fn turning<const K: usize>(
 }
 
 /// Follows the variations of the rod from clamp to end: `K` = 3 at constant n, `K` = 6 with variations of n.
-pub(super) fn variations<const K: usize>(
-    law: &ScaledLaw,
+pub(super) fn variations<const K: usize, C: Carried<K>>(
+    (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
     tolerance: f64,
 ) -> Result<Variations<K>> {
+    let rod = &Loaded { load, b };
     let lost = || Error::no_convergence("the variations along the rod could not be followed");
     let rate = rate(law, b)?;
     let [c1, c2] = law.flexures();
     let weight = 2.0 * rate / (c1 + c2);
     let longest = 1.2 / rate;
     let [dm, dn] = unit_columns();
-    let mut flow = Flow::<K>::new(law, b, dm, dn);
+    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
     let state = LineState::clamp();
     let slope = flow.slope(&state).ok_or_else(lost)?;
-    let mut turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
+    let mut turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
     let mut solver = Dop853::new(state, slope, longest, tolerance);
     let mut step = solver.blank();
     let (mut angle, mut growth, mut h_max) = (0.0, 1.0, longest);
@@ -94,7 +99,7 @@ pub(super) fn variations<const K: usize>(
             if let Some(&&(from, _)) = pieces.peek() {
                 let state = solver.state().at(from);
                 let slope = flow.slope(&state).ok_or_else(lost)?;
-                turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
+                turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
                 solver.rewind(state, slope);
             }
             continue;
@@ -106,7 +111,7 @@ pub(super) fn variations<const K: usize>(
                 &mut step,
             )
             .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
-        let next = turning(&step.to, step.end_slope(), b, &flow.dm, weight).ok_or_else(lost)?;
+        let next = turning(&step.to, step.end_slope(), rod, &flow.dm, weight).ok_or_else(lost)?;
         // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each other.
         let turned = (next.0 / turn.0).arg();
         let [before, after] = [turn.1, next.1].map(|rate| step.h * rate);
@@ -127,9 +132,9 @@ pub(super) fn variations<const K: usize>(
         let size = step.to.tangent.as_flattened().iter();
         if size.fold(0.0_f64, |size, x| size.max(x.abs())) > GROWN {
             let (mut state, mut slope) = (step.to, *step.end_slope());
-            growth *= separate(&mut state, &mut slope, &mut flow, b).ok_or_else(lost)?;
+            growth *= separate(&mut state, &mut slope, &mut flow, rod).ok_or_else(lost)?;
             // The mixing has a positive determinant: the angle stays.
-            turn = turning(&state, &slope, b, &flow.dm, weight).ok_or_else(lost)?;
+            turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
             solver.rewind(state, slope);
         }
         if solver.cost().steps > STEP_LIMIT {
@@ -140,10 +145,15 @@ pub(super) fn variations<const K: usize>(
     let entries = end.tangent.as_flattened().iter();
     let reached = growth * entries.fold(1.0_f64, |size, x| size.max(x.abs()));
     let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
+    let conjugate = conjugate(&end, rod, &flow.dm);
+    let mut dm = flow.dm;
+    end.carried.take_columns(&mut dm);
     Ok(Variations {
         growth: reached / compliance.max(1.0),
-        end,
-        dm: flow.dm,
+        n: end.resultants(b, load).1,
+        end: end.bare(),
+        dm,
+        conjugate,
         angle,
         weight,
     })
@@ -154,36 +164,44 @@ const GROWN: f64 = 30.0;
 
 /// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
 /// state, slope and dm(0) mix alike. Returns the size they had.
-fn separate<const K: usize>(
-    state: &mut LineState<K>,
-    slope: &mut LineState<K>,
-    flow: &mut Flow<'_, K>,
-    b: &Wrench,
+fn separate<const K: usize, C: Carried<K>>(
+    state: &mut LineState<K, C>,
+    slope: &mut LineState<K, C>,
+    flow: &mut Flow<'_, K, C>,
+    rod: &Loaded<'_, K, C>,
 ) -> Option<f64> {
-    let (j, p) = conjugate(state, b, &flow.dm);
+    let (j, p) = conjugate(state, rod, &flow.dm);
     let gram = j.transpose() * j + p.transpose() * p;
     let mixing = gram.cholesky()?.l().transpose().try_inverse()?;
-    let rows = (state.tangent.iter_mut())
-        .chain(slope.tangent.iter_mut())
-        .chain(flow.dm.iter_mut());
-    for row in rows {
+    for row in rows(state, slope, flow) {
         let mixed = RowVector3::new(row[0], row[1], row[2]) * mixing;
         row[..3].copy_from_slice(mixed.as_slice());
     }
     let (j, p) = (j * mixing, p * mixing);
     for column in 3..K {
-        let n = Vector3::new(b[3], b[4], b[5]);
         let entry = |rows: &[[f64; K]]| Vector3::from_fn(|i, _| rows[i][column]);
         let (phi, rho) = (entry(&state.tangent[..3]), entry(&state.tangent[3..]));
-        let m = Vector3::new(b[0], b[1], b[2]) - state.position().cross(&n);
-        let dm = entry(&flow.dm) + n.cross(&rho) + 0.5 * m.cross(&phi);
+        let (m, n) = state.resultants(rod.b, rod.load);
+        let mut given = flow.dm;
+        state.carried.take_columns(&mut given);
+        let dm = entry(&given) + n.cross(&rho) + 0.5 * m.cross(&phi);
         let part = j.transpose() * phi + p.transpose() * dm;
-        let rows = (state.tangent.iter_mut())
-            .chain(slope.tangent.iter_mut())
-            .chain(flow.dm.iter_mut());
-        for row in rows {
+        for row in rows(state, slope, flow) {
             row[column] -= part[0] * row[0] + part[1] * row[1] + part[2] * row[2];
         }
     }
     Some(gram.trace().sqrt())
+}
+
+/// Everything that mixes alike.
+fn rows<'a, const K: usize, C: Carried<K>>(
+    state: &'a mut LineState<K, C>,
+    slope: &'a mut LineState<K, C>,
+    flow: &'a mut Flow<'_, K, C>,
+) -> impl Iterator<Item = &'a mut [f64; K]> {
+    (state.tangent.iter_mut())
+        .chain(slope.tangent.iter_mut())
+        .chain(flow.dm.iter_mut())
+        .chain(state.carried.columns())
+        .chain(slope.carried.columns())
 }

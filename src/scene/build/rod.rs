@@ -1,9 +1,10 @@
 //! From a scene of statics to the rod and the problem of its end.
 
 use crate::error::{Error, Result};
-use crate::rod::{EndConditions, Problem, Rod, Wrench};
+use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, Orientation, Outline, Rod as SceneRod, Scene, Section,
+    Barrier, BarrierTerm, Component, Full, Loads, Orientation, Outline, Parameter, Rod as SceneRod,
+    Scene, Section,
 };
 use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
@@ -23,7 +24,34 @@ impl Scene {
             ..EndConditions::load(held.applied_force().into(), held.applied_couple().into())
         };
         // Equilibria are solved a digit better than asked for.
-        Ok(Problem::new(rod, end, 0.1 * self.solve.tolerance)?.with_path(self.solve.path))
+        let problem = Problem::new(rod, end, 0.1 * self.solve.tolerance)?;
+        let problem = problem.with_path(self.solve.path);
+        Ok(match self.is_loaded_along() {
+            true => problem.with_distributed(&Distributed::constant(self.load_along().into())?),
+            false => problem,
+        })
+    }
+
+    /// Force per length along a rod at rest: its weight and the distributed force, times their common factor.
+    pub fn load_along(&self) -> [f64; 3] {
+        let density = self.rod.mass().map_or(0.0, |mass| mass / self.rod.length);
+        let Loads {
+            gravity,
+            distributed,
+            load,
+            ..
+        } = &self.loads;
+        std::array::from_fn(|i| load * (density * gravity[i] + distributed[i]))
+    }
+
+    /// True of a rod at rest with a load along it, be it 0 where the branch begins.
+    pub fn is_loaded_along(&self) -> bool {
+        let branch = self.continuation.iter();
+        let mut varied = branch.flat_map(|wanted| {
+            let second = wanted.second.as_ref().map(|second| second.parameter);
+            std::iter::once(wanted.parameter).chain(second)
+        });
+        self.load_along() != [0.0; 3] || varied.any(Parameter::is_along)
     }
 
     /// The guess of `[start]`, if there is one.

@@ -49,7 +49,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     };
     let motion = top.has("run");
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, None, None)
+        loads(table, None, None, false)
     });
     let solve = default(part(top, &SOLVE), Solve::default(), solve);
     let bodies = body_tables.as_deref().map(|tables| {

@@ -130,7 +130,12 @@ fn absence(parameter: Parameter) -> &'static str {
         Parameter::FromAngle(_) | Parameter::ToAngle(_) => {
             "of an end on the ground, written as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }"
         }
-        Parameter::Gravity(_) => "gravity is a parameter of assemblies",
+        Parameter::Gravity(_) => {
+            "the rod has no mass that gravity could act on: write mass = 0.02 in [rod], or give its material a density"
+        }
+        Parameter::LoadsLoad => {
+            "it is the common factor of loads.gravity and loads.distributed, which are 0 in this scene"
+        }
         _ => "in this scene it is rigid, varies along the rod, or is no number of the section law",
     }
 }

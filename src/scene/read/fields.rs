@@ -48,6 +48,7 @@ pub(super) static TOP: Spec = Spec {
         field("loads", BAR, Table(&LOADS), "", No, "What acts on the end X = length of a bar."),
         field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod."),
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
+        field("loads", REST, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
         field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
         field("solve", REST | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
@@ -57,7 +58,6 @@ pub(super) static TOP: Spec = Spec {
         (ASSEMBLY, "clamp", "every rod of an assembly has its own place: `from` in [[rod]]"),
         (ASSEMBLY, "end", "rods of an assembly end on bodies or on the ground: `to` in [[rod]]; a load is force and couple of a [[body]]"),
         (REST, "body", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; at rest its weight is end.force"),
-        (REST, "loads", "they act on the body of a scene of motion; in statics write force and couple in [end]"),
         (REST, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
         (SPACE, "end", ONE_KIND), (SPACE, "solve", ONE_KIND), (SPACE, "continue", ONE_KIND),
         (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
@@ -106,6 +106,7 @@ pub(super) static ROD: Spec = Spec {
         field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", Or("\"none\""),
             "What the mass of the rod does: nothing (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md). \"first-order\" is not built."),
         field("section_inertia", SPACE, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0, with inertia = \"full\"; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
+        field("mass", REST, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); an elastic run stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
         field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
         field("density", BAR, Number(&POSITIVE), "kg/m³", Yes("density = 1000.0"), "Mass per undeformed volume."),
@@ -387,6 +388,9 @@ pub(super) static LOADS: Spec = Spec {
     fields: &[
     field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass, and on a rod with inertia = \"full\"."),
     field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass, and on a rod with inertia = \"full\"."),
+    field("gravity", REST, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity on the rod, spread along it; the rod has a mass then, rod.mass or a density and a shape."),
+    field("distributed", REST, Vector(&VALUE), "N/m", Or("[0.0, 0.0, 0.0]"), "Constant force per length of the unloaded rod, in the world."),
+    field("load", REST, Number(&VALUE), "", Or("1.0"), "Common factor of gravity and distributed, for branches."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
     field("distributed", PLANE, Vector(&FINITE), "N/m", Or("[0.0, 0.0]"), "Constant force per length of the rod, with inertia = \"full\"."),
@@ -399,11 +403,14 @@ pub(super) static LOADS: Spec = Spec {
     ],
     barred: &[
         (ASSEMBLY, "distributed", "rods of an assembly have no mass and carry no load; one rod with mass is a scene of its own, [rod] and [body]"),
+        (REST, "dead", AT_REST), (REST, "couple", AT_REST), (REST, "drag", AT_REST), (REST, "rotational_drag", AT_REST), (REST, "force", AT_REST),
         (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
         (ASSEMBLY, "drag", "write it as `drag` of its [[body]]"), (ASSEMBLY, "rotational_drag", "write it as `rotational_drag` of its [[body]]"),
         (ASSEMBLY, "force", "write it as `force` of its [[body]]"),
     ],
 };
+const AT_REST: &str =
+    "it acts on the body of a scene of motion; in statics write force and couple in [end]";
 const LOAD: Form = OneOf(&[Vector(&VALUE), Table(&FORCE), Array(&Table(&FORCE))]);
 #[rustfmt::skip]
 pub(super) static FORCE: Spec = spec("loads.force", &[
@@ -473,7 +480,7 @@ pub(super) static SOLVE: Spec = spec("solve", &[
 ]);
 #[rustfmt::skip]
 pub(super) static CONTINUE: Spec = spec("continue", &[
-    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies: the path of a number of the scene; of an assembly a component of a constant force or couple of a body, body[0].force[2] or body.NAME.force.z, loads.gravity[2], or a place on the ground, rod[0].from.position[0] or rod[0].to.rotation.angle."),
+    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies: the path of a number of the scene, such as end.load, or loads.load under a load along the rod; of an assembly a component of a constant force or couple of a body, body[0].force[2] or body.NAME.force.z, loads.gravity[2], or a place on the ground, rod[0].from.position[0] or rod[0].to.rotation.angle."),
     field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
     field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),
     field("step", REST | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the branch; a change of the parameter alone from `from` to `to` has length 1."),

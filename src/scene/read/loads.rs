@@ -1,7 +1,7 @@
 //! Reads `[loads]`.
 
 use super::ends::{direction, growing, sine};
-use super::fields::{ASSEMBLY, BLOCK, FORCE, PLANE, PULSE, RAMP, SPACE};
+use super::fields::{ASSEMBLY, BLOCK, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
 use super::reader::Reader;
 use super::rod::Memory;
 use super::rule::{FINITE, VALUE};
@@ -10,7 +10,16 @@ use crate::scene::{Block, FaultKind, Force, History, Load, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};
 
-pub(super) fn loads(table: &Table, weld: Option<bool>, memory: Option<Memory>) -> Option<Loads> {
+/// `massless`: true of a rod that is known to have no mass.
+pub(super) fn loads(
+    table: &Table,
+    weld: Option<bool>,
+    memory: Option<Memory>,
+    massless: bool,
+) -> Option<Loads> {
+    if table.reader.kind.get() == REST {
+        return along_the_rod(table, massless);
+    }
     if table.reader.kind.get() == ASSEMBLY {
         let gravity = table.vector("gravity")?;
         return Some(Loads {
@@ -39,6 +48,25 @@ pub(super) fn loads(table: &Table, weld: Option<bool>, memory: Option<Memory>) -
         drag: drag?,
         rotational_drag: rotational_drag?,
         force: force?,
+        ..Loads::default()
+    })
+}
+
+/// Those of a rod at rest.
+fn along_the_rod(table: &Table, massless: bool) -> Option<Loads> {
+    let (gravity, distributed) = (table.vector("gravity"), table.vector("distributed"));
+    let load = table.number("load");
+    let gravity = gravity?;
+    if massless && gravity != [0.0; 3] {
+        let hint = "gravity acts on the mass of the rod: write mass = 0.02 in [rod], or give its material a density and its section a shape";
+        let allowed = "0, or left out, where the rod has no mass";
+        return table.refuse(FaultKind::Conflict, "gravity", allowed, hint);
+    }
+    Some(Loads {
+        gravity,
+        distributed: distributed?,
+        load: load?,
+        ..Loads::default()
     })
 }
 

@@ -37,10 +37,15 @@ impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
     fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<State> {
         let state = self.at(scene, x)?;
         let end = &state.end;
+        let potential = match self.scene.is_loaded_along() {
+            true => Some(scene.problem()?.potential(&state.base)?),
+            false => None,
+        };
         let numbers = space::pose(end)
             .chain(space::wrench(&state.base))
             .chain(space::tip_wrench(end))
-            .chain([end.energy]);
+            .chain([end.energy])
+            .chain(potential);
         Ok(State {
             numbers: numbers.collect(),
             left_over: state.residual,
@@ -50,10 +55,16 @@ impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
     fn columns(&self) -> (Vec<Column>, Column) {
         let units = self.scene.units;
         let energy = Column::reals("energy", units.energy(), "elastic energy of the rod");
+        let potential = Column::reals(
+            "potential",
+            units.energy(),
+            "potential of the load along the rod",
+        );
         let columns = space::pose_columns(units)
             .chain(space::wrench_columns("base", units))
             .chain(space::wrench_columns("tip", units))
-            .chain([energy]);
+            .chain([energy])
+            .chain(self.scene.is_loaded_along().then_some(potential));
         let meaning = "size of the equations left over, in units of the rod";
         (columns.collect(), Column::reals("residual", "", meaning))
     }

@@ -42,10 +42,13 @@ impl Problem {
         0.5 * (a + b)
     }
 
-    /// The taut rod that a base wrench of the numerics means, if it is one.
+    /// The taut rod that a base wrench of the numerics means, if it is one; none with a load along it.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
-        if self.end.follower || !((self.flexure() * n.norm()).sqrt() > PULLED) {
+        if self.weight.is_some()
+            || self.end.follower
+            || !((self.flexure() * n.norm()).sqrt() > PULLED)
+        {
             return None;
         }
         let found = solved(
@@ -125,7 +128,10 @@ impl Problem {
 
     /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut.
     pub(in crate::rod) fn solve_taut(&self, guess: Option<&Wrench>) -> Option<Result<Equilibrium>> {
-        if self.end.follower || matches!(self.path, Path::Planar | Path::ClosedForm) {
+        if self.weight.is_some()
+            || self.end.follower
+            || matches!(self.path, Path::Planar | Path::ClosedForm)
+        {
             return None;
         }
         let held = self.is_held();
@@ -213,6 +219,7 @@ impl Problem {
                 .rod
                 .outward_section(1.0, &last, &found.position, found.energy, &n)?,
             index: self.taut_index(found)?,
+            potential: 0.0,
             residual,
             route,
             taken: Taken::new(
