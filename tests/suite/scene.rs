@@ -336,7 +336,10 @@ fn unknown_names_get_a_suggestion() {
         (FaultKind::Unknown, 14, 1)
     );
     assert_eq!(stranger.hint, None);
-    assert_eq!(stranger.allowed, "one of gravity, dead, drag, force");
+    assert_eq!(
+        stranger.allowed,
+        "one of gravity, dead, distributed, drag, force"
+    );
 }
 
 #[test]

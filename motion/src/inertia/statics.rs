@@ -108,16 +108,30 @@ impl HeavyRod {
         })?;
         let n = modes.len();
         let mut whole = DMatrix::zeros(2 * n, 2 * n);
+        // Of a stable equilibrium 1/s, from (Omega x, x')' = [0, Omega; -Omega, -C] (Omega x, x') turned round: slow motions then keep
+        // their digits beside the fast ones.
+        let stable = modes.iter().all(|mode| mode.square > 0.0);
+        let slow = |mode: &Vibration| {
+            if stable {
+                1.0 / mode.square.sqrt()
+            } else {
+                1.0
+            }
+        };
         for (j, right) in modes.iter().enumerate() {
             let pushed = &found.by_rate * &right.shape;
             for (i, left) in modes.iter().enumerate() {
-                whole[(n + i, n + j)] = -left.shape.dot(&pushed);
+                let friction = -left.shape.dot(&pushed) * slow(left) * slow(right);
+                let place = if stable { (i, j) } else { (n + i, n + j) };
+                whole[place] = friction;
             }
-            whole[(j, n + j)] = 1.0;
-            whole[(n + j, j)] = -right.square;
+            whole[(j, n + j)] = if stable { -slow(right) } else { 1.0 };
+            whole[(n + j, j)] = if stable { slow(right) } else { -right.square };
         }
-        let all = whole.complex_eigenvalues();
-        let mut upper: Vec<Complex<f64>> = all.iter().filter(|s| s.im >= 0.0).copied().collect();
+        let found = whole.complex_eigenvalues();
+        let all = found.iter().map(|x| if stable { x.inv() } else { *x });
+        let mut upper: Vec<Complex<f64>> =
+            all.filter(|s| s.im >= 0.0 && s.re.is_finite()).collect();
         sort_few(&mut upper, |s| s.norm());
         upper.truncate(count);
         sort_eigenvalues(&mut upper);

@@ -13,11 +13,11 @@ use Need::{No, Or, Yes};
 /// Tables in which a field that stands in the wrong place may belong.
 pub(super) static HOMES: [&Spec; 11] = [
     &TOP,
+    &BODY,
     &ROD,
     &SECTION,
     &REST_STRAINS,
     &CLAMP,
-    &BODY,
     &END,
     &START,
     &LOADS,
