@@ -4,7 +4,7 @@ use super::files::{number, rounded};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::Units;
-use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
+use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring, Validity};
 use std::path::Path;
 
 /// Snaps, or passages, that are told one by one.
@@ -63,6 +63,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         lines.extend(cost(record, branch));
     }
     lines.extend(bounces(record));
+    lines.extend(record.validity.as_ref().map(mass));
     if let Some(out) = out {
         lines.push(match record.strain_stride {
             None | Some(1) => format!("written to {}", out.display()),
@@ -172,6 +173,15 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
             cost.steps, cost.implicit_steps, cost.evaluations, nodes.most_nodes, nodes.tail
         ),
     ]
+}
+
+/// What the mass of the rod does.
+fn mass(validity: &Validity) -> String {
+    format!(
+        "the rod has {:.2e} of the body's mass: {}",
+        validity.eps,
+        validity.verdict()
+    )
 }
 
 /// What friction would do to the bounces of an elastic rod.

@@ -70,7 +70,7 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
     (snaps, folds)
 }
 
-/// Catches a chart that ends where the rod becomes neutral under its force, which is before its fold (at g = 5 at t = 2.41), an equilibrium
+/// Catches a chart that ends where the rod becomes neutral under its force, which is before its fold (at g = 5 at t = 2.50), an equilibrium
 /// that is mistaken for another, a landing that is none.
 #[test]
 fn a_twisted_rod_goes_through_its_folds() {

@@ -79,6 +79,8 @@ mod reductions_shear;
 mod rigid_body;
 mod rod_benchmarks;
 mod rod_mass;
+#[cfg(feature = "scene")]
+mod rod_mass_scenes;
 mod rod_paths;
 mod rod_published;
 mod rods;

@@ -25,6 +25,7 @@ use crate::body::Frame;
 use crate::error::{Quantity, Result};
 use crate::motion::reduction::{Reduction, Refusal};
 use crate::motion::{Motion, Nodes, Options};
+use nalgebra::Vector2;
 
 /// A model of rods, made from a scene of motion and ready to run. Length, bending stiffness and mass are 1, and states are
 /// seen from the clamp.
@@ -57,6 +58,11 @@ pub trait MotionModel {
     /// True if the rod has mass: its kinetic energy is one of the ledger's.
     fn is_heavy(&self) -> bool {
         false
+    }
+
+    /// The loads on the end of a planar rod at t = 0, along the axes of its clamp; None of other rods, and where the clamp moves.
+    fn load(&self) -> Option<Vector2<f64>> {
+        None
     }
 
     /// The spring and dashpot that the rod is, or why it is none; None where the question does not arise.

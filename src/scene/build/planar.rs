@@ -4,14 +4,15 @@ use super::clamp::{self, Seen};
 use super::loads::point_mass;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame};
-use crate::elastica::{Elastica, Equilibrium, equilibria_at, settled};
+use crate::elastica::{Elastica, Equilibrium, LightRod, equilibria_at, settled};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::math::order::sort_few;
 use crate::motion::{Motion, Options, on_elastica};
-use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
+use crate::scene::{Dimensionless, Inertia, Place, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// An elastic rod in a plane: a point on a sheet.
 #[derive(Debug, Clone)]
@@ -54,7 +55,7 @@ impl ElasticPlane {
         let seen = Seen(clamp::planar(&plain.clamp)?);
         let (velocity, words) = seen.velocity(&end(start.as_ref()), &plain, (about, &scales));
         Ok(Self {
-            body: body(&plain)?,
+            body: with_rod(scene, &plain, body(&plain)?)?,
             start,
             velocity,
             words,
@@ -83,6 +84,37 @@ impl MotionModel for ElasticPlane {
     fn is_driven(&self) -> bool {
         self.body.is_driven()
     }
+
+    fn is_heavy(&self) -> bool {
+        self.body.rod().is_some()
+    }
+
+    fn load(&self) -> Option<Vector2<f64>> {
+        resting(&self.body)
+    }
+}
+
+/// The loads at t = 0 on a body whose clamp stands.
+pub(super) fn resting(body: &Body<2>) -> Option<Vector2<f64>> {
+    let stands = body.support().is_none_or(|support| support.is_fixed());
+    stands.then(|| body.load(0.0))
+}
+
+/// The body, which feels the mass of its rod if that is to be followed to first order.
+fn with_rod(scene: &Scene, plain: &Dimensionless, body: Body<2>) -> Result<Body<2>> {
+    if scene.rod.inertia != Inertia::FirstOrder {
+        return Ok(body);
+    }
+    let mass = scene.rod.mass().ok_or_else(|| {
+        Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
+    })?;
+    let gravity = in_plane(plain.loads.gravity);
+    let gravity = match body.support() {
+        None => gravity,
+        Some(support) => support.at(0.0).inward(&gravity),
+    };
+    let mass = mass / scene.body()?.mass;
+    Ok(body.with_rod(Arc::new(LightRod { mass, gravity })))
 }
 
 /// Where the end of the rod is.

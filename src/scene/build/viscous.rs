@@ -1,7 +1,7 @@
 //! A viscoelastic rod in a plane.
 
 use super::clamp::{self, Seen};
-use super::planar::{body, start};
+use super::planar::{body, resting, start};
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame};
 use crate::creep::kinematics::Local;
@@ -143,6 +143,10 @@ impl MotionModel for ViscousPlane {
 
     fn clamp(&self, t: f64) -> Frame<3> {
         clamp::frame(&self.body, t)
+    }
+
+    fn load(&self) -> Option<Vector2<f64>> {
+        resting(&self.body)
     }
 
     fn is_driven(&self) -> bool {

@@ -21,6 +21,8 @@ pub(super) struct Memory {
     pub relaxes: bool,
     /// It has mass, inertia = "full".
     pub heavy: bool,
+    /// Its mass is followed to first order.
+    pub light: bool,
 }
 
 /// What rules out a rod with mass.
@@ -43,10 +45,13 @@ impl Memory {
             text == Ok(0.0)
         };
         let branches = rod.get("relaxation");
+        let inertia = |word: &str| {
+            let value = rod.get("inertia");
+            value.is_some_and(|value| value.get_ref().as_str() == Some(word))
+        };
         Self {
-            heavy: rod
-                .get("inertia")
-                .is_some_and(|value| value.get_ref().as_str() == Some("full")),
+            heavy: inertia("full"),
+            light: inertia("first-order"),
             damped: rod.get("damping").is_some_and(|value| !zero(value)),
             relaxes: branches.is_some_and(|value| {
                 let list = value.get_ref().as_array();
@@ -186,8 +191,11 @@ fn inertia(
     match inertia {
         Inertia::None => return Some(inertia),
         Inertia::FirstOrder => {
-            let hint = "the first-order correction is not built: write inertia = \"full\", which has all of the mass, or leave it out";
-            return refuse("inertia", "\"none\" or \"full\"", hint);
+            let hint = "the correction to first order is for elastic rods in the plane: write inertia = \"full\", which has all of the mass, or \
+                        leave it out";
+            if rod.reader.kind.get() != PLANE || Memory::of(rod).damped {
+                return refuse("inertia", "\"none\" or \"full\"", hint);
+            }
         }
         Inertia::Full => {}
     }

@@ -64,6 +64,14 @@ fn resolve(top: &Table) -> Option<Scene> {
         Some(table) => body(table),
         None => (None, None),
     };
+    if memory.is_some_and(|memory| memory.light)
+        && clamp.as_ref().is_some_and(|clamp| clamp.motion.is_some())
+        && let Some(Some(table)) = &rod_table
+    {
+        let hint = "the mass of a rod on a clamp that moves is followed by inertia = \"full\"";
+        let allowed = "\"none\" or \"full\" where the clamp moves";
+        table.fault(FaultKind::Conflict, "inertia", allowed, hint);
+    }
     let grooved = body_table.filter(|table| table.has("groove"));
     if let Some(table) = grooved {
         let refuse = |allowed: &str, hint: &str| {

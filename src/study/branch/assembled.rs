@@ -50,7 +50,7 @@ impl<'a> Assembled<'a> {
     /// No equilibrium there.
     pub fn new(scene: &'a Scene, wanted: &Continue) -> Result<(Self, DVector<f64>)> {
         let first = AssemblySetup::new(&scene.with(&wanted.parameter, wanted.from))?;
-        let start = first.equilibrium()?.now;
+        let start = first.meant()?.now;
         let from_start = AssemblyFamily::new(
             over(scene, wanted.parameter),
             (&start, wanted.from),

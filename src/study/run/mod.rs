@@ -8,6 +8,7 @@ mod spring;
 pub(super) mod summary;
 pub(super) mod table;
 pub(super) mod tree;
+mod validity;
 
 pub use crate::scene::ModelKind;
 pub use line::Line;
@@ -16,6 +17,7 @@ pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
 pub use tree::Stem;
+pub use validity::{BouncePassed, FoldPassed, Validity};
 
 use super::{Hooks, Sink};
 use crate::error::Result;
@@ -119,6 +121,7 @@ pub fn run(
             ModelKind::ElasticSpace => branches.first().and_then(|branch| branch.first.index),
             ModelKind::Planar | ModelKind::Space => prepared.index_of_start(),
         },
+        validity: Validity::of(prepared, &branches),
         branches,
         cut,
         driven: prepared.is_driven(),

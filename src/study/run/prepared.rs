@@ -9,7 +9,7 @@ use crate::motion::{Bounce, Motion, Snap, State};
 use crate::scene::{Joint, ModelKind, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
-use nalgebra::{DVector, Isometry3, Vector3};
+use nalgebra::{DVector, Isometry3, Vector2, Vector3};
 
 /// A scene of motion made ready to run, with the way back to the scene's units.
 pub struct Prepared {
@@ -23,12 +23,26 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     viscosity: Option<f64>,
+    /// Mass of the rod over that of the body, where it is known.
+    rod_mass: Option<f64>,
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
     pub(super) thickness: Option<f64>,
     /// The body as figures show it.
     pub(super) solid: Solid,
     /// Whether the body slides in a groove.
     pub(super) grooved: bool,
+}
+
+/// A planar rod of small mass, in units of the rod.
+pub(super) struct Light {
+    /// Mass of the rod over that of the body.
+    pub eps: f64,
+    /// Kelvin-Voigt time.
+    pub eta: f64,
+    /// The loads on the end at t = 0, along the axes of the clamp.
+    pub load: Vector2<f64>,
+    /// True if its mass is followed to first order.
+    pub followed: bool,
 }
 
 impl Prepared {
@@ -45,14 +59,16 @@ impl Prepared {
             None => None,
         };
         let setup_kind = setup.model.kind();
+        let scales = setup.scales;
         Ok(Self {
-            scales: setup.scales,
+            scales,
             setup,
             units: scene.units,
             scene: serde_json::to_value(scene)
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
             viscosity,
+            rod_mass: scene.rod.mass().map(|mass| mass / scales.mass),
             thickness: scene
                 .rod
                 .thickness()
@@ -90,6 +106,26 @@ impl Prepared {
     /// True if forces in time do work on the body.
     pub fn is_driven(&self) -> bool {
         self.setup.model.is_driven()
+    }
+
+    /// What a planar rod of known mass is that has no vibrations of its own; None of any other, and where the clamp moves.
+    pub(super) fn light(&self) -> Option<Light> {
+        let model = &self.setup.model;
+        Some(Light {
+            eps: self.rod_mass?,
+            eta: self.viscosity.unwrap_or(0.0) / self.scales.viscosity(),
+            load: model.load()?,
+            followed: model.is_heavy(),
+        })
+    }
+
+    /// The velocity of a snap's end along the axes of the clamp, in units of the rod; None in space.
+    pub(super) fn inward(&self, snap: &Snap) -> Option<Vector2<f64>> {
+        let [x, y] = *snap.velocity.as_slice() else {
+            return None;
+        };
+        let clamp = self.setup.model.clamp(0.0).pose().rotation;
+        Some((clamp.inverse() * Vector3::new(x, y, 0.0)).xy())
     }
 
     /// The viscosity of a planar rod at small rates, in the scene's units.

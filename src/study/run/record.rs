@@ -2,6 +2,7 @@
 
 use super::ModelKind;
 use super::spring::Spring;
+use super::validity::Validity;
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
 use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
@@ -37,6 +38,8 @@ pub struct RunRecord {
     pub driven: bool,
     /// True if the rod has mass.
     pub heavy: bool,
+    /// Whether leaving out the mass of a planar rod was right, where that mass is known.
+    pub validity: Option<Validity>,
     /// The Morse index of the equilibrium at the start, if it is one and known.
     pub start_index: Option<usize>,
     /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.

@@ -65,6 +65,9 @@ impl RunRecord {
                 add("start_index", json!(self.start_index));
             }
         }
+        if let Some(validity) = &self.validity {
+            add("validity", validity.json());
+        }
         if let Some(warning) = self.warning() {
             add("warning", json!(warning));
         }
