@@ -166,7 +166,6 @@ fn what_is_not_covered_is_said() {
     assert!(Scene::parse(base).is_ok());
     for (from, to, words) in [
         ("mass = 0.1\n", "", "rod.mass: missing"),
-        ("\"full\"", "\"first-order\"", "write inertia = \"full\""),
         (
             "\"full\"",
             "\"full\"\nrelaxation = [{ stiffness = 1.0, time = 1.0 }]",
