@@ -63,6 +63,8 @@ const STRAIGHT: HeldMode = HeldMode {
 const ACROSS: f64 = 33.0 / 140.0;
 /// Decays of the ringing after which a rod counts as at rest.
 const QUIET: f64 = 5.0;
+/// Mass ratios above this are not small.
+const HEAVY: f64 = 0.1;
 /// Bounce numbers above this change the motion.
 const HARD: f64 = 0.1;
 
@@ -110,6 +112,11 @@ impl Validity {
         let half = 0.5 * self.eps;
         let size = self.frequency_shift.unwrap_or(half).abs();
         parts.push(match self.followed {
+            true if self.eps > HEAVY => format!(
+                "the rod's mass is followed to first order, which is for rods of less than {HEAVY} of the body's mass: write inertia = \"full\" \
+                 (it changes the lowest frequency by {})",
+                percent(size)
+            ),
             true => format!(
                 "the rod's mass is followed to first order, which changes the lowest frequency by {} and leaves an error of about {}",
                 percent(size),
@@ -123,9 +130,12 @@ impl Validity {
         let most = |f: fn(&BouncePassed) -> f64| self.bounces.iter().map(f).fold(0.0, f64::max);
         let (number, inertia) = (most(|b| b.number), most(|b| b.inertia));
         if inertia > HARD || number > HARD {
+            let friction = match self.damped {
+                true => format!("that of friction is up to {number:.1e}, "),
+                false => String::new(),
+            };
             parts.push(format!(
-                "bounces depend on the model: of the numbers that should be below {HARD} that of friction is up to {number:.1e}, that of the \
-                 rod's mass up to {inertia:.1e}"
+                "bounces depend on the model: of the numbers that should be below {HARD} {friction}that of the rod's mass is up to {inertia:.1e}"
             ));
         } else if !self.bounces.is_empty() && !self.damped {
             parts.push(
