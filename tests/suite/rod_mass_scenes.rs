@@ -71,6 +71,10 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         assert!(found["validity"]["folds"][0]["viscous_delay"].is_null());
         assert!(found["end"].get("rod_kinetic").is_none());
     }
+    // The constants of the unloaded straight rod are not those of one that is pulled.
+    let pulled = summary(SNAP, &["loads.dead=[1.0, 0.0]"]);
+    assert!(pulled["validity"]["frequency_shift"].is_null());
+    assert!(pulled["validity"]["rod_frequency"].is_null());
 }
 
 /// Catches a start, a ledger or a column that forgets the mass of the rod.

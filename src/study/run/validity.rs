@@ -14,7 +14,7 @@ pub struct Validity {
     /// Mass of the rod over that of the body.
     pub eps: f64,
     /// Relative change of the lowest frequency of small motions about the equilibrium under the loads at t = 0, to first order; None
-    /// where there is no stable one.
+    /// where there is no stable one, and for a straight rod under a load along it.
     pub frequency_shift: Option<f64>,
     /// Lowest angular frequency of the rod's own vibrations there, its end held.
     pub rod_frequency: Option<f64>,
@@ -75,7 +75,11 @@ impl Validity {
         let k = &prepared.scales;
         let rest = settled(&light.load).ok()?;
         let (frequency_shift, mode) = match &rest {
-            None => (Some(-0.5 * light.eps * ACROSS), Some(STRAIGHT)),
+            None if light.load == Vector2::zeros() => {
+                (Some(-0.5 * light.eps * ACROSS), Some(STRAIGHT))
+            }
+            // A pull along the straight rod changes its shapes: these numbers are those of the unloaded one.
+            None => (None, None),
             Some(at) => (
                 shift(at.p, at.w, light.eps),
                 held_modes(at.p, at.w, 1)
