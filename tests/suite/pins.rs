@@ -1,10 +1,11 @@
-//! Rods between two ball joints, springs along their chords: against Euler's elastica in closed form, differences, and a ledger.
+//! Rods between two ball joints, springs along their chords: against Euler's elastica in closed form, differences, and a ledger; through folds
+//! against shooting along n = lambda r(1) by another program.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Link, Place};
-use snaprod::body::Body;
+use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::AssemblyRun;
-use snaprod::motion::{Event, Motion, Options, Outcome};
+use snaprod::motion::{Event, LandingRule, Motion, Options, Outcome, Snap};
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
 use std::f64::consts::PI;
@@ -188,4 +189,242 @@ fn a_mass_on_three_hinged_rods() {
         );
     }
     assert!(steps > 3);
+}
+
+/// An inextensible rod, and its force along the directors of its base where it is bent against its rest curvature with its ends 0.9 apart; then
+/// where it folds and the energies in both, by shooting along n = lambda r(1) (Runge-Kutta of order 8, Newton's method for the extremum of the
+/// chord, an independent program).
+struct Against {
+    bending: [f64; 2],
+    torsion: f64,
+    rest: [f64; 3],
+    force: [f64; 3],
+    energy: f64,
+    fold: f64,
+    fold_energy: f64,
+}
+
+const HARD: Against = Against {
+    bending: [1.0, 3.0],
+    torsion: 1.5,
+    rest: [0.5, 0.3, 0.5],
+    force: [-1.411925880022, -7.740957859198, -11.489982250586],
+    energy: 1.666686377727,
+    fold: 0.959508403244,
+    fold_energy: 0.783240250762,
+};
+const SHALLOW: Against = Against {
+    bending: [1.0, 5.0],
+    torsion: 3.0,
+    rest: [2.2, 0.3, 0.5],
+    force: [-4.000925054136, -10.583909180139, -24.441447074714],
+    energy: 5.496787167957,
+    fold: 0.911486517090,
+    fold_energy: 5.175241164644,
+};
+/// The chord in which they are bent against their rest shape.
+const CHORD: f64 = 0.9;
+
+impl Against {
+    fn rod(&self, length: f64) -> Rod {
+        let [u1, u2, u3] = self.rest;
+        let law = Linear::diagonal(self.bending, self.torsion)
+            .and_then(|law| law.with_rest([u1, u2], u3))
+            .expect("a law");
+        Rod::new(length, law).expect("a rod")
+    }
+
+    /// The chart at the chord 0.9.
+    fn chart(&self, link: &Link) -> Vector6<f64> {
+        let [x, y, z] = self.force;
+        let q = Vector6::new(0.0, 0.0, 0.0, x, y, z) / link.units()[5];
+        let held = Isometry3::translation(0.0, 0.0, CHORD);
+        let found = link.polished(&q, &held, 1e-13).expect("a chart");
+        assert!((found - q).norm() < 1e-9 * q.norm(), "{found:?} {q:?}");
+        let energy = link.end(&found, 1e-13).expect("an end").energy;
+        assert!(
+            (energy - self.energy).abs() < 1e-11 * self.energy,
+            "{energy}"
+        );
+        found
+    }
+}
+
+/// Snaps of a motion of one mass, and how it ended; the ledger is watched all along.
+fn followed(
+    links: Vec<Link>,
+    charts: Vec<Vector6<f64>>,
+    start: [Vector3<f64>; 2],
+    landing: LandingRule,
+    end: f64,
+) -> (Vec<Snap>, Outcome) {
+    let mass = Carrier::point(Body::new(1.0).expect("a mass"));
+    let assembly = Assembly::new(vec![mass], links).expect("an assembly");
+    let mut place = Place::at_rest(Isometry3::translation(start[0].x, start[0].y, start[0].z));
+    place.twist.fixed_rows_mut::<3>(3).copy_from(&start[1]);
+    let now = Configuration {
+        bodies: vec![place],
+        charts,
+    };
+    let options = Options::new(end)
+        .and_then(|o| o.with_tolerance(1e-10))
+        .expect("options")
+        .with_landing(landing);
+    let mut run = AssemblyRun::new(assembly, &now, options).expect("a run");
+    let total = run.now().ledger().total();
+    let mut snaps = Vec::new();
+    loop {
+        let event = run.advance().expect("an end");
+        let opened = (run.now().ledger().total() - total).abs();
+        assert!(opened < 1e-10, "{event:?}: {opened:e}");
+        match event {
+            Event::Step { .. } => {}
+            Event::Snap(snap) => snaps.push(snap),
+            Event::Stop(outcome) => return (snaps, outcome),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// A rod between ball joints cut in its middle: two rods on ball joints welded to a body. Its energy at rest, near a chart of the whole, and
+/// its index.
+fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize) {
+    let half = rod.rod(0.5);
+    let ground = |z: f64| Attachment::ground(Isometry3::translation(0.0, 0.0, z));
+    let body = || Attachment::body(0, Isometry3::identity());
+    let links = vec![
+        Link::reversed(&half, ground(0.0), body(), Joint::Ball).expect("a rod"),
+        Link::new(half, body(), ground(chord), Joint::Ball),
+    ];
+    let inertia = nalgebra::Matrix3::identity();
+    let body = RigidBody::new(1.0, inertia).expect("a body");
+    let assembly = Assembly::new(vec![Carrier::rigid(body)], links).expect("an assembly");
+    let held = Isometry3::translation(0.0, 0.0, chord);
+    let sections = whole.shape(q, &held, &[0.5, 1.0], 1e-12).expect("a shape");
+    let turn =
+        UnitQuaternion::rotation_between(&sections[1].position, &Vector3::z()).expect("a turn");
+    let place = Place::at_rest(turn * sections[0].pose());
+    let guess = assembly.held(vec![place], 1e-12);
+    let found = assembly
+        .equilibrium(Some(&guess), 1e-11)
+        .expect("an equilibrium");
+    (found.energy, found.index)
+}
+
+/// Catches a rod that is not followed through its fold, a fold at the wrong place or time, a landing that is none, and what the rules choose: a rod
+/// bent against its rest curvature is pulled straight by a mass.
+#[test]
+fn a_hinged_rod_bent_against_its_rest_shape_snaps_over() {
+    let rod = &HARD;
+    let link = alone(rod.rod(1.0));
+    let chart = rod.chart(&link);
+    let start = [Vector3::z() * CHORD, Vector3::z()];
+    let go = |landing| followed(vec![link.clone()], vec![chart], start, landing, 0.05);
+    let (snaps, outcome) = go(LandingRule::Viscous);
+    assert_eq!((snaps.len(), outcome), (1, Outcome::EndOfTime));
+    let snap = &snaps[0];
+    assert_eq!((snap.from.index, snap.to.index), (0, 0));
+    // int dl/sqrt(v^2 - 2 (W - W0)) along the branch, by the same program.
+    assert!((snap.t - 0.045005583513).abs() < 1e-11, "{}", snap.t);
+    assert!(
+        (snap.pose.norm() - rod.fold).abs() < 1e-11,
+        "{}",
+        snap.pose.norm()
+    );
+    let left = snap.from.elastic - rod.fold_energy;
+    assert!(left.abs() < 1e-10, "{left:e}");
+    let landed = Vector6::from_column_slice(snap.to.q.as_slice());
+    let (energy, index) = cut(rod, &link, &landed, rod.fold);
+    assert_eq!(index, 0);
+    assert!(
+        (energy - snap.to.elastic).abs() < 1e-9,
+        "{energy} {}",
+        snap.to.elastic
+    );
+    assert!(snap.released > 0.7);
+    let (lowest, outcome) = go(LandingRule::Lowest);
+    assert_eq!((lowest.len(), outcome), (1, Outcome::EndOfTime));
+    let other = Vector6::from_column_slice(lowest[0].to.q.as_slice());
+    assert!((other - landed).norm() < 1e-8);
+    assert_eq!(lowest[0].choices, Some(1));
+    let (_, outcome) = go(LandingRule::All);
+    assert!(matches!(outcome, Outcome::Branched(all) if all.len() == 1));
+    let (_, outcome) = go(LandingRule::Ordered { order: 2 });
+    assert_eq!(outcome, Outcome::NoStableEquilibrium);
+}
+
+/// Catches a search that finds only where the layer leads: from its rest shape the rod bent against it is found, with the same chord.
+#[test]
+fn what_else_is_stable_with_the_same_chord() {
+    let link = alone(HARD.rod(1.0));
+    let chart = HARD.chart(&link);
+    let held = Isometry3::translation(0.0, 0.0, CHORD);
+    let beside = |q: &Vector6<f64>| link.stable_beside(q, &held, 1e-11).expect("a search");
+    let rests = beside(&chart);
+    assert_eq!(rests.len(), 1);
+    let back = beside(&rests[0]);
+    assert_eq!(back.len(), 1);
+    assert!((back[0] - chart).norm() < 1e-9 * chart.norm());
+}
+
+/// Catches one of two rods that is lost where both fold at one instant: a mass between two of them leaves their line across, by symmetry at
+/// y^2 = fold^2 - chord^2 with v^2 = v0^2 + 4 (W0 - W).
+#[test]
+fn two_hinged_rods_snap_at_one_instant() {
+    let rod = &SHALLOW;
+    let link = alone(rod.rod(1.0));
+    let chart = rod.chart(&link);
+    let links = [CHORD, -CHORD].map(|x| {
+        let foot = Attachment::ground(Isometry3::translation(x, 0.0, 0.0));
+        Link::pinned(
+            rod.rod(1.0),
+            foot,
+            Attachment::body(0, Isometry3::identity()),
+        )
+    });
+    let start = [Vector3::zeros(), Vector3::y()];
+    let (snaps, outcome) = followed(
+        links.to_vec(),
+        vec![chart; 2],
+        start,
+        LandingRule::Viscous,
+        0.3,
+    );
+    assert_eq!((snaps.len(), outcome), (2, Outcome::EndOfTime));
+    let across = (rod.fold * rod.fold - CHORD * CHORD).sqrt();
+    let speed = (1.0 + 4.0 * (rod.energy - rod.fold_energy)).sqrt();
+    for snap in &snaps {
+        assert_eq!(snap.t, snaps[0].t);
+        let place = Vector3::from_column_slice(snap.pose.as_slice());
+        assert!((place - Vector3::y() * across).norm() < 1e-9);
+        assert!((snap.velocity.norm() - speed).abs() < 1e-9);
+        let landed = Vector6::from_column_slice(snap.to.q.as_slice());
+        let (energy, index) = cut(rod, &link, &landed, rod.fold);
+        assert!(index == 0 && (energy - snap.to.elastic).abs() < 1e-9);
+    }
+}
+
+/// Catches a run that never ends, or ends without a word, at Euler's load: nothing tells a straight column to which side it buckles, nor a round
+/// one which way round.
+#[test]
+fn a_straight_column_stops_at_eulers_load() {
+    for (bending, word) in [([1.0, 1.5], "either side"), ([1.0, 1.0], "any way round")] {
+        let link = alone(straight(bending, 200.0));
+        let start = [Vector3::z(), -Vector3::z()];
+        let (_, outcome) = followed(
+            vec![link],
+            vec![Vector6::zeros()],
+            start,
+            LandingRule::Viscous,
+            0.2,
+        );
+        let Outcome::Stuck(stuck) = outcome else {
+            panic!("{outcome:?}")
+        };
+        let said = stuck.to_string();
+        assert!(
+            said.contains(word) && said.contains("rest curvature"),
+            "{said}"
+        );
+    }
 }

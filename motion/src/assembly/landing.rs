@@ -7,7 +7,10 @@
 //! with e^ the inverse law. For linear laws that is the flow under a viscosity proportional to the stiffness; for any convex
 //! energy it falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work. The last term brings the end back after the
 //! finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly and to one
-//! side only. Taut rods fall by the same law in implicit steps ([`crate::rod::Rod::taut_fallen`]).
+//! side only. A rod between two ball joints is held by the length of its chord alone: w1 is a force N r^ along it, without a couple at
+//! either end, and of the condition only the part along r^ is left, one equation for N. The turn of the base about that of the chord and
+//! the spin about it, which nothing feels, are not in the strains. Taut rods fall by the same law in implicit steps
+//! ([`crate::rod::Rod::taut_fallen`]).
 
 use super::{Joint, Link, LinkEnd};
 use crate::creep::grid::Grid;
@@ -23,6 +26,8 @@ use crate::solve::dop853::Dop853;
 use nalgebra::{DVector, Isometry3, SMatrix, Vector3};
 use std::sync::Arc;
 
+/// How far from neutral, in lengths of the rod, a rod may be taken to be at its fold.
+const NEUTRAL: f64 = 1e-4;
 /// Nodes on every element of the rod: enough to tell where the layer leads, which the chart then makes exact.
 const NODES: usize = 32;
 /// Largest change of a strain (in 1/L) in the push off the fold. The way from there takes a time of one over it; one that is
@@ -50,6 +55,8 @@ struct Layer<const D: usize> {
     law: Arc<dyn SectionLaw>,
     grid: Grid,
     held: Isometry3<f64>,
+    /// Only how far the end is from the base is held.
+    by_chord: bool,
     /// The wrench on the end where it was last found.
     wrench: AtEnd<D>,
 }
@@ -68,10 +75,7 @@ impl Link {
         }
         match self.joint {
             Joint::Weld => self.settled::<6>(q, &end, &kernel, tolerance),
-            Joint::Ball => self.settled::<3>(q, &end, &kernel, tolerance),
-            Joint::Pins => Err(Error::domain(
-                "a rod between two ball joints is not followed through its fold: weld one of its ends, or divide it by a body",
-            )),
+            Joint::Ball | Joint::Pins => self.settled::<3>(q, &end, &kernel, tolerance),
         }
     }
 
@@ -86,13 +90,11 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<Vec<Wrench>> {
-        let units = self.units();
         let settled = self.settle(q, held, tolerance).ok();
         // The fold is a double root.
-        let mut known = vec![q.component_mul(&units); 2];
-        known.extend(settled.map(|q| q.component_mul(&units)));
-        let others = self.held_at(held, SEARCH.max(tolerance))?.others(&known);
-        let found = others.iter().map(|base| base.component_div(&units));
+        let mut known = vec![*q; 2];
+        known.extend(settled);
+        let found = self.others(&known, held, SEARCH.max(tolerance))?;
         let mut stable: Vec<(f64, Wrench)> = Vec::new();
         for found in settled.into_iter().chain(found) {
             let Ok(at) = self.polished(&found, held, tolerance) else {
@@ -110,6 +112,25 @@ impl Link {
         }
         stable.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(stable.into_iter().map(|(_, q)| q).collect())
+    }
+
+    /// Charts of equilibria besides those known.
+    fn others(
+        &self,
+        known: &[Wrench],
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Vec<Wrench>> {
+        if self.joint == Joint::Pins {
+            return Ok(self.other_spans(known, held, tolerance));
+        }
+        let units = self.units();
+        let known: Vec<Wrench> = known.iter().map(|q| q.component_mul(&units)).collect();
+        let found = self.held_at(held, tolerance)?.others(&known);
+        Ok(found
+            .iter()
+            .map(|base| base.component_div(&units))
+            .collect())
     }
 
     /// The rod leaves its equilibrium `q`, its end at `end`, in the direction `kernel` of the chart, or against it.
@@ -141,6 +162,7 @@ impl Link {
             law,
             grid,
             held,
+            by_chord: self.joint == Joint::Pins,
             wrench: wrench.fixed_rows::<D>(6 - D).into_owned(),
         };
         let here = self.strains(&layer.grid, q, &end.pose, tolerance)?;
@@ -157,7 +179,10 @@ impl Link {
         let push = &push / push.amax();
         let start = layer.wrench;
         let mut found: Option<(f64, Wrench)> = None;
-        for size in PUSHES {
+        // Where paths cross a rod that does not fall at once follows another path, along which it falls ever more slowly.
+        let crossing = self.crossing(end, NEUTRAL).is_some();
+        let pushes = if crossing { &PUSHES[..1] } else { &PUSHES[..] };
+        for &size in pushes {
             for side in [size, -size] {
                 layer.wrench = start;
                 let Some(strains) = layer.flow(&here, &(&push * side)) else {
@@ -174,6 +199,12 @@ impl Link {
             }
         }
         found.map(|(_, q)| q).ok_or_else(|| {
+            if crossing {
+                return Error::domain(
+                    "a rod between two ball joints can buckle to either side alike here, as a straight column does at Euler's load: a small \
+                     rest curvature tells it to which",
+                );
+            }
             Error::no_convergence(format!(
                 "the rod that left its fold at the base wrench {:?} (units B/L, B/L^2) does not come to rest within {MOST_STEPS} \
                  steps of the fast layer",
@@ -323,12 +354,31 @@ impl<const D: usize> Layer<D> {
         all.fixed_rows::<D>(6 - D).into_owned()
     }
 
+    /// The direction of the chord, if that is all that is held.
+    fn chord(&self, end: &Isometry3<f64>) -> Option<AtEnd<D>> {
+        let mut along = AtEnd::<D>::zeros();
+        along
+            .fixed_rows_mut::<3>(D - 3)
+            .copy_from(&end.translation.vector);
+        self.by_chord.then(|| along / along.norm())
+    }
+
+    /// By how much the chord is longer than it is held.
+    fn stretched(&self, end: &Isometry3<f64>) -> f64 {
+        end.translation.vector.norm() - self.held.translation.vector.norm()
+    }
+
     /// Rates of the strains `e`; None where a law refuses.
     fn rates(&mut self, e: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         let space = Space::<6, D>::new();
         let strains = split(e);
         let curve = space.shape(&self.grid, &strains)?;
-        let off = self.off(curve.end());
+        let mut off = self.off(curve.end());
+        let chord = self.chord(curve.end());
+        if let Some(along) = &chord {
+            off = along * self.stretched(curve.end());
+            self.wrench = along * along.dot(&self.wrench);
+        }
         let nodes = self
             .grid
             .nodes()
@@ -348,10 +398,16 @@ impl<const D: usize> Layer<D> {
                 missing += transfer.tr_mul(&rate) * *weight;
                 give += transfer.tr_mul(&(asked.compliance.matrix() * transfer)) * *weight;
             }
+            if let Some(along) = &chord {
+                missing = along * along.dot(&missing);
+            }
             if round > 0 && (linear || missing.norm() < 1e-9) {
                 return out.iter().all(|x| x.is_finite()).then_some(());
             }
-            self.wrench -= solve(&give, &missing)?;
+            self.wrench -= match &chord {
+                None => solve(&give, &missing)?,
+                Some(along) => missing / along.dot(&(give * along)),
+            };
         }
         None
     }

@@ -11,13 +11,49 @@
 
 use super::{Joint, Link, LinkEnd};
 use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined};
 use crate::rod::Wrench;
-use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use crate::solve::deflation::{self, further};
+use crate::solve::family::{Family, Linearised};
+use crate::solve::newton;
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 /// What a neutral spin may change, relative to what other directions do.
 const NEUTRAL: f64 = 1e-8;
 /// Eigenvalues of the stiffness of a base above minus this part of the largest are not negative.
 const ZERO: f64 = 1e-7;
+/// A neutral direction with less than this part along the chord is neutral whatever the chord does.
+const ACROSS: f64 = 1e-7;
+/// Forces, in B/L^2, from which other equilibria are looked for: those of the first two ways in which a column buckles.
+const TYPICAL: [f64; 2] = [10.0, 40.0];
+/// Newton steps of a search from one of them at most.
+const PATIENCE: usize = 40;
+
+/// A rod between two ball joints that are held so far apart, by its force.
+struct Spanned<'a> {
+    link: &'a Link,
+    held: &'a Isometry3<f64>,
+    tolerance: f64,
+}
+
+impl Family for Spanned<'_> {
+    fn size(&self) -> usize {
+        3
+    }
+
+    fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
+        let q = joined(&Vector3::zeros(), &Vector3::from_column_slice(x.as_slice()));
+        let end = self.link.end(&q, self.tolerance)?;
+        let length = self.link.rod().length();
+        let gap = halves(&end.gap(self.held, Joint::Pins)).1 / length;
+        let jacobian = end.jacobian.fixed_view::<3, 3>(3, 3) / length;
+        Ok(Linearised {
+            residual: DVector::from_column_slice((-gap).as_slice()),
+            jacobian: DMatrix::from_column_slice(3, 3, jacobian.as_slice()),
+            slope: DVector::zeros(3),
+        })
+    }
+}
 
 impl LinkEnd {
     /// The direction of the chord.
@@ -60,6 +96,18 @@ impl Link {
         (jacobian, drive)
     }
 
+    /// In how many directions the rod is neutral without a fold: paths of equilibria cross there, as those of a column at Euler's load do,
+    /// and the chord goes on along each of them. Neutral is what a force changes by less than `within`: singular values of the Jacobian in
+    /// lengths of the rod. None where it is regular, at a fold, and of a rod that is not between two ball joints.
+    pub fn crossing(&self, end: &LinkEnd, within: f64) -> Option<usize> {
+        let along = end.chord?;
+        let svd = end.jacobian.fixed_view::<3, 3>(3, 3).svd(true, false);
+        let (u, sizes) = (svd.u?, svd.singular_values / self.rod.length());
+        let is_across = |k: &usize| sizes[*k] <= within && u.column(*k).dot(&along).abs() <= ACROSS;
+        let count = (0..3).filter(is_across).count();
+        (count > 0).then_some(count)
+    }
+
     /// The index of the rod with its ends where they are: that with the base held too, and the negative eigenvalues of the stiffness of
     /// the base against turning about the point where it is (Haynsworth).
     pub(super) fn pinned_index(
@@ -88,6 +136,52 @@ impl Link {
         let zero = ZERO * values.amax();
         let turning = values.iter().filter(|x| **x < -zero).count();
         Ok(ball.index(q, held, tolerance)? + turning)
+    }
+
+    /// Charts of equilibria that are found with the ends so far apart besides those known: by deflation from these, from the unloaded rod
+    /// and from forces along the axes of the base and between them.
+    pub(super) fn other_spans(
+        &self,
+        known: &[Wrench],
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Vec<Wrench> {
+        let known = known
+            .iter()
+            .map(|q| DVector::from_column_slice(&q.as_slice()[3..]));
+        let known: Vec<DVector<f64>> = known.collect();
+        let mut guesses = known.clone();
+        guesses.push(DVector::zeros(3));
+        for size in TYPICAL {
+            for at in 0..27 {
+                let n = [at / 9, at / 3 % 3, at % 3].map(|k| f64::from(k - 1));
+                if let Some(along) = Vector3::from(n).try_normalize(0.5) {
+                    guesses.push(DVector::from_column_slice((along * size).as_slice()));
+                }
+            }
+        }
+        let asked = deflation::Options {
+            newton: newton::Options {
+                tolerance,
+                max_iterations: PATIENCE,
+                ..newton::Options::default()
+            },
+            ..deflation::Options::default()
+        };
+        let spanned = Spanned {
+            link: self,
+            held,
+            tolerance: 0.01 * tolerance,
+        };
+        let found = further(&spanned, 0.0, &known, &guesses, &asked);
+        let found = found.map_or_else(|_| Vec::new(), |search| search.solutions);
+        let charts = found.iter().map(|at| {
+            joined(
+                &Vector3::zeros(),
+                &Vector3::from_column_slice(at.x.as_slice()),
+            )
+        });
+        charts.collect()
     }
 
     /// The chart of the rod near `q` with its ends so far apart, seen from the base; for starts.

@@ -486,6 +486,14 @@ impl<'a> Motion<'a> for AssemblyRun {
                 "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut",
             ));
         }
+        if let Some(link) = self.round_column() {
+            let why = Error::domain(format!(
+                "{}, between two ball joints, can buckle any way round alike here, as a straight column does at Euler's load",
+                self.assembly.rod_name(link)
+            ));
+            let remedy = "give it a small rest curvature, which tells it to which side";
+            return Some(self.stuck(Cause::Failed(why), remedy));
+        }
         match progress {
             Progress::Fold { rods, time_error } => {
                 self.folded = rods;

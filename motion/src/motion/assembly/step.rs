@@ -1,7 +1,7 @@
 //! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
 
 use super::{AssemblyRun, Numbers, first_step};
-use crate::assembly::{Sight, Slowed};
+use crate::assembly::{Joint, Sight, Slowed};
 use crate::body::Groove;
 use crate::motion::event::Outcome;
 use crate::motion::locate::{Guess, Timed, at_time, first_fold, locate};
@@ -21,6 +21,9 @@ const CLEAR: f64 = 0.1;
 const DRIFTED: f64 = 3.0;
 /// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
 pub(super) const LOOSE: f64 = 1e3;
+
+/// A round column this near to where it buckles any way round is there.
+const NEUTRAL: f64 = 1e-6;
 
 /// Parts of a step at which a contact is looked for that may lie inside.
 const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
@@ -132,6 +135,21 @@ impl AssemblyRun {
         let slots = self.assembly.chart_slots(link);
         let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
         Some((link, self.watch[link].gap, force.sqrt()))
+    }
+
+    /// The rod between two ball joints, if there is one, that can buckle any way round alike: where it is neutral in two directions at once det J
+    /// has a double root, which slowed time never reaches.
+    pub(super) fn round_column(&self) -> Option<usize> {
+        self.slowed.as_ref()?;
+        let mut links = self.assembly.links().iter();
+        if !links.any(|link| link.joint() == Joint::Pins) {
+            return None;
+        }
+        let at = self
+            .assembly
+            .evaluated(&self.solver.state().0, self.along())?;
+        let mut rods = self.assembly.links().iter().zip(&at.points);
+        rods.position(|(link, point)| link.crossing(&point.end, NEUTRAL) == Some(2))
     }
 
     /// The same with time slowed for the rod that nears its fold.
