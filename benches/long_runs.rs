@@ -1,5 +1,5 @@
 //! Error against work of bodies on elastic rods in space, and energy over ten thousand periods: `cargo bench --bench long_runs`
-//! (in space that takes hours; `-- 100` for a hundred periods takes some minutes).
+//! (in space that takes hours; `-- 100` for a hundred periods takes some minutes; `-- stiff` prints the table of stiff rods alone).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
@@ -90,6 +90,82 @@ fn work_precision() {
     }
 }
 
+/// A mass of 1 hung by a ball joint under a pull of 20 B/L^2 on a straight rod of bending stiffness 1, which swings with the speed 0.01 at its
+/// lowest; and rings if it starts `stretched` by so much more. One unit of time is 0.8 periods of the swing.
+fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
+    let pull = 20.0;
+    let law = Linear::diagonal([1.0, 1.3], 0.8)
+        .and_then(|law| {
+            law.with_shear([stiffness, stiffness])?
+                .with_axial(stiffness)
+        })
+        .expect("a law");
+    let mass = Body::<3>::new(1.0)
+        .and_then(|body| body.with_gravity(Vector3::z() * pull))
+        .expect("a mass");
+    let here = Isometry3::identity();
+    let link = Link::new(
+        Rod::new(1.0, law).expect("a rod"),
+        Attachment::ground(here),
+        Attachment::body(0, here),
+        Joint::Ball,
+    );
+    let mut q = Vector6::zeros();
+    q[5] = (pull + stiffness * stretched) / link.units()[5];
+    let low = 1.0 + pull / stiffness + stretched;
+    let start = Configuration {
+        bodies: vec![Place {
+            pose: Isometry3::translation(0.0, 0.0, low),
+            twist: Vector6::new(0.0, 0.0, 0.0, 9e-3, 4e-3, 0.0),
+        }],
+        charts: vec![q],
+    };
+    let carriers = vec![Carrier::point(mass)];
+    (
+        Assembly::new(carriers, vec![link]).expect("an assembly"),
+        start,
+    )
+}
+
+fn stiff_rods() {
+    println!(
+        "| K | start | tolerance | steps are | steps | implicit | right-hand sides | ms | error of pose | of velocity | energy gained |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for stiffness in [1e4_f64, 1e5, 1e6, 1e7, 1e8] {
+        for (start_name, stretched) in [("quiet", 0.0), ("rings", 1e-3 / stiffness.sqrt())] {
+            let (assembly, start) = hanging(stiffness, stretched);
+            let end = |tolerance: f64, method: Method| {
+                let clock = Instant::now();
+                let options = options(1.0, tolerance, method);
+                let mut run = AssemblyRun::new(assembly.clone(), &start, options).expect("a run");
+                let total = run.sample_now().ledger().total();
+                while run.advance().is_some() {}
+                (run, clock.elapsed().as_secs_f64(), total)
+            };
+            let place = |run: &AssemblyRun| run.sample_now().at.now.bodies[0];
+            let exact = place(&end(1e-11, Method::Explicit).0);
+            for tolerance in [1e-6, 1e-8, 1e-10] {
+                for method in [Method::Explicit, Method::Implicit, Method::Auto] {
+                    let (run, time, total) = end(tolerance, method);
+                    let (here, cost) = (place(&run), run.cost());
+                    let off = here.pose.translation.vector - exact.pose.translation.vector;
+                    println!(
+                        "| {stiffness:.0e} | {start_name} | {tolerance:.0e} | {method:?} | {} | {} | {} | {:.1} | {:.1e} | {:.1e} | {:.1e} |",
+                        cost.steps,
+                        cost.implicit_steps,
+                        cost.evaluations,
+                        1e3 * time,
+                        off.norm(),
+                        (here.twist - exact.twist).norm(),
+                        run.sample_now().ledger().total() - total
+                    );
+                }
+            }
+        }
+    }
+}
+
 fn name(method: Method) -> &'static str {
     match method {
         Method::Symmetric => "symmetric",
@@ -155,6 +231,9 @@ fn energy_in_the_plane(periods: f64, tolerance: f64, method: Method) {
 }
 
 fn main() {
+    if std::env::args().any(|x| x == "stiff") {
+        return stiff_rods();
+    }
     let periods = std::env::args()
         .skip(1)
         .find_map(|x| x.parse().ok())
@@ -174,4 +253,6 @@ fn main() {
             energy_in_space(periods, tolerance, method);
         }
     }
+    println!();
+    stiff_rods();
 }

@@ -12,8 +12,8 @@ pub struct Run {
     /// Tolerance of the time steps, relative, in [1e-14, 1e-2]; default 1e-10, in space
     /// 1e-8.
     pub tolerance: f64,
-    /// How the run steps through time: with damping explicitly or implicitly, without explicitly or symmetrically; default
-    /// [`Method::Auto`].
+    /// How the run steps through time: explicitly or implicitly, without damping symmetrically too; in the plane without damping
+    /// not implicitly; default [`Method::Auto`].
     pub method: Method,
     /// In space: whether the program looks for the spring and dashpot that a uniform rod exactly is in longitudinal, twisting
     /// and shearing motions ([`Reduction`](crate::motion::reduction::Reduction)), and prints them; default true.

@@ -104,6 +104,7 @@ mod sections_nonlinear;
 #[cfg(feature = "cli")]
 mod small_creep;
 mod stiff;
+mod stiff_rods;
 mod straight;
 mod straight_starts;
 #[cfg(feature = "scene")]

@@ -156,6 +156,9 @@ fn fields_and_defaults() {
     );
     assert_eq!(scene.run().unwrap().method, Method::Explicit);
     assert!(scene.run().unwrap().reduce);
+    let elastic = edit(BALL, "damping = { proportional = 0.05 }\n", "");
+    let stiff = edit(&elastic, "[run]", "[run]\nmethod = \"implicit\"");
+    assert_eq!(parse(&stiff).run().unwrap().method, Method::Implicit);
     let whole = parse(&edit(FULL, "method =", "reduce = false\nmethod ="));
     assert!(!whole.run().unwrap().reduce);
     assert!(whole.rod == scene.rod && whole.run().unwrap().method == scene.run().unwrap().method);

@@ -13,6 +13,7 @@ pub mod gauss;
 pub mod integrator;
 pub mod newton;
 pub mod radau;
+pub mod radau7;
 mod radau_stages;
 mod relocate;
 pub mod roots;

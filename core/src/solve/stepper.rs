@@ -1,8 +1,9 @@
-//! Explicit and symmetric steps behind one face, for those that look for events inside steps.
+//! Explicit, symmetric and implicit steps behind one face, for those that look for events inside steps.
 
 use super::cost::Cost;
 use super::dop853::{Dense, Dop853, Step, StepTooSmall};
 use super::gauss::{Gauss, GaussStep, Reversible};
+use super::radau7::RadauStep;
 
 /// An integration in progress, by one of two methods.
 #[derive(Debug, Clone)]
@@ -22,6 +23,8 @@ pub enum Taken<Y> {
     Explicit(Step<Y>),
     /// Of Gauss collocation.
     Symmetric(GaussStep<Y>),
+    /// Of Radau IIA.
+    Implicit(RadauStep<Y>),
 }
 
 /// The states inside a step, roughly.
@@ -33,6 +36,8 @@ pub enum Inside<Y> {
     Explicit(Dense<Y>),
     /// The polynomial of the step itself.
     Symmetric(GaussStep<Y>),
+    /// The same.
+    Implicit(RadauStep<Y>),
 }
 
 impl<Y: Reversible> Stepper<Y> {
@@ -142,6 +147,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => &step.from,
             Self::Symmetric(step) => &step.from,
+            Self::Implicit(step) => &step.from,
         }
     }
 
@@ -150,6 +156,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => &step.to,
             Self::Symmetric(step) => &step.to,
+            Self::Implicit(step) => &step.to,
         }
     }
 
@@ -158,6 +165,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => &mut step.to,
             Self::Symmetric(step) => &mut step.to,
+            Self::Implicit(step) => &mut step.to,
         }
     }
 
@@ -166,6 +174,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => step.h,
             Self::Symmetric(step) => step.h,
+            Self::Implicit(step) => step.h,
         }
     }
 
@@ -174,6 +183,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => step.stage_slopes(),
             Self::Symmetric(step) => step.stage_slopes(),
+            Self::Implicit(step) => step.stage_slopes(),
         }
     }
 
@@ -187,10 +197,11 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => step.end_slope(),
             Self::Symmetric(step) => step.end_slope(),
+            Self::Implicit(step) => step.end_slope(),
         }
     }
 
-    /// The same step with another length, as accurate.
+    /// The same step with another length, as accurate; of an implicit one a part.
     pub fn redo(
         &self,
         mut f: impl FnMut(&Y) -> Option<Y>,
@@ -206,6 +217,10 @@ impl<Y: Reversible> Taken<Y> {
                 };
                 Self::Symmetric(step.redo(f, h, cost)?)
             }
+            Self::Implicit(step) => {
+                cost.evaluations += 1;
+                Self::Implicit(step.part(f, h)?)
+            }
         })
     }
 
@@ -214,6 +229,7 @@ impl<Y: Reversible> Taken<Y> {
         Some(match self {
             Self::Explicit(step) => Inside::Explicit(step.dense(f, cost)?),
             Self::Symmetric(step) => Inside::Symmetric(step.clone()),
+            Self::Implicit(step) => Inside::Implicit(step.clone()),
         })
     }
 }
@@ -224,6 +240,7 @@ impl<Y: Reversible> Inside<Y> {
         match self {
             Self::Explicit(dense) => dense.at(x),
             Self::Symmetric(step) => step.at(x),
+            Self::Implicit(step) => step.at(x),
         }
     }
 }

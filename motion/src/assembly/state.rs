@@ -91,7 +91,7 @@ pub struct Evaluated {
 }
 
 impl Assembly {
-    fn starts(&self) -> impl Iterator<Item = (usize, &Carrier)> {
+    pub(super) fn starts(&self) -> impl Iterator<Item = (usize, &Carrier)> {
         let mut next = 0;
         self.carriers().iter().map(move |carrier| {
             next += carrier.numbers();

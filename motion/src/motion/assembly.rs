@@ -3,11 +3,15 @@
 //! Away from folds time is what the steps advance in. A rod that nears its fold slows it (see [`crate::assembly::Slowed`]): the
 //! fold is then an ordinary root of t', found to the accuracy of the integration. There that rod settles with its ends held,
 //! and the others stay as they are.
+//!
+//! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`); implicit ones leave a fold to explicit ones.
 
 mod charts;
+mod implicit;
 mod sample;
 mod step;
 
+use implicit::Implicit;
 pub use sample::AssemblySample;
 use step::Progress;
 
@@ -43,6 +47,8 @@ const APART: f64 = 1e4;
 /// Bodies that start farther beside their groove than this, or faster away from it, are no start.
 const BESIDE: f64 = 1e-9;
 
+/// A step to begin with, over tolerance^(1/8) and the time in which a state changes by its scale.
+const FIRST: f64 = 0.3;
 /// Symmetric steps are shorter in time where det J is below this part of what it was at the start.
 const FOLDING: f64 = 0.3;
 
@@ -96,6 +102,7 @@ pub struct AssemblyRun {
     assembly: Arc<Assembly>,
     options: Options,
     solver: Stepper<Numbers>,
+    implicit: Implicit,
     step: Option<Taken<Numbers>>,
     dense: Option<Inside<Numbers>>,
     slowed: Option<Slowed>,
@@ -196,6 +203,10 @@ impl AssemblyRun {
                 .words(" are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out")));
         }
         let h = first_step(&numbers, &slope, options.tolerance);
+        // Implicit steps begin with what the bodies do: charts may be fast.
+        let bodies = assembly.chart_slots(0).start;
+        let rate = slope.0.rows(0, bodies).norm() / (bodies as f64).sqrt();
+        let slow = FIRST * local.powf(0.125) / rate.max(0.1);
         let indices = indices(&assembly, &at, along)?;
         let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
         let begun = numbers.clone();
@@ -205,6 +216,7 @@ impl AssemblyRun {
         let mut run = Self {
             step: None,
             solver,
+            implicit: Implicit::new(options.method, slow),
             assembly: assembly.clone(),
             options,
             dense: None,
@@ -306,6 +318,7 @@ impl AssemblyRun {
         let dets = self.watch.iter().map(|rod| rod.det);
         self.since = (state.time(), dets.collect());
         self.slowed = slowed;
+        self.implicit.forget();
         self.solver.restart(state, slope, h)
     }
 
@@ -422,7 +435,7 @@ impl AssemblyRun {
 /// The length of a step to begin with.
 fn first_step(state: &Numbers, slope: &Numbers, tolerance: f64) -> f64 {
     let rate = slope.mean_square(state, state).sqrt();
-    0.3 * tolerance.powf(0.125) / rate.max(0.1)
+    FIRST * tolerance.powf(0.125) / rate.max(0.1)
 }
 
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {

@@ -42,7 +42,7 @@ pub struct Located<S> {
 /// A state found in a symmetric step at a time that is farther off than this part of the step is sought again from there.
 const OFF: f64 = 1e-6;
 
-/// The state at a time within a step: from the interpolant of an explicit one, which is kept in `dense`; from a symmetric one
+/// The state at a time within a step: from the interpolant of an explicit or implicit one, which is kept in `dense`; from a symmetric one
 /// by a step of its own, whose few last digits of time its slope makes good.
 pub fn at_time<S: Timed>(
     step: &mut Taken<S>,
@@ -71,7 +71,7 @@ pub fn at_time<S: Timed>(
         (1.0, to - t),
         0.0,
     )?;
-    if let Taken::Explicit(_) = step {
+    if !matches!(step, Taken::Symmetric(_)) {
         return Some(dense.at(x));
     }
     cost.samples += 1;

@@ -9,8 +9,8 @@ pub use crate::creep::resolution::Nodes;
 /// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps, method and nodes chosen by
 /// the program.
 ///
-/// An elastic rod has no nodes and ignores them; its steps are explicit unless symmetric ones are asked for. A viscoelastic one has no
-/// landings: its snaps are passages that it lives through; and no symmetric steps.
+/// An elastic rod has no nodes and ignores them; its steps are explicit unless symmetric ones are asked for, in space implicit where
+/// that pays or is asked for. A viscoelastic one has no landings: its snaps are passages that it lives through; and no symmetric steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// End of time.

@@ -392,7 +392,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let x = 0.5 * (low + high);
         let f = self.right_hand_side();
         Some(self.global(match &step {
-            Taken::Explicit(_) => dense.at(x),
+            Taken::Explicit(_) | Taken::Implicit(_) => dense.at(x),
             // The polynomial of a long step tells the place; the step to there, refined by where the pull does no work, the state.
             Taken::Symmetric(_) => {
                 let power = |phase: &Phase<N>| {

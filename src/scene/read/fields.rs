@@ -455,7 +455,7 @@ pub(super) static RUN: Spec = Spec {
         field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13."),
         field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; with damping at least 1e-13."),
         field("method", RUNS, Word(&["auto", "explicit", "implicit", "symmetric"]), "", Or("\"auto\""),
-            "How the run steps through time. With damping the program chooses, or takes explicit steps, or implicit ones for stiff rods. Without, steps are explicit, or symmetric: of one length, they keep the energy of an unforced motion over any number of periods, and cost about as much as explicit ones at a tolerance a hundred times finer."),
+            "How the run steps through time. With damping the program chooses, or takes explicit steps, or implicit ones for stiff rods. Without, steps are explicit; in space and of assemblies implicit where a rod is stiff and nothing rings in its fast modes, or, asked for, whatever rings there: they damp it; or symmetric: of one length, they keep the energy of an unforced motion over any number of periods, and cost about as much as explicit ones at a tolerance a hundred times finer."),
         field("reduce", SPACE, Flag, "", Or("true"), "Integrate a motion that is exactly that of a spring and a dashpot as one."),
         field("landing", PLANE, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
             "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),

@@ -22,6 +22,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let method = method(
         table,
         elastic || kind == ASSEMBLY,
+        planar,
         memory.is_some_and(|memory| !memory.damped),
     );
     let samples = samples(table, kind, duration);
@@ -48,7 +49,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     })
 }
 
-fn method(table: &Table, elastic: bool, heavy: bool) -> Option<Method> {
+fn method(table: &Table, elastic: bool, planar: bool, heavy: bool) -> Option<Method> {
     let all = [
         Method::Auto,
         Method::Explicit,
@@ -57,8 +58,8 @@ fn method(table: &Table, elastic: bool, heavy: bool) -> Option<Method> {
     ];
     let method = table.word("method", &all)?;
     match method {
-        Method::Explicit | Method::Implicit if elastic => {
-            let why = "an elastic run takes explicit steps, or symmetric ones (\"symmetric\")";
+        Method::Explicit | Method::Implicit if elastic && planar => {
+            let why = "an elastic run in the plane takes explicit steps, or symmetric ones (\"symmetric\")";
             needs_damping(table, "method", why);
             None
         }

@@ -56,13 +56,18 @@ impl AssemblyRun {
 
     /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
     pub(super) fn advance_to(&mut self, end: f64) -> Option<Progress> {
-        if self.slowed.is_some() {
-            return self.slow_step(end);
-        }
         let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
         let from = self.solver.state().clone();
         let left = end - from.time();
-        let Some(mut step) = self.take_step(left) else {
+        let implicit = match self.is_implicit() {
+            true => self.implicit_step(left),
+            false => None,
+        };
+        let is_implicit = implicit.is_some();
+        if self.slowed.is_some() {
+            return self.slow_step(end);
+        }
+        let Some(mut step) = implicit.or_else(|| self.take_step(left)) else {
             // As at a fold that is too near for plain steps: towards which det J fell.
             let nearest = (0..before.len()).max_by(|a, b| {
                 let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
@@ -76,6 +81,7 @@ impl AssemblyRun {
             self.slow(from, link, &before)?;
             return self.slow_step(end);
         }
+        self.judge(&step, 1.0);
         let h = step.h();
         let arrived = h >= left || (end - step.to().time()).abs() <= ON_TIME * (1.0 + end);
         if arrived {
@@ -83,6 +89,7 @@ impl AssemblyRun {
         }
         if let Some(progress) = self.cut(&mut step) {
             self.step = Some(step);
+            self.implicit.forget();
             return progress;
         }
         if arrived {
@@ -92,7 +99,7 @@ impl AssemblyRun {
         let to = step.to().clone();
         self.step = Some(step);
         self.hold()?;
-        if !self.look() {
+        if !self.look() && !is_implicit {
             let falling = |k: &usize| {
                 let rate = (self.watch[*k].det - before[*k]) / h;
                 let time = -self.watch[*k].det / rate;
@@ -226,9 +233,10 @@ impl AssemblyRun {
             self.step = Some(step);
             return ended;
         }
-        self.step = Some(step);
         let (cause, scale) = self.slowed.as_ref()?.rods[0];
         let rate = self.watch[cause].det / scale;
+        self.judge(&step, rate.abs());
+        self.step = Some(step);
         if whole && rate > CLEAR {
             self.hold()?;
             self.look();
