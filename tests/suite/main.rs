@@ -114,6 +114,7 @@ mod study_run;
 mod support;
 mod symmetric;
 mod taut;
+mod taut_branches;
 mod truss;
 mod viscous;
 mod viscous_identities;

@@ -1,5 +1,6 @@
 //! Studies of statics as library functions.
 
+use snaprod::rod::Path;
 use snaprod::scene::Scene;
 use snaprod::study::branch::SpecialPoint;
 use snaprod::study::{BranchRecord, Hooks, Silent, branch, equilibrium};
@@ -160,4 +161,68 @@ fn the_plane_follows_the_guess() {
         refused.contains("[start] leads out of every plane"),
         "{refused}"
     );
+}
+
+/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for; deflation beside it keeps its words. Catches a branch
+/// that ends where the base wrench does.
+#[test]
+fn a_branch_that_becomes_taut_is_solved_from_both_ends() {
+    let scene = |force: &str, more: &str| {
+        let text = format!(
+            r#"
+            [rod]
+            model = "cosserat"
+            length = 1.0
+            [rod.section]
+            bending = [1.0, 1.3]
+            torsion = 0.8
+            [rod.rest]
+            curvature = [0.4, 0.0]
+            [end]
+            force = {force}
+            {more}
+            [continue]
+            parameter = "end.load"
+            from = 0.0
+            to = 1.0
+            points = 400
+            "#
+        );
+        Scene::parse(&text).unwrap()
+    };
+    for (force, more, path) in [
+        ("[0.0, 6.0e5, 8.0e5]", "", Path::Planar),
+        (
+            "[0.0, 6.0e5, 8.0e5]",
+            "[solve]\npath = \"planar\"",
+            Path::Planar,
+        ),
+        (
+            "[0.0, 6.0e5, 8.0e5]",
+            "[solve]\npath = \"spatial\"",
+            Path::Spatial,
+        ),
+        (
+            "[1.0e5, 6.0e5, 8.0e5]",
+            "couple = [0.0, 0.0, 2.0]",
+            Path::Spatial,
+        ),
+    ] {
+        let scene = scene(force, more);
+        let record = branch(&scene, &mut Silent).unwrap();
+        let taken = record.taken.as_ref().unwrap();
+        assert_eq!(taken.path, path, "{more}: {}", taken.why);
+        assert!(taken.why.contains("both ends"), "{}", taken.why);
+        assert!(record.branches.curves[0].complete, "{more}");
+        assert!(record.branches.specials.is_empty());
+        let z = record.branches.points.reals("z");
+        let alone = scene.problem().unwrap().solve(None).unwrap();
+        assert!(
+            (z[z.len() - 1] - alone.end.position.z).abs() < 1e-13,
+            "{more}"
+        );
+        let shape = &record.shapes[record.shapes.len() - 1];
+        let end = shape.sections.last().unwrap().position;
+        assert!((end - alone.end.position).norm() < 1e-10, "{more}");
+    }
 }

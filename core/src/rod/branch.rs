@@ -128,18 +128,18 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
         if problem.end.follower {
             return Ok(None);
         }
-        problem.index(&self.chart.wrench(&problem, x)?).map(Some)
+        self.chart.index(&problem, x).map(Some)
     }
 }
 
 impl<P: Fn(f64) -> Result<Problem>, C: Chart> Statical for RodFamily<P, C> {
     fn state(&self, x: &DVector<f64>, p: f64) -> Result<State> {
         let problem = (self.problem)(p)?;
-        let b = self.chart.wrench(&problem, x)?;
         let trial = self.chart.bare_trial(&problem, x)?;
+        let b = self.chart.wrench(&problem, x)?;
         Ok(State {
             base: problem.rod.outward_wrench(&b),
-            end: problem.end_section(&b)?,
+            end: self.chart.end(&problem, x)?,
             residual: self.chart.residual(&problem, &trial).norm(),
         })
     }

@@ -1,5 +1,6 @@
 //! Charts in which a problem is solved: all six components of the base wrench in space, fewer where the data allow it.
 
+use super::RodSection;
 use super::line::{self, Wrench};
 use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
@@ -35,6 +36,27 @@ pub trait Chart {
 
     /// The unknowns of a base wrench, or of the nearest one in the chart.
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>>;
+
+    /// How large base wrenches are whose unknowns are of this size.
+    fn reach(&self, size: f64) -> f64 {
+        size
+    }
+
+    /// The Morse index of an equilibrium, as [`Problem::index_at`].
+    fn index(&self, problem: &Problem, x: &DVector<f64>) -> Result<usize> {
+        problem.index(&self.wrench(problem, x)?)
+    }
+
+    /// The section at the end, in the world.
+    fn end(&self, problem: &Problem, x: &DVector<f64>) -> Result<RodSection> {
+        problem.end_section(&self.wrench(problem, x)?)
+    }
+
+    /// Sections at places in [0, 1], in growing order, in the world.
+    fn sections(&self, problem: &Problem, x: &DVector<f64>, at: &[f64]) -> Result<Vec<RodSection>> {
+        let b = self.wrench(problem, x)?;
+        problem.sections(&problem.rod.outward_wrench(&b), at)
+    }
 }
 
 /// Unknowns in the chart's own size.

@@ -69,7 +69,8 @@ impl Problem {
 }
 
 impl ClosedForm {
-    pub(super) fn plane(&self) -> &Plane {
+    /// Its plane.
+    pub fn plane(&self) -> &Plane {
         &self.plane
     }
 

@@ -7,6 +7,7 @@ use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
 use super::problem::Problem;
 use super::starts::PathStart;
+use super::taut::{TAUT, TIGHT};
 use super::weight::Weight;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
@@ -64,9 +65,9 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came. A path asked for
     /// that does not hold.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
-        let taut = self.solve_taut(guess);
+        let taut = self.solve_taut(guess, TAUT);
         if let Some(Ok(found)) = &taut
-            && (found.index == 0 || guess.is_some())
+            && (found.index == 0 || guess.is_some() || self.end.follower)
         {
             return Ok(found.clone());
         }
@@ -75,14 +76,29 @@ impl Problem {
             Some(weight) => self.check_weight(weight)?,
         }
         // A pull costs digits: a tighter integration gives some of them back.
-        match self.solve_once(guess) {
+        let found = match self.solve_once(guess) {
             Err(why) if why.is_ill_conditioned() && self.tolerance > 1e-13 => Problem {
                 tolerance: 1e-14,
                 ..self.clone()
             }
             .solve_once(guess),
             found => found,
+        };
+        // A hanging body may come to stand upright on the way from the unloaded rod, and a rod that is stretched may not be reached.
+        let poor = match &found {
+            Ok(found) => found.index > 0 && guess.is_none(),
+            Err(_) => true,
+        };
+        if poor
+            && taut.is_none()
+            && let Some(Ok(taut)) = self.solve_taut(guess, TIGHT)
+            && found
+                .as_ref()
+                .map_or(true, |found| taut.index < found.index)
+        {
+            return Ok(taut);
         }
+        found
     }
 
     fn solve_once(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {

@@ -15,6 +15,7 @@
 
 use super::Problem;
 use super::line::Wrench;
+use super::taut::Spring;
 use super::variations::{Variations, variations};
 use super::weight::Heavy;
 use crate::error::{Error, Result};
@@ -37,7 +38,7 @@ impl Problem {
     /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
         if let Some(taut) = self.taut_at(b) {
-            return self.taut_index(&taut);
+            return self.taut_index(&taut, &Spring::NONE);
         }
         if let Ok(rough) = self.count(b, self.tolerance.max(ROUGH))
             && rough.noise < 1e-2

@@ -1,5 +1,6 @@
 //! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
+mod both_ends;
 mod branch;
 mod chart;
 mod closed_form;
@@ -19,6 +20,7 @@ mod taut;
 mod variations;
 mod weight;
 
+pub use both_ends::BothEnds;
 pub use branch::{RodFamily, State, Statical};
 pub use chart::{Chart, Spatial};
 pub use closed_form::ClosedForm;

@@ -2,6 +2,7 @@
 
 use super::line::{self, LineState, Wrench};
 use super::path::Path;
+use super::taut::Spring;
 use super::weight::{Carried, Distributed, Heavy, Weight};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
@@ -243,7 +244,7 @@ impl Problem {
     /// The same at places in [0, 1], in growing order.
     pub fn sections(&self, base: &Wrench, at: &[f64]) -> Result<Vec<RodSection>> {
         if let Some(taut) = self.taut_at(&self.rod.inward(base)) {
-            return self.taut_sections(&taut, at);
+            return self.taut_sections(&taut, &Spring::NONE, at);
         }
         if let Some(weight) = &self.weight {
             let b = self.rod.inward(base);
@@ -397,7 +398,7 @@ impl Problem {
     pub(super) fn end_section(&self, b: &Wrench) -> Result<RodSection> {
         if let Some(taut) = self.taut_at(b) {
             return self
-                .taut_sections(&taut, &[1.0])
+                .taut_sections(&taut, &Spring::NONE, &[1.0])
                 .map(|mut all| all.remove(0));
         }
         let law = &self.rod.law;

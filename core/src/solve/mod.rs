@@ -21,3 +21,4 @@ pub mod special;
 pub mod stepper;
 pub mod switching;
 pub mod system;
+pub mod warm;

@@ -1,11 +1,12 @@
 //! A rod between two attachments: its chart, the wrenches on what carries it, and its tangent.
 
-use super::taut::{Seen, Warm};
+use super::taut::Seen;
 use super::{Assembly, Place};
 use crate::body::Support;
 use crate::error::Result;
 use crate::math::se3::{halves, joined};
-use crate::rod::{EndConditions, Problem, Rod, Wrench};
+use crate::rod::{EndConditions, Problem, Rod, Taut, Wrench};
+use crate::solve::warm::Warm;
 use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
 
 /// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
@@ -124,7 +125,7 @@ pub struct Link {
     pub(super) joint: Joint,
     /// What its chart stands for, and the taut rod that was found last.
     pub(super) seen: Seen,
-    pub(super) warm: Warm,
+    pub(super) warm: Warm<Taut>,
     /// Beside the end of a taut rod, in B/L^3.
     pub(super) spring: f64,
     pub(super) diameter: Option<f64>,

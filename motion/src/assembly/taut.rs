@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::math::se3::halves;
 use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// (L/B) n.r(1) beyond which a rod is taut, and below which it is slack again.
 const TAUT: f64 = 100.0;
@@ -40,35 +40,9 @@ pub enum Seen {
     Taut,
 }
 
-/// Springs beside a rod's end, over what a string under its pull resists to be moved across: 1/k stays away from what the rod gives way.
-const SPRINGS: [f64; 7] = [16.0, 4.0, 1.0, 0.25, 0.06, 0.015, 0.004];
-/// |1 + k c| over 1 + |k c| at which a spring is taken, and below which it is left.
-const REGULAR: (f64, f64) = (0.6, 0.5);
 /// In motion an equilibrium is another one whose end is farther off than this, in lengths of the rod, or whose couple at the base is farther
 /// from that of the chart, over sqrt(n B).
 const OTHER: (f64, f64) = (1e-3, 0.03);
-
-/// The taut rod that was found last, to begin the next with: for a copy of the link too.
-#[derive(Debug, Default)]
-pub(super) struct Warm(Mutex<Option<Arc<Taut>>>);
-
-impl Clone for Warm {
-    fn clone(&self) -> Self {
-        Self(Mutex::new(self.last()))
-    }
-}
-
-impl Warm {
-    fn last(&self) -> Option<Arc<Taut>> {
-        self.0.lock().ok()?.clone()
-    }
-
-    pub(super) fn keep(&self, found: &Arc<Taut>) {
-        if let Ok(mut kept) = self.0.lock() {
-            *kept = Some(found.clone());
-        }
-    }
-}
 
 impl Link {
     /// Says what the chart stands for; until then the pull decides.
@@ -98,8 +72,7 @@ impl Link {
         self.spring
     }
 
-    /// The spring that should stand beside the end of a taut rod, with hysteresis: a stiff one, beside which nothing happens where the rod
-    /// becomes neutral under its force, until it has nearly lost what such a spring gives.
+    /// The spring that should stand beside the end of a taut rod: [`Spring::better`].
     pub fn better_spring(&self, end: &LinkEnd) -> f64 {
         let own = if end.slack.is_some() {
             self.spring
@@ -110,19 +83,6 @@ impl Link {
         let block = |i: usize, j: usize| end.jacobian.fixed_view::<3, 3>(i, j).into_owned();
         let of_turn = block(0, 0).lu().solve(&block(0, 3)).unwrap_or_default();
         let give = (block(3, 3) - block(3, 0) * of_turn) / self.rod.length();
-        let give = (give + give.transpose()) * 0.5;
-        let values = give.symmetric_eigenvalues();
-        // Of the rod alone 1/c is less by the spring that stands there.
-        let regular = |k: f64| {
-            let part = |c: &f64| {
-                let (alone, with) = (1.0 - own * c, 1.0 + (k - own) * c);
-                with.abs() / (alone.abs() + (k * c).abs())
-            };
-            values.iter().map(part).fold(1.0, f64::min)
-        };
-        if own > 0.0 && regular(self.spring) > REGULAR.1 {
-            return self.spring;
-        }
         let length = end
             .pose
             .translation
@@ -130,9 +90,7 @@ impl Link {
             .norm()
             .max(1e-3 * self.rod.length());
         let string = end.force.norm() / self.units()[3] * self.rod.length() / length;
-        let springs = SPRINGS.map(|k| k * string);
-        let found = springs.iter().find(|k| regular(**k) > REGULAR.0);
-        found.copied().unwrap_or(springs[SPRINGS.len() - 1])
+        Spring::better(&give, own, string)
     }
 
     /// What its chart stands for.

@@ -120,6 +120,7 @@ impl Subject for Assembled<'_> {
         Ok(State {
             numbers,
             left_over: error,
+            left: false,
         })
     }
 

@@ -84,6 +84,8 @@ pub struct Study<'a> {
     pub curves: Vec<CurveRecord>,
     pub remarks: Vec<String>,
     pub watch: Watch<'a>,
+    /// True if the first branch has left what the unknowns are good for.
+    pub left: bool,
     /// Values of the parameter at which branches are compared: every branch hits them.
     stations: Vec<f64>,
     /// (p, unknowns) there.
@@ -109,6 +111,7 @@ impl<'a> Study<'a> {
             curves: Vec::new(),
             remarks: Vec::new(),
             watch,
+            left: false,
             stations,
             landed: Vec::new(),
         }
@@ -234,6 +237,10 @@ impl<'a> Study<'a> {
                         break;
                     }
                 };
+                self.left |= number == 0 && self.rows.last().is_some_and(|row| row.state.left);
+                if self.left {
+                    break;
+                }
                 if self.watch.stops(p) {
                     let words = self.short(number, backward, &format!("it was interrupted at {p}"));
                     self.curves[number].end(false, words);
@@ -243,7 +250,7 @@ impl<'a> Study<'a> {
             if backward {
                 self.rows[first..].reverse();
             }
-            if self.watch.interrupted {
+            if self.watch.interrupted || self.left {
                 break;
             }
         }

@@ -15,7 +15,9 @@ pub use record::{
 
 use super::Hooks;
 use crate::error::{Error, Result};
-use crate::rod::{Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Taken, Wrench};
+use crate::rod::{
+    BothEnds, Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Taken, Wrench,
+};
 use crate::scene::{Continue, Parameter, Scene};
 use assembled::Assembled;
 use folds::fold_curves;
@@ -65,36 +67,74 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     if scene.assembly.is_some() {
         let in_units = |e| scene.in_own_units(e);
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
-        let mut record = followed(task, &subject, x, hooks).map_err(in_units)?;
+        let record = followed(task, &subject, x, hooks).map_err(in_units)?;
+        let mut record = record.ok_or_else(left)?;
         record.remarks.splice(0..0, subject.remarks);
         return Ok(record);
     }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
     let start = first.solve(scene.guess().as_ref())?;
-    let (charted, taken) = charted(scene, wanted, &start)?;
+    let (charted, mut taken) = charted(scene, wanted, &start)?;
     let base = &start.base;
-    let record = match charted {
-        Charted::Spatial(chart) => along(task, chart, base, hooks),
-        Charted::FreeEnd(chart) => along(task, chart, base, hooks),
-        Charted::Planar(chart) => along(task, chart, base, hooks),
-        Charted::ClosedForm(chart) => along(task, chart, base, hooks),
+    // The closed form that is asked for is followed as far as it holds.
+    let while_slack = scene.solve.path != Path::ClosedForm;
+    let (record, plane) = if while_slack && first.is_taut(base, &start.end) {
+        let plane = match charted {
+            Charted::Planar(plane) => Some(plane),
+            Charted::ClosedForm(chart) => Some(*chart.plane()),
+            Charted::Spatial(_) | Charted::FreeEnd(_) => None,
+        };
+        (None, plane)
+    } else {
+        match charted {
+            Charted::Spatial(chart) => (along(task, chart, base, while_slack, hooks)?, None),
+            Charted::FreeEnd(chart) => (along(task, chart, base, while_slack, hooks)?, None),
+            Charted::Planar(chart) => (along(task, chart, base, while_slack, hooks)?, Some(chart)),
+            Charted::ClosedForm(chart) => {
+                let plane = *chart.plane();
+                (along(task, chart, base, while_slack, hooks)?, Some(plane))
+            }
+        }
+    };
+    let record = match record {
+        Some(record) => record,
+        None => {
+            taken = Taken {
+                path: plane.map_or(Path::Spatial, |_| Path::Planar),
+                why: "the rod is taut on a part of its branch: there it is solved from both ends"
+                    .to_owned(),
+            };
+            let record = along(task, BothEnds::new(&first, plane), base, false, hooks)?;
+            record.ok_or_else(left)?
+        }
     };
     Ok(BranchRecord {
         taken: Some(taken),
-        ..record?
+        ..record
     })
 }
 
-/// Follows everything in one chart.
-fn along<C: Chart + Copy + 'static>(
+/// Follows everything in one chart; None if `while_slack` and the branch comes to a taut rod.
+fn along<C: Chart + Clone + 'static>(
     (scene, wanted): (&Scene, &Continue),
     chart: C,
     base: &Wrench,
+    while_slack: bool,
     hooks: &mut dyn Hooks,
-) -> Result<BranchRecord> {
+) -> Result<Option<BranchRecord>> {
     let problem = |p: f64| scene.with(&wanted.parameter, p).problem();
-    let x = RodFamily::in_chart(problem, false, 1.0, chart).unknowns(base, wanted.from)?;
-    followed((scene, wanted), &SingleRod { scene, chart }, x, hooks)
+    let x = RodFamily::in_chart(problem, false, 1.0, chart.clone()).unknowns(base, wanted.from)?;
+    let rod = SingleRod {
+        scene,
+        chart,
+        while_slack,
+    };
+    followed((scene, wanted), &rod, x, hooks)
+}
+
+/// A branch that leaves unknowns which are good all along.
+fn left() -> Error {
+    Error::no_convergence("the branch left the unknowns that hold all along it")
 }
 
 /// A scene without `[continue]`.
@@ -156,13 +196,13 @@ fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Cha
     Ok((chart, Taken { path, why }))
 }
 
-/// Everything about the branch through `x`.
+/// Everything about the branch through `x`; None if it leaves what its unknowns are good for.
 fn followed(
     (scene, wanted): (&Scene, &Continue),
     subject: &dyn Subject,
     x: DVector<f64>,
     hooks: &mut dyn Hooks,
-) -> Result<BranchRecord> {
+) -> Result<Option<BranchRecord>> {
     let span = wanted.to - wanted.from;
     let family = subject.family(scene, wanted.parameter, span);
     let tighter =
@@ -180,6 +220,9 @@ fn followed(
         Watch::new(hooks, wanted),
     );
     study.through("the scene".to_owned(), x, wanted.from, wanted.both)?;
+    if study.left {
+        return Ok(None);
+    }
     if wanted.switch {
         study.switch();
     }
@@ -191,7 +234,7 @@ fn followed(
         }),
         None => None,
     };
-    Ok(BranchRecord {
+    Ok(Some(BranchRecord {
         parameter: wanted.parameter,
         units: scene.units,
         length: scene.rod.length,
@@ -206,7 +249,7 @@ fn followed(
         shapes: record::shapes((scene, wanted), subject, &study.rows),
         remarks: study.remarks,
         interrupted: study.watch.interrupted,
-    })
+    }))
 }
 
 /// The scene to tighter tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to

@@ -16,22 +16,26 @@ const SECTIONS: usize = 121;
 pub struct SingleRod<'a, C> {
     pub scene: &'a Scene,
     pub chart: C,
+    /// True if branches end where the rod becomes too taut for the chart.
+    pub while_slack: bool,
 }
 
-impl<C: Chart + Copy> SingleRod<'_, C> {
+impl<C: Chart + Clone> SingleRod<'_, C> {
     /// The rod of a scene as the only member of a family.
     fn at(&self, scene: &Scene, x: &DVector<f64>) -> Result<crate::rod::State> {
         let problem = scene.problem()?;
-        RodFamily::in_chart(|_| Ok(problem.clone()), false, 1.0, self.chart).state(x, 0.0)
+        let chart = self.chart.clone();
+        RodFamily::in_chart(|_| Ok(problem.clone()), false, 1.0, chart).state(x, 0.0)
     }
 }
 
-impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
+impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
     fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
         let scene = scene.clone();
         let problem = move |p: f64| scene.with(&parameter, p).problem();
         let changes_rod = parameter.changes_rod();
-        Box::new(RodFamily::in_chart(problem, changes_rod, span, self.chart))
+        let chart = self.chart.clone();
+        Box::new(RodFamily::in_chart(problem, changes_rod, span, chart))
     }
 
     fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<State> {
@@ -49,6 +53,7 @@ impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
         Ok(State {
             numbers: numbers.collect(),
             left_over: state.residual,
+            left: self.while_slack && scene.problem()?.is_taut(&state.base, end),
         })
     }
 
@@ -78,8 +83,9 @@ impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
     }
 
     fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {
-        let base = self.at(scene, x)?.base;
-        Ok(vec![scene.problem()?.shape(&base, SECTIONS)?])
+        let last = SECTIONS - 1;
+        let at: Vec<f64> = (0..=last).map(|i| i as f64 / last as f64).collect();
+        Ok(vec![self.chart.sections(&scene.problem()?, x, &at)?])
     }
 
     /// Along each unknown, both ways.
@@ -92,12 +98,16 @@ impl<C: Chart + Copy + 'static> Subject for SingleRod<'_, C> {
         (0..size).flat_map(both).collect()
     }
 
+    fn reach(&self, size: f64) -> f64 {
+        self.chart.reach(size)
+    }
+
     fn sought(&self, size: f64) -> String {
         let stiffness = self
             .scene
             .cosserat_rod()
             .map(|rod| rod.reference_stiffness());
-        let couple = size * stiffness.unwrap_or(f64::NAN) / self.scene.rod.length;
+        let couple = self.chart.reach(size) * stiffness.unwrap_or(f64::NAN) / self.scene.rod.length;
         let force = couple / self.scene.rod.length;
         let units = |of| (1.0, self.scene.units.symbol(of));
         Message::from("base wrenches up to a couple of ")

@@ -85,7 +85,7 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
     DeflationRecord {
         found,
         values,
-        largest_wrench: bound,
+        largest_wrench: study.subject.reach(bound),
         evaluations,
     }
 }

@@ -13,6 +13,8 @@ pub struct State {
     pub numbers: Vec<f64>,
     /// How far it is from solving its equations, in the column after the index.
     pub left_over: f64,
+    /// True if it has left what the unknowns are good for, so that its branch is to be followed in others.
+    pub left: bool,
 }
 
 /// A rod or an assembly whose branches are followed, all in the same unknowns.
@@ -44,6 +46,11 @@ pub trait Subject {
 
     /// Where deflation begins, beside the equilibria that are known.
     fn guesses(&self) -> Vec<DVector<f64>>;
+
+    /// How large wrenches are whose unknowns are of this size.
+    fn reach(&self, size: f64) -> f64 {
+        size
+    }
 
     /// Among what deflation searches, for unknowns up to this size.
     fn sought(&self, size: f64) -> String;

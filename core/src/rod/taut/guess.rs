@@ -44,6 +44,29 @@ impl Layer {
         }
     }
 
+    /// At an end along the pull but for a force beside it, on the arm `arm`: the layer bears what is left of that force's couple.
+    fn beside(arm: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Option<Self> {
+        let across = n.cross(arm);
+        let axis = across.try_normalize(1e-12 * n.norm() * arm.norm())?;
+        let whole = across.norm().atan2(arm.dot(n));
+        let lam = (flexure * n.norm()).sqrt();
+        let couple = |angle: f64| 2.0 * lam * (0.5 * angle).sin() / flexure;
+        let (mut low, mut high) = (0.0, whole);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            match couple(middle) < n.norm() * arm.norm() * (whole - middle).sin() {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        Some(Self {
+            axis,
+            angle: low,
+            lam,
+            flexure,
+        })
+    }
+
     /// The angle that is left `way` from the end: the pendulum's separatrix.
     fn left(&self, way: f64) -> f64 {
         4.0 * ((0.25 * self.angle).tan() * (-self.lam * way).exp()).atan()
@@ -96,6 +119,7 @@ impl Pulled<'_> {
             Tip::Loaded { couple, arm } => {
                 (couple + (frame(&last.turn) * arm).cross(&n) - last.m) / self.kappa
             }
+            Tip::Following(couple) => (frame(&last.turn) * couple - last.m) / self.kappa,
         };
         (missed.norm() < MISSED).then(|| Shape {
             nodes: all.iter().step_by(STAGES + 1).copied().collect(),
@@ -123,6 +147,8 @@ impl Pulled<'_> {
         let about = match tip {
             Tip::Turned(_) => m0.dot(&pull),
             Tip::Loaded { couple, .. } => couple.dot(&pull),
+            // The end points along the pull but for its layer.
+            Tip::Following(couple) => couple.z,
         };
         // The middle of the rod, and the steepest layer.
         let local = Vector6::new(0.0, 0.0, about, 0.0, 0.0, n.norm());
@@ -133,7 +159,11 @@ impl Pulled<'_> {
         let straight = first.turn(first.angle);
         let twisted = middle.strain[2];
         let (last, twist) = match tip {
-            Tip::Loaded { .. } => (None, twisted),
+            Tip::Loaded { arm, .. } => {
+                let end = product(&exponential(&(pull * twisted)), &straight);
+                (Layer::beside(&(frame(&end) * arm), &n, far), twisted)
+            }
+            Tip::Following(_) => (None, twisted),
             Tip::Turned(target) => {
                 let layer = Layer::new(&target.column(2).into_owned(), &n, far);
                 let wanted = UnitQuaternion::from_rotation_matrix(

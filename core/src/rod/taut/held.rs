@@ -1,16 +1,17 @@
 //! Problems of taut rods: what is held and loaded at the end decides the force, three unknowns instead of six.
 
 use super::interval::Pulled;
-use super::{Shape, Solved, Spring, Tip, solved};
+use super::{Solved, Spring, Tip, solved};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{frame, halves, joined};
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::path::{Path, Taken};
-use crate::rod::{Problem, RodSection, Wrench};
+use crate::rod::{Plane, Problem, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first.
-const TAUT: f64 = 16.0;
+/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first, and beyond which it is tried when nothing stable was found.
+pub(in crate::rod) const TAUT: f64 = 16.0;
+pub(in crate::rod) const TIGHT: f64 = 8.0;
 /// What base wrenches of taut rods have of it at least, and how well their couple must agree, over sqrt(F B).
 const PULLED: f64 = 12.0;
 const AGREES: f64 = 1e-5;
@@ -23,9 +24,10 @@ const FOUND: f64 = 1e-12;
 const RANGE: (f64, f64) = (3.0, 1e6);
 
 impl Problem {
-    fn tip(&self) -> Tip {
+    pub(in crate::rod) fn tip(&self) -> Tip {
         match self.orientation {
             Some(directors) => Tip::Turned(directors),
+            None if self.end.follower => Tip::Following(self.couple),
             None => Tip::Loaded {
                 couple: self.couple,
                 arm: self.arm,
@@ -33,11 +35,12 @@ impl Problem {
         }
     }
 
-    fn is_held(&self) -> [bool; 3] {
+    pub(in crate::rod) fn is_held(&self) -> [bool; 3] {
         self.end.position.map(|x| x.is_some())
     }
 
-    fn flexure(&self) -> f64 {
+    /// Mean bending compliance of the numerics: lam^2 = flexure |n|.
+    pub(in crate::rod) fn flexure(&self) -> f64 {
         let [a, b] = self.rod.law.flexures();
         0.5 * (a + b)
     }
@@ -45,10 +48,7 @@ impl Problem {
     /// The taut rod that a base wrench of the numerics means, if it is one; none with a load along it.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
-        if self.weight.is_some()
-            || self.end.follower
-            || !((self.flexure() * n.norm()).sqrt() > PULLED)
-        {
+        if self.weight.is_some() || !((self.flexure() * n.norm()).sqrt() > PULLED) {
             return None;
         }
         let found = solved(
@@ -64,31 +64,30 @@ impl Problem {
         (agrees && pulled).then_some(found)
     }
 
-    /// The index of a taut rod.
-    pub(in crate::rod) fn taut_index(&self, found: &Solved) -> Result<usize> {
+    /// The index of a taut rod found beside a spring.
+    pub(in crate::rod) fn taut_index(&self, found: &Solved, spring: &Spring) -> Result<usize> {
         let axes = self.is_held().into_iter().zip(&self.axes);
         let axes: Vec<_> = axes
             .filter(|(held, _)| *held)
             .map(|(_, axis)| *axis)
             .collect();
         let pulled = Pulled::new(&self.rod.law, found.shape.n);
-        pulled.index(&found.shape, &self.tip(), &found.by_force.position, &axes)
+        let alone = spring.alone(&found.by_force.position)?;
+        pulled.index(&found.shape, &self.tip(), &alone, &axes)
     }
 
-    /// Sections of a taut rod at places in [0, 1], in growing order.
+    /// Sections of a taut rod, found beside a spring, at places in [0, 1], in growing order.
     pub(in crate::rod) fn taut_sections(
         &self,
         found: &Solved,
+        spring: &Spring,
         at: &[f64],
     ) -> Result<Vec<RodSection>> {
         let n = found.shape.n;
-        let pulled = Pulled::new(&self.rod.law, n);
-        let sections = pulled.sections(
-            &found.shape,
-            (&self.tip(), &Spring::NONE),
-            at,
-            self.tolerance,
-        )?;
+        let borne = n + (found.position - spring.at) * spring.stiffness;
+        let pulled = Pulled::new(&self.rod.law, borne);
+        let tip = self.tip();
+        let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
         let sections = sections.iter().zip(at);
         sections
             .map(|((section, r, energy), s)| self.rod.outward_section(*s, section, r, *energy, &n))
@@ -126,18 +125,29 @@ impl Problem {
         (low < 0.9 * RANGE.1).then(|| along * (low * low / flexure))
     }
 
-    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut.
-    pub(in crate::rod) fn solve_taut(&self, guess: Option<&Wrench>) -> Option<Result<Equilibrium>> {
-        if self.weight.is_some()
-            || self.end.follower
-            || matches!(self.path, Path::Planar | Path::ClosedForm)
-        {
+    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut, sqrt(F L^2/B) below `from`.
+    pub(in crate::rod) fn solve_taut(
+        &self,
+        guess: Option<&Wrench>,
+        from: f64,
+    ) -> Option<Result<Equilibrium>> {
+        if self.weight.is_some() || self.path == Path::ClosedForm {
             return None;
         }
+        let guess = guess.map(|base| self.rod.inward(base));
+        let plane = match self.path {
+            Path::Planar => Some(self.plane(guess.as_ref()).ok()?),
+            _ => None,
+        };
         let held = self.is_held();
-        let (m, start) = match guess {
-            Some(base) => halves(&self.rod.inward(base)),
+        let (m, start) = match &guess {
+            Some(b) => halves(b),
             None if held == [true; 3] => (Vector3::zeros(), self.stretched()?),
+            // A force that turns with the end leads the rod along the clamp's d3.
+            None if self.end.follower => {
+                let force = Vector3::from(self.targets).norm();
+                (Vector3::zeros(), Vector3::z() * force)
+            }
             None => {
                 let loaded = (0..3).filter(|i| !held[*i]);
                 let force = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
@@ -145,17 +155,25 @@ impl Problem {
             }
         };
         let lam = (self.flexure() * start.norm()).sqrt();
-        (lam > TAUT).then(|| self.find_force(&m, start, guess.is_some()))
+        (lam > from).then(|| self.find_force(&m, start, (guess.is_some(), plane)))
     }
 
     fn find_force(
         &self,
         m: &Vector3<f64>,
         start: Vector3<f64>,
-        from_guess: bool,
+        (from_guess, plane): (bool, Option<Plane>),
     ) -> Result<Equilibrium> {
         let (held, tip) = (self.is_held(), self.tip());
-        let (mut n, mut last): (_, Option<Shape>) = (start, None);
+        let mut n = start;
+        // Without a guess the couple at the base tells nothing.
+        let mut last = match from_guess {
+            true => None,
+            false => {
+                let straight = Pulled::new(&self.rod.law, n);
+                Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
+            }
+        };
         let mut route = Route {
             from_guess,
             ..Route::start()
@@ -173,7 +191,13 @@ impl Problem {
             route.iterations += 1;
             route.evaluations += found.iterations;
             let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());
-            for i in 0..3 {
+            if self.end.follower {
+                let directors = frame(&found.shape.at(1.0).turn);
+                off = directors.tr_mul(&n) - Vector3::from(self.targets);
+                let turned = n.cross_matrix() * found.by_force.turn;
+                by = directors.tr_mul(&(Matrix3::identity() + turned));
+            }
+            for i in (0..3).filter(|_| !self.end.follower) {
                 let axis = self.axes[i];
                 let (is, row) = match held[i] {
                     true => (found.position, axis.transpose() * found.by_force.position),
@@ -190,7 +214,7 @@ impl Problem {
             let size = step.norm() / n.norm();
             // Down to rounding, if no better.
             if size < FOUND || (size < 1e-6 && size > 0.5 * before) {
-                return self.told(&found, off.norm(), route);
+                return self.told(&found, off.norm(), route, plane);
             }
             before = size;
             let part = (CHANGE / size).min(1.0);
@@ -203,27 +227,42 @@ impl Problem {
         ))
     }
 
-    fn told(&self, found: &Solved, residual: f64, route: Route) -> Result<Equilibrium> {
+    fn told(
+        &self,
+        found: &Solved,
+        residual: f64,
+        route: Route,
+        plane: Option<Plane>,
+    ) -> Result<Equilibrium> {
         let n = found.shape.n;
         let lam = (self.flexure() * n.norm()).sqrt();
-        if lam < 0.5 * TAUT {
+        if lam < TIGHT {
             return Err(Error::no_convergence(
                 "the guess is that of a taut rod, and leads to one that is slack; give a nearer guess",
             ));
         }
         let b = joined(&found.base_couple, &n);
+        if plane.is_some_and(|plane| !plane.part(&b).1) {
+            return Err(Error::no_convergence(
+                "the equilibrium of a taut rod that was found is not in the plane; use solve.path = \"auto\"",
+            ));
+        }
+        let path = match plane {
+            Some(_) => Path::Planar,
+            None => Path::Spatial,
+        };
         let last = found.shape.at(1.0);
         Ok(Equilibrium {
             base: self.rod.outward_wrench(&b),
             end: self
                 .rod
                 .outward_section(1.0, &last, &found.position, found.energy, &n)?,
-            index: self.taut_index(found)?,
+            index: self.taut_index(found, &Spring::NONE)?,
             potential: 0.0,
             residual,
             route,
             taken: Taken::new(
-                Path::Spatial,
+                path,
                 format!(
                     "the rod is taut, sqrt(F L^2/B) = {lam:.1}: the force is the unknown, and the rod is solved from both ends"
                 ),

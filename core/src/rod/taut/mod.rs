@@ -14,6 +14,7 @@ mod index;
 mod interval;
 mod mesh;
 mod pulled;
+mod spring;
 
 use super::line::Wrench;
 use super::scaled_law::ScaledLaw;
@@ -23,8 +24,10 @@ use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow,
 use interval::{Condensed, Pulled, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+pub(in crate::rod) use held::{TAUT, TIGHT};
 pub(in crate::rod) use interval::Section;
 pub use pulled::Taut;
+pub use spring::Spring;
 
 /// What is given at the end of a rod, beside the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,37 +41,8 @@ pub enum Tip {
         /// From the end to where the force acts, along the directors of the end.
         arm: Vector3<f64>,
     },
-}
-
-/// A spring beside the end of a rod: together they bear the force that is given, n + stiffness (r(1) - at).
-///
-/// A rod becomes neutral under a given force before it does with its end held in place, for that holds it better: its force is no
-/// chart on the way to its fold. What a spring makes of it is one, unless the spring is as soft as the rod is unstable.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spring {
-    /// Force over length; infinite if the end is held at its place.
-    pub stiffness: f64,
-    /// Where the end is to be for the spring to bear nothing.
-    pub at: Vector3<f64>,
-}
-
-impl Spring {
-    /// None: the force is as given.
-    pub const NONE: Self = Self {
-        stiffness: 0.0,
-        at: Vector3::new(0.0, 0.0, 0.0),
-    };
-
-    /// d r(1)/dn of the rod alone, of which the spring makes `give` = C (1 + k C)^-1.
-    fn alone(&self, give: &Matrix3<f64>) -> Result<Matrix3<f64>> {
-        let left = Matrix3::identity() - give * self.stiffness;
-        let inverse = left.try_inverse().ok_or_else(|| {
-            Error::ill_conditioned(
-                "the index of a taut rod is undefined: it is neutral under its force",
-            )
-        })?;
-        Ok(give * inverse)
-    }
+    /// The couple on it, along its directors: it turns with the end.
+    Following(Vector3<f64>),
 }
 
 /// A taut rod, to begin another with: mesh, frames and couples.
@@ -116,6 +90,8 @@ const MOST: usize = 40;
 const MESHES: usize = 24;
 /// How often a mesh is halved for what is between its nodes.
 const HALVINGS: usize = 2;
+/// How often one after the other a mesh is halved all along because Newton's method fares badly on it: elsewhere there is no such rod.
+const COARSE_MESHES: usize = 3;
 /// Intervals at most.
 const INTERVALS: usize = 2_000;
 /// A mesh serves where sqrt|n| is not farther from that it was made for.
@@ -146,6 +122,11 @@ impl Shape {
     fn serves(&self, n: &Vector3<f64>, tolerance: f64) -> bool {
         let ratio = (n.norm() / self.n.norm()).sqrt();
         self.tolerance <= tolerance && (1.0 / ALIKE..ALIKE).contains(&ratio)
+    }
+
+    /// The force that it bears.
+    pub fn force(&self) -> Vector3<f64> {
+        self.n
     }
 
     /// How many intervals it has.
@@ -287,6 +268,7 @@ impl Pulled<'_> {
                         arm: *arm,
                     }
                 }
+                Tip::Following(couple) => Tip::Following(way(&turn.tr_mul(&last.m), couple)),
             };
             let spring = Spring {
                 at: way(&place, &spring.at),
@@ -311,17 +293,19 @@ impl Pulled<'_> {
         if spring.stiffness == 0.0 {
             shape.n = self.n;
         }
-        let mut iterations = 0;
+        let (mut iterations, mut coarse) = (0, 0);
         for _ in 0..MESHES {
             let before = shape.clone();
             let Some((correction, steps)) = self.newton(&mut shape, tip, spring, tolerance)? else {
                 let all = vec![true; before.stages.len()];
-                if all.len() > INTERVALS {
+                coarse += 1;
+                if coarse > COARSE_MESHES || all.len() > INTERVALS {
                     break;
                 }
                 shape = before.halved(&all);
                 continue;
             };
+            coarse = 0;
             let there = self.under(&shape.n);
             iterations += steps;
             let mut split = Vec::with_capacity(shape.stages.len());
@@ -481,6 +465,16 @@ impl Pulled<'_> {
                 let by_couple = unit / self.kappa;
                 end.right.fixed_columns_mut::<3>(3).copy_from(&by_couple);
                 end.right.column_mut(REST).copy_from(&(off / self.kappa));
+            }
+            Tip::Following(couple) => {
+                let couple = frame(&last.turn) * couple;
+                let turned = couple.cross_matrix() / self.kappa;
+                end.by.fixed_columns_mut::<3>(0).copy_from(&turned);
+                end.by.fixed_columns_mut::<3>(3).copy_from(&unit);
+                let by_couple = unit / self.kappa;
+                end.right.fixed_columns_mut::<3>(3).copy_from(&by_couple);
+                let off = (couple - last.m) / self.kappa;
+                end.right.column_mut(REST).copy_from(&off);
             }
         }
         end

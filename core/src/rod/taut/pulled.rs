@@ -85,6 +85,7 @@ impl Rod {
                 couple: turn.tr_mul(on) / couple,
                 arm: arm / self.length,
             },
+            Tip::Following(on) => Tip::Following(on / couple),
         };
         let spring = Spring {
             stiffness: spring.stiffness * self.length / force,
@@ -113,7 +114,7 @@ impl Rod {
         };
         let by_tip = match tip {
             Tip::Turned(_) => 1.0,
-            Tip::Loaded { .. } => couple,
+            Tip::Loaded { .. } | Tip::Following(_) => couple,
         };
         let last = found.shape.at(1.0);
         let end =
