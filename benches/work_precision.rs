@@ -7,9 +7,11 @@
 
 use nalgebra::Vector2;
 use snaprod::body::{Body, TimeLoad};
-use snaprod::elastica::{Elastica, Equilibrium};
+use snaprod::elastica::{Elastica, Equilibrium, LightRod};
 use snaprod::manifold::Multivalued;
 use snaprod::motion::{Event, Options, Run};
+use std::f64::consts::SQRT_2;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// A problem: body, start, velocity, duration, state (r, v) at the end, the peer's milliseconds.
@@ -148,6 +150,10 @@ fn main() {
     for (name, body) in ledger_scenes() {
         println!("{}", ledger(name, &body));
     }
+    println!();
+    for start in ROD_MASS {
+        println!("{}", rod_mass(start));
+    }
     if let Some(peak) = peak_memory() {
         println!("peak memory of this process: {peak:.1} MB");
     }
@@ -188,6 +194,45 @@ fn ledger(name: &str, body: &Body<2>) -> String {
         run.cost().steps,
         clock.elapsed().as_secs_f64(),
         error / end.ledger.largest()
+    )
+}
+
+/// Motions with the mass of the rod: lambda, p, velocity, dead load, duration.
+type Heavy = (f64, f64, [f64; 2], [f64; 2], f64);
+const ROD_MASS: [Heavy; 2] = [
+    (SQRT_2, -1.6088, [0.0, 0.3], [0.0, -2.0], 20.0),
+    (4.0, 0.855, [0.3, 0.1], [-10.0, 3.0], 5.0),
+];
+
+/// One line on what following the mass of the rod to first order costs.
+fn rod_mass((lam, p, v, load, duration): Heavy) -> String {
+    let start = Equilibrium::from_lambda_p(lam, p).unwrap();
+    let options = Options::new(duration)
+        .unwrap()
+        .with_tolerance(1e-10)
+        .unwrap();
+    let none = Body::new(1.0)
+        .unwrap()
+        .with_dead_force(load.into())
+        .unwrap();
+    let rod = LightRod {
+        mass: 0.01,
+        gravity: Vector2::zeros(),
+    };
+    let first = none.clone().with_rod(Arc::new(rod));
+    let [none, first] = [none, first].map(|body| {
+        let time = |_| {
+            let q = Vector2::new(start.p, start.w);
+            let mut run = Run::new(&Elastica, &body, q, v.into(), options).unwrap();
+            let clock = Instant::now();
+            while !matches!(run.next(), Some(Event::Stop(_))) {}
+            1e6 * clock.elapsed().as_secs_f64() / run.cost().evaluations as f64
+        };
+        (0..15).map(time).fold(f64::INFINITY, f64::min)
+    });
+    format!(
+        "mass of the rod, from lambda = {lam:.2}: {none:.3} us per right-hand side without, {first:.3} to first order: ratio {:.2}",
+        first / none
     )
 }
 

@@ -203,8 +203,9 @@ impl ChartPoint {
         Ok(Self::from_integrals(p, Integrals::at_load(p, lam)?))
     }
 
+    /// The point p with these integrals.
     #[inline]
-    fn from_integrals(p: f64, i: Integrals) -> Self {
+    pub(super) fn from_integrals(p: f64, i: Integrals) -> Self {
         let Integrals {
             kap,
             kap_c,

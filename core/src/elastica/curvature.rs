@@ -1,6 +1,7 @@
 //! Second derivatives of the tip over (p, lam), in closed form: what cusps and error bounds need.
 
-use super::chart::{ChartPoint, Integrals};
+use super::along::Real;
+use super::chart::{ChartPoint, Integrals, Modulus};
 
 /// First and second derivatives of the tip (x, y) with respect to p and lam, in the turned axes of
 /// [`ChartPoint`] (rotate with `to_fixed`).
@@ -23,71 +24,78 @@ pub struct TipDerivatives {
 
 /// The pendulum of the rod at the distance u = lam of `Integrals` from the tip: the angle psi and the place Z(u) = int_0^u (cos psi,
 /// sin psi) with their derivatives along u and, at fixed u, along the modulus p.
-pub(super) struct Swing {
-    pub z: [f64; 2],
-    pub z_p: [f64; 2],
-    pub z_pp: [f64; 2],
-    pub psi_p: f64,
-    pub psi_u: f64,
-    pub psi_pp: f64,
-    pub psi_pu: f64,
-    pub psi_uu: f64,
-    cos_psi: f64,
-    sin_psi: f64,
+pub(super) struct Swing<T = f64> {
+    pub z: [T; 2],
+    pub z_p: [T; 2],
+    pub z_pp: [T; 2],
+    pub psi_p: T,
+    pub psi_u: T,
+    pub psi_pp: T,
+    pub psi_pu: T,
+    pub psi_uu: T,
+    cos_psi: T,
+    sin_psi: T,
 }
 
 impl Swing {
     pub fn new(i: &Integrals) -> Self {
-        let (kap, kc2, s, c, d, u, b) = (i.kap, i.kap_c * i.kap_c, i.s, i.c, i.d, i.lam, i.b);
+        let modulus = Modulus {
+            kap: i.kap,
+            kap_c: i.kap_c,
+        };
+        Self::at(&modulus, i.lam, [i.s, i.c, i.d, i.b])
+    }
+
+    /// At the tip.
+    pub fn start(modulus: &Modulus) -> Self {
+        Self::at(modulus, 0.0, [0.0, 1.0, modulus.kap_c, 0.0])
+    }
+}
+
+impl<T: Real> Swing<T> {
+    /// At the distance u with (s, c, d, b) of `Integrals`.
+    #[inline(always)]
+    pub fn at(modulus: &Modulus, u: T, [s, c, d, b]: [T; 4]) -> Self {
+        let (kap, kc2) = (modulus.kap, modulus.kap_c * modulus.kap_c);
         let kap2 = kap * kap;
-        let g = i.lam_p();
+        let over = d.inverse();
+        let (cd, cs) = (c * d, c * s * over);
+        let g = (b + cs) * kap;
         let dg = d * g;
-        let rate = s * (kap2 - d * d) + kap2 * c * d * b;
+        let rate = s * (T::both(kap2) - d * d) + cd * b * kap2;
         // At fixed u: c_p = s D G, s_p = -c D G.
-        let d_p = -kap * kc2 * c * c / d - kap2 * s * c * g;
-        let g_p = kc2 * (u - b) + kap * kc2 * c * c / (d * d) * (kap * s * c / d - g);
-        let z_p = [
-            -2.0 * (kap * kc2 * (u - b) + d * dg),
-            2.0 * (kc2 * s - kap * c * dg),
-        ];
+        let c_over = c * over;
+        let d_p = c * c_over * (-kap * kc2) - s * c * g * kap2;
+        let g_p = (u - b) * kc2 - c_over * c_over * b * (kap2 * kc2);
+        let less = (u - b) * kc2;
+        let z_p = [(less * kap + d * dg) * -2.0, (s * kc2 - c * dg * kap) * 2.0];
         // kap B_p at fixed u, free of the division by kap.
-        let kap_b_p = kc2 * (u - 2.0 * b - c * s / d) - kap * s * s * g;
+        let kap_b_p = (u - b * 2.0 - cs) * kc2 - s * s * g * kap;
+        let bent = d_p * g + d * g_p;
         let z_pp = [
-            -2.0 * (kc2 * (kc2 - 2.0 * kap2) * (u - b) - kc2 * kap_b_p
-                + 2.0 * d * d_p * g
-                + d * d * g_p),
-            2.0 * (-2.0 * kap * kc2 * s
-                - 2.0 * kc2 * c * dg
-                - kap * (s * dg * dg + c * d_p * g + c * d * g_p)),
+            (less * (kc2 - 2.0 * kap2) - kap_b_p * kc2 + d * (bent + d_p * g)) * -2.0,
+            (s * (-2.0 * kap * kc2) - c * dg * (2.0 * kc2) - (s * dg * dg + c * bent) * kap) * 2.0,
         ];
+        let twice = cd * (2.0 * kap);
         Self {
-            z: [2.0 * i.de() - u, 2.0 * kap * s],
+            // Z_x = 2 int D^2 - u, int D^2 = kap'^2 u + kap^2 B.
+            z: [(u * kc2 + b * kap2) * 2.0 - u, s * (2.0 * kap)],
             z_p,
             z_pp,
-            psi_p: 2.0 * (c * d + kap2 * s * b),
-            psi_u: -2.0 * kap * s,
-            psi_pp: 2.0 * (kap * kc2 * (s * u - c / d) - g * rate),
-            psi_pu: 2.0 * rate,
-            psi_uu: -2.0 * kap * c * d,
+            psi_p: (cd + s * b * kap2) * 2.0,
+            psi_u: s * (-2.0 * kap),
+            psi_pp: ((s * u - c_over) * (kap * kc2) - g * rate) * 2.0,
+            psi_pu: rate * 2.0,
+            psi_uu: twice * -1.0,
             // D^2 + kap^2 c^2 = 1.
-            cos_psi: (d - kap * c) * (d + kap * c),
-            sin_psi: 2.0 * kap * c * d,
+            cos_psi: (d - c * kap) * (d + c * kap),
+            sin_psi: twice,
         }
     }
 
     /// dZ/du.
-    pub fn z_u(&self) -> [f64; 2] {
+    pub fn z_u(&self) -> [T; 2] {
         [self.cos_psi, self.sin_psi]
-    }
-
-    /// d2Z/dp du.
-    pub fn z_pu(&self) -> [f64; 2] {
-        quarter(self.z_u()).map(|x| x * self.psi_p)
-    }
-
-    /// d2Z/du2.
-    pub fn z_uu(&self) -> [f64; 2] {
-        quarter(self.z_u()).map(|x| x * self.psi_u)
     }
 }
 
@@ -129,7 +137,7 @@ impl TipDerivatives {
 }
 
 /// The second derivative of Rot(alpha) r, in the turned axes, from that of r and the first derivatives of both along two parameters.
-pub(super) fn turned(
+fn turned(
     r: [f64; 2],
     second: [f64; 2],
     a: f64,

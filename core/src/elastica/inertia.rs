@@ -10,36 +10,28 @@
 //!
 //! Units: length 1, bending stiffness 1.
 
-use super::chart::{ChartPoint, Integrals};
-use super::curvature::{Swing, TipDerivatives, turned};
+use super::along::{Along, Real, Two};
+use super::chart::{ChartPoint, Integrals, Modulus};
+use super::curvature::{Swing, TipDerivatives};
 use crate::error::{Error, Result};
 use crate::manifold::RodMass;
 use crate::math::gauss::Rule;
 use nalgebra::{Matrix2, Vector2};
+use std::sync::OnceLock;
 
-/// Nodes along the rod: a base, and more as it is pulled harder, for bends of width 1/lam.
-const NODES: [f64; 2] = [24.0, 4.0];
 /// A rod pulled harder than this is left out: its bends are narrower than what any mass of the rod bears.
 const TAUT: f64 = 100.0;
 
-/// One section of the rod: its place and how that follows (p, lam).
-struct Section {
-    weight: f64,
-    place: Vector2<f64>,
-    by: Matrix2<f64>,
-    /// Second derivatives: pp, p lam, lam lam.
-    second: [Vector2<f64>; 3],
-    /// d theta'/d(p, lam).
-    curvature: Vector2<f64>,
-}
-
 /// A rod on its equilibrium (p, lam), as far as its mass is concerned, per unit of mass.
 pub struct RodInertia {
-    sections: Vec<Section>,
-    /// d r(1)/d(p, lam).
+    p: f64,
+    modulus: Modulus,
+    /// The chart's integrals at (p, lam).
+    integrals: Integrals,
+    clamp: Swing,
+    along: Along,
+    /// d r(1)/d(p, lam), in the axes of [`ChartPoint::turned`].
     by: Matrix2<f64>,
-    /// Second derivatives of r(1).
-    second: [Vector2<f64>; 3],
 }
 
 /// What a unit of the rod's mass adds to the equation of motion of the end.
@@ -53,63 +45,159 @@ pub struct Added {
     pub centre: Vector2<f64>,
 }
 
-/// x^T H x of second derivatives (11, 12, 22).
-fn quadratic(second: &[Vector2<f64>; 3], x: &Vector2<f64>) -> Vector2<f64> {
-    second[0] * (x[0] * x[0]) + second[1] * (2.0 * x[0] * x[1]) + second[2] * (x[1] * x[1])
-}
-
 impl RodInertia {
     /// The rod at the chart point (p, w).
     ///
     /// # Errors
     /// A point outside the chart; a pull above lam = 100.
     pub fn new(p: f64, w: f64) -> Result<Self> {
-        let at = ChartPoint::new(p, w);
-        let lam = at.integrals.lam;
-        if !(lam > 0.0 && lam < TAUT) {
-            return Err(Error::domain(format!(
-                "the rod is pulled with lambda = {lam}; its mass is followed for 0 < lambda < {TAUT}"
-            )));
-        }
-        let rule = Rule::new((NODES[0] + NODES[1] * lam) as usize);
-        let end = TipDerivatives::new(&at);
-        let clamp = Swing::new(&at.integrals);
-        let section = |(s, weight): (&f64, &f64)| {
-            let part = 1.0 - s;
-            let inner = Integrals::at_load(p, lam * part)?;
-            Ok(section(&at, &clamp, &inner, part, *weight))
+        let modulus = Modulus::new(p);
+        let integrals = Integrals::new(p, w);
+        let along = Along::new(&modulus, pulled(integrals.lam)?);
+        Ok(Self::of(p, modulus, integrals, along))
+    }
+
+    /// The rod of modulus p under the pull lam.
+    ///
+    /// # Errors
+    /// A pull that is not in (0, 100).
+    pub fn at_load(p: f64, lam: f64) -> Result<Self> {
+        let modulus = Modulus::new(p);
+        let along = Along::new(&modulus, pulled(lam)?);
+        Ok(Self::of(p, modulus, along.clamp(&modulus), along))
+    }
+
+    fn of(p: f64, modulus: Modulus, integrals: Integrals, along: Along) -> Self {
+        let mut rod = Self {
+            p,
+            modulus,
+            integrals,
+            clamp: Swing::new(&integrals),
+            along,
+            by: Matrix2::zeros(),
         };
-        let sections: Result<Vec<_>> = rule.nodes.iter().zip(&rule.weights).map(section).collect();
-        let vector = |v: [f64; 2]| Vector2::from(at.to_fixed(v));
-        Ok(Self {
-            sections: sections?,
-            by: Matrix2::from_columns(&[vector(end.p), vector(end.l)]),
-            second: [end.pp, end.pl, end.ll].map(vector),
-        })
+        let [_, by_p, by_l] = rod.field(0.0, &Swing::start(&modulus));
+        rod.by = Matrix2::new(by_p[0], by_l[0], by_p[1], by_l[1]);
+        rod
+    }
+
+    /// The chart's point.
+    fn point(&self) -> ChartPoint {
+        ChartPoint::from_integrals(self.p, self.integrals)
     }
 
     /// d(p, lam)/dt of the end's velocity; None at a fold.
     fn chart_rate(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let inverse = self.by.try_inverse()?;
-        Some((inverse, inverse * v))
+        Some((inverse, inverse * self.turned(v)))
+    }
+
+    /// A vector in the axes of [`ChartPoint::turned`].
+    fn turned(&self, v: &Vector2<f64>) -> Vector2<f64> {
+        self.turn().tr_mul(v)
+    }
+
+    /// The turn from those axes to those of the clamp.
+    fn turn(&self) -> Matrix2<f64> {
+        // alpha = -psi at the clamp.
+        let [cos, minus] = self.clamp.z_u();
+        let sin = -minus;
+        Matrix2::new(cos, -sin, sin, cos)
+    }
+
+    /// The place of the section with `part` of the rod beyond it, where the pendulum is at `here`, and its derivatives by p and lam.
+    #[inline(always)]
+    fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
+        let (clamp, inv) = (&self.clamp, 1.0 / self.integrals.lam);
+        let z_u = clamp.z_u();
+        let less = |x: f64, y: T| (T::both(x) - y) * inv;
+        let w = [0, 1].map(|i| less(clamp.z[i], here.z[i]));
+        let w_p = [0, 1].map(|i| less(clamp.z_p[i], here.z_p[i]));
+        let w_l = [0, 1].map(|i| less(z_u[i], part * here.z_u()[i] + w[i]));
+        // alpha = -psi at the clamp.
+        let turned = |v: [T; 2], a: f64| [v[0] - w[1] * a, v[1] + w[0] * a];
+        [w, turned(w_p, -clamp.psi_p), turned(w_l, -clamp.psi_u)]
+    }
+
+    /// The second derivative of such a place in time, while p and lam change at constant rates: what `Turning` has, applied to a
+    /// section with the field [w, by_p, by_l].
+    #[inline(always)]
+    fn second<T: Real>(
+        &self,
+        turning: &Turning,
+        part: T,
+        here: &Swing<T>,
+        field: &[[T; 2]; 3],
+    ) -> [T; 2] {
+        let inv = 1.0 / self.integrals.lam;
+        let [p, l] = turning.rate;
+        let [w, by_p, by_l] = field;
+        let [cos, sin] = here.z_u();
+        let along = (here.psi_p * (2.0 * p * l) + part * here.psi_u * (l * l)) * part;
+        let z = [
+            here.z_pp[0] * (p * p) - sin * along,
+            here.z_pp[1] * (p * p) + cos * along,
+        ];
+        // r = Rot(alpha) w, whose rate w' + alpha' J w the field has.
+        let (turn, spin) = (turning.first, turning.second);
+        let rate = [0, 1].map(|i| by_p[i] * p + by_l[i] * l);
+        let own = [rate[0] + w[1] * turn, rate[1] - w[0] * turn];
+        let own2 = [0, 1].map(|i| (T::both(turning.z[i]) - z[i] - own[i] * (2.0 * l)) * inv);
+        [
+            own2[0] - rate[1] * (2.0 * turn) - w[1] * spin + w[0] * (turn * turn),
+            own2[1] + rate[0] * (2.0 * turn) + w[0] * spin + w[1] * (turn * turn),
+        ]
+    }
+
+    /// Sums over nodes along the rod.
+    #[inline(always)]
+    fn sums<const K: usize>(&self, each: impl Fn(Two, &Swing<Two>) -> [Two; K]) -> [f64; K] {
+        let mut sums = [Two::both(0.0); K];
+        for (x, weight) in pairs(self.along.nodes()) {
+            let places = self.along.at(*x);
+            let terms = each(places.part, &places.swing(&self.modulus));
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                *sum = *sum + term * *weight;
+            }
+        }
+        sums.map(Two::sum)
     }
 
     /// What the end feels of a unit of mass of the rod while it moves with `v` and gravity g acts on the rod; None at a fold.
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
         let (inverse, rate) = self.chart_rate(v)?;
-        let end = quadratic(&self.second, &rate);
-        let mut added = Added {
-            mass: Matrix2::zeros(),
-            force: Vector2::zeros(),
-            centre: Vector2::zeros(),
+        let turning = Turning::new(&self.clamp, rate.into());
+        let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y] = self.sums(|part, here| {
+            let field = self.field(part, here);
+            let second = self.second(&turning, part, here, &field);
+            let [w, by_p, by_l] = field;
+            [
+                dot(by_p, by_p),
+                dot(by_p, by_l),
+                dot(by_l, by_l),
+                dot(by_p, second),
+                dot(by_l, second),
+                by_p[0],
+                by_p[1],
+                by_l[0],
+                by_l[1],
+                w[0],
+                w[1],
+            ]
+        });
+        let tip = Swing::start(&self.modulus);
+        let end = self.second(&turning, 0.0, &tip, &self.field(0.0, &tip));
+        // P = r_q Dr^-1, both in the turned axes.
+        let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
+        let g = self.turned(gravity);
+        let weight = Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y);
+        let left = Vector2::new(f1, f2) - carried * Vector2::from(end);
+        let turn = self.turn();
+        let added = Added {
+            mass: turn * inverse.tr_mul(&carried) * turn.transpose(),
+            force: turn * inverse.tr_mul(&(weight - left)),
+            centre: turn * Vector2::new(x, y),
         };
-        for section in &self.sections {
-            let carried = section.by * inverse;
-            let left = quadratic(&section.second, &rate) - carried * end;
-            added.mass += carried.transpose() * carried * section.weight;
-            added.force += carried.transpose() * (gravity - left) * section.weight;
-            added.centre += section.place * section.weight;
-        }
         let all = added.mass.iter().chain(&added.force);
         all.copied().all(f64::is_finite).then_some(added)
     }
@@ -117,49 +205,94 @@ impl RodInertia {
     /// (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam): twice the kinetic energy of the rod per unit of mass, and its
     /// dissipation by Kelvin-Voigt friction of the time 1, of the rates q'.
     pub fn metric(&self) -> (Matrix2<f64>, Matrix2<f64>) {
-        let mut sums = (Matrix2::zeros(), Matrix2::zeros());
-        for section in &self.sections {
-            sums.0 += section.by.transpose() * section.by * section.weight;
-            sums.1 += section.curvature * section.curvature.transpose() * section.weight;
-        }
-        sums
+        let lam = self.integrals.lam;
+        let [n11, n12, n22, r11, r12, r22] = self.sums(|part, here| {
+            let [_, by_p, by_l] = self.field(part, here);
+            // theta' = -lam psi_u at u = lam (1 - s).
+            let p = here.psi_pu * -lam;
+            let l = here.psi_u * -1.0 - part * here.psi_uu * lam;
+            [
+                dot(by_p, by_p),
+                dot(by_p, by_l),
+                dot(by_l, by_l),
+                p * p,
+                p * l,
+                l * l,
+            ]
+        });
+        (
+            Matrix2::new(n11, n12, n12, n22),
+            Matrix2::new(r11, r12, r12, r22),
+        )
     }
 
     /// d r(1)/d(p, lam), and its second derivatives (pp, p lam, lam lam).
-    pub fn end(&self) -> (&Matrix2<f64>, &[Vector2<f64>; 3]) {
-        (&self.by, &self.second)
+    pub fn end(&self) -> (Matrix2<f64>, [Vector2<f64>; 3]) {
+        let end = TipDerivatives::new(&self.point());
+        let fixed = |v: [f64; 2]| self.turn() * Vector2::from(v);
+        (self.turn() * self.by, [end.pp, end.pl, end.ll].map(fixed))
     }
 }
 
-/// The section with `part` of the rod beyond it, where the pendulum is at `inner`.
-fn section(at: &ChartPoint, clamp: &Swing, inner: &Integrals, part: f64, weight: f64) -> Section {
-    let (lam, inv) = (at.integrals.lam, 1.0 / at.integrals.lam);
-    let here = Swing::new(inner);
-    let less = |a: [f64; 2], part: f64, b: [f64; 2]| [a[0] - part * b[0], a[1] - part * b[1]];
-    let over = |a: [f64; 2]| a.map(|x| x * inv);
-    let w = over(less(clamp.z, 1.0, here.z));
-    let w_p = over(less(clamp.z_p, 1.0, here.z_p));
-    let w_l = over(less(less(clamp.z_u(), part, here.z_u()), 1.0, w));
-    let w_pp = over(less(clamp.z_pp, 1.0, here.z_pp));
-    let w_pl = over(less(less(clamp.z_pu(), part, here.z_pu()), 1.0, w_p));
-    let w_ll = over(less(less(clamp.z_uu(), part * part, here.z_uu()), 2.0, w_l));
-    // alpha = -psi at the clamp.
-    let (a_p, a_l) = (-clamp.psi_p, -clamp.psi_u);
-    let fixed = |v: [f64; 2]| Vector2::from(at.to_fixed(v));
-    let first = |wa: [f64; 2], a: f64| fixed([wa[0] - a * w[1], wa[1] + a * w[0]]);
-    let second = |w2, a, wa, b, wb, ab: f64| fixed(turned(w, w2, a, wa, b, wb, -ab));
-    Section {
-        weight,
-        place: fixed(w),
-        by: Matrix2::from_columns(&[first(w_p, a_p), first(w_l, a_l)]),
-        second: [
-            second(w_pp, a_p, w_p, a_p, w_p, clamp.psi_pp),
-            second(w_pl, a_p, w_p, a_l, w_l, clamp.psi_pu),
-            second(w_ll, a_l, w_l, a_l, w_l, clamp.psi_uu),
-        ],
-        // theta' = -lam psi_u at u = lam (1 - s).
-        curvature: Vector2::new(-lam * here.psi_pu, -here.psi_u - lam * part * here.psi_uu),
+fn pulled(lam: f64) -> Result<f64> {
+    if !(lam > 0.0 && lam < TAUT) {
+        return Err(Error::domain(format!(
+            "the rod is pulled with lambda = {lam}; its mass is followed for 0 < lambda < {TAUT}"
+        )));
     }
+    Ok(lam)
+}
+
+/// The Gauss rule on [-1, 1] of at least so many nodes, an even number: those > 0, and their weights on [0, 1].
+fn pairs(least: usize) -> &'static [(f64, f64)] {
+    const RULES: usize = 256;
+    static KEPT: [OnceLock<Vec<(f64, f64)>>; RULES] = [const { OnceLock::new() }; RULES];
+    let half = least.div_ceil(2).min(RULES);
+    KEPT[half - 1].get_or_init(|| {
+        let rule = Rule::new(2 * half);
+        let all = rule.nodes.iter().zip(&rule.weights).skip(half);
+        all.map(|(node, weight)| (2.0 * node - 1.0, *weight))
+            .collect()
+    })
+}
+
+/// How the turned axes move.
+struct Turning {
+    /// (p', lam').
+    rate: [f64; 2],
+    /// alpha', alpha''.
+    first: f64,
+    second: f64,
+    /// Z'' of the pendulum at the clamp.
+    z: [f64; 2],
+}
+
+impl Turning {
+    fn new(clamp: &Swing, rate: [f64; 2]) -> Self {
+        let [p, l] = rate;
+        let [cos, sin] = clamp.z_u();
+        let along = 2.0 * p * l * clamp.psi_p + l * l * clamp.psi_u;
+        // alpha = -psi at the clamp.
+        Self {
+            rate,
+            first: -(clamp.psi_p * p + clamp.psi_u * l),
+            second: -(clamp.psi_pp * p * p + 2.0 * clamp.psi_pu * p * l + clamp.psi_uu * l * l),
+            z: [
+                clamp.z_pp[0] * p * p - sin * along,
+                clamp.z_pp[1] * p * p + cos * along,
+            ],
+        }
+    }
+}
+
+#[inline(always)]
+fn dot(a: [Two; 2], b: [Two; 2]) -> Two {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// x^T H x of second derivatives (11, 12, 22).
+fn quadratic(second: &[Vector2<f64>; 3], x: &Vector2<f64>) -> Vector2<f64> {
+    second[0] * (x[0] * x[0]) + second[1] * (2.0 * x[0] * x[1]) + second[2] * (x[1] * x[1])
 }
 
 /// A planar elastica of small mass whose shapes stay equilibria.
@@ -201,12 +334,12 @@ impl Passage {
     /// # Errors
     /// As [`RodInertia::new`].
     pub fn new(p: f64, w: f64, v: &Vector2<f64>) -> Result<Self> {
-        Ok(Self::of(&ChartPoint::new(p, w), &RodInertia::new(p, w)?, v))
+        Ok(Self::of(&RodInertia::new(p, w)?, v))
     }
 
-    fn of(at: &ChartPoint, rod: &RodInertia, v: &Vector2<f64>) -> Self {
-        let i = &at.integrals;
-        let swing = Swing::new(i);
+    fn of(rod: &RodInertia, v: &Vector2<f64>) -> Self {
+        let (at, i) = (rod.point(), &rod.integrals);
+        let swing = &rod.clamp;
         let svd = rod.by.svd(false, true);
         let right = svd.v_t.expect("asked for");
         let z = right.row(svd.singular_values.imin()).transpose();
@@ -218,19 +351,12 @@ impl Passage {
         let turn = -(swing.psi_p * z[0] + swing.psi_u * z[1]);
         let ell = -(along * (2.0 * i.lam * z[1]) + aside * (i.lam * i.lam * turn));
         let (n, r) = rod.metric();
-        let [pp, pl, ll] = rod.second.map(|d| [d.x, d.y]);
-        let columns = [0, 1].map(|k| [rod.by[(0, k)], rod.by[(1, k)]]);
-        let end = TipDerivatives {
-            p: columns[0],
-            l: columns[1],
-            pp,
-            pl,
-            ll,
-        };
+        let end = TipDerivatives::new(&at);
+        let second = [end.pp, end.pl, end.ll].map(|d| Vector2::from(at.to_fixed(d)));
         let (fold, gradient) = fold_function(&end, i);
         Self {
             drive: ell.dot(v).abs(),
-            bend: 0.5 * ell.dot(&quadratic(&rod.second, &z)).abs(),
+            bend: 0.5 * ell.dot(&quadratic(&second, &z)).abs(),
             mass: z.dot(&(n * z)),
             friction: z.dot(&(r * z)),
             ahead: (fold / gradient.dot(&z)).abs(),
@@ -271,8 +397,14 @@ const PULLED: [f64; 2] = [30.0, 20.0];
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 
 impl RodMass<2> for LightRod {
-    fn added(&self, q: &Vector2<f64>, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-        let rod = RodInertia::new(q[0], q[1]).ok()?;
+    fn added(
+        &self,
+        q: &Vector2<f64>,
+        v: &Vector2<f64>,
+        force: &Vector2<f64>,
+    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        // The force is lam^2 (cos alpha, sin alpha).
+        let rod = RodInertia::at_load(q[0], force.norm().sqrt()).ok()?;
         let added = rod.added(v, &self.gravity)?;
         Some((added.mass * self.mass, added.force * self.mass))
     }
@@ -286,23 +418,22 @@ impl RodMass<2> for LightRod {
 
     fn holds(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> bool {
         let bound = usize::from(!followed);
-        let at = ChartPoint::new(q[0], q[1]);
-        let i = &at.integrals;
+        let Ok(rod) = RodInertia::new(q[0], q[1]) else {
+            return false;
+        };
+        let i = &rod.integrals;
         if !(i.lam < PULLED[bound] && i.kap.abs() > STRAIGHT[bound]) {
             return false;
         }
         if i.lam < UNFOLDED {
             return true;
         }
-        let Ok(rod) = RodInertia::new(q[0], q[1]) else {
-            return false;
-        };
         let Some((_, rate)) = rod.chart_rate(v) else {
             return false;
         };
-        let (fold, gradient) = fold_function(&TipDerivatives::new(&at), i);
+        let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
         let away = fold * gradient.dot(&rate) >= 0.0;
-        let passage = Passage::of(&at, &rod, v);
+        let passage = Passage::of(&rod, v);
         away || passage.time_ahead() > CLEAR[bound] * passage.inertial(self.mass)
     }
 }

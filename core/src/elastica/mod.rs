@@ -1,5 +1,6 @@
 //! The planar elastica with a point mass at its free end, in closed form (theory Sec. 2).
 
+mod along;
 pub mod atlas;
 mod boxes;
 pub mod chart;

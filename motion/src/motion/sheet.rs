@@ -481,7 +481,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     let action = body.action(y.t, &pose, &y.v, &force);
     let acceleration = match rod {
         None => action.acceleration,
-        Some(rod) => with_rod(rod, body.mass(), y, &action.acceleration)?,
+        Some(rod) => with_rod(rod, body.mass(), y, &force, &action.acceleration)?,
     };
     Some(Phase {
         q: along * slow,
@@ -493,14 +493,14 @@ fn slope<M: Multivalued<N>, const N: usize>(
 }
 
 /// The acceleration of a body of `mass` together with its rod: (mu I + A) v' = mu a + b, a that of the body without it.
-#[cold]
 fn with_rod<const N: usize>(
     rod: &dyn RodMass<N>,
     mass: f64,
     y: &Phase<N>,
+    force: &SVector<f64, N>,
     alone: &SVector<f64, N>,
 ) -> Option<SVector<f64, N>> {
-    let (added, force) = rod.added(&y.q, &y.v)?;
+    let (added, push) = rod.added(&y.q, &y.v, force)?;
     let all = (added + SMatrix::identity() * mass).cholesky()?;
-    Some(all.solve(&(alone * mass + force)))
+    Some(all.solve(&(alone * mass + push)))
 }
