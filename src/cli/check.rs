@@ -7,7 +7,7 @@ use serde_json::json;
 use snaprod::scene::{Faults, ReadError, Scene};
 use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::bar::BarPrepared;
-use snaprod::study::run::Prepared;
+use snaprod::study::run::{Prepared, SmallMass};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -96,11 +96,15 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.path.display().to_string();
     match args.scene.read() {
         Ok(scene) => match start(&scene) {
-            Ok(()) => {
+            Ok(mass) => {
                 if args.json {
-                    print_json(json!({ "scene": file, "valid": true, "faults": [] }));
+                    let mass = mass.map(|mass| mass.json());
+                    print_json(json!({ "scene": file, "valid": true, "faults": [], "mass": mass }));
                 } else {
                     print(&format!("{file}: no faults\n"));
+                    if let Some(mass) = mass {
+                        print(&format!("{}\n", mass.text(scene.units)));
+                    }
                 }
                 Ok(Ending::Done)
             }
@@ -123,18 +127,19 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     }
 }
 
-/// What only setting up can find.
-fn start(scene: &Scene) -> snaprod::Result<()> {
+/// What only setting up can find; what the mass of a planar rod changes, where it is known.
+fn start(scene: &Scene) -> snaprod::Result<Option<SmallMass>> {
     if scene.bar.is_some() {
-        return BarPrepared::new(scene).map(drop);
+        return BarPrepared::new(scene).map(|_| None);
     }
     match (scene.assembly.is_some(), scene.is_motion()) {
-        (true, true) => return AssemblyPrepared::new(scene)?.motion().map(drop),
-        (true, false) => return assembly::equilibrium(scene).map(drop),
+        (true, true) => return AssemblyPrepared::new(scene)?.motion().map(|_| None),
+        (true, false) => return assembly::equilibrium(scene).map(|_| None),
         (false, _) => {}
     }
     if !scene.is_motion() {
-        return scene.problem().map(drop);
+        return scene.problem().map(|_| None);
     }
-    Prepared::new(scene)?.motion().map(drop)
+    let prepared = Prepared::new(scene)?;
+    prepared.motion().map(|_| prepared.small_mass())
 }

@@ -119,6 +119,9 @@ fn text(record: &ModesRecord) -> String {
             },
         );
     }
+    if let Some(mass) = &motions.mass {
+        line("rod's mass", mass.text(record.units));
+    }
     for remark in &record.remarks {
         line("note", remark.clone());
     }

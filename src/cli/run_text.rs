@@ -179,7 +179,7 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
 fn mass(validity: &Validity) -> String {
     format!(
         "the rod has {:.2e} of the body's mass: {}",
-        validity.eps,
+        validity.rest.eps,
         validity.verdict()
     )
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use snaprod::scene::Scene;
-use snaprod::study::{Silent, Table, run};
+use snaprod::study::{Silent, Table, modes, run};
 
 const SNAP: &str = r#"
 [rod]
@@ -21,11 +21,14 @@ duration = 0.5
 "#;
 
 fn summary(text: &str, set: &[&str]) -> Value {
+    record(text, set).summary()
+}
+
+fn record(text: &str, set: &[&str]) -> run::RunRecord {
     let scene = Scene::parse_with(text, set).unwrap();
     let prepared = run::Prepared::new(&scene).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
-    record.summary()
+    run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap()
 }
 
 fn number(value: &Value, path: &str) -> f64 {
@@ -50,7 +53,8 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
     let duration = format!("run.duration={}", 0.5 * time);
     let scaled: Vec<&str> = units.into_iter().chain([&*velocity, &*duration]).collect();
     for (set, time) in [(&[][..], 1.0), (&scaled[..], time)] {
-        let found = summary(SNAP, set);
+        let record = record(SNAP, set);
+        let (found, events) = (record.summary(), record.events());
         let near = |path: &str, expected: f64, tolerance: f64| {
             let found = number(&found, path);
             assert!(
@@ -69,12 +73,67 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
             2e-4,
         );
         assert!(found["validity"]["folds"][0]["viscous_delay"].is_null());
+        // Each snap has its own, and the time to the next one or to the end.
+        let folds = found["validity"]["folds"].as_array().unwrap();
+        assert_eq!(folds.len(), events.len());
+        let ends = events[1..].iter().map(|next| number(next, "/t"));
+        let ends: Vec<f64> = ends.chain([number(&found, "/end/t")]).collect();
+        for ((fold, event), end) in folds.iter().zip(&events).zip(ends) {
+            let mass = &event["mass"];
+            assert_eq!(mass["inertial_delay"], fold["inertial_delay"]);
+            let left = end - number(event, "/t");
+            assert!((number(mass, "/until_next") - left).abs() < 1e-12 * time);
+            assert_eq!(number(mass, "/ringing_decays"), 0.0);
+            let verdict = mass["verdict"].as_str().unwrap();
+            let late = number(mass, "/inertial_delay") > 0.2 * left;
+            assert_eq!(verdict.starts_with("late"), late, "{verdict}");
+        }
         assert!(found["end"].get("rod_kinetic").is_none());
     }
     // The constants of the unloaded straight rod are not those of one that is pulled.
     let pulled = summary(SNAP, &["loads.dead=[1.0, 0.0]"]);
     assert!(pulled["validity"]["frequency_shift"].is_null());
     assert!(pulled["validity"]["rod_frequency"].is_null());
+}
+
+/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own about the same
+/// equilibrium. The lowest one differs by the shift, and the first beyond those of the body is that of the rod with its end held, both up
+/// to the order of the mass; so does its decay with friction.
+#[test]
+fn small_motions_tell_what_the_mass_changes() {
+    let set = [
+        "rod.length=2.0",
+        "body.mass=5.0",
+        "rod.mass=5e-3",
+        "loads.dead=[0.0, -0.5]",
+    ];
+    let of = |more: &[&str]| {
+        let all: Vec<&str> = set.iter().chain(more).copied().collect();
+        let scene = Scene::parse_with(SNAP, &all).unwrap();
+        let checked = match more.iter().any(|field| field.contains("full")) {
+            true => None,
+            false => run::Prepared::new(&scene).unwrap().small_mass(),
+        };
+        (modes(&scene).unwrap().motions, checked)
+    };
+    let near = |found: f64, expected: f64| {
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+    };
+    let (light, checked) = of(&["rod.damping=0.001"]);
+    let (full, _) = of(&["rod.damping=0.001", "rod.inertia=\"full\""]);
+    let mass = light.mass.unwrap();
+    assert_eq!(mass.eps, 1e-3);
+    let [a, b] = [&light, &full].map(snaprod::study::modes::SmallMotions::angular_frequencies);
+    near(b[0] / a[0] - 1.0, mass.frequency_shift.unwrap());
+    near(b[2], mass.rod_frequency.unwrap());
+    let decays = full.eigenvalues.unwrap();
+    let own = decays.iter().filter(|s| s.im > 0.5 * b[2]).map(|s| -s.re);
+    near(own.fold(f64::INFINITY, f64::min), mass.rod_decay.unwrap());
+    // `snaprod check` has the same, but for the root of Newton's method.
+    let checked = checked.unwrap();
+    near(checked.rod_frequency.unwrap(), mass.rod_frequency.unwrap());
+    near(checked.rod_decay.unwrap(), mass.rod_decay.unwrap());
+    assert!(full.mass.is_none());
 }
 
 /// Catches a start, a ledger or a column that forgets the mass of the rod.

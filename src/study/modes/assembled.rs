@@ -188,6 +188,7 @@ fn described(
         list.push(mode.oriented());
     }
     Ok(SmallMotions {
+        mass: None,
         index,
         stable,
         conservative,

@@ -126,6 +126,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         false => None,
     };
     let motions = SmallMotions {
+        mass: None,
         index,
         stable,
         conservative: match &given.body {

@@ -7,6 +7,7 @@ mod planar;
 pub use assembled::small_motions;
 
 use super::record::{Cell, Column, Table};
+use super::run::SmallMass;
 use crate::error::Result;
 use crate::motion::creep::SmallCreep;
 use crate::scene::{Force, Inertia, Scales, Scene, Units};
@@ -49,6 +50,9 @@ pub struct SmallMotions {
     pub eigenvalues: Option<Vec<Complex<f64>>>,
     /// With friction of the rod: what the eigenvalues are to its own rates.
     pub creep: Option<Creep>,
+    /// What the mass of an elastic or viscous planar rod changes about a stable equilibrium, where it is known and not all of it is
+    /// followed.
+    pub mass: Option<SmallMass>,
     /// The rods in equilibrium, in the world: evenly spaced sections.
     pub rods: Vec<Vec<Station>>,
 }
@@ -370,6 +374,7 @@ impl ModesRecord {
             "eigenvalues": eigenvalues.map(|all| all.iter().map(|s| [s.re, s.im]).collect::<Vec<_>>()),
             "equilibrium": if self.of_start { "start" } else { "loads" },
             "ends": ends.map(|end| end.position.as_slice().to_vec()).collect::<Vec<_>>(),
+            "mass": motions.mass.map(|mass| mass.json()),
             "remarks": self.remarks,
         })
     }

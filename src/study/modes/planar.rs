@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::math::order::sort_eigenvalues;
 use crate::motion::creep::small_in_plane;
 use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight, StrainName};
+use crate::study::run::{Light, SmallMass};
 use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
 
 /// A load across the rod is none up to this part of the load and EI/L^2: its deflection y changes the frequency by about y^2, and makes
@@ -113,9 +114,11 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
             Some(small_in_plane(material, &model.body, &strains)?)
         }
     };
+    let light = Light::new(creeping, &scales, load)?.filter(|_| stable);
     let motions = SmallMotions {
         index,
         stable,
+        mass: light.map(|light| SmallMass::new(&light, at.as_ref(), scales.time)),
         conservative: true,
         coordinates: ["dx", "dy"].map(String::from).to_vec(),
         modes: modes.collect(),

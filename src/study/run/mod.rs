@@ -12,12 +12,13 @@ mod validity;
 
 pub use crate::scene::ModelKind;
 pub use line::Line;
+pub(in crate::study) use prepared::Light;
 pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
 pub use tree::Stem;
-pub use validity::{BouncePassed, FoldPassed, Validity};
+pub use validity::{BouncePassed, FoldPassed, SmallMass, Validity};
 
 use super::{Hooks, Sink};
 use crate::error::Result;

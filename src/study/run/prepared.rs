@@ -6,7 +6,7 @@ use crate::body::Frame;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::motion::{Bounce, Motion, Snap, State};
-use crate::scene::{Joint, ModelKind, Run, Scales, Scene, Setup, Units};
+use crate::scene::{Inertia, Joint, ModelKind, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
@@ -23,8 +23,8 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     viscosity: Option<f64>,
-    /// Mass of the rod over that of the body, where it is known.
-    rod_mass: Option<f64>,
+    /// What a planar rod of known mass is that has no vibrations of its own; None of any other, and where the clamp moves.
+    pub(super) light: Option<Light>,
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
     pub(super) thickness: Option<f64>,
     /// The body as figures show it.
@@ -34,7 +34,7 @@ pub struct Prepared {
 }
 
 /// A planar rod of small mass, in units of the rod.
-pub(super) struct Light {
+pub(in crate::study) struct Light {
     /// Mass of the rod over that of the body.
     pub eps: f64,
     /// Kelvin-Voigt time.
@@ -45,6 +45,33 @@ pub(super) struct Light {
     pub followed: bool,
 }
 
+impl Light {
+    /// The rod of a planar scene under these loads; None if its mass is not known.
+    ///
+    /// # Errors
+    /// A rod without a bending stiffness.
+    pub fn new(scene: &Scene, scales: &Scales, load: Vector2<f64>) -> Result<Option<Self>> {
+        let Some(mass) = scene.rod.mass() else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            eps: mass / scales.mass,
+            eta: viscosity(scene)?.unwrap_or(0.0) / scales.viscosity(),
+            load,
+            followed: scene.rod.inertia == Inertia::FirstOrder,
+        }))
+    }
+}
+
+/// The viscosity of a planar rod at small rates, in the scene's units.
+fn viscosity(scene: &Scene) -> Result<Option<f64>> {
+    let damping = scene.rod.damping.as_ref().filter(|_| scene.is_planar());
+    let stiffness = || scene.rod.bending_stiffness();
+    damping
+        .map(|damping| Ok(damping.viscosity(stiffness()?)))
+        .transpose()
+}
+
 impl Prepared {
     /// Finds the start and scales everything.
     ///
@@ -53,13 +80,12 @@ impl Prepared {
     /// combination that has no kinematics; numbers at which a law is not one of doubles.
     pub fn new(scene: &Scene) -> Result<Self> {
         let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
-        let damping = scene.rod.damping.as_ref().filter(|_| scene.is_planar());
-        let viscosity = match damping {
-            Some(damping) => Some(damping.viscosity(scene.rod.bending_stiffness()?)),
-            None => None,
-        };
         let setup_kind = setup.model.kind();
         let scales = setup.scales;
+        let light = match setup.model.load() {
+            Some(load) => Light::new(scene, &scales, load)?,
+            None => None,
+        };
         Ok(Self {
             scales,
             setup,
@@ -67,8 +93,8 @@ impl Prepared {
             scene: serde_json::to_value(scene)
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
-            viscosity,
-            rod_mass: scene.rod.mass().map(|mass| mass / scales.mass),
+            viscosity: viscosity(scene)?,
+            light,
             thickness: scene
                 .rod
                 .thickness()
@@ -106,17 +132,6 @@ impl Prepared {
     /// True if forces in time do work on the body.
     pub fn is_driven(&self) -> bool {
         self.setup.model.is_driven()
-    }
-
-    /// What a planar rod of known mass is that has no vibrations of its own; None of any other, and where the clamp moves.
-    pub(super) fn light(&self) -> Option<Light> {
-        let model = &self.setup.model;
-        Some(Light {
-            eps: self.rod_mass?,
-            eta: self.viscosity.unwrap_or(0.0) / self.scales.viscosity(),
-            load: model.load()?,
-            followed: model.is_heavy(),
-        })
     }
 
     /// The velocity of a snap's end along the axes of the clamp, in units of the rod; None in space.

@@ -93,6 +93,12 @@ impl RunRecord {
         for branch in &self.branches {
             for snap in branch.entered.iter().chain(&branch.snaps) {
                 let mut event = object(self.snap(snap));
+                let t = snap.t * self.scales.time;
+                let passed = self.validity.iter().flat_map(|validity| &validity.folds);
+                let mut passed = passed.filter(|fold| fold.branch == branch.id && fold.t == t);
+                if let Some(fold) = passed.next() {
+                    event.insert("mass".to_owned(), fold.json());
+                }
                 if several {
                     event.insert("branch".to_owned(), json!(branch.id));
                     event.insert("parent".to_owned(), json!(branch.parent));

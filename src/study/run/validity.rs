@@ -1,16 +1,17 @@
-//! Whether leaving out the mass of the rod was right: numbers of one planar run (theory 2.8, 2.9).
+//! Whether leaving out the mass of the rod is right: numbers of a planar rod at rest, and of one run (theory 2.8, 2.9).
 
-use super::prepared::Prepared;
+use super::prepared::{Light, Prepared};
 use super::record::RunBranch;
 use crate::elastica::inertia::{INERTIAL_ESCAPE, RodInertia, VISCOUS_ESCAPE};
-use crate::elastica::{EndStiffness, HeldMode, Passage, held_modes, settled};
+use crate::elastica::{EndStiffness, Equilibrium, HeldMode, Passage, held_modes, settled};
 use crate::motion::{Bounce, Snap};
+use crate::scene::Units;
 use nalgebra::Vector2;
 use serde_json::{Value, json};
 
-/// What the mass of a light rod would change, in the scene's units.
-#[derive(Debug, Clone)]
-pub struct Validity {
+/// What the mass of a light rod changes where it rests, in the scene's units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SmallMass {
     /// Mass of the rod over that of the body.
     pub eps: f64,
     /// Relative change of the lowest frequency of small motions about the equilibrium under the loads at t = 0, to first order; None
@@ -20,19 +21,27 @@ pub struct Validity {
     pub rod_frequency: Option<f64>,
     /// Its decay, per time; 0 of a rod without friction.
     pub rod_decay: Option<f64>,
+    /// True if the mass of the rod is followed to first order.
+    pub followed: bool,
+}
+
+/// What the mass of a light rod would change in a run, in the scene's units.
+#[derive(Debug, Clone)]
+pub struct Validity {
+    /// About the equilibrium under the loads at t = 0.
+    pub rest: SmallMass,
     /// The folds that were passed.
     pub folds: Vec<FoldPassed>,
     /// The bounces of the taut rod that were kept.
     pub bounces: Vec<BouncePassed>,
-    /// True if the run follows the mass of the rod to first order.
-    pub followed: bool,
     damped: bool,
-    end: f64,
 }
 
 /// A fold, and by how much mass or friction would delay the snap.
 #[derive(Debug, Clone, Copy)]
 pub struct FoldPassed {
+    /// The branch of the run that passed it.
+    pub branch: usize,
     /// Its time.
     pub t: f64,
     /// The numbers of its normal form, in units of the rod.
@@ -41,6 +50,57 @@ pub struct FoldPassed {
     pub inertial_delay: f64,
     /// Delay by its friction alone; None without friction.
     pub viscous_delay: Option<f64>,
+    /// The time until the next snap of the same branch, or its end.
+    pub until_next: f64,
+    /// How far the rod's slowest vibration has died down by then, as the x in exp(-x); None where its decay is not known.
+    pub quiet: Option<f64>,
+}
+
+/// What becomes of a snap of a rod with mass, from the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Landing {
+    /// It is late by a good part of the time to the next event.
+    Late,
+    /// The rod rings for ever.
+    Undamped,
+    /// The rod still rings at the next event.
+    Ringing,
+    /// The rod is quiet before.
+    Safe,
+}
+
+impl FoldPassed {
+    fn delay(&self) -> f64 {
+        self.inertial_delay.max(self.viscous_delay.unwrap_or(0.0))
+    }
+
+    fn landing(&self) -> Landing {
+        if self.delay() > SHORT * self.until_next.max(0.0) {
+            return Landing::Late;
+        }
+        match self.quiet {
+            Some(quiet) if quiet >= QUIET => Landing::Safe,
+            Some(quiet) if quiet > 0.0 => Landing::Ringing,
+            Some(_) | None => Landing::Undamped,
+        }
+    }
+
+    /// Its numbers as an event has them.
+    pub(super) fn json(&self) -> Value {
+        let verdict = match self.landing() {
+            Landing::Late => "late: the landing is not safe",
+            Landing::Undamped => "rings on: where it lands is a rule, not physics",
+            Landing::Ringing => "still rings at the next event: the landing is not safe",
+            Landing::Safe => "quiet before the next event",
+        };
+        json!({
+            "viscous_delay": self.viscous_delay,
+            "inertial_delay": self.inertial_delay,
+            "until_next": self.until_next,
+            "ringing_decays": self.quiet,
+            "verdict": verdict,
+        })
+    }
 }
 
 /// A bounce.
@@ -61,6 +121,8 @@ const STRAIGHT: HeldMode = HeldMode {
 };
 /// 33/140: what the straight rod adds to a mass that moves across it.
 const ACROSS: f64 = 33.0 / 140.0;
+/// Delays above this part of the time to the next event are not short.
+const SHORT: f64 = 0.2;
 /// Decays of the ringing after which a rod counts as at rest.
 const QUIET: f64 = 5.0;
 /// Mass ratios above this are not small.
@@ -68,13 +130,10 @@ const HEAVY: f64 = 0.1;
 /// Bounce numbers above this change the motion.
 const HARD: f64 = 0.1;
 
-impl Validity {
-    /// Of a run whose branches are given; None unless the rod is planar, of known mass, without waves of its own, on a clamp that stands.
-    pub(super) fn of(prepared: &Prepared, branches: &[RunBranch]) -> Option<Self> {
-        let light = prepared.light()?;
-        let k = &prepared.scales;
-        let rest = settled(&light.load).ok()?;
-        let (frequency_shift, mode) = match &rest {
+impl SmallMass {
+    /// About the equilibrium `at`, None of the straight rod, in units of time of the rod.
+    pub(in crate::study) fn new(light: &Light, at: Option<&Equilibrium>, time: f64) -> Self {
+        let (frequency_shift, mode) = match at {
             None if light.load == Vector2::zeros() => {
                 (Some(-0.5 * light.eps * ACROSS), Some(STRAIGHT))
             }
@@ -87,36 +146,110 @@ impl Validity {
                     .and_then(|m| m.first().copied()),
             ),
         };
-        let of_snap = |snap: &Snap| fold(prepared, snap, light.eps, light.eta);
-        let snaps = (branches.iter()).flat_map(|b| b.entered.iter().chain(&b.snaps));
-        let bounces = branches.iter().flat_map(|b| &b.bounces);
-        Some(Self {
+        Self {
             eps: light.eps,
             frequency_shift,
-            rod_frequency: mode.and_then(|m| Some(m.frequency(light.eps)? / k.time)),
-            rod_decay: mode.map(|m| m.friction * light.eta / light.eps / k.time),
-            folds: snaps.filter_map(of_snap).collect(),
-            bounces: bounces
-                .map(|b| bounce(b, light.eps, light.eta, k.time))
-                .collect(),
+            rod_frequency: mode.and_then(|m| Some(m.frequency(light.eps)? / time)),
+            rod_decay: mode.map(|m| m.friction * light.eta / light.eps / time),
             followed: light.followed,
+        }
+    }
+
+    /// In one sentence.
+    pub fn text(&self, units: Units) -> String {
+        let rate = match units.time() {
+            "" => String::new(),
+            time => format!(" rad/{time}"),
+        };
+        let mut text = format!("the rod has {:.2e} of the body's mass", self.eps);
+        if let Some(shift) = self.frequency_shift {
+            text += &format!(", which lowers the lowest frequency by {}", percent(shift));
+        }
+        if let Some(omega) = self.rod_frequency {
+            text +=
+                &format!("; with its end held it vibrates at omega {omega:.4e}{rate} and above");
+            text += &match self.rod_decay {
+                Some(decay) if decay > 0.0 => format!(", which decays as exp(-{decay:.2e} t)"),
+                _ => ", without friction".to_owned(),
+            };
+        }
+        text
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> Value {
+        json!({
+            "eps": self.eps,
+            "frequency_shift": self.frequency_shift,
+            "rod_frequency": self.rod_frequency,
+            "rod_decay": self.rod_decay,
+        })
+    }
+}
+
+fn percent(x: f64) -> String {
+    match 100.0 * x.abs() {
+        x if x >= 10.0 => format!("{x:.0} %"),
+        x if x >= 0.1 => format!("{x:.1} %"),
+        x => format!("{x:.0e} %"),
+    }
+}
+
+impl Prepared {
+    /// What the mass of the rod changes where it rests under the loads at t = 0; None unless the rod is planar, of known mass, without
+    /// waves of its own, on a clamp that stands, and where no stable equilibrium is found.
+    pub fn small_mass(&self) -> Option<SmallMass> {
+        let light = self.light.as_ref()?;
+        let rest = settled(&light.load).ok()?;
+        Some(SmallMass::new(light, rest.as_ref(), self.scales.time))
+    }
+}
+
+impl Validity {
+    /// Of a run whose branches are given; None as of [`Prepared::small_mass`].
+    pub(super) fn of(prepared: &Prepared, branches: &[RunBranch]) -> Option<Self> {
+        let (light, rest) = (prepared.light.as_ref()?, prepared.small_mass()?);
+        let time = prepared.scales.time;
+        let mut folds = Vec::new();
+        for branch in branches {
+            let snaps = || branch.entered.iter().chain(&branch.snaps);
+            for (k, snap) in snaps().enumerate() {
+                let next = snaps()
+                    .nth(k + 1)
+                    .map_or(branch.last.t, |next| next.t * time);
+                folds.extend(fold(
+                    prepared,
+                    (branch.id, snap),
+                    light,
+                    next,
+                    rest.rod_decay,
+                ));
+            }
+        }
+        let bounces = branches.iter().flat_map(|b| &b.bounces);
+        Some(Self {
+            rest,
+            folds,
+            bounces: bounces
+                .map(|b| bounce(b, light.eps, light.eta, time))
+                .collect(),
             damped: light.eta > 0.0,
-            end: prepared.run.duration,
         })
     }
 
     /// One sentence each about the motion, its snaps and its bounces.
     pub fn verdict(&self) -> String {
-        let percent = |x: f64| match 100.0 * x.abs() {
-            x if x >= 10.0 => format!("{x:.0} %"),
-            x if x >= 0.1 => format!("{x:.1} %"),
-            x => format!("{x:.0e} %"),
-        };
+        let SmallMass {
+            eps,
+            frequency_shift,
+            followed,
+            ..
+        } = self.rest;
         let mut parts = Vec::new();
-        let half = 0.5 * self.eps;
-        let size = self.frequency_shift.unwrap_or(half).abs();
-        parts.push(match self.followed {
-            true if self.eps > HEAVY => format!(
+        let half = 0.5 * eps;
+        let size = frequency_shift.unwrap_or(half).abs();
+        parts.push(match followed {
+            true if eps > HEAVY => format!(
                 "the rod's mass is followed to first order, which is for rods of less than {HEAVY} of the body's mass: write inertia = \"full\" \
                  (it changes the lowest frequency by {})",
                 percent(size)
@@ -124,7 +257,7 @@ impl Validity {
             true => format!(
                 "the rod's mass is followed to first order, which changes the lowest frequency by {} and leaves an error of about {}",
                 percent(size),
-                percent(self.eps * self.eps)
+                percent(eps * eps)
             ),
             false => format!("massless rod: smooth motion good to about {}", percent(size)),
         });
@@ -151,28 +284,20 @@ impl Validity {
     }
 
     fn of_snaps(&self) -> String {
-        let next = |k: usize| self.folds.get(k + 1).map_or(self.end, |fold| fold.t);
-        let delay = |fold: &FoldPassed| fold.inertial_delay.max(fold.viscous_delay.unwrap_or(0.0));
-        let late = (self.folds.iter().enumerate())
-            .any(|(k, fold)| delay(fold) > 0.2 * (next(k) - fold.t).max(0.0));
-        let longest = self.folds.iter().map(delay).fold(0.0, f64::max);
-        if late {
-            return format!(
+        let longest = self.folds.iter().map(FoldPassed::delay).fold(0.0, f64::max);
+        let worst = self.folds.iter().map(FoldPassed::landing).min();
+        let decay = self.rest.rod_decay.unwrap_or(0.0);
+        match worst.unwrap_or(Landing::Safe) {
+            Landing::Late => format!(
                 "snaps are late by up to {longest:.1e}, which is not short against the time to the next event: landings are not safe"
-            );
-        }
-        let Some(decay) = self.rod_decay.filter(|decay| *decay > 0.0) else {
-            return format!(
+            ),
+            Landing::Undamped => format!(
                 "snaps are late by up to {longest:.1e}; without friction the rod rings on after them, and where it lands is a rule, not physics"
-            );
-        };
-        let rings =
-            (self.folds.iter().enumerate()).any(|(k, fold)| decay * (next(k) - fold.t) < QUIET);
-        match rings {
-            true => format!(
+            ),
+            Landing::Ringing => format!(
                 "snaps are late by up to {longest:.1e}; the rod still rings at the next event (its vibrations decay as exp(-{decay:.1e} t)): landings are not safe"
             ),
-            false => format!(
+            Landing::Safe => format!(
                 "snaps are late by up to {longest:.1e}, and the rod is quiet again before the next event"
             ),
         }
@@ -192,15 +317,11 @@ impl Validity {
             .bounces
             .iter()
             .map(|b| json!({ "t": b.t, "number": b.number, "inertia_number": b.inertia }));
-        json!({
-            "eps": self.eps,
-            "frequency_shift": self.frequency_shift,
-            "rod_frequency": self.rod_frequency,
-            "rod_decay": self.rod_decay,
-            "verdict": self.verdict(),
-            "folds": folds.collect::<Vec<_>>(),
-            "bounces": bounces.collect::<Vec<_>>(),
-        })
+        let mut json = self.rest.json();
+        json["verdict"] = self.verdict().into();
+        json["folds"] = folds.collect();
+        json["bounces"] = bounces.collect();
+        json
     }
 }
 
@@ -213,15 +334,26 @@ fn shift(p: f64, w: f64, eps: f64) -> Option<f64> {
     Some(-0.5 * eps * v.dot(&(added.mass * v)))
 }
 
-fn fold(prepared: &Prepared, snap: &Snap, eps: f64, eta: f64) -> Option<FoldPassed> {
+fn fold(
+    prepared: &Prepared,
+    (branch, snap): (usize, &Snap),
+    light: &Light,
+    next: f64,
+    decay: Option<f64>,
+) -> Option<FoldPassed> {
     let k = &prepared.scales;
     let v = prepared.inward(snap)?;
     let form = Passage::new(snap.from.q[0], snap.from.q[1], &v).ok()?;
+    let t = snap.t * k.time;
+    let viscous = || VISCOUS_ESCAPE * form.viscous(light.eta) * k.time;
     Some(FoldPassed {
-        t: snap.t * k.time,
+        branch,
+        t,
         form,
-        inertial_delay: INERTIAL_ESCAPE * form.inertial(eps) * k.time,
-        viscous_delay: (eta > 0.0).then(|| VISCOUS_ESCAPE * form.viscous(eta) * k.time),
+        inertial_delay: INERTIAL_ESCAPE * form.inertial(light.eps) * k.time,
+        viscous_delay: (light.eta > 0.0).then(viscous),
+        until_next: next - t,
+        quiet: decay.map(|decay| decay * (next - t)),
     })
 }
 
