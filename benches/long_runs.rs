@@ -1,5 +1,6 @@
 //! Error against work of bodies on elastic rods in space, and energy over ten thousand periods: `cargo bench --bench long_runs`
-//! (in space that takes hours; `-- 100` for a hundred periods takes some minutes; `-- stiff` prints the table of stiff rods alone).
+//! (in space that takes hours; `-- 100` for a hundred periods takes some minutes; `-- stiff` prints the table of stiff rods
+//! alone, `-- chains` that of chains of rods).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
@@ -166,6 +167,43 @@ fn stiff_rods() {
     }
 }
 
+/// Chains of as many rods as bodies, hung from the ground: what a right-hand side costs for each of them.
+fn chains() {
+    println!("| rods | right-hand sides | us a right-hand side | the same for each rod |");
+    println!("| --- | --- | --- | --- |");
+    for count in [1, 2, 4, 8, 16] {
+        let (one, _) = assembly();
+        let (carrier, link) = (&one.carriers()[0], &one.links()[0]);
+        let links = (0..count).map(|k| {
+            let from = match k {
+                0 => Attachment::ground(Isometry3::identity()),
+                _ => Attachment::body(k - 1, Isometry3::identity()),
+            };
+            let to = Attachment::body(k, Isometry3::identity());
+            Link::new(link.rod().clone(), from, to, Joint::Weld)
+        });
+        let chain = Assembly::new(vec![carrier.clone(); count], links.collect());
+        let chain = chain.expect("a chain");
+        let found = chain.equilibrium(None, 1e-10).expect("an equilibrium");
+        let mut start = found.now;
+        start.bodies[count - 1].twist = Vector6::new(0.1, -0.2, 0.1, 0.1, 0.2, 0.0);
+        let (mut best, mut evaluations) = (f64::INFINITY, 0);
+        for _ in 0..5 {
+            let options = options(0.2, 1e-8, Method::Explicit);
+            let mut run = AssemblyRun::new(chain.clone(), &start, options).expect("a run");
+            let clock = Instant::now();
+            while run.advance().is_some() {}
+            evaluations = run.cost().evaluations;
+            best = best.min(clock.elapsed().as_secs_f64() / evaluations as f64);
+        }
+        println!(
+            "| {count} | {evaluations} | {:.1} | {:.1} |",
+            1e6 * best,
+            1e6 * best / count as f64
+        );
+    }
+}
+
 fn name(method: Method) -> &'static str {
     match method {
         Method::Symmetric => "symmetric",
@@ -234,6 +272,9 @@ fn main() {
     if std::env::args().any(|x| x == "stiff") {
         return stiff_rods();
     }
+    if std::env::args().any(|x| x == "chains") {
+        return chains();
+    }
     let periods = std::env::args()
         .skip(1)
         .find_map(|x| x.parse().ok())
@@ -255,4 +296,6 @@ fn main() {
     }
     println!();
     stiff_rods();
+    println!();
+    chains();
 }

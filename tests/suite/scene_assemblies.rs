@@ -601,3 +601,94 @@ fn a_guess_that_leads_nowhere_is_told() {
         }
     }
 }
+
+/// Solids against sums over their matter, of one rod and of assemblies; what contradicts itself is refused by name. Catches a moment about the wrong axis, a
+/// radius for a diameter.
+#[test]
+fn bodies_may_be_solids() {
+    type Inside = fn([f64; 3]) -> bool;
+    let cases: [(&str, [f64; 3], Inside); 3] = [
+        ("box = [0.4, 0.3, 0.2]", [0.4, 0.3, 0.2], |_| true),
+        ("cylinder = [0.3, 0.5]", [0.3, 0.3, 0.5], |[x, y, _]| {
+            x.hypot(y) < 0.15
+        }),
+        ("ball = 0.4", [0.4; 3], |[x, y, z]| {
+            x.hypot(y).hypot(z) < 0.2
+        }),
+    ];
+    for (solid, around, inside) in cases {
+        let (mut mass, mut moments) = (0.0, [0.0; 3]);
+        const CELLS: usize = 120;
+        let cell = 700.0 * around.iter().product::<f64>() / (CELLS * CELLS * CELLS) as f64;
+        let at = |k: usize, side: f64| ((k as f64 + 0.5) / CELLS as f64 - 0.5) * side;
+        for i in 0..CELLS * CELLS * CELLS {
+            let place = [i % CELLS, i / CELLS % CELLS, i / CELLS / CELLS];
+            let r: [f64; 3] = std::array::from_fn(|k| at(place[k], around[k]));
+            if inside(r) {
+                let square: f64 = r.iter().map(|x| x * x).sum();
+                mass += cell;
+                for (moment, x) in moments.iter_mut().zip(r) {
+                    *moment += cell * (square - x * x);
+                }
+            }
+        }
+        let assembly = |body: &str| {
+            format!(
+                "[[rod]]\nname = \"r\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = {{ bending = [1.0, 1.0], torsion = 1.0 }}\n\
+                 from = {{ position = [0.0, 0.0, 0.0] }}\nto = {{ body = \"m\" }}\n[[body]]\nname = \"m\"\n{body}\n"
+            )
+        };
+        let one = |body: &str| {
+            format!(
+                "[rod]\nmodel = \"cosserat\"\nlength = 1.0\n[rod.section]\nbending = [1.0, 1.0]\ntorsion = 1.0\n[body]\n{body}\n[run]\n\
+                 duration = 1.0\n"
+            )
+        };
+        let dense = format!("solid = {{ {solid}, density = 700.0 }}");
+        let scene = parsed(&assembly(&dense));
+        let body = &scene.assembly.as_ref().expect("an assembly").bodies[0];
+        let inertia = body.extent.as_ref().expect("an extent").inertia;
+        assert!(
+            (body.mass / mass - 1.0).abs() < 2e-3,
+            "{solid}: {}",
+            body.mass
+        );
+        for k in 0..3 {
+            let off = inertia[k][k] / moments[k] - 1.0;
+            assert!(off.abs() < 4e-3, "{solid}: moment {k} {off:.1e}");
+        }
+        let heavy = parsed(&assembly(&format!("mass = 2.0\nsolid = {{ {solid} }}")));
+        let heavy = &heavy.assembly.as_ref().expect("an assembly").bodies[0];
+        let ratio = heavy.extent.as_ref().expect("an extent").inertia[1][1] / inertia[1][1];
+        assert!((ratio * body.mass / 2.0 - 1.0).abs() < 1e-14, "{solid}");
+        // The same body, told by its numbers, on one rod.
+        let resolved = toml::to_string(&parsed(&one(&dense))).expect("TOML");
+        assert!(
+            resolved.contains(&format!("mass = {:?}", body.mass)),
+            "{resolved}"
+        );
+        for (wrong, field) in [
+            (format!("mass = 1.0\n{dense}"), "body[0].mass"),
+            (
+                format!("inertia = [1.0, 1.0, 1.0]\n{dense}"),
+                "body[0].inertia",
+            ),
+            (format!("solid = {{ {solid} }}"), "body[0].solid.density"),
+            ("solid = { density = 1.0 }".to_owned(), "body[0].solid.box"),
+            (
+                "solid = { box = [1.0, 1.0, 1.0], ball = 1.0, density = 1.0 }".to_owned(),
+                "body[0].solid.ball",
+            ),
+            (
+                format!("solid = {{ {solid}, density = -1.0 }}"),
+                "body[0].solid.density",
+            ),
+        ] {
+            let found = faults(&assembly(&wrong));
+            assert!(
+                found.iter().any(|(_, _, name)| name == field),
+                "{wrong}: {found:?}"
+            );
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! The energy ledger: kinetic (of body and rod) + elastic + potential + dissipated - work = constant.
 
 use super::sheet::Phase;
+use super::state::State;
 use crate::body::Body;
 use crate::manifold::ManifoldPoint;
 
@@ -81,6 +82,8 @@ pub struct Closing {
     pub largest: f64,
     /// Largest change of the total so far.
     pub error: f64,
+    /// How far ends of rods were from their attachments, at worst: in radians and lengths of the rod; 0 where the place of the end is no state.
+    pub drift: f64,
 }
 
 /// Tolerances of the run by which its ledger may be open.
@@ -95,10 +98,17 @@ impl Closing {
             total,
             largest: 0.0,
             error: 0.0,
+            drift: 0.0,
         }
     }
 
-    /// Looks at one state.
+    /// Looks at one state and at what holds its rods.
+    pub fn measure(&mut self, state: &dyn State) {
+        self.look(&state.ledger());
+        self.drift = self.drift.max(state.drift());
+    }
+
+    /// Looks at one ledger.
     pub fn look(&mut self, ledger: &Ledger) {
         self.largest = self.largest.max(ledger.largest());
         let error = (ledger.total() - self.total).abs();
@@ -121,6 +131,7 @@ impl Closing {
             total: self.total * energy,
             largest: self.largest * energy,
             error: self.error * energy,
+            drift: self.drift,
         }
     }
 

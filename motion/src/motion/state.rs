@@ -66,6 +66,12 @@ pub trait State {
         Vec::new()
     }
 
+    /// How far ends of rods are from their attachments, at worst, where poses and charts are both in the state: in radians and lengths of
+    /// the rod.
+    fn drift(&self) -> f64 {
+        0.0
+    }
+
     /// The six strains at places in [0, 1], in growing order.
     fn strains_at(&self, places: &[f64]) -> Vec<Strain>;
 

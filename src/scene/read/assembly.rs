@@ -9,19 +9,16 @@ use super::rod::rod;
 use super::rule::SPREAD;
 use super::run::{run, solve};
 use super::scene::{default, part, units};
+use super::solid::{Matter, has_extent, is_of_a_body, matter};
 use super::table::{Absent, Table};
-use super::words::{Short, listed, nearest};
+use super::words::{listed, nearest};
 use crate::assembly::Joint;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ClampMotion, Extent, FaultKind, Force,
     FreeRod, Guess, Load, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
 };
-use nalgebra::Matrix3;
 use toml::Spanned;
 use toml::de::DeValue;
-
-/// By how much, relative to the others, a principal moment may exceed their sum: rounding.
-const FLAT: f64 = 1e-9;
 
 /// A rod as it is read, and what holds its end, if anything does.
 type AnyRod = (FreeRod, Option<Site>);
@@ -57,7 +54,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         let read = tables.iter().zip(&names);
         let read = read.map(|(table, name)| body(table, name.clone(), motion));
         let list: Vec<Option<AssemblyBody>> = read.collect();
-        let points = tables.iter().map(|table| !table.has("inertia")).collect();
+        let points = tables.iter().map(|table| !has_extent(table)).collect();
         (list, Known { names, points })
     });
     if let Some(tables) = &body_tables {
@@ -193,15 +190,19 @@ fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
 }
 
 fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBody> {
-    let mass = table.number("mass");
     let allowed =
         "an array of three finite numbers > 0, about the axes of the body; or three rows of three";
-    let moments = table.maybe("inertia", |field, value| {
-        let inertia = inertia(table.reader, field, value, allowed, &SPREAD)?;
-        is_of_a_body(table, &inertia).then_some(inertia)
+    let Matter {
+        mass,
+        inertia: moments,
+    } = matter(table, || {
+        table.maybe("inertia", |field, value| {
+            let inertia = inertia(table.reader, field, value, allowed, &SPREAD)?;
+            is_of_a_body(table, &inertia).then_some(inertia)
+        })
     });
     let (offset, rotor) = (table.vector("offset"), table.vector("rotor"));
-    let rigid = Some(table.has("inertia"));
+    let rigid = Some(has_extent(table));
     let (force, couple) = (load(table, "force", rigid), load(table, "couple", rigid));
     let (drag, rotational_drag) = (table.number("drag"), table.number("rotational_drag"));
     let velocity = table.vector("velocity");
@@ -230,7 +231,7 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
             }
         }
     }
-    if !table.has("inertia") {
+    if !has_extent(table) {
         refuse(
             &[
                 "offset",
@@ -281,26 +282,6 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
         angular_velocity: angular_velocity?,
     };
     fits.then_some(body)
-}
-
-/// True if matter has such an inertia: no principal moment exceeds the sum of the other two; else the fault.
-fn is_of_a_body(table: &Table, inertia: &[[f64; 3]; 3]) -> bool {
-    let matrix = Matrix3::from_fn(|i, j| inertia[i][j]);
-    let mut moments: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
-    moments.sort_by(f64::total_cmp);
-    let [a, b, c] = [moments[0], moments[1], moments[2]];
-    if c <= (a + b) * (1.0 + FLAT) {
-        return true;
-    }
-    let hint = format!(
-        "its principal moments are {}, {} and {}: no distribution of mass has these",
-        Short(a),
-        Short(b),
-        Short(c)
-    );
-    let allowed = "the inertia of a body: each principal moment at most the sum of the other two";
-    table.fault(FaultKind::Value, "inertia", allowed, hint);
-    false
 }
 
 /// Reports the bodies without a guess where others have one.

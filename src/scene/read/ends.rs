@@ -5,6 +5,7 @@ use super::groove::groove;
 use super::matrix::{definite, rows};
 use super::reader::Reader;
 use super::rule::{FINITE, MOMENT, Rule, VALUE};
+use super::solid::{Matter, has_extent, matter};
 use super::table::{Absent, Table};
 use super::words::Short;
 use crate::scene::{
@@ -173,17 +174,19 @@ pub(super) fn body(table: &Table) -> (Option<bool>, Option<Body>) {
 
 fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     let reader = table.reader;
-    let (mass, groove) = (table.number("mass"), groove(table));
+    let groove = groove(table);
     let offset = table.vector("offset");
     let rotor = table.vector("rotor");
     let allowed =
         "an array of three finite numbers > 0, about the directors; or three rows of three";
-    let inertia = table.maybe("inertia", |field, value| {
-        inertia(reader, field, value, allowed, &MOMENT)
+    let Matter { mass, inertia } = matter(table, || {
+        table.maybe("inertia", |field, value| {
+            inertia(reader, field, value, allowed, &MOMENT)
+        })
     });
     let joint = match weld? {
         true => {
-            if table.get("inertia").is_none() {
+            if !has_extent(table) {
                 table.missing("inertia", allowed, "inertia = [0.01, 0.01, 0.01]");
             }
             Joint::Weld {
@@ -195,6 +198,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
         false => {
             let hint = "an end that is free to turn carries a point mass; a body with extension has joint = \"weld\"";
             table.conflict("inertia", &["joint"], hint);
+            table.conflict("solid", &["joint"], hint);
             if rotor.is_some_and(|rotor| rotor != [0.0; 3]) {
                 table.conflict("rotor", &["joint"], hint);
                 return None;
@@ -204,7 +208,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
                 table.conflict("offset", &["joint"], hint);
             }
             inertia?;
-            if moved || table.get("inertia").is_some() {
+            if moved || has_extent(table) {
                 return None;
             }
             Joint::Ball

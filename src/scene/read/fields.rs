@@ -292,6 +292,7 @@ pub(super) static BODY: Spec = Spec {
     field("offset", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a body with inertia, from the origin of its frame, along its axes."),
     field("inertia", SPACE, OneOf(&[Numbers(3), Rows(3)]), "kg m²", Yes("inertia = [0.01, 0.01, 0.01]"), "Inertia of a welded body about its centre of mass, along the directors: its diagonal, or three rows."),
     field("inertia", ASSEMBLY, OneOf(&[Numbers(3), Rows(3)]), "kg m²", No, "Inertia about the centre of mass along the axes of the body's frame: its diagonal, or three rows; without it the body is a point mass."),
+    field("solid", SPACE | ASSEMBLY, Table(&SOLID), "", No, "A homogeneous solid with its centre in the centre of mass and its axes along the directors, of a body in an assembly along those of its frame: it says the inertia, and with a density the mass."),
     field("rotor", SPACE | ASSEMBLY, Vector(&VALUE), "kg m²/s", Or("[0.0, 0.0, 0.0]"), "Angular momentum, relative to a welded body, of a symmetric rotor in it that spins at a constant rate; along the directors."),
     field("force", ASSEMBLY, LOAD, "N", Or("[0.0, 0.0, 0.0]"), "Force at the centre of mass: constant, in the world; or in time or turning with the body, tables that are added up."),
     field("couple", ASSEMBLY, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple on a body with inertia, likewise; sizes in its tables are those of a couple."),
@@ -304,6 +305,13 @@ pub(super) static BODY: Spec = Spec {
     ],
     barred: &[(ASSEMBLY, "joint", "each rod has its own joints: write it in `from` or `to` of [[rod]]")],
 };
+#[rustfmt::skip]
+pub(super) static SOLID: Spec = spec("solid", &[
+    field("box", SPACE | ASSEMBLY, Numbers(3), "m", No, "Sides of a box along the three axes, each > 0."),
+    field("cylinder", SPACE | ASSEMBLY, Numbers(2), "m", No, "Diameter and length, both > 0, of a cylinder along the third axis."),
+    field("ball", SPACE | ASSEMBLY, Number(&SIZE), "m", No, "Diameter of a ball."),
+    field("density", SPACE | ASSEMBLY, Number(&SIZE), "kg/m³", No, "Mass per volume; or the mass of the body in its place."),
+]);
 #[rustfmt::skip]
 pub(super) static GUESS: Spec = spec("guess", &[
     field("position", ASSEMBLY, Vector(&VALUE), "m", Yes("position = [0.5, 0.0, 0.2]"), "Position of the origin of the body's frame."),

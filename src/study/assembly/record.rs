@@ -195,6 +195,7 @@ impl AssemblyRunRecord {
             "start": self.state(&self.branches[0].first, &self.branches[0].first_shapes),
             "end": self.state(&last.last, &last.last_shapes),
             "energy_error": { "absolute": worst(|c| c.error), "relative": worst(Closing::relative) },
+            "drift": worst(|c| c.drift),
             "snaps": self.branches.iter().map(snaps).sum::<usize>(),
             "start_index": self.start_index,
             // null: contacts of this rod are not looked for.

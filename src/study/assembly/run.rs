@@ -285,7 +285,7 @@ impl Observer for Recorder<'_> {
             .collect();
         row.extend(ledger_cells(&at.ledger, at.total));
         row.push(at.index.into());
-        self.closing.look(&state.ledger());
+        self.closing.measure(state);
         self.track.show(|| at);
         self.sink.row(self.trajectory, &row)
     }

@@ -250,7 +250,7 @@ impl Observer for Recorder<'_> {
             table::row(kind, &frame.moment)
         };
         self.sink.row(self.trajectory, &row)?;
-        self.closing.look(&state.ledger());
+        self.closing.measure(state);
         if let Some(strain) = &mut self.strain {
             let written = strain.seen.is_multiple_of(strain.stride);
             strain.seen += 1;

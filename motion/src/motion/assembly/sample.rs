@@ -87,6 +87,10 @@ impl State for AssemblySample {
         -joined(&end.couple, &end.force)
     }
 
+    fn drift(&self) -> f64 {
+        Self::drift(self)
+    }
+
     fn ledger(&self) -> Ledger {
         self.ledger
     }
