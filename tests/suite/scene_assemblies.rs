@@ -680,6 +680,10 @@ fn bodies_may_be_solids() {
                 "body[0].solid.ball",
             ),
             (
+                "solid = { ball = 1e-30, density = 1e-20 }".to_owned(),
+                "body[0].solid",
+            ),
+            (
                 format!("solid = {{ {solid}, density = -1.0 }}"),
                 "body[0].solid.density",
             ),

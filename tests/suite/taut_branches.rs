@@ -282,3 +282,29 @@ fn branches_in_a_plane_stay_in_it() {
     let spatial = spatial.unwrap().solve(None).unwrap();
     assert!((spatial.end.position - alone.end.position).norm() < 1e-14);
 }
+
+/// A load that turns with the end has no chart that is better than the base wrench: nothing is solved from both ends there, where a branch would
+/// come to branch points that are rounding.
+#[test]
+fn following_loads_stay_with_the_base_wrench() {
+    let rod = Rod::new(1.0, Linear::diagonal([1.1, 1.0], 0.75).unwrap()).unwrap();
+    let couple = Vector3::z() * 0.7;
+    let problem = |p: f64| {
+        Problem::new(
+            rod.clone(),
+            EndConditions::follower(Vector3::z() * p, couple),
+            1e-12,
+        )
+    };
+    let first = problem(1.0).unwrap();
+    let start = first.solve(None).unwrap();
+    let both = RodFamily::in_chart(problem, false, 150.0, BothEnds::new(&first, None));
+    let x = both.unknowns(&start.base, 1.0).unwrap();
+    assert_eq!(both.index(&x, 1.0).unwrap(), None);
+    let (specials, last, _) = followed(&both, x, options(1.0, 150.0, 1.2));
+    assert!(specials.is_empty() && last == 150.0, "{specials:?} {last}");
+    let alone = problem(150.0).unwrap().solve(None).unwrap();
+    assert!(!first.is_taut(&alone.base, &alone.end));
+    let off = alone.base - nalgebra::Vector6::new(0.0, 0.0, 0.7, 0.0, 0.0, 150.0);
+    assert!(off.norm() < 1e-9 && (alone.end.position.z - 1.0).abs() < 1e-12);
+}

@@ -42,7 +42,8 @@ pub struct BothEnds {
     plane: Option<Plane>,
     /// Components of the end's place that are unknown.
     free: Vec<usize>,
-    warm: Warm<Beside>,
+    /// Clones share it: a family, and what looks at its points, begin from the same rod.
+    warm: Arc<Warm<Beside>>,
 }
 
 /// A taut rod beside its spring.
@@ -90,12 +91,12 @@ type Slopes = SMatrix<f64, WHOLE, WHOLE>;
 
 impl Problem {
     /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the base wrench loses digits
-    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load along them have no other chart.
+    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load along them, or one that turns with the end, have no other chart.
     pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
         let (_, n) = halves(&self.rod.inward(base));
         let clamp = &self.rod.clamp;
         let place = clamp.inverse_transform_point(&end.position.into()).coords / self.rod.length;
-        self.weight.is_none() && self.flexure() * n.dot(&place) > TAUT
+        self.may_be_taut() && self.flexure() * n.dot(&place) > TAUT
     }
 }
 
@@ -116,7 +117,7 @@ impl BothEnds {
         Self {
             plane,
             free,
-            warm: Warm::default(),
+            warm: Arc::default(),
         }
     }
 
@@ -245,7 +246,7 @@ impl BothEnds {
     fn see(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         let (given, by) = self.given(problem, x)?;
         let taut = problem.flexure() * given.n.dot(&given.place) > TAUT;
-        let seen = if taut && problem.weight.is_none() {
+        let seen = if taut && problem.may_be_taut() {
             Seen::Taut(self.beside(problem, &given)?, problem.tip())
         } else {
             let b = joined(&given.m, &given.n);
@@ -276,26 +277,14 @@ impl BothEnds {
 }
 
 impl BothEndsTrial {
-    /// Place and directors of the end.
-    fn end(&self) -> (Vector3<f64>, Matrix3<f64>) {
-        match &self.seen {
-            Seen::FromBase(trial) => (trial.r, trial.rotation),
-            Seen::Taut(beside, _) => {
-                let found = &beside.found;
-                (found.position, frame(&found.shape.at(1.0).turn))
-            }
-        }
-    }
-
     /// By how much the turn, or the couple, of the end is another in `problem`.
-    fn other_tip(&self, problem: &Problem, tip: &Tip) -> Vector3<f64> {
-        let (_, directors) = self.end();
+    fn other_tip(&self, problem: &Problem, beside: &Beside, tip: &Tip) -> Vector3<f64> {
         match (tip, problem.tip()) {
             (Tip::Turned(here), Tip::Turned(there)) => rotation_vector(&(there * here.transpose())),
             (Tip::Loaded { couple, arm }, Tip::Loaded { couple: c, arm: a }) => {
+                let directors = frame(&beside.found.shape.at(1.0).turn);
                 c - couple + (directors * (a - arm)).cross(&self.given.n)
             }
-            (Tip::Following(here), Tip::Following(there)) => directors * (there - here),
             // The kind of end is the same all along.
             _ => Vector3::repeat(f64::NAN),
         }
@@ -315,28 +304,25 @@ impl BothEndsTrial {
             }
         }
         place += moved;
-        let (first, r, turn) = match &self.seen {
+        let (first, r) = match &self.seen {
             Seen::FromBase(trial) => {
-                let first = problem.residual(trial).fixed_rows::<3>(0).into_owned();
-                (first, trial.r, Vector3::zeros())
+                let all = problem.residual(trial);
+                if problem.end.follower {
+                    force = all.fixed_rows::<3>(3).into_owned();
+                }
+                (all.fixed_rows::<3>(0).into_owned(), trial.r)
             }
             Seen::Taut(beside, tip) => {
-                let other = self.other_tip(problem, tip);
+                let other = self.other_tip(problem, beside, tip);
                 let pulled = moved * beside.spring.stiffness;
                 let found = &beside.found;
                 let (by_force, by_tip) = (&found.by_force, &found.by_tip);
                 let at = |by: [&Matrix3<f64>; 2]| by[0] * pulled + by[1] * other;
                 let m0 = found.base_couple + at([&by_force.base_couple, &by_tip.base_couple]);
                 let r = found.position + at([&by_force.position, &by_tip.position]);
-                let turn = at([&by_force.turn, &by_tip.turn]);
-                ((m - m0) * beside.weight(), r, turn)
+                ((m - m0) * beside.weight(), r)
             }
         };
-        if problem.end.follower {
-            let (_, directors) = self.end();
-            let along = n - turn.cross(&n);
-            force = directors.tr_mul(&along) - Vector3::from(problem.targets);
-        }
         let off = place - r;
         Equations::from_iterator(first.iter().chain(&off).chain(&force).copied())
     }
@@ -350,8 +336,6 @@ impl BothEndsTrial {
         let unit = Matrix3::identity();
         put(3, 6, &unit);
         put(6, 3, &unit);
-        let (_, directors) = self.end();
-        let n = self.given.n.cross_matrix();
         match &self.seen {
             Seen::FromBase(trial) => {
                 let (_, equations) = problem.equations(trial);
@@ -380,11 +364,6 @@ impl BothEndsTrial {
                 put(0, 6, &(by.base_couple * (-weight * k)));
                 put(3, 3, &-by.position);
                 put(3, 6, &(unit - by.position * k));
-                if problem.end.follower {
-                    let turned = n * by.turn;
-                    put(6, 3, &directors.tr_mul(&(unit + turned)));
-                    put(6, 6, &(directors.tr_mul(&turned) * k));
-                }
             }
         }
         slopes

@@ -67,7 +67,7 @@ impl Problem {
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
         let taut = self.solve_taut(guess, TAUT);
         if let Some(Ok(found)) = &taut
-            && (found.index == 0 || guess.is_some() || self.end.follower)
+            && (found.index == 0 || guess.is_some())
         {
             return Ok(found.clone());
         }

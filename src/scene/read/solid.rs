@@ -72,16 +72,26 @@ pub(super) fn matter(
             .zip(density.flatten())
             .map(|((volume, _), density)| density * volume),
     };
-    let Some(mass) = mass.filter(|mass| mass.is_finite() && *mass > 0.0) else {
+    let (Some(mass), Some((_, per_mass))) = (mass, shape) else {
         return none;
     };
-    let diagonal = |per_mass: [f64; 3]| {
-        let [a, b, c] = per_mass.map(|moment| mass * moment);
-        [[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]]
-    };
+    let moments = per_mass.map(|moment| mass * moment);
+    if ![mass].iter().chain(&moments).all(|x| (SIZE.holds)(*x)) {
+        let hint = format!(
+            "its mass is {}, and its moments are {}, {} and {}: choose units nearer to the rod's size",
+            Short(mass),
+            Short(moments[0]),
+            Short(moments[1]),
+            Short(moments[2])
+        );
+        let allowed = "a solid whose mass and moments of inertia are in [1e-40, 1e40]";
+        table.fault(FaultKind::Value, "solid", allowed, hint);
+        return none;
+    }
+    let [a, b, c] = moments;
     Matter {
         mass: Some(mass),
-        inertia: shape.map(|(_, per_mass)| Some(diagonal(per_mass))),
+        inertia: Some(Some([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::follow::TYPICAL;
 use super::subject::{State, Subject};
 use crate::error::{Message, Quantity, Result};
-use crate::rod::{Chart, RodFamily, RodSection, Statical};
+use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical};
 use crate::scene::{Parameter, Scene};
 use crate::solve::family::Family;
 use crate::study::{Column, space};
@@ -21,9 +21,8 @@ pub struct SingleRod<'a, C> {
 }
 
 impl<C: Chart + Clone> SingleRod<'_, C> {
-    /// The rod of a scene as the only member of a family.
-    fn at(&self, scene: &Scene, x: &DVector<f64>) -> Result<crate::rod::State> {
-        let problem = scene.problem()?;
+    /// The rod as the only member of a family.
+    fn at(&self, problem: &Problem, x: &DVector<f64>) -> Result<crate::rod::State> {
         let chart = self.chart.clone();
         RodFamily::in_chart(|_| Ok(problem.clone()), false, 1.0, chart).state(x, 0.0)
     }
@@ -39,10 +38,11 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
     }
 
     fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<State> {
-        let state = self.at(scene, x)?;
+        let problem = scene.problem()?;
+        let state = self.at(&problem, x)?;
         let end = &state.end;
         let potential = match self.scene.is_loaded_along() {
-            true => Some(scene.problem()?.potential(&state.base)?),
+            true => Some(problem.potential(&state.base)?),
             false => None,
         };
         let numbers = space::pose(end)
@@ -53,7 +53,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         Ok(State {
             numbers: numbers.collect(),
             left_over: state.residual,
-            left: self.while_slack && scene.problem()?.is_taut(&state.base, end),
+            left: self.while_slack && problem.is_taut(&state.base, end),
         })
     }
 

@@ -119,7 +119,6 @@ impl Pulled<'_> {
             Tip::Loaded { couple, arm } => {
                 (couple + (frame(&last.turn) * arm).cross(&n) - last.m) / self.kappa
             }
-            Tip::Following(couple) => (frame(&last.turn) * couple - last.m) / self.kappa,
         };
         (missed.norm() < MISSED).then(|| Shape {
             nodes: all.iter().step_by(STAGES + 1).copied().collect(),
@@ -147,8 +146,6 @@ impl Pulled<'_> {
         let about = match tip {
             Tip::Turned(_) => m0.dot(&pull),
             Tip::Loaded { couple, .. } => couple.dot(&pull),
-            // The end points along the pull but for its layer.
-            Tip::Following(couple) => couple.z,
         };
         // The middle of the rod, and the steepest layer.
         let local = Vector6::new(0.0, 0.0, about, 0.0, 0.0, n.norm());
@@ -163,7 +160,6 @@ impl Pulled<'_> {
                 let end = product(&exponential(&(pull * twisted)), &straight);
                 (Layer::beside(&(frame(&end) * arm), &n, far), twisted)
             }
-            Tip::Following(_) => (None, twisted),
             Tip::Turned(target) => {
                 let layer = Layer::new(&target.column(2).into_owned(), &n, far);
                 let wanted = UnitQuaternion::from_rotation_matrix(

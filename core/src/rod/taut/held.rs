@@ -3,7 +3,7 @@
 use super::interval::Pulled;
 use super::{Solved, Spring, Tip, solved};
 use crate::error::{Error, Result};
-use crate::math::se3::{frame, halves, joined};
+use crate::math::se3::{halves, joined};
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::path::{Path, Taken};
 use crate::rod::{Plane, Problem, RodSection, Wrench};
@@ -27,7 +27,6 @@ impl Problem {
     pub(in crate::rod) fn tip(&self) -> Tip {
         match self.orientation {
             Some(directors) => Tip::Turned(directors),
-            None if self.end.follower => Tip::Following(self.couple),
             None => Tip::Loaded {
                 couple: self.couple,
                 arm: self.arm,
@@ -45,10 +44,17 @@ impl Problem {
         0.5 * (a + b)
     }
 
+    /// False of rods that are not solved from both ends: those under a load along them, whose force is not known along the rod, and those under
+    /// a load that turns with the end. The end of such a rod turns into the force whatever its direction is, and what is left of the clamp there,
+    /// exp(-lam), is all that tells the direction: no chart is better than that.
+    pub(in crate::rod) fn may_be_taut(&self) -> bool {
+        self.weight.is_none() && !self.end.follower
+    }
+
     /// The taut rod that a base wrench of the numerics means, if it is one; none with a load along it.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
-        if self.weight.is_some() || !((self.flexure() * n.norm()).sqrt() > PULLED) {
+        if !self.may_be_taut() || !((self.flexure() * n.norm()).sqrt() > PULLED) {
             return None;
         }
         let found = solved(
@@ -131,7 +137,7 @@ impl Problem {
         guess: Option<&Wrench>,
         from: f64,
     ) -> Option<Result<Equilibrium>> {
-        if self.weight.is_some() || self.path == Path::ClosedForm {
+        if !self.may_be_taut() || self.path == Path::ClosedForm {
             return None;
         }
         let guess = guess.map(|base| self.rod.inward(base));
@@ -143,11 +149,6 @@ impl Problem {
         let (m, start) = match &guess {
             Some(b) => halves(b),
             None if held == [true; 3] => (Vector3::zeros(), self.stretched()?),
-            // A force that turns with the end leads the rod along the clamp's d3.
-            None if self.end.follower => {
-                let force = Vector3::from(self.targets).norm();
-                (Vector3::zeros(), Vector3::z() * force)
-            }
             None => {
                 let loaded = (0..3).filter(|i| !held[*i]);
                 let force = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
@@ -191,13 +192,7 @@ impl Problem {
             route.iterations += 1;
             route.evaluations += found.iterations;
             let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());
-            if self.end.follower {
-                let directors = frame(&found.shape.at(1.0).turn);
-                off = directors.tr_mul(&n) - Vector3::from(self.targets);
-                let turned = n.cross_matrix() * found.by_force.turn;
-                by = directors.tr_mul(&(Matrix3::identity() + turned));
-            }
-            for i in (0..3).filter(|_| !self.end.follower) {
+            for i in 0..3 {
                 let axis = self.axes[i];
                 let (is, row) = match held[i] {
                     true => (found.position, axis.transpose() * found.by_force.position),

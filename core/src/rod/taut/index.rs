@@ -100,13 +100,7 @@ impl Pulled<'_> {
             }
             before = Some(here);
         }
-        let arm = match tip {
-            Tip::Turned(_) => None,
-            Tip::Loaded { arm, .. } => Some(*arm),
-            // Taken as a dead couple, as along the base wrench.
-            Tip::Following(_) => Some(Vector3::zeros()),
-        };
-        if let (Some(arm), Some(mut end)) = (arm, before) {
+        if let (Tip::Loaded { arm, .. }, Some(mut end)) = (tip, before) {
             // A dead force beside the end.
             let last = &shape.nodes[shape.nodes.len() - 1];
             let (n, c) = (

@@ -41,8 +41,6 @@ pub enum Tip {
         /// From the end to where the force acts, along the directors of the end.
         arm: Vector3<f64>,
     },
-    /// The couple on it, along its directors: it turns with the end.
-    Following(Vector3<f64>),
 }
 
 /// A taut rod, to begin another with: mesh, frames and couples.
@@ -268,7 +266,6 @@ impl Pulled<'_> {
                         arm: *arm,
                     }
                 }
-                Tip::Following(couple) => Tip::Following(way(&turn.tr_mul(&last.m), couple)),
             };
             let spring = Spring {
                 at: way(&place, &spring.at),
@@ -465,16 +462,6 @@ impl Pulled<'_> {
                 let by_couple = unit / self.kappa;
                 end.right.fixed_columns_mut::<3>(3).copy_from(&by_couple);
                 end.right.column_mut(REST).copy_from(&(off / self.kappa));
-            }
-            Tip::Following(couple) => {
-                let couple = frame(&last.turn) * couple;
-                let turned = couple.cross_matrix() / self.kappa;
-                end.by.fixed_columns_mut::<3>(0).copy_from(&turned);
-                end.by.fixed_columns_mut::<3>(3).copy_from(&unit);
-                let by_couple = unit / self.kappa;
-                end.right.fixed_columns_mut::<3>(3).copy_from(&by_couple);
-                let off = (couple - last.m) / self.kappa;
-                end.right.column_mut(REST).copy_from(&off);
             }
         }
         end

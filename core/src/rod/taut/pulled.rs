@@ -85,7 +85,6 @@ impl Rod {
                 couple: turn.tr_mul(on) / couple,
                 arm: arm / self.length,
             },
-            Tip::Following(on) => Tip::Following(on / couple),
         };
         let spring = Spring {
             stiffness: spring.stiffness * self.length / force,
@@ -114,7 +113,7 @@ impl Rod {
         };
         let by_tip = match tip {
             Tip::Turned(_) => 1.0,
-            Tip::Loaded { .. } | Tip::Following(_) => couple,
+            Tip::Loaded { .. } => couple,
         };
         let last = found.shape.at(1.0);
         let end =
