@@ -34,6 +34,7 @@ mod elliptic;
 mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
+mod first_order_space;
 #[cfg(feature = "cli")]
 mod free_ends;
 mod grooves;

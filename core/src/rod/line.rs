@@ -31,7 +31,7 @@ pub type Wrench = Vector6<f64>;
 /// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is what a load along the rod adds to them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LineState<const K: usize, C = ()> {
-    s: f64,
+    pub(super) s: f64,
     q: [f64; 4],
     r: [f64; 3],
     energy: f64,

@@ -161,6 +161,10 @@ impl SectionLaw for Measured<dyn SectionLaw> {
         })
     }
 
+    fn is_linear(&self) -> bool {
+        self.law.is_linear()
+    }
+
     fn is_uniform(&self) -> bool {
         self.law.is_uniform()
     }

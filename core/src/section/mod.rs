@@ -212,6 +212,11 @@ pub trait SectionLaw: Debug + Send + Sync {
         None
     }
 
+    /// True if the strains are linear in the resultants, at every s.
+    fn is_linear(&self) -> bool {
+        self.uniform_linear().is_some()
+    }
+
     /// True if the law does not depend on s.
     fn is_uniform(&self) -> bool;
 

@@ -74,6 +74,10 @@ impl SectionLaw for Reversed {
         })
     }
 
+    fn is_linear(&self) -> bool {
+        self.law.is_linear()
+    }
+
     fn is_uniform(&self) -> bool {
         self.law.is_uniform()
     }

@@ -369,6 +369,10 @@ impl SectionLaw for Varying {
         uniform.uniform_linear()
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     /// True if every entry is a constant.
     fn is_uniform(&self) -> bool {
         match &self.source {

@@ -14,6 +14,7 @@ mod contact;
 mod equations;
 mod free;
 mod implicit;
+mod inertia;
 mod landing;
 mod link;
 mod modes;
@@ -28,6 +29,7 @@ pub use carrier::{Carrier, Mass, Place};
 pub use contact::{Contact, Nearness};
 pub use free::FreeRod;
 pub use implicit::Linearised;
+pub use inertia::{LightRod, Weighed};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
 pub use modes::Modes;
 pub use state::{Configuration, Evaluated, Integrals, Sight, Slowed};
@@ -43,6 +45,8 @@ pub struct Assembly {
     carriers: Vec<Carrier>,
     links: Vec<Link>,
     free: Vec<FreeRod>,
+    /// Rods with mass, by their place among the links; empty where none has any.
+    light: Vec<Option<LightRod>>,
     /// Names of bodies and rods, for messages; none, or one each.
     names: [Vec<String>; 2],
 }
@@ -99,6 +103,7 @@ impl Assembly {
             carriers,
             links,
             free: Vec::new(),
+            light: Vec::new(),
             names: [Vec::new(), Vec::new()],
         })
     }

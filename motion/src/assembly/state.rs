@@ -190,13 +190,14 @@ impl Assembly {
         out: &mut DVector<f64>,
         mut seen: impl FnMut(usize, Sight),
     ) -> Option<()> {
+        let at = self.evaluated(state, tolerance)?;
         let Evaluated {
             now,
             integrals,
             points,
-        } = self.evaluated(state, tolerance)?;
+        } = &at;
         let mut dets = Vec::with_capacity(points.len());
-        for (k, (link, point)) in self.links().iter().zip(&points).enumerate() {
+        for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
             let better = link.better_seen(&now.charts[k], &point.held());
@@ -233,8 +234,11 @@ impl Assembly {
                 .iter_mut()
                 .for_each(|x| *x *= factor);
         }
-        let wrenches = self.wrenches(&now.bodies, &points);
-        let (mut power, mut loss) = (self.support_power(&points), 0.0);
+        let mut wrenches = self.wrenches(&now.bodies, points);
+        if self.feels_rods() {
+            self.feel_rods(&at, tolerance, &mut wrenches)?;
+        }
+        let (mut power, mut loss) = (self.support_power(points), 0.0);
         for ((start, carrier), wrench) in self.starts().zip(&wrenches) {
             let slots = start..start + carrier.numbers();
             let (driven, lost) = carrier.write_rates(

@@ -8,6 +8,7 @@
 
 mod charts;
 mod implicit;
+mod light;
 mod sample;
 mod step;
 
@@ -125,6 +126,8 @@ pub struct AssemblyRun {
     folded: Vec<(usize, f64)>,
     /// What the last step has led to.
     pending: Option<Pending>,
+    /// Rods whose mass could not be followed to where they are; until they land.
+    unfit: Vec<bool>,
     /// How near rods are to each other.
     near: Nearness,
     first: AssemblySample,
@@ -146,6 +149,7 @@ impl AssemblyRun {
                 "landing: in space equilibria have no names; tell them by their energy, landing = { order = 1 }",
             ));
         }
+        light::check(&assembly, &options)?;
         for (body, (carrier, place)) in assembly.carriers().iter().zip(&start.bodies).enumerate() {
             let (beside, leaving) = carrier.beside_groove(place);
             let speed = place.twist.fixed_rows::<3>(3).norm();
@@ -166,7 +170,10 @@ impl AssemblyRun {
         // From here on a chart changes between steps alone.
         for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
             let better = assembly.links()[k].better_seen(q, &point.held());
-            Arc::make_mut(&mut assembly).see(k, better);
+            let felt = assembly.should_feel(k, &at, along);
+            let assembly = Arc::make_mut(&mut assembly);
+            assembly.see(k, better);
+            assembly.feel(k, felt);
         }
         let apart = assembly.drift(&at);
         if !(apart <= APART * options.tolerance) {
@@ -231,6 +238,7 @@ impl AssemblyRun {
             snaps: 0,
             folded: Vec::new(),
             pending: None,
+            unfit: vec![false; links],
             near,
             first,
             seen: None,
@@ -409,6 +417,7 @@ impl AssemblyRun {
         self.snaps += 1;
         self.indices[snap.rod] = snap.to.index;
         self.largest[snap.rod] = 0.0;
+        self.unfit[snap.rod] = false;
         let h = self.solver.next_step();
         self.folded.retain(|(link, _)| *link != snap.rod);
         let rods = self.folded.clone();
@@ -475,7 +484,7 @@ impl<'a> Motion<'a> for AssemblyRun {
             *largest = largest.max(rod.det.abs());
         }
         let end = self.assembly.next_break(from).min(self.options.duration);
-        let Some(progress) = self.advance_to(end) else {
+        let Some(progress) = self.advance_with_rods(end) else {
             let cause = Cause::StepCollapsed {
                 next: self.solver.next_step(),
                 tolerance: self.options.tolerance,

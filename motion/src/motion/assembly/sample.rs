@@ -32,11 +32,12 @@ impl AssemblySample {
         indices: &[usize],
     ) -> Self {
         let [kinetic, elastic, potential] = assembly.energies(&at);
+        let [rod_kinetic, weight] = assembly.rod_energies(&at, SHAPE);
         let ledger = Ledger {
-            rod_kinetic: 0.0,
+            rod_kinetic,
             kinetic,
             elastic,
-            potential,
+            potential: potential + weight,
             dissipated: released + at.integrals.drag,
             work: at.integrals.work,
         };

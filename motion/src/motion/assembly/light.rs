@@ -1,0 +1,118 @@
+//! Where a motion feels the mass of its rods to first order, and where it does not (theory 3.9).
+
+use super::step::Progress;
+use super::{AssemblyRun, Numbers};
+use crate::assembly::{Assembly, Evaluated};
+use crate::error::{Error, Result};
+use crate::motion::options::Options;
+use crate::solve::integrator::Method;
+use std::sync::Arc;
+
+/// Refuses steps that the mass of rods is not in.
+pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
+    let word = match options.method {
+        Method::Symmetric => "symmetric",
+        Method::Implicit => "implicit",
+        _ => return Ok(()),
+    };
+    match assembly.light_rods().next() {
+        None => Ok(()),
+        Some((k, _)) => Err(Error::domain(format!(
+            "run.method = \"{word}\": {} has mass that is followed to first order, which explicit steps alone do; leave the method out, or \
+             write inertia = \"none\"",
+            assembly.rod_name(k)
+        ))),
+    }
+}
+
+impl AssemblyRun {
+    /// Feels, from here on, the mass of every rod where it can be followed. What energy a rod has is counted as lost, to vibrations of its own,
+    /// where the motion ceases to feel it, and as got back where it does again.
+    pub(super) fn weigh(&mut self) -> Option<()> {
+        if self.assembly.light_rods().next().is_none() {
+            return Some(());
+        }
+        let along = self.along();
+        let at = self.assembly.evaluated(&self.solver.state().0, along)?;
+        self.extra.evaluations += 1;
+        let rods = self.assembly.light_rods();
+        let changed: Vec<(usize, bool)> = rods
+            .filter_map(|(k, light)| {
+                let holds = !self.unfit[k] && self.assembly.should_feel(k, &at, along);
+                (holds != light.followed).then_some((k, holds))
+            })
+            .collect();
+        self.change(&at, &changed)
+    }
+
+    /// Goes on without the mass of those of these rods that is felt.
+    pub(super) fn let_go(&mut self, rods: &[usize]) -> Option<()> {
+        let felt = self.felt(None).into_iter().filter(|k| rods.contains(k));
+        let changed: Vec<(usize, bool)> = felt.map(|k| (k, false)).collect();
+        if changed.is_empty() {
+            return Some(());
+        }
+        let state = &self.solver.state().0;
+        let at = self.assembly.evaluated(state, self.along())?;
+        self.extra.evaluations += 1;
+        self.change(&at, &changed)
+    }
+
+    /// Feels the mass of rods from here on, or no more.
+    fn change(&mut self, at: &Evaluated, changed: &[(usize, bool)]) -> Option<()> {
+        if changed.is_empty() {
+            return Some(());
+        }
+        let along = self.along();
+        for (k, felt) in changed {
+            let rod = self.assembly.weighed(*k, at, along);
+            let energy = rod.map_or(0.0, |rod| rod.energies.iter().sum());
+            self.released += if *felt { -energy } else { energy };
+            Arc::make_mut(&mut self.assembly).feel(*k, *felt);
+        }
+        let (state, h) = (self.solver.state().clone(), self.solver.next_step());
+        self.resume(state, self.slowed.clone(), h)
+    }
+
+    /// A step, as [`AssemblyRun::advance_to`], that feels the mass of rods where it can be followed.
+    pub(super) fn advance_with_rods(&mut self, end: f64) -> Option<Progress> {
+        self.weigh()?;
+        let felt = self.felt(None);
+        if felt.is_empty() {
+            return self.advance_to(end);
+        }
+        let from = self.solver.state().clone();
+        let progress = self.advance_to(end);
+        // A long step came upon a fold, or none could be taken.
+        let lost = match &progress {
+            Some(Progress::Fold { rods, .. }) => self.felt(Some(rods)),
+            Some(_) => Vec::new(),
+            None => felt,
+        };
+        if lost.is_empty() {
+            return progress;
+        }
+        self.give_up(from, &lost)?;
+        self.advance_to(end)
+    }
+
+    /// Goes back to `state` and on from there without the mass of these rods, until they have landed.
+    pub(super) fn give_up(&mut self, state: Numbers, rods: &[usize]) -> Option<()> {
+        let h = self.solver.next_step();
+        self.resume(state, None, h)?;
+        for k in rods {
+            self.unfit[*k] = true;
+        }
+        self.weigh()
+    }
+
+    /// The rods whose mass is felt, among these if they are told.
+    pub(super) fn felt(&self, among: Option<&[(usize, f64)]>) -> Vec<usize> {
+        let told = |k: &usize| among.is_none_or(|rods| rods.iter().any(|(rod, _)| rod == k));
+        let felt = self
+            .assembly
+            .light_rods()
+            .filter(|(_, light)| light.followed);
+        felt.map(|(k, _)| k).filter(told).collect()
+    }
+}
