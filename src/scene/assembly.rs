@@ -1,7 +1,7 @@
 //! Several rods and bodies: `[[rod]]` and `[[body]]`.
 
 use super::ends::is_none;
-use super::{ClampMotion, Groove, Load, Loads, Orientation, Rod};
+use super::{ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod};
 use crate::assembly::Joint;
 use serde::{Serialize, Serializer};
 
@@ -51,6 +51,9 @@ pub struct AssemblyRod {
     /// Its length, section and rest strains; without friction.
     #[serde(flatten)]
     pub rod: Rod,
+    /// Dead force per length along it, beside its weight.
+    #[serde(skip_serializing_if = "LoadAlong::is_zero")]
+    pub distributed: LoadAlong,
     /// What holds its base, s = 0.
     pub from: Site,
     /// What holds its end, s = length.
@@ -154,7 +157,7 @@ impl AssemblyBody {
         Loads {
             gravity,
             dead: self.force.constant(),
-            distributed: [0.0; 3],
+            distributed: LoadAlong::default(),
             load: 1.0,
             couple: self.couple.clone(),
             drag: self.drag,

@@ -1,6 +1,10 @@
 //! What acts on the body of a scene beside the rod; at rest, along the rod.
 
+use super::Rod;
 use crate::body::History;
+use crate::error::Result;
+use crate::rod::Distributed;
+use nalgebra::Vector3;
 use serde::Serialize;
 
 /// Loads on the body, in the world; at rest, where there is no body, on the rod. Everything defaults to zero.
@@ -10,9 +14,9 @@ pub struct Loads {
     pub gravity: [f64; 3],
     /// Constant force at the centre of mass.
     pub dead: [f64; 3],
-    /// Constant force per length of the unloaded rod.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub distributed: [f64; 3],
+    /// Dead force per length of the unloaded rod.
+    #[serde(skip_serializing_if = "LoadAlong::is_zero")]
+    pub distributed: LoadAlong,
     /// At rest: the common factor of gravity and distributed force; default 1.
     pub load: f64,
     /// Couple; 0 for a point mass.
@@ -30,7 +34,7 @@ impl Default for Loads {
         Self {
             gravity: [0.0; 3],
             dead: [0.0; 3],
-            distributed: [0.0; 3],
+            distributed: LoadAlong::default(),
             load: 1.0,
             couple: Load::default(),
             drag: 0.0,
@@ -40,8 +44,84 @@ impl Default for Loads {
     }
 }
 
-fn is_zero(vector: &[f64; 3]) -> bool {
-    *vector == [0.0; 3]
+/// A dead force per length of the unloaded rod, in the world.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LoadAlong {
+    /// The same all along the rod.
+    Constant([f64; 3]),
+    /// A polynomial in s/length.
+    Polynomial {
+        /// Its coefficients c0, c1, ...
+        polynomial: Vec<[f64; 3]>,
+    },
+    /// Linear between places along the rod.
+    Table {
+        /// Rows (s, force per length there), s growing from 0 to the length.
+        table: Vec<[f64; 4]>,
+    },
+}
+
+impl Default for LoadAlong {
+    fn default() -> Self {
+        Self::Constant([0.0; 3])
+    }
+}
+
+impl LoadAlong {
+    /// True if there is none.
+    pub fn is_zero(&self) -> bool {
+        let none = |force: &[f64]| force.iter().all(|x| *x == 0.0);
+        match self {
+            Self::Constant(force) => none(force),
+            Self::Polynomial { polynomial } => none(polynomial.as_flattened()),
+            Self::Table { table } => table.iter().all(|row| none(&row[1..])),
+        }
+    }
+
+    /// A component of a constant one.
+    pub(super) fn component_mut(&mut self, i: usize) -> Option<&mut f64> {
+        match self {
+            Self::Constant(force) => force.get_mut(i),
+            _ => None,
+        }
+    }
+
+    /// As the library has it, on a rod of this length.
+    ///
+    /// # Errors
+    /// As [`Distributed::table`].
+    pub fn on(&self, length: f64) -> Result<Distributed> {
+        match self {
+            Self::Constant(force) => Distributed::constant((*force).into()),
+            Self::Polynomial { polynomial } => {
+                Distributed::polynomial(polynomial.iter().map(|c| (*c).into()).collect())
+            }
+            Self::Table { table } => {
+                let row = |row: &[f64; 4]| (row[0] / length, Vector3::new(row[1], row[2], row[3]));
+                let mut rows: Vec<_> = table.iter().map(row).collect();
+                if let Some(last) = rows.last_mut() {
+                    // It is that of the rod, as the scene was read.
+                    last.0 = 1.0;
+                }
+                Distributed::table(&rows)
+            }
+        }
+    }
+
+    /// The same with the weight of a rod under gravity; None if there is neither.
+    ///
+    /// # Errors
+    /// As [`LoadAlong::on`]; a weight that is not finite.
+    pub fn with_weight(&self, rod: &Rod, gravity: [f64; 3]) -> Result<Option<Distributed>> {
+        let density = rod.mass().map_or(0.0, |mass| mass / rod.length);
+        let weight = Distributed::constant(Vector3::from(gravity) * density)?;
+        let whole = match self.is_zero() {
+            true => weight,
+            false => weight.plus(&self.on(rod.length)?)?,
+        };
+        Ok(Some(whole).filter(|load| !load.is_zero()))
+    }
 }
 
 /// A force or a couple on a body.

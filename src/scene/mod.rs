@@ -93,7 +93,7 @@ pub use ends::{
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
-pub use loads::{Force, Load, Loads};
+pub use loads::{Force, Load, LoadAlong, Loads};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};
 pub use rod::{Bends, Inertia, Material, Model, Rod};

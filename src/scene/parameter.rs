@@ -319,12 +319,11 @@ impl Scene {
             }
             Distributed(i) => {
                 end?;
-                loads.distributed.get_mut(i)
+                loads.distributed.component_mut(i)
             }
             LoadsLoad => {
                 end?;
-                let mut all = loads.gravity.iter().chain(&loads.distributed);
-                let any = all.any(|x| *x != 0.0);
+                let any = loads.gravity != [0.0; 3] || !loads.distributed.is_zero();
                 any.then_some(&mut loads.load)
             }
             EndPosition(i) => match end?.position.get_mut(i)? {

@@ -90,6 +90,15 @@ fn flatten(value: &mut Value) {
         Value::Object(table) => {
             for (name, value) in table {
                 match value {
+                    // Rows of s and a vector, or vectors.
+                    Value::Object(rows) if name == "distributed" => {
+                        for (form, rows) in rows {
+                            let size = if form == "table" { 3 } else { 2 };
+                            let rows = rows.as_array_mut().into_iter().flatten();
+                            let rows = rows.filter_map(Value::as_array_mut);
+                            rows.for_each(|row| row.truncate(size));
+                        }
+                    }
                     Value::Array(vector) if VECTORS.contains(&name.as_str()) => vector.truncate(2),
                     value => flatten(value),
                 }

@@ -1,8 +1,9 @@
 //! From the user's units to those of the library, and back.
 
 use super::{
-    Body, Clamp, ClampMotion, Damping, FrictionLaw, History, Joint, Load, Loads, Maxwell, Place,
-    Relaxed, Scene, Sine, Start, StrainField, StrainMatrix, StrainRate, Translation, Units,
+    Body, Clamp, ClampMotion, Damping, FrictionLaw, History, Joint, Load, LoadAlong, Loads,
+    Maxwell, Place, Relaxed, Scene, Sine, Start, StrainField, StrainMatrix, StrainRate,
+    Translation, Units,
 };
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
@@ -373,7 +374,18 @@ impl<'a> Numbers<'a> {
     fn loads(&mut self, loads: &'a mut Loads) {
         self.add(Quantity::Acceleration, &mut loads.gravity);
         self.add(Quantity::Force, &mut loads.dead);
-        self.add(Quantity::Distributed, &mut loads.distributed);
+        match &mut loads.distributed {
+            LoadAlong::Constant(force) => self.add(Quantity::Distributed, force),
+            LoadAlong::Polynomial { polynomial } => {
+                self.add(Quantity::Distributed, polynomial.as_flattened_mut());
+            }
+            LoadAlong::Table { table } => {
+                for [s, force @ ..] in table {
+                    self.add(Quantity::Length, [s]);
+                    self.add(Quantity::Distributed, force);
+                }
+            }
+        }
         self.add(Quantity::Drag, [&mut loads.drag]);
         self.add(Quantity::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {

@@ -41,8 +41,10 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
     Ok(EquilibriumRecord {
         units: scene.units,
         length: scene.rod.length,
-        weight: (scene.is_loaded_along())
-            .then(|| Vector3::from(scene.load_along()) * scene.rod.length),
+        weight: match scene.is_loaded_along() {
+            true => Some(scene.load_along()?.total(scene.rod.length)),
+            false => None,
+        },
         conservative: problem.is_conservative(),
         uniform: problem.rod().hoists_inverse(),
         sections: problem.shape(&found.base, SECTIONS)?,

@@ -8,6 +8,7 @@ use snaprod::inertia::frames::Curve;
 use snaprod::inertia::law::Law;
 use snaprod::inertia::mass::Mass;
 use snaprod::inertia::rod::{Given, HeavyRod};
+use snaprod::rod::Distributed;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
 use snaprod::solve::integrator::{Integrator, Method};
@@ -48,7 +49,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> Given {
         mass,
         rotary: None,
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
-        distributed: Vec::new(),
+        distributed: None,
         body,
     }
 }
@@ -153,7 +154,11 @@ fn derivatives_are_those_of_the_balance() {
             .with_gravity(gravity)
             .unwrap()
             .with_support(support.clone()),
-        distributed: vec![Vector3::new(0.0, 0.1, 0.0), Vector3::new(0.2, 0.0, 0.0)],
+        distributed: Distributed::polynomial(vec![
+            Vector3::new(0.0, 0.1, 0.0),
+            Vector3::new(0.2, 0.0, 0.0),
+        ])
+        .ok(),
         body: Mass::Rigid(weld.with_support(support)),
     });
     for given in rods {
@@ -306,7 +311,7 @@ fn a_round_rod_keeps_its_momentum() {
         mass: MASS,
         rotary: Some(Matrix3::from_diagonal(&section)),
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
-        distributed: Vec::new(),
+        distributed: None,
         body: weld(Vector3::new(0.0, -1.5, 0.0)),
     };
     // From an equilibrium under a load that is let go, with rates that the rod can follow.

@@ -46,6 +46,7 @@ mod inertia;
 mod inversion;
 mod landings_space;
 #[cfg(feature = "scene")]
+mod light_weight;
 mod loads;
 #[cfg(feature = "scene")]
 mod mass_motions;

@@ -193,7 +193,7 @@ fn what_is_not_covered_is_said() {
         ),
         (
             "inertia = \"full\"",
-            "inertia = \"none\"\n[loads]\ndistributed = [0.0, 1.0]",
+            "inertia = \"first-order\"\n[loads]\ndistributed = [0.0, 1.0]",
             "loads.distributed",
         ),
     ] {

@@ -612,6 +612,7 @@ fn landing_rules() {
     let (named_snaps, outcome) = finish(&mut named, |_| {});
     // Down as named; back up the rule leaves nothing.
     let first = Snap {
+        base: nalgebra::UnitQuaternion::identity(),
         choices: named_snaps[0].choices,
         ..snaps[0].clone()
     };

@@ -418,11 +418,11 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     Ok((*solver.state(), solver.cost()))
 }
 
-/// Integrates from the clamp to s = 1 and shows every accepted step.
+/// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of `clamp`.
 fn integrate<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
-    columns: [[[f64; K]; 3]; 2],
+    (clamp, columns): (LineState<K, C>, [[[f64; K]; 3]; 2]),
     tolerance: f64,
     mut each: impl FnMut(
         &Step<LineState<K, C>>,
@@ -434,7 +434,7 @@ fn integrate<const K: usize, C: Carried<K>>(
     let first = first_step(law, b, tolerance)?;
     let found = over_pieces(
         law,
-        LineState::<K, C>::clamp(),
+        clamp,
         |section: &mut LineState<K, C>| &mut section.s,
         (first, tolerance),
         |at, slope| flow.write_slope(at, slope),
@@ -460,13 +460,22 @@ fn integrate<const K: usize, C: Carried<K>>(
 /// Unit columns: d/dm(0) for 0..3 and d/dn for 3..6.
 pub(super) fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
     let mut columns = [[[0.0; K]; 3]; 2];
-    for j in 0..K {
+    for j in 0..K.min(6) {
         columns[j / 3][j % 3][j] = 1.0;
     }
     columns
 }
 
-/// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent.
+/// The clamp with unit columns, and for 6..9 its turn at a given base wrench and load.
+fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64; K]; 3]; 2]) {
+    let mut clamp = LineState::clamp();
+    for j in 6..K {
+        clamp.tangent[j - 6][j] = 1.0;
+    }
+    (clamp, unit_columns())
+}
+
+/// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn of the clamp.
 pub(super) fn end<const K: usize>(
     law: &ScaledLaw,
     b: &Wrench,
@@ -481,13 +490,13 @@ pub(super) fn loaded_end<const K: usize, C: Carried<K>>(
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost)> {
-    integrate(rod, b, unit_columns(), tolerance, |_, _| ())
+    integrate(rod, b, begun(), tolerance, |_, _| ())
 }
 
 /// The sections between the steps of the integration, the first and the last included.
 pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<LineState<0>>> {
     let mut all = vec![LineState::clamp()];
-    integrate((law, &()), b, unit_columns(), tolerance, |step, _| {
+    integrate((law, &()), b, begun(), tolerance, |step, _| {
         all.push(step.to)
     })?;
     Ok(all)
@@ -506,6 +515,7 @@ pub(super) fn clamp_from_end<const K: usize>(
     }
     let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
     let columns = [[[0.0; K]; 3], dn];
+    let columns = (LineState::clamp(), columns);
     integrate((reversed, &()), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 
@@ -533,7 +543,7 @@ pub(super) fn loaded_sections<const K: usize, C: Carried<K>>(
     }
     let mut cost = Cost::default();
     let mut lost = false;
-    let (last, _) = integrate(rod, b, unit_columns(), tolerance, |step, f| {
+    let (last, _) = integrate(rod, b, begun(), tolerance, |step, f| {
         // Redone at full order, not interpolated: a reader may differentiate what is printed.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;

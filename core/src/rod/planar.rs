@@ -96,7 +96,7 @@ impl Problem {
         let [about_first, about_second] = law.planar_about();
         let weight = self.weight.iter();
         let mut inside: Vec<Vector3<f64>> = weight
-            .flat_map(|weight| weight.directions().iter().copied())
+            .flat_map(|weight| weight.directions().copied())
             .collect();
         let mut along = vec![self.couple];
         if self.end.follower {

@@ -223,6 +223,7 @@ impl Problem {
     #[must_use]
     pub fn with_distributed(mut self, load: &Distributed) -> Self {
         self.weight = Some(Weight::new(load, &self.rod));
+        self.rod.law = self.rod.law.broken_at(&load.breaks());
         self
     }
 

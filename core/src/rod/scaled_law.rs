@@ -36,17 +36,27 @@ impl ScaledLaw {
             )));
         }
         breaks.retain(|s| *s > BESIDE && *s < 1.0 - BESIDE);
-        let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BESIDE));
-        let to = breaks.iter().map(|s| s - BESIDE).chain([1.0]);
-        let pieces = from.zip(to).filter(|(from, to)| from < to).collect();
         Ok(Self {
             hoisted: law.uniform_linear(),
             law,
-            pieces,
+            pieces: between(&breaks),
             bend: Vector3::zeros(),
             sense: 1.0,
             units,
         })
+    }
+
+    /// The same law, to be integrated with breaks at these places, too.
+    pub(super) fn broken_at(mut self, breaks: &[f64]) -> Self {
+        let own = self
+            .pieces
+            .windows(2)
+            .map(|pair| 0.5 * (pair[0].1 + pair[1].0));
+        let mut all: Vec<f64> = own.chain(breaks.iter().copied()).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup_by(|a, b| *a - *b < 4.0 * BESIDE);
+        self.pieces = between(&all);
+        self
     }
 
     /// A wrench in the clamp's frame for messages, in the user's units.
@@ -148,6 +158,13 @@ impl ScaledLaw {
             compliance: Cow::Owned(inverse.compliance.times(self.sense)),
         })
     }
+}
+
+/// The pieces between breaks in growing order.
+fn between(breaks: &[f64]) -> Vec<(f64, f64)> {
+    let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BESIDE));
+    let to = breaks.iter().map(|s| s - BESIDE).chain([1.0]);
+    from.zip(to).filter(|(from, to)| from < to).collect()
 }
 
 /// What a section does under its resultants.

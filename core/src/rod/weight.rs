@@ -13,11 +13,49 @@ use super::Rod;
 use crate::error::{Error, Result};
 use nalgebra::{Rotation3, Vector3};
 
-/// A dead load along a rod: force per unloaded length in the world, a polynomial in s/L.
+/// A dead load along a rod: force per unloaded length in the world, piece by piece a polynomial in x = s/L.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distributed {
+    pieces: Vec<Piece>,
+}
+
+/// From one break of a load to the next.
+#[derive(Debug, Clone, PartialEq)]
+struct Piece {
+    from: f64,
+    /// int f dx up to there.
+    before: Vector3<f64>,
+    /// c_0, c_1, ... in powers of x - from.
     coefficients: Vec<Vector3<f64>>,
 }
+
+impl Piece {
+    fn density(&self, x: f64) -> Vector3<f64> {
+        let rest = self.coefficients.iter().rev();
+        rest.fold(Vector3::zeros(), |sum, c| sum * (x - self.from) + c)
+    }
+
+    fn gathered(&self, x: f64) -> Vector3<f64> {
+        let (rest, x) = (self.coefficients.iter().enumerate().rev(), x - self.from);
+        self.before + x * rest.fold(Vector3::zeros(), |sum, (k, c)| sum * x + c / (k + 1) as f64)
+    }
+
+    /// The coefficients in powers of x - `from`.
+    fn about(&self, from: f64) -> Vec<Vector3<f64>> {
+        let mut c = self.coefficients.clone();
+        // Horner's scheme, again and again.
+        for first in 0..c.len().saturating_sub(1) {
+            for k in (first..c.len() - 1).rev() {
+                let next = c[k + 1];
+                c[k] += next * (from - self.from);
+            }
+        }
+        c
+    }
+}
+
+/// Most rows of a table: every row is a break of the integration along the rod.
+const ROWS: usize = 500;
 
 impl Distributed {
     /// The same all along the rod, such as the weight of a uniform one.
@@ -33,36 +71,154 @@ impl Distributed {
     /// # Errors
     /// A component that is not finite.
     pub fn polynomial(coefficients: Vec<Vector3<f64>>) -> Result<Self> {
-        if !coefficients.iter().flatten().all(|x| x.is_finite()) {
+        Self::of(vec![(0.0, coefficients)])
+    }
+
+    /// Linear between the rows (x, f) of a table, x = s/L growing from 0 to 1. Its kinks are breaks of the integration along the rod.
+    ///
+    /// # Errors
+    /// Fewer than 2 or more than 500 rows; places that do not grow from 0 to 1; a number that is not finite.
+    pub fn table(rows: &[(f64, Vector3<f64>)]) -> Result<Self> {
+        let grows = rows.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        let whole = rows.first().is_some_and(|row| row.0 == 0.0)
+            && rows.last().is_some_and(|row| row.0 == 1.0);
+        if !((2..=ROWS).contains(&rows.len()) && grows && whole) {
+            return Err(Error::domain(format!(
+                "a table of a load along the rod has 2 to {ROWS} rows at places that grow from 0 to the length of the rod"
+            )));
+        }
+        let pieces = rows.windows(2).map(|pair| {
+            let (from, to) = (pair[0], pair[1]);
+            (from.0, vec![from.1, (to.1 - from.1) / (to.0 - from.0)])
+        });
+        Self::of(pieces.collect())
+    }
+
+    fn of(pieces: Vec<(f64, Vec<Vector3<f64>>)>) -> Result<Self> {
+        let numbers = pieces.iter().flat_map(|(_, c)| c.iter().flatten());
+        if !numbers.into_iter().all(|x| x.is_finite()) {
             return Err(Error::domain(
                 "the components of a load along the rod must be finite",
             ));
         }
-        Ok(Self { coefficients })
+        let mut made: Vec<Piece> = Vec::with_capacity(pieces.len());
+        for (from, coefficients) in pieces {
+            let before = made
+                .last()
+                .map_or(Vector3::zeros(), |last| last.gathered(from));
+            made.push(Piece {
+                from,
+                before,
+                coefficients,
+            });
+        }
+        Ok(Self { pieces: made })
+    }
+
+    /// Both loads together.
+    ///
+    /// # Errors
+    /// A sum that is not finite.
+    pub fn plus(&self, other: &Self) -> Result<Self> {
+        let places = self.pieces.iter().chain(&other.pieces);
+        let mut breaks: Vec<f64> = places.map(|piece| piece.from).collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        let pieces = breaks.into_iter().map(|from| {
+            let (mut sum, mut more) = (self.at(from).about(from), other.at(from).about(from));
+            if sum.len() < more.len() {
+                std::mem::swap(&mut sum, &mut more);
+            }
+            for (sum, c) in sum.iter_mut().zip(more) {
+                *sum += c;
+            }
+            (from, sum)
+        });
+        Self::of(pieces.collect())
+    }
+
+    /// The same load with every force changed by a linear map, such as a rotation or a change of units.
+    #[must_use]
+    pub fn mapped(&self, map: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
+        let pieces = self.pieces.iter().map(|piece| Piece {
+            from: piece.from,
+            before: map(&piece.before),
+            coefficients: piece.coefficients.iter().map(&map).collect(),
+        });
+        Self {
+            pieces: pieces.collect(),
+        }
+    }
+
+    /// The same load on the rod begun at its other end: f(1 - x).
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut pieces: Vec<Piece> = Vec::with_capacity(self.pieces.len());
+        let ends = self.pieces.iter().skip(1).map(|piece| piece.from);
+        let ends: Vec<f64> = ends.chain([1.0]).collect();
+        for (piece, end) in self.pieces.iter().zip(ends).rev() {
+            let mut coefficients = piece.about(end);
+            for c in coefficients.iter_mut().skip(1).step_by(2) {
+                c.neg_mut();
+            }
+            let from = 1.0 - end;
+            let before = pieces
+                .last()
+                .map_or(Vector3::zeros(), |last| last.gathered(from));
+            pieces.push(Piece {
+                from,
+                before,
+                coefficients,
+            });
+        }
+        Self { pieces }
+    }
+
+    #[inline]
+    fn at(&self, x: f64) -> &Piece {
+        let last = self.pieces.len() - 1;
+        let later = self.pieces[1..].iter().rposition(|piece| piece.from <= x);
+        &self.pieces[later.map_or(0, |k| k + 1).min(last)]
+    }
+
+    /// f at x = s/L.
+    #[inline]
+    pub fn density(&self, x: f64) -> Vector3<f64> {
+        self.at(x).density(x)
+    }
+
+    /// int f dx from the base to x = s/L: the force on that part of a rod of length 1.
+    #[inline]
+    pub fn gathered(&self, x: f64) -> Vector3<f64> {
+        self.at(x).gathered(x)
     }
 
     /// The whole force on a rod of this length.
     pub fn total(&self, length: f64) -> Vector3<f64> {
-        gathered(&self.coefficients, 1.0) * length
+        self.gathered(1.0) * length
     }
-}
 
-/// sum c_k s^k.
-fn density(coefficients: &[Vector3<f64>], s: f64) -> Vector3<f64> {
-    let rest = coefficients.iter().rev();
-    rest.fold(Vector3::zeros(), |sum, c| sum * s + c)
-}
+    /// Places x = s/L inside the rod at which the load is not smooth, in growing order.
+    pub fn breaks(&self) -> Vec<f64> {
+        let inside = self.pieces.iter().skip(1);
+        inside.map(|piece| piece.from).collect()
+    }
 
-/// Its integral from 0 to s.
-fn gathered(coefficients: &[Vector3<f64>], s: f64) -> Vector3<f64> {
-    let rest = coefficients.iter().enumerate().rev();
-    s * rest.fold(Vector3::zeros(), |sum, (k, c)| sum * s + c / (k + 1) as f64)
+    /// True if there is no load at all.
+    pub fn is_zero(&self) -> bool {
+        self.coefficients().all(|c| *c == Vector3::zeros())
+    }
+
+    /// The coefficients of all pieces: vectors that span its directions.
+    fn coefficients(&self) -> impl Iterator<Item = &Vector3<f64>> {
+        self.pieces.iter().flat_map(|piece| &piece.coefficients)
+    }
 }
 
 /// The load in the clamp's frame and the numerics' units: B/L^3.
 #[derive(Debug, Clone)]
 pub(super) struct Weight {
-    coefficients: Vec<Vector3<f64>>,
+    load: Distributed,
     /// Potential in the world of a rod that shrinks to its clamp, in B/L.
     ground: f64,
 }
@@ -74,15 +230,30 @@ impl Weight {
         let scale = rod.length / force;
         let ground = -load.total(rod.length).dot(&rod.clamp.translation.vector) / couple;
         Self {
-            coefficients: load.coefficients.iter().map(|c| turn * c * scale).collect(),
+            load: load.mapped(|c| turn * c * scale),
             ground,
+        }
+    }
+
+    /// None at all.
+    pub(super) fn nothing() -> Self {
+        let piece = Piece {
+            from: 0.0,
+            before: Vector3::zeros(),
+            coefficients: Vec::new(),
+        };
+        Self {
+            load: Distributed {
+                pieces: vec![piece],
+            },
+            ground: 0.0,
         }
     }
 
     /// A part of it.
     pub(super) fn times(&self, part: f64) -> Self {
         Self {
-            coefficients: self.coefficients.iter().map(|c| c * part).collect(),
+            load: self.load.mapped(|c| c * part),
             ground: self.ground * part,
         }
     }
@@ -90,26 +261,26 @@ impl Weight {
     /// Turned about the clamp.
     pub(super) fn turned(&self, turn: &Rotation3<f64>) -> Self {
         Self {
-            coefficients: self.coefficients.iter().map(|c| turn * c).collect(),
+            load: self.load.mapped(|c| turn * c),
             ground: self.ground,
         }
     }
 
     /// Vectors that span its directions.
-    pub(super) fn directions(&self) -> &[Vector3<f64>] {
-        &self.coefficients
+    pub(super) fn directions(&self) -> impl Iterator<Item = &Vector3<f64>> {
+        self.load.coefficients()
     }
 
     /// int_0^s f.
     #[inline]
     pub(super) fn gathered(&self, s: f64) -> Vector3<f64> {
-        gathered(&self.coefficients, s)
+        self.load.gathered(s)
     }
 
     /// f(s).
     #[inline]
     pub(super) fn density(&self, s: f64) -> Vector3<f64> {
-        density(&self.coefficients, s)
+        self.load.density(s)
     }
 
     /// f all along the rod.

@@ -196,10 +196,11 @@ impl Link {
 
     fn traced(&self, t: f64, now: &Configuration, q: &Wrench) -> Option<Curve> {
         let [base, held] = self.held_in(t, now);
-        let sections = match self.is_taut(q, &held) {
+        let sections = match self.is_taut(q, &held) || self.distributed().is_some() {
             true => {
                 let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
-                self.shape(q, &held, &at.collect::<Vec<f64>>(), COARSE)
+                let seen = self.facing(&base.rotation);
+                seen.shape(q, &held, &at.collect::<Vec<f64>>(), COARSE)
             }
             false => self.rod.trace(&q.component_mul(&self.units()), COARSE),
         };
@@ -209,7 +210,8 @@ impl Link {
     /// The centreline exactly at a place.
     fn jet(&self, t: f64, now: &Configuration, q: &Wrench, s: f64) -> Option<Jet> {
         let [base, held] = self.held_in(t, now);
-        let sections = self.shape(q, &held, &[s], FINE).ok()?;
+        let seen = self.facing(&base.rotation);
+        let sections = seen.shape(q, &held, &[s], FINE).ok()?;
         Some(jet(sections.first()?, &base))
     }
 

@@ -193,6 +193,13 @@ impl LinkPoint {
             let log = inverse_left_jacobian(&gap);
             let turn = UnitQuaternion::from_scaled_axis(gap).to_rotation_matrix();
             let spins = self.end.tangent;
+            if let Some(along) = &self.end.along {
+                // What a load makes of the end as the base turns is a spin of R(1), too.
+                let back = self.base.pose.rotation.inverse().to_rotation_matrix();
+                let spun = along.turned.fixed_rows::<3>(0) * back.matrix();
+                let mut turns = by_twists.fixed_view_mut::<3, 3>(0, 0);
+                turns += spun - turn.matrix() * spun;
+            }
             let first = log * by_twists.fixed_rows::<3>(0);
             by_twists.fixed_rows_mut::<3>(0).copy_from(&first);
             let first = -(log * turn.matrix()) * spins.fixed_rows::<3>(0);

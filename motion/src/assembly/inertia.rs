@@ -250,7 +250,7 @@ impl Assembly {
     ///
     /// # Errors
     /// A rod between two ball joints; one whose attachment moves by itself, or is on a body in a groove; a section law that is not
-    /// linear; a mass or inertia that is not finite and positive.
+    /// linear; a load along the rod beside its weight; a mass or inertia that is not finite and positive.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         for (k, light) in light.iter().enumerate() {
             let Some(light) = light else { continue };
@@ -272,6 +272,9 @@ impl Assembly {
             }
             if !link.rod().sways() {
                 return refuse("its section law is not linear");
+            }
+            if link.distributed().is_some() {
+                return refuse("it bears a load along it of its own");
             }
             for site in [link.from(), link.to()] {
                 match &site.on {

@@ -5,7 +5,8 @@
 //! e_T = e^(Q w1) - e,     int Q^T e_T = -2 (pose of the end - where it is held),
 //! ```
 //! with e^ the inverse law. For linear laws that is the flow under a viscosity proportional to the stiffness; for any convex
-//! energy it falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work. The last term brings the end back after the
+//! energy it falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work; the resultants of a load along the
+//! rod are with those of w1, and its potential with the energy. The last term brings the end back after the
 //! finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly and to one
 //! side only. A rod between two ball joints is held by the length of its chord alone: w1 is a force N r^ along it, without a couple at
 //! either end, and of the condition only the part along r^ is left, one equation for N. The turn of the base about that of the chord and
@@ -59,6 +60,8 @@ struct Layer<const D: usize> {
     by_chord: bool,
     /// The wrench on the end where it was last found.
     wrench: AtEnd<D>,
+    /// The load along the rod at the nodes.
+    load: Option<Vec<Vector3<f64>>>,
 }
 
 impl Link {
@@ -107,7 +110,7 @@ impl Link {
                     .index(&at, held, tolerance)
                     .is_ok_and(|index| index == 0)
             {
-                stable.push((self.held(&at, held, tolerance)?.energy, at));
+                stable.push((self.held(&at, held, tolerance)?.whole_energy(), at));
             }
         }
         stable.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -148,22 +151,27 @@ impl Link {
             time: 1.0,
         };
         let law = measured(self.rod.law().clone(), units);
-        let breaks: Vec<f64> = law
-            .breaks()
-            .into_iter()
-            .filter(|s| *s > 0.0 && *s < 1.0)
-            .collect();
+        let mut breaks = law.breaks();
+        breaks.extend(self.borne().iter().flat_map(|load| load.breaks()));
+        breaks.retain(|s| *s > 0.0 && *s < 1.0);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < 1e-12);
         let grid = Grid::new(&breaks, &vec![NODES; breaks.len() + 1]);
         let mut held = end.pose;
         held.translation.vector /= length;
         let scale = self.units();
-        let wrench = joined(&(end.couple / scale[0]), &(end.force / scale[3]));
+        let wrench = joined(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
+        let load = self.borne().map(|load| {
+            let at = grid.nodes().iter();
+            at.map(|s| load.density(*s) * (length / scale[3])).collect()
+        });
         let mut layer = Layer::<D> {
             law,
             grid,
             held,
             by_chord: self.joint == Joint::Pins,
             wrench: wrench.fixed_rows::<D>(6 - D).into_owned(),
+            load,
         };
         let here = self.strains(&layer.grid, q, &end.pose, tolerance)?;
         let beside = [1.0, -1.0].map(|side| {
@@ -189,7 +197,7 @@ impl Link {
                     continue;
                 };
                 let q = self.charted(&layer, &strains, tolerance)?;
-                let energy = self.held(&q, &end.pose, tolerance)?.energy;
+                let energy = self.held(&q, &end.pose, tolerance)?.whole_energy();
                 if found.as_ref().is_none_or(|(lowest, _)| energy < *lowest) {
                     found = Some((energy, q));
                 }
@@ -277,7 +285,14 @@ impl Link {
         } else {
             Vector3::zeros()
         };
-        let start = joined(&(m + end.end().translation.vector.cross(&n)), &n);
+        let mut start = joined(&(m + end.end().translation.vector.cross(&n)), &n);
+        if let Some(load) = &layer.load {
+            // What the load adds: its force, and its couple about the base.
+            let nodes = load.iter().zip(end.positions()).zip(layer.grid.weights());
+            start += nodes.fold(Wrench::zeros(), |sum, ((f, r), weight)| {
+                sum + joined(&(r.cross(f) * *weight), &(f * *weight))
+            });
+        }
         let mut held = layer.held;
         held.translation.vector *= self.rod.length();
         self.polished(&start, &held, tolerance)
@@ -379,6 +394,10 @@ impl<const D: usize> Layer<D> {
             off = along * self.stretched(curve.end());
             self.wrench = along * along.dot(&self.wrench);
         }
+        let borne = match &self.load {
+            Some(load) => space.borne(&self.grid, &curve, load).resultants,
+            None => vec![Local::zeros(); strains.len()],
+        };
         let nodes = self
             .grid
             .nodes()
@@ -392,7 +411,8 @@ impl<const D: usize> Layer<D> {
             let mut give = SMatrix::<f64, D, D>::zeros();
             for (i, ((s, weight), e)) in nodes.clone() {
                 let transfer = space.transfer(&curve, i);
-                let asked = self.law.inverse(*s, &(transfer * self.wrench)).ok()?;
+                let resultants = transfer * self.wrench + borne[i];
+                let asked = self.law.inverse(*s, &resultants).ok()?;
                 let rate = asked.strain - e;
                 out.fixed_rows_mut::<6>(6 * i).copy_from(&rate);
                 missing += transfer.tr_mul(&rate) * *weight;

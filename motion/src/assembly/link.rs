@@ -1,5 +1,6 @@
 //! A rod between two attachments: its chart, the wrenches on what carries it, and its tangent.
 
+use super::along::{Along, Borne};
 use super::taut::Seen;
 use super::{Assembly, Place};
 use crate::body::Support;
@@ -129,6 +130,8 @@ pub struct Link {
     /// Beside the end of a taut rod, in B/L^3.
     pub(super) spring: f64,
     pub(super) diameter: Option<f64>,
+    /// What it bears along it.
+    pub(super) load: Option<Borne>,
 }
 
 /// The end of a rod seen from its base, in the directors there.
@@ -143,8 +146,10 @@ pub struct LinkEnd {
     pub base_couple: Vector3<f64>,
     /// Couple m(1) of the attachment on the rod.
     pub couple: Vector3<f64>,
-    /// Force n.
+    /// Force n(0): all along the rod, if nothing loads it there.
     pub force: Vector3<f64>,
+    /// What a load along the rod adds.
+    pub(super) along: Option<Along>,
     /// Stored energy.
     pub energy: f64,
     /// d(rotation, position) by the chart.
@@ -191,6 +196,7 @@ impl Link {
             warm: Warm::default(),
             spring: 0.0,
             diameter: None,
+            load: None,
         }
     }
 
@@ -240,6 +246,9 @@ impl Link {
     /// # Errors
     /// As [`Rod::end`].
     pub fn end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
+        if self.load.is_some() {
+            return self.loaded_end(q, tolerance);
+        }
         let units = self.units();
         let found = self.rod.end(&q.component_mul(&units), tolerance)?;
         let section = &found.section;
@@ -278,6 +287,7 @@ impl Link {
             base_couple: halves(q).0 * units[0],
             couple: section.couple,
             force: section.force,
+            along: None,
             energy: section.energy,
             tangent,
             resultants,
@@ -296,7 +306,8 @@ impl Link {
     /// As [`Link::end`].
     pub fn point(&self, t: f64, bodies: &[Place], q: &Wrench, tolerance: f64) -> Result<LinkPoint> {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
-        let end = self.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
+        let seen = self.facing(&base.pose.rotation);
+        let end = seen.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
         Ok(self.placed(t, bodies, end))
     }
 
@@ -321,7 +332,7 @@ impl Link {
             // As if the base were held too.
             Joint::Ball | Joint::Pins => EndConditions::ball(end.translation.vector),
         };
-        Problem::new(self.rod.clone(), conditions, tolerance)
+        self.bearing(conditions, tolerance)
     }
 
     /// How many equilibria with less energy the rod could buckle away into with its end held as it is: its index.
@@ -434,7 +445,16 @@ impl LinkPoint {
 
     /// What the chart follows: jacobian . q' = drive.
     pub fn drive(&self) -> Vector6<f64> {
-        self.end.drive * self.relative_twist()
+        let drive = self.end.drive * self.relative_twist();
+        match &self.end.along {
+            None => drive,
+            Some(along) => drive - along.prescribed * self.base_spin(),
+        }
+    }
+
+    /// The spin of the base along its own directors.
+    fn base_spin(&self) -> Vector3<f64> {
+        self.base.pose.rotation.inverse() * halves(&self.base.twist).0
     }
 
     /// From the end of the rod to its attachment: [`LinkEnd::gap`].
@@ -452,6 +472,9 @@ impl LinkPoint {
         let twist = self.relative_twist();
         let q = self.end.jacobian.full_piv_lu().solve(&self.drive())?;
         let mut spin = halves(&(self.end.tangent * q)).0;
+        if let Some(along) = &self.end.along {
+            spin += along.turned.fixed_rows::<3>(0) * self.base_spin();
+        }
         if self.end.turned.is_some() {
             spin = halves(&twist).0;
         }
@@ -463,7 +486,16 @@ impl LinkPoint {
         let turn = self.base.pose.rotation;
         let n = self.end.force;
         let base = joined(&(turn * self.end.base_couple), &(turn * n));
-        [base, joined(&(turn * -self.end.couple), &(turn * -n))]
+        let tip = turn * -self.end.tip_force();
+        [base, joined(&(turn * -self.end.couple), &tip)]
+    }
+
+    /// The potential of the load along the rod, in the world.
+    pub fn potential(&self) -> f64 {
+        self.end.along.as_ref().map_or(0.0, |along| {
+            let total = self.base.pose.rotation * along.total;
+            along.potential - total.dot(&self.base.pose.translation.vector)
+        })
     }
 }
 

@@ -8,6 +8,7 @@
 //! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
 //! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily`]: statics, small vibrations, branches.
 
+mod along;
 mod branch;
 mod carrier;
 mod contact;

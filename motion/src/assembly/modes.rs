@@ -245,7 +245,8 @@ impl Assembly {
             let point = link.point(t, &now.bodies, q, tolerance)?;
             let (base, tip) = (point.base.pose, point.tip.pose);
             let at = evenly(link.rod().length(), count);
-            let sections = link.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
+            let seen = link.facing(&base.rotation);
+            let sections = seen.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
             Ok(placed(sections, &base))
         });
         let free = self.free().iter();

@@ -306,6 +306,7 @@ impl Assembly {
             at.points.iter().map(|point| point.end.energy).sum(),
             bodies()
                 .map(|(carrier, place)| carrier.potential(t, &place.pose))
+                .chain(at.points.iter().map(LinkPoint::potential))
                 .sum(),
         ]
     }

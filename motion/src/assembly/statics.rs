@@ -21,7 +21,7 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 pub struct AssemblyEquilibrium {
     /// Where everything is.
     pub now: Configuration,
-    /// Stored energy and potential of the constant forces. Couples and loads in time have none.
+    /// Stored energy and potential of the constant forces, those along rods included. Couples and loads in time have none.
     pub energy: f64,
     /// Morse index with the bodies free; 0 is stable. Under loads without a potential ([`Assembly::is_conservative`]) that of the
     /// symmetric part of the stiffness, which does not decide stability.
@@ -215,6 +215,7 @@ impl Assembly {
         let chart = |link: &super::Link| {
             let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
             let end = base.pose.inv_mul(&tip.pose);
+            let link = link.facing(&base.pose.rotation);
             if link.joint() == super::Joint::Pins {
                 return link.spanning(&end, tolerance);
             }
@@ -370,7 +371,10 @@ impl Assembly {
         let potential: f64 = bodies
             .map(|(carrier, place)| carrier.potential(0.0, &place.pose))
             .sum();
-        points.iter().map(|point| point.end.energy).sum::<f64>() + potential
+        let rods = points
+            .iter()
+            .map(|point| point.end.energy + point.potential());
+        rods.sum::<f64>() + potential
     }
 
     /// Bodies where rods with these charts bring them, rod by rod from the ground: a body is where the first rod that reaches it

@@ -67,7 +67,12 @@ impl LinkPoint {
             .fixed_view_mut::<6, 6>(0, 0)
             .copy_from(&(-back * carried(&arm)));
         drive.fixed_view_mut::<6, 6>(0, 6).copy_from(&back);
-        self.end.drive * drive
+        let mut drive = self.end.drive * drive;
+        if let Some(along) = &self.end.along {
+            let mut turns = drive.fixed_columns_mut::<3>(0);
+            turns -= along.prescribed * turn.matrix().transpose();
+        }
+        drive
     }
 
     /// The wrenches on base and end that m(0), n, m(1) in the base make, each at its attachment, in the world.
@@ -116,6 +121,15 @@ impl LinkPoint {
                 let mut block = by.fixed_view_mut::<3, 3>(6 * i + 3 * j, 0);
                 block -= f.cross_matrix();
             }
+        }
+        if let Some(along) = &self.end.along {
+            // The load does not turn along.
+            let turn = self.base.pose.rotation.to_rotation_matrix();
+            let couple = turn.matrix() * along.turned.fixed_rows::<3>(6) * back.matrix();
+            let mut block = by.fixed_view_mut::<3, 3>(6, 0);
+            block -= couple;
+            let mut block = by.fixed_view_mut::<3, 3>(9, 0);
+            block += (turn * along.total).cross_matrix();
         }
         by
     }
@@ -307,7 +321,10 @@ impl Assembly {
         };
         let rods = self.links().iter().zip(&points).zip(&now.charts);
         let held = rods
-            .map(|((link, point), q)| link.index(q, &point.held(), tolerance))
+            .map(|((link, point), q)| {
+                let seen = link.facing(&point.base.pose.rotation);
+                seen.index(q, &point.held(), tolerance)
+            })
             .sum::<Result<usize>>()?;
         Ok(held + negative)
     }

@@ -100,7 +100,7 @@ impl Link {
 
     /// What its chart should stand for, with hysteresis.
     pub fn better_seen(&self, q: &Wrench, held: &Isometry3<f64>) -> Seen {
-        if self.joint == Joint::Pins {
+        if self.joint == Joint::Pins || self.load.is_some() {
             return Seen::FromBase;
         }
         let border = if self.seen == Seen::Taut { SLACK } else { TAUT };
@@ -112,7 +112,7 @@ impl Link {
     }
 
     pub(super) fn is_taut(&self, q: &Wrench, held: &Isometry3<f64>) -> bool {
-        if self.joint == Joint::Pins {
+        if self.joint == Joint::Pins || self.load.is_some() {
             return false;
         }
         match self.seen {
@@ -182,6 +182,7 @@ impl Link {
             base_couple: m,
             couple: found.end.couple,
             force: found.end.force,
+            along: None,
             energy: found.end.energy,
             tangent,
             resultants,
@@ -258,7 +259,11 @@ impl Link {
             let found = self.pulled(q, held, tolerance)?;
             return self.rod.taut_shape(&found, at, tolerance);
         }
-        self.rod
-            .shape(&q.component_mul(&self.units()), at, tolerance)
+        let base = q.component_mul(&self.units());
+        if self.load.is_some() {
+            let at: Vec<f64> = at.iter().map(|s| s / self.rod.length()).collect();
+            return self.hanging(tolerance)?.sections(&base, &at);
+        }
+        self.rod.shape(&base, at, tolerance)
     }
 }

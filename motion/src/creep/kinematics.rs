@@ -1,13 +1,22 @@
 //! What the strains say about the shape of a rod, and what an end wrench does to its sections.
 
 use super::grid::Grid;
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 use std::fmt::Debug;
 
 /// A local quantity of one node: strains, rates, resultants.
 pub type Local<const M: usize> = SVector<f64, M>;
 /// A quantity of the end: its velocity, or the wrench on it.
 pub type AtEnd<const D: usize> = SVector<f64, D>;
+
+/// What a dead load along a rod makes of it: local resultants g at the nodes, beside those of the end wrench, and its potential -int f.r.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Borne<const M: usize> {
+    /// g at the nodes.
+    pub resultants: Vec<Local<M>>,
+    /// The potential.
+    pub potential: f64,
+}
 
 /// Rods with `M` strains at a section and an end with `D` velocities.
 ///
@@ -37,6 +46,18 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         grid: &Grid,
         shape: &Self::Shape,
         w: &AtEnd<D>,
+        out: &mut DMatrix<f64>,
+    );
+
+    /// What the dead load of the force per length `force` at the nodes, in the frame of the clamp, makes of the rod.
+    fn borne(&self, grid: &Grid, shape: &Self::Shape, force: &[Vector3<f64>]) -> Borne<M>;
+
+    /// Adds d g_i/d e_j of the same load to the block (i, j) of `out`.
+    fn borne_stiffness(
+        &self,
+        grid: &Grid,
+        shape: &Self::Shape,
+        force: &[Vector3<f64>],
         out: &mut DMatrix<f64>,
     );
 

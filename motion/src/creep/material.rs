@@ -2,9 +2,10 @@
 
 use super::kinematics::Local;
 use crate::error::{Error, Result};
+use crate::rod::Distributed;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
-use nalgebra::{Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
 /// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` strains that can change.
 #[derive(Debug, Clone)]
@@ -16,6 +17,8 @@ pub struct Material<const M: usize> {
     /// Stiffness, rest and fluidity of a law that is linear and the same all along the rod, formed once.
     hoisted: Option<Hoisted<M>>,
     branches: Vec<MaxwellBranch<M>>,
+    /// The dead load that it bears, in the frame of the clamp.
+    load: Option<Distributed>,
 }
 
 #[derive(Debug, Clone)]
@@ -71,6 +74,7 @@ impl<const M: usize> Material<M> {
             active,
             hoisted: None,
             branches: Vec::new(),
+            load: None,
             law,
         };
         material.branches = material
@@ -109,10 +113,27 @@ impl<const M: usize> Material<M> {
         &self.branches
     }
 
-    /// Where the law is not smooth, in (0, 1).
+    /// Where the law or the load is not smooth, in (0, 1).
     pub fn breaks(&self) -> Vec<f64> {
-        let breaks = self.law.breaks().into_iter();
-        breaks.filter(|s| *s > 1e-12 && *s < 1.0 - 1e-12).collect()
+        let mut breaks = self.law.breaks();
+        breaks.extend(self.load.iter().flat_map(Distributed::breaks));
+        breaks.retain(|s| *s > 1e-12 && *s < 1.0 - 1e-12);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < 1e-12);
+        breaks
+    }
+
+    /// The same bearing a dead load along the rod, in the frame of the clamp and the units of the rod.
+    #[must_use]
+    pub fn under(mut self, load: Option<Distributed>) -> Self {
+        self.load = load;
+        self
+    }
+
+    /// Force per length of the load at places in [0, 1]; None without a load.
+    pub fn load_at(&self, places: &[f64]) -> Option<Vec<Vector3<f64>>> {
+        let load = self.load.as_ref()?;
+        Some(places.iter().map(|s| load.density(*s)).collect())
     }
 
     /// True if the rates are proportional to the overstress.

@@ -4,8 +4,8 @@
 //! q = J (r(1) - r(s)).
 
 use super::grid::Grid;
-use super::kinematics::{AtEnd, Kinematics, Local};
-use nalgebra::{DMatrix, SMatrix, Vector1, Vector2};
+use super::kinematics::{AtEnd, Borne, Kinematics, Local};
+use nalgebra::{DMatrix, SMatrix, Vector1, Vector2, Vector3};
 
 /// The kinematics of an inextensible rod in a plane, clamped along +x, with a point mass on its end.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -82,6 +82,36 @@ impl Kinematics<1, 2> for Plane {
         shape.lever(i).transpose()
     }
 
+    /// With N the force beyond a section, g_i = int_{s_i}^1 N.J t: the gradient of the discrete potential, for Gauss' rules have
+    /// weight_i A_ij + weight_j A_ji = weight_i weight_j.
+    fn borne(&self, grid: &Grid, shape: &PlaneShape, force: &[Vector3<f64>]) -> Borne<1> {
+        let beyond = beyond(grid, force);
+        let mut before = vec![Vector1::zeros(); grid.len()];
+        let across = beyond.iter().zip(&shape.tangents);
+        let across: Vec<_> = across
+            .map(|(n, t)| Vector1::new(n.y * t.x - n.x * t.y))
+            .collect();
+        let total = grid.integrate(&across, &mut before);
+        let forces = force.iter().zip(&shape.positions).zip(grid.weights());
+        Borne {
+            resultants: before.iter().map(|before| total - before).collect(),
+            potential: -forces
+                .map(|((f, r), weight)| weight * f.xy().dot(r))
+                .sum::<f64>(),
+        }
+    }
+
+    /// dg_i = -int_{s_i}^1 (t.N) dtheta.
+    fn borne_stiffness(
+        &self,
+        grid: &Grid,
+        shape: &PlaneShape,
+        force: &[Vector3<f64>],
+        out: &mut DMatrix<f64>,
+    ) {
+        add_turned(grid, shape, &beyond(grid, force), out);
+    }
+
     /// d(q_i.n) = -int_{s_i}^1 (t.n) dtheta.
     fn load_stiffness(
         &self,
@@ -90,16 +120,7 @@ impl Kinematics<1, 2> for Plane {
         n: &AtEnd<2>,
         out: &mut DMatrix<f64>,
     ) {
-        let inner = grid.integration();
-        let weights = grid.weights();
-        let mut scaled = inner.clone();
-        for (mut row, t) in scaled.row_iter_mut().zip(&shape.tangents) {
-            row *= -t.dot(n);
-        }
-        let outer = DMatrix::from_fn(weights.len(), weights.len(), |i, k| {
-            weights[k] - inner[(i, k)]
-        });
-        out.gemm(1.0, &outer, &scaled, 1.0);
+        add_turned(grid, shape, &vec![*n; grid.len()], out);
     }
 
     /// The velocity of the end at fixed rates is int t' dtheta_t with t' = J t; its change is -int t theta_t dtheta, and
@@ -139,4 +160,26 @@ impl Kinematics<1, 2> for Plane {
             .map(|(tail, n)| tail.now / n as f64)
             .fold(0.0, f64::max)
     }
+}
+
+/// The force that acts beyond every node.
+fn beyond(grid: &Grid, force: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
+    let flat: Vec<Vector2<f64>> = force.iter().map(|f| f.xy()).collect();
+    let mut before = vec![Vector2::zeros(); grid.len()];
+    let total = grid.integrate(&flat, &mut before);
+    before.iter().map(|before| total - before).collect()
+}
+
+/// Adds -int_{s_i}^1 (t.n) dtheta for the forces n at the nodes.
+fn add_turned(grid: &Grid, shape: &PlaneShape, n: &[Vector2<f64>], out: &mut DMatrix<f64>) {
+    let inner = grid.integration();
+    let weights = grid.weights();
+    let mut scaled = inner.clone();
+    for ((mut row, t), n) in scaled.row_iter_mut().zip(&shape.tangents).zip(n) {
+        row *= -t.dot(n);
+    }
+    let outer = DMatrix::from_fn(weights.len(), weights.len(), |i, k| {
+        weights[k] - inner[(i, k)]
+    });
+    out.gemm(1.0, &outer, &scaled, 1.0);
 }

@@ -5,6 +5,7 @@
 //! ```text
 //! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
 //! ```
+//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i.
 //! The left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV (5.10):
 //! one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
 
@@ -36,10 +37,12 @@ pub struct Configuration<S, const M: usize, const D: usize> {
     pub shape: S,
     /// Q at the nodes.
     pub transfer: Vec<SMatrix<f64, M, D>>,
-    /// Resultants that the stored energy and the branches take.
+    /// Resultants that the stored energy and the branches take, less those of a load along the rod.
     pub taken: Vec<Local<M>>,
     /// Stored energy, with that of the branches.
     pub energy: f64,
+    /// Potential of a load along the rod.
+    pub potential: f64,
 }
 
 /// What the rod does at one moment.
@@ -115,6 +118,14 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             taken.push(resultants);
             transfer.push(self.kinematics.transfer(&shape, i));
         }
+        let mut potential = 0.0;
+        if let Some(force) = self.material.load_at(self.grid.nodes()) {
+            let borne = self.kinematics.borne(&self.grid, &shape, &force);
+            potential = borne.potential;
+            for (taken, g) in taken.iter_mut().zip(&borne.resultants) {
+                *taken -= g;
+            }
+        }
         energy.is_finite().then_some(Configuration {
             strains,
             memory,
@@ -122,6 +133,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             transfer,
             taken,
             energy,
+            potential,
         })
     }
 
@@ -289,6 +301,10 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         let mut drift = DMatrix::zeros(n * M, n * M);
         self.kinematics
             .load_stiffness(&self.grid, &at.shape, &flow.wrench, &mut drift);
+        if let Some(force) = self.material.load_at(self.grid.nodes()) {
+            self.kinematics
+                .borne_stiffness(&self.grid, &at.shape, &force, &mut drift);
+        }
         let mut push = DMatrix::zeros(n * M, D);
         let mut gather = DMatrix::zeros(D, n * M);
         let total = self

@@ -8,10 +8,11 @@
 //! so that V = int Q^T e_t ds with Q^T e_t = (R u_t, R u_t x (r(1) - r) + R v_t), and the local resultants Q w1 are
 //! m_k = d_k . (m1 + (r(1) - r) x n1), n_k = d_k . n1.
 
+mod along;
 mod turn;
 
 use super::grid::{Element, Grid};
-use super::kinematics::{AtEnd, Kinematics, Local};
+use super::kinematics::{AtEnd, Borne, Kinematics, Local};
 use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::section::Strain;
 use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
@@ -337,6 +338,20 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 }
             }
         }
+    }
+
+    fn borne(&self, grid: &Grid, curve: &Curve, force: &[Vector3<f64>]) -> Borne<M> {
+        along::borne(grid, curve, force)
+    }
+
+    fn borne_stiffness(
+        &self,
+        grid: &Grid,
+        curve: &Curve,
+        force: &[Vector3<f64>],
+        out: &mut DMatrix<f64>,
+    ) {
+        along::add_stiffness::<M>(grid, curve, force, out);
     }
 
     /// With a = R u_t, b = R v_t, x = r(1) - r, and C, P the sums of weight_i A_ij times a and a x r - b, the columns

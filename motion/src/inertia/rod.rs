@@ -7,6 +7,7 @@ use crate::body::{Body, RigidBody};
 use crate::creep::grid::Grid;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
+use crate::rod::Distributed;
 use crate::section::Strain;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 
@@ -23,8 +24,8 @@ pub struct Given {
     pub rotary: Option<Matrix3<f64>>,
     /// A point of mass 1 under gravity, on the clamp of the rod: what acts on every piece of the rod.
     pub grain: Body<3>,
-    /// Dead force per length, c0 + c1 s + ..., in the world.
-    pub distributed: Vec<Vector3<f64>>,
+    /// Dead force per length, in the world.
+    pub distributed: Option<Distributed>,
     /// The body at the end.
     pub body: Mass,
 }
@@ -76,6 +77,17 @@ pub struct Derivatives {
     pub mass: DMatrix<f64>,
 }
 
+impl Given {
+    /// Where its law or its load is not smooth, in (0, 1).
+    pub fn breaks(&self) -> Vec<f64> {
+        let mut breaks = self.law.breaks();
+        breaks.extend(self.distributed.iter().flat_map(Distributed::breaks));
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < 1e-12);
+        breaks
+    }
+}
+
 impl HeavyRod {
     /// The rod at the nodes of `grid`.
     ///
@@ -90,8 +102,8 @@ impl HeavyRod {
         }
         let piece = |(s, weight): (&f64, &f64)| -> Result<Mass> {
             let mass = given.mass * weight;
-            let force = given.distributed.iter().rev();
-            let force = force.fold(Vector3::zeros(), |sum, c| sum * *s + c) * *weight;
+            let force = given.distributed.as_ref();
+            let force = force.map_or(Vector3::zeros(), |load| load.density(*s)) * *weight;
             let weight_of = given.grain.constant() * mass + force;
             let body = match given.rotary {
                 None => Mass::Point(held(Body::new(mass)?, weight_of, &given.grain)?),

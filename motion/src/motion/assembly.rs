@@ -361,8 +361,9 @@ impl AssemblyRun {
         }
         let along = self.along();
         let here = self.sample_now();
-        let (rod, fold) = (&self.assembly.links()[link], here.at.now.charts[link]);
-        let held = here.at.points[link].held();
+        let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
+        let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
+        let held = point.held();
         let (landed, choices) = match self.options.landing {
             LandingRule::Viscous => (vec![rod.settle(&fold, &held, along)?], None),
             rule => {
@@ -378,19 +379,20 @@ impl AssemblyRun {
             index,
             elastic,
         };
-        let from = end(&fold, self.indices[link], here.at.points[link].end.energy);
+        let from = end(&fold, self.indices[link], point.end.energy);
         let snaps = landed.iter().map(|q| {
-            let elastic = rod.held(q, &held, along)?.energy;
-            let to = end(q, rod.index(q, &held, along)?, elastic);
+            let landing = rod.held(q, &held, along)?;
+            let to = end(q, rod.index(q, &held, along)?, landing.energy);
             Ok(Snap {
                 t: here.at.integrals.time,
                 time_error,
                 pose: DVector::from_column_slice(body.pose.translation.vector.as_slice()),
                 velocity: DVector::from_column_slice(&body.twist.as_slice()[3..]),
-                released: from.elastic - to.elastic,
+                released: point.end.whole_energy() - landing.whole_energy(),
                 from: from.clone(),
                 to,
                 rod: link,
+                base: point.base.pose.rotation,
                 choices,
             })
         });
@@ -449,8 +451,11 @@ fn first_step(state: &Numbers, slope: &Numbers, tolerance: f64) -> f64 {
 
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
     let rods = assembly.links().iter().zip(&at.points).zip(&at.now.charts);
-    rods.map(|((link, point), q)| link.index(q, &point.held(), tolerance))
-        .collect()
+    rods.map(|((link, point), q)| {
+        let seen = link.facing(&point.base.pose.rotation);
+        seen.index(q, &point.held(), tolerance)
+    })
+    .collect()
 }
 
 impl<'a> Motion<'a> for AssemblyRun {

@@ -14,7 +14,7 @@ use crate::elastica::Elastica;
 use crate::error::{Cause, Error, Result};
 use crate::manifold::{Multivalued, Patch, Sheet};
 use crate::solve::cost::Cost;
-use nalgebra::{DVector, SVector, Vector2};
+use nalgebra::{DVector, SVector, UnitQuaternion, Vector2};
 
 /// The state of a run at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -373,6 +373,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 .ok_or_else(|| Error::domain("a landing outside the chart"))?
                 .energy;
             snaps.push(Snap {
+                base: UnitQuaternion::identity(),
                 t: phase.t,
                 time_error,
                 pose: dynamic(&here.pose),

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
-use nalgebra::{DVector, SVector};
+use nalgebra::{DVector, SVector, UnitQuaternion};
 
 /// Where a rod lands that has run out of its sheet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -85,6 +85,8 @@ pub struct Snap {
     pub released: f64,
     /// The number of the rod that jumps, of those of an assembly; 0 of one rod.
     pub rod: usize,
+    /// How the base of that rod is turned in the frame of the motion.
+    pub base: UnitQuaternion<f64>,
     /// How many stable equilibria there were to choose the landing from; None of the viscous one, which is not chosen. In the
     /// plane these are all, in space those that were found.
     pub choices: Option<usize>,

@@ -10,8 +10,10 @@ use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, joined};
 use crate::motion::assembly::AssemblyRun;
-use crate::rod::{RodSection, Wrench};
-use crate::scene::{AssemblyBody, AssemblyScene, Place as Shape, Scales, Scene, Site};
+use crate::rod::{Distributed, RodSection, Wrench};
+use crate::scene::{
+    AssemblyBody, AssemblyRod, AssemblyScene, LoadAlong, Place as Shape, Scales, Scene, Site,
+};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::PI;
 
@@ -69,11 +71,23 @@ impl AssemblySetup {
                 _ => Link::reversed(&own, from, to, Joint::Ball).map_err(named)?,
             };
             let thickness = rod.rod.thickness().unwrap_or(0.0);
-            links.push(link.with_diameter(scales.inward(Quantity::Length, thickness)));
+            let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
+            links.push(match along(rod, scene.loads.gravity, &scales)? {
+                None => link,
+                Some(load) if turned => link.with_distributed(load.reversed()).map_err(named)?,
+                Some(load) => link.with_distributed(load).map_err(named)?,
+            });
             reversed.push(turned);
         }
         let free = given.free.iter().map(|rod| {
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
+            let weight = LoadAlong::default().with_weight(&rod.rod, scene.loads.gravity)?;
+            if weight.is_some() {
+                return Err(named(Error::domain(
+                    "a rod with a free end has no weight: leave out its mass (a material by E and nu, without a density), or put a small body at \
+                     its end",
+                )));
+            }
             let own = rod.rod.unclamped()?.measured(scales.measures());
             let from = attachment(given, &rod.from, &scales).map_err(named)?;
             Ok(FreeRod::new(own, from))
@@ -197,20 +211,26 @@ impl AssemblySetup {
         Ok(each.collect())
     }
 
-    /// The wrench (couple, force) at the base of rod `rod`, its `from`, under the chart point `q` of the library: along the directors
-    /// there, in the scene's units.
+    /// The wrench (couple, force) at the base of rod `rod`, its `from`, under the chart point `q` of the library, whose base is turned so: along the
+    /// directors at `from`, in the scene's units.
     ///
     /// # Errors
     /// As [`Link::end`].
-    pub fn base_wrench(&self, rod: usize, q: &Wrench) -> Result<Vector6<f64>> {
+    pub fn base_wrench(
+        &self,
+        rod: usize,
+        q: &Wrench,
+        base: &UnitQuaternion<f64>,
+    ) -> Result<Vector6<f64>> {
         let link = &self.assembly.links()[rod];
+        let link = link.facing(base);
         let end = link.end(q, FINE)?;
         let (m, n) = match self.reversed[rod] {
             false => halves(&q.component_mul(&link.units())),
             true => {
                 let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
                 let back = (end.pose.rotation * half).inverse();
-                (back * -end.couple, back * -end.force)
+                (back * -end.couple, back * -end.tip_force())
             }
         };
         Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
@@ -280,6 +300,13 @@ fn oriented(section: &RodSection, whole: f64, reversed: bool) -> (f64, UnitQuate
         section.s
     };
     (s, turn)
+}
+
+/// The dead load along a rod, its weight included, in the units of the library.
+fn along(rod: &AssemblyRod, gravity: [f64; 3], scales: &Scales) -> Result<Option<Distributed>> {
+    let load = rod.distributed.with_weight(&rod.rod, gravity)?;
+    let unit = scales.inward(Quantity::Distributed, 1.0);
+    Ok(load.map(|load| load.mapped(|f| f * unit)))
 }
 
 fn vector(scales: &Scales, of: Quantity, x: &[f64; 3]) -> Vector3<f64> {

@@ -4,7 +4,7 @@ use super::in_space::{InSpace, SpaceField};
 use super::{ModelKind, MotionModel};
 use crate::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place as Held};
 use crate::body::{Frame, Groove};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
@@ -52,7 +52,15 @@ impl ElasticSpace {
                 (problem.rod().inward(base), end)
             }
             // The unloaded rod: an elastic one has no strains of its own to start from.
-            SpaceField::Polynomial { .. } => (Vector6::zeros(), Isometry3::identity()),
+            SpaceField::Polynomial { .. } if common.load().is_none() => {
+                (Vector6::zeros(), Isometry3::identity())
+            }
+            SpaceField::Polynomial { .. } => {
+                return Err(Error::domain(
+                    "[start]: an elastic rod under its weight, or another load along it, does not rest straight: start it with settled = true, from \
+                     a pose or an equilibrium; or leave out its mass",
+                ));
+            }
         };
         let groove = match &scene.body()?.groove {
             Some(groove) => Some(groove.curve(common.scales.length)?),
@@ -88,7 +96,10 @@ impl ElasticSpace {
         }
         let here = Isometry3::identity();
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
-        let link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
+        let mut link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
+        if let Some(load) = self.common.load() {
+            link = link.with_distributed(load)?;
+        }
         let pose = link.held(&self.chart, &self.end, POSE)?.pose;
         let (pose, twist) = match joint {
             Joint::Weld => (pose, self.common.velocity),

@@ -16,6 +16,7 @@ use crate::math::se3::{halves, joined};
 use crate::motion::inertia::{HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
+use crate::rod::Distributed;
 use crate::scene::{
     Dimensionless, Inertia, Place, Scene, Section, StrainField, StrainName, StrainRate,
 };
@@ -108,7 +109,7 @@ impl HeavyPlane {
             mass: mass(scene)?,
             rotary: None,
             grain: grain(plain.loads.gravity.into(), support.clone())?,
-            distributed: distributed(&plain, Vector3::from),
+            distributed: distributed(&plain, Vector3::from)?,
             body: Mass::Point(body),
         };
         let settled = matches!(plain.start.place, Place::Settled { .. });
@@ -155,14 +156,16 @@ impl HeavyPlane {
     }
 }
 
+/// The load along the rod beside its weight, world vectors led by `inward` into the frame of the run.
 fn distributed(
     plain: &Dimensionless,
     inward: impl Fn([f64; 3]) -> Vector3<f64>,
-) -> Vec<Vector3<f64>> {
-    match plain.loads.distributed {
-        [0.0, 0.0, 0.0] => Vec::new(),
-        force => vec![inward(force)],
-    }
+) -> Result<Option<Distributed>> {
+    let load = &plain.loads.distributed;
+    Ok(match load.is_zero() {
+        true => None,
+        false => Some(load.on(1.0)?.mapped(|f| inward((*f).into()))),
+    })
 }
 
 fn bent(curvature: f64) -> Strain {
@@ -250,7 +253,7 @@ impl HeavySpace {
             mass,
             rotary: Some(rotary),
             grain: grain(inward(plain.loads.gravity), support.clone())?,
-            distributed: distributed(&plain, inward),
+            distributed: distributed(&plain, inward)?,
             body,
         };
         Ok(Self {

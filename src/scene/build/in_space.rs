@@ -8,11 +8,11 @@ use crate::body::{Frame, RigidBody, Support};
 use crate::creep::grid::{FEWEST, Grid};
 use crate::creep::kinematics::Kinematics;
 use crate::creep::space::Space;
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, joined};
 use crate::motion::creep::MOST_NODES;
 use crate::motion::reduction::Carried;
-use crate::rod::{EndConditions, Problem, Rod, Wrench};
+use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Dimensionless, EndLoad, EndPose, Force, Joint, Place, Scales, Scene, StrainField, StrainName,
 };
@@ -38,6 +38,8 @@ pub struct InSpace {
     pub(super) words: String,
     /// The rod on its clamp as that stands at t = 0, in the scene's units.
     pub(super) rod: Rod,
+    /// The dead load along it if its mass does no more than weigh, in the world and the scene's units.
+    load: Option<Distributed>,
 }
 
 impl InSpace {
@@ -60,6 +62,7 @@ impl InSpace {
             base = support.pose(0.0);
             rod = rod.with_clamp(base.translation.vector * scales.length, base.rotation);
         }
+        let load = scene.light_load()?;
         let field = |given: &StrainField| SpaceField::Polynomial {
             given: given.clone(),
             rod: Box::new(rod.clone()),
@@ -68,7 +71,10 @@ impl InSpace {
         let settled =
             matches!(scene.start.place, Place::Settled { .. }) && scene.body()?.groove.is_none();
         let followed = match settled {
-            true => under_followers(&rod, &base, (&plain, &scales), scene.run()?.tolerance)?,
+            true => {
+                let tolerance = scene.run()?.tolerance;
+                under_followers((&rod, load.as_ref()), &base, (&plain, &scales), tolerance)?
+            }
             false => None,
         };
         let (strain, start_index) = match end(scene)?.filter(|_| followed.is_none()) {
@@ -79,7 +85,7 @@ impl InSpace {
                     None,
                 ),
             },
-            Some(end) => equilibrium(&rod, end, scene.run()?.tolerance)?,
+            Some(end) => equilibrium((&rod, load.as_ref()), end, scene.run()?.tolerance)?,
         };
         let inward = Inward(clamp);
         let about = "[start], in the frame of the clamp";
@@ -114,7 +120,16 @@ impl InSpace {
             clamp,
             words,
             rod,
+            load,
         })
+    }
+
+    /// The dead load along the rod in the frame of the clamp and the units of the rod.
+    pub(super) fn load(&self) -> Option<Distributed> {
+        let back = self.rod.clamp_pose().rotation.inverse();
+        let unit = self.scales.inward(Quantity::Distributed, 1.0);
+        let load = self.load.as_ref()?;
+        Some(load.mapped(|f| back * f * unit))
     }
 
     /// The clamp at time `t`.
@@ -298,7 +313,7 @@ fn at_rest(scene: &Scene) -> Result<EndConditions> {
 
 /// The equilibrium under the loads at t = 0 if some of them turn with the body: that of an assembly of one rod.
 fn under_followers(
-    rod: &Rod,
+    (rod, load): (&Rod, Option<&Distributed>),
     base: &Isometry3<f64>,
     (plain, scales): (&Dimensionless, &Scales),
     tolerance: f64,
@@ -315,34 +330,59 @@ fn under_followers(
         Attachment::body(0, Isometry3::identity()),
         crate::assembly::Joint::Weld,
     );
+    let link = match load {
+        None => link,
+        Some(load) => {
+            let unit = scales.inward(Quantity::Distributed, 1.0);
+            link.with_distributed(load.mapped(|f| f * unit))?
+        }
+    };
     let found = Assembly::new(vec![Carrier::rigid(*body)], vec![link])?
         .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
         .map_err(|e| e.context("[start]"))?;
     let base = rod.outward_wrench(&found.now.charts[0]);
-    let end = rod.end(&base, SHAPE)?.section.pose();
     // It is asked only for shapes under the base wrench: nothing is held, for a straight rod could not be held at full reach.
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+    let problem = bearing((rod, load), free, SHAPE)?;
+    let sections = problem.sections(&base, &[1.0])?;
+    let end = sections
+        .first()
+        .ok_or_else(|| Error::domain("the rod has no end"))?
+        .pose();
     Ok(Some(SpaceField::Equilibrium {
-        problem: Box::new(Problem::new(rod.clone(), free, SHAPE)?),
+        problem: Box::new(problem),
         base,
         end,
     }))
 }
 
+/// The problem of a rod that may bear a load along it.
+fn bearing(
+    (rod, load): (&Rod, Option<&Distributed>),
+    end: EndConditions,
+    tolerance: f64,
+) -> Result<Problem> {
+    let problem = Problem::new(rod.clone(), end, tolerance)?;
+    Ok(match load {
+        None => problem,
+        Some(load) => problem.with_distributed(load),
+    })
+}
+
 fn equilibrium(
-    rod: &Rod,
+    rod: (&Rod, Option<&Distributed>),
     end: EndConditions,
     tolerance: f64,
 ) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
     let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
-    let found = Problem::new(rod.clone(), end, tolerance)
+    let found = bearing(rod, end, tolerance)
         .and_then(|problem| problem.solve(None))
         .map_err(doing)?;
     let field = SpaceField::Equilibrium {
         base: found.base,
         end: found.end.pose(),
-        problem: Box::new(Problem::new(rod.clone(), end, SHAPE)?),
+        problem: Box::new(bearing(rod, end, SHAPE)?),
     };
     Ok((field, Some(found.index)))
 }

@@ -3,11 +3,11 @@
 use crate::error::{Error, Result};
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, Loads, Orientation, Outline, Parameter, Rod as SceneRod,
-    Scene, Section,
+    Barrier, BarrierTerm, Component, Full, Inertia, Loads, Orientation, Outline, Parameter,
+    Rod as SceneRod, Scene, Section,
 };
 use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
-use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector6};
+use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 impl Scene {
     /// The problem of the scene, in the scene's units.
@@ -27,21 +27,51 @@ impl Scene {
         let problem = Problem::new(rod, end, 0.1 * self.solve.tolerance)?;
         let problem = problem.with_path(self.solve.path);
         Ok(match self.is_loaded_along() {
-            true => problem.with_distributed(&Distributed::constant(self.load_along().into())?),
+            true => problem.with_distributed(&self.load_along()?),
             false => problem,
         })
     }
 
-    /// Force per length along a rod at rest: its weight and the distributed force, times their common factor.
-    pub fn load_along(&self) -> [f64; 3] {
-        let density = self.rod.mass().map_or(0.0, |mass| mass / self.rod.length);
+    /// The dead load along a rod: its weight and the distributed force, times their common factor.
+    ///
+    /// # Errors
+    /// As [`LoadAlong::on`](crate::scene::LoadAlong::on).
+    pub fn load_along(&self) -> Result<Distributed> {
         let Loads {
             gravity,
             distributed,
             load,
             ..
         } = &self.loads;
-        std::array::from_fn(|i| load * (density * gravity[i] + distributed[i]))
+        match distributed.with_weight(&self.rod, *gravity)? {
+            Some(whole) => Ok(whole.mapped(|f| f * *load)),
+            None => Distributed::constant(Vector3::zeros()),
+        }
+    }
+
+    /// The dead load along a rod without inertia in motion, its weight included, in the world and the scene's units; None if there is none, and of rods whose mass
+    /// does more than weigh.
+    ///
+    /// # Errors
+    /// A clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
+    pub(in crate::scene) fn light_load(&self) -> Result<Option<Distributed>> {
+        if self.rod.inertia != Inertia::None {
+            return Ok(None);
+        }
+        let load = (self.loads.distributed).with_weight(&self.rod, self.loads.gravity)?;
+        let turns = self
+            .clamp
+            .motion
+            .as_ref()
+            .is_some_and(|motion| motion.turn.is_some());
+        match load {
+            Some(_) if turns => Err(Error::domain(
+                "a light rod under its weight, or another load along it, on a clamp that turns is followed as an assembly: write [[rod]] with \
+                 from = { motion = .. } and [[body]]; or write inertia = \"full\" in [rod]; or leave out its mass (a material by E and nu, without a \
+                 density)",
+            )),
+            load => Ok(load),
+        }
     }
 
     /// True of a rod at rest with a load along it, be it 0 where the branch begins.
@@ -51,7 +81,7 @@ impl Scene {
             let second = wanted.second.as_ref().map(|second| second.parameter);
             std::iter::once(wanted.parameter).chain(second)
         });
-        self.load_along() != [0.0; 3] || varied.any(Parameter::is_along)
+        self.load_along().is_ok_and(|load| !load.is_zero()) || varied.any(Parameter::is_along)
     }
 
     /// The guess of `[start]`, if there is one.

@@ -80,7 +80,9 @@ impl MotionModel for ViscousSpace {
             velocity: self.common.velocity,
         };
         let section = self.section.measured(measures);
-        in_space(section, self.strains, &self.common.carried, &start, options)
+        let load = self.common.load();
+        let rod = (self.strains, load.as_ref());
+        in_space(section, rod, &self.common.carried, &start, options)
             .map_err(|e| e.context(self.common.words.as_str()))
     }
 
@@ -102,6 +104,10 @@ impl MotionModel for ViscousSpace {
     }
 
     fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
+        if self.common.load().is_some() {
+            // A load along the rod keeps its strains from being the same everywhere.
+            return Ok(None);
+        }
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
             Ok(self.common.scales.measures().strain_in(&field.at(x)?))
         };

@@ -8,12 +8,13 @@ use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
 use crate::elastica::Equilibrium;
 use crate::elastica::straight::{EULER, unstable};
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use crate::math::gauss::Rule;
 use crate::motion::creep::{ViscousStart, in_plane};
 use crate::motion::{Motion, Options};
+use crate::rod::Distributed;
 use crate::scene::{Dimensionless, Place, Relaxed, Scene, StrainName};
-use nalgebra::{Vector1, Vector2};
+use nalgebra::{UnitQuaternion, Vector1, Vector2};
 
 /// A viscoelastic rod in a plane.
 #[derive(Debug, Clone)]
@@ -116,13 +117,25 @@ impl ViscousPlane {
         let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
         Ok(Self {
             body: body(&plain)?,
-            material: Material::new(law, [BENDING])?,
+            material: Material::new(law, [BENDING])?.under(load_in_plane(scene)?),
             strain,
             relaxed,
             velocity,
             words,
         })
     }
+}
+
+/// The dead load along a planar rod without inertia, in the frame of its clamp and the units of the rod.
+pub(super) fn load_in_plane(scene: &Scene) -> Result<Option<Distributed>> {
+    let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+    let Some(load) = scene.light_load()? else {
+        return Ok(None);
+    };
+    let unit = scales.inward(Quantity::Distributed, 1.0);
+    let frame = clamp::lifted(&plain.clamp)?.map(|support| support.pose(0.0).rotation.inverse());
+    let back = frame.unwrap_or_else(UnitQuaternion::identity);
+    Ok(Some(load.mapped(|f| back * f * unit)))
 }
 
 impl MotionModel for ViscousPlane {

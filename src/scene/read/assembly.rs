@@ -4,7 +4,7 @@ use super::branch::continuation;
 use super::ends::{inertia, motion, orientation};
 use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
-use super::loads::{load, loads};
+use super::loads::{distributed, load, loads};
 use super::rod::rod;
 use super::rule::SPREAD;
 use super::run::{run, solve};
@@ -15,13 +15,13 @@ use super::words::{listed, nearest};
 use crate::assembly::Joint;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ClampMotion, Extent, FaultKind, Force,
-    FreeRod, Guess, Load, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
+    FreeRod, Guess, Load, LoadAlong, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
 };
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// A rod as it is read, and what holds its end, if anything does.
-type AnyRod = (FreeRod, Option<Site>);
+/// A rod as it is read, and what holds its end, if anything does, with the load along it.
+type AnyRod = (FreeRod, Option<(Site, LoadAlong)>);
 
 /// What rods must know of the bodies, whatever else is wrong with these.
 struct Known {
@@ -46,7 +46,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     };
     let motion = top.has("run");
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, None, None, false)
+        loads(table, None, None, (false, None))
     });
     let solve = default(part(top, &SOLVE), Solve::default(), solve);
     let bodies = body_tables.as_deref().map(|tables| {
@@ -87,9 +87,10 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         for (rod, to) in all {
             match to {
                 None => free.push(rod),
-                Some(to) => held.push(AssemblyRod {
+                Some((to, distributed)) => held.push(AssemblyRod {
                     name: rod.name,
                     rod: rod.rod,
+                    distributed,
                     from: rod.from,
                     to,
                 }),
@@ -303,6 +304,8 @@ fn one_rod(
     moves: bool,
 ) -> Option<AnyRod> {
     let rod = rod(table).rod();
+    let length = rod.as_ref().map(|rod| rod.length);
+    let distributed = distributed(table, length);
     if has_free_end(table) {
         let from = site(table, "from", bodies, bodies_known, moves);
         return Some((free_rod(table, name, rod, from?)?, None));
@@ -332,7 +335,7 @@ fn one_rod(
         rod: rod?,
         from,
     };
-    Some((rod, Some(to)))
+    Some((rod, Some((to, distributed?))))
 }
 
 /// True if a rod is written to end nowhere.
@@ -353,6 +356,11 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
             "\"weld\", or left out, where `to` is \"free\"",
             hint,
         );
+    }
+    if table.has("distributed") {
+        let hint = "a rod with a free end bears nothing along it: put a small body at its end";
+        let allowed = "left out where `to` is \"free\"";
+        return table.refuse(kind, "distributed", allowed, hint);
     }
     if table.has("contact_diameter") {
         let hint = "contact would load the free end; contacts of such a rod are not looked for";

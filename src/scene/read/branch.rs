@@ -133,6 +133,9 @@ fn absence(parameter: Parameter) -> &'static str {
         Parameter::Gravity(_) => {
             "the rod has no mass that gravity could act on: write mass = 0.02 in [rod], or give its material a density"
         }
+        Parameter::Distributed(_) => {
+            "it varies along the rod in this scene: vary loads.load, the common factor of gravity and distributed"
+        }
         Parameter::LoadsLoad => {
             "it is the common factor of loads.gravity and loads.distributed, which are 0 in this scene"
         }

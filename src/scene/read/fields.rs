@@ -67,8 +67,7 @@ pub(super) static TOP: Spec = Spec {
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
-const MASSLESS: &str =
-    "rods of an assembly have no mass; one rod with mass is a scene of its own, [rod] and [body]";
+const MASSLESS: &str = "rods of an assembly have weight, and no inertia; one rod with inertia is a scene of its own, [rod] and [body]";
 
 const ELASTIC: &str =
     "rods of an assembly are elastic; one rod with damping is a scene of its own, [rod] and [body]";
@@ -106,6 +105,8 @@ pub(super) static ROD: Spec = Spec {
         field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", Or("\"none\""),
             "What the mass of the rod does: nothing (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md); or its kinetic energy and weight while the rod stays on its equilibria (\"first-order\": an elastic rod in the plane; the error is of the order of (rod mass / body mass)^2 on smooth motion)."),
         field("section_inertia", SPACE, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0, with inertia = \"full\"; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
+        field("mass", ASSEMBLY, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. Its weight mass * loads.gravity acts along the rod; it has no inertia."),
+        field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
         field("mass", REST, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); an elastic run stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
         field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
@@ -122,7 +123,7 @@ pub(super) static ROD: Spec = Spec {
     ],
     barred: &[
         (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
-        (ASSEMBLY, "mass", MASSLESS), (ASSEMBLY, "inertia", MASSLESS), (ASSEMBLY, "section_inertia", MASSLESS),
+        (ASSEMBLY, "inertia", MASSLESS), (ASSEMBLY, "section_inertia", MASSLESS),
         (ASSEMBLY, "damping", ELASTIC), (ASSEMBLY, "relaxation", ELASTIC), (ASSEMBLY, "nodes", ELASTIC),
     ],
 };
@@ -394,15 +395,15 @@ pub(super) static EQUILIBRIUM: Spec = spec("equilibrium", &[
 pub(super) static LOADS: Spec = Spec {
     name: "loads",
     fields: &[
-    field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass, and on a rod with inertia = \"full\"."),
-    field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass, and on a rod with inertia = \"full\"."),
+    field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass of the body, and along a rod whose mass is known."),
+    field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass of every body, and along rods whose mass is known."),
     field("gravity", REST, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity on the rod, spread along it; the rod has a mass then, rod.mass or a density and a shape."),
-    field("distributed", REST, Vector(&VALUE), "N/m", Or("[0.0, 0.0, 0.0]"), "Constant force per length of the unloaded rod, in the world."),
+    field("distributed", REST, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
     field("load", REST, Number(&VALUE), "", Or("1.0"), "Common factor of gravity and distributed, for branches."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
-    field("distributed", PLANE, Vector(&FINITE), "N/m", Or("[0.0, 0.0]"), "Constant force per length of the rod, with inertia = \"full\"."),
-    field("distributed", SPACE, Vector(&VALUE), "N/m", Or("[0.0, 0.0, 0.0]"), "Constant force per length of the unloaded rod, with inertia = \"full\"."),
+    field("distributed", PLANE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s. Not with inertia = \"first-order\"."),
+    field("distributed", SPACE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
     field("couple", SPACE, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple on a welded body: constant, in the world; or in time or turning with the body, tables that are added up."),
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),
     field("rotational_drag", SPACE, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a welded body."),
@@ -410,7 +411,7 @@ pub(super) static LOADS: Spec = Spec {
     field("force", BAR, Table(&FORCE), "", No, "A force in time along +X on the end X = length: tension where it is positive."),
     ],
     barred: &[
-        (ASSEMBLY, "distributed", "rods of an assembly have no mass and carry no load; one rod with mass is a scene of its own, [rod] and [body]"),
+        (ASSEMBLY, "distributed", "write it as `distributed` of its [[rod]]"),
         (REST, "dead", AT_REST), (REST, "couple", AT_REST), (REST, "drag", AT_REST), (REST, "rotational_drag", AT_REST), (REST, "force", AT_REST),
         (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
         (ASSEMBLY, "drag", "write it as `drag` of its [[body]]"), (ASSEMBLY, "rotational_drag", "write it as `rotational_drag` of its [[body]]"),
@@ -419,6 +420,13 @@ pub(super) static LOADS: Spec = Spec {
 };
 const AT_REST: &str =
     "it acts on the body of a scene of motion; in statics write force and couple in [end]";
+const SPREAD_LOAD: Form = OneOf(&[Vector(&VALUE), Table(&DISTRIBUTED)]);
+#[rustfmt::skip]
+pub(super) static DISTRIBUTED: Spec = spec("distributed", &[
+    field("table", PLANE, Rows(3), "m, N/m", No, "Rows [s, fx, fy], s growing from 0 to the length of the rod, 2 to 500; linear in between."),
+    field("table", IN_SPACE, Rows(4), "m, N/m", No, "Rows [s, fx, fy, fz], s growing from 0 to the length of the rod, 2 to 500; linear in between."),
+    field("polynomial", ANY, Array(&Vector(&VALUE)), "N/m", No, "Vectors c0, c1, ... (1 to 16) of c0 + c1 x + ..., x = s / length, in place of a table."),
+]);
 const LOAD: Form = OneOf(&[Vector(&VALUE), Table(&FORCE), Array(&Table(&FORCE))]);
 #[rustfmt::skip]
 pub(super) static FORCE: Spec = spec("loads.force", &[

@@ -1,24 +1,26 @@
 //! Reads `[loads]`.
 
+use super::along::ROUNDING;
 use super::ends::{direction, growing, sine};
-use super::fields::{ASSEMBLY, BLOCK, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
+use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
 use super::reader::Reader;
 use super::rod::Memory;
 use super::rule::{FINITE, VALUE};
 use super::table::{Absent, Table};
-use crate::scene::{Block, FaultKind, Force, History, Load, Loads, Pulse, Ramp};
+use super::words::Short;
+use crate::scene::{Block, FaultKind, Force, History, Load, LoadAlong, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};
 
-/// `massless`: true of a rod that is known to have no mass.
+/// `massless`: true of a rod that is known to have no mass; `length` is its length, where that is known.
 pub(super) fn loads(
     table: &Table,
     weld: Option<bool>,
     memory: Option<Memory>,
-    massless: bool,
+    (massless, length): (bool, Option<f64>),
 ) -> Option<Loads> {
     if table.reader.kind.get() == REST {
-        return along_the_rod(table, massless);
+        return along_the_rod(table, massless, length);
     }
     if table.reader.kind.get() == ASSEMBLY {
         let gravity = table.vector("gravity")?;
@@ -28,10 +30,10 @@ pub(super) fn loads(
         });
     }
     let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
-    let distributed = table.vector("distributed");
-    if table.has("distributed") && memory.is_some_and(|memory| !memory.heavy) {
-        let hint = "a rod without mass is followed under loads at its end alone; write inertia = \"full\" and mass = 0.02 in [rod]";
-        let allowed = "left out where the rod has no mass";
+    let distributed = distributed(table, length);
+    if table.has("distributed") && memory.is_some_and(|memory| memory.light) {
+        let hint = "the correction to first order has the weight of the rod and no other load along it; write inertia = \"full\" or \"none\"";
+        let allowed = "left out where inertia = \"first-order\"";
         table.fault(FaultKind::Conflict, "distributed", allowed, hint);
     }
     let drag = table.number("drag");
@@ -53,8 +55,8 @@ pub(super) fn loads(
 }
 
 /// Those of a rod at rest.
-fn along_the_rod(table: &Table, massless: bool) -> Option<Loads> {
-    let (gravity, distributed) = (table.vector("gravity"), table.vector("distributed"));
+fn along_the_rod(table: &Table, massless: bool, length: Option<f64>) -> Option<Loads> {
+    let (gravity, distributed) = (table.vector("gravity"), distributed(table, length));
     let load = table.number("load");
     let gravity = gravity?;
     if massless && gravity != [0.0; 3] {
@@ -68,6 +70,86 @@ fn along_the_rod(table: &Table, massless: bool) -> Option<Loads> {
         load: load?,
         ..Loads::default()
     })
+}
+
+/// A dead force per length of a rod: constant, a polynomial in s/length, or a table in s.
+pub(super) fn distributed(table: &Table, length: Option<f64>) -> Option<LoadAlong> {
+    let reader = table.reader;
+    let (plane, allowed) = match reader.kind.get() {
+        PLANE => (
+            true,
+            "two finite numbers, [fx, fy], constant; or a table such as { table = [[0.0, 0.0, -1.0], [1.0, 0.0, -2.0]] } or \
+             { polynomial = [[0.0, -1.0], [0.0, -1.0]] }",
+        ),
+        _ => (
+            false,
+            "three finite numbers, [fx, fy, fz], constant; or a table such as { table = [[0.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, -2.0]] } \
+             or { polynomial = [[0.0, 0.0, -1.0], [0.0, 0.0, -1.0]] }",
+        ),
+    };
+    let point = |field: &str, value: &_| reader.point(field, value, &VALUE);
+    table.read(
+        "distributed",
+        "",
+        Absent::Or(LoadAlong::default()),
+        |field, value| {
+            if value.get_ref().is_array() {
+                return point(field, value).map(LoadAlong::Constant);
+            }
+            let inner = reader.table(field, value, &DISTRIBUTED, allowed)?;
+            if inner.has("polynomial") {
+                let hint = "keep one of the two forms";
+                if inner.has("table") {
+                    inner.conflict("table", &["polynomial"], hint);
+                    return None;
+                }
+                let words = "an array of 1 to 16 vectors, c0 + c1 x + ..., x = s / length";
+                return inner.read("polynomial", words, Absent::Fault, |field, value| {
+                    let polynomial = reader.all(field, value, words, &point)?;
+                    if !(1..=16).contains(&polynomial.len()) {
+                        let hint = Some(format!("it has {} elements", polynomial.len()));
+                        return reader.refuse(FaultKind::Value, field, value, words, hint);
+                    }
+                    Some(LoadAlong::Polynomial { polynomial })
+                });
+            }
+            let words = match plane {
+                true => "2 to 500 rows [s, fx, fy], s growing from 0 to the length of the rod",
+                false => "2 to 500 rows [s, fx, fy, fz], s growing from 0 to the length of the rod",
+            };
+            inner.read("table", words, Absent::Fault, |field, value| {
+                let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
+                let row = |field: &str, value| match plane {
+                    true => {
+                        let row = reader.array(field, value, "a row [s, fx, fy]", &number);
+                        row.map(|[s, x, y]| [s, x, y, 0.0])
+                    }
+                    false => reader.array(field, value, "a row [s, fx, fy, fz]", &number),
+                };
+                let mut table: Vec<[f64; 4]> = reader.all(field, value, words, &row)?;
+                let count = table.len();
+                let grows = table.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+                let begins = table.first().is_some_and(|first| first[0] == 0.0);
+                let ends = match table.last_mut() {
+                    Some(last) => {
+                        let length = length.unwrap_or(last[0]);
+                        let ends = (last[0] - length).abs() <= ROUNDING * length;
+                        last[0] = length;
+                        begins && ends
+                    }
+                    None => false,
+                };
+                if !((2..=500).contains(&count) && grows && ends) {
+                    let told = length.map_or(String::new(), |length| {
+                        format!(", the rod is {} long", Short(length))
+                    });
+                    let hint = Some(format!("it has {count} rows{told}; a jump is a short ramp"));
+                    return reader.refuse(FaultKind::Value, field, value, words, hint);
+                }
+                Some(LoadAlong::Table { table })
+            })
+        },
+    )
 }
 
 fn couple(table: &Table, weld: Option<bool>) -> Option<Load> {

@@ -153,7 +153,7 @@ pub(super) fn rod(table: &Table) -> Parts {
     let contact_diameter = contact_diameter(table);
     let (mass, inertia, section_inertia) = match kind {
         REST => (table.optional("mass"), Some(Inertia::None), Some(None)),
-        ASSEMBLY => (Some(None), Some(Inertia::None), Some(None)),
+        ASSEMBLY => (table.optional("mass"), Some(Inertia::None), Some(None)),
         _ => (
             table.optional("mass"),
             inertia(table, section.as_ref(), material),

@@ -57,6 +57,7 @@ fn resolve(top: &Table) -> Option<Scene> {
         .and_then(|table| Some(rod(table.as_ref()?)));
     let elastic = parts.as_ref().and_then(|parts| parts.elastic());
     let rod = parts.and_then(|parts| parts.rod());
+    let length = rod.as_ref().map(|rod| rod.length);
     let massless = rod.as_ref().is_some_and(|rod| rod.mass().is_none());
     let clamp = default(part(top, &CLAMP), Clamp::default(), clamp);
     let body_table = part(top, &BODY).flatten();
@@ -101,7 +102,7 @@ fn resolve(top: &Table) -> Option<Scene> {
         start(table, known)
     });
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, weld, memory, massless)
+        loads(table, weld, memory, (massless, length))
     });
     let run = part(top, &RUN)
         .flatten()

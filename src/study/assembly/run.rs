@@ -168,13 +168,12 @@ pub fn run(
         } = recorder;
         let last = motion.now();
         closing.look(&last.ledger());
-        let wrench = |rod: usize, end: &SnapEnd| {
+        let wrench = |snap: &Snap, end: &SnapEnd| {
             let q = Vector6::from_column_slice(end.q.as_slice());
-            prepared.setup.base_wrench(rod, &q)
+            prepared.setup.base_wrench(snap.rod, &q, &snap.base)
         };
         let all = stem.entered.iter().chain(&snaps);
-        let wrenches =
-            all.map(|snap| Ok([wrench(snap.rod, &snap.from)?, wrench(snap.rod, &snap.to)?]));
+        let wrenches = all.map(|snap| Ok([wrench(snap, &snap.from)?, wrench(snap, &snap.to)?]));
         let branch = AssemblyRunBranch {
             snap_wrenches: wrenches.collect::<Result<_>>()?,
             stem,

@@ -59,14 +59,21 @@ fn with_friction(
         .viscoelastic()?
         .measured(model.common.scales.measures());
     let (link, q) = (&assembly.links()[0], &now.charts[0]);
-    let held = link.point(0.0, &now.bodies, q, ALONG)?.held();
+    let point = link.point(0.0, &now.bodies, q, ALONG)?;
+    let (link, held) = (link.facing(&point.base.pose.rotation), point.held());
     let strains = |places: &[f64]| -> Result<Vec<Strain>> {
         let length = link.rod().length();
         let at: Vec<f64> = places.iter().map(|s| s * length).collect();
         let sections = link.shape(q, &held, &at, ALONG)?;
         Ok(sections.iter().map(|section| section.strain).collect())
     };
-    small_in_space(section, scene.moving()?, &model.common.carried, &strains)
+    let load = link.distributed();
+    small_in_space(
+        section,
+        (scene.moving()?, load),
+        &model.common.carried,
+        &strains,
+    )
 }
 
 /// Those of a scene of several rods and bodies: about the equilibrium under the loads at t = 0.
@@ -131,8 +138,11 @@ fn described(
     let held = || -> Result<usize> {
         let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
         let rods = assembly.links().iter().zip(&now.charts).zip(&points);
-        rods.map(|((link, q), point)| link.index(q, &point.held(), ALONG))
-            .sum()
+        rods.map(|((link, q), point)| {
+            let seen = link.facing(&point.base.pose.rotation);
+            seen.index(q, &point.held(), ALONG)
+        })
+        .sum()
     };
     let stable = match &eigenvalues {
         // The symmetric part of the stiffness decides nothing.

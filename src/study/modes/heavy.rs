@@ -175,7 +175,7 @@ fn converged(given: &Given, strain: &dyn Fn(f64) -> Strain) -> Result<Found> {
             changes.fold(0.0, f64::max) < CONVERGED
         });
         let next = more(nodes);
-        let elements = given.law.breaks().len() + 1;
+        let elements = given.breaks().len() + 1;
         if same || next * elements * given.law.active().len() > MOST {
             return Ok(found);
         }
@@ -185,7 +185,7 @@ fn converged(given: &Given, strain: &dyn Fn(f64) -> Strain) -> Result<Found> {
 }
 
 fn at_nodes(given: &Given, strain: &dyn Fn(f64) -> Strain, nodes: usize) -> Result<Found> {
-    let breaks = given.law.breaks();
+    let breaks = given.breaks();
     let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
     let strains: Vec<Strain> = grid.nodes().iter().map(|s| strain(*s)).collect();
     let rod = HeavyRod::new(given.clone(), grid)?;

@@ -51,9 +51,10 @@ impl AssemblySample {
 
     /// Sections of rod `link` at places in [0, 1], in growing order, seen from its base; empty where it cannot be followed.
     pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
-        let rod = &self.assembly.links()[link];
+        let point = &self.at.points[link];
+        let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
         let at: Vec<f64> = places.iter().map(|s| s * rod.rod().length()).collect();
-        let held = self.at.points[link].held();
+        let held = point.held();
         let q = &self.at.now.charts[link];
         rod.shape(q, &held, &at, SHAPE).unwrap_or_default()
     }

@@ -9,6 +9,7 @@ use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
+use crate::rod::Distributed;
 use crate::section::rate::Viscoelastic;
 use crate::section::{Strain, StrainName};
 use nalgebra::Isometry3;
@@ -78,18 +79,19 @@ pub fn in_plane<'a>(
 }
 
 /// The motion of what a viscoelastic rod in space carries, with the kinematics that its strains and its joint ask for. The start gives all six
-/// strains, and the twist of the end (angular velocity first; a ball joint takes the velocity alone).
+/// strains, and the twist of the end (angular velocity first; a ball joint takes the velocity alone). `load` is a dead load along the rod, in the
+/// frame of the clamp and the units of the rod.
 ///
 /// # Errors
 /// As [`ViscousRun::new`].
 pub fn in_space<'a>(
     section: Viscoelastic,
-    strains: Moving,
+    (strains, load): (Moving, Option<&Distributed>),
     carried: &'a Carried,
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
-    dispatch(section, strains, carried, Begun { start, options })
+    dispatch((section, load), strains, carried, Begun { start, options })
 }
 
 /// What is done with a rod in space once the number of its strains and that of the velocities of its end are known to the compiler.
@@ -109,19 +111,19 @@ pub(super) trait InSpace<'a> {
 
 /// Finds out these numbers.
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
-    section: Viscoelastic,
+    (section, load): (Viscoelastic, Option<&Distributed>),
     strains: Moving,
     carried: &'a Carried,
     task: T,
 ) -> Result<T::Output> {
     match carried {
-        Carried::Welded(body) => with_body::<_, _, 6>(section, strains, &**body, task),
-        Carried::BallJoint(body) => with_body::<_, _, 3>(section, strains, body, task),
+        Carried::Welded(body) => with_body::<_, _, 6>((section, load), strains, &**body, task),
+        Carried::BallJoint(body) => with_body::<_, _, 3>((section, load), strains, body, task),
     }
 }
 
 fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
-    section: Viscoelastic,
+    (section, load): (Viscoelastic, Option<&Distributed>),
     strains: Moving,
     body: &'a B,
     task: T,
@@ -130,13 +132,18 @@ where
     B: EndBody<D, Pose = Isometry3<f64>>,
 {
     match strains {
-        Moving::Flexure => {
-            task.with::<B, 3, D>(Material::new(section, Space::<3, D>::places())?, body)
-        }
-        Moving::Stretch => {
-            task.with::<B, 4, D>(Material::new(section, Space::<4, D>::places())?, body)
-        }
-        Moving::All => task.with::<B, 6, D>(Material::new(section, Space::<6, D>::places())?, body),
+        Moving::Flexure => task.with::<B, 3, D>(
+            Material::new(section, Space::<3, D>::places())?.under(load.cloned()),
+            body,
+        ),
+        Moving::Stretch => task.with::<B, 4, D>(
+            Material::new(section, Space::<4, D>::places())?.under(load.cloned()),
+            body,
+        ),
+        Moving::All => task.with::<B, 6, D>(
+            Material::new(section, Space::<6, D>::places())?.under(load.cloned()),
+            body,
+        ),
     }
 }
 

@@ -49,7 +49,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
                 rod_kinetic: 0.0,
                 kinetic: system.body.kinetic(y[time], &pose, &velocity),
                 elastic: configuration.energy,
-                potential: system.body.potential(y[time], &pose),
+                potential: system.body.potential(y[time], &pose) + configuration.potential,
                 dissipated: y[time + 1] + y[time + 3],
                 work: y[time + 2],
             },

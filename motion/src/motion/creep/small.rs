@@ -11,6 +11,7 @@ use crate::creep::space::Space;
 use crate::creep::system::{Hold, Rates, ViscousSystem};
 use crate::error::{Error, Result};
 use crate::motion::reduction::Carried;
+use crate::rod::Distributed;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use crate::solve::system::System;
@@ -52,11 +53,11 @@ pub fn small_in_plane(
 /// As [`small_in_plane`].
 pub fn small_in_space(
     section: Viscoelastic,
-    moving: Moving,
+    (moving, load): (Moving, Option<&Distributed>),
     carried: &Carried,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
 ) -> Result<SmallCreep> {
-    dispatch(section, moving, carried, Small { strains })
+    dispatch((section, load), moving, carried, Small { strains })
 }
 
 struct Small<'s> {

@@ -85,8 +85,8 @@ impl HeavyRun {
             ));
         }
         let mut counts = match options.nodes {
-            Nodes::Adaptive => vec![FIRST; given.law.breaks().len() + 1],
-            Nodes::Fixed(nodes) => vec![nodes; given.law.breaks().len() + 1],
+            Nodes::Adaptive => vec![FIRST; given.breaks().len() + 1],
+            Nodes::Fixed(nodes) => vec![nodes; given.breaks().len() + 1],
         };
         let (rod, q, w) = loop {
             let (rod, q, w) = begun(given, start, &counts)?;
@@ -319,7 +319,7 @@ fn begun(
     start: &HeavyStart<'_>,
     counts: &[usize],
 ) -> Result<(HeavyRod, Vec<f64>, Vec<f64>)> {
-    let grid = Grid::new(&given.law.breaks(), counts);
+    let grid = Grid::new(&given.breaks(), counts);
     let places = grid.nodes().to_vec();
     let rod = HeavyRod::new(given.clone(), grid)?;
     let field =

@@ -1,0 +1,179 @@
+//! Rods of an assembly that bear a dead load along them, such as their weight (theory 3.8).
+//!
+//! The base wrench (m(0), n(0)) stays the chart; n(1) = n(0) - int f, and m(1) follows. The load is dead in the world: seen from a base that
+//! turns by psi, as one on a body or a moving support does, it turns by -psi. With E what that makes of the end at a given chart
+//! ([`crate::rod::LoadedEnd::by_turn`]), the end follows its attachment if
+//! ```text
+//! J q' = xi - E omega,
+//! ```
+//! xi the twist of the attachment seen from the base and omega the spin of the base, along its directors; of a ball joint the first rows
+//! are those of m(1), which stays 0. The taut chart and rods between two ball joints rest on a force that is the same all along the rod, and
+//! have no load.
+
+use super::{Joint, Link, LinkEnd, On};
+use crate::error::{Error, Result};
+use crate::math::se3::halves;
+use crate::rod::{Distributed, EndConditions, LoadedEnd, Problem, Wrench};
+use nalgebra::{Matrix6, SMatrix, UnitQuaternion, Vector3};
+use std::borrow::Cow;
+
+/// A load along a rod: in the world, and along the directors of its base as that stands.
+#[derive(Debug, Clone)]
+pub(super) struct Borne {
+    world: Distributed,
+    seen: Distributed,
+}
+
+/// What a load along a rod adds to its end, along the directors of the base.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Along {
+    /// int f ds.
+    pub total: Vector3<f64>,
+    /// -int f.r ds.
+    pub potential: f64,
+    /// d(rotation, position, m(1)) by a turn of the base; 0 where that stands.
+    pub turned: SMatrix<f64, 9, 3>,
+    /// The same of what a motion of the attachment prescribes: the rows of [`LinkEnd::jacobian`].
+    pub prescribed: SMatrix<f64, 6, 3>,
+}
+
+impl Link {
+    /// The same rod under a dead load along it, counted from this link's base ([`Distributed::reversed`] counts from the other end).
+    ///
+    /// # Errors
+    /// A rod between two ball joints.
+    pub fn with_distributed(mut self, load: Distributed) -> Result<Self> {
+        if self.joint == Joint::Pins {
+            return Err(Error::domain(
+                "a rod between two ball joints has its force along its chord, and bears no load along it: weld one of its ends, or leave out \
+                 its weight",
+            ));
+        }
+        let base = match &self.from.on {
+            // Where it stands is told when it is evaluated.
+            On::Body(_) => self.from.place,
+            _ => self.from.at(0.0, &[]).pose,
+        };
+        self.load = Some(Borne {
+            seen: seen_from(&load, &base.rotation),
+            world: load,
+        });
+        Ok(self)
+    }
+
+    /// The load along it, in the world.
+    pub fn distributed(&self) -> Option<&Distributed> {
+        self.load.as_ref().map(|load| &load.world)
+    }
+
+    /// The link as it is with its base turned so. Whatever is asked of a link by its chart and the place of its end seen from the base is asked of
+    /// this one; only a load along it makes a difference.
+    pub fn facing(&self, base: &UnitQuaternion<f64>) -> Cow<'_, Self> {
+        match &self.load {
+            Some(load) if self.base_turns() => {
+                let mut link = self.clone();
+                link.load = Some(Borne {
+                    seen: seen_from(&load.world, base),
+                    world: load.world.clone(),
+                });
+                Cow::Owned(link)
+            }
+            _ => Cow::Borrowed(self),
+        }
+    }
+
+    fn base_turns(&self) -> bool {
+        !matches!(self.from.on, On::Ground)
+    }
+
+    /// The load along it, along the directors of its base.
+    pub(super) fn borne(&self) -> Option<&Distributed> {
+        self.load.as_ref().map(|load| &load.seen)
+    }
+
+    /// The rod alone with an end condition, under its load.
+    pub(super) fn bearing(&self, end: EndConditions, tolerance: f64) -> Result<Problem> {
+        let problem = Problem::new(self.rod.clone(), end, tolerance)?;
+        Ok(match self.borne() {
+            Some(load) => problem.with_distributed(load),
+            None => problem,
+        })
+    }
+
+    /// The same whatever holds the end: what the base wrench alone makes of the rod.
+    pub(super) fn hanging(&self, tolerance: f64) -> Result<Problem> {
+        let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+        self.bearing(free, tolerance)
+    }
+
+    /// [`Link::end`] under a load along the rod.
+    pub(super) fn loaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
+        let units = self.units();
+        let base = q.component_mul(&units);
+        let LoadedEnd {
+            section,
+            tangent,
+            couple,
+            potential,
+            by_turn,
+        } = self
+            .hanging(tolerance)?
+            .loaded_end(&base, self.base_turns())?;
+        let change = Matrix6::from_diagonal(&units);
+        let (tangent, couple) = (tangent * change, couple * change);
+        let mut resultants = SMatrix::<f64, 9, 6>::zeros();
+        resultants.fixed_rows_mut::<6>(0).copy_from(&change);
+        resultants.fixed_rows_mut::<3>(6).copy_from(&couple);
+        let turned = by_turn.unwrap_or_else(SMatrix::zeros);
+        let mut prescribed = turned.fixed_rows::<6>(0).into_owned();
+        let (mut jacobian, mut drive) = (tangent, Matrix6::identity());
+        if self.joint != Joint::Weld {
+            jacobian.fixed_rows_mut::<3>(0).copy_from(&couple);
+            drive.fixed_rows_mut::<3>(0).fill(0.0);
+            let rows = turned.fixed_rows::<3>(6);
+            prescribed.fixed_rows_mut::<3>(0).copy_from(&rows);
+        }
+        let (m, n) = halves(&base);
+        Ok(LinkEnd {
+            pose: section.pose(),
+            base_couple: m,
+            couple: section.couple,
+            force: n,
+            along: Some(Along {
+                total: n - section.force,
+                potential,
+                turned,
+                prescribed,
+            }),
+            energy: section.energy,
+            tangent,
+            resultants,
+            per_couple: self.rod.length() / units[0],
+            turned: None,
+            jacobian,
+            drive,
+            chord: None,
+            slack: None,
+        })
+    }
+}
+
+impl LinkEnd {
+    /// Stored energy and, of a rod with a load along it, the potential of that as the base sees it.
+    pub fn whole_energy(&self) -> f64 {
+        self.energy + self.along.as_ref().map_or(0.0, |along| along.potential)
+    }
+
+    /// Force n(1) of the attachment on the rod.
+    pub fn tip_force(&self) -> Vector3<f64> {
+        match &self.along {
+            None => self.force,
+            Some(along) => self.force - along.total,
+        }
+    }
+}
+
+fn seen_from(load: &Distributed, base: &UnitQuaternion<f64>) -> Distributed {
+    let back = base.inverse().to_rotation_matrix();
+    load.mapped(|f| back * f)
+}
