@@ -4,7 +4,7 @@ use super::files::{number, rounded};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::Units;
-use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring, Validity};
+use snaprod::study::run::{Follows, ModelKind, RunBranch, RunRecord, Spring, Validity};
 use std::path::Path;
 
 /// Snaps, or passages, that are told one by one.
@@ -44,6 +44,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         if passages.len() > SHOWN {
             lines.push(format!("... and {} more of these", passages.len() - SHOWN));
         }
+        lines.extend(heavy_folds(record, branch));
         lines.push(format!(
             "t = {}{}: {}; {}",
             number(match branch.outcome {
@@ -173,6 +174,31 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
             cost.steps, cost.implicit_steps, cost.evaluations, nodes.most_nodes, nodes.tail
         ),
     ]
+}
+
+/// The folds of the light rod that a rod with mass passed, and where the energy went.
+fn heavy_folds(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
+    let u = record.units;
+    let folds = record.folds.iter().filter(|fold| fold.branch == branch.id);
+    let told = folds
+        .filter(|fold| fold.follows == Follows::Mass)
+        .take(SHOWN);
+    let text = told.filter_map(|fold| {
+        let ledger = fold.changes?;
+        Some(format!(
+            "fold of the light rod passed at t = {}{}: it would release {}{}; in the time {} after it the body gains {}, the rod's motion {}, \
+             friction {}",
+            rounded(fold.t, 9),
+            unit(u.time()),
+            rounded(fold.released, 6),
+            unit(u.energy()),
+            rounded(fold.until_next, 6),
+            rounded(ledger.kinetic, 6),
+            rounded(ledger.rod_kinetic, 6),
+            rounded(ledger.dissipated, 6),
+        ))
+    });
+    text.collect()
 }
 
 /// What the mass of the rod does.

@@ -217,3 +217,56 @@ fn first_order_is_off_by_the_square_of_the_mass() {
     assert!((0.85..1.15).contains(&order(1)), "{large:?} {small:?}");
     assert!(large[0] < 0.05 * large[1], "{large:?}");
 }
+
+/// A rod with friction or mass passes the fold of the light rod without a jump. Its end is off the elastic rod's by the order of friction and
+/// mass, and so are the fold's time and numbers; energies add up to none. Catches a fold that is missed, met on another sheet, or out of place.
+#[test]
+fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
+    let folds = |set: &[&str]| {
+        let events = record(SNAP, set).events();
+        let mut folds: Vec<Value> = events.into_iter().filter(|e| e["kind"] == "fold").collect();
+        assert_eq!(folds.len(), 1, "{folds:?}");
+        folds.remove(0)
+    };
+    let snap = record(SNAP, &["run.duration=0.05"]).events().remove(0);
+    let late = |fold: &Value| number(fold, "/t") - number(&snap, "/t");
+    let [strong, weak, least] = ["rod.damping=1e-3", "rod.damping=1e-4", "rod.damping=1e-5"]
+        .map(|damping| folds(&[damping, "run.duration=0.05", "run.tolerance=1e-8"]));
+    let ratio = late(&weak) / late(&least);
+    assert!((8.5..10.5).contains(&ratio), "{ratio}");
+    for path in ["/from/p", "/from/w", "/to/p", "/to/w", "/released"] {
+        let (found, expected) = (number(&weak, path), number(&snap, path));
+        assert!((found / expected - 1.0).abs() < 1e-4, "{path}: {found}");
+    }
+    let (a, d0) = (number(&weak, "/form/A"), number(&weak, "/form/D0"));
+    assert!((a / 22.281 - 1.0).abs() < 5e-3 && (d0 / 9.3137 - 1.0).abs() < 1e-4);
+    let delay = number(&weak, "/mass/viscous_delay");
+    assert!((delay / (2.2579 * 1e-4_f64.powf(2.0 / 3.0)) - 1.0).abs() < 5e-3);
+    // eta D0 T_i/(eps M0), T_i from the escape 0.2581 eps^(2/5).
+    let ratio = number(&strong, "/mass/friction_over_inertia");
+    let expected = 9.3137 / 0.015452 * (0.2581 / 3.411684) * 1e-3 * 1e-4_f64.powf(-0.6);
+    assert!((ratio / expected - 1.0).abs() < 1e-2, "{ratio}");
+    let verdict = strong["mass"]["verdict"].as_str().unwrap();
+    assert!(verdict.starts_with("friction holds it back"), "{verdict}");
+
+    let heavy = folds(&[
+        "rod.inertia=\"full\"",
+        "rod.mass=0.01",
+        "rod.damping=0.01",
+        "rod.nodes=16",
+        "run.duration=0.05",
+        "run.tolerance=1e-7",
+    ]);
+    assert!(late(&heavy) > 0.0 && late(&heavy) < 2e-3, "{heavy:#}");
+    let of = |name: &str| number(&heavy, &format!("/energy/{name}"));
+    let sum = [
+        "kinetic",
+        "rod_kinetic",
+        "elastic",
+        "potential",
+        "dissipated",
+    ]
+    .map(of);
+    assert!(sum.iter().sum::<f64>().abs() < 1e-6, "{sum:?}");
+    assert!(of("elastic") < 0.0 && of("dissipated") > 0.0, "{sum:?}");
+}

@@ -40,6 +40,19 @@ impl Ledger {
         }
     }
 
+    /// On the way to `next`, in proportion to `x` in [0, 1].
+    pub fn between(&self, next: &Self, x: f64) -> Self {
+        let mix = |a: f64, b: f64| a + (b - a) * x;
+        Self {
+            kinetic: mix(self.kinetic, next.kinetic),
+            rod_kinetic: mix(self.rod_kinetic, next.rod_kinetic),
+            elastic: mix(self.elastic, next.elastic),
+            potential: mix(self.potential, next.potential),
+            dissipated: mix(self.dissipated, next.dissipated),
+            work: mix(self.work, next.work),
+        }
+    }
+
     /// The ledger in other units, of which one of the present makes `energy`.
     pub fn scaled(&self, energy: f64) -> Self {
         Self {
@@ -49,6 +62,18 @@ impl Ledger {
             potential: self.potential * energy,
             dissipated: self.dissipated * energy,
             work: self.work * energy,
+        }
+    }
+
+    /// How the terms have changed since `before`.
+    pub fn less(&self, before: &Self) -> Self {
+        Self {
+            kinetic: self.kinetic - before.kinetic,
+            rod_kinetic: self.rod_kinetic - before.rod_kinetic,
+            elastic: self.elastic - before.elastic,
+            potential: self.potential - before.potential,
+            dissipated: self.dissipated - before.dissipated,
+            work: self.work - before.work,
         }
     }
 

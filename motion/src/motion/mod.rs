@@ -10,6 +10,7 @@
 //! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 
 pub mod assembly;
+mod beside;
 pub mod creep;
 mod drive;
 mod event;
@@ -26,6 +27,7 @@ mod state;
 mod straight;
 
 pub use crate::error::{Cause, Stuck};
+pub use beside::{Beside, Crossed};
 pub use drive::{Motion, Observer, Resolution, drive};
 pub use event::{Bounce, Event, Outcome};
 pub use ledger::{Closing, Ledger};

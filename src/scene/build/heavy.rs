@@ -22,7 +22,7 @@ use crate::scene::{
 };
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
-use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use std::sync::Arc;
 
 /// A rod with mass in the plane, with a point mass at its end that is free to turn.
@@ -194,6 +194,14 @@ impl MotionModel for HeavyPlane {
         };
         let run = HeavyRun::new(&self.given, &start, options);
         Ok(Box::new(run.map_err(|e| e.context(self.words.as_str()))?))
+    }
+
+    fn load(&self) -> Option<Vector2<f64>> {
+        let stands = (self.given.grain.support()).is_none_or(|support| support.is_fixed());
+        match &self.given.body {
+            Mass::Point(body) if stands => Some(body.load(0.0).xy()),
+            _ => None,
+        }
     }
 
     fn clamp(&self, t: f64) -> Frame<3> {

@@ -18,7 +18,7 @@ pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
 pub use tree::Stem;
-pub use validity::{BouncePassed, FoldPassed, SmallMass, Validity};
+pub use validity::{BouncePassed, FoldPassed, Follows, SmallMass, Validity};
 
 use super::{Hooks, Sink};
 use crate::error::Result;
@@ -89,8 +89,11 @@ pub fn run(
     let spring = prepared.spring()?;
     let total = root.now().ledger().total();
     let (branches, cut) = tree(root, prepared.run.branches, |stem, motion| {
-        let (first, ledger) = (prepared.moment(&*motion.now()), motion.now().ledger());
-        let mut recorder = Recorder::new(prepared, sink, hooks, fields, (stem.id, ledger), total)?;
+        let first = prepared.moment(&*motion.now());
+        let mut recorder = {
+            let now = motion.now();
+            Recorder::new(prepared, sink, hooks, fields, (stem.id, &*now), total)?
+        };
         let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
         let last = prepared.moment(&*motion.now());
         let entered = stem.entered.map(|snap| prepared.snap(&snap));
@@ -104,6 +107,7 @@ pub fn run(
         );
         Ok((recorder.finish(&*motion, branch), outcome))
     })?;
+    let folds = validity::folds(prepared, &branches);
     Ok(RunRecord {
         kind: prepared.kind(),
         units: prepared.units,
@@ -122,7 +126,10 @@ pub fn run(
             ModelKind::ElasticSpace => branches.first().and_then(|branch| branch.first.index),
             ModelKind::Planar | ModelKind::Space => prepared.index_of_start(),
         },
-        validity: Validity::of(prepared, &branches),
+        validity: (!prepared.is_full())
+            .then(|| Validity::of(prepared, &branches, &folds))
+            .flatten(),
+        folds,
         branches,
         cut,
         driven: prepared.is_driven(),

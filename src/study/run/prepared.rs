@@ -5,7 +5,7 @@ use super::spring::Spring;
 use crate::body::Frame;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::motion::{Bounce, Motion, Snap, State};
+use crate::motion::{Beside, Bounce, Motion, Snap, State};
 use crate::scene::{Inertia, Joint, ModelKind, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
@@ -23,8 +23,10 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     viscosity: Option<f64>,
-    /// What a planar rod of known mass is that has no vibrations of its own; None of any other, and where the clamp moves.
+    /// What a planar rod of known mass is; None of any other, and where the clamp moves.
     pub(super) light: Option<Light>,
+    /// True if Maxwell branches carry couples of their own, so that no elastic sheet is the rod's.
+    relaxes: bool,
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
     pub(super) thickness: Option<f64>,
     /// The body as figures show it.
@@ -33,7 +35,7 @@ pub struct Prepared {
     pub(super) grooved: bool,
 }
 
-/// A planar rod of small mass, in units of the rod.
+/// A planar rod as far as its mass is concerned, in units of the rod.
 pub(in crate::study) struct Light {
     /// Mass of the rod over that of the body.
     pub eps: f64,
@@ -95,6 +97,7 @@ impl Prepared {
             run: scene.run()?.clone(),
             viscosity: viscosity(scene)?,
             light,
+            relaxes: !scene.rod.relaxation.is_empty(),
             thickness: scene
                 .rod
                 .thickness()
@@ -127,6 +130,17 @@ impl Prepared {
     /// True if the rod has mass.
     pub fn is_heavy(&self) -> bool {
         self.setup.model.is_heavy()
+    }
+
+    /// True if all of the rod's mass is followed.
+    pub fn is_full(&self) -> bool {
+        self.is_heavy() && matches!(self.kind(), ModelKind::Planar | ModelKind::Space)
+    }
+
+    /// The light rod beside a planar rod with friction or mass in its first state; None of any other.
+    pub(super) fn beside(&self, first: &dyn State) -> Option<Beside> {
+        let known = self.kind() == ModelKind::Planar && self.light.is_some() && !self.relaxes;
+        known.then(|| Beside::new(first))
     }
 
     /// True if forces in time do work on the body.

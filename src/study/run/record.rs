@@ -2,10 +2,10 @@
 
 use super::ModelKind;
 use super::spring::Spring;
-use super::validity::Validity;
+use super::validity::{FoldPassed, Validity};
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
-use crate::motion::{Bounce, Closing, Labels, Ledger, Motion, Outcome, Resolution, Snap};
+use crate::motion::{Bounce, Closing, Crossed, Labels, Ledger, Motion, Outcome, Resolution, Snap};
 use crate::scene::{Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
@@ -38,7 +38,9 @@ pub struct RunRecord {
     pub driven: bool,
     /// True if the rod has mass.
     pub heavy: bool,
-    /// Whether leaving out the mass of a planar rod was right, where that mass is known.
+    /// The folds that a planar rod of known mass passed.
+    pub folds: Vec<FoldPassed>,
+    /// Whether leaving out the mass of a planar rod was right, where that mass is known and was left out.
     pub validity: Option<Validity>,
     /// The Morse index of the equilibrium at the start, if it is one and known.
     pub start_index: Option<usize>,
@@ -153,6 +155,8 @@ pub struct RunBranch {
     pub snaps: Vec<Snap>,
     /// Passages far from equilibrium, in the scene's units.
     pub layers: Vec<Layer>,
+    /// Folds that the light rod beside a planar rod with friction or mass passes, in the units of the rod.
+    pub crossed: Vec<Crossed>,
     /// Bounces of a taut rod, in the units of the rod: the first of them.
     pub bounces: Vec<Bounce>,
     /// How many there were.
@@ -191,6 +195,7 @@ impl RunBranch {
             resolution: motion.resolution(),
             snaps: Vec::new(),
             layers: Vec::new(),
+            crossed: Vec::new(),
             bounces: Vec::new(),
             bounce_count: 0,
             hardest: None,

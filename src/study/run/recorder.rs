@@ -8,7 +8,7 @@ use super::{Fields, places};
 use crate::error::Result;
 use crate::motion::creep::Layer;
 use crate::motion::{
-    Bounce, Cause, Closing, Event, Ledger, Motion, Observer, Outcome, Snap, State, Stuck,
+    Beside, Bounce, Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
 };
 use crate::study::thinned::Thinned;
 use crate::study::{Cell, Hooks, Sink};
@@ -40,6 +40,8 @@ pub(super) struct Recorder<'r> {
     closing: Closing,
     snaps: Vec<Snap>,
     layers: Vec<Layer>,
+    beside: Option<Beside>,
+    crossed: Vec<Crossed>,
     bounces: Vec<Bounce>,
     bounce_count: usize,
     hardest: Option<Bounce>,
@@ -85,17 +87,17 @@ pub(in crate::study) fn audited(
 }
 
 impl<'r> Recorder<'r> {
-    /// A recorder of the branch `id`, whose first ledger is `first`; `total` is what the ledger should keep, in the units of the rod.
+    /// A recorder of the branch `id`, whose first state is `first`; `total` is what the ledger should keep, in the units of the rod.
     pub fn new(
         prepared: &'r Prepared,
         sink: &'r mut dyn Sink,
         hooks: &'r mut dyn Hooks,
         fields: Fields,
-        (id, first): (usize, Ledger),
+        (id, first): (usize, &dyn State),
         total: f64,
     ) -> Result<Self> {
         let mut closing = Closing::new(total);
-        closing.look(&first);
+        closing.look(&first.ledger());
         let trajectory = sink.begin(table::trajectory(prepared, id))?;
         let strain = match stride(prepared, fields) {
             None => None,
@@ -120,6 +122,8 @@ impl<'r> Recorder<'r> {
             closing,
             snaps: Vec::new(),
             layers: Vec::new(),
+            beside: prepared.beside(first),
+            crossed: Vec::new(),
             bounces: Vec::new(),
             bounce_count: 0,
             hardest: None,
@@ -145,6 +149,7 @@ impl<'r> Recorder<'r> {
             ),
             snaps: self.snaps,
             layers: self.layers,
+            crossed: self.crossed,
             bounces: self.bounces,
             bounce_count: self.bounce_count,
             hardest: self.hardest,
@@ -229,6 +234,12 @@ impl<'r> Recorder<'r> {
     /// The end of a step of a rod with strains. (On a sheet a state would have to be made to be looked at.)
     fn step(&mut self, now: &dyn State) {
         self.closing.look(&now.ledger());
+        if let Some(beside) = &mut self.beside {
+            for crossed in beside.step(now) {
+                let snap = self.prepared.snap(&crossed.snap);
+                self.crossed.push(Crossed { snap, ..crossed });
+            }
+        }
         if self.prepared.kind() != ModelKind::Planar {
             return;
         }
@@ -284,6 +295,9 @@ impl Observer for Recorder<'_> {
             Event::Layer(layer) => {
                 let k = &self.prepared.scales;
                 self.layers.push(layer.scaled(k.time, k.energy));
+                if let Some(beside) = &mut self.beside {
+                    beside.land(&*motion.now());
+                }
             }
             Event::Bounce(bounce) => {
                 self.bounce_count += 1;

@@ -3,6 +3,7 @@
 use super::ModelKind;
 use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
+use super::validity::FoldPassed;
 use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Outcome, Snap, SnapEnd};
@@ -96,9 +97,8 @@ impl RunRecord {
             for snap in branch.entered.iter().chain(&branch.snaps) {
                 let mut event = object(self.snap(snap));
                 let t = snap.t * self.scales.time;
-                let passed = self.validity.iter().flat_map(|validity| &validity.folds);
-                let mut passed = passed.filter(|fold| fold.branch == branch.id && fold.t == t);
-                if let Some(fold) = passed.next() {
+                let mut passed = self.passed(branch.id);
+                if let Some(fold) = passed.find(|fold| fold.t == t) {
                     event.insert("mass".to_owned(), fold.json());
                 }
                 if several {
@@ -107,13 +107,37 @@ impl RunRecord {
                 }
                 events.push(Value::Object(event));
             }
-            events.extend(branch.layers.iter().map(layer));
+            events.extend(self.passages_of(branch));
             if let Outcome::SelfContact(contact) = &branch.outcome {
                 let at = contact.at.map(|s| s * self.scales.length);
                 events.push(json!({ "kind": "self_contact", "t": branch.last.t, "s": at }));
             }
         }
         events
+    }
+
+    fn passed(&self, branch: usize) -> impl Iterator<Item = &FoldPassed> {
+        let of = move |fold: &&FoldPassed| fold.branch == branch;
+        self.folds.iter().filter(of)
+    }
+
+    /// Layers, and folds of the light rod that the rod passed without a jump, by their times.
+    fn passages_of(&self, branch: &RunBranch) -> Vec<Value> {
+        let mut all: Vec<(f64, Value)> = branch.layers.iter().map(|l| (l.from, layer(l))).collect();
+        for crossed in &branch.crossed {
+            let t = crossed.snap.t * self.scales.time;
+            let mut event = object(self.snap(&crossed.snap));
+            event.remove("time_error");
+            event.insert("kind".to_owned(), json!("fold"));
+            if let Some(fold) = self.passed(branch.id).find(|fold| fold.t == t) {
+                event.insert("mass".to_owned(), fold.json());
+                event.insert("form".to_owned(), fold.form());
+                event.insert("energy".to_owned(), json!(fold.energies()));
+            }
+            all.push((t, Value::Object(event)));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().map(|(_, event)| event).collect()
     }
 
     fn branch(&self, branch: &RunBranch) -> Value {

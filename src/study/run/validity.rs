@@ -1,10 +1,11 @@
 //! Whether leaving out the mass of the rod is right: numbers of a planar rod at rest, and of one run (theory 2.8, 2.9).
 
+use super::ModelKind;
 use super::prepared::{Light, Prepared};
 use super::record::RunBranch;
 use crate::elastica::inertia::{INERTIAL_ESCAPE, RodInertia, VISCOUS_ESCAPE};
 use crate::elastica::{EndStiffness, Equilibrium, HeldMode, Passage, held_modes, settled};
-use crate::motion::{Bounce, Snap};
+use crate::motion::{Bounce, Ledger, Snap};
 use crate::scene::Units;
 use nalgebra::Vector2;
 use serde_json::{Value, json};
@@ -37,21 +38,40 @@ pub struct Validity {
     damped: bool,
 }
 
-/// A fold, and by how much mass or friction would delay the snap.
+/// What a run follows at a fold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Follows {
+    /// Nothing: the rod jumps.
+    Jump,
+    /// The friction of the rod.
+    Friction,
+    /// Mass and friction.
+    Mass,
+}
+
+/// A fold, and by how much mass or friction delays the snap.
 #[derive(Debug, Clone, Copy)]
 pub struct FoldPassed {
     /// The branch of the run that passed it.
     pub branch: usize,
     /// Its time.
     pub t: f64,
+    /// What the run follows of it.
+    pub follows: Follows,
     /// The numbers of its normal form, in units of the rod.
     pub form: Passage,
     /// Delay by the rod's mass alone.
     pub inertial_delay: f64,
     /// Delay by its friction alone; None without friction.
     pub viscous_delay: Option<f64>,
-    /// The time until the next snap of the same branch, or its end.
+    /// eta D0 T_i/(eps M0): friction holds the rod back where it is large, mass where it is small (theory 2.8).
+    pub ratio: f64,
+    /// The energy that the light rod releases there.
+    pub released: f64,
+    /// The time until the next fold of the same branch, or its end.
     pub until_next: f64,
+    /// How the energies change in that time, where the run follows the rod through the snap.
+    pub changes: Option<Ledger>,
     /// How far the rod's slowest vibration has died down by then, as the x in exp(-x); None where its decay is not known.
     pub quiet: Option<f64>,
 }
@@ -59,7 +79,7 @@ pub struct FoldPassed {
 /// What becomes of a snap of a rod with mass, from the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Landing {
-    /// It is late by a good part of the time to the next event.
+    /// It is late by a good part of the time to the next fold.
     Late,
     /// The rod rings for ever.
     Undamped,
@@ -70,11 +90,20 @@ enum Landing {
 }
 
 impl FoldPassed {
+    /// The delay that the run leaves out.
     fn delay(&self) -> f64 {
-        self.inertial_delay.max(self.viscous_delay.unwrap_or(0.0))
+        match self.follows {
+            Follows::Jump => self.inertial_delay.max(self.viscous_delay.unwrap_or(0.0)),
+            Follows::Friction if self.ratio > RULES => 0.0,
+            Follows::Friction => self.inertial_delay,
+            Follows::Mass => 0.0,
+        }
     }
 
     fn landing(&self) -> Landing {
+        if self.follows == Follows::Friction && self.ratio > RULES {
+            return Landing::Safe;
+        }
         if self.delay() > SHORT * self.until_next.max(0.0) {
             return Landing::Late;
         }
@@ -88,6 +117,8 @@ impl FoldPassed {
     /// Its numbers as an event has them.
     pub(super) fn json(&self) -> Value {
         let verdict = match self.landing() {
+            _ if self.follows == Follows::Mass => "followed with its mass",
+            Landing::Safe if self.delay() == 0.0 => "friction holds it back, not its mass",
             Landing::Late => "late: the landing is not safe",
             Landing::Undamped => "rings on: where it lands is a rule, not physics",
             Landing::Ringing => "still rings at the next event: the landing is not safe",
@@ -96,9 +127,29 @@ impl FoldPassed {
         json!({
             "viscous_delay": self.viscous_delay,
             "inertial_delay": self.inertial_delay,
+            "friction_over_inertia": self.ratio,
             "until_next": self.until_next,
             "ringing_decays": self.quiet,
             "verdict": verdict,
+        })
+    }
+
+    /// How the energies change until the next fold, where the run follows the rod through the snap.
+    pub(super) fn energies(&self) -> Option<Value> {
+        let ledger = self.changes?;
+        Some(json!({
+            "kinetic": ledger.kinetic,
+            "rod_kinetic": ledger.rod_kinetic,
+            "elastic": ledger.elastic,
+            "potential": ledger.potential,
+            "dissipated": ledger.dissipated,
+            "work": ledger.work,
+        }))
+    }
+
+    pub(super) fn form(&self) -> Value {
+        json!({
+            "A": self.form.drive, "B": self.form.bend, "M0": self.form.mass, "D0": self.form.friction,
         })
     }
 }
@@ -125,6 +176,8 @@ const ACROSS: f64 = 33.0 / 140.0;
 const SHORT: f64 = 0.2;
 /// Decays of the ringing after which a rod counts as at rest.
 const QUIET: f64 = 5.0;
+/// Friction rules at a fold where it is so many times the inertia.
+const RULES: f64 = 10.0;
 /// Mass ratios above this are not small.
 const HEAVY: f64 = 0.1;
 /// Bounce numbers above this change the motion.
@@ -199,6 +252,13 @@ impl Prepared {
     /// What the mass of the rod changes where it rests under the loads at t = 0; None unless the rod is planar, of known mass, without
     /// waves of its own, on a clamp that stands, and where no stable equilibrium is found.
     pub fn small_mass(&self) -> Option<SmallMass> {
+        if self.is_full() {
+            return None;
+        }
+        self.mass_at_rest()
+    }
+
+    fn mass_at_rest(&self) -> Option<SmallMass> {
         let light = self.light.as_ref()?;
         let rest = settled(&light.load).ok()?;
         Some(SmallMass::new(light, rest.as_ref(), self.scales.time))
@@ -207,29 +267,17 @@ impl Prepared {
 
 impl Validity {
     /// Of a run whose branches are given; None as of [`Prepared::small_mass`].
-    pub(super) fn of(prepared: &Prepared, branches: &[RunBranch]) -> Option<Self> {
+    pub(super) fn of(
+        prepared: &Prepared,
+        branches: &[RunBranch],
+        folds: &[FoldPassed],
+    ) -> Option<Self> {
         let (light, rest) = (prepared.light.as_ref()?, prepared.small_mass()?);
         let time = prepared.scales.time;
-        let mut folds = Vec::new();
-        for branch in branches {
-            let snaps = || branch.entered.iter().chain(&branch.snaps);
-            for (k, snap) in snaps().enumerate() {
-                let next = snaps()
-                    .nth(k + 1)
-                    .map_or(branch.last.t, |next| next.t * time);
-                folds.extend(fold(
-                    prepared,
-                    (branch.id, snap),
-                    light,
-                    next,
-                    rest.rod_decay,
-                ));
-            }
-        }
         let bounces = branches.iter().flat_map(|b| &b.bounces);
         Some(Self {
             rest,
-            folds,
+            folds: folds.to_vec(),
             bounces: bounces
                 .map(|b| bounce(b, light.eps, light.eta, time))
                 .collect(),
@@ -287,7 +335,21 @@ impl Validity {
         let longest = self.folds.iter().map(FoldPassed::delay).fold(0.0, f64::max);
         let worst = self.folds.iter().map(FoldPassed::landing).min();
         let decay = self.rest.rod_decay.unwrap_or(0.0);
+        let followed = self
+            .folds
+            .iter()
+            .all(|fold| fold.follows == Follows::Friction);
         match worst.unwrap_or(Landing::Safe) {
+            Landing::Safe if longest == 0.0 => {
+                "snaps are held back by friction, not by mass".to_owned()
+            }
+            worst if followed => format!(
+                "snaps are late by up to {longest:.1e} more than friction makes them{}",
+                match worst {
+                    Landing::Safe => ", and the rod is quiet again before the next event",
+                    _ => ", or ring at the next event: landings are not safe",
+                }
+            ),
             Landing::Late => format!(
                 "snaps are late by up to {longest:.1e}, which is not short against the time to the next event: landings are not safe"
             ),
@@ -306,12 +368,11 @@ impl Validity {
     /// As JSON.
     pub fn json(&self) -> Value {
         let folds = self.folds.iter().map(|fold| {
-            json!({
-                "t": fold.t,
-                "A": fold.form.drive, "B": fold.form.bend, "M0": fold.form.mass, "D0": fold.form.friction,
-                "viscous_delay": fold.viscous_delay,
-                "inertial_delay": fold.inertial_delay,
-            })
+            let mut json = fold.form();
+            json["t"] = fold.t.into();
+            json["viscous_delay"] = fold.viscous_delay.into();
+            json["inertial_delay"] = fold.inertial_delay.into();
+            json
         });
         let bounces = self
             .bounces
@@ -334,6 +395,34 @@ fn shift(p: f64, w: f64, eps: f64) -> Option<f64> {
     Some(-0.5 * eps * v.dot(&(added.mass * v)))
 }
 
+/// The folds that a planar rod of known mass passed in the branches of a run: its snaps, or those of the light rod beside it.
+pub(super) fn folds(prepared: &Prepared, branches: &[RunBranch]) -> Vec<FoldPassed> {
+    let (Some(light), Some(rest)) = (prepared.light.as_ref(), prepared.mass_at_rest()) else {
+        return Vec::new();
+    };
+    let k = &prepared.scales;
+    let mut folds = Vec::new();
+    for branch in branches {
+        let snaps = branch.entered.iter().chain(&branch.snaps);
+        let crossed = branch.crossed.iter();
+        let all: Vec<(&Snap, Option<Ledger>)> = snaps
+            .map(|snap| (snap, None))
+            .chain(crossed.map(|c| (&c.snap, Some(c.ledger.scaled(k.energy)))))
+            .collect();
+        for (i, (snap, ledger)) in all.iter().enumerate() {
+            let next = all.get(i + 1);
+            let until = next.map_or(branch.last.t, |(next, _)| next.t * k.time);
+            let then = next.map_or(Some(branch.last.ledger), |(_, ledger)| *ledger);
+            let changes = ledger.zip(then).map(|(here, then)| then.less(&here));
+            folds.extend(
+                fold(prepared, (branch.id, snap), light, until, rest.rod_decay)
+                    .map(|fold| FoldPassed { changes, ..fold }),
+            );
+        }
+    }
+    folds
+}
+
 fn fold(
     prepared: &Prepared,
     (branch, snap): (usize, &Snap),
@@ -349,6 +438,14 @@ fn fold(
     Some(FoldPassed {
         branch,
         t,
+        follows: match prepared.kind() {
+            _ if prepared.is_full() => Follows::Mass,
+            ModelKind::Sheet | ModelKind::ElasticSpace => Follows::Jump,
+            ModelKind::Planar | ModelKind::Space => Follows::Friction,
+        },
+        ratio: light.eta * form.friction * form.inertial(light.eps) / (light.eps * form.mass),
+        released: snap.released * k.energy,
+        changes: None,
         form,
         inertial_delay: INERTIAL_ESCAPE * form.inertial(light.eps) * k.time,
         viscous_delay: (light.eta > 0.0).then(viscous),
