@@ -178,21 +178,24 @@
 #[cfg(feature = "cli")]
 extern crate self as snaprod;
 
-// The numerics are two crates, compiled side by side at full optimisation, while scenes, studies and figures, which run for milliseconds, are not
-// optimised; and they are not compiled again when those change.
+// The numerics are two crates, compiled side by side at full optimisation, figures a third with little; scenes, studies and the program, which run for
+// milliseconds, are not optimised. None is compiled again when what stands to its right changes.
 #[doc(inline)]
 pub use snaprod_motion::{
     assembly, bar, body, creep, elastica, error, inertia, manifold, math, motion, rod, section,
     solve,
 };
 
+#[cfg(feature = "plot")]
+#[doc(inline)]
+pub use snaprod_plot as plot;
+
 // The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by
 // its name, as any other user does.
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-#[cfg(feature = "plot")]
-pub mod plot;
+
 #[cfg(feature = "scene")]
 pub mod scene;
 #[cfg(feature = "scene")]

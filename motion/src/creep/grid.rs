@@ -6,6 +6,7 @@
 use crate::math::gauss::{Rule, legendre};
 use nalgebra::{DMatrix, SVector};
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// Gauss nodes in elements that together cover [0, 1].
 #[derive(Debug, Clone, PartialEq)]
@@ -13,6 +14,8 @@ pub struct Grid {
     elements: Vec<Element>,
     s: Vec<f64>,
     weights: Vec<f64>,
+    /// What [`Grid::finer`] made first.
+    finer: OnceLock<(usize, Arc<Grid>)>,
 }
 
 /// One element and its nodes.
@@ -43,6 +46,7 @@ impl Grid {
             elements: Vec::new(),
             s: Vec::new(),
             weights: Vec::new(),
+            finer: OnceLock::new(),
         };
         for (pair, &count) in ends
             .windows(2)
@@ -56,6 +60,21 @@ impl Grid {
     /// A grid of one element.
     pub fn uniform(nodes: usize) -> Self {
         Self::new(&[], &[nodes])
+    }
+
+    /// The grid with so many nodes on each of its elements, on which curves are drawn. The first is kept: its matrices cost more
+    /// than a curve.
+    pub fn finer(&self, nodes: usize) -> Arc<Self> {
+        let make = || {
+            let counts = vec![nodes; self.elements.len()];
+            Arc::new(Self::new(&self.breaks(), &counts))
+        };
+        let (kept, finer) = self.finer.get_or_init(|| (nodes, make()));
+        if *kept == nodes {
+            finer.clone()
+        } else {
+            make()
+        }
     }
 
     fn push(&mut self, from: f64, to: f64, count: usize) {

@@ -4,7 +4,6 @@ use super::Ledger;
 use super::creep::{ViscousSample, near_equilibrium};
 use super::run::Sample;
 use crate::assembly::{Configuration, Place};
-use crate::creep::grid::Grid;
 use crate::creep::kinematics::{Kinematics, Local};
 use crate::creep::plane::Plane;
 use crate::creep::space::{Curve, Space};
@@ -260,8 +259,7 @@ impl State for ViscousSample<Plane, 1, 2> {
     }
 
     fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
-        let counts = vec![points.max(8); self.grid.elements().len()];
-        let fine = Grid::new(&self.grid.breaks(), &counts);
+        let fine = self.grid.finer(points.max(8));
         let strains = self.grid.carried(&self.configuration.strains, &fine);
         let Some(shape) = Plane.shape(&fine, &strains) else {
             return Vec::new();
@@ -339,8 +337,7 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
     }
 
     fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
-        let counts = vec![points.max(8); self.grid.elements().len()];
-        let fine = Grid::new(&self.grid.breaks(), &counts);
+        let fine = self.grid.finer(points.max(8));
         let strains = self.grid.carried(&self.configuration.strains, &fine);
         framed(Space::<M, D>::new().shape(&fine, &strains))
     }

@@ -228,8 +228,7 @@ fn end_of(rod: &HeavyRod, q: &[f64], shape: &DVector<f64>) -> Result<[Vector3<f6
 /// Sections along the rod, from the clamp to the end.
 fn stations(rod: &HeavyRod, q: &[f64]) -> Result<Vec<Station>> {
     let grid = &rod.sections.grid;
-    let counts = vec![INTERVALS; grid.elements().len()];
-    let fine = Grid::new(&grid.breaks(), &counts);
+    let fine = Grid::clone(&grid.finer(INTERVALS));
     let strains = grid.carried(&rod.strains(q), &fine);
     let curve = rod.given.curve;
     let shape = Sections::new(fine, rod.given.law.active(), curve)

@@ -2,7 +2,6 @@
 
 use super::record::Moment;
 use super::spring::Spring;
-use crate::body::Frame;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::motion::{Beside, Bounce, Motion, Snap, State};
@@ -200,7 +199,7 @@ impl Prepared {
         let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
             t: state.time() * k.time,
-            pose: self.outward(&clamp, &pose),
+            pose: self.outward(&clamp.pose(), &pose),
             velocity: twist.fixed_rows::<3>(3) * k.velocity,
             angular_velocity: twist.fixed_rows::<3>(0) / k.time,
             force: action.fixed_rows::<3>(3) * k.force,
@@ -220,7 +219,7 @@ impl Prepared {
     /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
     pub(super) fn sections(&self, state: &dyn State, points: usize) -> Vec<Isometry3<f64>> {
         let sections = state.sections(points);
-        let clamp = self.setup.model.clamp(state.time());
+        let clamp = self.setup.model.clamp(state.time()).pose();
         let outward = |pose| self.outward(&clamp, pose);
         sections.iter().map(outward).collect()
     }
@@ -278,8 +277,8 @@ impl Prepared {
     }
 
     /// A pose seen from the clamp and in the units of the rod in the world frame and the scene's units.
-    fn outward(&self, clamp: &Frame<3>, pose: &Isometry3<f64>) -> Isometry3<f64> {
-        let pose = clamp.pose() * pose;
+    fn outward(&self, clamp: &Isometry3<f64>, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let pose = clamp * pose;
         let position = pose.translation.vector * self.scales.length;
         Isometry3::from_parts(position.into(), pose.rotation)
     }

@@ -255,27 +255,29 @@ impl<'r> Recorder<'r> {
 
 impl Observer for Recorder<'_> {
     fn sample(&mut self, state: &dyn State) -> Result<()> {
-        let frame = self.frame(state);
-        let row = {
-            let kind = (self.prepared.kind(), self.prepared.is_heavy());
-            table::row(kind, &frame.moment)
-        };
+        let prepared = self.prepared;
+        let moment = prepared.moment(state);
+        let t = moment.t;
+        let row = table::row((prepared.kind(), prepared.is_heavy()), &moment);
         self.sink.row(self.trajectory, &row)?;
         self.closing.measure(state);
+        let mut frame = None;
         if let Some(strain) = &mut self.strain {
             let written = strain.seen.is_multiple_of(strain.stride);
             strain.seen += 1;
             let table = strain.table;
             if written {
-                self.write_strain(table, &frame)?;
+                let now = self.frame(state);
+                self.write_strain(table, &now)?;
+                frame = Some(now);
             }
         }
-        if self.prepared.kind().in_space() {
-            let prepared = self.prepared;
-            let axis = || (frame.moment.t, prepared.sections(state, CURVE));
-            self.axes.show(axis);
+        if prepared.kind().in_space() {
+            self.axes.show(|| (t, prepared.sections(state, CURVE)));
         }
-        self.track.show(|| frame);
+        let mut track = std::mem::replace(&mut self.track, Thinned::new(0));
+        track.show(|| frame.unwrap_or_else(|| self.frame(state)));
+        self.track = track;
         Ok(())
     }
 

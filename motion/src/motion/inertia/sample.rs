@@ -115,8 +115,7 @@ impl State for HeavySample {
 
     fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
         let grid = self.grid();
-        let counts = vec![points.max(8); grid.elements().len()];
-        let fine = Grid::new(&grid.breaks(), &counts);
+        let fine = Grid::clone(&grid.finer(points.max(8)));
         let strains = grid.carried(&self.strains, &fine);
         let law = &self.rod.given.law;
         let curve = self.rod.given.curve;

@@ -10,7 +10,7 @@ use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
 use super::scenery::{Scenery, SpaceRod};
 use super::text;
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// One equilibrium. The lists over s are as long as `s`, or empty to leave their panel out.
 #[derive(Debug, Clone, Default, PartialEq)]

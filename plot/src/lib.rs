@@ -1,4 +1,4 @@
-//! Figures from data: each function takes plain numbers and returns an SVG document.
+//! Figures of [snaprod](https://docs.rs/snaprod) from data: each function takes plain numbers and returns an SVG document.
 //!
 //! Nothing is computed here but where ink goes. The same data give the same bytes. SVG text asks for
 //! DejaVu Sans; with the feature `png`, `plot::png` rasterises a figure with that font bundled.
@@ -24,7 +24,8 @@
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
-//! error ([`crate::Error::is_domain`]).
+//! error ([`Error::is_domain`](snaprod_core::Error::is_domain)).
+#![warn(missing_docs)]
 
 mod axes;
 mod branch;

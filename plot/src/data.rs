@@ -3,7 +3,7 @@
 use super::canvas::Pen;
 use super::legend::{Drawn, Key, Mark, mark};
 use super::palette::category;
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// The units written on the axes, each empty for labels without one, and the rod's length in them.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,7 +6,7 @@ use super::geometry::Pixel;
 use super::legend::{Drawn, named};
 use super::page::{Block, Height, Page, Width};
 use super::slopes::{self, Slope};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// A figure of curves.
 #[derive(Debug, Clone, Default, PartialEq)]

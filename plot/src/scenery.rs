@@ -6,7 +6,7 @@ use super::geometry::{Point, along, box_of, cross, drawable, minus, norm, unit};
 use super::palette::Colour;
 use super::spread::Spread;
 use super::stage::{Stage, size_of};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// One rod in space.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -6,7 +6,7 @@ use super::data::{AxisUnits, as_many};
 use super::legend::{Drawn, Entry, Key};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, INK, category};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// One component of a matrix of functions of time.
 #[derive(Debug, Clone, Default, PartialEq)]

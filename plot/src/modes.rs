@@ -11,7 +11,7 @@ use super::painter::Painter;
 use super::palette::{Colour, category};
 use super::scenery::{Scenery, SpaceRod, pen};
 use super::spread::Spread;
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// The largest displacement drawn, as a part of the whole, and the largest turn, in radians.
 const REACH: f64 = 0.125;

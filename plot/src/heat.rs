@@ -7,7 +7,7 @@ use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// A strain of the rod over (t, s), and its dissipation density.
 ///

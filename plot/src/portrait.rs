@@ -8,7 +8,7 @@ use super::legend::{Drawn, Entry, Key, Mark};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, GREY, INK, category};
 use super::ticks::Tick;
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 use std::f64::consts::PI;
 
 /// A piece of an orbit that is a solution, in the sense in which it is run through.

@@ -11,7 +11,7 @@ use super::motion::circle;
 use super::page::{Block, Page, WIDTH, Width};
 use super::palette::{ALARM, BLACK, Colour, GREY, WHITE, category};
 use super::stage::Stage;
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 const HEIGHT: f64 = 520.0;
 /// Width of a panel beside another.

@@ -7,7 +7,7 @@ use super::geometry::{Pixel, finite, heading};
 use super::legend::{Drawn, Entry, Key, Mark, Tones, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, Colour, GREY, INK, category};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// The rod at one time.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -9,7 +9,7 @@ use super::legend::{ColourBar, Drawn, Entry, Key, Mark, named};
 use super::motion::{circle, disc_axes, wall};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, GREY, INK, WHITE, category, sequential};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// Folds over the disc and what they bound.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -6,7 +6,7 @@ use super::page::{Block, Page, WIDTH, Width};
 use super::painter::Painter;
 use super::palette::{Colour, GREY, INK, category};
 use super::scenery::{Scenery, SpaceBody, SpaceRod, pen};
-use crate::error::Result;
+use snaprod_core::error::Result;
 
 /// Rods in space.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,11 @@
 //! Figures as pixels.
 
-use crate::error::{Error, Result};
 use resvg::{tiny_skia, usvg};
+use snaprod_core::error::{Error, Result};
 use std::sync::Arc;
 
 /// DejaVu Sans, the part of it that figures use (see `assets/README.md`).
-const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("../assets/DejaVuSans-subset.ttf");
 /// No picture is wider or higher than this.
 const LARGEST: f32 = 16_384.0;
 

@@ -8,7 +8,7 @@ use super::labels;
 use super::legend::{Drawn, Entry, Key, mark, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{Colour, GREY, category};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// Snaps that share a name, as those of one viscosity.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -8,7 +8,7 @@ use super::motion::{Shape, seen, wall};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::text;
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// The energies of one viscous run through a layer, over its own stretched time.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -7,7 +7,7 @@ use super::labels;
 use super::legend::{Entry, Key, Mark, draw_mark};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{Colour, GREY, INK, category};
-use crate::error::{Error, Result};
+use snaprod_core::error::{Error, Result};
 
 /// One branch of equilibria; points that are not finite break it.
 #[derive(Debug, Clone, Default, PartialEq)]
