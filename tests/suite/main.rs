@@ -47,6 +47,7 @@ mod inversion;
 mod landings_space;
 #[cfg(feature = "scene")]
 mod light_weight;
+mod light_weight_scenes;
 mod loads;
 #[cfg(feature = "scene")]
 mod mass_motions;

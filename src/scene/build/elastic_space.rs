@@ -82,6 +82,11 @@ impl ElasticSpace {
         Ok(model)
     }
 
+    /// Where the end is at the start, seen from the clamp, in units of the rod.
+    pub(super) fn end(&self) -> &Isometry3<f64> {
+        &self.end
+    }
+
     /// The rod and the body, and where they start, in the frame of the clamp and units of the rod.
     ///
     /// # Errors

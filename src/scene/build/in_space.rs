@@ -85,7 +85,11 @@ impl InSpace {
                     None,
                 ),
             },
-            Some(end) => equilibrium((&rod, load.as_ref()), end, scene.run()?.tolerance)?,
+            Some(end) => {
+                let guess = scene.guess();
+                let tolerance = scene.run()?.tolerance;
+                equilibrium((&rod, load.as_ref()), end, guess.as_ref(), tolerance)?
+            }
         };
         let inward = Inward(clamp);
         let about = "[start], in the frame of the clamp";
@@ -372,12 +376,13 @@ fn bearing(
 fn equilibrium(
     rod: (&Rod, Option<&Distributed>),
     end: EndConditions,
+    guess: Option<&Wrench>,
     tolerance: f64,
 ) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
     let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
     let found = bearing(rod, end, tolerance)
-        .and_then(|problem| problem.solve(None))
+        .and_then(|problem| problem.solve(guess))
         .map_err(doing)?;
     let field = SpaceField::Equilibrium {
         base: found.base,

@@ -5,6 +5,7 @@ mod clamp;
 mod elastic_space;
 mod heavy;
 mod in_space;
+mod lifted;
 mod loads;
 mod planar;
 mod rod;
@@ -105,6 +106,9 @@ pub struct Setup {
     pub model: Box<dyn MotionModel>,
     /// What to run.
     pub options: Options,
+    /// The loads on the end of a planar rod at t = 0, along the axes of its clamp and in units of its length and EI; None of other rods, and where the
+    /// clamp moves.
+    pub load: Option<Vector2<f64>>,
     /// The way back to the scene's units.
     pub scales: Scales,
 }
@@ -115,6 +119,12 @@ impl Setup {
     /// # Errors
     /// A scene of statics; as the model that its rod asks for.
     pub fn new(scene: &Scene) -> Result<Self> {
+        let bearing = scene.bearing_in_plane()?;
+        let load = match &bearing {
+            Some(_) => planar::resting(&planar::body(&scene.dimensionless()?)?),
+            None => None,
+        };
+        let scene = bearing.as_ref().unwrap_or(scene);
         let (run, scales) = (scene.run()?, scene.scales()?);
         let model: Box<dyn MotionModel> = match (scene.is_planar(), &scene.rod.damping) {
             (true, _) if scene.rod.inertia == Inertia::Full => Box::new(HeavyPlane::new(scene)?),
@@ -127,6 +137,7 @@ impl Setup {
         let options = options(run, &scales)?
             .with_nodes(scene.rod.nodes.map_or(Nodes::Adaptive, Nodes::Fixed));
         Ok(Self {
+            load: model.load().or(load),
             model,
             options,
             scales,

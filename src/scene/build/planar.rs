@@ -45,12 +45,6 @@ impl ElasticPlane {
                 "rod.damping: a viscoelastic rod has strains of its own, and no elastic run; leave it out",
             ));
         }
-        if !scene.loads.distributed.is_zero() {
-            return Err(Error::domain(
-                "loads.distributed: an elastic rod in the plane is followed in closed form, which has no load along it; write model = \"cosserat\", give it \
-                 friction (damping), or inertia = \"full\" and a mass",
-            ));
-        }
         let plain = scene.dimensionless()?;
         let start = start(scene, &plain)?;
         let scales = scene.scales()?;

@@ -1,8 +1,9 @@
 //! A viscoelastic rod in a plane.
 
 use super::clamp::{self, Seen};
+use super::in_space::SpaceField;
 use super::planar::{body, resting, start};
-use super::{ModelKind, MotionModel};
+use super::{ElasticSpace, ModelKind, MotionModel};
 use crate::body::{Body, Frame};
 use crate::creep::kinematics::Local;
 use crate::creep::material::Material;
@@ -44,6 +45,15 @@ pub enum Field {
     Polynomial(Vec<f64>),
     /// That of an equilibrium.
     Equilibrium(Box<Equilibrium>),
+    /// That of one under a load along the rod, found in space.
+    Bearing {
+        /// The strains.
+        strains: Box<SpaceField>,
+        /// The length of the rod in their units.
+        length: f64,
+        /// Where the end is.
+        end: Vector2<f64>,
+    },
 }
 
 impl Field {
@@ -53,6 +63,9 @@ impl Field {
             Self::Polynomial(c) => c.iter().rev().fold(0.0, |sum, c| sum * s + c),
             // A rod of a chart has a curvature everywhere; NaN is refused by the run.
             Self::Equilibrium(rod) => rod.section(s).map_or(f64::NAN, |at| at.curvature),
+            Self::Bearing {
+                strains, length, ..
+            } => strains.at(s).map_or(f64::NAN, |e| e[BENDING] * length),
         })
     }
 
@@ -60,6 +73,7 @@ impl Field {
     pub(super) fn end(&self) -> Vector2<f64> {
         let curvature = match self {
             Self::Equilibrium(rod) => return Vector2::new(rod.x, rod.y),
+            Self::Bearing { end, .. } => return *end,
             Self::Polynomial(curvature) => curvature,
         };
         let rule = Rule::new(PANEL);
@@ -87,8 +101,19 @@ impl ViscousPlane {
     pub fn new(scene: &Scene) -> Result<Self> {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
         let law = scene.viscoelastic()?.measured(scales.measures());
+        let load = load_in_plane(scene)?;
         let strain = match &plain.start.place {
             Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
+            Place::Settled { .. } if load.is_some() => {
+                let space = ElasticSpace::new(&scene.lifted()?)?;
+                let end = space.end().translation.vector;
+                Field::Bearing {
+                    strains: Box::new(space.common.strain),
+                    length: scales.length,
+                    // Along d3, and against d2.
+                    end: Vector2::new(end.z, -end.y),
+                }
+            }
             _ => match start(scene, &plain)? {
                 None => {
                     stays_straight(&plain)?;
@@ -117,7 +142,7 @@ impl ViscousPlane {
         let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
         Ok(Self {
             body: body(&plain)?,
-            material: Material::new(law, [BENDING])?.under(load_in_plane(scene)?),
+            material: Material::new(law, [BENDING])?.under(load),
             strain,
             relaxed,
             velocity,

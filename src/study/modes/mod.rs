@@ -145,7 +145,13 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     let found = match (&scene.assembly, scene.is_planar()) {
         (Some(_), _) => assembled::of_assembly(scene),
         (None, _) if heavy => heavy::modes(scene),
-        (None, true) => planar::modes(&scene.standing()?, scene),
+        (None, true) => match scene.lifted_for_modes() {
+            Err(why) => Err(why),
+            Ok(Some(lifted)) => lifted
+                .standing()
+                .and_then(|still| assembled::modes(&still, &lifted)),
+            Ok(None) => planar::modes(&scene.standing()?, scene),
+        },
         (None, false) => assembled::modes(&scene.standing()?, scene),
     };
     let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;

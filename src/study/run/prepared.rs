@@ -44,6 +44,8 @@ pub(in crate::study) struct Light {
     pub load: Vector2<f64>,
     /// True if its mass is followed to first order.
     pub followed: bool,
+    /// sqrt(m L^3/EI) in the scene's units.
+    pub time: f64,
 }
 
 impl Light {
@@ -59,6 +61,7 @@ impl Light {
             eps: mass / scales.mass,
             eta: viscosity(scene)?.unwrap_or(0.0) / scales.viscosity(),
             load,
+            time: scales.time,
             followed: scene.rod.inertia == Inertia::FirstOrder,
         }))
     }
@@ -83,8 +86,12 @@ impl Prepared {
         let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
         let setup_kind = setup.model.kind();
         let scales = setup.scales;
-        let light = match setup.model.load() {
-            Some(load) => Light::new(scene, &scales, load)?,
+        let light = match setup.load {
+            // A load along the rod moves its equilibria and folds by more than its mass does.
+            Some(load) if scene.loads.distributed.is_zero() => {
+                Light::new(scene, &scene.scales()?, load)?
+            }
+            Some(_) => None,
             None => None,
         };
         Ok(Self {

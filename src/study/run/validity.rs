@@ -261,7 +261,7 @@ impl Prepared {
     fn mass_at_rest(&self) -> Option<SmallMass> {
         let light = self.light.as_ref()?;
         let rest = settled(&light.load).ok()?;
-        Some(SmallMass::new(light, rest.as_ref(), self.scales.time))
+        Some(SmallMass::new(light, rest.as_ref(), light.time))
     }
 }
 
@@ -272,6 +272,10 @@ impl Validity {
         branches: &[RunBranch],
         folds: &[FoldPassed],
     ) -> Option<Self> {
+        if prepared.kind().in_space() {
+            // Under a load along the rod folds and bounces are not those of the closed form.
+            return None;
+        }
         let (light, rest) = (prepared.light.as_ref()?, prepared.small_mass()?);
         let time = prepared.scales.time;
         let bounces = branches.iter().flat_map(|b| &b.bounces);

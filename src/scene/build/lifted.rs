@@ -1,0 +1,100 @@
+//! Planar rods under a load along them, as rods in space that stay in their plane.
+//!
+//! The closed form of the planar elastica knows no load along the rod. In space such a rod is one that is stiff out of its plane: its clamp has
+//! d3 along the tangent and d1 across the plane, about which it bends.
+
+use super::planar;
+use super::rod::rotation;
+use crate::error::{Error, Result};
+use crate::scene::{Diagonal, EndPose, Model, Orientation, Place, Scene, Section, Stiffness};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
+
+/// How much stiffer it is out of its plane, and against twist.
+const STIFFER: f64 = 1e4;
+
+/// d1 across the plane, d3 along +x.
+fn laid() -> UnitQuaternion<f64> {
+    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}
+
+impl Scene {
+    /// The scene of an elastic planar rod that bears a load along it, in space; None of any other.
+    ///
+    /// # Errors
+    /// As [`Scene::lifted`].
+    pub(in crate::scene) fn bearing_in_plane(&self) -> Result<Option<Self>> {
+        let elastic = self.is_planar() && self.rod.damping.is_none();
+        match elastic && self.light_load()?.is_some() {
+            true => self.lifted().map(Some),
+            false => Ok(None),
+        }
+    }
+
+    /// The scene in space whose small motions are those of a light planar rod under a load along it; None of any other planar rod.
+    ///
+    /// # Errors
+    /// A rod with friction; as [`Scene::lifted`].
+    pub(crate) fn lifted_for_modes(&self) -> Result<Option<Self>> {
+        if self.light_load()?.is_some() && self.rod.damping.is_some() {
+            return Err(Error::domain(
+                "the small motions of a planar rod with friction under a load along it are not found: write model = \"cosserat\", or leave out the mass of the \
+                 rod (a material by E, without a density)",
+            ));
+        }
+        self.bearing_in_plane()
+    }
+
+    /// A planar scene as one in space, the rod without its friction. An equilibrium of the planar elastica at the start says where the end is, and near which
+    /// shape: under a load along the rod that is another one.
+    ///
+    /// # Errors
+    /// As the start of a planar scene.
+    pub(in crate::scene) fn lifted(&self) -> Result<Self> {
+        let (plain, scales) = (self.dimensionless()?, self.scales()?);
+        let mut lifted = self.clone();
+        let stiffness = self.rod.bending_stiffness()?;
+        let rod = &mut lifted.rod;
+        rod.mass = self.rod.mass();
+        (rod.model, rod.material, rod.damping) = (Model::Cosserat, None, None);
+        rod.relaxation = Vec::new();
+        rod.section = Section::Diagonal(Diagonal {
+            bending: [stiffness.into(), (STIFFER * stiffness).into()],
+            torsion: (STIFFER * stiffness).into(),
+            shear: Stiffness::Rigid,
+            axial: Stiffness::Rigid,
+        });
+        let clamp = rotation(&self.clamp.orientation);
+        let q = (clamp * laid()).into_inner();
+        lifted.clamp.orientation = Orientation::Quaternion([q.w, q.i, q.j, q.k]);
+        match &self.start.place {
+            Place::Settled { .. } => {}
+            Place::Rest { .. } => {
+                return Err(Error::domain(
+                    "[start] rest: an elastic rod under its weight, or another load along it, does not rest straight: write settled = true, a position, or \
+                     lambda and kappa; or leave out its mass",
+                ));
+            }
+            _ => {
+                if let Some(at) = planar::start(self, &plain)? {
+                    let out = |x: Vector2<f64>| clamp * Vector3::new(x.x, x.y, 0.0);
+                    let curvature = at.section(0.0)?.curvature;
+                    let pull = Vector2::new(at.alpha.cos(), at.alpha.sin());
+                    let total = self.load_along()?.total(self.rod.length);
+                    let n = out(pull) * (-at.lambda.powi(2) * scales.force) + total;
+                    lifted.start.wrench =
+                        Some([0.0, 0.0, curvature * scales.energy, n.x, n.y, n.z]);
+                    let place = Vector3::from(self.clamp.position)
+                        + out(Vector2::new(at.x, at.y)) * self.rod.length;
+                    lifted.start.place = Place::Pose {
+                        pose: EndPose {
+                            position: place.into(),
+                            orientation: None,
+                        },
+                    };
+                }
+            }
+        }
+        Ok(lifted)
+    }
+}

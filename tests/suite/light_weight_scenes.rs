@@ -1,0 +1,339 @@
+//! Scenes of light rods under their weight, or another dead load along them: elastic and viscoelastic, in the plane and in space.
+
+use crate::support::assert_close;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+use snaprod::motion::{Motion, State};
+use snaprod::rod::{Distributed, EndConditions, Problem, Rod};
+use snaprod::scene::Scene;
+use snaprod::section::Linear;
+use snaprod::study::run::{Fields, Prepared, RunRecord, run};
+use snaprod::study::{Silent, Table, equilibrium, modes};
+
+fn parse(text: &str) -> Scene {
+    Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
+}
+
+fn ran(text: &str) -> (RunRecord, Table) {
+    let mut tables: Vec<Table> = Vec::new();
+    let prepared = Prepared::new(&parse(text)).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).expect("a run");
+    assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
+    (record, tables.swap_remove(0))
+}
+
+/// The place of the end in a row, the last or the first.
+fn end(table: &Table, last: bool) -> Vector3<f64> {
+    let rows = table.rows();
+    let row = if last { rows - 1 } else { 0 };
+    let planar = table.reals("z").is_empty();
+    let of = |name: &str| table.reals(name)[row];
+    Vector3::new(of("x"), of("y"), if planar { 0.0 } else { of("z") })
+}
+
+const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
+
+/// Catches a break of the load that the integration steps over, and a table that is not that of the scene: a rod under a load with a kink against scipy, split there
+/// (`tools/ref_load_table.py`), and tables that are polynomials, at rest and in motion.
+#[test]
+fn tables_along_the_rod_are_exact() {
+    let law = Linear::diagonal([1.0, 2.0], 1.0).expect("a law");
+    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    let rod = Rod::new(1.0, law)
+        .expect("a rod")
+        .with_clamp(Vector3::zeros(), turn);
+    let rows = [
+        (0.0, Vector3::new(0.0, -1.0, 0.0)),
+        (0.4, Vector3::new(2.0, -3.0, 0.0)),
+        (1.0, Vector3::new(-1.0, 0.5, 0.0)),
+    ];
+    let load = Distributed::table(&rows).expect("a table");
+    let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+    let problem = Problem::new(rod, free, 1e-14)
+        .expect("a problem")
+        .with_distributed(&load);
+    let base = Vector6::new(0.0, 0.0, -0.7, 0.9, -1.4, 0.0);
+    let found = problem.loaded_end(&base, false).expect("an end");
+    let at = &found.section;
+    let angle = at.directors[(1, 2)].atan2(at.directors[(0, 2)]);
+    for (got, want, name) in [
+        (at.position.x, 0.974767043215801, "x"),
+        (at.position.y, -0.202771435365372, "y"),
+        (angle, -0.352213907877506, "theta"),
+        (at.couple.z, -0.305708724232890, "m"),
+        (at.force.x, 0.2, "nx"),
+        (at.force.y, 0.15, "ny"),
+        (at.energy, 0.069616596676087, "energy"),
+        (found.potential, -0.299512186987247, "potential"),
+    ] {
+        assert_close(got, want, 1e-12, 1.0, name);
+    }
+    // c0 + c1 x as a polynomial, and as a table with a row too many.
+    let forms = [
+        "{ polynomial = [[0.0, -0.4], [0.3, -0.8]] }",
+        "{ table = [[0.0, 0.0, -0.4], [0.3, 0.09, -0.64], [1.0, 0.3, -1.2]] }",
+    ];
+    for kind in ["", "damping = 0.1\n"] {
+        let ends = forms.map(|form| {
+            let text = format!(
+                "{PLANE}{kind}[body]\nmass = 1.0\n[loads]\ndead = [0.0, -1.0]\ndistributed = {form}\n[start]\nsettled = true\nvelocity = [0.0, 0.3]\n\
+                 [run]\nduration = 0.5\nsamples = 3\ntolerance = 1e-11\n"
+            );
+            // A scene written out is the scene again.
+            let scene = parse(&text);
+            let again = toml::to_string(&scene).expect("TOML");
+            assert_eq!(parse(&again), scene, "{again}");
+            end(&ran(&text).1, true)
+        });
+        let off = (ends[0] - ends[1]).norm();
+        assert!(off < 1e-9, "{kind:?}: {off:e}");
+    }
+    let rest = forms.map(|form| {
+        let form = form.replace("[0.3, 0.09, -0.64]", "[0.3, 0.09, -0.64, 0.0]");
+        let form = form.replace("-0.4]", "-0.4, 0.0]").replace("-0.8]", "-0.8, 0.0]");
+        let form = form.replace("-1.2]", "-1.2, 0.0]");
+        let text = format!(
+            "[rod]\nmodel = \"cosserat\"\nlength = 1.0\n[rod.section]\nbending = [1.0, 1.5]\ntorsion = 0.8\n[end]\nforce = [0.3, 0.1, 0.2]\n\
+             [loads]\ndistributed = {form}\n[solve]\ntolerance = 1e-12\n"
+        );
+        equilibrium(&parse(&text)).expect("an equilibrium").found.end.position
+    });
+    assert!((rest[0] - rest[1]).norm() < 1e-12);
+    for (bad, words) in [
+        (
+            "{ table = [[0.0, 0.0, -1.0], [0.9, 0.0, -1.0]] }",
+            "the rod is 1 long",
+        ),
+        (
+            "{ table = [[0.0, 0.0, -1.0], [0.5, 0.0], [1.0, 0.0, 0.0]] }",
+            "loads.distributed.table[1]",
+        ),
+        (
+            "{ table = [[0.0, 0.0, -1.0], [0.5, 0.0, 1.0], [0.5, 0.0, 1.0], [1.0, 0.0, 0.0]] }",
+            "growing from 0",
+        ),
+        (
+            "{ table = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]], polynomial = [[0.0, 1.0]] }",
+            "keep one of the two",
+        ),
+        ("{ polynomial = [] }", "1 to 16"),
+    ] {
+        let text = format!(
+            "{PLANE}[body]\nmass = 1.0\n[loads]\ndistributed = {bad}\n[run]\nduration = 1.0\n"
+        );
+        let faults = Scene::parse(&text).unwrap_err().to_string();
+        assert!(faults.contains(words), "{words}: {faults}");
+    }
+}
+
+/// A rod of weight 1.5 that lies out of all planes, with friction or without.
+fn in_space(more: &str, start: &str, run: &str, drag: f64) -> String {
+    format!(
+        "[rod]\nmodel = \"cosserat\"\nlength = 1.2\nmass = 0.5\n{more}[rod.section]\nbending = [1.0, 1.4]\ntorsion = 0.9\naxial = 300.0\nshear = [150.0, 150.0]\n\
+         [rod.rest]\ncurvature = [0.3, -0.2]\n[clamp]\nrotation = {{ axis = [0.3, 1.0, 0.2], angle = 1.3 }}\n[body]\nmass = 1.0\njoint = \"weld\"\n\
+         inertia = [0.02, 0.02, 0.03]\n[loads]\ngravity = [0.2, 0.5, -3.0]\ndrag = {drag}\nrotational_drag = {drag}\n\
+         distributed = {{ table = [[0.0, 0.0, 0.0, 0.3], [0.5, 0.4, 0.0, 0.0], [1.2, 0.0, 0.2, -0.3]] }}\n\
+         [start]\n{start}\n[run]\n{run}\n"
+    )
+}
+
+/// Catches a load that viscoelastic rods do not feel, or feel otherwise than elastic ones: all creep, or swing, to the equilibrium of statics, and what starts there
+/// stays; frequencies of the settled rod with little friction are those without.
+#[test]
+fn rods_with_friction_creep_to_the_weighted_equilibrium() {
+    let settled = ran(&in_space(
+        "",
+        "settled = true",
+        "duration = 0.5\nsamples = 3\ntolerance = 1e-10",
+        0.0,
+    ));
+    let want = end(&settled.1, false);
+    assert!(
+        (end(&settled.1, true) - want).norm() < 1e-9,
+        "the elastic rod stays"
+    );
+    let statics = format!(
+        "{}[end]\nforce = [0.2, 0.5, -3.0]\n",
+        in_space("", "", "", 0.0)
+            .split("[body]")
+            .next()
+            .expect("a rod"),
+    ) + "[loads]\ngravity = [0.2, 0.5, -3.0]\ndistributed = { table = [[0.0, 0.0, 0.0, 0.3], [0.5, 0.4, 0.0, 0.0], [1.2, 0.0, 0.2, -0.3]] }\n";
+    let found = equilibrium(&parse(&statics)).expect("an equilibrium").found;
+    assert!(
+        (found.end.position - want).norm() < 1e-9,
+        "{} {want}",
+        found.end.position
+    );
+    let damping = "damping = { proportional = 0.3 }\n";
+    let stays = ran(&in_space(
+        damping,
+        "settled = true",
+        "duration = 0.5\nsamples = 3\ntolerance = 1e-9",
+        0.0,
+    ));
+    assert!(
+        (end(&stays.1, true) - want).norm() < 1e-8,
+        "the viscous rod stays"
+    );
+    let (record, creeps) = ran(&in_space(
+        damping,
+        "",
+        "duration = 60.0\nsamples = 3\ntolerance = 1e-8",
+        2.0,
+    ));
+    assert!(
+        (end(&creeps, true) - want).norm() < 1e-6,
+        "{} {want}",
+        end(&creeps, true)
+    );
+    assert!(
+        record.energy_error().0 < 1e-6,
+        "{:?}",
+        record.energy_error()
+    );
+    let of = |more: &str| {
+        let scene = parse(&in_space(more, "settled = true", "duration = 1.0", 0.0));
+        modes(&scene).expect("modes").motions
+    };
+    let (light, rubbed) = (of(""), of("damping = { proportional = 1e-7 }\n"));
+    let slow = rubbed.eigenvalues.expect("eigenvalues");
+    let slow: Vec<f64> = slow.iter().map(|s| s.im).filter(|im| *im > 0.0).collect();
+    assert_close(
+        slow[0],
+        light.modes[0].angular_frequency,
+        1e-5,
+        slow[0],
+        "frequency",
+    );
+}
+
+/// A planar rod of friction `eta`, 0 for none, settled under a load and thrown.
+fn thrown(eta: f64, more: &str, run: &str) -> String {
+    let damping = match eta {
+        0.0 => String::new(),
+        eta => format!("damping = {{ proportional = {eta} }}\n"),
+    };
+    format!(
+        "{PLANE}{damping}{more}[clamp]\nangle = 0.4\n[body]\nmass = 1.0\n[loads]\ndead = [0.3, -1.5]\ndistributed = [0.4, -2.0]\n\
+         [start]\nsettled = true\nvelocity = [0.2, 0.6]\n[run]\n{run}\n"
+    )
+}
+
+/// Catches a load that the elastic rod of a plane feels in space alone, or with another sign or unit: its motion is the limit of that with friction, and that the limit
+/// of the rod with mass, whose inertia alone makes a difference of the order of its mass.
+#[test]
+fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
+    let run = "duration = 0.8\nsamples = 3\ntolerance = 1e-10";
+    let (record, elastic) = ran(&thrown(0.0, "", run));
+    assert!(
+        record.energy_error().0 < 1e-8,
+        "{:?}",
+        record.energy_error()
+    );
+    let elastic = end(&elastic, true);
+    let rubbed =
+        [1e-3, 5e-4].map(|eta| (end(&ran(&thrown(eta, "", run)).1, true) - elastic).norm());
+    let order = (rubbed[0] / rubbed[1]).log2();
+    assert!(
+        (0.9..1.1).contains(&order) && rubbed[1] < 1e-2,
+        "{rubbed:?}"
+    );
+    let light = end(&ran(&thrown(0.05, "", run)).1, true);
+    let heavy = [0.02, 0.01, 0.005].map(|eps| {
+        let more = format!("mass = {eps}\ninertia = \"full\"\n");
+        (end(&ran(&thrown(0.05, &more, run)).1, true) - light).norm()
+    });
+    for pair in heavy.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((0.85..1.15).contains(&order), "{heavy:?}");
+    }
+    // Their own weight is mass times gravity along them.
+    let own = |load: &str, mass: &str| {
+        let text = format!(
+            "{PLANE}{mass}[body]\nmass = 1.0\n[loads]\n{load}\n[start]\nposition = [0.6, -0.5]\nsheet = \"lowest\"\n[run]\nduration = 0.1\nsamples = 3\n"
+        );
+        end(&ran(&text).1, true)
+    };
+    let weight = own("gravity = [0.0, -2.0]", "mass = 0.4\n");
+    let given = own("gravity = [0.0, -2.0]\ndistributed = [0.0, -0.8]", "");
+    assert!((weight - given).norm() < 1e-12);
+}
+
+/// Catches a fold that the load moves and the landing that does not know it, or energy that the load gives or takes at a snap and the ledger does not.
+#[test]
+fn the_ledger_closes_through_a_snap_under_a_load() {
+    let text = |load: f64| {
+        format!(
+            "{PLANE}[body]\nmass = 1.0\n[loads]\ndistributed = [0.0, {load:?}]\n[start]\nlambda = 6.4292\np = 0.855\nvelocity = [-0.799, -0.033]\n\
+             [run]\nduration = 0.15\nsamples = 7\ntolerance = 1e-9\n"
+        )
+    };
+    for load in [-1.5, 1.5] {
+        let (record, table) = ran(&text(load));
+        let snaps = &record.branches[0].snaps;
+        assert!(!snaps.is_empty(), "it snaps");
+        assert!(snaps[0].released > 0.1, "{snaps:?}");
+        let (absolute, _) = record.energy_error();
+        assert!(absolute < 1e-7, "{absolute:e}");
+        // It stays in its plane.
+        assert!(table.reals("z").iter().all(|z| z.abs() < 1e-9));
+    }
+}
+
+/// Catches weight and load of the rods of an assembly that are not those of one rod, in whichever direction it is written, and rods that cannot bear any.
+#[test]
+fn rods_of_assemblies_bear_their_weight() {
+    let one = ran(&in_space(
+        "",
+        "settled = true\nvelocity = [0.3, -0.2, 0.1]\nangular_velocity = [0.2, 0.4, -0.3]",
+        "duration = 0.6\nsamples = 3\ntolerance = 1e-10",
+        0.0,
+    ));
+    let rod = "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.2\nmass = 0.5\nsection = { bending = [1.0, 1.4], torsion = 0.9, axial = 300.0, shear = [150.0, 150.0] }\n\
+               rest = { curvature = [0.3, -0.2] }\n\
+               distributed = { table = [[0.0, 0.0, 0.0, 0.3], [0.5, 0.4, 0.0, 0.0], [1.2, 0.0, 0.2, -0.3]] }\n";
+    let text = |rod: &str| {
+        format!(
+            "{rod}from = {{ rotation = {{ axis = [0.3, 1.0, 0.2], angle = 1.3 }} }}\nto = {{ body = \"m\" }}\n[[body]]\nname = \"m\"\nmass = 1.0\n\
+             inertia = [0.02, 0.02, 0.03]\nvelocity = [0.3, -0.2, 0.1]\nangular_velocity = [0.2, 0.4, -0.3]\n[loads]\ngravity = [0.2, 0.5, -3.0]\n\
+             [run]\nduration = 0.6\nsamples = 3\ntolerance = 1e-10\n"
+        )
+    };
+    let scene = parse(&text(rod));
+    assert_eq!(parse(&toml::to_string(&scene).expect("TOML")), scene);
+    let setup = snaprod::scene::AssemblySetup::new(&scene).expect("an assembly");
+    let (mut run, index) = setup.motion(&scene).expect("a motion");
+    assert_eq!(index, Some(0));
+    while run.advance().is_some() {}
+    let place = run.sample_now().bodies()[0].pose.translation.vector * setup.scales.length;
+    let want = end(&one.1, true);
+    assert!((place - want).norm() < 1e-8, "{place} {want}");
+    // A rod between two ball joints, and one with a free end.
+    let pinned = text(rod)
+        .replace("from = { ", "from = { joint = \"ball\", ")
+        .replace("body = \"m\" }", "body = \"m\", joint = \"ball\" }");
+    let why = snaprod::scene::AssemblySetup::new(&parse(&pinned))
+        .unwrap_err()
+        .to_string();
+    assert!(why.contains("weld one of its ends"), "{why}");
+    let loose = format!(
+        "{}\n[[rod]]\nname = \"b\"\nmodel = \"cosserat\"\nlength = 0.5\nmass = 0.1\nsection = {{ bending = [1.0, 1.0], torsion = 1.0 }}\n\
+                         from = {{ body = \"m\" }}\nto = \"free\"\n",
+        text(rod)
+    );
+    let why = snaprod::scene::AssemblySetup::new(&parse(&loose))
+        .unwrap_err()
+        .to_string();
+    assert!(why.contains("put a small body at its end"), "{why}");
+    // On a clamp that turns the load would turn with time.
+    let turning = in_space("", "settled = true", "duration = 1.0", 0.0).replace(
+        "angle = 1.3 }",
+        "angle = 1.3 }\nmotion = { turn = { rate = 1.0, axis = [0.0, 0.0, 1.0] } }",
+    );
+    let why = Prepared::new(&parse(&turning))
+        .err()
+        .expect("a refusal")
+        .to_string();
+    assert!(why.contains("is followed as an assembly"), "{why}");
+}
