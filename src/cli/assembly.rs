@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
 use snaprod::plot::{self, Energies, RodShapes, SpaceRod, rod_shapes};
-use snaprod::scene::{Scene, Units};
+use snaprod::scene::{RodMassNote, Scene, Units};
 use snaprod::study::Solid;
 use snaprod::study::assembly::{
     self, AssemblyEquilibriumRecord, AssemblyPrepared, AssemblyRunBranch, AssemblyRunRecord,
@@ -128,6 +128,9 @@ fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     };
     if let Some(why) = record.warning() {
         line(format!("note: {why}"));
+    }
+    for said in record.masses.iter().filter_map(RodMassNote::text) {
+        line(said);
     }
     for branch in &record.branches {
         if record.branches.len() > 1 {

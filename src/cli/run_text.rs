@@ -3,7 +3,7 @@
 use super::files::{number, rounded};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
-use snaprod::scene::Units;
+use snaprod::scene::{RodMassNote, Units};
 use snaprod::study::run::{Follows, ModelKind, RunBranch, RunRecord, Spring, Validity};
 use std::path::Path;
 
@@ -24,6 +24,12 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
     let u = record.units;
     let mut lines = Vec::new();
     lines.extend(record.warning().map(|why| format!("note: {why}")));
+    // Where a verdict on it follows, only what the scene does not say.
+    let said = record
+        .mass
+        .iter()
+        .filter(|mass| mass.by_default || record.validity.is_none());
+    lines.extend(said.filter_map(RodMassNote::text));
     if let Some(Ok(found)) = &record.spring {
         lines.push(spring(found, u));
     }

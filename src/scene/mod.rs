@@ -62,6 +62,7 @@ mod build;
 mod ends;
 mod fault;
 mod groove;
+mod light;
 mod loads;
 mod parameter;
 mod print;
@@ -93,6 +94,7 @@ pub use ends::{
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
+pub use light::RodMassNote;
 pub use loads::{Force, Load, LoadAlong, Loads};
 pub use parameter::Parameter;
 pub use read::{json_schema, reference};

@@ -37,7 +37,7 @@ impl Serialize for Scene {
             }
         }
         if self.rod.damping.is_none()
-            && self.rod.inertia == super::Inertia::None
+            && !self.rod.is_heavy()
             && let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut)
         {
             // That of every elastic run that asks for none.

@@ -39,9 +39,13 @@ pub struct Rod {
     /// Mass > 0 of the whole rod; `None`: as material and section have it, see [`Rod::mass`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// What its mass does in a motion; default nothing.
-    #[serde(skip_serializing_if = "Inertia::is_none")]
-    pub inertia: Inertia,
+    /// What its mass does in a motion; by default [`Inertia::FirstOrder`] of a light elastic rod where that can be followed, else nothing,
+    /// which is `None`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<Inertia>,
+    /// True if the scene left that open, and it was chosen.
+    #[serde(skip)]
+    pub inertia_chosen: bool,
     /// Inertia > 0 of the sections per length about d1, d2, d3, in space; `None`: as shape, or axial stiffness, have it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub section_inertia: Option<[f64; 3]>,
@@ -90,6 +94,16 @@ impl Rod {
     /// The mass of the rod: as it is given, or if its material has a density and its section a shape.
     pub fn mass(&self) -> Option<f64> {
         self.mass.or_else(|| self.mass_of_material())
+    }
+
+    /// True if all of its mass counts in a motion.
+    pub fn is_heavy(&self) -> bool {
+        self.inertia == Some(Inertia::Full)
+    }
+
+    /// True if its mass is followed to first order in a motion.
+    pub fn is_light(&self) -> bool {
+        self.inertia == Some(Inertia::FirstOrder)
     }
 
     fn mass_of_material(&self) -> Option<f64> {
@@ -141,22 +155,15 @@ impl Material {
 }
 
 /// What the mass of a rod does in a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inertia {
     /// Nothing: the rod is as light as one without mass.
-    #[default]
     None,
     /// All of it: the rod is a continuum with kinetic energy and weight, and has vibrations of its own.
     Full,
-    /// Kinetic energy and weight of the rod in equilibrium with its end. Not built.
+    /// Kinetic energy and weight of the rod in equilibrium with its end (theory 2.9, 3.9).
     FirstOrder,
-}
-
-impl Inertia {
-    fn is_none(&self) -> bool {
-        *self == Self::None
-    }
 }
 
 /// Which way the rectangle of a planar rod bends.

@@ -34,6 +34,8 @@ mod elliptic;
 mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
+#[cfg(feature = "scene")]
+mod first_order_scenes;
 mod first_order_space;
 #[cfg(feature = "cli")]
 mod free_ends;

@@ -10,6 +10,7 @@ model = "elastica"
 length = 1.0
 bending_stiffness = 1.0
 mass = 1e-4
+inertia = "none"
 [body]
 mass = 1.0
 [start]
@@ -180,7 +181,10 @@ fn first_order_is_refused_where_it_is_not_followed() {
             "{faults}"
         );
     }
-    let massless = SNAP.replace("mass = 1e-4\n", "inertia = \"first-order\"\n");
+    let massless = SNAP.replace(
+        "mass = 1e-4\ninertia = \"none\"\n",
+        "inertia = \"first-order\"\n",
+    );
     let faults = Scene::parse(&massless).unwrap_err().to_string();
     assert!(faults.contains("mass"), "{faults}");
 }

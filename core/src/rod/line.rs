@@ -467,7 +467,7 @@ pub(super) fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
 }
 
 /// The clamp with unit columns, and for 6..9 its turn at a given base wrench and load.
-fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64; K]; 3]; 2]) {
+pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64; K]; 3]; 2]) {
     let mut clamp = LineState::clamp();
     for j in 6..K {
         clamp.tangent[j - 6][j] = 1.0;

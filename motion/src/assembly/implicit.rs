@@ -103,6 +103,10 @@ impl Assembly {
                 view += follows.fixed_columns::<6>(6 * i) * carried(arm);
             }
         }
+        let with_rods = match self.feels_rods() {
+            true => Some(self.feel_rods(&at, tolerance, &mut wrenches)?),
+            false => None,
+        };
         let mut rates = DVector::zeros(state.len());
         let mut twists = DMatrix::zeros(6 * bodies.len(), total);
         let mut by_wrench = DMatrix::zeros(total, 6 * bodies.len());
@@ -170,6 +174,11 @@ impl Assembly {
             }
         }
         by_place += by_wrench * (by_twists * &twists);
+        if let Some(together) = with_rods {
+            // The inertia of the rods itself changes little on the way: that is left to the iteration.
+            by_place = &together * by_place;
+            by_velocity = together * by_velocity;
+        }
         let time = self.time_slot();
         rates.as_mut_slice()[time..].copy_from_slice(&[1.0, power, loss]);
         let finite = rates.iter().chain(by_place.iter()).all(|x| x.is_finite());

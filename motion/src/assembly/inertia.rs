@@ -1,10 +1,10 @@
-//! Rods of small mass between bodies: their inertia and weight to first order (theory 3.9).
+//! Rods of small mass between bodies: their inertia to first order (theory 3.9).
 //!
-//! The rod stays on its equilibria between its attachments. What it adds to their equations of motion is that of the rod in
-//! (Omega, V, q') ([`Rod::generalized_inertia`](crate::rod::Rod::generalized_inertia)), its chart's rate q' replaced by what the
-//! attachments prescribe: q' = J^-1 xi, and, with the attachments' accelerations E',
+//! The rod stays on its equilibria between its attachments, under its load. What it adds to their equations of motion is that of the rod in
+//! (V, b', Omega) ([`Rod::generalized_inertia`](crate::rod::Rod::generalized_inertia)), seen along the directors of its base as they are now, b' the
+//! rate of the base wrench. Its chart follows the attachments (`along`), b' = q' + Omega x b, and so do their accelerations,
 //! ```text
-//! q'' = J^-1 (drive E' + drive xi_0 - D^2(end)[q', q']),     xi_0 = xi' while E' = 0.
+//! J b'' = (what J q' is of the accelerations) - D^2(end)[(b', Omega), (b', Omega)].
 //! ```
 //! So base and end feel a mass matrix of 12 x 12, which couples them, and a force; the accelerations of all bodies follow from one
 //! linear system.
@@ -21,13 +21,14 @@ const CLEAR: [f64; 2] = [2.0, 3.0];
 /// A fold is looked for within this part of the base wrench, where the rod's normal form tells of it.
 const NEAR: f64 = 0.25;
 
+/// The inertia of a rod is known with a tolerance that is looser at most by so much.
+const LOOSER: f64 = 100.0;
+
 /// What is known of the mass of a rod that is followed to first order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightRod {
-    /// Its mass and the inertia of its sections.
+    /// Its mass and the inertia of its sections. Its weight is a load along the rod ([`Link::with_distributed`]).
     pub sections: SectionMass,
-    /// Acceleration of gravity, in the world.
-    pub gravity: Vector3<f64>,
     /// True while the motion feels it.
     pub followed: bool,
 }
@@ -35,8 +36,10 @@ pub struct LightRod {
 /// A light rod at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weighed {
-    /// Kinetic energy, and potential of the weight.
-    pub energies: [f64; 2],
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Its centre of mass, in the world.
+    pub centre: Vector3<f64>,
     /// (angular momentum about the base attachment, momentum), in the world.
     pub momentum: Vector6<f64>,
 }
@@ -50,10 +53,10 @@ struct Felt {
 /// The rod as it moves.
 struct Moving {
     inertia: Generalized,
-    /// (Omega, V, q') by the twists of base and end in the world, and what they are.
+    /// (V, b', Omega) by the twists of base and end in the world, and what they are.
     by_twists: SMatrix<f64, 12, 12>,
     now: SVector<f64, 12>,
-    /// q'' while nothing accelerates the attachments.
+    /// b'' while nothing accelerates the attachments.
     bent: Vector6<f64>,
 }
 
@@ -89,43 +92,52 @@ impl Link {
         tolerance: f64,
     ) -> Option<Moving> {
         let back = point.base.pose.rotation.to_rotation_matrix().transpose();
-        let (spin, v) = halves(&point.base.twist);
-        let (spin, v) = (back * spin, back * v);
         let factors = self.regular(&point.end)?;
         let scale = self.gap_scale(&point.end);
-        let rate = factors.solve(&(scale * point.drive()))?;
-        let motion = Swaying {
-            rate,
-            spin,
-            gravity: back * light.gravity,
-        };
-        let rod = self.rod();
-        let inertia = (rod.generalized_inertia(&light.sections, q, &motion, tolerance)).ok()?;
-        let mut by_twists = SMatrix::<f64, 12, 12>::zeros();
-        for row in [0, 3] {
-            by_twists
-                .fixed_view_mut::<3, 3>(row, row)
-                .copy_from(back.matrix());
-        }
         let chart = factors.solve(&(scale * point.drive_by_twists()))?;
-        by_twists.fixed_rows_mut::<6>(6).copy_from(&chart);
-        let (turned, moved) = halves(&point.relative_twist());
-        let apart = back * (point.tip.pose.translation.vector - point.base.pose.translation.vector);
-        let still = joined(
-            &-spin.cross(&turned),
-            &-spin.cross(&(moved * 2.0 + spin.cross(&apart))),
-        );
-        let second = self.second(&inertia);
-        let bent = factors.solve(&(scale * (point.end.drive * still - second)))?;
-        let mut now = SVector::<f64, 12>::zeros();
-        now.fixed_rows_mut::<6>(0).copy_from(&joined(&spin, &v));
-        now.fixed_rows_mut::<6>(6).copy_from(&rate);
+        let mut by_twists = SMatrix::<f64, 12, 12>::zeros();
+        let mut turned = |row: usize, column: usize, block: &Matrix3<f64>| {
+            let mut view = by_twists.fixed_view_mut::<3, 3>(row, column);
+            view += block * back.matrix();
+        };
+        turned(0, 3, &Matrix3::identity());
+        turned(9, 0, &Matrix3::identity());
+        let (m, n) = halves(q);
+        turned(3, 0, &-m.cross_matrix());
+        turned(6, 0, &-n.cross_matrix());
+        let mut rows = by_twists.fixed_rows_mut::<6>(3);
+        rows += chart;
+        let mut twists = SVector::<f64, 12>::zeros();
+        twists.fixed_rows_mut::<6>(0).copy_from(&point.base.twist);
+        twists.fixed_rows_mut::<6>(6).copy_from(&point.tip.twist);
+        let now = by_twists * twists;
+        let motion = Swaying {
+            rate: now.fixed_rows::<6>(3).into_owned(),
+            spin: now.fixed_rows::<3>(9).into_owned(),
+        };
+        let inertia = self.inertia(light, (q, point), &motion, tolerance)?;
+        let bent = factors.solve(&-(scale * self.second(&inertia)))?;
         Some(Moving {
             inertia,
             by_twists,
             now,
             bent,
         })
+    }
+
+    fn inertia(
+        &self,
+        light: &LightRod,
+        (q, point): (&Wrench, &LinkPoint),
+        motion: &Swaying,
+        tolerance: f64,
+    ) -> Option<Generalized> {
+        let seen = self.facing(&point.base.pose.rotation);
+        let rod = (q, seen.borne());
+        (self
+            .rod()
+            .generalized_inertia(&light.sections, rod, motion, tolerance))
+        .ok()
     }
 
     /// The second derivative of what its attachment holds, in the rows of the Jacobian.
@@ -147,8 +159,8 @@ impl Link {
         let moving = self.moving(light, (q, point), tolerance)?;
         let Generalized { matrix, force, .. } = &moving.inertia;
         let by_twists = &moving.by_twists;
+        let bending = matrix.fixed_columns::<6>(3) * moving.bent;
         let matrix = by_twists.tr_mul(&(matrix * by_twists));
-        let bending = moving.inertia.matrix.fixed_columns::<6>(6) * moving.bent;
         // An attachment beside the reference point of its body is accelerated by the turning of that alone.
         let mut swung = SVector::<f64, 12>::zeros();
         for (k, lever) in self.levers(bodies).into_iter().enumerate() {
@@ -202,10 +214,8 @@ impl Link {
         let motion = Swaying {
             rate: z,
             spin: Vector3::zeros(),
-            gravity: Vector3::zeros(),
         };
-        let rod = self.rod();
-        let inertia = (rod.generalized_inertia(&light.sections, q, &motion, tolerance)).ok()?;
+        let inertia = self.inertia(light, (q, point), &motion, tolerance)?;
         let bend = u.dot(&(scale * self.second(&inertia)));
         let drive = u.dot(&(scale * point.drive()));
         let away = bend * drive >= 0.0;
@@ -224,7 +234,7 @@ impl Link {
             Joint::Ball | Joint::Pins => force,
         };
         let stiffness = (along / size).abs();
-        let mass = z.dot(&(inertia.matrix.fixed_view::<6, 6>(6, 6) * z));
+        let mass = z.dot(&(inertia.matrix.fixed_view::<6, 6>(3, 3) * z));
         let ahead = sigma * sigma / (4.0 * drive * bend);
         Some(Passage {
             way: sigma / (2.0 * bend),
@@ -250,7 +260,7 @@ impl Assembly {
     ///
     /// # Errors
     /// A rod between two ball joints; one whose attachment moves by itself, or is on a body in a groove; a section law that is not
-    /// linear; a load along the rod beside its weight; a mass or inertia that is not finite and positive.
+    /// linear; a mass or inertia that is not finite and positive.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         for (k, light) in light.iter().enumerate() {
             let Some(light) = light else { continue };
@@ -272,9 +282,6 @@ impl Assembly {
             }
             if !link.rod().sways() {
                 return refuse("its section law is not linear");
-            }
-            if link.distributed().is_some() {
-                return refuse("it bears a load along it of its own");
             }
             for site in [link.from(), link.to()] {
                 match &site.on {
@@ -324,33 +331,39 @@ impl Assembly {
         let light = self.light.get(k)?.as_ref()?;
         let point = &at.points[k];
         let moving = self.links[k].moving(light, (&at.now.charts[k], point), tolerance)?;
-        let momentum: SVector<f64, 12> = moving.inertia.matrix * moving.now;
+        let Generalized {
+            matrix,
+            centre,
+            momentum,
+            ..
+        } = &moving.inertia;
+        let mass = light.sections.mass;
+        let all: SVector<f64, 12> = matrix * moving.now;
+        let v = moving.now.fixed_rows::<3>(0);
         let turn = point.base.pose.rotation;
-        let centre = point.base.pose.translation.vector + turn * moving.inertia.centre;
-        let (angular, linear) = halves(&momentum.fixed_rows::<6>(0).into_owned());
+        let angular = momentum + centre.cross(&v) * mass;
         Some(Weighed {
-            energies: [
-                0.5 * moving.now.dot(&momentum),
-                -light.sections.mass * light.gravity.dot(&centre),
-            ],
-            momentum: joined(&(turn * angular), &(turn * linear)),
+            kinetic: 0.5 * moving.now.dot(&all),
+            centre: point.base.pose.translation.vector + turn * centre,
+            momentum: joined(&(turn * angular), &(turn * all.fixed_rows::<3>(0))),
         })
     }
 
-    /// Kinetic energy and potential of the rods whose mass is felt.
-    pub fn rod_energies(&self, at: &Evaluated, tolerance: f64) -> [f64; 2] {
+    /// Kinetic energy of the rods whose mass is felt.
+    pub fn rod_kinetic(&self, at: &Evaluated, tolerance: f64) -> f64 {
         let felt = self.light_rods().filter(|(_, light)| light.followed);
-        let energies = felt.filter_map(|(k, _)| Some(self.weighed(k, at, tolerance)?.energies));
-        energies.fold([0.0; 2], |sum, [a, b]| [sum[0] + a, sum[1] + b])
+        felt.filter_map(|(k, _)| Some(self.weighed(k, at, tolerance)?.kinetic))
+            .sum()
     }
 
-    /// Adds to the wrenches on the bodies those of the inertia and the weight of the rods; None where one cannot be followed.
+    /// Adds to the wrenches on the bodies those of the inertia of the rods; None where one cannot be followed. Returns what the accelerations
+    /// of the bodies alone, in their own velocities, become with the rods.
     pub(super) fn feel_rods(
         &self,
         at: &Evaluated,
         tolerance: f64,
         wrenches: &mut [Vector6<f64>],
-    ) -> Option<()> {
+    ) -> Option<DMatrix<f64>> {
         let (bodies, t) = (&at.now.bodies, at.integrals.time);
         let (starts, total) = self.freedoms();
         let own = self.own_twists(bodies);
@@ -373,10 +386,18 @@ impl Assembly {
             rows += own[body].tr_mul(&(masses[body] * alone.acceleration));
             free.push(alone.acceleration);
         }
+        let alone = matrix.clone();
         for (k, light) in self.light_rods().filter(|(_, light)| light.followed) {
             let link = &self.links[k];
-            let felt = link.felt(light, (&at.now.charts[k], &at.points[k]), bodies, tolerance)?;
             let levers = link.levers(bodies);
+            // Accelerations feel errors of the inertia by the part that it is of the whole.
+            let held = levers
+                .iter()
+                .flatten()
+                .map(|(body, _)| masses[*body][(5, 5)]);
+            let part = light.sections.mass / held.fold(f64::INFINITY, f64::min);
+            let tolerance = tolerance * (1.0 / part).clamp(1.0, LOOSER);
+            let felt = link.felt(light, (&at.now.charts[k], &at.points[k]), bodies, tolerance)?;
             for (i, lever) in levers.iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
                 let onto = carried(arm).transpose();
@@ -394,13 +415,14 @@ impl Assembly {
                 }
             }
         }
-        let together = matrix.cholesky()?.solve(&right);
+        let factors = matrix.cholesky()?;
+        let together = factors.solve(&right);
         for (body, carrier) in self.carriers.iter().enumerate() {
             let rows = together.rows(starts[body], carrier.freedoms());
             let change = &own[body] * rows - free[body];
             wrenches[body] += masses[body] * change;
         }
-        Some(())
+        Some(factors.solve(&alone))
     }
 }
 
@@ -435,7 +457,6 @@ mod tests {
                     mass: EPS,
                     rotary: Vector3::zeros(),
                 },
-                gravity: Vector3::zeros(),
                 followed: true,
             };
             let assembly = Assembly::new(vec![body], vec![link]).unwrap();

@@ -1,6 +1,7 @@
 //! Several rods and bodies.
 
 use super::clamp::moving;
+use super::light::light;
 use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
@@ -57,6 +58,7 @@ impl AssemblySetup {
         });
         let carriers = carriers.collect::<Result<Vec<Carrier>>>()?;
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
+        let mut masses = Vec::new();
         for rod in &given.rods {
             let own = rod.rod.unclamped()?.measured(scales.measures());
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
@@ -78,6 +80,7 @@ impl AssemblySetup {
                 Some(load) => link.with_distributed(load).map_err(named)?,
             });
             reversed.push(turned);
+            masses.push(light(&rod.rod, &scales).map_err(named)?);
         }
         let free = given.free.iter().map(|rod| {
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
@@ -118,7 +121,8 @@ impl AssemblySetup {
                     given.bodies.iter().map(|body| body.name.clone()).collect(),
                     given.rods.iter().map(|rod| rod.name.clone()).collect(),
                 )
-                .with_free(free)?,
+                .with_free(free)?
+                .with_light_rods(masses)?,
             scales,
             reversed,
             guess: guess.collect(),

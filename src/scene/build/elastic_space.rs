@@ -1,8 +1,11 @@
 //! An elastic rod in space.
 
 use super::in_space::{InSpace, SpaceField};
+use super::light::light;
 use super::{ModelKind, MotionModel};
-use crate::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place as Held};
+use crate::assembly::{
+    Assembly, Attachment, Carrier, Configuration, Joint, LightRod, Link, Place as Held,
+};
 use crate::body::{Frame, Groove};
 use crate::error::{Error, Result};
 use crate::motion::assembly::AssemblyRun;
@@ -33,6 +36,8 @@ pub struct ElasticSpace {
     groove: Option<Groove>,
     /// Whether the start is the equilibrium in the groove.
     settled: bool,
+    /// The mass of the rod, where it is followed to first order.
+    light: Option<LightRod>,
 }
 
 impl ElasticSpace {
@@ -67,6 +72,7 @@ impl ElasticSpace {
             None => None,
         };
         let mut model = Self {
+            light: light(&scene.rod, &scene.scales()?)?,
             rod: common.rod.measured(measures),
             chart,
             end,
@@ -118,7 +124,10 @@ impl ElasticSpace {
             bodies: vec![Held { pose, twist }],
             charts: vec![self.chart],
         };
-        let assembly = Assembly::new(vec![carrier], vec![link])?;
+        let mut assembly = Assembly::new(vec![carrier], vec![link])?;
+        if let Some(light) = &self.light {
+            assembly = assembly.with_light_rods(vec![Some(light.clone())])?;
+        }
         if self.settled {
             start = assembly.equilibrium(None, SETTLED)?.now;
             start.bodies[0].twist = twist;
@@ -153,6 +162,10 @@ impl MotionModel for ElasticSpace {
         let moves = |name: &StrainName| (*name as usize) < 3 || !rigid[*name as usize - 3];
         let names = StrainName::ALL.iter().filter(|name| moves(name));
         names.map(|name| (name.as_str(), *name as usize)).collect()
+    }
+
+    fn is_heavy(&self) -> bool {
+        self.light.is_some()
     }
 
     fn start_index(&self) -> Option<usize> {

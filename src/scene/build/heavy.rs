@@ -17,9 +17,7 @@ use crate::motion::inertia::{HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
 use crate::rod::Distributed;
-use crate::scene::{
-    Dimensionless, Inertia, Place, Scene, Section, StrainField, StrainName, StrainRate,
-};
+use crate::scene::{Dimensionless, Place, Scene, StrainField, StrainName, StrainRate};
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -74,7 +72,7 @@ fn law(scene: &Scene, active: &[usize]) -> Result<Law> {
 
 /// Mass of the rod over that of the body.
 fn mass(scene: &Scene) -> Result<f64> {
-    if scene.rod.inertia != Inertia::Full {
+    if !scene.rod.is_heavy() {
         return Err(Error::domain(
             "rod.inertia: a rod with mass has inertia = \"full\"",
         ));
@@ -283,26 +281,7 @@ impl HeavySpace {
 /// Inertia of the sections per length, about their middle along their directors, in units of the rod.
 fn rotary(scene: &Scene) -> Result<Matrix3<f64>> {
     let scales = scene.scales()?;
-    let rod = &scene.rod;
-    let per_length = rod.mass().unwrap_or(f64::NAN) / rod.length;
-    let both = |[a, b]: [f64; 2]| [a, b, a + b].map(|x| x * per_length);
-    let shape = match &rod.section {
-        Section::Outline(outline) => Some(outline.shape),
-        Section::Profile(profile) => Some(profile.shape),
-        _ => None,
-    };
-    let found = match (rod.section_inertia, shape) {
-        (Some(given), _) => Some(given),
-        (None, Some(shape)) => Some(both(shape.second_moments().map(|i| i / shape.area()))),
-        (None, None) => {
-            // The radii of gyration that the stiffnesses of a homogeneous section tell.
-            let law = scene.cosserat_rod()?.law().clone();
-            let axial = law.rigid()[2];
-            let tangent = law.free(0.0, &law.unloaded(0.0)?)?.tangent;
-            (!axial).then(|| both([0, 1].map(|k| tangent[(k, k)] / tangent[(5, 5)])))
-        }
-    };
-    let found = found.ok_or_else(|| {
+    let found = scene.rod.rotary_inertia()?.ok_or_else(|| {
         Error::domain(
             "rod.section_inertia is missing: a rod in space with mass turns its sections, and neither a shape nor an axial stiffness tells \
              their inertia; write section_inertia = [1e-6, 1e-6, 2e-6] (mass per length times the squares of the radii of gyration)",

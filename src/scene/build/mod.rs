@@ -6,6 +6,7 @@ mod elastic_space;
 mod heavy;
 mod in_space;
 mod lifted;
+mod light;
 mod loads;
 mod planar;
 mod rod;
@@ -21,7 +22,7 @@ pub use planar::ElasticPlane;
 pub use space::ViscousSpace;
 pub use viscous::ViscousPlane;
 
-use super::{Inertia, Run, Scales, Scene};
+use super::{Run, Scales, Scene};
 use crate::body::Frame;
 use crate::error::{Quantity, Result};
 use crate::motion::reduction::{Reduction, Refusal};
@@ -127,8 +128,8 @@ impl Setup {
         let scene = bearing.as_ref().unwrap_or(scene);
         let (run, scales) = (scene.run()?, scene.scales()?);
         let model: Box<dyn MotionModel> = match (scene.is_planar(), &scene.rod.damping) {
-            (true, _) if scene.rod.inertia == Inertia::Full => Box::new(HeavyPlane::new(scene)?),
-            (false, _) if scene.rod.inertia == Inertia::Full => Box::new(HeavySpace::new(scene)?),
+            (true, _) if scene.rod.is_heavy() => Box::new(HeavyPlane::new(scene)?),
+            (false, _) if scene.rod.is_heavy() => Box::new(HeavySpace::new(scene)?),
             (true, None) => Box::new(ElasticPlane::new(scene)?),
             (true, Some(_)) => Box::new(ViscousPlane::new(scene)?),
             (false, None) => Box::new(ElasticSpace::new(scene)?),

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::math::order::sort_few;
 use crate::motion::{Motion, Options, on_elastica};
-use crate::scene::{Dimensionless, Inertia, Place, Scene, Sheet, SheetName};
+use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -102,7 +102,7 @@ pub(super) fn resting(body: &Body<2>) -> Option<Vector2<f64>> {
 
 /// The body, which feels the mass of its rod if that is to be followed to first order.
 fn with_rod(scene: &Scene, plain: &Dimensionless, body: Body<2>) -> Result<Body<2>> {
-    if scene.rod.inertia != Inertia::FirstOrder {
+    if !scene.rod.is_light() {
         return Ok(body);
     }
     let mass = scene.rod.mass().ok_or_else(|| {

@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, Inertia, Loads, Orientation, Outline, Parameter,
-    Rod as SceneRod, Scene, Section,
+    Barrier, BarrierTerm, Component, Full, Loads, Orientation, Outline, Parameter, Rod as SceneRod,
+    Scene, Section,
 };
 use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
@@ -55,7 +55,9 @@ impl Scene {
     /// # Errors
     /// A clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
     pub(in crate::scene) fn light_load(&self) -> Result<Option<Distributed>> {
-        if self.rod.inertia != Inertia::None {
+        // To first order the planar rod has its weight in closed form.
+        let closed = self.is_planar() && self.rod.is_light() && self.loads.distributed.is_zero();
+        if self.rod.is_heavy() || closed {
             return Ok(None);
         }
         let load = (self.loads.distributed).with_weight(&self.rod, self.loads.gravity)?;

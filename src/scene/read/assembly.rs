@@ -131,6 +131,19 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         continuation(table, Some(&scene)).map(Some)
     });
     scene.continuation = follow?;
+    let tables = rod_tables.as_deref().unwrap_or_default();
+    for (k, table) in tables.iter().enumerate() {
+        if table
+            .get("inertia")
+            .and_then(|value| value.get_ref().as_str())
+            == Some("first-order")
+            && let Some(why) = scene.not_first_order_of(k)
+        {
+            let hint = format!("the mass is not followed to first order: {why}");
+            return table.refuse(FaultKind::Conflict, "inertia", "\"none\" here", hint);
+        }
+    }
+    scene.choose_inertia();
     can_be_built(top, &rod_tables?, &scene).then_some(scene)
 }
 
@@ -361,6 +374,13 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
         let hint = "a rod with a free end bears nothing along it: put a small body at its end";
         let allowed = "left out where `to` is \"free\"";
         return table.refuse(kind, "distributed", allowed, hint);
+    }
+    for name in ["inertia", "section_inertia"] {
+        if table.has(name) {
+            let hint = "a rod with a free end rides on its base without mass";
+            let allowed = "left out where `to` is \"free\"";
+            return table.refuse(kind, name, allowed, hint);
+        }
     }
     if table.has("contact_diameter") {
         let hint = "contact would load the free end; contacts of such a rod are not looked for";

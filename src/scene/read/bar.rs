@@ -8,8 +8,8 @@ use super::scene::{default, part, units};
 use super::table::{Absent, Table};
 use crate::bar::{Scheme, Stress, motion};
 use crate::scene::{
-    BarScene, Bends, Clamp, FaultKind, History, Inertia, Loads, Model, Rest, Rod, Scene, Section,
-    Solve, Start,
+    BarScene, Bends, Clamp, FaultKind, History, Loads, Model, Rest, Rod, Scene, Section, Solve,
+    Start,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -59,7 +59,8 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         nodes: None,
         contact_diameter: None,
         mass: None,
-        inertia: Inertia::None,
+        inertia: None,
+        inertia_chosen: false,
         section_inertia: None,
     };
     Some(Scene {

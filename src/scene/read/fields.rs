@@ -67,8 +67,6 @@ pub(super) static TOP: Spec = Spec {
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
-const MASSLESS: &str = "rods of an assembly have weight, and no inertia; one rod with inertia is a scene of its own, [rod] and [body]";
-
 const ELASTIC: &str =
     "rods of an assembly are elastic; one rod with damping is a scene of its own, [rod] and [body]";
 
@@ -101,11 +99,12 @@ pub(super) static ROD: Spec = Spec {
             "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic."),
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
         field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping, or with inertia = \"full\"."),
-        field("mass", MOTION, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. Under gravity it has a weight; its inertia counts where `inertia` says so."),
-        field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", Or("\"none\""),
-            "What the mass of the rod does: nothing but weigh (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md); or its kinetic energy and weight while the rod stays on its equilibria (\"first-order\": an elastic rod in the plane; the error is of the order of (rod mass / body mass)^2 on smooth motion)."),
-        field("section_inertia", SPACE, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0, with inertia = \"full\"; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
-        field("mass", ASSEMBLY, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. Its weight mass * loads.gravity acts along the rod; it has no inertia."),
+        field("mass", MOTION | ASSEMBLY, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. Its weight mass * loads.gravity acts along the rod; what its inertia does `inertia` says."),
+        field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", No,
+            "What the mass of the rod does: nothing but weigh (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md); or its kinetic energy and weight while the rod stays on its equilibria (\"first-order\": an elastic rod; the error is of the order of (rod mass / body mass)^2 on smooth motion). Without it \"first-order\" for an elastic rod of less than 0.1 of the body's mass where that can be followed, which the run says; else \"none\"."),
+        field("inertia", ASSEMBLY, Word(&["none", "first-order"]), "", No,
+            "What the mass of the rod does in a motion: nothing but weigh, or as that of one rod to first order. Without it \"first-order\" for a rod of less than 0.1 of the mass of each body that it holds, where that can be followed; else \"none\"."),
+        field("section_inertia", SPACE | ASSEMBLY, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
         field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
         field("mass", REST, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); an elastic run stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
@@ -123,7 +122,6 @@ pub(super) static ROD: Spec = Spec {
     ],
     barred: &[
         (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
-        (ASSEMBLY, "inertia", MASSLESS), (ASSEMBLY, "section_inertia", MASSLESS),
         (ASSEMBLY, "damping", ELASTIC), (ASSEMBLY, "relaxation", ELASTIC), (ASSEMBLY, "nodes", ELASTIC),
     ],
 };

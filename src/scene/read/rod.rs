@@ -74,7 +74,7 @@ pub(super) struct Parts {
     nodes: Option<Option<usize>>,
     contact_diameter: Option<Option<f64>>,
     mass: Option<Option<f64>>,
-    inertia: Option<Inertia>,
+    inertia: Option<Option<Inertia>>,
     section_inertia: Option<Option<[f64; 3]>>,
 }
 
@@ -94,6 +94,7 @@ impl Parts {
             contact_diameter: self.contact_diameter?,
             mass: self.mass?,
             inertia: self.inertia?,
+            inertia_chosen: false,
             section_inertia: self.section_inertia?,
         })
     }
@@ -152,8 +153,7 @@ pub(super) fn rod(table: &Table) -> Parts {
     };
     let contact_diameter = contact_diameter(table);
     let (mass, inertia, section_inertia) = match kind {
-        REST => (table.optional("mass"), Some(Inertia::None), Some(None)),
-        ASSEMBLY => (table.optional("mass"), Some(Inertia::None), Some(None)),
+        REST => (table.optional("mass"), Some(None), Some(None)),
         _ => (
             table.optional("mass"),
             inertia(table, section.as_ref(), material),
@@ -182,18 +182,25 @@ fn inertia(
     rod: &Table,
     section: Option<&Section>,
     material: Option<Option<Material>>,
-) -> Option<Inertia> {
-    let choices = [Inertia::None, Inertia::Full, Inertia::FirstOrder];
-    let inertia = rod.word("inertia", &choices)?;
+) -> Option<Option<Inertia>> {
+    if !rod.has("inertia") {
+        return Some(None);
+    }
+    let inertia = match rod.reader.kind.get() {
+        ASSEMBLY => rod.word("inertia", &[Inertia::None, Inertia::FirstOrder])?,
+        _ => rod.word(
+            "inertia",
+            &[Inertia::None, Inertia::Full, Inertia::FirstOrder],
+        )?,
+    };
     let refuse = |name: &str, allowed: &str, hint: &str| {
         rod.refuse(FaultKind::Conflict, name, allowed, hint.to_owned())
     };
     match inertia {
-        Inertia::None => return Some(inertia),
+        Inertia::None => return Some(Some(inertia)),
         Inertia::FirstOrder => {
-            let hint = "the correction to first order is for elastic rods in the plane: write inertia = \"full\", which has all of the mass, or \
-                        leave it out";
-            if rod.reader.kind.get() != PLANE || Memory::of(rod).damped {
+            let hint = "the correction to first order is for elastic rods: write inertia = \"full\", which has all of the mass, or leave it out";
+            if Memory::of(rod).damped {
                 return refuse("inertia", "\"none\" or \"full\"", hint);
             }
         }
@@ -217,7 +224,7 @@ fn inertia(
         rod.missing("mass", allowed, "mass = 0.02");
         return None;
     }
-    Some(inertia)
+    Some(Some(inertia))
 }
 
 fn section_inertia(rod: &Table) -> Option<Option<[f64; 3]>> {

@@ -16,9 +16,7 @@ use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
 use super::table::{Absent, Table};
-use crate::scene::{
-    Clamp, FaultKind, Faults, HeavySpace, Inertia, Loads, Scene, Solve, Start, Units,
-};
+use crate::scene::{Clamp, FaultKind, Faults, HeavySpace, Loads, Scene, Solve, Start, Units};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -65,14 +63,6 @@ fn resolve(top: &Table) -> Option<Scene> {
         Some(table) => body(table),
         None => (None, None),
     };
-    if memory.is_some_and(|memory| memory.light)
-        && clamp.as_ref().is_some_and(|clamp| clamp.motion.is_some())
-        && let Some(Some(table)) = &rod_table
-    {
-        let hint = "the mass of a rod on a clamp that moves is followed by inertia = \"full\"";
-        let allowed = "\"none\" or \"full\" where the clamp moves";
-        table.fault(FaultKind::Conflict, "inertia", allowed, hint);
-    }
     let grooved = body_table.filter(|table| table.has("groove"));
     if let Some(table) = grooved {
         let refuse = |allowed: &str, hint: &str| {
@@ -130,6 +120,16 @@ fn resolve(top: &Table) -> Option<Scene> {
     });
     let (mut scene, follow) = (scene?, follow?);
     scene.continuation = follow;
+    if let (true, Some(Some(table))) = (memory.is_some_and(|memory| memory.light), &rod_table)
+        && let Some(why) = scene.not_first_order()
+    {
+        let hint = format!(
+            "the mass is not followed to first order: {why}; inertia = \"full\" has all of it"
+        );
+        let allowed = "\"none\" or \"full\" here";
+        return table.refuse(FaultKind::Conflict, "inertia", allowed, hint);
+    }
+    scene.choose_inertia();
     let at = rod_table.flatten().map_or(0, |table| table.at);
     can_be_built(top, at, &scene).then_some(scene)
 }
@@ -208,7 +208,7 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
     let kind: Kinds = top.reader.kind.get();
     let made = match kind {
         PLANE => scene.rod.bending_stiffness().map(drop),
-        SPACE if scene.rod.inertia == Inertia::Full => HeavySpace::given(scene).map(drop),
+        SPACE if scene.rod.is_heavy() => HeavySpace::given(scene).map(drop),
         SPACE if scene.rod.damping.is_some() => scene
             .moving()
             .map(drop)

@@ -4,7 +4,7 @@ use super::equilibrium::pose_json;
 use crate::assembly::Contact;
 use crate::math::se3::halves;
 use crate::motion::{Closing, Ledger, Outcome, Snap, SnapEnd};
-use crate::scene::{Scales, Units};
+use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
 use crate::study::run::Bounds;
@@ -44,6 +44,8 @@ pub struct AssemblyRunRecord {
     pub cut: usize,
     /// The Morse index, with the bodies free, of the equilibrium at the start, if it is one.
     pub start_index: Option<usize>,
+    /// What is done with the mass of the rods, of those where it is known.
+    pub masses: Vec<RodMassNote>,
 }
 
 /// One run of an assembly: the trunk, or what follows from a snap.
@@ -205,6 +207,10 @@ impl AssemblyRunRecord {
             "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
             "scene": self.scene,
         }));
+        if !self.masses.is_empty() {
+            let masses: Vec<Value> = self.masses.iter().map(RodMassNote::json).collect();
+            summary.insert("rod_masses".to_owned(), json!(masses));
+        }
         if let Some(warning) = self.warning() {
             summary.insert("warning".to_owned(), json!(warning));
         }
@@ -302,6 +308,9 @@ impl AssemblyRunRecord {
             "total": at.total,
             "index": at.index,
         }));
+        if follows(&self.masses) {
+            state.insert("rod_kinetic".to_owned(), json!(ledger.rod_kinetic));
+        }
         if !self.free.is_empty() {
             let shapes = shapes.iter().skip(self.rods.len());
             let ends = self.free.iter().zip(shapes).map(|(name, shape)| {
@@ -312,4 +321,11 @@ impl AssemblyRunRecord {
         }
         Value::Object(state)
     }
+}
+
+/// True if the mass of a rod is followed.
+pub(super) fn follows(masses: &[RodMassNote]) -> bool {
+    masses
+        .iter()
+        .any(|mass| mass.inertia == Inertia::FirstOrder)
 }

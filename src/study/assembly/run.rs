@@ -8,7 +8,7 @@ use crate::motion::{Closing, Event, Motion, Observer, Outcome, Snap, SnapEnd, St
 use crate::scene::{AssemblyBody, AssemblySetup, Run, Scene, Units};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
-use crate::study::run::table::{ledger_cells, ledger_columns};
+use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::tree;
 use crate::study::thinned::Thinned;
@@ -117,6 +117,11 @@ impl AssemblyPrepared {
         rods.map(|rod| rod.name.clone()).collect()
     }
 
+    /// True if the mass of a rod is followed.
+    fn feels_rods(&self) -> bool {
+        self.setup.assembly.light_rods().next().is_some()
+    }
+
     fn free_names(&self) -> Vec<String> {
         let given = self.scene.assembly.iter();
         let rods = given.flat_map(|given| &given.free);
@@ -149,7 +154,8 @@ pub fn run(
         closing.look(&motion.now().ledger());
         let name = trajectory_name(stem.id);
         let bodies = bodies.iter().zip(prepared.grooved());
-        let trajectory = sink.begin(trajectory(name, bodies, prepared.scene.units))?;
+        let felt = prepared.feels_rods();
+        let trajectory = sink.begin(trajectory(name, bodies, felt, prepared.scene.units))?;
         let mut recorder = Recorder {
             prepared,
             sink,
@@ -220,6 +226,7 @@ pub fn run(
         branches,
         cut,
         start_index,
+        masses: prepared.scene.mass_notes(),
     })
 }
 
@@ -227,6 +234,7 @@ pub fn run(
 fn trajectory<'a>(
     name: String,
     bodies: impl Iterator<Item = (&'a String, bool)>,
+    felt: bool,
     u: Units,
 ) -> Table {
     let mut columns = vec![Column::reals("t", u.time(), "time")];
@@ -258,6 +266,7 @@ fn trajectory<'a>(
         columns.extend(force.filter(|_| grooved));
     }
     columns.extend(ledger_columns(u));
+    columns.extend(felt.then(|| rod_kinetic(u)));
     let meaning = "Morse indices of the rods with their ends held, added up: 0 is stable";
     columns.push(Column::integers("index", meaning));
     Table::new(name, columns)
@@ -283,6 +292,9 @@ impl Observer for Recorder<'_> {
             .map(Cell::Real)
             .collect();
         row.extend(ledger_cells(&at.ledger, at.total));
+        if self.prepared.feels_rods() {
+            row.push(Cell::Real(at.ledger.rod_kinetic));
+        }
         row.push(at.index.into());
         self.closing.measure(state);
         self.track.show(|| at);

@@ -10,7 +10,7 @@ use super::record::{Cell, Column, Table};
 use super::run::SmallMass;
 use crate::error::Result;
 use crate::motion::creep::SmallCreep;
-use crate::scene::{Force, Inertia, Scales, Scene, Units};
+use crate::scene::{Force, Scales, Scene, Units};
 use nalgebra::{Complex, Isometry3, Matrix3, Vector3};
 use serde_json::{Map, Value, json};
 use std::f64::consts::TAU;
@@ -141,7 +141,7 @@ const BALANCED: f64 = 1e-6;
 /// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the rod is infinitely
 /// stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
-    let heavy = scene.rod.inertia == Inertia::Full;
+    let heavy = scene.rod.is_heavy();
     let found = match (&scene.assembly, scene.is_planar()) {
         (Some(_), _) => assembled::of_assembly(scene),
         (None, _) if heavy => heavy::modes(scene),

@@ -134,6 +134,7 @@ pub fn run(
         cut,
         driven: prepared.is_driven(),
         heavy: prepared.is_heavy(),
+        mass: prepared.mass.clone(),
         spring,
         viscosity: prepared.viscosity(),
         thickness: prepared.thickness,

@@ -5,7 +5,7 @@ use super::spring::Spring;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::motion::{Beside, Bounce, Motion, Snap, State};
-use crate::scene::{Inertia, Joint, ModelKind, Run, Scales, Scene, Setup, Units};
+use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
@@ -26,6 +26,8 @@ pub struct Prepared {
     pub(super) light: Option<Light>,
     /// True if Maxwell branches carry couples of their own, so that no elastic sheet is the rod's.
     relaxes: bool,
+    /// What is done with the mass of an elastic rod, if it is known.
+    pub(super) mass: Option<RodMassNote>,
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
     pub(super) thickness: Option<f64>,
     /// The body as figures show it.
@@ -62,7 +64,7 @@ impl Light {
             eta: viscosity(scene)?.unwrap_or(0.0) / scales.viscosity(),
             load,
             time: scales.time,
-            followed: scene.rod.inertia == Inertia::FirstOrder,
+            followed: scene.rod.is_light(),
         }))
     }
 }
@@ -104,6 +106,7 @@ impl Prepared {
             viscosity: viscosity(scene)?,
             light,
             relaxes: !scene.rod.relaxation.is_empty(),
+            mass: scene.mass_notes().into_iter().next(),
             thickness: scene
                 .rod
                 .thickness()

@@ -6,7 +6,7 @@ use super::validity::{FoldPassed, Validity};
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
 use crate::motion::{Bounce, Closing, Crossed, Labels, Ledger, Motion, Outcome, Resolution, Snap};
-use crate::scene::{Scales, Units};
+use crate::scene::{RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
 use nalgebra::{Isometry3, Vector3};
@@ -38,6 +38,8 @@ pub struct RunRecord {
     pub driven: bool,
     /// True if the rod has mass.
     pub heavy: bool,
+    /// What is done with the mass of an elastic rod, if it is known.
+    pub mass: Option<RodMassNote>,
     /// The folds that a planar rod of known mass passed.
     pub folds: Vec<FoldPassed>,
     /// Whether leaving out the mass of a planar rod was right, where that mass is known and was left out.

@@ -68,6 +68,9 @@ impl RunRecord {
                 add("start_index", json!(self.start_index));
             }
         }
+        if let Some(mass) = &self.mass {
+            add("rod_mass", mass.json());
+        }
         if let Some(validity) = &self.validity {
             add("validity", validity.json());
         }

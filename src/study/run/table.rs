@@ -90,7 +90,7 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
 }
 
 /// The kinetic energy of a rod with mass, a part of `total`.
-fn rod_kinetic(units: Units) -> Column {
+pub(in crate::study) fn rod_kinetic(units: Units) -> Column {
     let meaning = "kinetic energy of the rod, one more term of the total";
     Column::reals("rod_kinetic", units.energy(), meaning)
 }

@@ -320,7 +320,7 @@ impl AssemblyRun {
     /// True if the next step is to be an implicit one, or to be tried as one.
     pub(super) fn is_implicit(&self) -> bool {
         let state = &self.implicit;
-        state.allowed && !self.assembly.feels_rods() && (state.on || state.votes >= state.patience)
+        state.allowed && (state.on || state.votes >= state.patience)
     }
 
     /// Looks at an explicit step that was taken, with time at the `rate`: is it stability that bounds it?

@@ -32,12 +32,12 @@ impl AssemblySample {
         indices: &[usize],
     ) -> Self {
         let [kinetic, elastic, potential] = assembly.energies(&at);
-        let [rod_kinetic, weight] = assembly.rod_energies(&at, SHAPE);
+        let rod_kinetic = assembly.rod_kinetic(&at, SHAPE);
         let ledger = Ledger {
             rod_kinetic,
             kinetic,
             elastic,
-            potential: potential + weight,
+            potential,
             dissipated: released + at.integrals.drag,
             work: at.integrals.work,
         };

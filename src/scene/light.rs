@@ -1,0 +1,175 @@
+//! What is done with the small mass of elastic rods: followed to first order where that can be, left out elsewhere.
+
+use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
+use crate::assembly::Joint;
+use serde_json::{Value, json};
+
+/// Rods of at least this part of the mass of a body are not light: their mass is not followed to first order unless that is asked for.
+const LIGHT: f64 = 0.1;
+
+/// What a motion does with the mass of an elastic rod whose mass is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RodMassNote {
+    /// The rod's name in an assembly.
+    pub rod: Option<String>,
+    /// Its mass over that of the lightest body that it holds.
+    pub eps: f64,
+    /// What its mass does.
+    pub inertia: Inertia,
+    /// True if the scene does not say it.
+    pub by_default: bool,
+    /// Why its mass cannot be followed to first order, if it cannot.
+    pub why: Option<&'static str>,
+}
+
+impl RodMassNote {
+    /// In one sentence; None where a mass is left out because the scene says so.
+    pub fn text(&self) -> Option<String> {
+        let rod = match &self.rod {
+            Some(name) => format!("the mass of rod {name:?}"),
+            None => "the mass of the rod".to_owned(),
+        };
+        let eps = format!("{:.2e} of the body's", self.eps);
+        Some(match (self.inertia, self.by_default, self.why) {
+            (Inertia::FirstOrder, true, _) => {
+                format!(
+                    "{rod}, {eps}, is followed to first order (inertia = \"none\" leaves it out)"
+                )
+            }
+            (Inertia::FirstOrder, false, _) => format!("{rod}, {eps}, is followed to first order"),
+            (Inertia::None, true, Some(why)) => format!("{rod}, {eps}, is left out: {why}"),
+            (Inertia::None, true, None) => format!(
+                "{rod}, {eps}, is left out: it is not small (inertia = \"full\" has all of it, \"first-order\" what is of its first order)"
+            ),
+            _ => return None,
+        })
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> Value {
+        json!({
+            "rod": self.rod,
+            "eps": self.eps,
+            "inertia": self.inertia,
+            "by_default": self.by_default,
+            "why": self.why,
+        })
+    }
+}
+
+/// Why steps of this kind do not follow it, in space.
+fn by_steps(method: Method) -> Option<&'static str> {
+    (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
+}
+
+/// Why a rod of this section in space is not followed.
+fn by_section(rod: &Rod) -> Option<&'static str> {
+    let law = rod.unclamped().ok()?;
+    (!law.sways()).then_some("its section law is not linear")
+}
+
+impl Scene {
+    /// Why the mass of the rod cannot be followed to first order; None where it can.
+    pub(super) fn not_first_order(&self) -> Option<&'static str> {
+        let (body, run) = (self.body.as_ref()?, self.run.as_ref()?);
+        if self.clamp.motion.is_some() {
+            return Some("the clamp moves");
+        }
+        if body.groove.is_some() {
+            return Some("the body slides in a groove");
+        }
+        if self.is_planar() {
+            return None;
+        }
+        by_section(&self.rod).or_else(|| by_steps(run.method))
+    }
+
+    /// The same of rod `k` of an assembly.
+    pub(super) fn not_first_order_of(&self, k: usize) -> Option<&'static str> {
+        let (given, run) = (self.assembly.as_ref()?, self.run.as_ref()?);
+        let rod = &given.rods[k];
+        let sites = [&rod.from, &rod.to];
+        if sites.iter().all(|site| site.joint == Joint::Ball) {
+            return Some("between two ball joints it spins about its chord as it likes");
+        }
+        if sites.iter().any(|site| site.motion.is_some()) {
+            return Some("an end of it is moved");
+        }
+        let slides = |site: &&Site| {
+            let body = given.holder(site);
+            body.is_some_and(|body| given.bodies[body].groove.is_some())
+        };
+        if sites.iter().any(slides) {
+            return Some("a body that it holds slides in a groove");
+        }
+        by_section(&rod.rod).or_else(|| by_steps(run.method))
+    }
+
+    /// Follows the mass of light rods to first order where the scene does not say what it does and where that can be.
+    pub(super) fn choose_inertia(&mut self) {
+        let light = |note: &RodMassNote| note.by_default && note.why.is_none() && note.eps < LIGHT;
+        let rods: Vec<usize> = self
+            .rod_masses()
+            .filter(|(_, note)| light(note))
+            .map(|(k, _)| k)
+            .collect();
+        let choose = |rod: &mut Rod, chosen: bool| {
+            if chosen {
+                (rod.inertia, rod.inertia_chosen) = (Some(Inertia::FirstOrder), true);
+            }
+        };
+        match &mut self.assembly {
+            None => choose(&mut self.rod, rods.contains(&0)),
+            Some(given) => {
+                for (k, rod) in given.rods.iter_mut().enumerate() {
+                    choose(&mut rod.rod, rods.contains(&k));
+                }
+            }
+        }
+    }
+
+    /// What a motion does with the mass of every elastic rod whose mass is known.
+    pub fn mass_notes(&self) -> Vec<RodMassNote> {
+        self.rod_masses().map(|(_, note)| note).collect()
+    }
+
+    fn rod_masses(&self) -> impl Iterator<Item = (usize, RodMassNote)> {
+        let count = match (&self.run, &self.assembly) {
+            (None, _) => 0,
+            (_, None) => 1,
+            (_, Some(given)) => given.rods.len(),
+        };
+        (0..count).filter_map(|k| {
+            let (name, rod, body, why) = match &self.assembly {
+                None => {
+                    let body = self.body.as_ref()?.mass;
+                    (None, &self.rod, body, self.not_first_order())
+                }
+                Some(given) => {
+                    let rod = &given.rods[k];
+                    let body = lightest(given, [&rod.from, &rod.to])?;
+                    let why = self.not_first_order_of(k);
+                    (Some(rod.name.clone()), &rod.rod, body, why)
+                }
+            };
+            if rod.damping.is_some() || rod.is_heavy() {
+                return None;
+            }
+            let note = RodMassNote {
+                rod: name,
+                eps: rod.mass()? / body,
+                inertia: rod.inertia.unwrap_or(Inertia::None),
+                by_default: rod.inertia.is_none() || rod.inertia_chosen,
+                why,
+            };
+            Some((k, note))
+        })
+    }
+}
+
+/// The mass of the lightest body at these places.
+fn lightest(given: &AssemblyScene, sites: [&Site; 2]) -> Option<f64> {
+    let masses = sites.iter().filter_map(|site| given.holder(site));
+    let masses = masses.map(|body| given.bodies[body].mass);
+    masses.min_by(f64::total_cmp)
+}
