@@ -34,6 +34,11 @@ impl Cells {
     /// From `levels` in [0, 1] (NaN for a gap), column by column: the cell between `x[i]`, `x[i + 1]` and `y[j]`,
     /// `y[j + 1]` (as parts of the panel from its lower left corner) has the level `levels[i * (y.len() - 1) + j]`.
     pub(crate) fn new(x: &[f64], y: &[f64], levels: &[f64]) -> Self {
+        Self::banded(x, y, levels, &BANDS)
+    }
+
+    /// The same with the first of these numbers of bands that is small enough as SVG, or the last.
+    pub(crate) fn banded(x: &[f64], y: &[f64], levels: &[f64], bands_tried: &[usize]) -> Self {
         let rows = y.len().saturating_sub(1);
         // Columns below the drawing's resolution take no room; their neighbours meet there.
         let seen = |i: &usize| (FINEST * x[*i]).round() != (FINEST * x[i + 1]).round();
@@ -45,7 +50,7 @@ impl Cells {
         let gaps = (0..cells).any(|m| level(m / rows, m % rows).is_nan());
 
         let (mut bands, mut areas) = (0, Vec::new());
-        for tried in BANDS {
+        for &tried in bands_tried {
             let heights: Vec<usize> = (0..cells)
                 .map(|m| height_of(level(m / rows, m % rows), tried))
                 .collect();

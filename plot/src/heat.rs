@@ -49,7 +49,7 @@ pub struct StrainMap {
 
 const FIGURE: &str = "strain map";
 /// The fill where there is no value.
-const GAP: Colour = Colour(188, 188, 188);
+pub(crate) const GAP: Colour = Colour(188, 188, 188);
 const SNAP: Pen = Pen::new(INK, 0.9).dashed(4.0, 4.0);
 const SNAP_RIM: Pen = Pen::new(WHITE, 1.9).alpha(0.7);
 
@@ -225,7 +225,7 @@ fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
 }
 
 /// Half way between neighbours, closed by the ends.
-fn edges(values: &[f64], first: f64, last: f64) -> Vec<f64> {
+pub(crate) fn edges(values: &[f64], first: f64, last: f64) -> Vec<f64> {
     let mut edges = vec![first];
     edges.extend(values.windows(2).map(|p| 0.5 * p[0] + 0.5 * p[1]));
     edges.push(last);

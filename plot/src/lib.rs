@@ -21,10 +21,11 @@
 //! | [`dissipated_against_released`], [`losses_over_time`] | losses of a viscous run against the elastic limit |
 //! | [`kernel`] | memory: relaxation and creep functions of the end |
 //! | [`mode_shapes`] | small vibrations about an equilibrium, both ways |
+//! | [`outcome_map`] | what comes of a sweep over two fields of a scene |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
-//! error ([`Error::is_domain`](snaprod_core::Error::is_domain)).
+//! error ([`Error::is_domain`](snaprod_core::error::Error::is_domain)).
 #![warn(missing_docs)]
 
 mod axes;
@@ -47,6 +48,7 @@ mod losses;
 mod maps;
 mod modes;
 mod motion;
+mod outcome;
 mod page;
 mod painter;
 mod palette;
@@ -76,6 +78,7 @@ pub use losses::{
 pub use maps::{EnergyLandscape, FoldMap, energy_landscape, fold_map};
 pub use modes::{ModeShape, ModeShapes, mode_shapes};
 pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
+pub use outcome::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};

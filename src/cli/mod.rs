@@ -22,6 +22,7 @@ mod run_figures;
 mod run_text;
 mod sheets;
 mod signals;
+mod sweep;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;
@@ -57,6 +58,9 @@ enum Command {
     /// Describes small motions of a straight viscoelastic rod's end: spring, dashpot, memory kernel.
     #[command(allow_negative_numbers = true)]
     Memory(memory::MemoryArgs),
+    /// Runs a scene over a grid of its fields, or at random points, on all cores: a table, and a map of what comes of it.
+    #[command(allow_negative_numbers = true)]
+    Sweep(sweep::SweepArgs),
     /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
     Modes(modes::ModesArgs),
     /// Checks a scene and reports every fault at once.
@@ -108,6 +112,7 @@ pub fn main() -> ExitCode {
         Command::Equilibrium(args) => equilibrium::equilibrium(args),
         Command::Branch(args) => branch::branch(args),
         Command::Memory(args) => memory::memory(args),
+        Command::Sweep(args) => sweep::sweep(args),
         Command::Modes(args) => modes::modes(args),
         Command::Check(args) => check::check(args),
         Command::New(args) => new::new(args),

@@ -17,6 +17,7 @@ pub mod run;
 pub mod sheets;
 mod solid;
 mod space;
+pub mod sweep;
 mod thinned;
 
 pub use branch::{BranchRecord, branch};
@@ -28,6 +29,7 @@ pub use modes::{ModesRecord, modes};
 pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
 pub use sheets::{SheetsRecord, sheets};
 pub use solid::Solid;
+pub use sweep::{Sweep, Vary};
 
 /// What a study asks, and tells, while it works. Every method has a default, so that a caller implements what it needs.
 pub trait Hooks {

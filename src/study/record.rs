@@ -295,14 +295,19 @@ impl<W: Write> Csv<W> {
     /// # Errors
     /// If they cannot be written.
     pub fn new(writer: W, table: &Table) -> std::io::Result<Self> {
-        let mut csv = Self {
-            writer,
-            line: String::new(),
-        };
+        let mut csv = Self::without_names(writer);
         let names = table.columns.iter().map(|column| &column.name);
         let names: Vec<Cell> = names.map(|name| Cell::Word(name.clone())).collect();
         csv.row(&names)?;
         Ok(csv)
+    }
+
+    /// Rows that go on below others.
+    pub fn without_names(writer: W) -> Self {
+        Self {
+            writer,
+            line: String::new(),
+        }
     }
 
     /// Writes a row.

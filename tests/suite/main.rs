@@ -117,6 +117,8 @@ mod studies;
 #[cfg(feature = "scene")]
 mod study_run;
 mod support;
+#[cfg(feature = "cli")]
+mod sweeps;
 mod symmetric;
 mod taut;
 mod taut_branches;

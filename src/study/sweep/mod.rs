@@ -1,0 +1,414 @@
+//! Sweeps: one scene with some of its fields varied over a grid, or at random; a row of quantities for each point.
+//!
+//! A point is known by its number alone, and so is its row: chunks of rows can be made in any order, by any number of threads or
+//! machines, and are the same to the byte.
+
+mod vary;
+
+pub use vary::Vary;
+
+use super::{Cell, Column, Csv, Hooks, Sink, Table, assembly, bar, equilibrium, run};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use serde_json::{Value, json};
+use std::ops::Range;
+
+/// A sweep.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// The text of the scene.
+    scene: String,
+    /// What is set in it first, as in `rod.damping=0.2`.
+    set: Vec<String>,
+    vary: Vec<Vary>,
+    /// How many points at random, with the seed; None: all points of the grid, the last field varying fastest.
+    random: Option<(usize, u64)>,
+    /// Paths into the summary, or into `events`: "end.x", "events.-1.t".
+    quantities: Vec<String>,
+}
+
+/// The sweep was asked to end before the row of a point was whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Interrupted;
+
+/// Most points of a sweep.
+const MOST: usize = 1_000_000_000;
+/// Points of a chunk at most; and about as many chunks as this at least.
+const CHUNK: usize = 256;
+const CHUNKS: usize = 64;
+
+impl Sweep {
+    /// A sweep of a scene given as text. `set`: overrides of the scene; `quantities`: what is told of each point, by paths into
+    /// summary.json, with `events` for events.json; none: what is usual for the scene.
+    ///
+    /// # Errors
+    /// Nothing to vary, or a field twice; a count that is missing in a grid, or given in a random sweep; no points, or more than 1e9.
+    pub fn new(
+        scene: String,
+        set: Vec<String>,
+        vary: Vec<Vary>,
+        random: Option<(usize, u64)>,
+        quantities: Vec<String>,
+    ) -> Result<Self> {
+        let refuse = |why: String| Err(Error::domain(why));
+        if vary.is_empty() {
+            return refuse("a sweep varies something: give --vary PATH=FROM:TO:COUNT".to_owned());
+        }
+        for (i, one) in vary.iter().enumerate() {
+            if vary[..i].iter().any(|other| other.path == one.path) {
+                return refuse(format!("--vary: {} is varied twice", one.path));
+            }
+            match (one.count(), random) {
+                (None, None) => {
+                    return refuse(format!(
+                        "--vary {}: a grid needs a count, as in FROM:TO:COUNT; or give --random N",
+                        one.path
+                    ));
+                }
+                (Some(_), Some(_)) if !one.is_list() => {
+                    return refuse(format!(
+                        "--vary {}: points at random have no count; write FROM:TO",
+                        one.path
+                    ));
+                }
+                _ => {}
+            }
+        }
+        let mut sweep = Self {
+            scene,
+            set,
+            vary,
+            random,
+            quantities,
+        };
+        let mut all = sweep.vary.iter().map(|one| one.count().unwrap_or(1));
+        let all = all.try_fold(1usize, |all, n| all.checked_mul(n));
+        match random.map_or(all, |(n, _)| Some(n)) {
+            Some(n) if (1..=MOST).contains(&n) => {}
+            _ => return refuse(format!("a sweep has from 1 to {MOST} points")),
+        }
+        if sweep.quantities.is_empty() {
+            sweep.quantities = sweep.usual()?;
+        }
+        Ok(sweep)
+    }
+
+    /// How many points it has.
+    pub fn points(&self) -> usize {
+        let all = self.vary.iter().map(|one| one.count().unwrap_or(1));
+        self.random.map_or_else(|| all.product(), |(n, _)| n)
+    }
+
+    /// What is varied.
+    pub fn vary(&self) -> &[Vary] {
+        &self.vary
+    }
+
+    /// True if its points are those of a grid.
+    pub fn is_grid(&self) -> bool {
+        self.random.is_none()
+    }
+
+    /// What is told of each point.
+    pub fn quantities(&self) -> &[String] {
+        &self.quantities
+    }
+
+    /// The points of each chunk, in order. They depend on the number of points alone.
+    pub fn chunks(&self) -> Vec<Range<usize>> {
+        let points = self.points();
+        let size = (points / CHUNKS).clamp(1, CHUNK);
+        let starts = (0..points).step_by(size);
+        starts.map(|from| from..(from + size).min(points)).collect()
+    }
+
+    /// All that decides what the rows are: two sweeps with the same identity have the same rows.
+    pub fn identity(&self) -> Value {
+        let texts = |i: usize| self.values(i);
+        json!({
+            "scene": self.scene,
+            "set": self.set,
+            "vary": self.vary.iter().map(|one| &one.path).collect::<Vec<_>>(),
+            "first": texts(0),
+            "last": texts(self.points() - 1),
+            "counts": self.vary.iter().map(Vary::count).collect::<Vec<_>>(),
+            "lists": self.vary.iter().map(Vary::is_list).collect::<Vec<_>>(),
+            "random": self.random.map(|(points, seed)| json!({ "points": points, "seed": seed })),
+            "columns": self.quantities,
+            "points": self.points(),
+            "chunk": self.chunks()[0].len(),
+            "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
+        })
+    }
+
+    /// The values of the varied fields at a point, as TOML.
+    pub fn values(&self, point: usize) -> Vec<String> {
+        match self.random {
+            Some((_, seed)) => {
+                let all = self.vary.iter().enumerate();
+                all.map(|(k, one)| one.at(chance(seed, point as u64, k as u64)))
+                    .collect()
+            }
+            None => {
+                let mut rest = point;
+                let mut values: Vec<String> = (self.vary.iter().rev())
+                    .map(|one| {
+                        let count = one.count().unwrap_or(1);
+                        let i = rest % count;
+                        rest /= count;
+                        one.on_grid(i)
+                    })
+                    .collect();
+                values.reverse();
+                values
+            }
+        }
+    }
+
+    /// The scene of a point.
+    ///
+    /// # Errors
+    /// What is wrong with it, as text.
+    pub fn scene(&self, point: usize) -> std::result::Result<Scene, String> {
+        let varied = self.vary.iter().zip(self.values(point));
+        let varied: Vec<String> = varied
+            .map(|(one, value)| format!("{}={value}", one.path))
+            .collect();
+        let all: Vec<&str> = self.set.iter().chain(&varied).map(String::as_str).collect();
+        Scene::parse_with(&self.scene, &all).map_err(|faults| faults.to_string())
+    }
+
+    /// What is usual for the scene of the first point, or of the last.
+    fn usual(&self) -> Result<Vec<String>> {
+        let scene = self
+            .scene(0)
+            .or_else(|why| self.scene(self.points() - 1).map_err(|_| why));
+        let scene = scene.map_err(Error::domain)?;
+        let words: &[&str] = if scene.bar.is_some() {
+            &[
+                "outcome",
+                "end.t",
+                "end.tip.x",
+                "end.tip.v",
+                "breaking.time",
+            ]
+        } else if scene.assembly.is_some() && scene.is_motion() {
+            &["outcome", "end.t", "snaps", "energy_error.relative"]
+        } else if !scene.is_motion() {
+            &["energy", "index"]
+        } else if scene.is_planar() {
+            &[
+                "outcome",
+                "end.t",
+                "end.x",
+                "end.y",
+                "end.vx",
+                "end.vy",
+                "snaps",
+                "layers",
+                "events.-1.t",
+                "end.dissipated",
+                "energy_error.relative",
+            ]
+        } else {
+            &[
+                "outcome",
+                "end.t",
+                "end.x",
+                "end.y",
+                "end.z",
+                "snaps",
+                "layers",
+                "events.-1.t",
+                "end.dissipated",
+                "energy_error.relative",
+            ]
+        };
+        Ok(words.iter().map(|word| (*word).to_owned()).collect())
+    }
+
+    /// The table of the sweep, without rows: the number of the point, what is varied, the quantities, and why a point has none.
+    pub fn table(&self) -> Table {
+        // Cells are written as they are: the type of a column is not known beforehand.
+        let varied = self.vary.iter().map(|one| (&one.path, "varied"));
+        let told = self.quantities.iter().map(|path| (path, "of the summary"));
+        let middle = varied
+            .chain(told)
+            .map(|(path, meaning)| Column::words(path.clone(), meaning));
+        let point = Column::integers("point", "its number, from 0");
+        let why = Column::words("why", "why the point has no run, or its run fell short");
+        let columns = std::iter::once(point).chain(middle).chain([why]);
+        Table::new("sweep", columns.collect())
+    }
+
+    /// The rows of some points as CSV, without the line of names. A point without a run has a row, which says why.
+    ///
+    /// # Errors
+    /// [`Interrupted`] if `hooks` says so; hooks are told of every point.
+    pub fn rows(
+        &self,
+        points: Range<usize>,
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<String, Interrupted> {
+        let mut rows = Vec::with_capacity(points.len());
+        for point in points {
+            rows.push(self.row(point, hooks)?);
+            hooks.progress(1.0, point as f64);
+        }
+        let mut text = Vec::new();
+        let mut csv = Csv::without_names(&mut text);
+        for row in &rows {
+            // Nothing fails in memory.
+            let _ = csv.row(row);
+        }
+        Ok(String::from_utf8(text).unwrap_or_default())
+    }
+
+    fn row(
+        &self,
+        point: usize,
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<Vec<Cell>, Interrupted> {
+        let mut row = vec![Cell::from(point)];
+        row.extend(self.values(point).into_iter().map(Cell::from));
+        let found = match self.scene(point) {
+            Ok(scene) => outcome(scene, hooks).map_err(|e| e.to_string()),
+            Err(faults) => Err(faults),
+        };
+        match found {
+            Ok(summary) if summary["outcome"] == "interrupted" => return Err(Interrupted),
+            Ok(summary) => {
+                let each = self.quantities.iter();
+                row.extend(each.map(|path| cell(&summary, path)));
+                row.push(cell(&summary, "reason"));
+            }
+            Err(why) => {
+                row.extend(self.quantities.iter().map(|path| match path.as_str() {
+                    "outcome" => "refused".into(),
+                    _ => Cell::Missing,
+                }));
+                // One line: a fault says its place in others.
+                let why: Vec<&str> = why.lines().map(str::trim).collect();
+                row.push(why.join(" ").into());
+            }
+        }
+        Ok(row)
+    }
+}
+
+/// What comes of a scene of any kind, with its events.
+fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Result<Value> {
+    // Two rows of a table that nobody reads.
+    if let Some(run) = &mut scene.run {
+        run.samples = 2;
+    }
+    let mut quiet = Quiet(hooks);
+    let (mut summary, events) = if scene.bar.is_some() {
+        let record = bar::run(&bar::BarPrepared::new(&scene)?, &mut Nowhere, &mut quiet)?;
+        (record.summary(), record.events())
+    } else if scene.assembly.is_some() && scene.is_motion() {
+        let prepared = assembly::AssemblyPrepared::new(&scene)?;
+        let start = prepared.motion()?;
+        let record = assembly::run(&prepared, start, &mut Nowhere, &mut quiet)?;
+        (record.summary(), record.events())
+    } else if scene.assembly.is_some() {
+        (assembly::equilibrium(&scene)?.summary(), Vec::new())
+    } else if scene.is_motion() {
+        let prepared = run::Prepared::new(&scene)?;
+        let record = run::run(&prepared, run::Fields::None, &mut Nowhere, &mut quiet)?;
+        (record.summary(), record.events())
+    } else {
+        (equilibrium(&scene)?.summary(), Vec::new())
+    };
+    summary["events"] = Value::Array(events);
+    Ok(summary)
+}
+
+/// What stands at a path of names and numbers, those below 0 counted from the end; missing where there is no word or number.
+fn cell(summary: &Value, path: &str) -> Cell {
+    let mut at = summary;
+    for step in path.split('.') {
+        let inner = match at {
+            Value::Array(list) => {
+                let i = step.parse::<i64>().ok();
+                let from_end = |i: i64| if i < 0 { list.len() as i64 + i } else { i };
+                i.and_then(|i| list.get(usize::try_from(from_end(i)).ok()?))
+            }
+            other => other.get(step),
+        };
+        let Some(inner) = inner else {
+            return Cell::Missing;
+        };
+        at = inner;
+    }
+    match at {
+        Value::Number(number) => match number.as_i64() {
+            Some(whole) => Cell::Integer(whole),
+            None => Cell::Real(number.as_f64().unwrap_or(f64::NAN)),
+        },
+        Value::Bool(true) => "true".into(),
+        Value::Bool(false) => "false".into(),
+        Value::String(word) => Cell::Word(word.clone().into()),
+        Value::Null | Value::Array(_) | Value::Object(_) => Cell::Missing,
+    }
+}
+
+/// A number in [0, 1) for each seed, point and field: two rounds of splitmix64's finaliser, a stream without a state.
+fn chance(seed: u64, point: u64, field: u64) -> f64 {
+    let mixed = |x: u64| {
+        let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    };
+    let x = mixed(mixed(mixed(seed) ^ point) ^ field);
+    (x >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Rows that nobody reads.
+struct Nowhere;
+
+impl Sink for Nowhere {
+    fn begin(&mut self, _table: Table) -> Result<usize> {
+        Ok(0)
+    }
+
+    fn row(&mut self, _table: usize, _cells: &[Cell]) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// The hooks of a sweep within a point: asked, but not told of its steps.
+struct Quiet<'a>(&'a mut dyn Hooks);
+
+impl Hooks for Quiet<'_> {
+    fn interrupted(&mut self) -> bool {
+        self.0.interrupted()
+    }
+}
+
+/// The cells of a row of a sweep, as [`Sweep::rows`] writes it.
+pub fn fields(line: &str) -> Vec<String> {
+    let (mut quoted, mut out) = (false, vec![String::new()]);
+    let mut letters = line.chars().peekable();
+    while let Some(c) = letters.next() {
+        match (c, quoted) {
+            ('"', true) if letters.peek() == Some(&'"') => {
+                letters.next();
+            }
+            ('"', _) => {
+                quoted = !quoted;
+                continue;
+            }
+            (',', false) => {
+                out.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(last) = out.last_mut() {
+            last.push(c);
+        }
+    }
+    out
+}

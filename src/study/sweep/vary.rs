@@ -1,0 +1,189 @@
+//! What a sweep varies: a field of the scene, and the values that it takes.
+
+use crate::error::{Error, Result};
+use crate::study::exact;
+
+/// A field of the scene and its values, written as `PATH=FROM:TO:COUNT`, `PATH=log:FROM:TO:COUNT` or `PATH=[A, B, ..]`; in a random
+/// sweep without the count.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Vary {
+    /// The dotted path of the field, as overrides have it: `start.velocity[1]`.
+    pub path: String,
+    values: Values,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Values {
+    /// From the first to the last, `count` of them; the logarithms are evenly spaced if `log`.
+    Range {
+        from: f64,
+        to: f64,
+        log: bool,
+        count: Option<usize>,
+    },
+    /// These, as TOML.
+    List(Vec<String>),
+}
+
+/// Most values of one field.
+const MOST: usize = 100_000_000;
+
+impl Vary {
+    /// Reads what stands after `--vary`.
+    ///
+    /// # Errors
+    /// A text that is none of the forms; ends that are not finite, or not positive where logarithms are spaced; a count of 0.
+    pub fn parse(text: &str) -> Result<Self> {
+        let refuse = |why: &str| {
+            Err(Error::domain(format!(
+                "--vary {text}: {why}; write PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..], as in start.velocity.1=-2:2:9"
+            )))
+        };
+        let Some((path, values)) = text.split_once('=') else {
+            return refuse("there is no =");
+        };
+        let path = indexed(path.trim());
+        if path.is_empty() {
+            return refuse("there is no path before =");
+        }
+        let values = values.trim();
+        if let Some(list) = values.strip_prefix('[') {
+            let Some(list) = list.strip_suffix(']') else {
+                return refuse("the list does not end in ]");
+            };
+            let list = items(list);
+            if list.iter().any(String::is_empty) {
+                return refuse("a value of the list is missing");
+            }
+            return Ok(Self {
+                path,
+                values: Values::List(list),
+            });
+        }
+        let (log, range) = match values.strip_prefix("log:") {
+            Some(range) => (true, range),
+            None => (false, values),
+        };
+        let parts: Vec<&str> = range.split(':').map(str::trim).collect();
+        let (ends, count) = match parts.as_slice() {
+            [from, to] => ([*from, *to], None),
+            [from, to, count] => ([*from, *to], Some(*count)),
+            _ => return refuse("it has not two or three parts between colons"),
+        };
+        let [Ok(from), Ok(to)] = ends.map(str::parse::<f64>) else {
+            return refuse("its ends are not numbers");
+        };
+        if !(from.is_finite() && to.is_finite()) {
+            return refuse("its ends are not finite");
+        }
+        if log && !(from > 0.0 && to > 0.0) {
+            return refuse("logarithms need ends > 0");
+        }
+        let count = match count.map(str::parse::<usize>) {
+            None => None,
+            Some(Ok(count)) if (1..=MOST).contains(&count) => Some(count),
+            Some(_) => return refuse("the count is not a whole number from 1 to 100000000"),
+        };
+        Ok(Self {
+            path,
+            values: Values::Range {
+                from,
+                to,
+                log,
+                count,
+            },
+        })
+    }
+
+    /// How many values a grid has in this direction; None if it is for random points alone.
+    pub fn count(&self) -> Option<usize> {
+        match &self.values {
+            Values::Range { count, .. } => *count,
+            Values::List(list) => Some(list.len()),
+        }
+    }
+
+    /// True if it is a list, whose number of values is no count of a grid.
+    pub fn is_list(&self) -> bool {
+        matches!(self.values, Values::List(_))
+    }
+
+    /// True if its values are spaced by their logarithms.
+    pub fn is_logarithmic(&self) -> bool {
+        matches!(self.values, Values::Range { log: true, .. })
+    }
+
+    /// Value `i` of a grid, as TOML.
+    pub fn on_grid(&self, i: usize) -> String {
+        match &self.values {
+            Values::List(list) => list[i % list.len()].clone(),
+            Values::Range { count, .. } => {
+                let intervals = count.unwrap_or(1).saturating_sub(1);
+                let part = if intervals == 0 {
+                    0.0
+                } else {
+                    i as f64 / intervals as f64
+                };
+                self.at(part)
+            }
+        }
+    }
+
+    /// The value at a part in [0, 1) of the range, or of the list, as TOML.
+    pub fn at(&self, part: f64) -> String {
+        match &self.values {
+            Values::List(list) => {
+                let i = (part * list.len() as f64) as usize;
+                list[i.min(list.len() - 1)].clone()
+            }
+            Values::Range { from, to, log, .. } => {
+                // The ends are hit exactly.
+                let between = |a: f64, b: f64| a * (1.0 - part) + b * part;
+                exact(match (part, log) {
+                    (0.0, _) => *from,
+                    (1.0, _) => *to,
+                    (_, false) => between(*from, *to),
+                    (_, true) => between(from.ln(), to.ln()).exp(),
+                })
+            }
+        }
+    }
+}
+
+/// `velocity.1` as `velocity[1]`.
+fn indexed(path: &str) -> String {
+    let mut out = String::new();
+    for step in path.split('.') {
+        if !step.is_empty() && step.bytes().all(|b| b.is_ascii_digit()) {
+            out.push_str(&format!("[{step}]"));
+        } else {
+            if !out.is_empty() {
+                out.push('.');
+            }
+            out.push_str(step);
+        }
+    }
+    out
+}
+
+/// The items of a TOML array: commas inside brackets and quotes do not part them.
+fn items(list: &str) -> Vec<String> {
+    let (mut depth, mut quote, mut out) = (0i32, None, vec![String::new()]);
+    for c in list.chars() {
+        match (quote, c) {
+            (Some(q), _) if c == q => quote = None,
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth -= 1,
+            (None, ',') if depth == 0 => {
+                out.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(last) = out.last_mut() {
+            last.push(c);
+        }
+    }
+    out.iter().map(|item| item.trim().to_owned()).collect()
+}

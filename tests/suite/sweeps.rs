@@ -1,0 +1,199 @@
+//! Sweeps: rows that depend on their points alone, whoever makes them and however often they are begun.
+
+use crate::program::Place;
+use snaprod::scene::Scene;
+use snaprod::study::sweep::{Sweep, Vary, fields};
+use snaprod::study::{Silent, Table, run};
+
+const SCENE: &str = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+[body]
+mass = 1.0
+[start]
+lambda = 1.4
+p = -1.6
+velocity = [0.0, 0.3]
+[run]
+duration = 0.2
+tolerance = 1e-9
+"#;
+
+fn swept(vary: &[&str], random: Option<(usize, u64)>, columns: &[&str]) -> Sweep {
+    let vary = vary.iter().map(|text| Vary::parse(text).unwrap()).collect();
+    let columns = columns.iter().map(|c| (*c).to_owned()).collect();
+    Sweep::new(SCENE.to_owned(), Vec::new(), vary, random, columns).unwrap()
+}
+
+/// Catches rows that are another point's, quantities of another run, and chunks that are not the same as the whole.
+#[test]
+fn a_row_is_the_run_of_its_scene() {
+    let sweep = swept(
+        &["start.velocity.1=-0.5:0.5:3", "body.mass=log:0.1:10:3"],
+        None,
+        &["outcome", "end.x", "end.kinetic", "snaps", "events.-1.t"],
+    );
+    assert_eq!(sweep.points(), 9);
+    let whole = sweep.rows(0..9, &mut Silent).unwrap();
+    let parts: String = (sweep.chunks().into_iter())
+        .map(|points| sweep.rows(points, &mut Silent).unwrap())
+        .collect();
+    assert_eq!(whole, parts);
+    let rows: Vec<Vec<String>> = whole.lines().map(fields).collect();
+    assert_eq!(rows.len(), 9);
+    let masses = [0.1f64, 1.0, 10.0];
+    for (point, row) in rows.iter().enumerate() {
+        let (velocity, mass) = (-0.5 + 0.5 * (point / 3) as f64, masses[point % 3]);
+        let number = |k: usize| row[k].parse::<f64>().unwrap();
+        assert_eq!((number(0), number(1)), (point as f64, velocity));
+        assert!((number(2) / mass - 1.0).abs() < 1e-14, "{row:?}");
+        let text = SCENE
+            .replace("mass = 1.0", &format!("mass = {}", row[2]))
+            .replace("0.3]", &format!("{velocity:?}]"));
+        let scene = Scene::parse(&text).unwrap();
+        let prepared = run::Prepared::new(&scene).unwrap();
+        let mut tables: Vec<Table> = Vec::new();
+        let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
+        let end = &record.last().last;
+        assert_eq!(row[3], "end_of_time");
+        assert_eq!(number(4), end.position().x);
+        assert_eq!(number(5), end.ledger.kinetic);
+        // No snap: no time of the last one, and no reason.
+        assert_eq!(&row[6..], ["0", "", ""]);
+    }
+}
+
+/// Catches points at random that follow from the threads' order, leave their range, or are not spread over it; a seed without effect.
+#[test]
+fn points_at_random_follow_from_seed_and_number() {
+    let all = |seed| -> Vec<f64> {
+        let sweep = swept(
+            &["body.mass=log:0.01:100"],
+            Some((4000, seed)),
+            &["outcome"],
+        );
+        let values = (0..4000).map(|point| sweep.values(point)[0].parse::<f64>().unwrap());
+        values.map(|mass| mass.log10() / 4.0 + 0.5).collect()
+    };
+    let (one, other) = (all(1), all(2));
+    assert!(one.iter().all(|part| (0.0..1.0).contains(part)));
+    assert_eq!(one, all(1));
+    assert!(one.iter().zip(&other).all(|(a, b)| a != b));
+    // Mean and variance of even numbers, within five standard errors.
+    for sample in [&one, &other] {
+        let mean = sample.iter().sum::<f64>() / 4000.0;
+        let square = sample.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>() / 4000.0;
+        assert!(
+            (mean - 0.5).abs() < 0.023 && (square - 1.0 / 12.0).abs() < 0.006,
+            "{mean} {square}"
+        );
+    }
+}
+
+/// Catches a text that is misread rather than refused, and a refusal that does not say what to write.
+#[test]
+fn what_is_varied_is_read_or_refused() {
+    let values = |text: &str| -> Vec<String> {
+        let vary = Vary::parse(text).unwrap();
+        (0..vary.count().unwrap())
+            .map(|i| vary.on_grid(i))
+            .collect()
+    };
+    assert_eq!(values("a.b.2=1:3:3"), ["1.0", "2.0", "3.0"]);
+    assert_eq!(Vary::parse("a.b.2=1:3:3").unwrap().path, "a.b[2]");
+    assert_eq!(values("a=log:1e-2:1e2:3")[0], "0.01");
+    assert_eq!(values("a=2:5:1"), ["2.0"]);
+    assert_eq!(
+        values(r#"a=["x, y", [1, 2], 3]"#),
+        [r#""x, y""#, "[1, 2]", "3"]
+    );
+    for (text, why) in [
+        ("a", "there is no ="),
+        ("=1:2:3", "no path"),
+        ("a=1", "two or three parts"),
+        ("a=1:x:3", "not numbers"),
+        ("a=1:nan:3", "not finite"),
+        ("a=log:0:1:3", "> 0"),
+        ("a=1:2:0", "whole number"),
+        ("a=1:2:2.5", "whole number"),
+        ("a=[1, 2", "end in ]"),
+        ("a=[1,,2]", "missing"),
+    ] {
+        let e = Vary::parse(text).unwrap_err().to_string();
+        assert!(
+            e.contains(why) && e.contains("PATH=FROM:TO:COUNT"),
+            "{text}: {e}"
+        );
+    }
+}
+
+/// Catches work that is lost or done twice when a sweep goes on, a table that depends on the threads, and another sweep's rows in it.
+#[test]
+fn a_sweep_goes_on_where_it_was_ended() {
+    let place = Place::new("sweep");
+    place.write("scene.toml", SCENE);
+    let command = |out: &str, threads: &str, count: &str| {
+        let first = format!("start.velocity.0=-1:1:{count}");
+        place.run(&[
+            "sweep",
+            "scene.toml",
+            "--vary",
+            &first,
+            "--vary",
+            "body.mass=-1:3:4",
+            "--out",
+            out,
+            "--threads",
+            threads,
+            "--json",
+        ])
+    };
+    let made = command("one", "1", "3").json(0);
+    assert_eq!(
+        (&made["made"], &made["outcomes"]["refused"]),
+        (&12.into(), &3.into())
+    );
+    let table = place.read("one/sweep.csv");
+    // A mass that is negative has a row that says so.
+    let row = fields(table.lines().nth(1).unwrap());
+    assert!(row.last().unwrap().contains("body.mass"), "{row:?}");
+    assert_eq!(table.lines().count(), 13);
+    assert!(place.read("one/map.svg").contains("body.mass"));
+
+    command("two", "2", "3").json(0);
+    assert_eq!(place.read("two/sweep.csv"), table);
+
+    // As after a kill: chunks that are not there, and one that was being written.
+    std::fs::remove_file(place.join("two/chunks/000003.csv")).unwrap();
+    std::fs::remove_file(place.join("two/sweep.csv")).unwrap();
+    place.write("two/chunks/000003.part", "3,-1.0");
+    let again = command("two", "2", "3").json(0);
+    assert_eq!(again["made"], 1);
+    assert_eq!(place.read("two/sweep.csv"), table);
+    assert!(
+        place
+            .files("two/chunks")
+            .iter()
+            .all(|name| name.ends_with(".csv"))
+    );
+
+    let refused = command("two", "2", "2");
+    assert!(
+        refused
+            .refusal()
+            .contains("another sweep (it differs in: counts, points)")
+    );
+    assert_eq!(place.read("two/sweep.csv"), table);
+    let refused = place.run(&[
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "body.weight=1:2:2",
+        "--out",
+        "three",
+    ]);
+    assert!(refused.refusal().contains("body.weight"));
+    assert!(!place.join("three").exists());
+}
