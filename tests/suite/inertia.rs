@@ -50,7 +50,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> Given {
         rotary: None,
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
-        body,
+        body: Some(body),
     }
 }
 
@@ -159,7 +159,7 @@ fn derivatives_are_those_of_the_balance() {
             Vector3::new(0.2, 0.0, 0.0),
         ])
         .ok(),
-        body: Mass::Rigid(weld.with_support(support)),
+        body: Some(Mass::Rigid(weld.with_support(support))),
     });
     for given in rods {
         let rod = HeavyRod::new(given, Grid::uniform(12)).unwrap();
@@ -260,7 +260,7 @@ fn a_planar_motion_in_space() {
         law: Law::new(elastic, Some(friction), &[0, 1, 2]).unwrap(),
         curve: Curve::Space,
         grain: Body::new(1.0).unwrap().with_gravity(turn(gravity)).unwrap(),
-        body: weld(turn(gravity)),
+        body: Some(weld(turn(gravity))),
         ..flat.clone()
     };
     let ends = [flat, spatial].map(|given| {
@@ -312,7 +312,7 @@ fn a_round_rod_keeps_its_momentum() {
         rotary: Some(Matrix3::from_diagonal(&section)),
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
-        body: weld(Vector3::new(0.0, -1.5, 0.0)),
+        body: Some(weld(Vector3::new(0.0, -1.5, 0.0))),
     };
     // From an equilibrium under a load that is let go, with rates that the rod can follow.
     let nodes = 10;
@@ -324,7 +324,7 @@ fn a_round_rod_keeps_its_momentum() {
     let free = weld(Vector3::zeros());
     let rod = HeavyRod::new(
         Given {
-            body: free,
+            body: Some(free),
             ..given
         },
         Grid::uniform(nodes),

@@ -2,7 +2,6 @@
 
 use crate::support::assert_close;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
-use snaprod::motion::{Motion, State};
 use snaprod::rod::{Distributed, EndConditions, Problem, Rod};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
@@ -306,7 +305,7 @@ fn rods_of_assemblies_bear_their_weight() {
     let (mut run, index) = setup.motion(&scene).expect("a motion");
     assert_eq!(index, Some(0));
     while run.advance().is_some() {}
-    let place = run.sample_now().bodies()[0].pose.translation.vector * setup.scales.length;
+    let place = run.now().bodies()[0].pose.translation.vector * setup.scales.length;
     let want = end(&one.1, true);
     assert!((place - want).norm() < 1e-8, "{place} {want}");
     // A rod between two ball joints, and one with a free end.

@@ -40,6 +40,8 @@ mod first_order_space;
 #[cfg(feature = "cli")]
 mod free_ends;
 mod grooves;
+#[cfg(feature = "scene")]
+mod heavy_assemblies;
 mod heavy_rods;
 #[cfg(feature = "scene")]
 mod heavy_scenes;

@@ -446,7 +446,7 @@ fn the_wire_of_the_scenes_swings_as_string_and_beam() {
         );
     }
     let (run, _) = setup.motion(&scene).unwrap();
-    let mut run: Box<dyn Motion<'_>> = Box::new(run);
+    let mut run: Box<dyn Motion<'_>> = run;
     let total = run.now().ledger().total();
     while let Some(event) = run.advance() {
         if let Event::Stop(outcome) = event {

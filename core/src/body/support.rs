@@ -219,6 +219,11 @@ impl<const D: usize> Frame<D> {
         self.turn * (v + self.carried(x))
     }
 
+    /// The acceleration in the world of what stands at a place in the frame.
+    pub fn drawn(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
+        self.turn * (self.centrifugal * x + self.acceleration)
+    }
+
     /// The velocity seen from the frame of what moves at `v` in the world.
     pub fn relative(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
         self.turn.tr_mul(v) - self.carried(x)

@@ -80,12 +80,12 @@ impl Carrier {
     }
 
     /// How many velocities of turning it has.
-    pub(super) fn turnings(&self) -> usize {
+    pub(crate) fn turnings(&self) -> usize {
         if self.turns() { 3 } else { 0 }
     }
 
     /// How many of shifting.
-    pub(super) fn shiftings(&self) -> usize {
+    pub(crate) fn shiftings(&self) -> usize {
         if self.groove.is_some() { 1 } else { 3 }
     }
 
@@ -101,7 +101,7 @@ impl Carrier {
     }
 
     /// Where quaternion, position (or parameter), spin and velocity stand in its part of a state.
-    fn slots(&self) -> [Range<usize>; 4] {
+    pub(crate) fn slots(&self) -> [Range<usize>; 4] {
         let (turnings, shiftings) = (self.turnings(), self.shiftings());
         let mut next = 0;
         let quaternion = turnings + usize::from(self.turns());

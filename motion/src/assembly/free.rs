@@ -20,6 +20,11 @@ impl FreeRod {
         Self { rod, from }
     }
 
+    /// The rod.
+    pub fn rod(&self) -> &Rod {
+        &self.rod
+    }
+
     /// Its sections at `count` + 1 arclengths in the world at time `t`.
     ///
     /// # Errors

@@ -1,19 +1,20 @@
 //! Sections of a rod: where they are, how they move, and the derivatives of both by the strains.
 //!
-//! With A the integration from the clamp to a section, u and v the strains and R the directors:
+//! With A the integration from the base to a section, u and v the strains, R the directors, and r0, Omega, V the base and its motion:
 //! ```text
-//! r = A tau,   tau = R v;            omega = A (R u_t),   r_t = A (omega x tau + R v_t);
-//! omega_t = A (R u_tt + omega x R u_t),
-//! r_tt = A (omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt).
+//! r = r0 + A tau,   tau = R v;       omega = Omega + A (R u_t),   r_t = V + A (omega x tau + R v_t);
+//! omega_t = Omega' + A (R u_tt + omega x R u_t),
+//! r_tt = V' + A (omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt).
 //! ```
-//! A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi = A (R du), and all
-//! derivatives follow from dR = phi x R.
+//! A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi = A (R du), a turn of the base
+//! by what it is, and all derivatives follow from dR = phi x R.
 
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::Kinematics;
 use crate::creep::space::Space;
+use crate::math::se3::{halves, joined};
 use crate::section::Strain;
-use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
 
 /// Three components of a vector at sections (rows) for changes of the strains (columns).
 pub type Triple = [DMatrix<f64>; 3];
@@ -21,7 +22,7 @@ pub type Triple = [DMatrix<f64>; 3];
 /// How the strains make a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Curve {
-    /// In the plane of x and y, from the clamp along x, d1 along z: the angle is the integral of u1 and exact.
+    /// In the plane of x and y, from the base along x, d1 along z: the angle is the integral of u1 and exact. Of length 1.
     Plane,
     /// In space, from the clamp along z: rotations by collocation.
     Space,
@@ -32,8 +33,10 @@ pub enum Curve {
 pub struct Sections {
     /// The nodes.
     pub grid: Grid,
-    /// Row i: int_0^{s_i}; the last: int_0^1.
+    /// Row i: int_0^{s_i}; the last: over the whole rod.
     up: DMatrix<f64>,
+    /// Length of the rod.
+    length: f64,
     /// Which strains can change, places among u1 .. v3.
     active: Vec<usize>,
     curve: Curve,
@@ -46,6 +49,8 @@ pub struct Shape {
     pub directors: Vec<Matrix3<f64>>,
     /// r.
     pub positions: Vec<Vector3<f64>>,
+    /// Where the base is.
+    base: Vector3<f64>,
     /// tau = R v at the nodes.
     tangents: Vec<Vector3<f64>>,
     /// How well the nodes resolve the rotations, as [`Kinematics::defect`].
@@ -98,22 +103,27 @@ pub struct Carried {
     pub by_rate: [Triple; 2],
 }
 
+/// Motions of a base: three turns, three moves.
+pub const BASE: usize = 6;
+
 fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
 
 impl Sections {
-    /// Sections at the nodes of `grid`.
-    pub fn new(grid: Grid, active: &[usize], curve: Curve) -> Self {
+    /// Sections at the nodes of `grid`, which spans a rod of this length from 0 to 1.
+    pub fn new(grid: Grid, active: &[usize], curve: Curve, length: f64) -> Self {
         let n = grid.len();
         let mut up = DMatrix::zeros(n + 1, n);
         up.rows_mut(0, n).copy_from(&grid.integration());
         for (j, weight) in grid.weights().iter().enumerate() {
             up[(n, j)] = *weight;
         }
+        up *= length;
         Self {
             grid,
             up,
+            length,
             active: active.to_vec(),
             curve,
         }
@@ -122,6 +132,14 @@ impl Sections {
     /// Number of coordinates: strains that can change, at all nodes.
     pub fn size(&self) -> usize {
         self.grid.len() * self.active.len()
+    }
+
+    /// The weights of the nodes; they add up to the length.
+    pub fn weights(&self) -> impl Iterator<Item = f64> {
+        self.grid
+            .weights()
+            .iter()
+            .map(|weight| weight * self.length)
     }
 
     /// What a field at the nodes adds up to, at every section.
@@ -152,9 +170,9 @@ impl Sections {
         f.each_ref().map(|f| &self.up * f)
     }
 
-    /// The curve of the strains at the nodes; None if they are too large for one.
-    pub fn shape(&self, strains: &[Strain]) -> Option<Shape> {
-        let (directors, defect) = match self.curve {
+    /// The curve of the strains at the nodes, begun at `base`; None if they are too large for one.
+    pub fn shape(&self, base: &Isometry3<f64>, strains: &[Strain]) -> Option<Shape> {
+        let (mut directors, defect) = match self.curve {
             Curve::Plane => {
                 let bends: Vec<_> = strains.iter().map(|e| Vector3::z() * e[0]).collect();
                 let angles = self.up(&bends);
@@ -171,50 +189,64 @@ impl Sections {
             }
             Curve::Space => {
                 let space = Space::<6, 6>::new();
-                let curve = space.shape(&self.grid, strains)?;
+                let scaled: Vec<Strain> = strains.iter().map(|e| e * self.length).collect();
+                let curve = space.shape(&self.grid, &scaled)?;
                 let mut directors = curve.directors().to_vec();
                 directors.push(curve.end().rotation.to_rotation_matrix().into_inner());
                 (directors, space.defect(&self.grid, &curve))
             }
         };
+        let turn = base.rotation.to_rotation_matrix().into_inner();
+        directors.iter_mut().for_each(|r| *r = turn * *r);
         let tangents: Vec<Vector3<f64>> = directors
             .iter()
             .zip(strains)
             .map(|(r, e)| r * e.fixed_rows::<3>(3))
             .collect();
-        let positions = self.up(&tangents);
+        let base = base.translation.vector;
+        let mut positions = self.up(&tangents);
+        positions.iter_mut().for_each(|r| *r += base);
         let end = positions.last()?;
         end.iter().all(|x| x.is_finite()).then_some(Shape {
             directors,
             positions,
+            base,
             tangents,
             defect,
         })
     }
 
-    /// The velocities of the sections at these strain rates.
-    pub fn flow(&self, shape: &Shape, rates: &[Strain]) -> Flow {
+    /// The velocities of the sections at these strain rates, where the base moves at the twist `base`.
+    pub fn flow(&self, shape: &Shape, base: &Vector6<f64>, rates: &[Strain]) -> Flow {
         let [bends, stretches] = outward(shape, rates);
-        let spins = self.up(&bends);
+        let (spin, velocity) = halves(base);
+        let spins = beyond(spin, self.up(&bends));
         let grown: Vec<_> = (0..rates.len())
             .map(|j| spins[j].cross(&shape.tangents[j]) + stretches[j])
             .collect();
         Flow {
-            velocities: self.up(&grown),
+            velocities: beyond(velocity, self.up(&grown)),
             spins,
             bends,
             stretches,
         }
     }
 
-    /// The accelerations of the sections, `second` the second derivatives of the strains.
-    pub fn change(&self, shape: &Shape, flow: &Flow, second: &[Strain]) -> Change {
+    /// The accelerations of the sections, `base` those of the base and `second` the second derivatives of the strains.
+    pub fn change(
+        &self,
+        shape: &Shape,
+        flow: &Flow,
+        base: &Vector6<f64>,
+        second: &[Strain],
+    ) -> Change {
         let [bends, stretches] = outward(shape, second);
+        let (spin, velocity) = halves(base);
         let n = second.len();
         let turning: Vec<_> = (0..n)
             .map(|j| bends[j] + flow.spins[j].cross(&flow.bends[j]))
             .collect();
-        let spins = self.up(&turning);
+        let spins = beyond(spin, self.up(&turning));
         let grown: Vec<_> = (0..n)
             .map(|j| {
                 let (omega, tau) = (&flow.spins[j], &shape.tangents[j]);
@@ -224,7 +256,7 @@ impl Sections {
             })
             .collect();
         Change {
-            accelerations: self.up(&grown),
+            accelerations: beyond(velocity, self.up(&grown)),
             spins,
             bends,
             stretches,
@@ -238,7 +270,7 @@ impl Sections {
         couples: &[Vector3<f64>],
         forces: &[Vector3<f64>],
     ) -> Vec<f64> {
-        let [moments, beyond] = self.beyond(shape, couples, forces);
+        let [moments, beyond] = self.borne(shape, couples, forces);
         let mut out = Vec::with_capacity(self.size());
         for ((directors, m), p) in shape.directors.iter().zip(&moments).zip(&beyond) {
             for k in &self.active {
@@ -249,8 +281,23 @@ impl Sections {
         out
     }
 
+    /// The same couples and forces as one wrench on the base.
+    pub fn on_base(
+        &self,
+        shape: &Shape,
+        couples: &[Vector3<f64>],
+        forces: &[Vector3<f64>],
+    ) -> Vector6<f64> {
+        let (mut couple, mut force) = (Vector3::zeros(), Vector3::zeros());
+        for ((m, n), r) in couples.iter().zip(forces).zip(&shape.positions) {
+            couple += m + (r - shape.base).cross(n);
+            force += n;
+        }
+        joined(&couple, &force)
+    }
+
     /// weight_j times the moment and the force of what acts beyond node j.
-    fn beyond(
+    fn borne(
         &self,
         shape: &Shape,
         couples: &[Vector3<f64>],
@@ -264,11 +311,16 @@ impl Sections {
         [self.down(&arms), beyond]
     }
 
-    /// J: turns and moves of the sections.
-    pub fn turned(&self, shape: &Shape) -> Turned {
+    /// J: turns and moves of the sections; with six columns more, those of the base turned and moved, where it is `free` to.
+    pub fn turned(&self, shape: &Shape, free: bool) -> Turned {
         let n = self.grid.len();
         let count = self.active.len();
-        let mut phi = blank(n + 1, self.size());
+        let mut phi = blank(n + 1, self.size() + if free { BASE } else { 0 });
+        if free {
+            for (k, phi) in phi.iter_mut().enumerate() {
+                phi.column_mut(self.size() + k).fill(1.0);
+            }
+        }
         for (j, directors) in shape.directors[..n].iter().enumerate() {
             for (a, k) in self.active.iter().enumerate().filter(|(_, k)| **k < 3) {
                 let axis = directors.column(*k);
@@ -280,11 +332,13 @@ impl Sections {
         }
         let mut tau = self.local(&phi, |j| -cross(&shape.tangents[j]));
         self.add_stretch(&mut tau, |j, k| shape.directors[j].column(k).into_owned());
-        Turned {
-            r: self.up_all(&tau),
-            phi,
-            tau,
+        let mut r = self.up_all(&tau);
+        if free {
+            for (k, r) in r.iter_mut().enumerate() {
+                r.column_mut(self.size() + 3 + k).fill(1.0);
+            }
         }
+        Turned { r, phi, tau }
     }
 
     /// A 3 x 3 matrix of each node times what is there.
@@ -379,7 +433,7 @@ impl Sections {
         }
     }
 
-    /// d(J^T f)/dq at couples and forces that stay as they are in the frame of the clamp.
+    /// d(J^T f)/dq at couples and forces that stay as they are; with six rows more, the wrench on the base, where that is free.
     pub fn geometric(
         &self,
         shape: &Shape,
@@ -387,7 +441,7 @@ impl Sections {
         couples: &[Vector3<f64>],
         forces: &[Vector3<f64>],
     ) -> DMatrix<f64> {
-        let [moments, beyond] = self.beyond(shape, couples, forces);
+        let [moments, beyond] = self.borne(shape, couples, forces);
         let n = self.grid.len();
         let pressed = self.local(&turned.tau, |j| -cross(&beyond[j]));
         let inner = self.up.rows(0, n);
@@ -395,8 +449,27 @@ impl Sections {
         self.add_local(&mut by_u, &turned.phi, |j| cross(&moments[j]));
         let by_v = self.local(&turned.phi, |j| cross(&beyond[j]));
         let count = self.active.len();
-        let mut out = DMatrix::zeros(self.size(), self.size());
-        for column in 0..self.size() {
+        let columns = turned.phi[0].ncols();
+        let mut out = DMatrix::zeros(columns, columns);
+        if columns > self.size() {
+            for (i, force) in forces.iter().enumerate() {
+                let arm = |column: usize| {
+                    Vector3::from_fn(|k, _| {
+                        let moved = if column == self.size() + 3 + k {
+                            1.0
+                        } else {
+                            0.0
+                        };
+                        turned.r[k][(i, column)] - moved
+                    })
+                };
+                for column in 0..columns {
+                    let mut couple = out.fixed_view_mut::<3, 1>(self.size(), column);
+                    couple += arm(column).cross(force);
+                }
+            }
+        }
+        for column in 0..columns {
             for (j, directors) in shape.directors[..n].iter().enumerate() {
                 for (a, k) in self.active.iter().enumerate() {
                     let x = if *k < 3 { &by_u } else { &by_v };
@@ -408,6 +481,48 @@ impl Sections {
         }
         out
     }
+}
+
+impl Turned {
+    /// Twists of the end, six rows.
+    pub fn end(&self) -> DMatrix<f64> {
+        last_rows([&self.phi, &self.r])
+    }
+}
+
+impl Carried {
+    /// Derivatives of the acceleration of the end by strains and by rates, six rows each.
+    pub fn end(&self) -> [DMatrix<f64>; 2] {
+        [&self.by_strain, &self.by_rate].map(|by| last_rows(by.each_ref()))
+    }
+}
+
+impl Change {
+    /// The acceleration of the end.
+    pub fn end(&self) -> Vector6<f64> {
+        let last = self.spins.len() - 1;
+        joined(&self.spins[last], &self.accelerations[last])
+    }
+}
+
+impl Flow {
+    /// The twist of the end.
+    pub fn end(&self) -> Vector6<f64> {
+        let last = self.spins.len() - 1;
+        joined(&self.spins[last], &self.velocities[last])
+    }
+}
+
+fn last_rows(of: [&Triple; 2]) -> DMatrix<f64> {
+    let last = of[0][0].nrows() - 1;
+    let rows: Vec<_> = (0..6).map(|k| of[k / 3][k % 3].row(last)).collect();
+    DMatrix::from_rows(&rows)
+}
+
+/// Fields that begin at a value.
+fn beyond(begin: Vector3<f64>, mut field: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    field.iter_mut().for_each(|x| *x += begin);
+    field
 }
 
 impl Shape {

@@ -12,6 +12,7 @@ pub struct Law {
     elastic: Arc<dyn SectionLaw>,
     friction: Option<Arc<dyn RateLaw>>,
     active: Vec<usize>,
+    length: f64,
     rest: Strain,
     /// d D/d e_t of friction that is the same everywhere and always, formed once.
     viscosity: Option<Matrix6<f64>>,
@@ -57,6 +58,7 @@ impl Law {
             rest: elastic.unloaded(0.0)?,
             elastic,
             friction: None,
+            length: 1.0,
             active: active.to_vec(),
             viscosity: None,
         };
@@ -67,6 +69,18 @@ impl Law {
             law.friction = Some(friction);
         }
         Ok(law)
+    }
+
+    /// The law of a rod of this length, along which the law's own arclength runs; s is always from 0 to 1. Without it, 1.
+    #[must_use]
+    pub fn along(mut self, length: f64) -> Self {
+        self.length = length;
+        self
+    }
+
+    /// Length of the rod.
+    pub fn length(&self) -> f64 {
+        self.length
     }
 
     /// Places of the strains that can change among u1 .. v3.
@@ -83,6 +97,7 @@ impl Law {
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.elastic.breaks();
         breaks.extend(self.friction.iter().flat_map(|law| law.breaks()));
+        breaks.iter_mut().for_each(|s| *s /= self.length);
         breaks.sort_by(f64::total_cmp);
         breaks.dedup();
         breaks.retain(|s| *s > 1e-12 && *s < 1.0 - 1e-12);
@@ -94,7 +109,7 @@ impl Law {
     /// # Errors
     /// A law that has no unloaded state there.
     pub fn unloaded(&self, s: f64) -> Result<Strain> {
-        self.elastic.unloaded(s)
+        self.elastic.unloaded(s * self.length)
     }
 
     /// All six strains: the active ones, and the others as they are without load at the clamp.
@@ -117,6 +132,7 @@ impl Law {
 
     /// Energy and resultants; None outside the law's domain.
     pub fn answer(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Answer> {
+        let s = s * self.length;
         let free = self.elastic.free(s, e).ok()?;
         let friction = match (&self.viscosity, &self.friction) {
             (Some(viscosity), _) => viscosity * rate,
@@ -132,6 +148,7 @@ impl Law {
 
     /// Derivatives of the resultants; None outside the law's domain.
     pub fn stiffness(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Stiffness> {
+        let s = s * self.length;
         let mut by_strain = self.elastic.free(s, e).ok()?.tangent;
         let by_rate = match (&self.viscosity, &self.friction) {
             (Some(viscosity), _) => *viscosity,

@@ -17,6 +17,7 @@
 //!
 //! The motion is in `motion::inertia`.
 
+pub mod assembly;
 pub mod frames;
 pub mod law;
 pub mod mass;

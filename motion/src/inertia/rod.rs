@@ -1,4 +1,7 @@
-//! A rod with mass and the body at its end: balance, energies, linearisation.
+//! A rod with mass, and the body at its end if it has one of its own: balance, energies, linearisation.
+//!
+//! The base of a single rod stands at the origin of its clamp. That of a rod of an assembly is where its attachment is and moves as
+//! that does ([`Held`]), all vectors are along the axes of the world, and the derivatives have six rows and columns more for the base.
 
 use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
 use super::law::Law;
@@ -9,7 +12,9 @@ use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Distributed;
 use crate::section::Strain;
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector1, Vector3, Vector6,
+};
 
 /// A rod with mass, whatever its nodes: what [`HeavyRod`] is made of.
 #[derive(Debug, Clone)]
@@ -26,8 +31,8 @@ pub struct Given {
     pub grain: Body<3>,
     /// Dead force per length, in the world.
     pub distributed: Option<Distributed>,
-    /// The body at the end.
-    pub body: Mass,
+    /// The body at the end; None in an assembly, where a wrench acts on the end.
+    pub body: Option<Mass>,
 }
 
 /// A rod with mass at given nodes.
@@ -39,6 +44,38 @@ pub struct HeavyRod {
     pub sections: Sections,
     /// What hangs at them, the body last.
     masses: Vec<Mass>,
+    hinge: Option<Hinge>,
+}
+
+/// A base that turns by itself. Its turn is one field more than the nodes can tell: phi = P_n(2 s - 1) vanishes at all of them. The
+/// integral of phi^2 that Gauss' rule leaves out, of the part c P_n of phi, is c^2/(2 n + 1), and c is the turn of the base less the
+/// value there of what the nodes tell.
+#[derive(Debug, Clone)]
+struct Hinge {
+    /// Inertia of that part.
+    inertia: f64,
+    /// Values at the base of fields that are 1 at one node.
+    weights: Vec<f64>,
+}
+
+impl Hinge {
+    /// c, of the base and the nodes.
+    fn part(&self, base: Vector3<f64>, nodes: &[Vector3<f64>]) -> Vector3<f64> {
+        let pairs = self.weights.iter().zip(nodes);
+        pairs.fold(base, |part, (weight, x)| part - x * *weight)
+    }
+
+    /// The same of the columns of derivatives, of which those from `base` on turn the base.
+    fn rows(&self, of: &Triple, base: Option<usize>) -> [DMatrix<f64>; 3] {
+        let weights = DMatrix::from_row_slice(1, self.weights.len(), &self.weights);
+        std::array::from_fn(|k| {
+            let mut row = -(&weights * of[k].rows(0, self.weights.len()));
+            if let Some(base) = base {
+                row[base + k] += 1.0;
+            }
+            row
+        })
+    }
 }
 
 /// Strains, their rates and what follows from them.
@@ -52,6 +89,26 @@ pub struct Moving {
     pub shape: Shape,
     /// Velocities.
     pub flow: Flow,
+    /// Angular velocity of the base.
+    spin: Vector3<f64>,
+}
+
+/// What holds a rod of an assembly. By default its base stands and its end is free.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// Acceleration of the base (angular first).
+    pub base: Vector6<f64>,
+    /// (couple, force) on the end.
+    pub end: Vector6<f64>,
+}
+
+impl Default for Held {
+    fn default() -> Self {
+        Self {
+            base: Vector6::zeros(),
+            end: Vector6::zeros(),
+        }
+    }
 }
 
 /// The balance at some second derivatives of the strains.
@@ -61,7 +118,12 @@ pub struct Balance {
     pub residual: DVector<f64>,
     /// (couple, force) of the rod on what hangs at the sections.
     pub wrenches: Vec<Vector6<f64>>,
-    change: Change,
+    /// Couple of the turn of the base beside the nodes.
+    turned: Vector3<f64>,
+    /// (couple, force) that holds the base.
+    pub base: Vector6<f64>,
+    /// Accelerations.
+    pub change: Change,
     /// Power of friction, of loads without potential, of drag.
     pub powers: [f64; 3],
 }
@@ -75,6 +137,8 @@ pub struct Derivatives {
     pub by_rate: DMatrix<f64>,
     /// By the second derivatives: the mass matrix.
     pub mass: DMatrix<f64>,
+    /// Of the acceleration of the end, by the same three.
+    pub end: [DMatrix<f64>; 3],
 }
 
 impl Given {
@@ -100,16 +164,18 @@ impl HeavyRod {
                 given.mass
             )));
         }
+        let length = given.law.length();
         let piece = |(s, weight): (&f64, &f64)| -> Result<Mass> {
             let mass = given.mass * weight;
+            let along = length * weight;
             let force = given.distributed.as_ref();
-            let force = force.map_or(Vector3::zeros(), |load| load.density(*s)) * *weight;
+            let force = force.map_or(Vector3::zeros(), |load| load.density(*s)) * along;
             let weight_of = given.grain.constant() * mass + force;
             let body = match given.rotary {
                 None => Mass::Point(held(Body::new(mass)?, weight_of, &given.grain)?),
                 Some(inertia) => {
                     let piece =
-                        RigidBody::new(mass, inertia * *weight)?.with_dead_force(weight_of)?;
+                        RigidBody::new(mass, inertia * along)?.with_dead_force(weight_of)?;
                     Mass::Rigid(match given.grain.support() {
                         Some(support) => piece.with_support(support.clone()),
                         None => piece,
@@ -120,13 +186,33 @@ impl HeavyRod {
         };
         let pieces = grid.nodes().iter().zip(grid.weights()).map(piece);
         let mut masses = pieces.collect::<Result<Vec<_>>>()?;
-        masses.push(given.body.clone());
-        let sections = Sections::new(grid, given.law.active(), given.curve);
+        masses.extend(given.body.clone());
+        let sections = Sections::new(grid, given.law.active(), given.curve, given.law.length());
         Ok(Self {
             given,
             sections,
             masses,
+            hinge: None,
         })
+    }
+
+    /// The same with a base that turns by itself.
+    #[must_use]
+    pub fn on_hinge(mut self) -> Self {
+        let grid = &self.sections.grid;
+        let nodes = grid.counts()[0];
+        let weights = (0..nodes).map(|i| {
+            let mut unit = vec![Vector1::new(0.0); grid.len()];
+            unit[i].x = 1.0;
+            grid.at(&unit, 0.0).x
+        });
+        let element = grid.elements()[0].to() * self.given.law.length();
+        let inertia = self.given.rotary.map_or(0.0, |j| j.trace() / 3.0);
+        self.hinge = Some(Hinge {
+            inertia: inertia * element / (2 * nodes + 1) as f64,
+            weights: weights.collect(),
+        });
+        self
     }
 
     /// Number of coordinates.
@@ -159,21 +245,39 @@ impl HeavyRod {
 
     /// The state of coordinates and rates; None if the strains are too large for a curve.
     pub fn moving(&self, q: &[f64], w: &[f64]) -> Option<Moving> {
+        self.moving_from(&Isometry3::identity(), &Vector6::zeros(), q, w)
+    }
+
+    /// The same with the base at a pose, moving at a twist.
+    pub fn moving_from(
+        &self,
+        base: &Isometry3<f64>,
+        twist: &Vector6<f64>,
+        q: &[f64],
+        w: &[f64],
+    ) -> Option<Moving> {
         let (strains, rates) = (self.strains(q), self.rates(w));
-        let shape = self.sections.shape(&strains)?;
-        let flow = self.sections.flow(&shape, &rates);
+        let shape = self.sections.shape(base, &strains)?;
+        let flow = self.sections.flow(&shape, twist, &rates);
         Some(Moving {
             strains,
             rates,
             shape,
             flow,
+            spin: twist.fixed_rows::<3>(0).into_owned(),
         })
     }
 
     /// The balance at time `t`, with the second derivatives `a` of the coordinates; None outside the law's domain.
     pub fn balance(&self, t: f64, at: &Moving, a: &[f64]) -> Option<Balance> {
+        self.balance_held(t, at, a, &Held::default())
+    }
+
+    /// The same of a rod that is held.
+    pub fn balance_held(&self, t: f64, at: &Moving, a: &[f64], held: &Held) -> Option<Balance> {
         let second = self.rates(a);
-        let change = self.sections.change(&at.shape, &at.flow, &second);
+        let sections = &self.sections;
+        let change = sections.change(&at.shape, &at.flow, &held.base, &second);
         let mut powers = [0.0; 3];
         let mut wrenches = Vec::with_capacity(self.masses.len());
         for (i, mass) in self.masses.iter().enumerate() {
@@ -185,13 +289,21 @@ impl HeavyRod {
             powers[2] += loss;
             wrenches.push(wrench);
         }
-        let couples: Vec<Vector3<f64>> = parts(&wrenches, 0);
+        if self.given.body.is_none() {
+            wrenches.push(-held.end);
+        }
+        let mut turned = Vector3::zeros();
+        if let Some(hinge) = &self.hinge {
+            let base = held.base.fixed_rows::<3>(0).into_owned();
+            turned = hinge.part(base, &change.spins) * hinge.inertia;
+        }
+        let couples = self.couples(&wrenches, &turned);
         let forces: Vec<Vector3<f64>> = parts(&wrenches, 3);
-        let mut residual = self.sections.gathered(&at.shape, &couples, &forces);
+        let mut residual = sections.gathered(&at.shape, &couples, &forces);
         let active = self.given.law.active();
         let count = active.len();
-        let grid = &self.sections.grid;
-        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+        let nodes = sections.grid.nodes().iter();
+        for (j, (s, weight)) in nodes.zip(sections.weights()).enumerate() {
             let answer = self.given.law.answer(*s, &at.strains[j], &at.rates[j])?;
             powers[0] += weight * answer.friction.dot(&at.rates[j]);
             let all = answer.elastic + answer.friction;
@@ -200,9 +312,12 @@ impl HeavyRod {
             }
         }
         let residual = DVector::from_vec(residual);
-        residual.iter().all(|x| x.is_finite()).then_some(Balance {
+        residual.iter().all(|x| x.is_finite()).then(|| Balance {
+            base: sections.on_base(&at.shape, &couples, &forces)
+                + joined(&turned, &Vector3::zeros()),
             residual,
             wrenches,
+            turned,
             change,
             powers,
         })
@@ -218,23 +333,24 @@ impl HeavyRod {
         (pose, joined(&at.flow.spins[i], &at.flow.velocities[i]))
     }
 
-    /// M alone, with J.
+    /// M alone, with J; of a rod of an assembly with six rows and columns more for its base.
     pub fn mass_matrix(&self, t: f64, at: &Moving) -> Option<(DMatrix<f64>, Turned)> {
-        let turned = self.sections.turned(&at.shape);
+        let turned = self.sections.turned(&at.shape, self.given.body.is_none());
         let none = Vector6::zeros();
         let linear = self.masses(t, at, &vec![none; self.masses.len()])?;
-        let mass = self.gathered_twice(
+        let mut mass = self.gathered_twice(
             &linear,
             |m| &m.by_acceleration,
             [&turned.phi, &turned.r],
             [&turned.phi, &turned.r],
         );
+        self.add_hinge(&turned, [(&mut mass, &turned.phi, true)]);
         Some((mass, turned))
     }
 
     /// The derivatives of the residual of `balance`; None outside the law's domain.
     pub fn derivatives(&self, t: f64, at: &Moving, balance: &Balance) -> Option<Derivatives> {
-        let turned = self.sections.turned(&at.shape);
+        let turned = self.sections.turned(&at.shape, self.given.body.is_none());
         let carried = self
             .sections
             .carried(&at.shape, &at.flow, &balance.change, &turned);
@@ -252,18 +368,53 @@ impl HeavyRod {
         stiffness += self.sections.geometric(
             &at.shape,
             &turned,
-            &parts(&balance.wrenches, 0),
+            &self.couples(&balance.wrenches, &balance.turned),
             &parts(&balance.wrenches, 3),
         );
         let mut damping = of(carried.by_rate.each_ref(), inertia);
         damping += of(twist, drag);
-        let mass = of(twist, inertia);
+        let mut mass = of(twist, inertia);
+        let changes = [
+            (&mut stiffness, &carried.by_strain[0], false),
+            (&mut damping, &carried.by_rate[0], false),
+            (&mut mass, &turned.phi, true),
+        ];
+        self.add_hinge(&turned, changes);
         self.add_section(at, &mut stiffness, &mut damping)?;
+        let [end_by_strain, end_by_rate] = carried.end();
         Some(Derivatives {
             by_strain: stiffness,
             by_rate: damping,
             mass,
+            end: [end_by_strain, end_by_rate, turned.end()],
         })
+    }
+
+    /// The couples at the sections, `turned` that of the base beside the nodes.
+    fn couples(&self, wrenches: &[Vector6<f64>], turned: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        let mut couples = parts(wrenches, 0);
+        let weights = self.hinge.iter().flat_map(|hinge| &hinge.weights);
+        for (couple, weight) in couples.iter_mut().zip(weights) {
+            *couple -= turned * *weight;
+        }
+        couples
+    }
+
+    /// Adds what the turn of the base beside the nodes does to matrices, each with the turns of the sections that it belongs to and
+    /// whether the base turns with them.
+    fn add_hinge<const K: usize>(
+        &self,
+        turned: &Turned,
+        changes: [(&mut DMatrix<f64>, &Triple, bool); K],
+    ) {
+        let Some(hinge) = &self.hinge else { return };
+        let left = hinge.rows(&turned.phi, Some(self.size()));
+        for (matrix, by, base) in changes {
+            let right = hinge.rows(by, base.then(|| self.size()));
+            for (left, right) in left.iter().zip(&right) {
+                matrix.gemm_tr(hinge.inertia, left, right, 1.0);
+            }
+        }
     }
 
     /// Adds what the sections themselves answer.
@@ -275,8 +426,8 @@ impl HeavyRod {
     ) -> Option<()> {
         let active = self.given.law.active();
         let count = active.len();
-        let grid = &self.sections.grid;
-        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+        let nodes = self.sections.grid.nodes().iter();
+        for (j, (s, weight)) in nodes.zip(self.sections.weights()).enumerate() {
             let section = self.given.law.stiffness(*s, &at.strains[j], &at.rates[j])?;
             for (a, k) in active.iter().enumerate() {
                 for (b, l) in active.iter().enumerate() {
@@ -306,8 +457,9 @@ impl HeavyRod {
         left: [&Triple; 2],
         right: [&Triple; 2],
     ) -> DMatrix<f64> {
-        let mut out = DMatrix::zeros(self.size(), self.size());
-        let last = linear.len() - 1;
+        let columns = left[0][0].ncols();
+        let mut out = DMatrix::zeros(columns, columns);
+        let last = self.sections.grid.len();
         for k in 0..6 {
             for l in 0..6 {
                 // The pieces of the rod by one product of matrices for each pair of components.
@@ -322,7 +474,9 @@ impl HeavyRod {
                 out.gemm_tr(1.0, &left[k / 3][k % 3].rows(0, last), &scaled, 1.0);
             }
         }
-        MassLinear::add(&mut out, last, which(&linear[last]), left, right);
+        if let Some(body) = linear.get(last) {
+            MassLinear::add(&mut out, last, which(body), left, right);
+        }
         out
     }
 
@@ -335,8 +489,11 @@ impl HeavyRod {
                 mass.kinetic(t, &pose, &v)
             })
             .collect();
-        let last = energies.len() - 1;
-        [energies[last], energies[..last].iter().sum()]
+        let (rod, body) = energies.split_at(self.sections.grid.len());
+        let hinge = self.hinge.as_ref().map_or(0.0, |hinge| {
+            0.5 * hinge.inertia * hinge.part(at.spin, &at.flow.spins).norm_squared()
+        });
+        [body.iter().sum(), rod.iter().sum::<f64>() + hinge]
     }
 
     /// Potential of gravity and constant loads, on body and rod.
@@ -351,7 +508,7 @@ impl HeavyRod {
         let grid = &self.sections.grid;
         let mut energy = 0.0;
         let mut lost = Vec::with_capacity(grid.len());
-        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+        for (j, (s, weight)) in grid.nodes().iter().zip(self.sections.weights()).enumerate() {
             let answer = self.given.law.answer(*s, &at.strains[j], &at.rates[j])?;
             energy += weight * answer.energy;
             lost.push(answer.friction.dot(&at.rates[j]));
@@ -362,7 +519,8 @@ impl HeavyRod {
     /// The first time after `t` at which a load or the motion of the clamp is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         let grain = self.given.grain.next_break(t);
-        self.given.body.next_break(t).min(grain)
+        let body = self.given.body.iter().map(|body| body.next_break(t));
+        body.fold(grain, f64::min)
     }
 }
 

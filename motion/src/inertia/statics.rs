@@ -1,5 +1,6 @@
 //! A rod with mass at rest: equilibria with its weight, rates tangent to the equilibria of its end, small vibrations.
 
+use super::mass::Mass;
 use super::rod::{HeavyRod, Moving};
 use crate::error::{Error, Result};
 use crate::math::order::{sort_eigenvalues, sort_few};
@@ -20,6 +21,8 @@ pub struct Vibration {
 const SUBSPACE: usize = 24;
 /// Steps of the search for an equilibrium.
 const STEPS: usize = 400;
+/// Shifts of an indefinite stiffness that are tried, each ten times the one before.
+const SHIFTS: i32 = 24;
 /// Its residual at the end, relative to 1 + the loads.
 const SOLVED: f64 = 1e-13;
 
@@ -139,7 +142,7 @@ impl HeavyRod {
     }
 
     /// 1/sqrt(weight) for every coordinate, so that norms are means over the rod.
-    fn norm_weights(&self) -> DVector<f64> {
+    pub(super) fn norm_weights(&self) -> DVector<f64> {
         let count = self.given.law.active().len();
         let weights = self.sections.grid.weights();
         DVector::from_fn(self.size(), |i, _| 1.0 / weights[i / count].sqrt())
@@ -153,9 +156,10 @@ impl HeavyRod {
     pub fn following(&self, at: &Moving, velocity: &Vector6<f64>) -> Result<Vec<f64>> {
         let m = self.size();
         let wrong = || Error::domain("the strains at the start are outside the law's domain");
-        let turned = self.sections.turned(&at.shape);
+        let turned = self.sections.turned(&at.shape, false);
         let last = self.sections.grid.len();
-        let first = if self.given.body.turns() { 0 } else { 3 };
+        let turns = self.given.body.as_ref().is_some_and(Mass::turns);
+        let first = if turns { 0 } else { 3 };
         // Components in which the end can move at all.
         let rows: Vec<(DVector<f64>, f64)> = (first..6)
             .map(|k| {
@@ -242,14 +246,10 @@ impl HeavyRod {
 
     /// The `count` slowest vibrations about the equilibrium `q` at time `t`, by rising square of the frequency.
     ///
-    /// From (1/omega^2) K x = M x by Cholesky factors of K where that is positive definite, so that low frequencies keep their digits
-    /// however fast the highest are.
-    ///
     /// # Errors
     /// Strains outside the law's domain; a mass matrix that is not positive definite to rounding.
     pub fn vibrations(&self, t: f64, q: &[f64], count: usize) -> Result<Vec<Vibration>> {
-        let m = self.size();
-        let none = vec![0.0; m];
+        let none = vec![0.0; self.size()];
         let found = self.moving(q, &none).and_then(|at| {
             let balance = self.balance(t, &at, &none)?;
             self.derivatives(t, &at, &balance)
@@ -257,52 +257,62 @@ impl HeavyRod {
         let found = found.ok_or_else(|| {
             Error::domain("the strains of the equilibrium are outside the law's domain")
         })?;
-        let k = (&found.by_strain + found.by_strain.transpose()) * 0.5;
-        let degenerate =
-            || Error::domain("the mass matrix of the rod is singular to rounding: use fewer nodes");
-        let sandwich = |l: &DMatrix<f64>, x: &DMatrix<f64>| -> Option<DMatrix<f64>> {
-            let half = l.solve_lower_triangular(x)?;
-            let whole = l.solve_lower_triangular(&half.transpose())?;
-            Some((&whole + whole.transpose()) * 0.5)
-        };
-        let (squares, shapes) = match k.clone().cholesky() {
-            Some(factors) => {
-                let l = factors.l();
-                let eigen = sandwich(&l, &found.mass)
-                    .ok_or_else(degenerate)?
-                    .symmetric_eigen();
-                let shapes = l
-                    .tr_solve_lower_triangular(&eigen.eigenvectors)
-                    .ok_or_else(degenerate)?;
-                (
-                    eigen.eigenvalues.map(|x| 1.0 / x.max(f64::MIN_POSITIVE)),
-                    shapes,
-                )
-            }
-            None => {
-                let l = found.mass.clone().cholesky().ok_or_else(degenerate)?.l();
-                let eigen = sandwich(&l, &k).ok_or_else(degenerate)?.symmetric_eigen();
-                let shapes = l
-                    .tr_solve_lower_triangular(&eigen.eigenvectors)
-                    .ok_or_else(degenerate)?;
-                (eigen.eigenvalues, shapes)
-            }
-        };
-        let mut order: Vec<usize> = (0..m).collect();
-        sort_few(&mut order, |i| squares[*i]);
-        Ok(order
-            .into_iter()
-            .take(count)
-            .map(|i| {
-                let shape: DVector<f64> = shapes.column(i).into_owned();
-                let mass = shape.dot(&(&found.mass * &shape));
-                let friction = shape.dot(&(&found.by_rate * &shape));
-                Vibration {
-                    square: squares[i],
-                    decay: 0.5 * friction / mass,
-                    shape: shape / mass.sqrt(),
-                }
-            })
-            .collect())
+        slowest([&found.by_strain, &found.by_rate, &found.mass], count)
     }
+}
+
+/// The `count` slowest vibrations of a system with this stiffness K, damping and mass M, by rising square of the frequency.
+///
+/// From (1/omega^2) K x = M x by Cholesky factors of K where that is positive definite, so that low frequencies keep their digits
+/// however fast the highest are; elsewhere from K + shift M, with 1/(omega^2 + shift). There the rigid motions, 1/shift, leave rounding
+/// in the others: their squares are the Rayleigh quotients of their shapes, which are off by the square of what these are.
+///
+/// # Errors
+/// A mass matrix that is singular to rounding where K is not positive definite.
+pub(super) fn slowest(
+    [stiffness, damping, mass]: [&DMatrix<f64>; 3],
+    count: usize,
+) -> Result<Vec<Vibration>> {
+    let k = (stiffness + stiffness.transpose()) * 0.5;
+    let degenerate =
+        || Error::domain("the mass matrix of the rod is singular to rounding: use fewer nodes");
+    // From the first frequency that a shift shows, upwards.
+    // Rigid motions have no stiffness but rounding.
+    let diagonal = k.diagonal().abs();
+    let elastic = diagonal.iter().filter(|x| **x > 1e-10 * diagonal.max());
+    let typical = elastic.copied().fold(f64::INFINITY, f64::min) / mass.diagonal().max();
+    let shifts = (0..SHIFTS).map(|i| typical * 1e-6 * 10f64.powi(i));
+    let (factors, shift) = std::iter::once(0.0)
+        .chain(shifts)
+        .find_map(|shift| Some(((&k + mass * shift).cholesky()?, shift)))
+        .ok_or_else(degenerate)?;
+    let l = factors.l();
+    let half = l.solve_lower_triangular(mass).ok_or_else(degenerate)?;
+    let whole = l
+        .solve_lower_triangular(&half.transpose())
+        .ok_or_else(degenerate)?;
+    let eigen = ((&whole + whole.transpose()) * 0.5).symmetric_eigen();
+    let shapes = l
+        .tr_solve_lower_triangular(&eigen.eigenvectors)
+        .ok_or_else(degenerate)?;
+    let squares = eigen
+        .eigenvalues
+        .map(|x| 1.0 / x.max(f64::MIN_POSITIVE) - shift);
+    let mut order: Vec<usize> = (0..k.nrows()).collect();
+    sort_few(&mut order, |i| squares[*i]);
+    Ok(order
+        .into_iter()
+        .take(count)
+        .map(|i| {
+            let shape: DVector<f64> = shapes.column(i).into_owned();
+            let mass = shape.dot(&(mass * &shape));
+            let friction = shape.dot(&(damping * &shape));
+            let quotient = shape.dot(&(&k * &shape)) / mass;
+            Vibration {
+                square: if shift > 0.0 { quotient } else { squares[i] },
+                decay: 0.5 * friction / mass,
+                shape: shape / mass.sqrt(),
+            }
+        })
+        .collect())
 }

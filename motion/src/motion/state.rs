@@ -60,6 +60,12 @@ pub trait State {
         self.configuration().map_or(&[], |now| &now.bodies)
     }
 
+    /// The rods of an assembly that have strains of their own, each as [`State::sections`], in the world; none where the configuration
+    /// tells them.
+    fn curves(&self, _points: usize) -> Vec<Vec<Isometry3<f64>>> {
+        Vec::new()
+    }
+
     /// The forces of grooves on the bodies that slide in them, in the world of [`State::configuration`].
     fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
         Vec::new()

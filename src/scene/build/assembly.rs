@@ -1,5 +1,7 @@
 //! Several rods and bodies.
 
+mod heavy_assembly;
+
 use super::clamp::moving;
 use super::light::light;
 use super::loads::{acting_on, point_mass};
@@ -9,7 +11,9 @@ use crate::assembly::{
 };
 use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
+use crate::inertia::assembly::HeavyAssembly;
 use crate::math::se3::{halves, joined};
+use crate::motion::Motion;
 use crate::motion::assembly::AssemblyRun;
 use crate::rod::{Distributed, RodSection, Wrench};
 use crate::scene::{
@@ -40,6 +44,8 @@ pub struct AssemblySetup {
     twists: Vec<Vector6<f64>>,
     unloaded: bool,
     tolerance: f64,
+    /// The same with the mass of the rods, where that counts in full.
+    heavy: Option<HeavyAssembly>,
 }
 
 impl AssemblySetup {
@@ -57,6 +63,7 @@ impl AssemblySetup {
                 .map_err(|why| why.context(format!("the body {:?}", body.name)))
         });
         let carriers = carriers.collect::<Result<Vec<Carrier>>>()?;
+        let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers)?;
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
         let mut masses = Vec::new();
         for rod in &given.rods {
@@ -74,7 +81,12 @@ impl AssemblySetup {
             };
             let thickness = rod.rod.thickness().unwrap_or(0.0);
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
-            links.push(match along(rod, scene.loads.gravity, &scales)? {
+            let load = match heavy.is_some() && joints == (Joint::Ball, Joint::Ball) {
+                // With mass it is borne in motion, and where the bodies settle.
+                true => None,
+                false => along(rod, scene.loads.gravity, &scales)?,
+            };
+            links.push(match load {
                 None => link,
                 Some(load) if turned => link.with_distributed(load.reversed()).map_err(named)?,
                 Some(load) => link.with_distributed(load).map_err(named)?,
@@ -85,7 +97,7 @@ impl AssemblySetup {
         let free = given.free.iter().map(|rod| {
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
             let weight = LoadAlong::default().with_weight(&rod.rod, scene.loads.gravity)?;
-            if weight.is_some() {
+            if weight.is_some() && heavy.is_none() {
                 return Err(named(Error::domain(
                     "a rod with a free end has no weight: leave out its mass (a material by E and nu, without a density), or put a small body at \
                      its end",
@@ -130,6 +142,7 @@ impl AssemblySetup {
             unloaded: matches!(scene.start.place, Shape::Rest { .. }),
             // Equilibria are solved a digit better than asked for.
             tolerance: (0.1 * scene.solve.tolerance).max(FINEST),
+            heavy,
         })
     }
 
@@ -188,11 +201,20 @@ impl AssemblySetup {
     ///
     /// # Errors
     /// A scene of statics; a start from which it cannot go.
-    pub fn motion(&self, scene: &Scene) -> Result<(AssemblyRun, Option<usize>)> {
+    pub fn motion(&self, scene: &Scene) -> Result<(Box<dyn Motion<'static>>, Option<usize>)> {
         let options = super::options(scene.run()?, &self.scales)?;
         let (start, index) = self.start()?;
+        if let Some(heavy) = &self.heavy {
+            let run = self.heavy_motion(heavy, &start, scene, options)?;
+            return Ok((Box::new(run), None));
+        }
         let run = AssemblyRun::new(self.assembly.clone(), &start, options)?;
-        Ok((run, index))
+        Ok((Box::new(run), index))
+    }
+
+    /// True if the mass of the rods counts in full.
+    pub fn is_heavy(&self) -> bool {
+        self.heavy.is_some()
     }
 
     /// The wrench (couple, force) at the base of every rod, `from`, in the world and the scene's units.

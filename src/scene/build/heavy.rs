@@ -17,7 +17,9 @@ use crate::motion::inertia::{HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
 use crate::rod::Distributed;
-use crate::scene::{Dimensionless, Place, Scene, StrainField, StrainName, StrainRate};
+use crate::scene::{
+    Dimensionless, Model, Place, Rod, Scales, Scene, StrainField, StrainName, StrainRate,
+};
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -52,39 +54,48 @@ pub struct HeavySpace {
     pub settled: bool,
 }
 
-/// A section law with its friction, in units of the rod.
-fn law(scene: &Scene, active: &[usize]) -> Result<Law> {
-    let measures = scene.scales()?.measures();
-    let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) =
-        match &scene.rod.damping {
-            Some(_) => {
-                let section = scene.viscoelastic()?.measured(measures);
-                (section.elastic, Some(section.rate))
-            }
-            None if scene.is_planar() => (Arc::new(Linear::diagonal([1.0; 2], 1.0)?), None),
-            None => {
-                let rod = scene.cosserat_rod()?;
-                (rod.measured(measures).law().clone(), None)
-            }
-        };
+/// A section law with its friction, in these units.
+fn law(rod: &Rod, measures: Measures, active: &[usize]) -> Result<Law> {
+    let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) = match &rod.damping {
+        Some(_) => {
+            let section = rod.viscoelastic()?.measured(measures);
+            (section.elastic, Some(section.rate))
+        }
+        None if rod.model == Model::Elastica => (Arc::new(Linear::diagonal([1.0; 2], 1.0)?), None),
+        None => (rod.unclamped()?.measured(measures).law().clone(), None),
+    };
     Law::new(elastic, friction, active)
 }
 
-/// Mass of the rod over that of the body.
-fn mass(scene: &Scene) -> Result<f64> {
-    if !scene.rod.is_heavy() {
+/// Mass of the rod over the unit of mass.
+fn mass(rod: &Rod, scales: &Scales) -> Result<f64> {
+    if !rod.is_heavy() {
         return Err(Error::domain(
             "rod.inertia: a rod with mass has inertia = \"full\"",
         ));
     }
-    let mass = scene.rod.mass().ok_or_else(|| {
+    let mass = rod.mass().ok_or_else(|| {
         Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
     })?;
-    Ok(mass / scene.body()?.mass)
+    Ok(mass / scales.mass)
+}
+
+/// Its law in space, with the strains that can change, its mass and the inertia of its sections, in these units.
+///
+/// # Errors
+/// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known.
+pub(in crate::scene) fn in_space(rod: &Rod, scales: &Scales) -> Result<(Law, f64, Matrix3<f64>)> {
+    let rigid = rod.unclamped()?.law().rigid();
+    let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
+    Ok((
+        law(rod, scales.measures(), &active)?,
+        mass(rod, scales)?,
+        rotary(rod, scales)?,
+    ))
 }
 
 /// A point of mass 1 on the clamp of the rod, under gravity alone.
-fn grain(gravity: Vector3<f64>, support: Option<Support<3>>) -> Result<Body<3>> {
+pub(super) fn grain(gravity: Vector3<f64>, support: Option<Support<3>>) -> Result<Body<3>> {
     let grain = Body::new(1.0)?.with_gravity(gravity)?;
     Ok(match support {
         Some(support) => grain.with_support(support),
@@ -102,13 +113,13 @@ impl HeavyPlane {
         let support = clamp::lifted(&plain.clamp)?;
         let body = point_mass(1.0, &plain.loads, Vector3::from, support.clone())?;
         let given = Given {
-            law: law(scene, &[StrainName::U1 as usize])?,
+            law: law(&scene.rod, scales.measures(), &[StrainName::U1 as usize])?,
             curve: Curve::Plane,
-            mass: mass(scene)?,
+            mass: mass(&scene.rod, &scales)?,
             rotary: None,
             grain: grain(plain.loads.gravity.into(), support.clone())?,
             distributed: distributed(&plain, Vector3::from)?,
-            body: Mass::Point(body),
+            body: Some(Mass::Point(body)),
         };
         let settled = matches!(plain.start.place, Place::Settled { .. });
         let curvature = match &plain.start.place {
@@ -197,7 +208,7 @@ impl MotionModel for HeavyPlane {
     fn load(&self) -> Option<Vector2<f64>> {
         let stands = (self.given.grain.support()).is_none_or(|support| support.is_fixed());
         match &self.given.body {
-            Mass::Point(body) if stands => Some(body.load(0.0).xy()),
+            Some(Mass::Point(body)) if stands => Some(body.load(0.0).xy()),
             _ => None,
         }
     }
@@ -211,8 +222,9 @@ impl MotionModel for HeavyPlane {
 
     fn is_driven(&self) -> bool {
         match &self.given.body {
-            Mass::Point(body) => body.is_driven(),
-            Mass::Rigid(body) => body.is_driven(),
+            Some(Mass::Point(body)) => body.is_driven(),
+            Some(Mass::Rigid(body)) => body.is_driven(),
+            None => false,
         }
     }
 
@@ -226,22 +238,13 @@ impl MotionModel for HeavyPlane {
 }
 
 impl HeavySpace {
-    /// The rod with its body at rest on its clamp, without the start.
-    ///
-    /// # Errors
-    /// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known.
-    pub fn given(scene: &Scene) -> Result<(Law, f64, Matrix3<f64>)> {
-        let rigid = scene.cosserat_rod()?.law().rigid();
-        let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
-        Ok((law(scene, &active)?, mass(scene)?, rotary(scene)?))
-    }
-
     /// Finds the start and scales everything.
     ///
     /// # Errors
-    /// As [`HeavySpace::given`]; a start for which no equilibrium is found.
+    /// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known; a start for which no
+    /// equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let (law, mass, rotary) = Self::given(scene)?;
+        let (law, mass, rotary) = in_space(&scene.rod, &scene.scales()?)?;
         let plain = scene.dimensionless()?;
         let common = InSpace::new(scene, law.breaks())?;
         let (body, support) = match &common.carried {
@@ -260,7 +263,7 @@ impl HeavySpace {
             rotary: Some(rotary),
             grain: grain(inward(plain.loads.gravity), support.clone())?,
             distributed: distributed(&plain, inward)?,
-            body,
+            body: Some(body),
         };
         Ok(Self {
             given,
@@ -279,9 +282,8 @@ impl HeavySpace {
 }
 
 /// Inertia of the sections per length, about their middle along their directors, in units of the rod.
-fn rotary(scene: &Scene) -> Result<Matrix3<f64>> {
-    let scales = scene.scales()?;
-    let found = scene.rod.rotary_inertia()?.ok_or_else(|| {
+fn rotary(rod: &Rod, scales: &Scales) -> Result<Matrix3<f64>> {
+    let found = rod.rotary_inertia()?.ok_or_else(|| {
         Error::domain(
             "rod.section_inertia is missing: a rod in space with mass turns its sections, and neither a shape nor an axial stiffness tells \
              their inertia; write section_inertia = [1e-6, 1e-6, 2e-6] (mass per length times the squares of the radii of gyration)",

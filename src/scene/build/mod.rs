@@ -16,6 +16,7 @@ mod viscous;
 
 pub use assembly::{AssemblySetup, RodCurve};
 pub use elastic_space::ElasticSpace;
+pub(in crate::scene) use heavy::in_space as heavy_in_space;
 pub use heavy::{HeavyPlane, HeavySpace};
 pub use in_space::{InSpace, SpaceField};
 pub use planar::ElasticPlane;

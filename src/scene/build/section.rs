@@ -1,7 +1,7 @@
 //! From a scene to its viscoelastic section.
 
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Model, Rod, Scene};
 use crate::section::rate::{Damping, Maxwell, StrainMatrix, Viscoelastic};
 use crate::section::{Linear, SectionLaw};
 use std::sync::Arc;
@@ -14,20 +14,27 @@ impl Scene {
     /// A scene without damping; as [`Scene::cosserat_rod`]; matrices that are not positive definite in the strains that the
     /// section does not hold rigid; Maxwell branches in proportion to a section that varies along the rod.
     pub fn viscoelastic(&self) -> Result<Viscoelastic> {
-        let Some(damping) = &self.rod.damping else {
+        self.rod.viscoelastic()
+    }
+}
+
+impl Rod {
+    /// As [`Scene::viscoelastic`].
+    pub(super) fn viscoelastic(&self) -> Result<Viscoelastic> {
+        let Some(damping) = &self.damping else {
             return Err(Error::domain(
                 "rod.damping is missing or 0: an elastic rod has no section that creeps or remembers; write damping > 0",
             ));
         };
-        let planar = self.is_planar();
+        let planar = self.model == Model::Elastica;
         let (elastic, bending): (Arc<dyn SectionLaw>, f64) = match planar {
             true => {
-                let bending = self.rod.bending_stiffness()?;
+                let bending = self.bending_stiffness()?;
                 let law = Linear::diagonal([bending; 2], bending)?;
                 (Arc::new(law), bending)
             }
             false => {
-                let rod = self.cosserat_rod()?;
+                let rod = self.unclamped()?;
                 (rod.law().clone(), rod.reference_stiffness())
             }
         };
@@ -43,7 +50,7 @@ impl Scene {
             .law(&elastic, bending)
             .map_err(|e| e.context("rod.damping"))?;
         let mut law = Viscoelastic::new(elastic.clone(), rate)?;
-        for (i, branch) in self.rod.relaxation.iter().enumerate() {
+        for (i, branch) in self.relaxation.iter().enumerate() {
             let branch = Maxwell {
                 modulus: given(&branch.modulus),
                 time: branch.time,

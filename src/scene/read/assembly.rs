@@ -5,7 +5,7 @@ use super::ends::{inertia, motion, orientation};
 use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
 use super::loads::{distributed, load, loads};
-use super::rod::rod;
+use super::rod::{Memory, rod};
 use super::rule::SPREAD;
 use super::run::{run, solve};
 use super::scene::{default, part, units};
@@ -13,6 +13,7 @@ use super::solid::{Matter, has_extent, is_of_a_body, matter};
 use super::table::{Absent, Table};
 use super::words::{listed, nearest};
 use crate::assembly::Joint;
+use crate::scene::build::heavy_in_space;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, ClampMotion, Extent, FaultKind, Force,
     FreeRod, Guess, Load, LoadAlong, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
@@ -81,6 +82,9 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         )
     });
     rod_tables.as_deref().map(free_come_last);
+    let alike = rod_tables
+        .as_deref()
+        .is_none_or(|tables| masses_are_alike(tables, motion));
     let rods: Option<Vec<AnyRod>> = rods.and_then(|rods| rods.into_iter().collect());
     let rods = rods.map(|all| {
         let (mut held, mut free) = (Vec::new(), Vec::new());
@@ -131,6 +135,9 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         continuation(table, Some(&scene)).map(Some)
     });
     scene.continuation = follow?;
+    if !alike {
+        return None;
+    }
     let tables = rod_tables.as_deref().unwrap_or_default();
     for (k, table) in tables.iter().enumerate() {
         if table
@@ -405,6 +412,40 @@ fn free_come_last(tables: &[Table]) {
     }
 }
 
+/// Reports rods with mass beside rods without, with other numbers of nodes, or at rest.
+fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
+    let heavy = |table: &Table| Memory::of(table).heavy;
+    let mut alike = true;
+    let Some(first) = tables.first() else {
+        return true;
+    };
+    for table in tables {
+        let mut refuse = |name: &str, allowed: &str, hint: &str| {
+            alike = false;
+            table.fault(FaultKind::Conflict, name, allowed, hint);
+        };
+        if heavy(table) && !motion {
+            let hint = "at rest the mass of rods does nothing but weigh, which is not followed in an assembly; a scene with [run] is one of \
+                        motion";
+            refuse("inertia", "\"none\", or left out, at rest", hint);
+        } else if heavy(table) && tables.iter().any(|other| !heavy(other)) {
+            let hint = "give all rods of the assembly a mass and inertia = \"full\", or none";
+            refuse("inertia", "the same in all [[rod]]", hint);
+        } else if table.has("nodes") {
+            let number = |table: &Table| {
+                table
+                    .get("nodes")
+                    .and_then(|x| x.get_ref().as_integer().map(|x| x.as_str().to_owned()))
+            };
+            if number(table) != number(first) {
+                let hint = "leave it out, and the program chooses for every rod";
+                refuse("nodes", "the same in all [[rod]]", hint);
+            }
+        }
+    }
+    alike
+}
+
 /// One end of a rod.
 fn site(
     rod: &Table,
@@ -621,7 +662,11 @@ fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
     let held = assembly.rods.iter().map(|rod| &rod.rod);
     let rods = held.chain(assembly.free.iter().map(|rod| &rod.rod));
     for (rod, table) in rods.zip(tables) {
-        if let Err(error) = rod.unclamped() {
+        let made_rod = rod.unclamped().and_then(|_| match rod.is_heavy() {
+            true => heavy_in_space(rod, &scene.scales()?).map(drop),
+            false => Ok(()),
+        });
+        if let Err(error) = made_rod {
             made = false;
             let allowed = "a rod whose section law can be made";
             let kind = FaultKind::Value;

@@ -67,8 +67,7 @@ pub(super) static TOP: Spec = Spec {
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
-const ELASTIC: &str =
-    "rods of an assembly are elastic; one rod with damping is a scene of its own, [rod] and [body]";
+const ELASTIC: &str = "rods of an assembly have no Maxwell branches; one rod with such is a scene of its own, [rod] and [body]";
 
 #[rustfmt::skip]
 pub(super) static ROD: Spec = Spec {
@@ -95,15 +94,15 @@ pub(super) static ROD: Spec = Spec {
         field("rest", IN_SPACE, Table(&REST_STRAINS), "", No, "Strains of the unloaded rod; without it, straight and untwisted."),
         field("damping", PLANE, OneOf(&[Number(&ETA), Table(&DAMPING)]), "N m² s", No,
             "Internal friction: the viscosity eta of the couple EI theta' + eta theta'_t, or a table; without it, or 0, the rod is elastic."),
-        field("damping", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", No,
-            "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic."),
+        field("damping", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", No,
+            "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic. In an assembly with inertia = \"full\" only."),
         field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
-        field("nodes", MOTION, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping, or with inertia = \"full\"."),
+        field("nodes", MOTION | ASSEMBLY, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping, or with inertia = \"full\"."),
         field("mass", MOTION | ASSEMBLY, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. Its weight mass * loads.gravity acts along the rod; what its inertia does `inertia` says."),
         field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", No,
             "What the mass of the rod does: nothing but weigh (\"none\"); all of it (\"full\": kinetic energy, weight, vibrations and waves of its own, docs/mass.md); or its kinetic energy and weight while the rod stays on its equilibria (\"first-order\": an elastic rod; the error is of the order of (rod mass / body mass)^2 on smooth motion). Without it \"first-order\" for an elastic rod of less than 0.1 of the body's mass where that can be followed, which the run says; else \"none\"."),
-        field("inertia", ASSEMBLY, Word(&["none", "first-order"]), "", No,
-            "What the mass of the rod does in a motion: nothing but weigh, or as that of one rod to first order. Without it \"first-order\" for a rod of less than 0.1 of the mass of each body that it holds, where that can be followed; else \"none\"."),
+        field("inertia", ASSEMBLY, Word(&["none", "full", "first-order"]), "", No,
+            "What the mass of the rod does in a motion: nothing but weigh, all of it, or to first order, as that of one rod; \"full\" for all rods or none. Without it \"first-order\" for a rod of less than 0.1 of the mass of each body that it holds, where that can be followed; else \"none\"."),
         field("section_inertia", SPACE | ASSEMBLY, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
         field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
         field("mass", REST, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
@@ -122,7 +121,7 @@ pub(super) static ROD: Spec = Spec {
     ],
     barred: &[
         (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
-        (ASSEMBLY, "damping", ELASTIC), (ASSEMBLY, "relaxation", ELASTIC), (ASSEMBLY, "nodes", ELASTIC),
+        (ASSEMBLY, "relaxation", ELASTIC),
     ],
 };
 
@@ -224,12 +223,12 @@ pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
 #[rustfmt::skip]
 pub(super) static DAMPING: Spec = spec("damping", &[
     field("proportional", PLANE, Number(&PRESENT), "s", No, "A time: viscosity over bending stiffness."),
-    field("proportional", SPACE, Number(&SIZE), "s", No, "A time: viscosity over stiffness, the same for all strains."),
+    field("proportional", SPACE | ASSEMBLY, Number(&SIZE), "s", No, "A time: viscosity over stiffness, the same for all strains."),
     field("viscosity", PLANE, Number(&PRESENT), "N m² s", No, "Viscosity eta, in place of proportional."),
-    field("viscosity", SPACE, OneOf(&[Numbers(6), Rows(6)]), "", No, "Six viscosities, or six rows, in place of proportional."),
-    field("exponent", MOTION, Number(&EXPONENT), "", No, "Above `rate` friction grows as rate^exponent (Carreau); 1 is linear, less is shear thinning. With `rate`."),
-    field("rate", MOTION, Number(&SIZE), "1/(m s)", No, "Rate of the curvature at which the power sets in. With `exponent`."),
-    field("barrier", SPACE, Table(&BARRIER), "", No, "Friction that is infinite at total compression (AMV (2.40))."),
+    field("viscosity", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6)]), "", No, "Six viscosities, or six rows, in place of proportional."),
+    field("exponent", MOTION | ASSEMBLY, Number(&EXPONENT), "", No, "Above `rate` friction grows as rate^exponent (Carreau); 1 is linear, less is shear thinning. With `rate`."),
+    field("rate", MOTION | ASSEMBLY, Number(&SIZE), "1/(m s)", No, "Rate of the curvature at which the power sets in. With `exponent`."),
+    field("barrier", SPACE | ASSEMBLY, Table(&BARRIER), "", No, "Friction that is infinite at total compression (AMV (2.40))."),
 ]);
 #[rustfmt::skip]
 pub(super) static MAXWELL: Spec = spec("relaxation", &[
@@ -240,7 +239,7 @@ pub(super) static MAXWELL: Spec = spec("relaxation", &[
 ]);
 #[rustfmt::skip]
 pub(super) static PROPORTIONAL: Spec = spec("proportional", &[
-    field("proportional", SPACE, Number(&NON_NEGATIVE), "", Yes("proportional = 0.5"), "So many times the stiffness of the section."),
+    field("proportional", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "", Yes("proportional = 0.5"), "So many times the stiffness of the section."),
 ]);
 
 #[rustfmt::skip]

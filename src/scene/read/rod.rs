@@ -139,7 +139,15 @@ pub(super) fn rod(table: &Table) -> Parts {
     };
     let rigid = section.as_ref().map(Section::rigid);
     let (damping, relaxation, nodes) = match kind {
-        REST | ASSEMBLY => (Some(None), Some(Vec::new()), Some(None)),
+        REST => (Some(None), Some(Vec::new()), Some(None)),
+        ASSEMBLY => match light_is_elastic(table) {
+            true => (
+                friction::damping(table, rigid),
+                Some(Vec::new()),
+                nodes(table),
+            ),
+            false => (None, Some(Vec::new()), None),
+        },
         PLANE => (
             friction::planar_damping(table),
             friction::planar_branches(table),
@@ -177,6 +185,21 @@ pub(super) fn rod(table: &Table) -> Parts {
     }
 }
 
+/// Reports what is told of a rod of an assembly that only one with mass can have.
+fn light_is_elastic(rod: &Table) -> bool {
+    let told = rod.given(&["damping", "nodes"]);
+    if Memory::of(rod).heavy || told.is_empty() {
+        return true;
+    }
+    for name in told {
+        let hint = "rods of an assembly without mass are elastic; with mass and inertia = \"full\" they can have friction, and one rod with \
+                    damping is a scene of its own, [rod] and [body]";
+        let allowed = "left out where inertia is not \"full\"";
+        rod.fault(FaultKind::Conflict, name, allowed, hint);
+    }
+    false
+}
+
 /// Reads `rod.inertia`, and what goes with it.
 fn inertia(
     rod: &Table,
@@ -186,13 +209,8 @@ fn inertia(
     if !rod.has("inertia") {
         return Some(None);
     }
-    let inertia = match rod.reader.kind.get() {
-        ASSEMBLY => rod.word("inertia", &[Inertia::None, Inertia::FirstOrder])?,
-        _ => rod.word(
-            "inertia",
-            &[Inertia::None, Inertia::Full, Inertia::FirstOrder],
-        )?,
-    };
+    let choices = [Inertia::None, Inertia::Full, Inertia::FirstOrder];
+    let inertia = rod.word("inertia", &choices)?;
     let refuse = |name: &str, allowed: &str, hint: &str| {
         rod.refuse(FaultKind::Conflict, name, allowed, hint.to_owned())
     };

@@ -16,7 +16,8 @@ use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
 use super::table::{Absent, Table};
-use crate::scene::{Clamp, FaultKind, Faults, HeavySpace, Loads, Scene, Solve, Start, Units};
+use crate::scene::build::heavy_in_space;
+use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, Solve, Start, Units};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -208,7 +209,10 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
     let kind: Kinds = top.reader.kind.get();
     let made = match kind {
         PLANE => scene.rod.bending_stiffness().map(drop),
-        SPACE if scene.rod.is_heavy() => HeavySpace::given(scene).map(drop),
+        SPACE if scene.rod.is_heavy() => {
+            let scales = scene.scales();
+            scales.and_then(|scales| heavy_in_space(&scene.rod, &scales).map(drop))
+        }
         SPACE if scene.rod.damping.is_some() => scene
             .moving()
             .map(drop)

@@ -3,7 +3,7 @@
 use super::equilibrium::pose_json;
 use crate::assembly::Contact;
 use crate::math::se3::halves;
-use crate::motion::{Closing, Ledger, Outcome, Snap, SnapEnd};
+use crate::motion::{Closing, Ledger, Outcome, Resolution, Snap, SnapEnd};
 use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
@@ -69,6 +69,8 @@ pub struct AssemblyRunBranch {
     pub touching: Option<Contact>,
     /// Its cost.
     pub cost: Cost,
+    /// How the strains of rods with mass were resolved.
+    pub resolution: Option<Resolution>,
     /// Its own snaps, in the units of the rod.
     pub snaps: Vec<Snap>,
     /// Of each of [`AssemblyRunBranch::all_snaps`] the wrench (couple, force) at the base of its rod before and after, along the directors there, in the scene's
@@ -211,6 +213,10 @@ impl AssemblyRunRecord {
             let masses: Vec<Value> = self.masses.iter().map(RodMassNote::json).collect();
             summary.insert("rod_masses".to_owned(), json!(masses));
         }
+        if let Some(nodes) = last.resolution {
+            let nodes = json!({ "most": nodes.most_nodes, "tail": nodes.tail, "rate_tail": nodes.rate_tail });
+            summary.insert("nodes".to_owned(), nodes);
+        }
         if let Some(warning) = self.warning() {
             summary.insert("warning".to_owned(), json!(warning));
         }
@@ -308,7 +314,7 @@ impl AssemblyRunRecord {
             "total": at.total,
             "index": at.index,
         }));
-        if follows(&self.masses) {
+        if follows(&self.masses) || self.last().resolution.is_some() {
             state.insert("rod_kinetic".to_owned(), json!(ledger.rod_kinetic));
         }
         if !self.free.is_empty() {

@@ -3,7 +3,6 @@
 use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
 use crate::assembly::{Contact, Place};
 use crate::error::{Error, Result};
-use crate::motion::assembly::AssemblyRun;
 use crate::motion::{Closing, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive};
 use crate::scene::{AssemblyBody, AssemblySetup, Run, Scene, Units};
 use crate::study::run::Bounds;
@@ -19,6 +18,9 @@ use nalgebra::{Isometry3, Vector6};
 const KEPT: usize = 4000;
 /// Sections of a rod that is drawn, less one.
 const SECTIONS: usize = 60;
+
+/// A motion from its start, and the Morse index of the equilibrium there, if it is one and that is known.
+pub type AssemblyMotion = (Box<dyn Motion<'static>>, Option<usize>);
 
 /// A scene of an assembly in motion made ready to run.
 pub struct AssemblyPrepared {
@@ -44,7 +46,7 @@ impl AssemblyPrepared {
     ///
     /// # Errors
     /// A start from which it cannot go.
-    pub fn motion(&self) -> Result<(AssemblyRun, Option<usize>)> {
+    pub fn motion(&self) -> Result<AssemblyMotion> {
         let motion = self.setup.motion(&self.scene);
         motion.map_err(|e| self.scene.in_own_units(e))
     }
@@ -75,7 +77,11 @@ impl AssemblyPrepared {
     /// Every rod now, from base to end.
     fn shapes(&self, state: &dyn State) -> Result<Vec<Vec<Isometry3<f64>>>> {
         let Some(now) = state.configuration() else {
-            return Ok(Vec::new());
+            let mut curves = state.curves(SECTIONS);
+            for pose in curves.iter_mut().flatten() {
+                pose.translation.vector *= self.setup.scales.length;
+            }
+            return Ok(curves);
         };
         let shapes = self.setup.shapes(state.time(), now, SECTIONS)?;
         let poses = shapes.into_iter();
@@ -92,7 +98,9 @@ impl AssemblyPrepared {
     fn thickness(&self) -> Vec<Option<f64>> {
         let given = self.scene.assembly.iter();
         let rods = given.flat_map(|given| &given.rods);
-        rods.map(|rod| rod.rod.thickness()).collect()
+        let light = !self.setup.is_heavy();
+        rods.map(|rod| rod.rod.thickness().filter(|_| light))
+            .collect()
     }
 
     fn body_names(&self) -> Vec<String> {
@@ -119,7 +127,7 @@ impl AssemblyPrepared {
 
     /// True if the mass of a rod is followed.
     fn feels_rods(&self) -> bool {
-        self.setup.assembly.light_rods().next().is_some()
+        self.setup.is_heavy() || self.setup.assembly.light_rods().next().is_some()
     }
 
     fn free_names(&self) -> Vec<String> {
@@ -136,7 +144,7 @@ impl AssemblyPrepared {
 /// Rows that the sink refuses.
 pub fn run(
     prepared: &AssemblyPrepared,
-    (motion, start_index): (AssemblyRun, Option<usize>),
+    (motion, start_index): AssemblyMotion,
     sink: &mut dyn Sink,
     hooks: &mut dyn Hooks,
 ) -> Result<AssemblyRunRecord> {
@@ -145,7 +153,7 @@ pub fn run(
     let total = motion.now().ledger().total();
     let (bodies, scales) = (prepared.body_names(), prepared.setup.scales);
     let most = prepared.run.branches;
-    let (branches, cut) = tree(Box::new(motion), most, |stem, motion| {
+    let (branches, cut) = tree(motion, most, |stem, motion| {
         let (first, first_shapes) = {
             let now = motion.now();
             (prepared.moment(&*now), prepared.shapes(&*now)?)
@@ -203,6 +211,7 @@ pub fn run(
                 last.time(),
             ),
             cost: motion.cost(),
+            resolution: motion.resolution(),
             snaps,
             closing: closing.scaled(scales.energy),
         };

@@ -9,7 +9,7 @@ use crate::inertia::rod::{Given, HeavyRod};
 use crate::inertia::statics::Vibration;
 use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Scene};
 use crate::section::Strain;
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DVector, Isometry3, Matrix3, Vector3};
 
 /// Vibrations that are told.
 const COUNT: usize = 8;
@@ -54,7 +54,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     };
     let found = converged(&given, &*strain)?;
     let rod = &found.rod;
-    let turns = given.body.turns();
+    let turns = given.body.as_ref().is_some_and(Mass::turns);
     let planar = given.curve == Curve::Plane;
     let mut clamp = clamp;
     clamp.translation.vector *= scales.length;
@@ -115,7 +115,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         (false, true) => &["rx", "ry", "rz", "dx", "dy", "dz"],
         (false, false) => &["dx", "dy", "dz"],
     };
-    let lossy = given.law.is_damped() || is_damped(&given.body);
+    let lossy = given.law.is_damped() || given.body.as_ref().is_some_and(is_damped);
     let eigenvalues = match lossy {
         true => Some(
             rod.decaying(0.0, &found.q, COUNT)?
@@ -130,8 +130,8 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         index,
         stable,
         conservative: match &given.body {
-            Mass::Point(_) => true,
-            Mass::Rigid(body) => body.is_conservative(0.0),
+            Some(Mass::Rigid(body)) => body.is_conservative(0.0),
+            _ => true,
         },
         coordinates: names.iter().map(|name| (*name).to_owned()).collect(),
         modes: list,
@@ -231,8 +231,8 @@ fn stations(rod: &HeavyRod, q: &[f64]) -> Result<Vec<Station>> {
     let fine = Grid::clone(&grid.finer(INTERVALS));
     let strains = grid.carried(&rod.strains(q), &fine);
     let curve = rod.given.curve;
-    let shape = Sections::new(fine, rod.given.law.active(), curve)
-        .shape(&strains)
+    let shape = Sections::new(fine, rod.given.law.active(), curve, rod.given.law.length())
+        .shape(&Isometry3::identity(), &strains)
         .ok_or_else(|| Error::domain("the equilibrium has no shape"))?;
     let at = |i: usize| Station {
         position: shape.positions[i],

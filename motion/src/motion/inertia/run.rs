@@ -1,36 +1,16 @@
-//! A run of a rod with mass, step by step.
+//! A run of rods with mass, step by step.
 
-use super::sample::HeavySample;
-use crate::creep::grid::{Grid, more};
-use crate::creep::kinematics::Local;
-use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
+use super::assembly::{self, HeavyAssemblyStart};
+use super::model::{Begun, Judged, Model};
+use super::rod::{self, HeavyStart};
+use crate::creep::resolution::{Demand, MOST_NODES, Nodes};
 use crate::error::{Cause, Error, Result};
-use crate::inertia::frames::Curve;
-use crate::inertia::rod::{Given, HeavyRod};
-use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen};
-use crate::section::Strain;
+use crate::inertia::assembly::HeavyAssembly;
+use crate::inertia::rod::Given;
+use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
-use nalgebra::{DVector, Vector6};
-use std::sync::Arc;
-
-/// How a rod with mass starts.
-pub struct HeavyStart<'a> {
-    /// All strains at s in [0, 1].
-    pub strain: &'a dyn Fn(f64) -> Strain,
-    /// How fast they change.
-    pub rate: HeavyRate<'a>,
-    /// True: at the stable equilibrium under all loads at the time 0, of which `strain` is near.
-    pub settled: bool,
-}
-
-/// How fast the strains change at the start.
-pub enum HeavyRate<'a> {
-    /// At these rates of the strains at s.
-    Strain(&'a dyn Fn(f64) -> Strain),
-    /// As the rod without mass would follow its end, which moves at this twist (angular first).
-    End(Vector6<f64>),
-}
+use nalgebra::DVector;
 
 /// The last two coefficients of the strain rates may carry this part of them; beyond, the run says so.
 pub const SPILL: f64 = 1e-3;
@@ -42,36 +22,61 @@ const FINEST: f64 = 1e-13;
 const FIRST: usize = 8;
 /// Steps in a row after which nodes that are not needed are given up.
 const PATIENCE: u32 = 40;
+/// Ends of rods that are farther from their attachments than this many tolerances are brought back.
+const DRIFTED: f64 = 0.1;
 /// Tolerances below this leave no room for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
-/// Coefficients that the nodes leave out change positions and energies by their square: they are held to this times the root of the
-/// tolerance.
-const ROOT: f64 = 0.1;
-
-/// A run of a rod with mass in progress.
+/// A run of rods with mass in progress.
 pub struct HeavyRun {
-    rod: Arc<HeavyRod>,
+    model: Box<dyn Model>,
     integrator: Integrator,
     options: Options,
-    tail: f64,
-    spill: f64,
+    tails: [f64; 2],
     most_nodes: usize,
     idle: u32,
     /// Nodes that the next step should have.
     wanted: Option<Vec<usize>>,
-    first: HeavySample,
-    current: HeavySample,
+    first: Box<dyn State>,
+    current: Box<dyn State>,
     stopped: bool,
     interrupted: bool,
 }
 
 impl HeavyRun {
-    /// A run at time 0.
+    /// A run of one rod with its body at time 0.
     ///
     /// # Errors
     /// Strains that are not finite or outside the law's domain, or too rough for [`MOST_NODES`]; a velocity that the rod cannot follow;
     /// no equilibrium where one is asked for; a tolerance below 1e-13; symmetric steps.
     pub fn new(given: &Given, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
+        let elements = given.breaks().len() + 1;
+        Self::begun(
+            elements,
+            &|counts| rod::begun(given, start, counts),
+            options,
+        )
+    }
+
+    /// A run of an assembly, whatever the nodes of its rods, at time 0.
+    ///
+    /// # Errors
+    /// As [`HeavyRun::new`]; ends of rods that are not at their attachments.
+    pub fn of_assembly(
+        given: &HeavyAssembly,
+        start: &HeavyAssemblyStart<'_>,
+        options: Options,
+    ) -> Result<Self> {
+        let rods = given.links.iter();
+        let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
+        let begun = |counts: &[usize]| assembly::begun(given, start, counts);
+        Self::begun(elements.sum(), &begun, options)
+    }
+
+    fn begun(
+        elements: usize,
+        begin: &dyn Fn(&[usize]) -> Result<Begun>,
+        options: Options,
+    ) -> Result<Self> {
         if !(options.tolerance >= LEAST_TOLERANCE) {
             return Err(Error::domain(format!(
                 "tolerance = {} must lie in [1e-13, 1e-2] for a rod with mass",
@@ -84,16 +89,19 @@ impl HeavyRun {
                  implicit steps",
             ));
         }
-        let mut counts = match options.nodes {
-            Nodes::Adaptive => vec![FIRST; given.breaks().len() + 1],
-            Nodes::Fixed(nodes) => vec![nodes; given.breaks().len() + 1],
+        let outside = || {
+            Error::domain(
+                "the strains at the start are outside the law's domain, or too large for a shape of the rod",
+            )
         };
-        let (rod, q, w) = loop {
-            let (rod, q, w) = begun(given, start, &counts)?;
-            let (strains, rates) = (rod.strains(&q), rod.rates(&w));
-            let shape = rod.sections.shape(&strains);
-            let defect = shape.map_or(f64::INFINITY, |shape| shape.defect);
-            match judged(&rod, (&strains, &rates), defect, &options).1 {
+        let mut counts = match options.nodes {
+            Nodes::Adaptive => vec![FIRST; elements],
+            Nodes::Fixed(nodes) => vec![nodes; elements],
+        };
+        let (model, mut y, nodes) = loop {
+            let (model, y) = begin(&counts)?;
+            let judged = Judged::new(&*model, &y, &options).ok_or_else(outside)?;
+            match judged.demand {
                 Demand::More(more) if options.nodes == Nodes::Adaptive => {
                     if more.iter().any(|n| *n > MOST_NODES) {
                         return Err(Error::domain(format!(
@@ -103,33 +111,29 @@ impl HeavyRun {
                     }
                     counts = more;
                 }
-                _ => break (rod, q, w),
+                _ => break (model, y, judged.nodes),
             }
         };
-        let rod = Arc::new(rod);
-        let mut y = rod.state(&q, &w);
-        let outside = || {
+        model.system().settle(&mut y).ok_or_else(|| {
             Error::domain(
-                "the strains at the start are outside the law's domain, or too large for a shape of the rod",
+                "the accelerations at the start do not follow from the loads: the strains are outside the law's domain, or the rods hold \
+                 each other in more ways than they can deform (straight inextensible rods that close a loop)",
             )
-        };
-        let at = rod.at(&y).ok_or_else(outside)?;
-        let second = rod.accelerations(0.0, &at).ok_or_else(outside)?;
-        let first = HeavySample::new(&rod, &y, second.as_slice()).ok_or_else(outside)?;
-        y.rows_mut(rod.time() + 4, rod.size()).copy_from(&second);
+        })?;
+        let [first, current] = [model.sample(&y, true), model.sample(&y, true)];
+        let (first, current) = first.zip(current).ok_or_else(outside)?;
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
-        let integrator = Integrator::new(&*rod, y, tolerance, options.method, None)
+        let integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
         Ok(Self {
-            most_nodes: rod.sections.grid.len(),
-            rod,
+            most_nodes: nodes,
+            model,
             integrator,
             options,
-            tail: 0.0,
-            spill: 0.0,
+            tails: [0.0; 2],
             idle: 0,
             wanted: None,
-            current: first.clone(),
+            current,
             first,
             stopped: false,
             interrupted: false,
@@ -137,22 +141,13 @@ impl HeavyRun {
     }
 
     fn time(&self) -> f64 {
-        self.integrator.state()[self.rod.time()]
+        self.integrator.state()[self.model.time()]
     }
 
     /// The state of an implicit step has its second derivatives; that of an explicit one does not.
-    fn sample_of(&self, y: &DVector<f64>) -> Option<HeavySample> {
-        match self.integrator.method_now() {
-            Method::Implicit => {
-                let second = &y.as_slice()[self.rod.time() + 4..];
-                HeavySample::new(&self.rod, y, second)
-            }
-            _ => {
-                let at = self.rod.at(y)?;
-                let second = self.rod.accelerations(y[self.rod.time()], &at)?;
-                HeavySample::new(&self.rod, y, second.as_slice())
-            }
-        }
+    fn sample_of(&self, y: &DVector<f64>) -> Option<Box<dyn State>> {
+        let implicit = self.integrator.method_now() == Method::Implicit;
+        self.model.sample(y, implicit)
     }
 
     fn stop(&mut self, outcome: Outcome) -> Event {
@@ -167,16 +162,16 @@ impl HeavyRun {
 
     /// Judges the nodes after a step; what it finds is done before the next one.
     fn judge(&mut self) -> std::result::Result<(), Cause> {
-        let fields = (
-            self.current.strains.as_slice(),
-            self.current.rates.as_slice(),
-        );
-        let ([tail, spill], demand) = judged(&self.rod, fields, self.current.defect, &self.options);
-        self.tail = self.tail.max(tail);
+        let judged = Judged::new(&*self.model, self.integrator.state(), &self.options);
+        let Some(judged) = judged else {
+            return Err(Cause::EdgeOfDomain);
+        };
+        let ([tail, spill], demand) = (judged.tails, judged.demand);
+        self.tails[0] = self.tails[0].max(tail);
         // Nodes that are about to be added hold the next states.
         let growing = self.options.nodes == Nodes::Adaptive && matches!(demand, Demand::More(_));
         if !growing {
-            self.spill = self.spill.max(spill);
+            self.tails[1] = self.tails[1].max(spill);
         }
         if self.options.nodes != Nodes::Adaptive {
             return Ok(());
@@ -206,18 +201,21 @@ impl HeavyRun {
 
     /// Carries the state over to a grid with so many nodes on the elements.
     fn regrid(&mut self, counts: &[usize]) -> Option<()> {
-        let y = self.integrator.state();
-        let at = self.rod.at(y)?;
-        let old = &self.rod.sections.grid;
-        let grid = Grid::new(&old.breaks(), counts);
-        let [strains, rates] = [&at.strains, &at.rates].map(|field| old.carried(field, &grid));
-        let next = HeavyRod::new(self.rod.given.clone(), grid).ok()?;
-        let mut state = next.state(&next.coordinates(&strains), &next.coordinates(&rates));
-        let (from, to) = (self.rod.time(), next.time());
-        state.rows_mut(to, 4).copy_from(&y.rows(from, 4));
-        self.most_nodes = self.most_nodes.max(next.sections.grid.len());
-        self.rod = Arc::new(next);
-        self.integrator.restart(&*self.rod, state, None)
+        let (model, state) = self.model.regridded(self.integrator.state(), counts)?;
+        self.integrator.restart(model.system(), state, None)?;
+        self.model = model;
+        let nodes = Judged::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
+        self.most_nodes = self.most_nodes.max(nodes);
+        Some(())
+    }
+
+    /// Brings the ends of rods back to their attachments where the errors of the steps have moved them.
+    fn hold(&mut self) -> Option<()> {
+        let bound = DRIFTED * self.options.tolerance;
+        match self.model.held(self.integrator.state(), bound) {
+            Some(state) => self.integrator.restart(self.model.system(), state, None),
+            None => Some(()),
+        }
     }
 
     fn go_on(&mut self) -> Event {
@@ -237,8 +235,11 @@ impl HeavyRun {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
         let past = from + 1e-14 * self.options.duration;
-        let left = left.min(self.rod.next_break(past) - from);
-        if self.integrator.step(&*self.rod, left).is_err() {
+        let left = left.min(self.model.next_break(past) - from);
+        if self.hold().is_none() {
+            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+        }
+        if self.integrator.step(self.model.system(), left).is_err() {
             let cause = Cause::StepCollapsed {
                 next: self.integrator.next_step(),
                 tolerance: self.options.tolerance,
@@ -270,26 +271,25 @@ impl<'a> Motion<'a> for HeavyRun {
     }
 
     fn given(&self) -> Seen<'_> {
-        Seen::Kept(&self.first)
+        Seen::Kept(&*self.first)
     }
 
     fn now(&self) -> Seen<'_> {
-        Seen::Kept(&self.current)
+        Seen::Kept(&*self.current)
     }
 
     fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
         let to = self.time();
         if t == to {
-            return Some(Seen::Made(Box::new(self.current.clone())));
+            return Some(Seen::Kept(&*self.current));
         }
         let fraction = 1.0 - (to - t) / self.integrator.span();
         if !((0.0..=1.0).contains(&fraction)) {
             return None;
         }
-        let y = self.integrator.at(&*self.rod, fraction)?;
-        let mut sample = self.sample_of(&y)?;
-        sample.t = t;
-        Some(Seen::Made(Box::new(sample)))
+        let mut y = self.integrator.at(self.model.system(), fraction)?;
+        y[self.model.time()] = t;
+        Some(Seen::Made(self.sample_of(&y)?))
     }
 
     fn duration(&self) -> f64 {
@@ -307,81 +307,8 @@ impl<'a> Motion<'a> for HeavyRun {
     fn resolution(&self) -> Option<Resolution> {
         Some(Resolution {
             most_nodes: self.most_nodes,
-            tail: self.tail,
-            rate_tail: Some(self.spill),
+            tail: self.tails[0],
+            rate_tail: Some(self.tails[1]),
         })
     }
-}
-
-/// The rod at so many nodes, its coordinates and their rates at the start.
-fn begun(
-    given: &Given,
-    start: &HeavyStart<'_>,
-    counts: &[usize],
-) -> Result<(HeavyRod, Vec<f64>, Vec<f64>)> {
-    let grid = Grid::new(&given.breaks(), counts);
-    let places = grid.nodes().to_vec();
-    let rod = HeavyRod::new(given.clone(), grid)?;
-    let field =
-        |f: &dyn Fn(f64) -> Strain| -> Vec<Strain> { places.iter().map(|s| f(*s)).collect() };
-    let strains = field(start.strain);
-    if !strains.iter().all(|e| e.iter().all(|x| x.is_finite())) {
-        return Err(Error::domain("the strains at the start must be finite"));
-    }
-    let mut q = rod.coordinates(&strains);
-    if start.settled {
-        q = rod.settled(0.0, &q)?;
-    }
-    let w = match &start.rate {
-        HeavyRate::Strain(rate) => rod.coordinates(&field(*rate)),
-        HeavyRate::End(twist) if *twist == Vector6::zeros() => vec![0.0; rod.size()],
-        HeavyRate::End(twist) => {
-            let still = vec![0.0; rod.size()];
-            let at = rod.moving(&q, &still).ok_or_else(|| {
-                Error::domain("the strains at the start are too large for a shape of the rod")
-            })?;
-            rod.following(&at, twist)?
-        }
-    };
-    if !w.iter().all(|x| x.is_finite()) {
-        return Err(Error::domain(
-            "the rates of the strains at the start must be finite",
-        ));
-    }
-    Ok((rod, q, w))
-}
-
-/// The last coefficients of strains and of rates, relative to 1 + their size, and what they ask for.
-fn judged(
-    rod: &HeavyRod,
-    (strains, rates): (&[Strain], &[Strain]),
-    defect: f64,
-    options: &Options,
-) -> ([f64; 2], Demand) {
-    let grid = &rod.sections.grid;
-    let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
-    let fields: [&[Local<6>]; 2] = [strains, rates];
-    let (tail, _) = demand(grid, &fields[..1], bound);
-    let (spill, _) = demand(grid, &fields[1..], bound);
-    // Rates of waves that pass are rougher than the strains, and enter by less.
-    let (_, of_rates) = demand(grid, &fields[1..], 10.0 * bound);
-    let (_, of_strains) = demand(grid, &fields[..1], bound);
-    let blurred = match rod.given.curve {
-        Curve::Plane => bound,
-        Curve::Space => options.tolerance,
-    };
-    let demand = match (of_strains, of_rates) {
-        (Demand::More(a), Demand::More(b)) => {
-            Demand::More(a.iter().zip(&b).map(|(a, b)| *a.max(b)).collect())
-        }
-        (Demand::More(a), _) | (_, Demand::More(a)) => Demand::More(a),
-        _ if defect > blurred.max(ROUNDING) => {
-            Demand::More(grid.counts().into_iter().map(more).collect())
-        }
-        (Demand::Fewer(a), Demand::Fewer(b)) => {
-            Demand::Fewer(a.iter().zip(&b).map(|(a, b)| *a.max(b)).collect())
-        }
-        _ => Demand::Enough,
-    };
-    ([tail, spill], demand)
 }

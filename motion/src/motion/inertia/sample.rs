@@ -114,23 +114,36 @@ impl State for HeavySample {
     }
 
     fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
-        let grid = self.grid();
-        let fine = Grid::clone(&grid.finer(points.max(8)));
-        let strains = grid.carried(&self.strains, &fine);
-        let law = &self.rod.given.law;
-        let curve = self.rod.given.curve;
-        let Some(shape) = Sections::new(fine, law.active(), curve).shape(&strains) else {
-            return Vec::new();
-        };
-        let clamp = match curve {
-            Curve::Plane => {
-                let turn = Matrix3::new(0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0, 0.0);
-                let turn = Rotation3::from_matrix_unchecked(turn);
-                Isometry3::from_parts(nalgebra::Translation3::identity(), turn.into())
-            }
-            Curve::Space => Isometry3::identity(),
-        };
-        let sections = (0..shape.positions.len()).map(|i| shape.pose(i));
-        std::iter::once(clamp).chain(sections).collect()
+        curve(&self.rod, &Isometry3::identity(), &self.strains, points)
     }
+}
+
+/// Sections of a rod with these strains at its nodes that begins at `base`: that one, `points` on every element, the end; none if the
+/// strains are too large for a shape.
+pub(super) fn curve(
+    rod: &HeavyRod,
+    base: &Isometry3<f64>,
+    strains: &[Strain],
+    points: usize,
+) -> Vec<Isometry3<f64>> {
+    let grid = &rod.sections.grid;
+    let counts = vec![points.max(8); grid.elements().len()];
+    let fine = Grid::new(&grid.breaks(), &counts);
+    let strains = grid.carried(strains, &fine);
+    let law = &rod.given.law;
+    let curve = rod.given.curve;
+    let fine = Sections::new(fine, law.active(), curve, law.length());
+    let Some(shape) = fine.shape(base, &strains) else {
+        return Vec::new();
+    };
+    let first = match curve {
+        Curve::Plane => {
+            let turn = Matrix3::new(0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 1.0, 0.0, 0.0);
+            let turn = Rotation3::from_matrix_unchecked(turn);
+            Isometry3::from_parts(nalgebra::Translation3::identity(), turn.into())
+        }
+        Curve::Space => *base,
+    };
+    let sections = (0..shape.positions.len()).map(|i| shape.pose(i));
+    std::iter::once(first).chain(sections).collect()
 }

@@ -1,0 +1,254 @@
+//! Attachments: where they are, how they move with the bodies, and what changes that.
+
+use super::{HeavyAssembly, On};
+use crate::assembly::{Attachment, Carrier, Place};
+use crate::math::se3::{halves, joined, unit};
+use nalgebra::{
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6xX, UnitQuaternion, Vector3, Vector4, Vector6,
+};
+
+/// A body at one moment.
+#[derive(Debug, Clone)]
+pub(super) struct BodyNow {
+    /// Pose and twist.
+    pub place: Place,
+    /// Twists by its own velocities, along a groove by the rate of its parameter.
+    pub own: Matrix6xX<f64>,
+    /// Acceleration at constant velocities of its own.
+    pub bias: Vector6<f64>,
+    /// Along a groove: the second derivative of the place by the parameter, and the rate of that.
+    pub bend: Option<(Vector3<f64>, f64)>,
+}
+
+/// An attachment at one moment.
+#[derive(Debug, Clone)]
+pub(super) struct Seat {
+    /// In the world.
+    pub pose: Isometry3<f64>,
+    /// (angular velocity, velocity).
+    pub twist: Vector6<f64>,
+    /// The twist by the velocities of bodies and bases.
+    pub by: DMatrix<f64>,
+    /// The acceleration beside that of the velocities.
+    bias: Vector6<f64>,
+    /// The twist that a support prescribes, against which a wrench works.
+    pub driven: Vector6<f64>,
+    /// The body, and the attachment from its reference point.
+    on: Option<(usize, Vector3<f64>)>,
+}
+
+/// Derivatives of twist and acceleration of an attachment by displacements along the velocities, and of the acceleration by these.
+pub(super) struct SeatLinear {
+    pub twist_by_place: DMatrix<f64>,
+    pub by_place: DMatrix<f64>,
+    pub by_velocity: DMatrix<f64>,
+}
+
+impl BodyNow {
+    /// The body whose numbers these are.
+    pub fn new(carrier: &Carrier, numbers: &[f64]) -> Self {
+        let place = carrier.read(numbers);
+        let turnings = carrier.turnings();
+        let mut own = Matrix6xX::zeros(carrier.freedoms());
+        for i in 0..turnings {
+            own[(i, i)] = 1.0;
+        }
+        let (mut bias, mut bend) = (Vector6::zeros(), None);
+        match carrier.groove() {
+            None => {
+                for i in 0..3 {
+                    own[(3 + i, turnings + i)] = 1.0;
+                }
+            }
+            Some(groove) => {
+                let [_, position, _, velocity] = carrier.slots();
+                let [_, along, second] = groove.at(numbers[position.start]);
+                let speed = numbers[velocity.start];
+                own.fixed_view_mut::<3, 1>(3, turnings).copy_from(&along);
+                bias = joined(&Vector3::zeros(), &(second * speed * speed));
+                bend = Some((second, speed));
+            }
+        }
+        Self {
+            place,
+            own,
+            bias,
+            bend,
+        }
+    }
+}
+
+/// The twists of a point at `lever` from the reference point.
+fn moved(twists: &Matrix6xX<f64>, lever: &Vector3<f64>) -> Matrix6xX<f64> {
+    let mut moved = twists.clone();
+    for mut column in moved.column_iter_mut() {
+        let spin = column.fixed_rows::<3>(0).into_owned();
+        let mut shift = column.fixed_rows_mut::<3>(3);
+        shift += spin.cross(lever);
+    }
+    moved
+}
+
+impl HeavyAssembly {
+    /// An attachment; `turn`: where its spin stands among the velocities, with quaternion and spin, where it turns by itself.
+    pub(super) fn seat(
+        &self,
+        t: f64,
+        site: &Attachment,
+        turn: Option<(usize, &[f64])>,
+        bodies: &[BodyNow],
+    ) -> Seat {
+        let mut by = DMatrix::zeros(6, self.layout.free);
+        let mut seat = match &site.on {
+            On::Ground => Seat {
+                pose: site.place,
+                twist: Vector6::zeros(),
+                bias: Vector6::zeros(),
+                driven: Vector6::zeros(),
+                by,
+                on: None,
+            },
+            On::Support(support) => {
+                let frame = support.at(t);
+                let lever = joined(&Vector3::zeros(), &site.place.translation.vector);
+                let twist = frame.of_poses().absolute(&lever, &Vector6::zeros());
+                Seat {
+                    pose: frame.pose() * site.place,
+                    twist,
+                    bias: frame.of_poses().drawn(&lever),
+                    driven: twist,
+                    by,
+                    on: None,
+                }
+            }
+            On::Body(number) => {
+                let body = &bodies[*number];
+                let Place { pose, twist } = &body.place;
+                let lever = pose.rotation * site.place.translation.vector;
+                let omega = halves(twist).0;
+                by.columns_mut(self.layout.velocities[*number], body.own.ncols())
+                    .copy_from(&moved(&body.own, &lever));
+                let drawn = omega.cross(&omega.cross(&lever));
+                Seat {
+                    pose: pose * site.place,
+                    twist: twist + joined(&Vector3::zeros(), &omega.cross(&lever)),
+                    bias: body.bias + joined(&Vector3::zeros(), &drawn),
+                    driven: Vector6::zeros(),
+                    by,
+                    on: Some((*number, lever)),
+                }
+            }
+        };
+        if let Some((start, numbers)) = turn {
+            let p = Vector4::from_column_slice(&numbers[..4]);
+            seat.pose.rotation = unit(&p);
+            seat.by.rows_mut(0, 3).fill(0.0);
+            seat.by
+                .fixed_view_mut::<3, 3>(0, start)
+                .fill_with_identity();
+            let none = Vector3::zeros();
+            seat.bias.fixed_rows_mut::<3>(0).copy_from(&none);
+            seat.driven.fixed_rows_mut::<3>(0).copy_from(&none);
+            let spin = Vector3::from_column_slice(&numbers[4..7]);
+            seat.twist.fixed_rows_mut::<3>(0).copy_from(&spin);
+        }
+        seat
+    }
+
+    /// The body that an attachment is on, as one.
+    pub(super) fn body_seat(&self, number: usize, body: &BodyNow) -> Seat {
+        let mut by = DMatrix::zeros(6, self.layout.free);
+        by.columns_mut(self.layout.velocities[number], body.own.ncols())
+            .copy_from(&body.own);
+        Seat {
+            pose: body.place.pose,
+            twist: body.place.twist,
+            by,
+            bias: body.bias,
+            driven: Vector6::zeros(),
+            on: Some((number, Vector3::zeros())),
+        }
+    }
+
+    /// How twist and acceleration of an attachment change; `faster` are the accelerations of bodies and bases.
+    pub(super) fn seat_linear(
+        &self,
+        seat: &Seat,
+        bodies: &[BodyNow],
+        faster: &DVector<f64>,
+    ) -> SeatLinear {
+        let none = || DMatrix::zeros(6, self.layout.free);
+        let (mut twist, mut place, mut velocity) = (none(), none(), none());
+        if let Some((number, lever)) = &seat.on {
+            let body = &bodies[*number];
+            let start = self.layout.velocities[*number];
+            let own = body.own.ncols();
+            let last = start + own - 1;
+            if self.carriers[*number].turns() {
+                let own = &body.own * faster.rows(start, own);
+                let alpha = Vector3::new(own[0], own[1], own[2]).cross_matrix();
+                let spin = halves(&body.place.twist).0;
+                let (omega, arm) = (spin.cross_matrix(), lever.cross_matrix());
+                let put = |into: &mut DMatrix<f64>, block: Matrix3<f64>| {
+                    into.fixed_view_mut::<3, 3>(3, start).copy_from(&block);
+                };
+                put(&mut twist, -omega * arm);
+                put(&mut place, -(alpha + omega * omega) * arm);
+                put(
+                    &mut velocity,
+                    -(spin.cross(lever)).cross_matrix() - omega * arm,
+                );
+            }
+            if let Some((bend, speed)) = &body.bend {
+                let put = |into: &mut DMatrix<f64>, v: Vector3<f64>| {
+                    into.fixed_view_mut::<3, 1>(3, last).copy_from(&v);
+                };
+                put(&mut twist, bend * *speed);
+                put(&mut place, bend * faster[last]);
+                put(&mut velocity, bend * (2.0 * speed));
+            }
+        }
+        SeatLinear {
+            twist_by_place: twist,
+            by_place: place,
+            by_velocity: velocity,
+        }
+    }
+
+    /// Adds how the share of the velocities in a wrench at an attachment changes by displacements along them.
+    pub(super) fn add_lever(
+        &self,
+        out: &mut DMatrix<f64>,
+        seat: &Seat,
+        bodies: &[BodyNow],
+        wrench: &Vector6<f64>,
+    ) {
+        let Some((number, lever)) = &seat.on else {
+            return;
+        };
+        let force = halves(wrench).1;
+        let start = self.layout.velocities[*number];
+        if self.carriers[*number].turns() {
+            let mut block = out.fixed_view_mut::<3, 3>(start, start);
+            block += force.cross_matrix() * lever.cross_matrix();
+        }
+        if let Some((bend, _)) = &bodies[*number].bend {
+            let last = start + bodies[*number].own.ncols() - 1;
+            out[(last, last)] += bend.dot(&force);
+        }
+    }
+}
+
+impl Seat {
+    /// The acceleration at these of bodies and bases.
+    pub fn acceleration(&self, faster: &DVector<f64>) -> Vector6<f64> {
+        &self.by * faster + self.bias
+    }
+}
+
+/// A turn by a rotation vector.
+pub(super) fn turned(p: &[f64], by: &[f64]) -> [f64; 4] {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(by));
+    let p = (turn * unit(&Vector4::from_column_slice(p))).into_inner();
+    [p.w, p.i, p.j, p.k]
+}

@@ -1,0 +1,124 @@
+//! Rods with mass as a run sees them: one rod with its body, or an assembly.
+
+use crate::creep::grid::more;
+use crate::creep::kinematics::Local;
+use crate::creep::resolution::{Demand, ROUNDING, demand};
+use crate::inertia::frames::Curve;
+use crate::inertia::rod::{HeavyRod, Moving};
+use crate::motion::{Options, State};
+use crate::solve::system::AnySystem;
+use nalgebra::DVector;
+
+/// Coefficients that the nodes leave out change positions and energies by their square: they are held to this times the root of the
+/// tolerance.
+const ROOT: f64 = 0.1;
+
+/// Rods with mass at given nodes, with what they carry.
+pub(super) trait Model {
+    /// The equations.
+    fn system(&self) -> &dyn AnySystem;
+
+    /// Where time stands in a state; energy dissipated, work and loss to drag follow.
+    fn time(&self) -> usize;
+
+    /// What a state shows; `implicit`: it has its accelerations. None outside the domain of a law.
+    fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>>;
+
+    /// The rods of a state.
+    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>>;
+
+    /// The same at so many nodes on the elements of all rods in a row, with the state.
+    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun>;
+
+    /// The state brought back to where it must be, if it is farther from there than `bound`.
+    fn held(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
+        None
+    }
+
+    /// The first time after `t` at which a load or the motion of a support is not smooth.
+    fn next_break(&self, t: f64) -> f64;
+}
+
+/// A model with a state.
+pub(super) type Begun = (Box<dyn Model>, DVector<f64>);
+
+/// What the nodes of all rods of a state are worth.
+pub(super) struct Judged {
+    /// The last coefficients of strains and of rates, relative to 1 + their size, at worst.
+    pub tails: [f64; 2],
+    /// What that asks for, elements of all rods in a row.
+    pub demand: Demand,
+    /// Most nodes of a rod.
+    pub nodes: usize,
+}
+
+impl Judged {
+    /// Judges a state of a model; None where it has no shape.
+    pub fn new(model: &dyn Model, y: &DVector<f64>, options: &Options) -> Option<Self> {
+        let mut tails = [0.0_f64; 2];
+        let mut more = false;
+        let mut nodes = 0;
+        let mut counts = Vec::new();
+        let mut thinned = Vec::new();
+        for (rod, moving) in model.rods(y)? {
+            let grid = &rod.sections.grid;
+            nodes = nodes.max(grid.len());
+            let (tail, demand) = judged(rod, &moving, options);
+            for (worst, tail) in tails.iter_mut().zip(tail) {
+                *worst = worst.max(tail);
+            }
+            let now = grid.counts();
+            let (wanted, least) = match demand {
+                Demand::More(wanted) => {
+                    more = true;
+                    (wanted.clone(), wanted)
+                }
+                Demand::Fewer(least) => (now, least),
+                Demand::Enough => (now.clone(), now),
+            };
+            counts.extend(wanted);
+            thinned.extend(least);
+        }
+        let demand = match (more, counts != thinned) {
+            (true, _) => Demand::More(counts),
+            (false, true) => Demand::Fewer(thinned),
+            (false, false) => Demand::Enough,
+        };
+        Some(Self {
+            tails,
+            demand,
+            nodes,
+        })
+    }
+}
+
+/// The last coefficients of strains and of rates, relative to 1 + their size, and what they ask for.
+fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Demand) {
+    let grid = &rod.sections.grid;
+    let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
+    let fields: [&[Local<6>]; 2] = [&moving.strains, &moving.rates];
+    let defect = moving.shape.defect;
+    let (tail, _) = demand(grid, &fields[..1], bound);
+    let (spill, _) = demand(grid, &fields[1..], bound);
+    // Rates of waves that pass are rougher than the strains, and enter by less.
+    let (_, of_rates) = demand(grid, &fields[1..], 10.0 * bound);
+    let (_, of_strains) = demand(grid, &fields[..1], bound);
+    let blurred = match rod.given.curve {
+        Curve::Plane => bound,
+        Curve::Space => options.tolerance,
+    };
+    let demand = match (of_strains, of_rates) {
+        (Demand::More(a), Demand::More(b)) => {
+            Demand::More(a.iter().zip(&b).map(|(a, b)| *a.max(b)).collect())
+        }
+        (Demand::More(a), _) | (_, Demand::More(a)) => Demand::More(a),
+        _ if defect > blurred.max(ROUNDING) => {
+            Demand::More(grid.counts().into_iter().map(more).collect())
+        }
+        (Demand::Fewer(a), Demand::Fewer(b)) => {
+            Demand::Fewer(a.iter().zip(&b).map(|(a, b)| *a.max(b)).collect())
+        }
+        _ => Demand::Enough,
+    };
+    ([tail, spill], demand)
+}

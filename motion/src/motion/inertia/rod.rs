@@ -1,0 +1,110 @@
+//! A run of one rod with mass and its body.
+
+use super::model::{Begun, Model};
+use super::sample::HeavySample;
+use crate::creep::grid::Grid;
+use crate::error::{Error, Result};
+use crate::inertia::rod::{Given, HeavyRod, Moving};
+use crate::inertia::system::INTEGRALS;
+use crate::motion::State;
+use crate::section::Strain;
+use crate::solve::system::AnySystem;
+use nalgebra::{DVector, Vector6};
+use std::sync::Arc;
+
+/// How a rod with mass starts.
+pub struct HeavyStart<'a> {
+    /// All strains at s in [0, 1].
+    pub strain: &'a dyn Fn(f64) -> Strain,
+    /// How fast they change.
+    pub rate: HeavyRate<'a>,
+    /// True: at the stable equilibrium under all loads at the time 0, of which `strain` is near.
+    pub settled: bool,
+}
+
+/// How fast the strains change at the start.
+pub enum HeavyRate<'a> {
+    /// At these rates of the strains at s.
+    Strain(&'a dyn Fn(f64) -> Strain),
+    /// As the rod without mass would follow its end, which moves at this twist (angular first).
+    End(Vector6<f64>),
+}
+
+impl Model for Arc<HeavyRod> {
+    fn system(&self) -> &dyn AnySystem {
+        &**self
+    }
+
+    fn time(&self) -> usize {
+        HeavyRod::time(self)
+    }
+
+    fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>> {
+        let sample = match implicit {
+            true => HeavySample::new(self, y, &y.as_slice()[HeavyRod::time(self) + INTEGRALS..]),
+            false => {
+                let at = self.at(y)?;
+                let second = self.accelerations(y[HeavyRod::time(self)], &at)?;
+                HeavySample::new(self, y, second.as_slice())
+            }
+        };
+        Some(Box::new(sample?))
+    }
+
+    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>> {
+        Some(vec![(&**self, self.at(y)?)])
+    }
+
+    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun> {
+        let at = self.at(y)?;
+        let old = &self.sections.grid;
+        let grid = Grid::new(&old.breaks(), counts);
+        let [strains, rates] = [&at.strains, &at.rates].map(|field| old.carried(field, &grid));
+        let next = HeavyRod::new(self.given.clone(), grid).ok()?;
+        let mut state = next.state(&next.coordinates(&strains), &next.coordinates(&rates));
+        let (from, to) = (HeavyRod::time(self), next.time());
+        state
+            .rows_mut(to, INTEGRALS)
+            .copy_from(&y.rows(from, INTEGRALS));
+        Some((Box::new(Arc::new(next)), state))
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        HeavyRod::next_break(self, t)
+    }
+}
+
+/// The rod at so many nodes at the start.
+pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> Result<Begun> {
+    let grid = Grid::new(&given.breaks(), counts);
+    let places = grid.nodes().to_vec();
+    let rod = HeavyRod::new(given.clone(), grid)?;
+    let field =
+        |f: &dyn Fn(f64) -> Strain| -> Vec<Strain> { places.iter().map(|s| f(*s)).collect() };
+    let strains = field(start.strain);
+    if !strains.iter().all(|e| e.iter().all(|x| x.is_finite())) {
+        return Err(Error::domain("the strains at the start must be finite"));
+    }
+    let mut q = rod.coordinates(&strains);
+    if start.settled {
+        q = rod.settled(0.0, &q)?;
+    }
+    let w = match &start.rate {
+        HeavyRate::Strain(rate) => rod.coordinates(&field(*rate)),
+        HeavyRate::End(twist) if *twist == Vector6::zeros() => vec![0.0; rod.size()],
+        HeavyRate::End(twist) => {
+            let still = vec![0.0; rod.size()];
+            let at = rod.moving(&q, &still).ok_or_else(|| {
+                Error::domain("the strains at the start are too large for a shape of the rod")
+            })?;
+            rod.following(&at, twist)?
+        }
+    };
+    if !w.iter().all(|x| x.is_finite()) {
+        return Err(Error::domain(
+            "the rates of the strains at the start must be finite",
+        ));
+    }
+    let y = rod.state(&q, &w);
+    Ok((Box::new(Arc::new(rod)), y))
+}
