@@ -3,13 +3,14 @@
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Joint, Link, LinkPoint, Place,
+    Assembly, AssemblyFamily, Attachment, Carrier, Configuration, Joint, Link, LinkPoint, Place,
 };
 use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
 use snaprod::rod::{Distributed, EndConditions, Problem, Rod};
 use snaprod::section::Linear;
+use snaprod::solve::family::Family;
 
 /// A rod with all six strains, bent and twisted at rest.
 fn rod() -> Rod {
@@ -362,6 +363,34 @@ fn a_ball_joint_bears_no_couple_under_a_load() {
     let stiffness = assembly
         .stiffness(0.0, &rest.now.bodies, &points)
         .expect("a stiffness");
+    // Of a branch in the size of the load, from none on: the slope by the parameter against residuals.
+    let over = |p: f64| {
+        let links = assembly.links().iter();
+        let links = links.map(|link| {
+            let bare = Link::new(
+                link.rod().clone(),
+                link.from().clone(),
+                link.to().clone(),
+                link.joint(),
+            );
+            match p {
+                0.0 => Ok(bare),
+                p => bare.with_distributed(load().mapped(|f| f * p)),
+            }
+        });
+        Assembly::new(
+            assembly.carriers().to_vec(),
+            links.collect::<Result<_, _>>()?,
+        )
+    };
+    let family = AssemblyFamily::new(over, (&rest.now, 0.0), false, 1.0, 1e-13).expect("a family");
+    let x = family.unknowns(&rest.now, 0.0).expect("unknowns");
+    let at = |p: f64| family.linearised(&x, p).expect("a point");
+    for p in [0.0, 0.7] {
+        let want = (at(p + 1e-3).residual - at(p - 1e-3).residual) / 2e-3;
+        let off = (at(p).slope - &want).norm() / want.norm();
+        assert!(off < 1e-6, "the slope at {p} is {off:e} off");
+    }
     let asymmetry =
         (&stiffness.matrix - stiffness.matrix.transpose()).norm() / stiffness.matrix.norm();
     assert!(asymmetry < 1e-10, "{asymmetry:e}");

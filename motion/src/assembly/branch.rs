@@ -147,7 +147,10 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     fn residual(&self, x: &DVector<f64>, p: f64, known: &[LinkPoint]) -> Result<DVector<f64>> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
-        if self.changes_rods {
+        // A load along a rod is one of the parameter, or of the way its base is turned.
+        let bears = |link: &super::Link| link.distributed().is_some();
+        let loaded = known.iter().any(|point| point.end.along.is_some());
+        if self.changes_rods || loaded || assembly.links().iter().any(bears) {
             let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
             return Ok(self.frame.residual(&assembly, &now.bodies, &points));
         }
