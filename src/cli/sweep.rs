@@ -4,7 +4,7 @@
 //! there, and the same command goes on with what is missing.
 
 use super::check::SceneArgs;
-use super::files::{print, print_json};
+use super::files::{print, print_error, print_json};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
 use super::{Ending, Refusal, signals};
@@ -135,6 +135,13 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         out.figure("map", || Ok(table.map(&sweep, &columns)), outcome_map);
     }
     out.finish()?;
+    for path in &args.column {
+        if table.column(path).all(str::is_empty) {
+            print_error(&format!(
+                "warning: --column {path}: no point has it; the names are those of summary.json, and events, of `snaprod run --json`"
+            ));
+        }
+    }
     let outcomes = table.outcomes();
     if args.json {
         print_json(

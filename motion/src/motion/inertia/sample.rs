@@ -127,8 +127,7 @@ pub(super) fn curve(
     points: usize,
 ) -> Vec<Isometry3<f64>> {
     let grid = &rod.sections.grid;
-    let counts = vec![points.max(8); grid.elements().len()];
-    let fine = Grid::new(&grid.breaks(), &counts);
+    let fine = Grid::clone(&grid.finer(points.max(8)));
     let strains = grid.carried(strains, &fine);
     let law = &rod.given.law;
     let curve = rod.given.curve;
