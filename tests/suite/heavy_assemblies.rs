@@ -508,7 +508,7 @@ fn scenes_say_what_they_have() {
         ),
         (
             (
-                "[run]\nduration = 0.5\nsamples = 11\ntolerance = 1e-7\n",
+                "[run]\nduration = 0.5\nsamples = 101\ntolerance = 1e-7\n",
                 "",
             ),
             "inertia",
