@@ -1,12 +1,10 @@
-//! The moving half of [snaprod](https://docs.rs/snaprod)'s numerics: creep of viscoelastic rods, assemblies of rods and bodies, their motion,
-//! waves in bars. It stands on `snaprod-core` and re-exports it. Use `snaprod`, which re-exports both.
+//! The runs of [snaprod](https://docs.rs/snaprod): motion in time with its events, snaps, contacts and the ledger of energies.
+//! It stands on `snaprod-systems`, the equations it runs, and re-exports them with `snaprod-core`. Use `snaprod`, which re-exports all.
 #![warn(missing_docs)]
 
-pub mod assembly;
-pub mod bar;
-pub mod creep;
-pub mod inertia;
 pub mod motion;
 
-pub use snaprod_core::{Error, Result};
-pub use snaprod_core::{body, elastica, error, manifold, math, rod, section, solve};
+pub use snaprod_systems::{Error, Result};
+pub use snaprod_systems::{
+    assembly, bar, body, creep, elastica, error, inertia, manifold, math, rod, section, solve,
+};

@@ -311,7 +311,7 @@ impl HeavyAssembly {
     }
 
     /// The wrench of the attachment on the end of rod `k`.
-    pub(crate) fn end_wrench(&self, k: usize, unknowns: &[f64]) -> Vector6<f64> {
+    pub fn end_wrench(&self, k: usize, unknowns: &[f64]) -> Vector6<f64> {
         let mut wrench = Vector6::zeros();
         if let Some(tie) = &self.links[k].to {
             let part = &unknowns[self.layout.wrenches[k].clone()];
@@ -399,7 +399,7 @@ impl HeavyAssembly {
     }
 
     /// The forces of the grooves on the bodies; None where there is none. What a body asks for, less what its rods give.
-    pub(crate) fn groove_forces(
+    pub fn groove_forces(
         &self,
         at: &HeavyState,
         unknowns: &[f64],

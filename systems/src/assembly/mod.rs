@@ -130,7 +130,7 @@ impl Assembly {
     }
 
     /// What messages call a rod.
-    pub(crate) fn rod_name(&self, rod: usize) -> String {
+    pub fn rod_name(&self, rod: usize) -> String {
         match (self.names[1].get(rod), self.links.len()) {
             (Some(name), _) => format!("rod {name:?}"),
             (None, 1) => "the rod".to_owned(),

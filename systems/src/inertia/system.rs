@@ -14,7 +14,7 @@ use crate::solve::system::{Factor, Linearised, System};
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 
 /// Numbers in a state that are integrals over time: time itself, energy dissipated, work, loss to drag.
-pub(crate) const INTEGRALS: usize = 4;
+pub const INTEGRALS: usize = 4;
 
 impl HeavyRod {
     /// Where time stands in a state; dissipated energy, work and loss to drag follow.

@@ -51,7 +51,7 @@ impl Link {
     }
 
     /// The same, to be led to an equilibrium from some way off.
-    pub(crate) fn sought(&self) -> Self {
+    pub fn sought(&self) -> Self {
         let mut link = self.clone();
         link.seen_as(Seen::ByPull);
         link
