@@ -6,7 +6,7 @@ use super::files::{json_text, number, print, print_json, rounded};
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs};
-use super::run_text::{chosen, unit};
+use super::run_text::{chosen, mass, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, signals};
 use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
@@ -129,7 +129,10 @@ fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     if let Some(why) = record.warning() {
         line(format!("note: {why}"));
     }
-    for said in record.masses.iter().filter_map(RodMassNote::text) {
+    // Where a verdict on them follows, only what the scene does not say.
+    let said = record.masses.iter();
+    let said = said.filter(|mass| mass.by_default || record.validity.is_none());
+    for said in said.filter_map(RodMassNote::text) {
         line(said);
     }
     for branch in &record.branches {
@@ -140,6 +143,9 @@ fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
             });
         }
         branch_text(record, branch, &mut line);
+    }
+    if let Some(validity) = &record.validity {
+        line(mass(validity));
     }
     if let Some(out) = out {
         line(format!("written to {}", out.display()));

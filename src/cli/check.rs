@@ -7,7 +7,8 @@ use serde_json::json;
 use snaprod::scene::{Faults, ReadError, Scene};
 use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::bar::BarPrepared;
-use snaprod::study::run::{Prepared, SmallMass};
+use snaprod::study::mass::SmallMass;
+use snaprod::study::run::Prepared;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -127,15 +128,17 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     }
 }
 
-/// What only setting up can find; what the mass of a planar rod changes, where it is known.
+/// What only setting up can find; what the mass of light rods changes, where it is known.
 fn start(scene: &Scene) -> snaprod::Result<Option<SmallMass>> {
     if scene.bar.is_some() {
         return BarPrepared::new(scene).map(|_| None);
     }
-    match (scene.assembly.is_some(), scene.is_motion()) {
-        (true, true) => return AssemblyPrepared::new(scene)?.motion().map(|_| None),
-        (true, false) => return assembly::equilibrium(scene).map(|_| None),
-        (false, _) => {}
+    if scene.assembly.is_some() {
+        match scene.is_motion() {
+            true => AssemblyPrepared::new(scene)?.motion().map(drop)?,
+            false => assembly::equilibrium(scene).map(drop)?,
+        }
+        return assembly::small_mass(scene);
     }
     if !scene.is_motion() {
         return scene.problem().map(|_| None);

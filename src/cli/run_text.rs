@@ -4,7 +4,8 @@ use super::files::{number, rounded};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
-use snaprod::study::run::{Follows, ModelKind, RunBranch, RunRecord, Spring, Validity};
+use snaprod::study::mass::{Follows, Validity};
+use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
 use std::path::Path;
 
 /// Snaps, or passages, that are told one by one.
@@ -208,12 +209,13 @@ fn heavy_folds(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
 }
 
 /// What the mass of the rod does.
-fn mass(validity: &Validity) -> String {
-    format!(
-        "the rod has {:.2e} of the body's mass: {}",
-        validity.rest.eps,
-        validity.verdict()
-    )
+pub fn mass(validity: &Validity) -> String {
+    let eps = validity.rest.eps().unwrap_or_default();
+    let of = match validity.rest.rods.len() {
+        1 => format!("the rod has {eps:.2e} of the body's mass"),
+        _ => format!("the rods have up to {eps:.2e} of a body's mass"),
+    };
+    format!("{of}: {}", validity.verdict())
 }
 
 /// What friction would do to the bounces of an elastic rod.

@@ -133,6 +133,23 @@ impl Scene {
         self.rod_masses().map(|(_, note)| note).collect()
     }
 
+    /// The rod of this number among those that are held at both ends.
+    pub(crate) fn rod_of(&self, k: usize) -> &Rod {
+        match &self.assembly {
+            Some(given) => &given.rods[k].rod,
+            None => &self.rod,
+        }
+    }
+
+    /// Its mass over that of the lightest body that it holds; None where its mass is not known, or it holds none.
+    pub(crate) fn mass_ratio(&self, k: usize) -> Option<f64> {
+        let body = match &self.assembly {
+            Some(given) => lightest(given, [&given.rods[k].from, &given.rods[k].to])?,
+            None => self.body.as_ref()?.mass,
+        };
+        Some(self.rod_of(k).mass()? / body)
+    }
+
     fn rod_masses(&self) -> impl Iterator<Item = (usize, RodMassNote)> {
         let count = match (&self.run, &self.assembly) {
             (None, _) => 0,
@@ -140,24 +157,17 @@ impl Scene {
             (_, Some(given)) => given.rods.len(),
         };
         (0..count).filter_map(|k| {
-            let (name, rod, body, why) = match &self.assembly {
-                None => {
-                    let body = self.body.as_ref()?.mass;
-                    (None, &self.rod, body, self.not_first_order())
-                }
-                Some(given) => {
-                    let rod = &given.rods[k];
-                    let body = lightest(given, [&rod.from, &rod.to])?;
-                    let why = self.not_first_order_of(k);
-                    (Some(rod.name.clone()), &rod.rod, body, why)
-                }
+            let rod = self.rod_of(k);
+            let (name, why) = match &self.assembly {
+                None => (None, self.not_first_order()),
+                Some(given) => (Some(given.rods[k].name.clone()), self.not_first_order_of(k)),
             };
             if rod.damping.is_some() || rod.is_heavy() {
                 return None;
             }
             let note = RodMassNote {
                 rod: name,
-                eps: rod.mass()? / body,
+                eps: self.mass_ratio(k)?,
                 inertia: rod.inertia.unwrap_or(Inertia::None),
                 by_default: rod.inertia.is_none() || rod.inertia_chosen,
                 why,

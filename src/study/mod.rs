@@ -10,6 +10,7 @@ pub mod branch;
 pub mod elastica;
 pub mod equilibrium;
 pub mod folds;
+pub mod mass;
 pub mod memory;
 pub mod modes;
 pub mod record;

@@ -55,6 +55,8 @@ mod light_weight_scenes;
 mod loads;
 #[cfg(feature = "scene")]
 mod mass_motions;
+#[cfg(feature = "scene")]
+mod mass_numbers_space;
 mod memory_kernel;
 mod memory_motion;
 #[cfg(feature = "scene")]

@@ -394,6 +394,7 @@ impl AssemblyRun {
                 rod: link,
                 base: point.base.pose.rotation,
                 choices,
+                moving: Some(Box::new(here.at.now.clone())),
             })
         });
         let mut snaps = snaps.collect::<Result<Vec<Snap>>>()?;

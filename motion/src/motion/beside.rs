@@ -173,6 +173,7 @@ fn fold(
         to,
         rod: 0,
         choices: None,
+        moving: None,
     };
     let ledger = last.ledger.between(&next.ledger, x);
     Some((Crossed { snap, ledger }, landed))

@@ -393,6 +393,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 released: here.ledger.elastic - elastic,
                 rod: 0,
                 choices,
+                moving: None,
             });
         }
         if snaps.is_empty() {

@@ -1,5 +1,6 @@
 //! The jump at a fold: r and v stay, the rod falls to another equilibrium (theory 2.6).
 
+use crate::assembly::Configuration;
 use crate::error::Result;
 use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
 use nalgebra::{DVector, SVector, UnitQuaternion};
@@ -90,6 +91,8 @@ pub struct Snap {
     /// How many stable equilibria there were to choose the landing from; None of the viscous one, which is not chosen. In the
     /// plane these are all, in space those that were found.
     pub choices: Option<usize>,
+    /// The bodies and charts of an assembly at the fold; None in a plane.
+    pub moving: Option<Box<Configuration>>,
 }
 
 /// Change of the force, relative to it, at which the two sides of a fold are told apart.

@@ -2,6 +2,7 @@
 
 use crate::assembly::LightRod;
 use crate::error::{Error, Quantity, Result};
+use crate::inertia::held::Massive;
 use crate::rod::SectionMass;
 use crate::scene::{Rod, Scales, Section};
 use nalgebra::Vector3;
@@ -33,7 +34,24 @@ impl Rod {
     }
 }
 
-/// The rod, if its mass is to be followed, in the library's units. Sections of which nothing tells how they turn have no inertia against that.
+/// What the sections of the rod weigh, in the library's units; None where its mass is not known. Sections of which nothing tells how they turn
+/// have no inertia against that.
+///
+/// # Errors
+/// A rod whose section law cannot be made.
+fn sections(rod: &Rod, scales: &Scales) -> Result<Option<SectionMass>> {
+    let Some(mass) = rod.mass() else {
+        return Ok(None);
+    };
+    let rotary = rod.rotary_inertia()?.unwrap_or_default();
+    let per_length = scales.unit(Quantity::Inertia) / scales.length;
+    Ok(Some(SectionMass {
+        mass: mass / scales.mass,
+        rotary: Vector3::from(rotary) / per_length,
+    }))
+}
+
+/// The rod, if its mass is to be followed, in the library's units.
 ///
 /// # Errors
 /// A rod whose mass is not known.
@@ -41,16 +59,32 @@ pub(super) fn light(rod: &Rod, scales: &Scales) -> Result<Option<LightRod>> {
     if !rod.is_light() {
         return Ok(None);
     }
-    let mass = rod.mass().ok_or_else(|| {
+    let sections = sections(rod, scales)?.ok_or_else(|| {
         Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
     })?;
-    let rotary = rod.rotary_inertia()?.unwrap_or_default();
-    let per_length = scales.unit(Quantity::Inertia) / scales.length;
     Ok(Some(LightRod {
-        sections: SectionMass {
-            mass: mass / scales.mass,
-            rotary: Vector3::from(rotary) / per_length,
-        },
+        sections,
         followed: false,
     }))
+}
+
+impl Rod {
+    /// The rod with its mass and its friction, as the library has it in `rod`; None where its mass is not known.
+    ///
+    /// # Errors
+    /// As [`Rod::viscoelastic`].
+    pub(crate) fn massive(
+        &self,
+        rod: &crate::rod::Rod,
+        scales: &Scales,
+    ) -> Result<Option<Massive>> {
+        let Some(sections) = sections(self, scales)? else {
+            return Ok(None);
+        };
+        let friction = match &self.damping {
+            None => None,
+            Some(_) => Some(self.viscoelastic()?.measured(scales.measures()).rate),
+        };
+        Massive::new(rod, friction, sections).map(Some)
+    }
 }

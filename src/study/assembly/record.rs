@@ -7,6 +7,7 @@ use crate::motion::{Closing, Ledger, Outcome, Resolution, Snap, SnapEnd};
 use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
+use crate::study::mass::Validity;
 use crate::study::run::Bounds;
 use crate::study::run::record::at_time;
 use crate::study::run::summary::{elastic_cost, object};
@@ -46,6 +47,8 @@ pub struct AssemblyRunRecord {
     pub start_index: Option<usize>,
     /// What is done with the mass of the rods, of those where it is known.
     pub masses: Vec<RodMassNote>,
+    /// Whether leaving out the mass of rods was right, where one is known and not all of it was followed.
+    pub validity: Option<Validity>,
 }
 
 /// One run of an assembly: the trunk, or what follows from a snap.
@@ -213,6 +216,9 @@ impl AssemblyRunRecord {
             let masses: Vec<Value> = self.masses.iter().map(RodMassNote::json).collect();
             summary.insert("rod_masses".to_owned(), json!(masses));
         }
+        if let Some(validity) = &self.validity {
+            summary.insert("validity".to_owned(), validity.json());
+        }
         if let Some(nodes) = last.resolution {
             let nodes = json!({ "most": nodes.most_nodes, "tail": nodes.tail, "rate_tail": nodes.rate_tail });
             summary.insert("nodes".to_owned(), nodes);
@@ -245,6 +251,13 @@ impl AssemblyRunRecord {
         for branch in &self.branches {
             for (snap, wrenches) in branch.all_snaps().zip(&branch.snap_wrenches) {
                 let mut event = object(self.snap(snap, wrenches));
+                let t = snap.t * self.scales.time;
+                let folds = self.validity.iter().flat_map(|validity| &validity.folds);
+                let mut here = folds.filter(|fold| fold.branch == branch.stem.id);
+                let rod = self.rods.get(snap.rod);
+                if let Some(fold) = here.find(|fold| fold.t == t && fold.rod.as_ref() == rod) {
+                    event.insert("mass".to_owned(), fold.json());
+                }
                 if let Some(choices) = snap.choices {
                     event.insert("choices".to_owned(), json!(choices));
                 }

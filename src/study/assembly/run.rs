@@ -5,6 +5,7 @@ use crate::assembly::{Contact, Place};
 use crate::error::{Error, Result};
 use crate::motion::{Closing, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive};
 use crate::scene::{AssemblyBody, AssemblySetup, Run, Scene, Units};
+use crate::study::mass::{Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
@@ -137,6 +138,19 @@ impl AssemblyPrepared {
     }
 }
 
+/// What the mass of the rods of an assembly changes where it rests under the loads at t = 0; None where no mass is known or all of it is followed,
+/// and where no equilibrium is found.
+///
+/// # Errors
+/// As [`AssemblyPrepared::new`].
+pub fn small_mass(scene: &Scene) -> Result<Option<SmallMass>> {
+    let setup = AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?;
+    if setup.is_heavy() {
+        return Ok(None);
+    }
+    Ok(Resting::assembly(scene, &setup).map(|resting| resting.mass))
+}
+
 /// Runs an assembly, and under landing = "all" every run into which it branches, to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the tables `trajectory`, `trajectory-1`, ... go
 /// to `sink` as the run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
 ///
@@ -217,7 +231,28 @@ pub fn run(
         };
         Ok((branch, outcome))
     })?;
+    let resting = match prepared.setup.is_heavy() {
+        true => None,
+        false => Resting::assembly(&prepared.scene, &prepared.setup),
+    };
+    let folds = |resting: &Resting| {
+        let of = |branch: &AssemblyRunBranch| {
+            let snaps: Vec<_> = branch.all_snaps().map(|snap| (snap, None)).collect();
+            let branch_of = (branch.stem.id, Follows::Jump);
+            let last = (branch.last.t, branch.last.ledger);
+            let rest = (&scales, &resting.mass);
+            passed(branch_of, &snaps, last, rest, |snap| resting.passed(snap))
+        };
+        branches.iter().flat_map(of).collect()
+    };
+    let validity = resting.map(|resting| Validity {
+        folds: folds(&resting),
+        rest: resting.mass,
+        bounces: Vec::new(),
+        damped: false,
+    });
     Ok(AssemblyRunRecord {
+        validity,
         units: prepared.scene.units,
         scales,
         scene,

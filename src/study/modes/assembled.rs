@@ -7,6 +7,7 @@ use crate::math::se3::halves;
 use crate::motion::creep::{SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
 use crate::section::Strain;
+use crate::study::mass::Resting;
 use nalgebra::{Complex, DVector, Isometry3, Vector3};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
@@ -16,8 +17,20 @@ const ALONG: f64 = 1e-13;
 const NEUTRAL: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
-/// Of a scene that stands, and the same with the friction of its rod.
-pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
+/// A rod in space at rest with its body.
+pub(in crate::study) struct AtRest {
+    model: ElasticSpace,
+    /// In the frame of the clamp and units of the rod.
+    pub at: (Assembly, Configuration),
+    /// True if [start] is the equilibrium.
+    of_start: bool,
+}
+
+/// The equilibrium of a scene that stands: [start] if it is one, and otherwise the one that the loads at t = 0 lead to.
+///
+/// # Errors
+/// No equilibrium found.
+pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
     let mut model = ElasticSpace::new(scene)?;
     let (mut assembly, mut now) = model.assembly()?;
     // Strains that are given are those of a rod with friction: no equilibrium.
@@ -37,14 +50,33 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     {
         now = found.now;
     }
+    Ok(AtRest {
+        model,
+        at: (assembly, now),
+        of_start,
+    })
+}
+
+/// Of a scene that stands, and the same with the friction of its rod.
+pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
+    let AtRest {
+        model,
+        at: (assembly, now),
+        of_start,
+    } = resting(scene)?;
     let (clamp, scales) = (&model.common.clamp, &model.common.scales);
-    let motions = match creeping.rod.damping {
+    let mut motions = match creeping.rod.damping {
         None => small_motions(&assembly, &now, clamp, scales)?,
         Some(_) => {
             let damped = with_friction(creeping, &model, &assembly, &now)?;
             described(&assembly, &now, (clamp, scales), Some(damped))?
         }
     };
+    if motions.stable && creeping.rod.mass().is_some() {
+        let scales = *scales;
+        let resting = Resting::new(creeping, (assembly, now), &scales)?;
+        motions.mass = Some(resting.mass);
+    }
     Ok((motions, of_start))
 }
 
@@ -81,7 +113,11 @@ pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let setup = AssemblySetup::new(scene)?;
     let now = setup.meant()?.now;
     let world = Isometry3::identity();
-    let motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
+    let mut motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
+    if motions.stable && !setup.is_heavy() {
+        let resting = Resting::new(scene, (setup.assembly, now), &setup.scales)?;
+        motions.mass = Some(resting.mass).filter(|mass| !mass.rods.is_empty());
+    }
     // Bodies settle there unless the unloaded rods are asked for.
     Ok((motions, !matches!(scene.start.place, Place::Rest { .. })))
 }

@@ -4,10 +4,11 @@ mod assembled;
 mod heavy;
 mod planar;
 
+pub(in crate::study) use assembled::resting;
 pub use assembled::small_motions;
 
+use super::mass::SmallMass;
 use super::record::{Cell, Column, Table};
-use super::run::SmallMass;
 use crate::error::Result;
 use crate::motion::creep::SmallCreep;
 use crate::scene::{Force, Scales, Scene, Units};
@@ -50,8 +51,7 @@ pub struct SmallMotions {
     pub eigenvalues: Option<Vec<Complex<f64>>>,
     /// With friction of the rod: what the eigenvalues are to its own rates.
     pub creep: Option<Creep>,
-    /// What the mass of an elastic or viscous planar rod changes about a stable equilibrium, where it is known and not all of it is
-    /// followed.
+    /// What the mass of elastic or viscous rods changes about a stable equilibrium, where it is known and not all of it is followed.
     pub mass: Option<SmallMass>,
     /// The rods in equilibrium, in the world: evenly spaced sections.
     pub rods: Vec<Vec<Station>>,
@@ -380,7 +380,7 @@ impl ModesRecord {
             "eigenvalues": eigenvalues.map(|all| all.iter().map(|s| [s.re, s.im]).collect::<Vec<_>>()),
             "equilibrium": if self.of_start { "start" } else { "loads" },
             "ends": ends.map(|end| end.position.as_slice().to_vec()).collect::<Vec<_>>(),
-            "mass": motions.mass.map(|mass| mass.json()),
+            "mass": motions.mass.as_ref().map(SmallMass::json),
             "remarks": self.remarks,
         })
     }

@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::math::order::sort_eigenvalues;
 use crate::motion::creep::small_in_plane;
 use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight, StrainName};
-use crate::study::run::{Light, SmallMass};
+use crate::study::mass::Light;
 use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
 
 /// A load across the rod is none up to this part of the load and EI/L^2: its deflection y changes the frequency by about y^2, and makes
@@ -118,7 +118,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     let motions = SmallMotions {
         index,
         stable,
-        mass: light.map(|light| SmallMass::new(&light, at.as_ref(), scales.time)),
+        mass: light.map(|light| light.about(at.as_ref())),
         conservative: true,
         coordinates: ["dx", "dy"].map(String::from).to_vec(),
         modes: modes.collect(),

@@ -8,17 +8,14 @@ mod spring;
 pub(super) mod summary;
 pub(super) mod table;
 pub(super) mod tree;
-mod validity;
 
 pub use crate::scene::ModelKind;
 pub use line::Line;
-pub(in crate::study) use prepared::Light;
 pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
 pub use tree::Stem;
-pub use validity::{BouncePassed, FoldPassed, Follows, SmallMass, Validity};
 
 use super::{Hooks, Sink};
 use crate::error::Result;
@@ -107,7 +104,10 @@ pub fn run(
         );
         Ok((recorder.finish(&*motion, branch), outcome))
     })?;
-    let folds = validity::folds(prepared, &branches);
+    let rest = prepared.rest();
+    let folds = rest
+        .as_ref()
+        .map_or(Vec::new(), |rest| prepared.folds(rest, &branches));
     Ok(RunRecord {
         kind: prepared.kind(),
         units: prepared.units,
@@ -126,9 +126,8 @@ pub fn run(
             ModelKind::ElasticSpace => branches.first().and_then(|branch| branch.first.index),
             ModelKind::Planar | ModelKind::Space => prepared.index_of_start(),
         },
-        validity: (!prepared.is_full())
-            .then(|| Validity::of(prepared, &branches, &folds))
-            .flatten(),
+        validity: (rest.as_ref().filter(|_| !prepared.is_full()))
+            .map(|rest| prepared.validity(rest, &branches, &folds)),
         folds,
         branches,
         cut,

@@ -1,13 +1,18 @@
 //! A scene of motion made ready to run, whichever model it is of.
 
-use super::record::Moment;
+use super::record::{Moment, RunBranch};
 use super::spring::Spring;
+use crate::elastica::Passage;
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::motion::{Beside, Bounce, Motion, Snap, State};
+use crate::motion::{Beside, Bounce, Ledger, Motion, Snap, State};
 use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
+use crate::study::mass::{
+    BouncePassed, FoldPassed, Followed, Follows, Light, Resting, SmallMass, Validity, passed,
+    viscosity,
+};
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
 
 /// A scene of motion made ready to run, with the way back to the scene's units.
@@ -22,8 +27,8 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     viscosity: Option<f64>,
-    /// What a planar rod of known mass is; None of any other, and where the clamp moves.
-    pub(super) light: Option<Light>,
+    /// A rod of known mass on a clamp that stands.
+    massive: Option<Massive>,
     /// True if Maxwell branches carry couples of their own, so that no elastic sheet is the rod's.
     relaxes: bool,
     /// What is done with the mass of an elastic rod, if it is known.
@@ -36,46 +41,27 @@ pub struct Prepared {
     pub(super) grooved: bool,
 }
 
-/// A planar rod as far as its mass is concerned, in units of the rod.
-pub(in crate::study) struct Light {
-    /// Mass of the rod over that of the body.
-    pub eps: f64,
-    /// Kelvin-Voigt time.
-    pub eta: f64,
-    /// The loads on the end at t = 0, along the axes of the clamp.
-    pub load: Vector2<f64>,
-    /// True if its mass is followed to first order.
-    pub followed: bool,
-    /// sqrt(m L^3/EI) in the scene's units.
-    pub time: f64,
+/// A rod as far as its mass is concerned.
+enum Massive {
+    /// In a plane.
+    Plane(Light),
+    /// In space, the scene that it is of.
+    Space(Box<Scene>),
 }
 
-impl Light {
-    /// The rod of a planar scene under these loads; None if its mass is not known.
-    ///
-    /// # Errors
-    /// A rod without a bending stiffness.
-    pub fn new(scene: &Scene, scales: &Scales, load: Vector2<f64>) -> Result<Option<Self>> {
-        let Some(mass) = scene.rod.mass() else {
-            return Ok(None);
-        };
-        Ok(Some(Self {
-            eps: mass / scales.mass,
-            eta: viscosity(scene)?.unwrap_or(0.0) / scales.viscosity(),
-            load,
-            time: scales.time,
-            followed: scene.rod.is_light(),
-        }))
+/// A rod at rest under the loads at t = 0, and what its mass changes there.
+pub(super) enum Rest {
+    Plane(Light, SmallMass),
+    Space(Box<Resting>),
+}
+
+impl Rest {
+    fn mass(&self) -> &SmallMass {
+        match self {
+            Self::Plane(_, mass) => mass,
+            Self::Space(resting) => &resting.mass,
+        }
     }
-}
-
-/// The viscosity of a planar rod at small rates, in the scene's units.
-fn viscosity(scene: &Scene) -> Result<Option<f64>> {
-    let damping = scene.rod.damping.as_ref().filter(|_| scene.is_planar());
-    let stiffness = || scene.rod.bending_stiffness();
-    damping
-        .map(|damping| Ok(damping.viscosity(stiffness()?)))
-        .transpose()
 }
 
 impl Prepared {
@@ -88,13 +74,23 @@ impl Prepared {
         let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
         let setup_kind = setup.model.kind();
         let scales = setup.scales;
-        let light = match setup.load {
-            // A load along the rod moves its equilibria and folds by more than its mass does.
-            Some(load) if scene.loads.distributed.is_zero() => {
-                Light::new(scene, &scene.scales()?, load)?
+        let massive = match (setup_kind.in_space(), setup.load) {
+            (true, _) => {
+                let given = match scene.is_planar() {
+                    true => scene.lifted_for_modes()?,
+                    false => Some(scene.clone()),
+                };
+                let known =
+                    |scene: &Scene| scene.rod.mass().is_some() && scene.clamp.motion.is_none();
+                given
+                    .filter(known)
+                    .map(|scene| Massive::Space(Box::new(scene)))
             }
-            Some(_) => None,
-            None => None,
+            // A load along the rod moves its equilibria and folds by more than its mass does.
+            (false, Some(load)) if scene.loads.distributed.is_zero() => {
+                Light::new(scene, &scene.scales()?, load)?.map(Massive::Plane)
+            }
+            (false, _) => None,
         };
         Ok(Self {
             scales,
@@ -104,7 +100,7 @@ impl Prepared {
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
             viscosity: viscosity(scene)?,
-            light,
+            massive,
             relaxes: !scene.rod.relaxation.is_empty(),
             mass: scene.mass_notes().into_iter().next(),
             thickness: scene
@@ -148,7 +144,7 @@ impl Prepared {
 
     /// The light rod beside a planar rod with friction or mass in its first state; None of any other.
     pub(super) fn beside(&self, first: &dyn State) -> Option<Beside> {
-        let known = self.kind() == ModelKind::Planar && self.light.is_some() && !self.relaxes;
+        let known = self.kind() == ModelKind::Planar && self.massive.is_some() && !self.relaxes;
         known.then(|| Beside::new(first))
     }
 
@@ -157,8 +153,84 @@ impl Prepared {
         self.setup.model.is_driven()
     }
 
+    /// The rod at rest under the loads at t = 0; None unless its mass is known and its clamp stands, and where no equilibrium is found.
+    pub(super) fn rest(&self) -> Option<Rest> {
+        match self.massive.as_ref()? {
+            Massive::Plane(light) => Some(Rest::Plane(*light, light.at_rest()?)),
+            Massive::Space(scene) => Some(Rest::Space(Box::new(Resting::single(scene)?))),
+        }
+    }
+
+    /// What the mass of the rod changes where it rests under the loads at t = 0; None where it is not known or all of it is followed, where
+    /// the clamp moves, and where no equilibrium is found.
+    pub fn small_mass(&self) -> Option<SmallMass> {
+        if self.is_full() {
+            return None;
+        }
+        Some(self.rest()?.mass().clone())
+    }
+
+    /// The folds that the rod passed in the branches of a run: its snaps, or those of the light rod beside it.
+    pub(super) fn folds(&self, rest: &Rest, branches: &[RunBranch]) -> Vec<FoldPassed> {
+        let k = &self.scales;
+        let follows = match self.kind() {
+            _ if self.is_full() => Follows::Mass,
+            ModelKind::Sheet | ModelKind::ElasticSpace => Follows::Jump,
+            ModelKind::Planar | ModelKind::Space => Follows::Friction,
+        };
+        let form = |snap: &Snap| match rest {
+            Rest::Plane(light, _) => {
+                let v = self.inward(snap)?;
+                let form = Passage::new(snap.from.q[0], snap.from.q[1], &v).ok()?;
+                Some(Followed {
+                    rod: None,
+                    form,
+                    eta: light.eta,
+                    eps: light.eps,
+                })
+            }
+            Rest::Space(resting) => resting.passed(snap),
+        };
+        let of = |branch: &RunBranch| {
+            let snaps = branch.entered.iter().chain(&branch.snaps);
+            let crossed = branch.crossed.iter();
+            let all: Vec<(&Snap, Option<Ledger>)> = snaps
+                .map(|snap| (snap, None))
+                .chain(crossed.map(|c| (&c.snap, Some(c.ledger.scaled(k.energy)))))
+                .collect();
+            let last = (branch.last.t, branch.last.ledger);
+            passed((branch.id, follows), &all, last, (k, rest.mass()), form)
+        };
+        branches.iter().flat_map(of).collect()
+    }
+
+    /// Whether it was right to leave out the mass of the rod.
+    pub(super) fn validity(
+        &self,
+        rest: &Rest,
+        branches: &[RunBranch],
+        folds: &[FoldPassed],
+    ) -> Validity {
+        let bounces = branches.iter().flat_map(|b| &b.bounces);
+        let (bounces, damped) = match rest {
+            Rest::Plane(light, _) => (
+                bounces
+                    .map(|b| BouncePassed::new(b, light.eps, light.eta, self.scales.time))
+                    .collect(),
+                light.eta > 0.0,
+            ),
+            Rest::Space(_) => (Vec::new(), !self.kind().is_elastic()),
+        };
+        Validity {
+            rest: rest.mass().clone(),
+            folds: folds.to_vec(),
+            bounces,
+            damped,
+        }
+    }
+
     /// The velocity of a snap's end along the axes of the clamp, in units of the rod; None in space.
-    pub(super) fn inward(&self, snap: &Snap) -> Option<Vector2<f64>> {
+    fn inward(&self, snap: &Snap) -> Option<Vector2<f64>> {
         let [x, y] = *snap.velocity.as_slice() else {
             return None;
         };

@@ -2,13 +2,13 @@
 
 use super::ModelKind;
 use super::spring::Spring;
-use super::validity::{FoldPassed, Validity};
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
 use crate::motion::{Bounce, Closing, Crossed, Labels, Ledger, Motion, Outcome, Resolution, Snap};
 use crate::scene::{RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
+use crate::study::mass::{FoldPassed, Validity};
 use nalgebra::{Isometry3, Vector3};
 
 /// A run that has ended, or, under landing = "all", the runs into which it branched.
@@ -40,9 +40,9 @@ pub struct RunRecord {
     pub heavy: bool,
     /// What is done with the mass of an elastic rod, if it is known.
     pub mass: Option<RodMassNote>,
-    /// The folds that a planar rod of known mass passed.
+    /// The folds that a rod of known mass passed.
     pub folds: Vec<FoldPassed>,
-    /// Whether leaving out the mass of a planar rod was right, where that mass is known and was left out.
+    /// Whether leaving out the mass of the rod was right, where that mass is known and not all of it was followed.
     pub validity: Option<Validity>,
     /// The Morse index of the equilibrium at the start, if it is one and known.
     pub start_index: Option<usize>,

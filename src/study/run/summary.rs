@@ -3,11 +3,11 @@
 use super::ModelKind;
 use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
-use super::validity::FoldPassed;
 use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Outcome, Snap, SnapEnd};
 use crate::solve::cost::Cost;
+use crate::study::mass::FoldPassed;
 use nalgebra::DVector;
 use serde_json::{Map, Value, json};
 

@@ -8,6 +8,7 @@
 //! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
 //! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily`]: statics, small vibrations, branches.
 
+mod added;
 mod along;
 mod branch;
 mod carrier;
@@ -127,6 +128,11 @@ impl Assembly {
             Some(name) => format!("body {name:?}"),
             None => format!("body {body}"),
         }
+    }
+
+    /// Its name, if the rods have names.
+    pub fn name_of_rod(&self, rod: usize) -> Option<&str> {
+        self.names[1].get(rod).map(String::as_str)
     }
 
     /// What messages call a rod.

@@ -12,6 +12,7 @@
 //! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
 //! * [`mass`]: what hangs at a section: a piece of the rod, or the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
+//! * [`held`]: vibrations of a rod of small mass whose ends are held.
 //! * [`statics`]: equilibria of the rod with its weight, rates tangent to the equilibria, small vibrations.
 //! * [`system`]: the differential equations, for explicit and implicit steps.
 //!
@@ -19,6 +20,7 @@
 
 pub mod assembly;
 pub mod frames;
+pub mod held;
 pub mod law;
 pub mod mass;
 pub mod rod;

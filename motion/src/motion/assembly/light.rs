@@ -8,6 +8,9 @@ use crate::motion::options::Options;
 use crate::solve::integrator::Method;
 use std::sync::Arc;
 
+/// Where the energy of a rod cannot be told at the tolerance along it, it is told at one that is so much looser.
+const LOOSER: f64 = 100.0;
+
 /// Refuses symmetric steps where rods have mass, which they do not follow.
 pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
     match assembly.light_rods().next() {
@@ -53,16 +56,27 @@ impl AssemblyRun {
         self.change(&at, &changed)
     }
 
-    /// Feels the mass of rods from here on, or no more.
+    /// Feels the mass of rods from here on, or no more. A rod whose energy cannot be told here is not begun to be followed; where one that is
+    /// followed cannot be let go for that reason, None, so that no energy is lost unseen.
     fn change(&mut self, at: &Evaluated, changed: &[(usize, bool)]) -> Option<()> {
-        if changed.is_empty() {
+        let along = self.along();
+        let weighed = |k: usize| {
+            let mut each = [along, LOOSER * along].into_iter();
+            each.find_map(|tolerance| self.assembly.weighed(k, at, tolerance))
+        };
+        let mut booked = Vec::new();
+        for (k, felt) in changed {
+            match (weighed(*k), felt) {
+                (Some(rod), _) => booked.push((*k, *felt, rod.kinetic)),
+                (None, true) => {}
+                (None, false) => return None,
+            }
+        }
+        if booked.is_empty() {
             return Some(());
         }
-        let along = self.along();
-        for (k, felt) in changed {
-            let rod = self.assembly.weighed(*k, at, along);
-            let energy = rod.map_or(0.0, |rod| rod.kinetic);
-            self.released += if *felt { -energy } else { energy };
+        for (k, felt, energy) in &booked {
+            self.released += if *felt { -energy } else { *energy };
             Arc::make_mut(&mut self.assembly).feel(*k, *felt);
         }
         let (state, h) = (self.solver.state().clone(), self.solver.next_step());

@@ -1,0 +1,139 @@
+//! What the mass of light rods changes: numbers of rods at rest, and of one run (theory 2.8, 2.9, 3.9).
+
+mod folds;
+mod plane;
+mod space;
+mod validity;
+
+pub use folds::{FoldPassed, Follows};
+pub(in crate::study) use folds::{Followed, passed};
+pub(in crate::study) use plane::{Light, viscosity};
+pub(in crate::study) use space::Resting;
+pub use validity::{BouncePassed, Validity};
+
+use crate::scene::Units;
+use serde_json::{Value, json};
+
+/// What the mass of light rods changes where they rest, in the scene's units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SmallMass {
+    /// Relative change of the lowest frequency of small motions about the equilibrium under the loads at t = 0, to first order; None
+    /// where there is no stable one, for a straight planar rod under a load along it, and where it is not known.
+    pub frequency_shift: Option<f64>,
+    /// The rods whose mass is known.
+    pub rods: Vec<RodMass>,
+}
+
+/// What the mass of one of them does there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RodMass {
+    /// Its name in an assembly.
+    pub rod: Option<String>,
+    /// Its mass over that of the body, of the lighter one of two; None of a rod without a body.
+    pub eps: Option<f64>,
+    /// Lowest angular frequency of its own vibrations, its ends held where they are; None where it is unstable so.
+    pub frequency: Option<f64>,
+    /// Its decay, per time; 0 of a rod without friction.
+    pub decay: Option<f64>,
+    /// True if its mass is followed to first order.
+    pub followed: bool,
+}
+
+impl RodMass {
+    /// How it vibrates with its ends held, in words.
+    fn vibration(&self, units: Units) -> Option<String> {
+        let rate = match units.time() {
+            "" => String::new(),
+            time => format!(" rad/{time}"),
+        };
+        let ends = if self.rod.is_some() { "ends" } else { "end" };
+        let omega = self.frequency?;
+        let decay = match self.decay {
+            Some(decay) if decay > 0.0 => format!(", which decays as exp(-{decay:.2e} t)"),
+            _ => ", without friction".to_owned(),
+        };
+        Some(format!(
+            "with its {ends} held it vibrates at omega {omega:.4e}{rate} and above{decay}"
+        ))
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "rod": self.rod,
+            "eps": self.eps,
+            "rod_frequency": self.frequency,
+            "rod_decay": self.decay,
+        })
+    }
+}
+
+impl SmallMass {
+    /// The largest mass of a rod over that of a body.
+    pub fn eps(&self) -> Option<f64> {
+        let all = self.rods.iter().filter_map(|rod| rod.eps);
+        all.max_by(f64::total_cmp)
+    }
+
+    /// The rod of a scene without names.
+    fn single(&self) -> Option<&RodMass> {
+        match self.rods.as_slice() {
+            [rod] if rod.rod.is_none() => Some(rod),
+            _ => None,
+        }
+    }
+
+    /// In one sentence.
+    pub fn text(&self, units: Units) -> String {
+        let shift = self
+            .frequency_shift
+            .map(|shift| format!("the lowest frequency by {}", percent(shift)));
+        if let Some(rod) = self.single() {
+            let mut parts = Vec::new();
+            parts.extend(rod.eps.map(|eps| {
+                let lowers = shift.map(|shift| format!(", which lowers {shift}"));
+                format!(
+                    "the rod has {eps:.2e} of the body's mass{}",
+                    lowers.unwrap_or_default()
+                )
+            }));
+            parts.extend(rod.vibration(units));
+            return parts.join("; ");
+        }
+        let rods = self.rods.iter().map(|rod| {
+            let name = rod.rod.as_deref().unwrap_or_default();
+            let eps = rod
+                .eps
+                .map(|eps| format!(" has {eps:.2e} of the mass of the lighter body"));
+            let vibration = rod.vibration(units).map(|words| format!(" {words}"));
+            let parts: Vec<String> = [eps, vibration].into_iter().flatten().collect();
+            format!("rod {name:?}{}", parts.join(";"))
+        });
+        let all = shift.map(|shift| format!("the mass of the rods lowers {shift}"));
+        rods.chain(all).collect::<Vec<_>>().join("; ")
+    }
+
+    /// As JSON: of a single rod one object, of an assembly with a list of its rods.
+    pub fn json(&self) -> Value {
+        match self.single() {
+            Some(rod) => json!({
+                "eps": rod.eps,
+                "frequency_shift": self.frequency_shift,
+                "rod_frequency": rod.frequency,
+                "rod_decay": rod.decay,
+            }),
+            None => json!({
+                "eps": self.eps(),
+                "frequency_shift": self.frequency_shift,
+                "rods": self.rods.iter().map(RodMass::json).collect::<Vec<_>>(),
+            }),
+        }
+    }
+}
+
+fn percent(x: f64) -> String {
+    match 100.0 * x.abs() {
+        x if x >= 10.0 => format!("{x:.0} %"),
+        x if x >= 0.1 => format!("{x:.1} %"),
+        x => format!("{x:.0e} %"),
+    }
+}

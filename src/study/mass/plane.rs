@@ -1,0 +1,100 @@
+//! The planar rod at rest, in closed form and on Gauss nodes.
+
+use super::{RodMass, SmallMass};
+use crate::elastica::{EndStiffness, Equilibrium, HeldMode, RodInertia, held_modes, settled};
+use crate::error::Result;
+use crate::scene::{Scales, Scene};
+use nalgebra::Vector2;
+
+/// Fundamental vibration of a straight clamped rod whose other end is held in place: omega^2 = x^4, cos x sinh x = sin x cosh x.
+const STRAIGHT: HeldMode = HeldMode {
+    stiffness: 237.721_067_534_944_6,
+    friction: 118.860_533_767_472_3,
+};
+/// 33/140: what the straight rod adds to a mass that moves across it.
+const ACROSS: f64 = 33.0 / 140.0;
+
+/// A planar rod as far as its mass is concerned, in units of the rod.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::study) struct Light {
+    /// Mass of the rod over that of the body.
+    pub eps: f64,
+    /// Kelvin-Voigt time.
+    pub eta: f64,
+    /// The loads on the end at t = 0, along the axes of the clamp.
+    pub load: Vector2<f64>,
+    /// True if its mass is followed to first order.
+    pub followed: bool,
+    /// sqrt(m L^3/EI) in the scene's units.
+    pub time: f64,
+}
+
+impl Light {
+    /// The rod of a planar scene under these loads; None if its mass is not known.
+    ///
+    /// # Errors
+    /// A rod without a bending stiffness.
+    pub fn new(scene: &Scene, scales: &Scales, load: Vector2<f64>) -> Result<Option<Self>> {
+        let Some(mass) = scene.rod.mass() else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            eps: mass / scales.mass,
+            eta: viscosity(scene)?.unwrap_or(0.0) / scales.viscosity(),
+            load,
+            time: scales.time,
+            followed: scene.rod.is_light(),
+        }))
+    }
+
+    /// What its mass changes under its load; None where no stable equilibrium is found.
+    pub fn at_rest(&self) -> Option<SmallMass> {
+        let rest = settled(&self.load).ok()?;
+        Some(self.about(rest.as_ref()))
+    }
+
+    /// The same about an equilibrium; None of the straight rod.
+    pub fn about(&self, at: Option<&Equilibrium>) -> SmallMass {
+        let (frequency_shift, mode) = match at {
+            None if self.load == Vector2::zeros() => {
+                (Some(-0.5 * self.eps * ACROSS), Some(STRAIGHT))
+            }
+            // A pull along the straight rod changes its shapes: these numbers are those of the unloaded one.
+            None => (None, None),
+            Some(at) => (
+                shift(at.p, at.w, self.eps),
+                held_modes(at.p, at.w, 1)
+                    .ok()
+                    .and_then(|m| m.first().copied()),
+            ),
+        };
+        SmallMass {
+            frequency_shift,
+            rods: vec![RodMass {
+                rod: None,
+                eps: Some(self.eps),
+                frequency: mode.and_then(|m| Some(m.frequency(self.eps)? / self.time)),
+                decay: mode.map(|m| m.friction * self.eta / self.eps / self.time),
+                followed: self.followed,
+            }],
+        }
+    }
+}
+
+/// The viscosity of a planar rod at small rates, in the scene's units.
+pub(in crate::study) fn viscosity(scene: &Scene) -> Result<Option<f64>> {
+    let damping = scene.rod.damping.as_ref().filter(|_| scene.is_planar());
+    let stiffness = || scene.rod.bending_stiffness();
+    damping
+        .map(|damping| Ok(damping.viscosity(stiffness()?)))
+        .transpose()
+}
+
+/// -eps/2 v.A v for the softest direction v of the end.
+fn shift(p: f64, w: f64, eps: f64) -> Option<f64> {
+    let [(_, v), _] = EndStiffness::at(p, w).ok()?.principal();
+    let added = RodInertia::new(p, w)
+        .ok()?
+        .added(&Vector2::zeros(), &Vector2::zeros())?;
+    Some(-0.5 * eps * v.dot(&(added.mass * v)))
+}

@@ -1,0 +1,168 @@
+//! Whether it was right to leave out the mass of the rods in a run.
+
+use super::folds::{FoldPassed, Follows, Landing};
+use super::{SmallMass, percent};
+use crate::motion::Bounce;
+use serde_json::{Value, json};
+
+/// Mass ratios above this are not small.
+const HEAVY: f64 = 0.1;
+/// Bounce numbers above this change the motion.
+const HARD: f64 = 0.1;
+
+/// What the mass of light rods would change in a run, in the scene's units.
+#[derive(Debug, Clone)]
+pub struct Validity {
+    /// About the equilibrium under the loads at t = 0.
+    pub rest: SmallMass,
+    /// The folds that were passed.
+    pub folds: Vec<FoldPassed>,
+    /// The bounces of a taut planar rod that were kept.
+    pub bounces: Vec<BouncePassed>,
+    /// True if a rod has friction.
+    pub(in crate::study) damped: bool,
+}
+
+/// A bounce.
+#[derive(Debug, Clone, Copy)]
+pub struct BouncePassed {
+    /// Its time.
+    pub t: f64,
+    /// eta lam^2/(m v): friction takes no part of the energy where it is small.
+    pub number: f64,
+    /// sqrt(eps) v/(4 sin^2(gam/4)): the mass of the rod takes no part where it is small.
+    pub inertia: f64,
+}
+
+impl BouncePassed {
+    /// Of a rod of mass `eps` and Kelvin-Voigt time `eta`. All that moves along the pull is in the rod where it is hardest:
+    /// E = m v^2/2 = 4 S^2 lam, S = sin(gam/4).
+    pub(in crate::study) fn new(bounce: &Bounce, eps: f64, eta: f64, time: f64) -> Self {
+        let (energy, lam) = (bounce.elastic, bounce.lambda);
+        let v = (2.0 * energy).sqrt();
+        Self {
+            t: bounce.t * time,
+            number: eta * lam * lam / v,
+            inertia: eps.sqrt() * v * lam / energy,
+        }
+    }
+}
+
+impl Validity {
+    /// One sentence each about the motion, its snaps and its bounces.
+    pub fn verdict(&self) -> String {
+        let mut parts = vec![self.of_motion()];
+        if !self.folds.is_empty() {
+            parts.push(self.of_snaps());
+        }
+        let most = |f: fn(&BouncePassed) -> f64| self.bounces.iter().map(f).fold(0.0, f64::max);
+        let (number, inertia) = (most(|b| b.number), most(|b| b.inertia));
+        if inertia > HARD || number > HARD {
+            let friction = match self.damped {
+                true => format!("that of friction is up to {number:.1e}, "),
+                false => String::new(),
+            };
+            parts.push(format!(
+                "bounces depend on the model: of the numbers that should be below {HARD} {friction}that of the rod's mass is up to {inertia:.1e}"
+            ));
+        } else if !self.bounces.is_empty() && !self.damped {
+            parts.push(
+                "bounces are elastic, which depends on the model: a real rod has friction"
+                    .to_owned(),
+            );
+        }
+        parts.join("; ")
+    }
+
+    fn of_motion(&self) -> String {
+        let rods = &self.rest.rods;
+        let several = rods.len() > 1;
+        let eps = self.rest.eps().unwrap_or(0.0);
+        let shift = self.rest.frequency_shift.map(f64::abs);
+        let left = rods.iter().filter(|rod| !rod.followed);
+        let left = left
+            .filter_map(|rod| rod.eps)
+            .fold(None, |most: Option<f64>, eps| {
+                Some(most.map_or(eps, |most| most.max(eps)))
+            });
+        let size = percent(shift.unwrap_or(0.5 * eps));
+        let mass = match several {
+            true => "the mass of the rods",
+            false => "the rod's mass",
+        };
+        match left {
+            None if eps > HEAVY => format!(
+                "{mass} is followed to first order, which is for rods of less than {HEAVY} of the body's mass: write inertia = \"full\" \
+                 (it changes the lowest frequency by {size})",
+            ),
+            None => format!(
+                "{mass} is followed to first order, which changes the lowest frequency by {size} and leaves an error of about {}",
+                percent(eps * eps)
+            ),
+            Some(left) if rods.iter().any(|rod| rod.followed) => format!(
+                "the mass of some rods is followed to first order, that of others left out: smooth motion good to about {}",
+                percent(0.5 * left)
+            ),
+            Some(_) if several => format!("massless rods: smooth motion good to about {size}"),
+            Some(_) => format!("massless rod: smooth motion good to about {size}"),
+        }
+    }
+
+    fn of_snaps(&self) -> String {
+        let longest = self.folds.iter().map(FoldPassed::delay).fold(0.0, f64::max);
+        let worst = self.folds.iter().map(FoldPassed::landing).min();
+        let decays = self.rest.rods.iter().filter_map(|rod| rod.decay);
+        let decay = decays.reduce(f64::min).unwrap_or(0.0);
+        let followed = self
+            .folds
+            .iter()
+            .all(|fold| fold.follows == Follows::Friction);
+        match worst.unwrap_or(Landing::Safe) {
+            Landing::Safe if longest == 0.0 => {
+                "snaps are held back by friction, not by mass".to_owned()
+            }
+            worst if followed => format!(
+                "snaps are late by up to {longest:.1e} more than friction makes them{}",
+                match worst {
+                    Landing::Safe => ", and the rod is quiet again before the next event",
+                    _ => ", or ring at the next event: landings are not safe",
+                }
+            ),
+            Landing::Late => format!(
+                "snaps are late by up to {longest:.1e}, which is not short against the time to the next event: landings are not safe"
+            ),
+            Landing::Undamped => format!(
+                "snaps are late by up to {longest:.1e}; without friction the rod rings on after them, and where it lands is a rule, not physics"
+            ),
+            Landing::Ringing => format!(
+                "snaps are late by up to {longest:.1e}; the rod still rings at the next event (its vibrations decay as exp(-{decay:.1e} t)): landings are not safe"
+            ),
+            Landing::Safe => format!(
+                "snaps are late by up to {longest:.1e}, and the rod is quiet again before the next event"
+            ),
+        }
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> Value {
+        let folds = self.folds.iter().map(|fold| {
+            let mut json = fold.form();
+            json["t"] = fold.t.into();
+            if let Some(rod) = &fold.rod {
+                json["rod"] = rod.as_str().into();
+            }
+            json["viscous_delay"] = fold.viscous_delay.into();
+            json["inertial_delay"] = fold.inertial_delay.into();
+            json
+        });
+        let bounces = self
+            .bounces
+            .iter()
+            .map(|b| json!({ "t": b.t, "number": b.number, "inertia_number": b.inertia }));
+        let mut json = self.rest.json();
+        json["verdict"] = self.verdict().into();
+        json["folds"] = folds.collect();
+        json["bounces"] = bounces.collect();
+        json
+    }
+}
