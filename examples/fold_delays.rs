@@ -26,7 +26,7 @@ const SNAPS: [(&str, f64, f64, [f64; 2], usize); 3] = [
 const VISCOUS: f64 = 2.338_107_410;
 const ZERO: f64 = 0.715_359;
 const VISCOSITIES: [f64; 3] = [1e-3, 1e-4, 1e-5];
-const MASSES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+const MASSES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// Places along the rod at which shapes are compared; an even number of intervals.
 const PLACES: usize = 200;
 

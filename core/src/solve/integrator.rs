@@ -43,8 +43,17 @@ const STRIDE: u64 = 4;
 const RADAU_ERROR: f64 = 0.00458;
 /// Below this product of step and spectral radius DOP853 would be stable with the steps of Radau.
 const EASY: f64 = 3.0;
-/// Number of such steps in a row after which DOP853 takes over.
+/// Number of such steps in a row after which DOP853 takes over: at first, and at most after changes that did harm. A step that still grows
+/// by more than GROWTH is not one of them.
 const CALM: u32 = 4;
+const CALM_LIMIT: u32 = 4096;
+const GROWTH: f64 = 2.0;
+/// Below this product of step and spectral radius it is rounding that limits DOP853, where the inverse of a nearly singular mass is in the slope:
+/// no motion is that much faster than the fastest rate.
+const ROUGH: f64 = 0.1;
+/// A change to DOP853 did harm if its first TRIAL steps are on average this much shorter than the one that Radau would have taken.
+const TRIAL: u64 = 12;
+const SHORTER: f64 = 8.0;
 /// If Radau was used for fewer steps than this, the change to it was not worth its cost: the next one waits twice as long.
 const SHORT_STAY: u64 = 60;
 
@@ -63,6 +72,10 @@ pub struct Integrator {
     votes: u32,
     relief: u32,
     patience: u32,
+    calm: u32,
+    /// The step that Radau would have taken when DOP853 took over from it, the steps DOP853 had taken, and the length walked since; None if
+    /// it did not, or has been judged.
+    trial: Option<(f64, u64, f64)>,
     /// The last slopes, STRIDE steps apart, each with the length walked since the one before.
     trail: Vec<(f64, DVector<f64>)>,
     /// Length walked since the last of them.
@@ -119,6 +132,8 @@ impl Integrator {
             votes: 0,
             relief: 0,
             patience: PATIENCE,
+            calm: CALM,
+            trial: None,
             trail: Vec::new(),
             walked: 0.0,
             since: 0,
@@ -215,14 +230,23 @@ impl Integrator {
             return;
         }
         if !self.implicit {
+            if self.did_harm() {
+                self.calm = (2 * self.calm).min(CALM_LIMIT);
+                self.switch(system, self.span);
+                return;
+            }
             let norm = |e: &_, from: &_, to: &_| system.mean_square(e, from, to);
             let size = self.last.stiffness(norm);
             let longer = self.smoothness(system).filter(|&h| h > LONGER);
-            if longer.is_some() || size.is_some_and(|size| size > STIFF) {
+            let rough = self.explicit.next_step() * self.radius.1 < ROUGH && self.radius.1 > 0.0;
+            if rough || longer.is_some() || size.is_some_and(|size| size > STIFF) {
                 self.relief = 0;
                 // Smoothness is judged over many steps: one such judgement counts as PATIENCE votes.
                 self.votes += if longer.is_some() { PATIENCE } else { 1 };
                 if self.votes >= self.patience {
+                    if rough {
+                        self.calm = (2 * self.calm).min(CALM_LIMIT);
+                    }
                     self.switch(system, self.span);
                 }
             } else {
@@ -234,12 +258,12 @@ impl Integrator {
             return;
         }
         let h = self.radau.next_step();
-        if h * self.radius() > EASY {
+        if h > GROWTH * self.span || h * self.radius() > EASY {
             self.votes = 0;
             return;
         }
         self.votes += 1;
-        if self.votes < CALM {
+        if self.votes < self.calm {
             return;
         }
         // The Jacobian in use may be that of an earlier state: a new one decides.
@@ -254,6 +278,21 @@ impl Integrator {
             PATIENCE
         };
         self.switch(system, h);
+        self.trial = (!self.implicit).then(|| (h, self.explicit.cost().steps, 0.0));
+    }
+
+    /// Whether the first steps of DOP853 after Radau show that the change did harm.
+    fn did_harm(&mut self) -> bool {
+        let Some((before, since, walked)) = &mut self.trial else {
+            return false;
+        };
+        *walked += self.span;
+        if self.explicit.cost().steps - *since < TRIAL {
+            return false;
+        }
+        let harm = SHORTER * *walked < *before * TRIAL as f64;
+        self.trial = None;
+        harm
     }
 
     /// The step that Radau would take by its error estimate, over that of DOP853; every STRIDE steps. From the third
