@@ -62,12 +62,6 @@ fn by_steps(method: Method) -> Option<&'static str> {
     (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
 }
 
-/// Why a rod of this section in space is not followed.
-fn by_section(rod: &Rod) -> Option<&'static str> {
-    let law = rod.unclamped().ok()?;
-    (!law.sways()).then_some("its section law is not linear")
-}
-
 impl Scene {
     /// Why the mass of the rod cannot be followed to first order; None where it can.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
@@ -81,7 +75,7 @@ impl Scene {
         if self.is_planar() {
             return None;
         }
-        by_section(&self.rod).or_else(|| by_steps(run.method))
+        by_steps(run.method)
     }
 
     /// The same of rod `k` of an assembly.
@@ -102,7 +96,7 @@ impl Scene {
         if sites.iter().any(slides) {
             return Some("a body that it holds slides in a groove");
         }
-        by_section(&rod.rod).or_else(|| by_steps(run.method))
+        by_steps(run.method)
     }
 
     /// Follows the mass of light rods to first order where the scene does not say what it does and where that can be.

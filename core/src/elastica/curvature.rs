@@ -58,32 +58,40 @@ impl<T: Real> Swing<T> {
     pub fn at(modulus: &Modulus, u: T, [s, c, d, b]: [T; 4]) -> Self {
         let (kap, kc2) = (modulus.kap, modulus.kap_c * modulus.kap_c);
         let kap2 = kap * kap;
-        let over = d.inverse();
-        let (cd, cs) = (c * d, c * s * over);
-        let g = (b + cs) * kap;
+        let c_over = c * d.inverse();
+        let cd = c * d;
+        // G = kap t.
+        let t = b + s * c_over;
+        let (g, st, sb) = (t * kap, s * t, s * b);
         let dg = d * g;
+        let c_dg = c * dg;
         let rate = s * (T::both(kap2) - d * d) + cd * b * kap2;
         // At fixed u: c_p = s D G, s_p = -c D G.
-        let c_over = c * over;
-        let d_p = c * c_over * (-kap * kc2) - s * c * g * kap2;
-        let g_p = (u - b) * kc2 - c_over * c_over * b * (kap2 * kc2);
-        let less = (u - b) * kc2;
-        let z_p = [(less * kap + d * dg) * -2.0, (s * kc2 - c * dg * kap) * 2.0];
+        let d_p = c * (c_over * (-kap * kc2) - st * (kap * kap2));
+        let gap = u - b;
+        let less = gap * kc2;
+        let g_p = less - c_over * c_over * b * (kap2 * kc2);
+        let z_p = [
+            less * (-2.0 * kap) - d * dg * 2.0,
+            s * (2.0 * kc2) - c_dg * (2.0 * kap),
+        ];
         // kap B_p at fixed u, free of the division by kap.
-        let kap_b_p = (u - b * 2.0 - cs) * kc2 - s * s * g * kap;
-        let bent = d_p * g + d * g_p;
+        let kap_b_p = (gap - t) * kc2 - s * st * kap2;
+        let d_p_g = d_p * g;
+        let bent = d_p_g + d * g_p;
         let z_pp = [
-            (less * (kc2 - 2.0 * kap2) - kap_b_p * kc2 + d * (bent + d_p * g)) * -2.0,
-            (s * (-2.0 * kap * kc2) - c * dg * (2.0 * kc2) - (s * dg * dg + c * bent) * kap) * 2.0,
+            less * (4.0 * kap2 - 2.0 * kc2) + kap_b_p * (2.0 * kc2) - d * (bent + d_p_g) * 2.0,
+            s * (-4.0 * kap * kc2) - c_dg * (4.0 * kc2) - (s * dg * dg + c * bent) * (2.0 * kap),
         ];
         let twice = cd * (2.0 * kap);
+        let across = s * (2.0 * kap);
         Self {
             // Z_x = 2 int D^2 - u, int D^2 = kap'^2 u + kap^2 B.
-            z: [(u * kc2 + b * kap2) * 2.0 - u, s * (2.0 * kap)],
+            z: [u * (2.0 * kc2 - 1.0) + b * (2.0 * kap2), across],
             z_p,
             z_pp,
-            psi_p: (cd + s * b * kap2) * 2.0,
-            psi_u: s * (-2.0 * kap),
+            psi_p: cd * 2.0 + sb * (2.0 * kap2),
+            psi_u: across * -1.0,
             psi_pp: ((s * u - c_over) * (kap * kc2) - g * rate) * 2.0,
             psi_pu: rate * 2.0,
             psi_uu: twice * -1.0,

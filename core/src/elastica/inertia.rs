@@ -22,6 +22,11 @@ use std::sync::OnceLock;
 /// A rod pulled harder than this is left out: its bends are narrower than what any mass of the rod bears.
 const TAUT: f64 = 100.0;
 
+/// Integrals along the rod are as good as exact.
+const EXACT: f64 = 1e-12;
+/// The most that they may be off.
+const ROUGH: f64 = 1e-4;
+
 /// A rod on its equilibrium (p, lam), as far as its mass is concerned, per unit of mass.
 pub struct RodInertia {
     p: f64,
@@ -30,7 +35,9 @@ pub struct RodInertia {
     integrals: Integrals,
     clamp: Swing,
     along: Along,
-    /// d r(1)/d(p, lam), in the axes of [`ChartPoint::turned`].
+    /// Part of the integrals along the rod by which they may be off.
+    error: f64,
+    /// lam d r(1)/d(p, lam), in the axes of [`ChartPoint::turned`].
     by: Matrix2<f64>,
 }
 
@@ -61,12 +68,22 @@ impl RodInertia {
     ///
     /// # Errors
     /// A pull that is not in (0, 100).
+    #[inline]
     pub fn at_load(p: f64, lam: f64) -> Result<Self> {
         let modulus = Modulus::new(p);
         let along = Along::new(&modulus, pulled(lam)?);
         Ok(Self::of(p, modulus, along.clamp(&modulus), along))
     }
 
+    /// The same with integrals along the rod that may be off by a part `error` of their size, between 1e-12 and 1e-4.
+    #[must_use]
+    #[inline]
+    pub fn to_part(mut self, error: f64) -> Self {
+        self.error = error.clamp(EXACT, ROUGH);
+        self
+    }
+
+    #[inline]
     fn of(p: f64, modulus: Modulus, integrals: Integrals, along: Along) -> Self {
         let mut rod = Self {
             p,
@@ -74,6 +91,7 @@ impl RodInertia {
             integrals,
             clamp: Swing::new(&integrals),
             along,
+            error: EXACT,
             by: Matrix2::zeros(),
         };
         let [_, by_p, by_l] = rod.field(0.0, &Swing::start(&modulus));
@@ -86,10 +104,10 @@ impl RodInertia {
         ChartPoint::from_integrals(self.p, self.integrals)
     }
 
-    /// d(p, lam)/dt of the end's velocity; None at a fold.
+    /// (lam Dr(1))^-1, and d(p, lam)/dt of the end's velocity; None at a fold.
     fn chart_rate(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let inverse = self.by.try_inverse()?;
-        Some((inverse, inverse * self.turned(v)))
+        Some((inverse, inverse * self.turned(v) * self.integrals.lam))
     }
 
     /// A vector in the axes of [`ChartPoint::turned`].
@@ -105,21 +123,28 @@ impl RodInertia {
         Matrix2::new(cos, -sin, sin, cos)
     }
 
-    /// The place of the section with `part` of the rod beyond it, where the pendulum is at `here`, and its derivatives by p and lam.
+    /// lam times the place of the section with `part` of the rod beyond it, where the pendulum is at `here`, and lam times its derivatives by p
+    /// and lam.
     #[inline(always)]
     fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let (clamp, inv) = (&self.clamp, 1.0 / self.integrals.lam);
-        let z_u = clamp.z_u();
-        let less = |x: f64, y: T| (T::both(x) - y) * inv;
-        let w = [0, 1].map(|i| less(clamp.z[i], here.z[i]));
-        let w_p = [0, 1].map(|i| less(clamp.z_p[i], here.z_p[i]));
-        let w_l = [0, 1].map(|i| less(z_u[i], part * here.z_u()[i] + w[i]));
+        let (z_u, here_u) = (clamp.z_u(), here.z_u());
+        let less = |x: f64, y: T| T::both(x) - y;
+        let w = [less(clamp.z[0], here.z[0]), less(clamp.z[1], here.z[1])];
+        let w_p = [
+            less(clamp.z_p[0], here.z_p[0]),
+            less(clamp.z_p[1], here.z_p[1]),
+        ];
+        let w_l = [
+            less(z_u[0], part * here_u[0] + w[0] * inv),
+            less(z_u[1], part * here_u[1] + w[1] * inv),
+        ];
         // alpha = -psi at the clamp.
         let turned = |v: [T; 2], a: f64| [v[0] - w[1] * a, v[1] + w[0] * a];
         [w, turned(w_p, -clamp.psi_p), turned(w_l, -clamp.psi_u)]
     }
 
-    /// The second derivative of such a place in time, while p and lam change at constant rates: what `Turning` has, applied to a
+    /// lam times the second derivative of such a place in time, while p and lam change at constant rates: what `Turning` has, applied to a
     /// section with the field [w, by_p, by_l].
     #[inline(always)]
     fn second<T: Real>(
@@ -129,8 +154,8 @@ impl RodInertia {
         here: &Swing<T>,
         field: &[[T; 2]; 3],
     ) -> [T; 2] {
-        let inv = 1.0 / self.integrals.lam;
         let [p, l] = turning.rate;
+        let slower = 2.0 * l / self.integrals.lam;
         let [w, by_p, by_l] = field;
         let [cos, sin] = here.z_u();
         let along = (here.psi_p * (2.0 * p * l) + part * here.psi_u * (l * l)) * part;
@@ -140,12 +165,12 @@ impl RodInertia {
         ];
         // r = Rot(alpha) w, whose rate w' + alpha' J w the field has.
         let (turn, spin) = (turning.first, turning.second);
-        let rate = [0, 1].map(|i| by_p[i] * p + by_l[i] * l);
+        let rate = [by_p[0] * p + by_l[0] * l, by_p[1] * p + by_l[1] * l];
         let own = [rate[0] + w[1] * turn, rate[1] - w[0] * turn];
-        let own2 = [0, 1].map(|i| (T::both(turning.z[i]) - z[i] - own[i] * (2.0 * l)) * inv);
+        let less = |i: usize| T::both(turning.z[i]) - z[i] - own[i] * slower;
         [
-            own2[0] - rate[1] * (2.0 * turn) - w[1] * spin + w[0] * (turn * turn),
-            own2[1] + rate[0] * (2.0 * turn) + w[0] * spin + w[1] * (turn * turn),
+            less(0) - rate[1] * (2.0 * turn) - w[1] * spin + w[0] * (turn * turn),
+            less(1) + rate[0] * (2.0 * turn) + w[0] * spin + w[1] * (turn * turn),
         ]
     }
 
@@ -153,11 +178,12 @@ impl RodInertia {
     #[inline(always)]
     fn sums<const K: usize>(&self, each: impl Fn(Two, &Swing<Two>) -> [Two; K]) -> [f64; K] {
         let mut sums = [Two::both(0.0); K];
-        for (x, weight) in pairs(self.along.nodes()) {
-            let places = self.along.at(*x);
-            let terms = each(places.part, &places.swing(&self.modulus));
-            for (sum, term) in sums.iter_mut().zip(terms) {
-                *sum = *sum + term * *weight;
+        for (x, weight) in fours(self.along.nodes(self.error)) {
+            let (more, less) = self.along.at(*x);
+            let more = each(more.part, &more.swing(&self.modulus));
+            let less = each(less.part, &less.swing(&self.modulus));
+            for k in 0..K {
+                sums[k] = sums[k] + (more[k] + less[k]) * *weight;
             }
         }
         sums.map(Two::sum)
@@ -169,37 +195,69 @@ impl RodInertia {
         let turning = Turning::new(&self.clamp, rate.into());
         let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y] = self.sums(|part, here| {
             let field = self.field(part, here);
-            let second = self.second(&turning, part, here, &field);
-            let [w, by_p, by_l] = field;
-            [
-                dot(by_p, by_p),
-                dot(by_p, by_l),
-                dot(by_l, by_l),
-                dot(by_p, second),
-                dot(by_l, second),
-                by_p[0],
-                by_p[1],
-                by_l[0],
-                by_l[1],
-                w[0],
-                w[1],
-            ]
+            let [n11, n12, n22, f1, f2] = self.pushed(&turning, part, here, &field);
+            let [w, p, l] = field;
+            [n11, n12, n22, f1, f2, p[0], p[1], l[0], l[1], w[0], w[1]]
         });
-        let tip = Swing::start(&self.modulus);
-        let end = self.second(&turning, 0.0, &tip, &self.field(0.0, &tip));
-        // P = r_q Dr^-1, both in the turned axes.
-        let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
         let g = self.turned(gravity);
         let weight = Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y);
+        let (mass, force) = self.felt(&inverse, &turning, [n11, n12, n22, f1, f2], &weight)?;
+        Some(Added {
+            mass,
+            force,
+            centre: self.turn() * Vector2::new(x, y) / self.integrals.lam,
+        })
+    }
+
+    /// The same of a rod without weight, and without its centre.
+    fn added_weightless(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        let (inverse, rate) = self.chart_rate(v)?;
+        let turning = Turning::new(&self.clamp, rate.into());
+        let sums = self.sums(|part, here| {
+            let field = self.field(part, here);
+            self.pushed(&turning, part, here, &field)
+        });
+        self.felt(&inverse, &turning, sums, &Vector2::zeros())
+    }
+
+    /// lam^2 of r_q^T r_q and of r_q^T r_tt at a section.
+    #[inline(always)]
+    fn pushed<T: Real>(
+        &self,
+        turning: &Turning,
+        part: T,
+        here: &Swing<T>,
+        field: &[[T; 2]; 3],
+    ) -> [T; 5] {
+        let second = self.second(turning, part, here, field);
+        let [_, p, l] = *field;
+        [
+            dot(p, p),
+            dot(p, l),
+            dot(l, l),
+            dot(p, second),
+            dot(l, second),
+        ]
+    }
+
+    /// A and b from the sums of [`Self::pushed`] along the rod, and lam times that of r_q^T g; `inverse` is (lam Dr(1))^-1.
+    fn felt(
+        &self,
+        inverse: &Matrix2<f64>,
+        turning: &Turning,
+        [n11, n12, n22, f1, f2]: [f64; 5],
+        weight: &Vector2<f64>,
+    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        let tip = Swing::start(&self.modulus);
+        let end = self.second(turning, 0.0, &tip, &self.field(0.0, &tip));
+        // P = r_q Dr^-1, both in the turned axes.
+        let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
         let left = Vector2::new(f1, f2) - carried * Vector2::from(end);
         let turn = self.turn();
-        let added = Added {
-            mass: turn * inverse.tr_mul(&carried) * turn.transpose(),
-            force: turn * inverse.tr_mul(&(weight - left)),
-            centre: turn * Vector2::new(x, y),
-        };
-        let all = added.mass.iter().chain(&added.force);
-        all.copied().all(f64::is_finite).then_some(added)
+        let mass = turn * inverse.tr_mul(&carried) * turn.transpose();
+        let force = turn * inverse.tr_mul(&(weight - left / self.integrals.lam));
+        let all = mass.iter().chain(&force);
+        all.copied().all(f64::is_finite).then_some((mass, force))
     }
 
     /// (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam): twice the kinetic energy of the rod per unit of mass, and its
@@ -221,7 +279,7 @@ impl RodInertia {
             ]
         });
         (
-            Matrix2::new(n11, n12, n12, n22),
+            Matrix2::new(n11, n12, n12, n22) / (lam * lam),
             Matrix2::new(r11, r12, r12, r22),
         )
     }
@@ -230,7 +288,8 @@ impl RodInertia {
     pub fn end(&self) -> (Matrix2<f64>, [Vector2<f64>; 3]) {
         let end = TipDerivatives::new(&self.point());
         let fixed = |v: [f64; 2]| self.turn() * Vector2::from(v);
-        (self.turn() * self.by, [end.pp, end.pl, end.ll].map(fixed))
+        let by = self.by / self.integrals.lam;
+        (self.turn() * by, [end.pp, end.pl, end.ll].map(fixed))
     }
 }
 
@@ -243,15 +302,20 @@ fn pulled(lam: f64) -> Result<f64> {
     Ok(lam)
 }
 
-/// The Gauss rule on [-1, 1] of at least so many nodes, an even number: those > 0, and their weights on [0, 1].
-fn pairs(least: usize) -> &'static [(f64, f64)] {
-    const RULES: usize = 256;
-    static KEPT: [OnceLock<Vec<(f64, f64)>>; RULES] = [const { OnceLock::new() }; RULES];
-    let half = least.div_ceil(2).min(RULES);
-    KEPT[half - 1].get_or_init(|| {
-        let rule = Rule::new(2 * half);
-        let all = rule.nodes.iter().zip(&rule.weights).skip(half);
-        all.map(|(node, weight)| (2.0 * node - 1.0, *weight))
+/// The Gauss rule on [-1, 1] of at least so many nodes, a multiple of four: those > 0, two by two, and their weights on [0, 1].
+fn fours(least: usize) -> &'static [(Two, Two)] {
+    const RULES: usize = 128;
+    static KEPT: [OnceLock<Vec<(Two, Two)>>; RULES] = [const { OnceLock::new() }; RULES];
+    let quarter = least.div_ceil(4).clamp(1, RULES);
+    KEPT[quarter - 1].get_or_init(|| {
+        let rule = Rule::new(4 * quarter);
+        let node = |i: usize| 2.0 * rule.nodes[i] - 1.0;
+        let right = (2 * quarter..4 * quarter).step_by(2);
+        right
+            .map(|i| {
+                let weights = [rule.weights[i], rule.weights[i + 1]];
+                (Two::of([node(i), node(i + 1)]), Two::of(weights))
+            })
             .collect()
     })
 }
@@ -286,7 +350,7 @@ impl Turning {
 }
 
 #[inline(always)]
-fn dot(a: [Two; 2], b: [Two; 2]) -> Two {
+fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[0] + a[1] * b[1]
 }
 
@@ -322,6 +386,9 @@ pub struct Passage {
     pub ahead: f64,
 }
 
+/// No place of the rod moves faster than this as the chart's point moves along z, of length 1, so that M0 is less.
+const MOST: f64 = 1.0;
+
 /// The time in which inertia lets a rod go from a fold, in units of T_i: the first pole of y'' = t + y^2.
 pub const INERTIAL_ESCAPE: f64 = 3.411_684_340;
 /// The time in which friction does, in units of T_v: the first zero of Airy's function.
@@ -338,6 +405,15 @@ impl Passage {
     }
 
     fn of(rod: &RodInertia, v: &Vector2<f64>) -> Self {
+        let (mut passage, z) = Self::ahead_of(rod, v);
+        let (n, r) = rod.metric();
+        passage.mass = z.dot(&(n * z));
+        passage.friction = z.dot(&(r * z));
+        passage
+    }
+
+    /// The same but for D0, and with the bound 1 of M0 in its place; and z, by (p, lam).
+    fn ahead_of(rod: &RodInertia, v: &Vector2<f64>) -> (Self, Vector2<f64>) {
         let (at, i) = (rod.point(), &rod.integrals);
         let swing = &rod.clamp;
         let svd = rod.by.svd(false, true);
@@ -350,17 +426,17 @@ impl Passage {
         // f = lam^2 (cos alpha, sin alpha), alpha = -psi at the clamp.
         let turn = -(swing.psi_p * z[0] + swing.psi_u * z[1]);
         let ell = -(along * (2.0 * i.lam * z[1]) + aside * (i.lam * i.lam * turn));
-        let (n, r) = rod.metric();
         let end = TipDerivatives::new(&at);
         let second = [end.pp, end.pl, end.ll].map(|d| Vector2::from(at.to_fixed(d)));
         let (fold, gradient) = fold_function(&end, i);
-        Self {
+        let passage = Self {
             drive: ell.dot(v).abs(),
             bend: 0.5 * ell.dot(&quadratic(&second, &z)).abs(),
-            mass: z.dot(&(n * z)),
-            friction: z.dot(&(r * z)),
+            mass: MOST,
+            friction: 0.0,
             ahead: (fold / gradient.dot(&z)).abs(),
-        }
+        };
+        (passage, z)
     }
 
     /// The time until the fold, A t = B a^2.
@@ -402,15 +478,23 @@ impl RodMass<2> for LightRod {
         q: &Vector2<f64>,
         v: &Vector2<f64>,
         force: &Vector2<f64>,
+        error: f64,
     ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         // The force is lam^2 (cos alpha, sin alpha).
         let rod = RodInertia::at_load(q[0], force.norm().sqrt()).ok()?;
-        let added = rod.added(v, &self.gravity)?;
-        Some((added.mass * self.mass, added.force * self.mass))
+        let rod = rod.to_part(error / self.mass);
+        let (mass, push) = if self.gravity == Vector2::zeros() {
+            rod.added_weightless(v)?
+        } else {
+            let added = rod.added(v, &self.gravity)?;
+            (added.mass, added.force)
+        };
+        Some((mass * self.mass, push * self.mass))
     }
 
-    fn energies(&self, q: &Vector2<f64>, v: &Vector2<f64>) -> Option<[f64; 2]> {
+    fn energies(&self, q: &Vector2<f64>, v: &Vector2<f64>, error: f64) -> Option<[f64; 2]> {
         let rod = RodInertia::new(q[0], q[1]).ok()?;
+        let rod = rod.to_part(error / self.mass);
         let added = rod.added(v, &self.gravity)?;
         let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
         Some([kinetic, -self.mass * self.gravity.dot(&added.centre)])
@@ -432,8 +516,11 @@ impl RodMass<2> for LightRod {
             return false;
         };
         let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
-        let away = fold * gradient.dot(&rate) >= 0.0;
-        let passage = Passage::of(&rod, v);
-        away || passage.time_ahead() > CLEAR[bound] * passage.inertial(self.mass)
+        if fold * gradient.dot(&rate) >= 0.0 {
+            return true;
+        }
+        let clear = |fold: &Passage| fold.time_ahead() > CLEAR[bound] * fold.inertial(self.mass);
+        // Most folds are far away, which needs no integrals.
+        clear(&Passage::ahead_of(&rod, v).0) || clear(&Passage::of(&rod.to_part(ROUGH), v))
     }
 }

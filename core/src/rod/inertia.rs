@@ -10,16 +10,18 @@
 //! (u, v)_t = C w_t,   (u, v)_tt = C w_tt,  w = (R^T m, R^T n),   m = m(0) - r x n - w
 //! ```
 //!
-//! The law is linear, C does not depend on w; a load along the rod is dead and does not turn along. With the velocity V of the base a
-//! section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v]; d'Alembert's principle asks for int Lambda^T inertia.
-//! All integrals are carried along the rod with its shape, T and the second derivative, by one integration.
+//! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along. With the velocity V of the
+//! base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v]; d'Alembert's principle asks for int Lambda^T inertia.
+//! The chart's own integration along the rod has found shape and T at the stages of its steps. The second derivative and all integrals
+//! follow there by the same Runge-Kutta formulas, as if they had been integrated with them.
 
-use super::line::{Flow, LineState, Wrench, begun, first_step, over_pieces};
-use super::weight::{Carried, Heavy, Weight};
-use super::{Distributed, Rod};
+use super::Rod;
+use super::line::{LineState, Track, Wrench};
+use super::scaled_law::ScaledLaw;
+use super::weight::{Carried, Distributed, Heavy, Weight};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::solve::dop853::State;
+use crate::solve::dop853::over_stages;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// What the sections of a rod weigh.
@@ -58,229 +60,398 @@ pub struct Generalized {
     pub couple: Vector3<f64>,
 }
 
-/// What is integrated along the rod, in its units.
-#[derive(Debug, Clone, Copy)]
-struct Along {
-    line: LineState<9, Heavy<9>>,
-    /// (omega_t, r_tt), and w_tt of the load.
-    second: Vector6<f64>,
-    taken: Vector3<f64>,
+/// A rod whose shape and tangent an integration has found: what [`Rod::generalized_inertia`] goes along again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace(Kept);
+
+/// An integration along a rod, and where it ends.
+pub(super) type Tracked<const K: usize, C> = (Track<K, C>, LineState<K, C>);
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kept {
+    /// Without a load; a turn of the base, if there is one, is one of the whole rod.
+    Bare(Tracked<6, ()>, bool),
+    /// Under a load, the base at rest.
+    Held(Tracked<6, Heavy<6>>),
+    /// Under a load, with a turn of the base.
+    Turning(Tracked<9, Heavy<9>>),
+}
+
+impl Trace {
+    pub(super) fn bare(track: Track<6>, end: LineState<6>, turns: bool) -> Self {
+        Self(Kept::Bare((track, end), turns))
+    }
+
+    pub(super) fn held(tracked: Tracked<6, Heavy<6>>) -> Self {
+        Self(Kept::Held(tracked))
+    }
+
+    pub(super) fn turning(tracked: Tracked<9, Heavy<9>>) -> Self {
+        Self(Kept::Turning(tracked))
+    }
+}
+
+/// The tangent at a section: d(phi, r), and dw of a load, by b and, if K is 9, by a turn of the base.
+struct Tangent<const K: usize> {
+    by: [[f64; K]; 6],
+    taken: [[f64; K]; 3],
+}
+
+/// A rod in motion.
+struct Field<'a, L> {
+    law: &'a ScaledLaw,
+    load: &'a L,
+    b: &'a Wrench,
+    /// (b', Omega).
+    rates: [f64; 9],
+    rotary: Vector3<f64>,
+    /// True if the compliance is the same under all resultants.
+    linear: bool,
+}
+
+/// A section as it moves: shape, (omega, v), and what (omega_t, r_tt) are made of.
+struct Moving {
+    turn: Matrix3<f64>,
+    r: Vector3<f64>,
+    omega: Vector3<f64>,
+    v: Vector3<f64>,
+    m: Vector3<f64>,
+    n: Vector3<f64>,
+    m_t: Vector3<f64>,
+    n_t: Vector3<f64>,
+}
+
+impl Moving {
+    /// m_tt, where the section is accelerated by r_tt and the load takes w_tt.
+    fn couple(&self, r_tt: &Vector3<f64>, taken: &Vector3<f64>) -> Vector3<f64> {
+        -r_tt.cross(&self.n) - self.v.cross(&self.n_t) * 2.0 - taken
+    }
+}
+
+/// (omega_t, r_tt), and w_tt of the load.
+type Second = SVector<f64, 9>;
+
+fn three(x: &Second, row: usize) -> Vector3<f64> {
+    Vector3::new(x[row], x[row + 1], x[row + 2])
+}
+
+fn half(x: &Vector6<f64>, row: usize) -> Vector3<f64> {
+    Vector3::new(x[row], x[row + 1], x[row + 2])
+}
+
+/// Sums along the rod, in its units.
+struct Sums<const K: usize> {
     /// int T^T I T, and int T_v.
-    own: SMatrix<f64, 9, 9>,
-    mixed: SMatrix<f64, 3, 9>,
+    own: [[f64; K]; K],
+    mixed: [[f64; K]; 3],
     /// int r; the angular momentum.
     first: Vector3<f64>,
     momentum: Vector3<f64>,
     /// int r_tt, and int T^T of the inertia.
     base: Vector3<f64>,
-    chart: SVector<f64, 9>,
+    chart: [f64; K],
 }
 
-impl State for Along {
-    fn axpy(&mut self, a: f64, x: &Self) {
-        self.line.axpy(a, &x.line);
-        self.second += x.second * a;
-        self.taken += x.taken * a;
-        self.own += x.own * a;
-        self.mixed += x.mixed * a;
-        self.first += x.first * a;
-        self.momentum += x.momentum * a;
-        self.base += x.base * a;
-        self.chart += x.chart * a;
-    }
-
-    /// The worst of the shape with its tangent, the second derivative and the integrals, each by its own size.
-    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
-        fn part(error: &[f64], size: &[f64]) -> f64 {
-            let size = size.iter().fold(1.0_f64, |size, x| size.max(x.abs()));
-            let sum: f64 = error.iter().map(|e| e * e).sum();
-            sum / (error.len() as f64 * size * size)
+impl<const K: usize> Sums<K> {
+    fn new() -> Self {
+        Self {
+            own: [[0.0; K]; K],
+            mixed: [[0.0; K]; 3],
+            first: Vector3::zeros(),
+            momentum: Vector3::zeros(),
+            base: Vector3::zeros(),
+            chart: [0.0; K],
         }
-        (self.line.mean_square(&from.line, &to.line))
-            .max(part(self.second.as_slice(), to.second.as_slice()))
-            .max(part(self.chart.as_slice(), to.chart.as_slice()))
-            .max(part(self.own.as_slice(), to.own.as_slice()))
+    }
+
+    /// Adds a section.
+    fn add(
+        &mut self,
+        weight: f64,
+        (tangent, at): (&Tangent<K>, &Moving),
+        second: &Second,
+        rotary: &Vector3<f64>,
+    ) {
+        let (omega_t, r_tt) = (three(second, 0), three(second, 3));
+        self.first += at.r * weight;
+        self.base += r_tt * weight;
+        self.momentum += at.r.cross(&at.v) * weight;
+        let row = |i: usize| &tangent.by[i];
+        for i in 0..3 {
+            let v = row(3 + i);
+            self.pair(v, weight, r_tt[i] * weight);
+            for (sum, v) in self.mixed[i].iter_mut().zip(v) {
+                *sum += v * weight;
+            }
+        }
+        if *rotary == Vector3::zeros() {
+            return;
+        }
+        let spun = at.turn * rotary.component_mul(&at.turn.tr_mul(&at.omega));
+        self.momentum += spun * weight;
+        let turned = at.turn.tr_mul(&at.omega.cross(&spun));
+        let own = at.turn.tr_mul(&omega_t).component_mul(rotary) + turned;
+        for i in 0..3 {
+            // Along the director of this number.
+            let d = at.turn.column(i);
+            let along: [f64; K] =
+                std::array::from_fn(|k| d[0] * row(0)[k] + d[1] * row(1)[k] + d[2] * row(2)[k]);
+            self.pair(&along, rotary[i] * weight, own[i] * weight);
+        }
+    }
+
+    /// own += weight row^T row, chart += force row.
+    #[inline]
+    fn pair(&mut self, row: &[f64; K], weight: f64, force: f64) {
+        for i in 0..K {
+            let scaled = row[i] * weight;
+            for k in 0..K {
+                self.own[i][k] += scaled * row[k];
+            }
+            self.chart[i] += force * row[i];
+        }
     }
 }
 
-/// The rates along the rod of all that.
-struct Field<'a> {
-    flow: Flow<'a, 9, Heavy<9>>,
-    rod: &'a Rod,
-    load: &'a Weight,
-    b: &'a Wrench,
-    /// (b', Omega).
-    rates: SVector<f64, 9>,
-    rotary: Vector3<f64>,
-}
+/// Parts of the size of resultants by which they are moved for the derivative of the compliance of a law that is not linear.
+const ASIDE: f64 = 2e-3;
 
-fn half(x: &Vector6<f64>, row: usize) -> Vector3<f64> {
-    x.fixed_rows::<3>(row).into_owned()
-}
-
-impl Field<'_> {
-    /// (omega, v), and (m_t, n_t, m_tt) at a section.
-    fn rates_at(&self, at: &Along) -> ([Vector3<f64>; 2], [Vector3<f64>; 3]) {
-        let tangent = SMatrix::<f64, 6, 9>::from_fn(|i, j| at.line.tangent[i][j]);
-        let moved: Vector6<f64> = tangent * self.rates;
-        let (omega, v) = (half(&moved, 0), half(&moved, 3));
-        let mut taken = [[0.0; 9]; 3];
-        at.line.carried.take_columns(&mut taken);
-        let taken = SMatrix::<f64, 3, 9>::from_fn(|i, j| taken[i][j]);
-        let (_, n) = at.line.resultants(self.b, self.load);
-        let m_rate = self.rates.fixed_rows::<3>(0);
-        let n_rate = self.rates.fixed_rows::<3>(3).into_owned();
-        let r = at.line.position();
-        let m_t = m_rate + taken * self.rates - v.cross(&n) - r.cross(&n_rate);
-        let r_tt = half(&at.second, 3);
-        let m_tt = -r_tt.cross(&n) - v.cross(&n_rate) * 2.0 - at.taken;
-        ([omega, v], [m_t, n_rate, m_tt])
+impl<L> Field<'_, L> {
+    /// The tangent, with that by a turn of the base where the rod turns along as a whole: it then has to get its wrench back.
+    fn tangent<const J: usize, const K: usize>(
+        &self,
+        at: &LineState<J, impl Carried<J, Load = L>>,
+    ) -> Tangent<K> {
+        let mut by = [[0.0; K]; 6];
+        let mut taken = [[0.0; K]; 3];
+        let mut own = [[0.0; J]; 3];
+        at.carried.take_columns(&mut own);
+        for (row, own) in by.iter_mut().zip(&at.tangent) {
+            row[..J].copy_from_slice(own);
+        }
+        for (row, own) in taken.iter_mut().zip(&own) {
+            row[..J].copy_from_slice(own);
+        }
+        if K > J {
+            let r = at.position();
+            let [m, n] = [half(self.b, 0), half(self.b, 3)];
+            for k in 0..3 {
+                let axis = Vector3::ith(k, 1.0);
+                let rigid = joined(&axis, &axis.cross(&r));
+                let back = joined(&axis.cross(&m), &axis.cross(&n));
+                for (i, row) in by.iter_mut().enumerate() {
+                    let turned: f64 = row[..6].iter().zip(&back).map(|(t, b)| t * b).sum();
+                    row[6 + k] = rigid[i] - turned;
+                }
+            }
+        }
+        Tangent { by, taken }
     }
 
-    fn write(&mut self, at: &Along, slope: &mut Along) -> Option<()> {
-        self.flow.write_slope(&at.line, &mut slope.line)?;
-        let (turn, r) = (at.line.rotation(), at.line.position());
-        let tau = slope.line.position();
-        let ([omega, v], [m_t, n_t, m_tt]) = self.rates_at(at);
-        let (omega_t, r_tt) = (half(&at.second, 0), half(&at.second, 3));
-        let (m, n) = at.line.resultants(self.b, self.load);
+    fn moving<const J: usize, C: Carried<J, Load = L>, const K: usize>(
+        &self,
+        at: &LineState<J, C>,
+        tangent: &Tangent<K>,
+    ) -> Moving {
+        let along =
+            |row: &[f64; K]| -> f64 { row.iter().zip(&self.rates).map(|(t, b)| t * b).sum() };
+        let by = |from: usize| Vector3::from_fn(|i, _| along(&tangent.by[from + i]));
+        let (omega, v) = (by(0), by(3));
+        let taken = Vector3::from_fn(|i, _| along(&tangent.taken[i]));
+        let (m, n) = at.resultants(self.b, self.load);
+        let [m_rate, n_t] = [0, 3].map(|i| Vector3::from_column_slice(&self.rates[i..i + 3]));
+        let r = at.position();
+        Moving {
+            turn: at.rotation(),
+            r,
+            omega,
+            v,
+            m,
+            n,
+            m_t: m_rate + taken - v.cross(&n) - r.cross(&n_t),
+            n_t,
+        }
+    }
+
+    /// What (omega_t, r_tt) and w_tt change by along the rod.
+    fn slope(
+        &self,
+        s: f64,
+        at: &Moving,
+        second: &Second,
+        density: &Vector3<f64>,
+    ) -> Option<Second> {
+        let Moving {
+            turn,
+            omega,
+            m,
+            n,
+            m_t,
+            n_t,
+            ..
+        } = at;
+        let (omega_t, r_tt) = (three(second, 0), three(second, 3));
+        let m_tt = at.couple(&r_tt, &three(second, 6));
         // (R^T a)_t = R^T (a_t - omega x a), twice.
         let once = |a: &Vector3<f64>, a_t: &Vector3<f64>| turn.tr_mul(&(a_t - omega.cross(a)));
-        let twice = |a: &Vector3<f64>, a_t: &Vector3<f64>, a_tt: &Vector3<f64>| {
-            let turning = omega.cross(&(omega.cross(a) - a_t * 2.0));
-            turn.tr_mul(&(a_tt - omega_t.cross(a) + turning))
+        let turning = |a: &Vector3<f64>, a_t: &Vector3<f64>| {
+            omega.cross(&(omega.cross(a) - a_t * 2.0)) - omega_t.cross(a)
         };
-        let local = joined(&turn.tr_mul(&m), &turn.tr_mul(&n));
-        let response = self.rod.law.inverse(at.line.s, &local).ok()?;
+        let local = joined(&turn.tr_mul(m), &turn.tr_mul(n));
+        let response = self.law.inverse(s, &local).ok()?;
         let compliance = &*response.compliance;
-        let e_t = compliance * &joined(&once(&m, &m_t), &once(&n, &n_t));
-        let still = Vector3::zeros();
-        let e_tt = compliance * &joined(&twice(&m, &m_t, &m_tt), &twice(&n, &n_t, &still));
-        let (u_t, v_t) = (turn * half(&e_t, 0), turn * half(&e_t, 3));
-        slope.second = joined(
-            &(turn * half(&e_tt, 0) + omega.cross(&u_t)),
-            &(omega_t.cross(&tau)
-                + omega.cross(&(omega.cross(&tau) + v_t * 2.0))
-                + turn * half(&e_tt, 3)),
+        let w_t = joined(&once(m, m_t), &once(n, n_t));
+        let e_t = compliance * &w_t;
+        let w_tt = joined(
+            &turn.tr_mul(&(m_tt + turning(m, m_t))),
+            &turn.tr_mul(&turning(n, n_t)),
         );
-        slope.taken = r_tt.cross(&self.load.density(at.line.s));
-        let tangent = SMatrix::<f64, 6, 9>::from_fn(|i, j| at.line.tangent[i][j]);
-        let (t_omega, t_v) = (tangent.fixed_rows::<3>(0), tangent.fixed_rows::<3>(3));
-        let rotary = turn * Matrix3::from_diagonal(&self.rotary) * turn.transpose();
-        slope.own = t_omega.tr_mul(&(rotary * t_omega)) + t_v.tr_mul(&t_v);
-        slope.mixed.copy_from(&t_v);
-        slope.first = r;
-        let spun = rotary * omega;
-        slope.momentum = spun + r.cross(&v);
-        slope.base = r_tt;
-        slope.chart = t_omega.tr_mul(&(rotary * omega_t + omega.cross(&spun))) + t_v.tr_mul(&r_tt);
-        Some(())
+        let mut e_tt = compliance * &w_tt;
+        if !self.linear {
+            e_tt += self.stiffening(s, &local, &w_t)?;
+        }
+        let tau = turn * half(&response.strain, 3);
+        let (u_t, v_t) = (turn * half(&e_t, 0), turn * half(&e_t, 3));
+        let turned = turn * half(&e_tt, 0) + omega.cross(&u_t);
+        let moved = omega_t.cross(&tau)
+            + omega.cross(&(omega.cross(&tau) + v_t * 2.0))
+            + turn * half(&e_tt, 3);
+        let taken = r_tt.cross(density);
+        Some(Second::from_fn(|i, _| [turned, moved, taken][i / 3][i % 3]))
+    }
+
+    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to their fourth order.
+    fn stiffening(&self, s: f64, w: &Vector6<f64>, w_t: &Vector6<f64>) -> Option<Vector6<f64>> {
+        let speed = w_t.norm();
+        if speed == 0.0 {
+            return Some(Vector6::zeros());
+        }
+        let step = ASIDE * (1.0 + w.norm()) / speed;
+        let at = |part: f64| {
+            let there = self.law.inverse(s, &(w + w_t * (part * step))).ok()?;
+            Some(&*there.compliance * w_t)
+        };
+        let near = at(1.0)? - at(-1.0)?;
+        let far = at(2.0)? - at(-2.0)?;
+        Some((near * 8.0 - far) / (12.0 * step))
+    }
+
+    /// The inertia, in the rod's units, from the sections of `track`; None where the law refuses.
+    fn along<const J: usize, C: Carried<J, Load = L>, const K: usize>(
+        &self,
+        track: &Track<J, C>,
+        end: &LineState<J, C>,
+    ) -> Option<(Sums<K>, Second, Vector3<f64>)> {
+        let mut sums = Sums::new();
+        let mut second = Second::zeros();
+        for (h, stages) in track.steps() {
+            second = over_stages(&second, h, |i, second, weight| {
+                let stage = &stages[i];
+                let tangent = self.tangent::<J, K>(stage);
+                let at = self.moving(stage, &tangent);
+                if weight != 0.0 {
+                    sums.add(weight, (&tangent, &at), second, &self.rotary);
+                }
+                self.slope(stage.s(), &at, second, &C::density(self.load, stage.s()))
+            })?;
+        }
+        let at = self.moving(end, &self.tangent::<J, K>(end));
+        let couple = at.couple(&three(&second, 3), &three(&second, 6));
+        Some((sums, second, couple))
     }
 }
 
 impl Rod {
-    /// True if its inertia on its equilibria can be had: its section law is linear.
-    pub fn sways(&self) -> bool {
-        self.section.is_linear()
-    }
-
     /// The inertia of the rod on its equilibria under the base wrench `b` in B/L and B/L^2, and a dead load along it, along the directors of the
-    /// base, while it moves as `motion` says. `tolerance` is that of the integration along the rod. The clamp is not used.
+    /// base, while it moves as `motion` says. `trace` is what the integration left that found its end under them, whose error it has. The clamp is
+    /// not used. If the rod bears a load and the trace is without turns of its base, that must be at rest, and nothing is told of its turning.
     ///
     /// # Errors
-    /// A section law that is not linear ([`Rod::sways`]); a wrench too large to be followed.
+    /// A motion too fast for a law that is not linear.
     pub fn generalized_inertia(
         &self,
         mass: &SectionMass,
         (b, load): (&Wrench, Option<&Distributed>),
         motion: &Swaying,
-        tolerance: f64,
+        trace: &Trace,
     ) -> Result<Generalized> {
-        if !self.sways() {
-            return Err(Error::domain(
-                "the mass of a rod is followed to first order for linear section laws alone",
-            ));
-        }
-        let rod = match load {
-            None => self.clone(),
-            Some(load) => Self {
-                law: self.law.clone().broken_at(&load.breaks()),
-                ..self.clone()
-            },
+        let found = match &trace.0 {
+            Kept::Bare(way, true) => self.whole::<6, (), 9>(mass, (b, &()), motion, way),
+            Kept::Bare(way, false) => self.whole::<6, (), 6>(mass, (b, &()), motion, way),
+            Kept::Held(way) => {
+                self.whole::<6, Heavy<6>, 6>(mass, (b, &self.borne(load)), motion, way)
+            }
+            Kept::Turning(way) => {
+                self.whole::<9, Heavy<9>, 9>(mass, (b, &self.borne(load)), motion, way)
+            }
         };
-        let weight = load.map_or_else(Weight::nothing, |load| Weight::new(load, &rod));
-        let (clamp, [dm, dn]) = begun();
-        let mut rates = SVector::<f64, 9>::zeros();
-        rates.fixed_rows_mut::<6>(0).copy_from(&motion.rate);
-        rates.fixed_rows_mut::<3>(6).copy_from(&motion.spin);
-        let mut field = Field {
-            flow: Flow::new(&rod.law, &weight, b, dm, dn),
-            rod: &rod,
-            load: &weight,
-            b,
-            rates,
-            rotary: mass.rotary / (mass.mass * self.length),
-        };
-        let start = Along {
-            line: clamp,
-            second: Vector6::zeros(),
-            taken: Vector3::zeros(),
-            own: SMatrix::zeros(),
-            mixed: SMatrix::zeros(),
-            first: Vector3::zeros(),
-            momentum: Vector3::zeros(),
-            base: Vector3::zeros(),
-            chart: SVector::zeros(),
-        };
-        let first = first_step(&rod.law, b, tolerance)?;
-        let (end, _) = over_pieces(
-            &rod.law,
-            start,
-            |at: &mut Along| &mut at.line.s,
-            (first, tolerance),
-            |at, slope| field.write(at, slope),
-            |_, _| (),
-        )
-        .map_err(|s| {
-            Error::no_convergence(format!(
-                "the motion of the rod cannot be followed beyond s = {s:.6} of its length: {}",
-                rod.law.told(b)
+        found.ok_or_else(|| {
+            Error::domain(format!(
+                "the motion of the rod cannot be followed along it, its section law refuses: {}",
+                self.law.told(b)
             ))
-        })?;
-        let couple = field.rates_at(&end).1[2];
-        Ok(self.generalized(&end, mass.mass, couple))
+        })
+    }
+
+    fn borne(&self, load: Option<&Distributed>) -> Weight {
+        load.map_or_else(Weight::nothing, |load| Weight::new(load, self))
+    }
+
+    fn whole<const J: usize, C: Carried<J>, const K: usize>(
+        &self,
+        mass: &SectionMass,
+        (b, load): (&Wrench, &C::Load),
+        motion: &Swaying,
+        (track, end): &Tracked<J, C>,
+    ) -> Option<Generalized> {
+        let field = Field {
+            law: &self.law,
+            load,
+            b,
+            rates: std::array::from_fn(|i| match i {
+                0..6 => motion.rate[i],
+                _ => motion.spin[i - 6],
+            }),
+            rotary: mass.rotary / (mass.mass * self.length),
+            linear: self.section.is_linear(),
+        };
+        let (sums, second, couple) = field.along::<J, C, K>(track, end)?;
+        Some(self.generalized(&sums, mass.mass, &second, couple))
     }
 
     /// The integrals in the user's units; `couple` is m(1)_tt.
-    fn generalized(&self, end: &Along, mass: f64, couple: Vector3<f64>) -> Generalized {
+    fn generalized<const K: usize>(
+        &self,
+        sums: &Sums<K>,
+        mass: f64,
+        end: &Second,
+        couple: Vector3<f64>,
+    ) -> Generalized {
         let length = self.length;
-        let mut matrix = SMatrix::<f64, 12, 12>::zeros();
-        matrix.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(1.0);
-        matrix.fixed_view_mut::<3, 9>(0, 3).copy_from(&end.mixed);
-        matrix
-            .fixed_view_mut::<9, 3>(3, 0)
-            .copy_from(&end.mixed.transpose());
-        matrix.fixed_view_mut::<9, 9>(3, 3).copy_from(&end.own);
-        let mut force = SVector::<f64, 12>::zeros();
-        force.fixed_rows_mut::<3>(0).copy_from(&end.base);
-        force.fixed_rows_mut::<9>(3).copy_from(&end.chart);
         // In lengths L; V is in the user's.
         let unit = mass * length * length;
-        matrix *= unit;
-        force *= unit;
+        let mut matrix = SMatrix::<f64, 12, 12>::zeros();
+        let mut force = SVector::<f64, 12>::zeros();
         for i in 0..3 {
-            matrix.row_mut(i).scale_mut(1.0 / length);
-            matrix.column_mut(i).scale_mut(1.0 / length);
-            force[i] /= length;
+            matrix[(i, i)] = mass;
+            force[i] = sums.base[i] * mass * length;
+            for k in 0..K {
+                matrix[(i, 3 + k)] = sums.mixed[i][k] * mass * length;
+                matrix[(3 + k, i)] = matrix[(i, 3 + k)];
+            }
         }
-        let mut second = end.second;
-        second.fixed_rows_mut::<3>(3).scale_mut(length);
+        for i in 0..K {
+            force[3 + i] = sums.chart[i] * unit;
+            for k in 0..K {
+                matrix[(3 + i, 3 + k)] = sums.own[i][k] * unit;
+            }
+        }
         Generalized {
             matrix,
             force,
-            centre: end.first * length,
-            momentum: end.momentum * unit,
-            second,
+            centre: sums.first * length,
+            momentum: sums.momentum * unit,
+            second: joined(&three(end, 0), &(three(end, 3) * length)),
             couple: couple * self.units().0,
         }
     }

@@ -22,14 +22,15 @@ use crate::error::{Error, Result};
 use crate::math::se3::Turn;
 use crate::section::Compliance;
 use crate::solve::cost::Cost;
-use crate::solve::dop853::{Dop853, State, Step};
+use crate::solve::dop853::{COUNT, Dop853, State, Step};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use std::cell::RefCell;
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
 
 /// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is what a load along the rod adds to them.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LineState<const K: usize, C = ()> {
     pub(super) s: f64,
     q: [f64; 4],
@@ -360,6 +361,20 @@ impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
     }
 }
 
+impl<const K: usize, C: Carried<K>> Flow<'_, K, C> {
+    /// Why an integration cannot go on at s.
+    fn lost(&mut self, s: f64) -> Error {
+        let b: Wrench = Vector6::from_fn(|i, _| [self.m, self.n][i / 3][i % 3]);
+        let why = self.refusal.take().unwrap_or_else(|| {
+            Error::no_convergence(format!(
+                "the integration along the rod cannot go on; the base wrench is too large: {}",
+                self.law.told(&b)
+            ))
+        });
+        why.context(format!("at s = {s:.6} of the length"))
+    }
+}
+
 /// Steps beyond which an integration is given up: a rod wound up thousands of times.
 pub(super) const STEP_LIMIT: u64 = 2_000;
 
@@ -418,6 +433,48 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     Ok((*solver.state(), solver.cost()))
 }
 
+/// The sections at the stages of all steps of an integration, for what is carried along afterwards
+/// ([`over_stages`](crate::solve::dop853::over_stages)).
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Track<const K: usize, C = ()> {
+    /// The lengths of the steps.
+    steps: Vec<f64>,
+    /// One step after the other; behind them what may become the next.
+    stages: Vec<LineState<K, C>>,
+}
+
+impl<const K: usize, C: Carried<K>> Track<K, C> {
+    /// Steps that most integrations do with.
+    const USUAL: usize = 8;
+
+    pub(super) fn new() -> Self {
+        Self {
+            steps: Vec::with_capacity(Self::USUAL),
+            stages: Vec::with_capacity((Self::USUAL + 1) * COUNT),
+        }
+    }
+
+    /// A section at which slopes are asked for.
+    #[inline]
+    fn tried(&mut self, at: &LineState<K, C>) {
+        self.stages.push(*at);
+    }
+
+    /// What was tried last, its end included, is a step.
+    fn taken(&mut self, step: &Step<LineState<K, C>>) {
+        let (start, tried) = (self.steps.len() * COUNT, self.stages.len());
+        self.stages.copy_within(tried - COUNT..tried - 1, start + 1);
+        self.stages[start] = step.from;
+        self.stages.truncate(start + COUNT);
+        self.steps.push(step.h);
+    }
+
+    /// The steps, each with its length.
+    pub(super) fn steps(&self) -> impl Iterator<Item = (f64, &[LineState<K, C>])> {
+        (self.steps.iter().copied()).zip(self.stages.chunks_exact(COUNT))
+    }
+}
+
 /// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of `clamp`.
 fn integrate<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
@@ -446,15 +503,7 @@ fn integrate<const K: usize, C: Carried<K>>(
             })
         },
     );
-    found.map_err(|s| {
-        let why = flow.refusal.take().unwrap_or_else(|| {
-            Error::no_convergence(format!(
-                "the integration along the rod cannot go on; the base wrench is too large: {}",
-                law.told(b)
-            ))
-        });
-        why.context(format!("at s = {s:.6} of the length"))
-    })
+    found.map_err(|s| flow.lost(s))
 }
 
 /// Unit columns: d/dm(0) for 0..3 and d/dn for 3..6.
@@ -473,6 +522,31 @@ pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64
         clamp.tangent[j - 6][j] = 1.0;
     }
     (clamp, unit_columns())
+}
+
+/// The end of the rod, with the unit columns of [`begun`], and the way there.
+pub(super) fn tracked_end<const K: usize, C: Carried<K>>(
+    (law, load): (&ScaledLaw, &C::Load),
+    b: &Wrench,
+    tolerance: f64,
+) -> Result<(LineState<K, C>, Cost, Track<K, C>)> {
+    let track = RefCell::new(Track::new());
+    let (clamp, [dm, dn]) = begun();
+    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
+    let first = first_step(law, b, tolerance)?;
+    let found = over_pieces(
+        law,
+        clamp,
+        |section: &mut LineState<K, C>| &mut section.s,
+        (first, tolerance),
+        |at, slope| {
+            track.borrow_mut().tried(at);
+            flow.write_slope(at, slope)
+        },
+        |step, _| track.borrow_mut().taken(step),
+    );
+    let (end, cost) = found.map_err(|s| flow.lost(s))?;
+    Ok((end, cost, track.into_inner()))
 }
 
 /// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn of the clamp.

@@ -11,8 +11,9 @@
 //! equations, which begin at phi(0) = psi.
 
 use super::RodSection;
+use super::inertia::{Trace, Tracked};
 use super::line;
-use super::line::Wrench;
+use super::line::{LineState, Wrench};
 use super::problem::Problem;
 use super::weight::{Carried, Heavy, Weight};
 use crate::error::Result;
@@ -48,14 +49,49 @@ impl Problem {
         }
     }
 
-    fn with_columns<const K: usize>(&self, base: &Wrench) -> Result<LoadedEnd> {
-        let rod = &self.rod;
+    /// The same, and the way there.
+    ///
+    /// # Errors
+    /// As [`super::Rod::end`].
+    pub fn traced_loaded_end(&self, base: &Wrench, turns: bool) -> Result<(LoadedEnd, Trace)> {
+        Ok(match turns {
+            false => {
+                let (end, trace) = self.tracked::<6>(base)?;
+                (end, Trace::held(trace))
+            }
+            true => {
+                let (end, trace) = self.tracked::<9>(base)?;
+                (end, Trace::turning(trace))
+            }
+        })
+    }
+
+    fn tracked<const K: usize>(&self, base: &Wrench) -> Result<(LoadedEnd, Tracked<K, Heavy<K>>)> {
         let nothing = Weight::nothing();
         let weight = self.weight.as_ref().unwrap_or(&nothing);
-        let (couple, force) = rod.units();
-        let b = rod.inward(base);
+        let (rod, b) = (&self.rod, self.rod.inward(base));
+        let (at, _, track) =
+            line::tracked_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
+        Ok((self.described(&at, &b, weight)?, (track, at)))
+    }
+
+    fn with_columns<const K: usize>(&self, base: &Wrench) -> Result<LoadedEnd> {
+        let nothing = Weight::nothing();
+        let weight = self.weight.as_ref().unwrap_or(&nothing);
+        let (rod, b) = (&self.rod, self.rod.inward(base));
         let (at, _) = line::loaded_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
-        let (m, n) = at.resultants(&b, weight);
+        self.described(&at, &b, weight)
+    }
+
+    fn described<const K: usize>(
+        &self,
+        at: &LineState<K, Heavy<K>>,
+        b: &Wrench,
+        weight: &Weight,
+    ) -> Result<LoadedEnd> {
+        let rod = &self.rod;
+        let (couple, force) = rod.units();
+        let (m, n) = at.resultants(b, weight);
         let mut taken = [[0.0; K]; 3];
         at.carried.take_columns(&mut taken);
         let r = at.position();
@@ -74,7 +110,7 @@ impl Problem {
         levers -= r.cross_matrix();
         let by_turn = (K == 9).then(|| {
             // The base wrench turns with its directors; a rigid body is what is taken off.
-            let (m0, n0) = halves(&b);
+            let (m0, n0) = halves(b);
             let mut turned = SMatrix::<f64, 6, 3>::zeros();
             let mut rigid = SMatrix::<f64, 9, 3>::zeros();
             for (row, f) in [(0, m0), (3, n0)] {
@@ -115,7 +151,7 @@ impl Problem {
             turned
         });
         Ok(LoadedEnd {
-            section: rod.outward(&at, &b, weight)?,
+            section: rod.outward(at, b, weight)?,
             tangent,
             couple: couple_by,
             potential: weight.potential(Carried::<K>::work(&at.carried)) * couple,

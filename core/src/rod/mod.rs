@@ -28,7 +28,7 @@ pub use chart::{Chart, Spatial};
 pub use closed_form::ClosedForm;
 pub use equilibrium::{Equilibrium, Route};
 pub use free_end::FreeEnd;
-pub use inertia::{Generalized, SectionMass, Swaying};
+pub use inertia::{Generalized, SectionMass, Swaying, Trace};
 pub use line::Wrench;
 pub use loaded::LoadedEnd;
 pub use manifold::{BallJointed, Welded};
@@ -40,6 +40,7 @@ pub use weight::Distributed;
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, Reversed, SectionLaw, Strain};
+use crate::solve::cost::Cost;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
@@ -275,6 +276,26 @@ impl Rod {
     pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
         let b = self.inward(base);
         let (at, cost) = line::end::<6>(&self.law, &b, tolerance)?;
+        self.described(&at, &b, cost)
+    }
+
+    /// The same, and the way there; `turns` tells whether its base is to turn.
+    ///
+    /// # Errors
+    /// As [`Rod::end`].
+    pub fn traced_end(
+        &self,
+        base: &Wrench,
+        turns: bool,
+        tolerance: f64,
+    ) -> Result<(RodEnd, Trace)> {
+        let b = self.inward(base);
+        let (at, cost, track) = line::tracked_end::<6, ()>((&self.law, &()), &b, tolerance)?;
+        let trace = Trace::bare(track, at, turns);
+        Ok((self.described(&at, &b, cost)?, trace))
+    }
+
+    fn described(&self, at: &line::LineState<6>, b: &Wrench, cost: Cost) -> Result<RodEnd> {
         let (couple, force) = self.units();
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let mut turned = Matrix6::zeros();
@@ -285,7 +306,7 @@ impl Rod {
             at.tangent[i][j] * if i < 3 { 1.0 } else { self.length } / unit(j)
         });
         Ok(RodEnd {
-            section: self.outward(&at, &b, &())?,
+            section: self.outward(at, b, &())?,
             tangent: turned * local * turned.transpose(),
             steps: cost.steps,
         })

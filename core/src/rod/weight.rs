@@ -318,6 +318,8 @@ pub(super) trait Carried<const K: usize>: Copy + std::fmt::Debug {
     fn add_errors(&self, from: &Self, to: &Self, shape: &mut f64, tangent: &mut f64);
     /// n(s).
     fn force(load: &Self::Load, base: &[f64; 3], s: f64) -> [f64; 3];
+    /// The load at s.
+    fn density(load: &Self::Load, s: f64) -> Vector3<f64>;
     /// Takes w from m.
     fn take_couple(&self, m: &mut [f64; 3]);
     /// Takes dw from dm, by columns.
@@ -346,6 +348,11 @@ impl<const K: usize> Carried<K> for () {
     }
 
     #[inline(always)]
+    fn density((): &(), _: f64) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    #[inline(always)]
     fn take_couple(&self, _: &mut [f64; 3]) {}
 
     #[inline(always)]
@@ -365,7 +372,7 @@ impl<const K: usize> Carried<K> for () {
 }
 
 /// w with its tangent, and the work of the load.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Heavy<const K: usize> {
     w: [f64; 3],
     dw: [[f64; K]; 3],
@@ -409,6 +416,11 @@ impl<const K: usize> Carried<K> for Heavy<K> {
     fn force(load: &Weight, base: &[f64; 3], s: f64) -> [f64; 3] {
         let gone = load.gathered(s);
         [base[0] - gone.x, base[1] - gone.y, base[2] - gone.z]
+    }
+
+    #[inline]
+    fn density(load: &Weight, s: f64) -> Vector3<f64> {
+        load.density(s)
     }
 
     #[inline]

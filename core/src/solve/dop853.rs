@@ -211,6 +211,33 @@ impl<S: State> Dop853<S> {
     }
 }
 
+/// Stages of a step, its start included and its end not.
+pub const COUNT: usize = 12;
+
+/// Takes a step of the length `h` again with what rides along with a state and does not act on it: `slope` of stage i, which is to be added up
+/// with a weight over the steps (0 of most), at the value there. Stages are those of [`Dop853::step_into`]: its start, and the eleven states
+/// that its right-hand side is asked for before the end.
+pub fn over_stages<const D: usize>(
+    from: &SVector<f64, D>,
+    h: f64,
+    mut slope: impl FnMut(usize, &SVector<f64, D>, f64) -> Option<SVector<f64, D>>,
+) -> Option<SVector<f64, D>> {
+    let mut slopes = [SVector::<f64, D>::zeros(); COUNT];
+    let mut weights = [0.0; COUNT];
+    for (i, a) in STEP {
+        weights[*i] = h * a;
+    }
+    slopes[0] = slope(0, from, weights[0])?;
+    for (i, row) in STAGES.iter().enumerate() {
+        let at = row
+            .iter()
+            .fold(*from, |at, (j, a)| at + slopes[*j] * (h * a));
+        slopes[i + 1] = slope(i + 1, &at, weights[i + 1])?;
+    }
+    let sum = weights.iter().zip(&slopes);
+    Some(sum.fold(*from, |sum, (weight, slope)| sum + slope * *weight))
+}
+
 /// A right-hand side that returns its slope, as one that writes it.
 fn written<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> Option<()> {
     move |at, slope| {

@@ -4,7 +4,7 @@ use super::drive::Motion;
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
-use super::sheet::{OnSheet, Phase, Progress};
+use super::sheet::{OnSheet, Phase, Progress, rod_error};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use super::state::{Seen, State};
@@ -190,7 +190,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Kinetic energy and potential of the rod.
     fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
         let rod = self.body.rod();
-        rod.and_then(|rod| rod.energies(&phase.q, &phase.v))
+        let error = rod_error(self.body, self.options.tolerance);
+        rod.and_then(|rod| rod.energies(&phase.q, &phase.v, error))
             .unwrap_or_default()
     }
 

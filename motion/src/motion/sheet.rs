@@ -97,7 +97,7 @@ pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
     /// The mass of the rod, where it is followed.
-    rod: Option<&'a dyn RodMass<N>>,
+    rod: Option<Carried<'a, N>>,
     /// The chart of the solver's states.
     patch: Patch,
     orientation: f64,
@@ -135,6 +135,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         options: &Options,
     ) -> Result<Self> {
         let tolerance = options.tolerance;
+        let rod = rod.map(|rod| Carried {
+            rod,
+            error: rod_error(body, tolerance),
+        });
         let patch = match rod {
             Some(_) => Patch::Global,
             None => manifold.better_patch(Patch::Global, &start.q),
@@ -458,13 +462,25 @@ fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> 
     }
 }
 
+/// A rod whose mass is followed, and by how much that may be off.
+#[derive(Clone, Copy)]
+struct Carried<'a, const N: usize> {
+    rod: &'a dyn RodMass<N>,
+    error: f64,
+}
+
+/// How well the mass of a rod has to be known: the body feels an error by the part of its own mass that it is.
+pub(super) fn rod_error<const N: usize>(body: &Body<N>, tolerance: f64) -> f64 {
+    body.mass() * tolerance
+}
+
 /// The right-hand side of the motion.
 #[inline]
 fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     patch: Patch,
     body: &Body<N>,
-    rod: Option<&dyn RodMass<N>>,
+    rod: Option<Carried<N>>,
     orientation: f64,
     y: &Phase<N>,
 ) -> Option<Phase<N>> {
@@ -494,13 +510,13 @@ fn slope<M: Multivalued<N>, const N: usize>(
 
 /// The acceleration of a body of `mass` together with its rod: (mu I + A) v' = mu a + b, a that of the body without it.
 fn with_rod<const N: usize>(
-    rod: &dyn RodMass<N>,
+    Carried { rod, error }: Carried<N>,
     mass: f64,
     y: &Phase<N>,
     force: &SVector<f64, N>,
     alone: &SVector<f64, N>,
 ) -> Option<SVector<f64, N>> {
-    let (added, push) = rod.added(&y.q, &y.v, force)?;
+    let (added, push) = rod.added(&y.q, &y.v, force, error)?;
     let all = (added + SMatrix::identity() * mass).cholesky()?;
     Some(all.solve(&(alone * mass + push)))
 }

@@ -16,6 +16,7 @@ use crate::math::se3::halves;
 use crate::rod::{Distributed, EndConditions, LoadedEnd, Problem, Wrench};
 use nalgebra::{Matrix6, SMatrix, UnitQuaternion, Vector3};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// A load along a rod: in the world, and along the directors of its base as that stands.
 #[derive(Debug, Clone)]
@@ -82,7 +83,7 @@ impl Link {
         }
     }
 
-    fn base_turns(&self) -> bool {
+    pub(super) fn base_turns(&self) -> bool {
         !matches!(self.from.on, On::Ground)
     }
 
@@ -110,15 +111,21 @@ impl Link {
     pub(super) fn loaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
         let units = self.units();
         let base = q.component_mul(&units);
+        let (problem, turns) = (self.hanging(tolerance)?, self.base_turns());
+        let (found, trace) = match self.keeps_trace {
+            false => (problem.loaded_end(&base, turns)?, None),
+            true => {
+                let (found, trace) = problem.traced_loaded_end(&base, turns)?;
+                (found, Some(Arc::new(trace)))
+            }
+        };
         let LoadedEnd {
             section,
             tangent,
             couple,
             potential,
             by_turn,
-        } = self
-            .hanging(tolerance)?
-            .loaded_end(&base, self.base_turns())?;
+        } = found;
         let change = Matrix6::from_diagonal(&units);
         let (tangent, couple) = (tangent * change, couple * change);
         let mut resultants = SMatrix::<f64, 9, 6>::zeros();
@@ -154,6 +161,7 @@ impl Link {
             drive,
             chord: None,
             slack: None,
+            trace,
         })
     }
 }

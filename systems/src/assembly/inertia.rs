@@ -21,9 +21,6 @@ const CLEAR: [f64; 2] = [2.0, 3.0];
 /// A fold is looked for within this part of the base wrench, where the rod's normal form tells of it.
 const NEAR: f64 = 0.25;
 
-/// The inertia of a rod is known with a tolerance that is looser at most by so much.
-const LOOSER: f64 = 100.0;
-
 /// What is known of the mass of a rod that is followed to first order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightRod {
@@ -133,10 +130,18 @@ impl Link {
         tolerance: f64,
     ) -> Option<Generalized> {
         let seen = self.facing(&point.base.pose.rotation);
+        let trace = match &point.end.trace {
+            Some(trace) => trace.clone(),
+            None => {
+                let mut link = seen.clone().into_owned();
+                link.keeps_trace = true;
+                link.end(q, tolerance).ok()?.trace?
+            }
+        };
         let rod = (q, seen.borne());
         (self
             .rod()
-            .generalized_inertia(&light.sections, rod, motion, tolerance))
+            .generalized_inertia(&light.sections, rod, motion, &trace))
         .ok()
     }
 
@@ -262,8 +267,7 @@ impl Assembly {
     /// Gives rods mass that is followed to first order, one entry for each rod.
     ///
     /// # Errors
-    /// A rod between two ball joints; one whose attachment moves by itself, or is on a body in a groove; a section law that is not
-    /// linear; a mass or inertia that is not finite and positive.
+    /// A rod between two ball joints; one whose attachment moves by itself, or is on a body in a groove; a mass or inertia that is not finite and positive.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         for (k, light) in light.iter().enumerate() {
             let Some(light) = light else { continue };
@@ -283,9 +287,6 @@ impl Assembly {
             if link.joint() == Joint::Pins {
                 return refuse("between two ball joints it can spin about its chord as it likes");
             }
-            if !link.rod().sways() {
-                return refuse("its section law is not linear");
-            }
             for site in [link.from(), link.to()] {
                 match &site.on {
                     On::Support(support) if !support.is_fixed() => {
@@ -297,6 +298,9 @@ impl Assembly {
                     _ => {}
                 }
             }
+        }
+        for (link, light) in self.links.iter_mut().zip(&light) {
+            link.keeps_trace = light.is_some();
         }
         self.light = light;
         Ok(self)
@@ -393,13 +397,6 @@ impl Assembly {
         for (k, light) in self.light_rods().filter(|(_, light)| light.followed) {
             let link = &self.links[k];
             let levers = link.levers(bodies);
-            // Accelerations feel errors of the inertia by the part that it is of the whole.
-            let held = levers
-                .iter()
-                .flatten()
-                .map(|(body, _)| masses[*body][(5, 5)]);
-            let part = light.sections.mass / held.fold(f64::INFINITY, f64::min);
-            let tolerance = tolerance * (1.0 / part).clamp(1.0, LOOSER);
             let felt = link.felt(light, (&at.now.charts[k], &at.points[k]), bodies, tolerance)?;
             for (i, lever) in levers.iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };

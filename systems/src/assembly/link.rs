@@ -6,9 +6,10 @@ use super::{Assembly, Place};
 use crate::body::Support;
 use crate::error::Result;
 use crate::math::se3::{halves, joined};
-use crate::rod::{EndConditions, Problem, Rod, Taut, Wrench};
+use crate::rod::{EndConditions, Problem, Rod, Taut, Trace, Wrench};
 use crate::solve::warm::Warm;
 use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
+use std::sync::Arc;
 
 /// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
 const NEUTRAL: f64 = 1e-7;
@@ -132,6 +133,8 @@ pub struct Link {
     pub(super) diameter: Option<f64>,
     /// What it bears along it.
     pub(super) load: Option<Borne>,
+    /// True if its ends keep their [`LinkEnd::trace`].
+    pub(super) keeps_trace: bool,
 }
 
 /// The end of a rod seen from its base, in the directors there.
@@ -167,6 +170,8 @@ pub struct LinkEnd {
     pub(super) drive: Matrix6<f64>,
     /// Of a rod between two ball joints the direction of its chord, along the directors of its base.
     pub(super) chord: Option<Vector3<f64>>,
+    /// How the end was found, for a rod whose mass is known ([`super::Assembly::with_light_rods`]) and that its base wrench charts.
+    pub(super) trace: Option<Arc<Trace>>,
     /// By how much m(0) of a taut rod differs from the couple of its chart; None for a rod that its base wrench charts.
     pub slack: Option<Vector3<f64>>,
 }
@@ -197,6 +202,7 @@ impl Link {
             spring: 0.0,
             diameter: None,
             load: None,
+            keeps_trace: false,
         }
     }
 
@@ -250,7 +256,14 @@ impl Link {
             return self.loaded_end(q, tolerance);
         }
         let units = self.units();
-        let found = self.rod.end(&q.component_mul(&units), tolerance)?;
+        let base = q.component_mul(&units);
+        let (found, trace) = match self.keeps_trace {
+            false => (self.rod.end(&base, tolerance)?, None),
+            true => {
+                let (found, trace) = self.rod.traced_end(&base, self.base_turns(), tolerance)?;
+                (found, Some(Arc::new(trace)))
+            }
+        };
         let section = &found.section;
         let change = Matrix6::from_diagonal(&units);
         let tangent = found.tangent * change;
@@ -297,6 +310,7 @@ impl Link {
             drive,
             chord,
             slack: None,
+            trace,
         })
     }
 

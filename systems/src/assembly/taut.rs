@@ -191,6 +191,7 @@ impl Link {
             drive,
             per_couple: 0.0,
             chord: None,
+            trace: None,
             slack: Some(m - halves(q).0 * couple),
         })
     }
