@@ -67,13 +67,10 @@ impl Scene {
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let (body, run) = (self.body.as_ref()?, self.run.as_ref()?);
         if self.clamp.motion.is_some() {
-            return Some("the clamp moves");
-        }
-        if body.groove.is_some() {
-            return Some("the body slides in a groove");
+            return Some("the clamp moves (as an assembly, [[rod]] and [[body]], it is)");
         }
         if self.is_planar() {
-            return None;
+            return (body.groove.is_some()).then_some("the body slides in a groove");
         }
         by_steps(run.method)
     }
@@ -85,16 +82,6 @@ impl Scene {
         let sites = [&rod.from, &rod.to];
         if sites.iter().all(|site| site.joint == Joint::Ball) {
             return Some("between two ball joints it spins about its chord as it likes");
-        }
-        if sites.iter().any(|site| site.motion.is_some()) {
-            return Some("an end of it is moved");
-        }
-        let slides = |site: &&Site| {
-            let body = given.holder(site);
-            body.is_some_and(|body| given.bodies[body].groove.is_some())
-        };
-        if sites.iter().any(slides) {
-            return Some("a body that it holds slides in a groove");
         }
         by_steps(run.method)
     }

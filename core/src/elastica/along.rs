@@ -137,8 +137,8 @@ const ODD: [f64; 7] = [
 ];
 /// (sin r - r)/r^3 and (cos r - 1 + r^2/2)/r^4 in r^2.
 const SINE: [f64; 6] = [
-    -1.666_666_666_666_663_1e-1,
-    8.333_333_333_322_118_6e-3,
+    -1.666_666_666_666_663e-1,
+    8.333_333_333_322_118e-3,
     -1.984_126_982_958_954e-4,
     2.755_731_362_138_572_5e-6,
     -2.505_074_776_285_780_7e-8,
@@ -149,7 +149,7 @@ const COSINE: [f64; 6] = [
     -1.388_888_888_887_305_6e-3,
     2.480_158_728_885_170_5e-5,
     -2.755_731_417_929_674e-7,
-    2.087_570_084_197_473_2e-9,
+    2.087_570_084_197_473e-9,
     -1.135_853_652_138_768_2e-11,
 ];
 
@@ -232,7 +232,7 @@ pub(super) struct Along {
 
 impl Along {
     /// Of the rod with this modulus and 0 < lam.
-    #[inline]
+    #[inline(always)]
     pub fn new(modulus: &Modulus, lam: f64) -> Self {
         let (k, kc) = (modulus.kap.abs(), modulus.kap_c);
         let real = kc > k;
@@ -331,7 +331,7 @@ impl Along {
     /// The nodes of a Gauss rule that integrates along this rod to the part `error`. The poles of the pendulum lie K' away from the rod, so that
     /// the error falls like rho^-2n, log rho = asinh(z), z = 2 K'/lam (Bernstein's ellipse); the factor before it is measured, and logarithms
     /// and 1/asinh z = 1/z + Z[0] z/(z + Z[1]) are rough.
-    #[inline]
+    #[inline(always)]
     pub fn nodes(&self, error: f64) -> usize {
         const Z: [f64; 2] = [0.25, 0.8];
         // K'/K = log(1/q)/pi.
@@ -348,7 +348,7 @@ impl Along {
     }
 
     /// The chart's integrals of the whole rod, whose modulus this is.
-    #[inline]
+    #[inline(always)]
     pub fn clamp(&self, modulus: &Modulus) -> Integrals {
         // At twice the angle of the middle.
         let [sin, cos] = self.middle;

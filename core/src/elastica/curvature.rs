@@ -38,6 +38,7 @@ pub(super) struct Swing<T = f64> {
 }
 
 impl Swing {
+    #[inline(always)]
     pub fn new(i: &Integrals) -> Self {
         let modulus = Modulus {
             kap: i.kap,
@@ -47,6 +48,7 @@ impl Swing {
     }
 
     /// At the tip.
+    #[inline(always)]
     pub fn start(modulus: &Modulus) -> Self {
         Self::at(modulus, 0.0, [0.0, 1.0, modulus.kap_c, 0.0])
     }

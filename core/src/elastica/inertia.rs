@@ -68,7 +68,7 @@ impl RodInertia {
     ///
     /// # Errors
     /// A pull that is not in (0, 100).
-    #[inline]
+    #[inline(always)]
     pub fn at_load(p: f64, lam: f64) -> Result<Self> {
         let modulus = Modulus::new(p);
         let along = Along::new(&modulus, pulled(lam)?);
@@ -77,13 +77,13 @@ impl RodInertia {
 
     /// The same with integrals along the rod that may be off by a part `error` of their size, between 1e-12 and 1e-4.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn to_part(mut self, error: f64) -> Self {
         self.error = error.clamp(EXACT, ROUGH);
         self
     }
 
-    #[inline]
+    #[inline(always)]
     fn of(p: f64, modulus: Modulus, integrals: Integrals, along: Along) -> Self {
         let mut rod = Self {
             p,
@@ -105,6 +105,7 @@ impl RodInertia {
     }
 
     /// (lam Dr(1))^-1, and d(p, lam)/dt of the end's velocity; None at a fold.
+    #[inline(always)]
     fn chart_rate(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let inverse = self.by.try_inverse()?;
         Some((inverse, inverse * self.turned(v) * self.integrals.lam))
@@ -210,6 +211,7 @@ impl RodInertia {
     }
 
     /// The same of a rod without weight, and without its centre.
+    #[inline(always)]
     fn added_weightless(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = Turning::new(&self.clamp, rate.into());
@@ -241,6 +243,7 @@ impl RodInertia {
     }
 
     /// A and b from the sums of [`Self::pushed`] along the rod, and lam times that of r_q^T g; `inverse` is (lam Dr(1))^-1.
+    #[inline(always)]
     fn felt(
         &self,
         inverse: &Matrix2<f64>,
@@ -332,6 +335,7 @@ struct Turning {
 }
 
 impl Turning {
+    #[inline(always)]
     fn new(clamp: &Swing, rate: [f64; 2]) -> Self {
         let [p, l] = rate;
         let [cos, sin] = clamp.z_u();

@@ -67,6 +67,8 @@ pub struct Trace(Kept);
 /// An integration along a rod, and where it ends.
 pub(super) type Tracked<const K: usize, C> = (Track<K, C>, LineState<K, C>);
 
+// It is made once a trace, and not moved about.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 enum Kept {
     /// Without a load; a turn of the base, if there is one, is one of the whole rod.
@@ -205,8 +207,8 @@ impl<const K: usize> Sums<K> {
     fn pair(&mut self, row: &[f64; K], weight: f64, force: f64) {
         for i in 0..K {
             let scaled = row[i] * weight;
-            for k in 0..K {
-                self.own[i][k] += scaled * row[k];
+            for (sum, x) in self.own[i].iter_mut().zip(row) {
+                *sum += scaled * x;
             }
             self.chart[i] += force * row[i];
         }

@@ -2,7 +2,6 @@
 
 use super::stiffness::carried;
 use super::{Assembly, Configuration, Joint, LightRod, Link, LinkPoint, Modes};
-use crate::error::Result;
 use crate::math::se3::halves;
 use crate::rod::{SectionMass, Swaying, Wrench};
 use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
@@ -15,8 +14,7 @@ const ONE: f64 = 1e-6;
 
 impl Link {
     /// A, B and M0 of the normal form of the fold that the rod is at, or next to, along the critical direction of length 1 in the chart
-    /// (theory 2.8, 3.9), for a rod of this mass whose attachments move as `point` says. None of a taut rod, of one between two ball joints
-    /// and of a section law that is not linear.
+    /// (theory 2.8, 3.9), for a rod of this mass whose attachments move as `point` says. None of a taut rod and of one between two ball joints.
     pub fn normal_form(
         &self,
         sections: &SectionMass,
@@ -46,15 +44,12 @@ impl Link {
         (q, point): (&Wrench, &LinkPoint),
         rates: &[(Vector6<f64>, Wrench)],
         tolerance: f64,
-    ) -> Result<DMatrix<f64>> {
-        let seen = self.facing(&point.base.pose.rotation);
+    ) -> Option<DMatrix<f64>> {
         let still = Swaying {
             rate: Wrench::zeros(),
             spin: Vector3::zeros(),
         };
-        let found =
-            self.rod()
-                .generalized_inertia(sections, (q, seen.borne()), &still, tolerance)?;
+        let found = self.inertia(sections, (q, point), &still, tolerance)?;
         let back = point.base.pose.rotation.inverse();
         let (m, n) = halves(q);
         let columns: Vec<SVector<f64, 12>> = rates
@@ -75,7 +70,7 @@ impl Link {
             })
             .collect();
         let count = columns.len();
-        Ok(DMatrix::from_fn(count, count, |i, j| {
+        Some(DMatrix::from_fn(count, count, |i, j| {
             columns[i].dot(&(found.matrix * columns[j]))
         }))
     }
@@ -83,8 +78,8 @@ impl Link {
 
 impl Assembly {
     /// The change of the lowest frequency of `modes`, relative to it, by the mass of the rods, `masses` in the order of the links: -1/2 x^T N x
-    /// for x^T M x = 1, to first order. Of several that are the lowest alike, the largest change. None where no frequency is above zero, where
-    /// a rod with mass is between two ball joints, and for section laws that are not linear.
+    /// for x^T M x = 1, to first order. Of several that are the lowest alike, the largest change. None where no frequency is above zero, and where
+    /// a rod with mass is between two ball joints.
     pub fn shift_by_rods(
         &self,
         now: &Configuration,
@@ -121,7 +116,7 @@ impl Assembly {
             });
             let rates: Vec<(Vector6<f64>, Wrench)> = rates.collect();
             let rod = (&now.charts[k], &points[k]);
-            sum += link.metric(sections, rod, &rates, tolerance).ok()?;
+            sum += link.metric(sections, rod, &rates, tolerance)?;
         }
         let most = sum.symmetric_eigenvalues().max();
         most.is_finite().then_some(-0.5 * most)

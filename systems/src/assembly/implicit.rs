@@ -113,6 +113,7 @@ impl Assembly {
         let mut by_place = DMatrix::zeros(total, total);
         let mut by_velocity = DMatrix::zeros(total, total);
         let (mut power, mut loss) = (self.support_power(&at.points), 0.0);
+        power += with_rods.as_ref().map_or(0.0, |with| with.power);
         let length = self.scales().0;
         for (body, (first, carrier)) in self.starts().enumerate() {
             let (own, count) = (starts[body], carrier.freedoms());
@@ -176,8 +177,8 @@ impl Assembly {
         by_place += by_wrench * (by_twists * &twists);
         if let Some(together) = with_rods {
             // The inertia of the rods itself changes little on the way: that is left to the iteration.
-            by_place = &together * by_place;
-            by_velocity = together * by_velocity;
+            by_place = &together.shared * by_place;
+            by_velocity = together.shared * by_velocity;
         }
         let time = self.time_slot();
         rates.as_mut_slice()[time..].copy_from_slice(&[1.0, power, loss]);

@@ -41,10 +41,19 @@ pub struct Weighed {
     pub momentum: Vector6<f64>,
 }
 
-/// What attachments feel of a rod: wrenches on base and end of their accelerations, and at none.
+/// What attachments feel of a rod: wrenches on base and end of their accelerations, and of those that they have while no body accelerates
+/// along its own velocities.
 struct Felt {
     matrix: SMatrix<f64, 12, 12>,
     force: SVector<f64, 12>,
+}
+
+/// The accelerations of bodies with their rods.
+pub(super) struct Together {
+    /// What accelerations of the bodies alone become, in their own velocities.
+    pub shared: DMatrix<f64>,
+    /// The power of the supports that move, against the inertia of the rods.
+    pub power: f64,
 }
 
 /// The rod as it moves.
@@ -112,7 +121,7 @@ impl Link {
             rate: now.fixed_rows::<6>(3).into_owned(),
             spin: now.fixed_rows::<3>(9).into_owned(),
         };
-        let inertia = self.inertia(light, (q, point), &motion, tolerance)?;
+        let inertia = self.inertia(&light.sections, (q, point), &motion, tolerance)?;
         let bent = factors.solve(&-(scale * self.second(&inertia)))?;
         Some(Moving {
             inertia,
@@ -122,9 +131,10 @@ impl Link {
         })
     }
 
-    fn inertia(
+    /// The inertia of the rod as it moves; None where its law refuses.
+    pub(super) fn inertia(
         &self,
-        light: &LightRod,
+        sections: &SectionMass,
         (q, point): (&Wrench, &LinkPoint),
         motion: &Swaying,
         tolerance: f64,
@@ -141,7 +151,7 @@ impl Link {
         let rod = (q, seen.borne());
         (self
             .rod()
-            .generalized_inertia(&light.sections, rod, motion, &trace))
+            .generalized_inertia(sections, rod, motion, &trace))
         .ok()
     }
 
@@ -158,7 +168,7 @@ impl Link {
         &self,
         light: &LightRod,
         (q, point): (&Wrench, &LinkPoint),
-        bodies: &[Place],
+        drawn: &SVector<f64, 12>,
         tolerance: f64,
     ) -> Option<Felt> {
         let moving = self.moving(light, (q, point), tolerance)?;
@@ -166,20 +176,38 @@ impl Link {
         let by_twists = &moving.by_twists;
         let bending = matrix.fixed_columns::<6>(3) * moving.bent;
         let matrix = by_twists.tr_mul(&(matrix * by_twists));
-        // An attachment beside the reference point of its body is accelerated by the turning of that alone.
-        let mut swung = SVector::<f64, 12>::zeros();
-        for (k, lever) in self.levers(bodies).into_iter().enumerate() {
-            if let Some((body, arm)) = lever {
-                let spin = halves(&bodies[body].twist).0;
-                swung
-                    .fixed_rows_mut::<3>(6 * k + 3)
-                    .copy_from(&spin.cross(&spin.cross(&arm)));
-            }
-        }
         Some(Felt {
             matrix,
-            force: by_twists.tr_mul(&(force + bending)) + matrix * swung,
+            force: by_twists.tr_mul(&(force + bending)) + matrix * drawn,
         })
+    }
+
+    /// The accelerations (spin, place) of both attachments in the world while no body accelerates along its own velocities: those of supports,
+    /// of places beside the reference point of a body that turns, and across a groove, which `bent` has of every body.
+    fn drawn(&self, t: f64, bodies: &[Place], bent: &[Vector3<f64>]) -> SVector<f64, 12> {
+        let mut drawn = SVector::<f64, 12>::zeros();
+        for (k, site) in [&self.from, &self.to].into_iter().enumerate() {
+            let own = match &site.on {
+                On::Ground => continue,
+                On::Support(support) => {
+                    let lever = joined(&Vector3::zeros(), &site.place.translation.vector);
+                    support.at(t).of_poses().drawn(&lever)
+                }
+                On::Body(body) => {
+                    let Place { pose, twist } = &bodies[*body];
+                    let (spin, arm) = (
+                        halves(twist).0,
+                        pose.rotation * site.place.translation.vector,
+                    );
+                    joined(
+                        &Vector3::zeros(),
+                        &(bent[*body] + spin.cross(&spin.cross(&arm))),
+                    )
+                }
+            };
+            drawn.fixed_rows_mut::<6>(6 * k).copy_from(&own);
+        }
+        drawn
     }
 
     /// True if the mass of the rod should be followed here: no fold is so near that it cannot stay on its equilibria, and it is not taut.
@@ -220,7 +248,7 @@ impl Link {
             rate: z,
             spin: Vector3::zeros(),
         };
-        let inertia = self.inertia(light, (q, point), &motion, tolerance)?;
+        let inertia = self.inertia(&light.sections, (q, point), &motion, tolerance)?;
         let bend = u.dot(&(scale * self.second(&inertia)));
         let drive = u.dot(&(scale * point.drive()));
         let away = bend * drive >= 0.0;
@@ -267,7 +295,7 @@ impl Assembly {
     /// Gives rods mass that is followed to first order, one entry for each rod.
     ///
     /// # Errors
-    /// A rod between two ball joints; one whose attachment moves by itself, or is on a body in a groove; a mass or inertia that is not finite and positive.
+    /// A rod between two ball joints; a mass or inertia that is not finite and positive.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         for (k, light) in light.iter().enumerate() {
             let Some(light) = light else { continue };
@@ -286,17 +314,6 @@ impl Assembly {
             }
             if link.joint() == Joint::Pins {
                 return refuse("between two ball joints it can spin about its chord as it likes");
-            }
-            for site in [link.from(), link.to()] {
-                match &site.on {
-                    On::Support(support) if !support.is_fixed() => {
-                        return refuse("an attachment of it is moved");
-                    }
-                    On::Body(body) if self.carriers[*body].groove().is_some() => {
-                        return refuse("a body that it holds slides in a groove");
-                    }
-                    _ => {}
-                }
             }
         }
         for (link, light) in self.links.iter_mut().zip(&light) {
@@ -363,14 +380,13 @@ impl Assembly {
             .sum()
     }
 
-    /// Adds to the wrenches on the bodies those of the inertia of the rods; None where one cannot be followed. Returns what the accelerations
-    /// of the bodies alone, in their own velocities, become with the rods.
+    /// Adds to the wrenches on the bodies those of the inertia of the rods; None where one cannot be followed.
     pub(super) fn feel_rods(
         &self,
         at: &Evaluated,
         tolerance: f64,
         wrenches: &mut [Vector6<f64>],
-    ) -> Option<DMatrix<f64>> {
+    ) -> Option<Together> {
         let (bodies, t) = (&at.now.bodies, at.integrals.time);
         let (starts, total) = self.freedoms();
         let own = self.own_twists(bodies);
@@ -380,6 +396,12 @@ impl Assembly {
         let mut matrix = DMatrix::zeros(total, total);
         let mut right = DVector::zeros(total);
         let mut free = Vec::with_capacity(bodies.len());
+        // Along a groove the body is accelerated across it, too.
+        let bends = self.carriers.iter().zip(bodies).map(|(carrier, place)| {
+            let (tangent, bend) = carrier.tangent(&place.pose)?;
+            Some(bend * halves(&place.twist).1.dot(&tangent).powi(2))
+        });
+        let bent: Vec<Vector3<f64>> = bends.map(Option::unwrap_or_default).collect();
         for (body, carrier) in self.carriers.iter().enumerate() {
             let alone = carrier.motion(t, &bodies[body], &wrenches[body]);
             let twists = [&own[body]; 2];
@@ -390,14 +412,17 @@ impl Assembly {
                 twists,
             );
             let mut rows = right.rows_mut(starts[body], carrier.freedoms());
-            rows += own[body].tr_mul(&(masses[body] * alone.acceleration));
-            free.push(alone.acceleration);
+            let along = alone.acceleration - joined(&Vector3::zeros(), &bent[body]);
+            rows += own[body].tr_mul(&(masses[body] * along));
+            free.push(along);
         }
         let alone = matrix.clone();
+        let mut supported = Vec::new();
         for (k, light) in self.light_rods().filter(|(_, light)| light.followed) {
             let link = &self.links[k];
             let levers = link.levers(bodies);
-            let felt = link.felt(light, (&at.now.charts[k], &at.points[k]), bodies, tolerance)?;
+            let drawn = link.drawn(t, bodies, &bent);
+            let felt = link.felt(light, (&at.now.charts[k], &at.points[k]), &drawn, tolerance)?;
             for (i, lever) in levers.iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
                 let onto = carried(arm).transpose();
@@ -414,15 +439,44 @@ impl Assembly {
                     add(&mut matrix, at, &block, [&own[*body], &own[*other]]);
                 }
             }
+            if [&link.from, &link.to]
+                .iter()
+                .any(|site| matches!(site.on, On::Support(_)))
+            {
+                supported.push((k, felt));
+            }
         }
         let factors = matrix.cholesky()?;
         let together = factors.solve(&right);
+        let mut power = 0.0;
+        for (k, felt) in supported {
+            // Wrenches of both attachments on the rod.
+            let mut wrench = felt.force;
+            for (j, lever) in self.links[k].levers(bodies).iter().enumerate() {
+                let Some((body, arm)) = lever else { continue };
+                let rows = together.rows(starts[*body], self.carriers[*body].freedoms());
+                let twist = carried(arm) * (&own[*body] * rows);
+                wrench += felt.matrix.fixed_columns::<6>(6 * j) * twist;
+            }
+            let (link, point) = (&self.links[k], &at.points[k]);
+            for (i, (site, place)) in [(&link.from, &point.base), (&link.to, &point.tip)]
+                .into_iter()
+                .enumerate()
+            {
+                if let On::Support(_) = site.on {
+                    power += wrench.fixed_rows::<6>(6 * i).dot(&place.twist);
+                }
+            }
+        }
         for (body, carrier) in self.carriers.iter().enumerate() {
             let rows = together.rows(starts[body], carrier.freedoms());
             let change = &own[body] * rows - free[body];
             wrenches[body] += masses[body] * change;
         }
-        Some(factors.solve(&alone))
+        Some(Together {
+            shared: factors.solve(&alone),
+            power,
+        })
     }
 }
 

@@ -55,6 +55,9 @@ impl Slowed {
     }
 }
 
+/// Tolerance of what is shown of a state, where it was not evaluated with all that it needs.
+const SHOWN: f64 = 1e-12;
+
 /// What is watched of a rod while it moves.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sight {
@@ -235,10 +238,10 @@ impl Assembly {
                 .for_each(|x| *x *= factor);
         }
         let mut wrenches = self.wrenches(&now.bodies, points);
-        if self.feels_rods() {
-            self.feel_rods(&at, tolerance, &mut wrenches)?;
-        }
         let (mut power, mut loss) = (self.support_power(points), 0.0);
+        if self.feels_rods() {
+            power += self.feel_rods(&at, tolerance, &mut wrenches)?.power;
+        }
         for ((start, carrier), wrench) in self.starts().zip(&wrenches) {
             let slots = start..start + carrier.numbers();
             let (driven, lost) = carrier.write_rates(
@@ -273,7 +276,13 @@ impl Assembly {
 
     /// The forces of the grooves, body by body; None where there is none.
     pub fn groove_forces(&self, at: &Evaluated) -> Vec<Option<Vector3<f64>>> {
-        let wrenches = self.wrenches(&at.now.bodies, &at.points);
+        let mut wrenches = self.wrenches(&at.now.bodies, &at.points);
+        if self.feels_rods() {
+            let mut felt = wrenches.clone();
+            if self.feel_rods(at, SHOWN, &mut felt).is_some() {
+                wrenches = felt;
+            }
+        }
         let bodies = self.carriers().iter().zip(&at.now.bodies).zip(&wrenches);
         let force = bodies.map(|((carrier, place), wrench)| {
             carrier.groove_force(at.integrals.time, place, wrench)
