@@ -5,10 +5,7 @@ use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::json;
 use snaprod::scene::{Faults, ReadError, Scene};
-use snaprod::study::assembly::{self, AssemblyPrepared};
-use snaprod::study::bar::BarPrepared;
-use snaprod::study::mass::SmallMass;
-use snaprod::study::run::Prepared;
+use snaprod::study::any;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -96,7 +93,7 @@ pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.path.display().to_string();
     match args.scene.read() {
-        Ok(scene) => match start(&scene) {
+        Ok(scene) => match any::check(&scene) {
             Ok(mass) => {
                 if args.json {
                     let mass = mass.map(|mass| mass.json());
@@ -126,23 +123,4 @@ pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
         }
         Err(ReadError::File(e)) => Err(Refusal(e.to_string())),
     }
-}
-
-/// What only setting up can find; what the mass of light rods changes, where it is known.
-fn start(scene: &Scene) -> snaprod::Result<Option<SmallMass>> {
-    if scene.bar.is_some() {
-        return BarPrepared::new(scene).map(|_| None);
-    }
-    if scene.assembly.is_some() {
-        match scene.is_motion() {
-            true => AssemblyPrepared::new(scene)?.motion().map(drop)?,
-            false => assembly::equilibrium(scene).map(drop)?,
-        }
-        return assembly::small_mass(scene);
-    }
-    if !scene.is_motion() {
-        return scene.problem().map(|_| None);
-    }
-    let prepared = Prepared::new(scene)?;
-    prepared.motion().map(|_| prepared.small_mass())
 }

@@ -2,7 +2,7 @@
 
 use super::Refusal;
 use serde_json::Value;
-pub use snaprod::study::exact;
+pub use snaprod::study::{exact, json_text};
 use std::io::Write;
 
 /// Prints text; a reader that has gone away is no error, a full disk ends the program.
@@ -38,21 +38,6 @@ pub fn rounded(x: f64, decimals: usize) -> String {
         format!("{:.decimals$}", x + 0.0)
     } else {
         format!("{x:.decimals$e}")
-    }
-}
-
-/// JSON text; no number in it is -0.0.
-pub fn json_text(mut value: Value) -> String {
-    unsign_zeros(&mut value);
-    format!("{value:#}\n")
-}
-
-fn unsign_zeros(value: &mut Value) {
-    match value {
-        Value::Array(list) => list.iter_mut().for_each(unsign_zeros),
-        Value::Object(map) => map.values_mut().for_each(unsign_zeros),
-        Value::Number(n) if n.is_f64() && n.as_f64() == Some(0.0) => *value = 0.0.into(),
-        _ => {}
     }
 }
 

@@ -10,13 +10,13 @@ use super::progress::Progress;
 use super::{Ending, Refusal, signals};
 use clap::Args;
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::json;
 use snaprod::plot::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
-use snaprod::study::sweep::{Interrupted, Sweep, Vary, fields};
-use snaprod::study::{Csv, Hooks};
+use snaprod::study::Hooks;
+use snaprod::study::sweep::{Directory, Rows, Sweep, Vary};
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -58,10 +58,6 @@ pub struct SweepArgs {
 
 /// Files that are made anew at the end; the chunks and what they belong to stay.
 const FILES: &[&str] = &["sweep.csv", "map.*"];
-/// What the chunks belong to.
-const PLAN: &str = "sweep.json";
-/// Where they are.
-const CHUNKS: &str = "chunks";
 
 /// Makes the sweep, or what is missing of it.
 pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
@@ -80,22 +76,18 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         .build()
         .map_err(|e| Refusal(format!("--threads: {e}")))?;
     let out = Output::open(Some(&directory), FILES, args.figures)?;
-    begin(&sweep, &directory)?;
+    let sweep = Directory::open(sweep, &directory)?;
     signals::watch();
-    let chunks = sweep.chunks();
-    let path = |k: usize| directory.join(CHUNKS).join(format!("{k:06}.csv"));
-    let missing: Vec<usize> = (0..chunks.len()).filter(|k| !path(*k).exists()).collect();
+    let missing = sweep.missing();
     let tally = Tally {
         done: AtomicUsize::new(0),
-        all: missing.iter().map(|k| chunks[*k].len()).sum(),
+        all: missing.iter().map(|k| sweep.points_of(*k)).sum(),
         progress: Mutex::new(Progress::new(!args.quiet && !args.json)),
     };
-    let made = pool.install(|| {
+    let made: Result<(), Option<snaprod::Error>> = pool.install(|| {
         missing.par_iter().try_for_each(|k| {
-            let rows = sweep
-                .rows(chunks[*k].clone(), &mut Worker(&tally))
-                .map_err(|Interrupted| None)?;
-            whole(&path(*k), rows.as_bytes()).map_err(Some)
+            let whole = sweep.make(*k, &mut Worker(&tally)).map_err(Some)?;
+            whole.then_some(()).ok_or(None)
         })
     });
     if let Ok(progress) = tally.progress.lock() {
@@ -103,54 +95,45 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     }
     match made {
         Ok(()) => {}
-        Err(Some(refusal)) => return Err(refusal),
+        Err(Some(error)) => return Err(error.into()),
         Err(None) => {
-            let kept = (0..chunks.len()).filter(|k| path(*k).exists());
-            let kept: usize = kept.map(|k| chunks[k].len()).sum();
             if !args.quiet {
                 print(&format!(
-                    "interrupted: {kept} of {} points are in {}; the same command goes on\n",
-                    sweep.points(),
+                    "interrupted: {} of {} points are in {}; the same command goes on\n",
+                    sweep.kept(),
+                    sweep.sweep().points(),
                     directory.display()
                 ));
             }
             return Ok(Ending::Short);
         }
     }
-    let mut rows = String::new();
-    for k in 0..chunks.len() {
-        rows += &read(&path(k))?;
-    }
-    let table = Table::new(
-        &sweep,
-        &rows,
-        chunks.iter().map(ExactSizeIterator::len).sum(),
-    )?;
-    let mut csv = Vec::new();
-    // Nothing fails in memory.
-    let _ = Csv::new(&mut csv, &sweep.table());
-    csv.extend(rows.as_bytes());
-    out.write("sweep.csv", &csv)?;
+    let rows = sweep.rows()?;
+    out.write("sweep.csv", &rows.csv)?;
     if let Some(columns) = mapped {
-        out.figure("map", || Ok(table.map(&sweep, &columns)), outcome_map);
+        out.figure(
+            "map",
+            || Ok(map(sweep.sweep(), &rows, &columns)),
+            outcome_map,
+        );
     }
     out.finish()?;
     for path in &args.column {
-        if table.column(path).all(str::is_empty) {
+        if rows.column(path).all(str::is_empty) {
             print_error(&format!(
                 "warning: --column {path}: no point has it; the names are those of summary.json, and events, of `snaprod run --json`"
             ));
         }
     }
-    let outcomes = table.outcomes();
+    let outcomes = rows.outcomes();
     if args.json {
         print_json(
-            json!({ "points": sweep.points(), "made": tally.all, "outcomes": outcomes, "out": directory }),
+            json!({ "points": sweep.sweep().points(), "made": tally.all, "outcomes": outcomes, "out": directory }),
         );
     } else if !args.quiet {
         let mut text = format!(
             "{} points, {} of them made now\n",
-            sweep.points(),
+            sweep.sweep().points(),
             tally.all
         );
         for (outcome, count) in outcomes {
@@ -178,9 +161,9 @@ fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
         random,
         args.column.clone(),
     )?;
-    match (sweep.scene(0), sweep.scene(sweep.points() - 1)) {
-        (Err(why), Err(_)) => Err(Refusal(format!("{}: {why}", path.display()))),
-        _ => Ok(sweep),
+    match sweep.refused() {
+        Some(why) => Err(Refusal(format!("{}: {why}", path.display()))),
+        None => Ok(sweep),
     }
 }
 
@@ -217,49 +200,6 @@ impl SweepArgs {
     }
 }
 
-/// Makes the directory that of this sweep, or finds that it is.
-fn begin(sweep: &Sweep, directory: &Path) -> Result<(), Refusal> {
-    let plan = directory.join(PLAN);
-    let identity = sweep.identity();
-    if plan.exists() {
-        let there: Value = serde_json::from_str(&read(&plan)?).unwrap_or(Value::Null);
-        if there == identity {
-            return Ok(());
-        }
-        let keys = identity.as_object().into_iter().flatten();
-        let differ: Vec<&str> = keys
-            .filter(|(key, value)| there[key.as_str()] != **value)
-            .map(|(key, _)| key.as_str())
-            .collect();
-        return Err(Refusal(format!(
-            "{} holds another sweep (it differs in: {}); choose another directory with --out, or remove that one",
-            directory.display(),
-            differ.join(", ")
-        )));
-    }
-    let chunks = directory.join(CHUNKS);
-    let made = fs::create_dir_all(&chunks);
-    made.map_err(|e| Refusal(format!("cannot make {}: {e}", chunks.display())))?;
-    // Chunks of nobody knows what.
-    for entry in fs::read_dir(&chunks).into_iter().flatten().flatten() {
-        let removed = fs::remove_file(entry.path());
-        removed.map_err(|e| Refusal(format!("cannot remove {}: {e}", entry.path().display())))?;
-    }
-    whole(&plan, super::files::json_text(identity).as_bytes())
-}
-
-/// Writes a file aside and gives it its name.
-fn whole(path: &Path, bytes: &[u8]) -> Result<(), Refusal> {
-    let aside = path.with_extension("part");
-    fs::write(&aside, bytes)
-        .and_then(|()| fs::rename(&aside, path))
-        .map_err(|e| Refusal(format!("cannot write {}: {e}", path.display())))
-}
-
-fn read(path: &Path) -> Result<String, Refusal> {
-    fs::read_to_string(path).map_err(|e| Refusal(format!("cannot read {}: {e}", path.display())))
-}
-
 /// How far all threads are together.
 struct Tally {
     done: AtomicUsize,
@@ -284,87 +224,48 @@ impl Hooks for Worker<'_> {
     }
 }
 
-/// All rows, taken apart.
-struct Table {
-    names: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    fn new(sweep: &Sweep, text: &str, points: usize) -> Result<Self, Refusal> {
-        let columns = sweep.table().columns;
-        let names: Vec<String> = columns
-            .iter()
-            .map(|c| c.name.clone().into_owned())
-            .collect();
-        let rows: Vec<Vec<String>> = text.lines().map(fields).collect();
-        if rows.len() != points || rows.iter().any(|row| row.len() != names.len()) {
-            return Err(Refusal(format!(
-                "the chunks do not hold the {points} rows of the sweep: somebody changed them; remove the directory"
-            )));
+/// The map over the two fields: numbers if one column is shown and holds some that are not whole, or words.
+fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
+    let axis = |k: usize| {
+        let one = &sweep.vary()[k];
+        let values = (0..one.count().unwrap_or(0)).map(|i| one.on_grid(i));
+        SweptAxis {
+            label: one.path.clone(),
+            values: values.map(|x| x.parse().unwrap_or(f64::NAN)).collect(),
+            log: one.is_logarithmic(),
         }
-        Ok(Self { names, rows })
-    }
-
-    fn column(&self, name: &str) -> impl Iterator<Item = &str> {
-        let place = self.names.iter().position(|other| other == name);
-        self.rows
-            .iter()
-            .filter_map(move |row| Some(row[place?].as_str()))
-    }
-
-    /// How often each outcome came.
-    fn outcomes(&self) -> std::collections::BTreeMap<&str, usize> {
-        let mut counts = std::collections::BTreeMap::new();
-        for outcome in self.column("outcome") {
-            *counts.entry(outcome).or_default() += 1;
-        }
-        counts
-    }
-
-    /// The map over the two fields: numbers if one column is shown and holds some that are not whole, or words.
-    fn map(&self, sweep: &Sweep, columns: &[String]) -> OutcomeMap {
-        let axis = |k: usize| {
-            let one = &sweep.vary()[k];
-            let values = (0..one.count().unwrap_or(0)).map(|i| one.on_grid(i));
-            SweptAxis {
-                label: one.path.clone(),
-                values: values.map(|x| x.parse().unwrap_or(f64::NAN)).collect(),
-                log: one.is_logarithmic(),
+    };
+    let mut words = vec![String::new(); rows.cells.len()];
+    for column in columns {
+        for (word, part) in words.iter_mut().zip(rows.column(column)) {
+            if !(word.is_empty() || part.is_empty()) {
+                word.push(' ');
             }
-        };
-        let mut words = vec![String::new(); self.rows.len()];
-        for column in columns {
-            for (word, part) in words.iter_mut().zip(self.column(column)) {
-                if !(word.is_empty() || part.is_empty()) {
-                    word.push(' ');
-                }
-                word.push_str(part);
-            }
+            word.push_str(part);
         }
-        let number = |word: &String| word.parse::<f64>().ok();
-        let whole = |word: &String| word.is_empty() || word.parse::<i64>().is_ok();
-        let numbers = columns.len() == 1
-            && words
-                .iter()
-                .all(|word| word.is_empty() || number(word).is_some())
-            && !words.iter().all(whole);
-        let label = columns.join(", ");
-        OutcomeMap {
-            title: label.clone(),
-            x: axis(0),
-            y: axis(1),
-            outcomes: if numbers {
-                Outcomes::Numbers(
-                    words
-                        .iter()
-                        .map(|word| number(word).unwrap_or(f64::NAN))
-                        .collect(),
-                    label,
-                )
-            } else {
-                Outcomes::Words(words)
-            },
-        }
+    }
+    let number = |word: &String| word.parse::<f64>().ok();
+    let whole = |word: &String| word.is_empty() || word.parse::<i64>().is_ok();
+    let numbers = columns.len() == 1
+        && words
+            .iter()
+            .all(|word| word.is_empty() || number(word).is_some())
+        && !words.iter().all(whole);
+    let label = columns.join(", ");
+    OutcomeMap {
+        title: label.clone(),
+        x: axis(0),
+        y: axis(1),
+        outcomes: if numbers {
+            Outcomes::Numbers(
+                words
+                    .iter()
+                    .map(|word| number(word).unwrap_or(f64::NAN))
+                    .collect(),
+                label,
+            )
+        } else {
+            Outcomes::Words(words)
+        },
     }
 }

@@ -52,13 +52,29 @@ impl fmt::Display for Fault {
             Some(set) => write!(f, "--set {set}: ")?,
             None => write!(f, "{}:{}: ", self.line, self.column)?,
         }
-        let found = match (self.field.as_str(), &self.value) {
+        Said(self).fmt(f)
+    }
+}
+
+impl Fault {
+    /// The same without its place, for scenes that were not written as text: the field, the value, what is allowed.
+    pub fn without_place(&self) -> impl fmt::Display + '_ {
+        Said(self)
+    }
+}
+
+struct Said<'a>(&'a Fault);
+
+impl fmt::Display for Said<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let fault = self.0;
+        let found = match (fault.field.as_str(), &fault.value) {
             (field, None) => field.to_owned(),
             ("", Some(value)) => value.clone(),
             (field, Some(value)) => format!("{field} = {value}"),
         };
         f.write_str(&found)?;
-        let verdict = match self.kind {
+        let verdict = match fault.kind {
             FaultKind::Syntax if found.is_empty() => "not TOML: ",
             FaultKind::Syntax => ": not TOML: ",
             FaultKind::Missing => ": missing; must be ",
@@ -66,8 +82,8 @@ impl fmt::Display for Fault {
             FaultKind::Planned => ": not available yet; must be ",
             FaultKind::Type | FaultKind::Value | FaultKind::Conflict => ": must be ",
         };
-        write!(f, "{verdict}{}", self.allowed)?;
-        match &self.hint {
+        write!(f, "{verdict}{}", fault.allowed)?;
+        match &fault.hint {
             Some(hint) => write!(f, "; {hint}"),
             None => Ok(()),
         }

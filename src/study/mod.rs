@@ -4,6 +4,7 @@
 //! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
 //! made from these records.
 
+pub mod any;
 pub mod assembly;
 pub mod bar;
 pub mod branch;
@@ -27,7 +28,7 @@ pub use equilibrium::{EquilibriumRecord, equilibrium};
 pub use folds::folds;
 pub use memory::{MemoryRecord, memory};
 pub use modes::{ModesRecord, modes};
-pub use record::{Cell, Column, Csv, Sink, Table, Values, exact};
+pub use record::{Cell, Column, Csv, Sink, Table, Values, exact, json_text};
 pub use sheets::{SheetsRecord, sheets};
 pub use solid::Solid;
 pub use sweep::{Sweep, Vary};

@@ -2,6 +2,7 @@
 
 use crate::{Error, Result};
 use serde::Serialize;
+use serde_json::Value;
 use std::borrow::Cow;
 use std::io::Write;
 
@@ -351,4 +352,19 @@ impl<W: Write> Csv<W> {
 pub fn exact(x: f64) -> String {
     // -0.0 + 0.0 is 0.0.
     format!("{:?}", x + 0.0)
+}
+
+/// JSON text; no number in it is -0.0.
+pub fn json_text(mut value: Value) -> String {
+    unsign_zeros(&mut value);
+    format!("{value:#}\n")
+}
+
+fn unsign_zeros(value: &mut Value) {
+    match value {
+        Value::Array(list) => list.iter_mut().for_each(unsign_zeros),
+        Value::Object(map) => map.values_mut().for_each(unsign_zeros),
+        Value::Number(n) if n.is_f64() && n.as_f64() == Some(0.0) => *value = 0.0.into(),
+        _ => {}
+    }
 }

@@ -8,12 +8,13 @@ use crate::scene::{AssemblyBody, AssemblySetup, Run, Scene, Units};
 use crate::study::mass::{Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
+use crate::study::run::shapes::{Shapes, at_times};
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::tree;
 use crate::study::thinned::Thinned;
 use crate::study::{Cell, Column, Hooks, Sink, Solid, Table};
-use nalgebra::{Isometry3, Vector6};
+use nalgebra::Vector6;
 
 /// Most samples kept for figures; beyond, every second one is dropped.
 const KEPT: usize = 4000;
@@ -76,18 +77,24 @@ impl AssemblyPrepared {
     }
 
     /// Every rod now, from base to end.
-    fn shapes(&self, state: &dyn State) -> Result<Vec<Vec<Isometry3<f64>>>> {
+    fn shapes(&self, state: &dyn State, points: usize) -> Result<Shapes> {
         let Some(now) = state.configuration() else {
-            let mut curves = state.curves(SECTIONS);
+            let mut curves = state.curves(points);
             for pose in curves.iter_mut().flatten() {
                 pose.translation.vector *= self.setup.scales.length;
             }
             return Ok(curves);
         };
-        let shapes = self.setup.shapes(state.time(), now, SECTIONS)?;
+        let shapes = self.setup.shapes(state.time(), now, points)?;
         let poses = shapes.into_iter();
         let poses = poses.map(|rod| rod.into_iter().map(|(_, pose)| pose).collect());
         Ok(poses.collect())
+    }
+
+    /// Names of the rods, in the order of their shapes: those with a free end last.
+    pub fn names(&self) -> Vec<String> {
+        let held = self.rod_names().into_iter();
+        held.chain(self.free_names()).collect()
     }
 
     fn grooved(&self) -> Vec<bool> {
@@ -151,6 +158,23 @@ pub fn small_mass(scene: &Scene) -> Result<Option<SmallMass>> {
     Ok(Resting::assembly(scene, &setup).map(|resting| resting.mass))
 }
 
+/// The rods of an assembly at these `times`, as [`crate::study::run::shapes`] gives the one rod; those with a free end come last.
+///
+/// # Errors
+/// As there.
+pub fn shapes(
+    prepared: &AssemblyPrepared,
+    times: &[f64],
+    points: usize,
+    hooks: &mut dyn Hooks,
+) -> Result<Vec<Shapes>> {
+    let (mut motion, _) = prepared.motion()?;
+    let unit = prepared.setup.scales.time;
+    // Of light rods so many intervals are drawn.
+    let mut shape = |state: &dyn State| prepared.shapes(state, points.max(2) - 1);
+    at_times(&mut *motion, times, unit, hooks, &mut shape)
+}
+
 /// Runs an assembly, and under landing = "all" every run into which it branches, to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the tables `trajectory`, `trajectory-1`, ... go
 /// to `sink` as the run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
 ///
@@ -170,7 +194,7 @@ pub fn run(
     let (branches, cut) = tree(motion, most, |stem, motion| {
         let (first, first_shapes) = {
             let now = motion.now();
-            (prepared.moment(&*now), prepared.shapes(&*now)?)
+            (prepared.moment(&*now), prepared.shapes(&*now, SECTIONS)?)
         };
         let mut closing = Closing::new(total);
         closing.look(&motion.now().ledger());
@@ -208,7 +232,7 @@ pub fn run(
             first,
             last: prepared.moment(&*last),
             first_shapes,
-            last_shapes: prepared.shapes(&*last)?,
+            last_shapes: prepared.shapes(&*last, SECTIONS)?,
             touching: match &outcome {
                 Outcome::SelfContact(contact) => Some(Contact {
                     at: [0, 1].map(|i| prepared.setup.arclength(contact.rods[i], contact.at[i])),

@@ -3,11 +3,14 @@
 //! A point is known by its number alone, and so is its row: chunks of rows can be made in any order, by any number of threads or
 //! machines, and are the same to the byte.
 
+mod directory;
 mod vary;
 
+pub use directory::{Directory, Rows};
 pub use vary::Vary;
 
-use super::{Cell, Column, Csv, Hooks, Sink, Table, assembly, bar, equilibrium, run};
+use super::run::Fields;
+use super::{Cell, Column, Csv, Hooks, Sink, Table, any};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde_json::{Value, json};
@@ -132,7 +135,8 @@ impl Sweep {
             "first": texts(0),
             "last": texts(self.points() - 1),
             "counts": self.vary.iter().map(Vary::count).collect::<Vec<_>>(),
-            "lists": self.vary.iter().map(Vary::is_list).collect::<Vec<_>>(),
+            // Of a range the ends and the count say all, of a list only its values do.
+            "lists": self.vary.iter().map(Vary::listed).collect::<Vec<_>>(),
             "random": self.random.map(|(points, seed)| json!({ "points": points, "seed": seed })),
             "columns": self.quantities,
             "points": self.points(),
@@ -162,6 +166,14 @@ impl Sweep {
                 values.reverse();
                 values
             }
+        }
+    }
+
+    /// What is wrong with the first point, if the last one is no scene either: then hardly any is.
+    pub fn refused(&self) -> Option<String> {
+        match (self.scene(0), self.scene(self.points() - 1)) {
+            (Err(why), Err(_)) => Some(why),
+            _ => None,
         }
     }
 
@@ -302,25 +314,14 @@ fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Result<Value> {
     if let Some(run) = &mut scene.run {
         run.samples = 2;
     }
-    let mut quiet = Quiet(hooks);
-    let (mut summary, events) = if scene.bar.is_some() {
-        let record = bar::run(&bar::BarPrepared::new(&scene)?, &mut Nowhere, &mut quiet)?;
-        (record.summary(), record.events())
-    } else if scene.assembly.is_some() && scene.is_motion() {
-        let prepared = assembly::AssemblyPrepared::new(&scene)?;
-        let start = prepared.motion()?;
-        let record = assembly::run(&prepared, start, &mut Nowhere, &mut quiet)?;
-        (record.summary(), record.events())
-    } else if scene.assembly.is_some() {
-        (assembly::equilibrium(&scene)?.summary(), Vec::new())
-    } else if scene.is_motion() {
-        let prepared = run::Prepared::new(&scene)?;
-        let record = run::run(&prepared, run::Fields::None, &mut Nowhere, &mut quiet)?;
-        (record.summary(), record.events())
-    } else {
-        (equilibrium(&scene)?.summary(), Vec::new())
-    };
-    summary["events"] = Value::Array(events);
+    if scene.bar.is_none() && !scene.is_motion() {
+        let (mut summary, _) = any::rest(&scene)?;
+        summary["events"] = Value::Array(Vec::new());
+        return Ok(summary);
+    }
+    let found = any::motion(&scene, Fields::None, &mut Nowhere, &mut Quiet(hooks))?;
+    let mut summary = found.summary;
+    summary["events"] = Value::Array(found.events);
     Ok(summary)
 }
 

@@ -108,6 +108,14 @@ impl Vary {
         matches!(self.values, Values::List(_))
     }
 
+    /// The values of a list, as TOML.
+    pub(super) fn listed(&self) -> Option<&[String]> {
+        match &self.values {
+            Values::List(list) => Some(list),
+            Values::Range { .. } => None,
+        }
+    }
+
     /// True if its values are spaced by their logarithms.
     pub fn is_logarithmic(&self) -> bool {
         matches!(self.values, Values::Range { log: true, .. })

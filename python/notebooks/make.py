@@ -1,0 +1,127 @@
+"""Writes the notebooks from the cells below, without outputs: `python make.py`. CI executes them."""
+
+import json
+from pathlib import Path
+
+FIRST_SNAP = [
+    """# The first snap and its ledger
+
+A mass hangs on the end of an elastic rod that is clamped at the origin. It is thrown downwards, and pushes its rod over a fold: the
+equilibrium that the rod was in ceases to exist, and the rod falls to another one.""",
+    '''import numpy as np
+import snaprod
+
+scene = {
+    "rod": {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0},
+    "body": {"mass": 1.0},
+    "start": {"lambda": 6.3, "kappa": 0.6, "velocity": [0.0, -0.5]},
+    "run": {"duration": 3.0, "tolerance": 1e-10},
+}
+run = snaprod.run(scene)
+run''',
+    """The snap is located by a root of a smooth function, so its time is good to the tolerance of the run, not to a sample.""",
+    '''snap = run.events[0]
+print(f"t = {snap['t']:.12f}, released {snap['released']:.9f}")
+assert abs(snap["t"] - 0.025570197858) < 1e-10''',
+    """The rod just before and just after, at exact times: the place of the mass is the same, the rod is another one.""",
+    '''before, after = run.shape([snap["t"] - 1e-9, snap["t"] + 1e-9], n=101)
+axes = snaprod.elastica(lam=6.3, kappa=0.6).plot()
+axes.lines[0].set_label("start")
+axes.plot(*before[:, :2].T, label="before")
+axes.plot(*after[:, :2].T, label="after")
+axes.legend()
+assert np.hypot(*(before[-1] - after[-1])[:2]) < 1e-6''',
+    """What the rod releases is dissipated; the ledger *kinetic + elastic + potential + dissipated - work* is computed, never imposed, so that its
+closing is a measurement.""",
+    '''run.plot_energy()
+assert np.ptp(run["total"]) < 1e-7''',
+    """Results are arrays with units and meanings, and go on to pandas and xarray.""",
+    '''run.to_xarray()[["x", "y", "lam"]]''',
+    """Why it had to snap: at the place of the snap the equilibrium that the rod was in meets an unstable one on the fold curve.""",
+    '''axes = snaprod.folds(1).plot()
+axes.plot(run["x"], run["y"], lw=0.8)
+axes.plot(*before[-1, :2], "r*", ms=10)
+found = snaprod.equilibria(run["x"][::40], run["y"][::40], lambda_max=12.0)
+found.stable''',
+]
+
+BRANCH = [
+    """# A branch with its folds
+
+A straight strip between a clamp and a point that moves along it: Morse index and special points of every equilibrium. Unstable parts are
+dashed.""",
+    '''import numpy as np
+import snaprod
+
+column = {
+    "rod": {"model": "cosserat", "length": 1.0, "section": {"bending": [1.5, 1.0], "torsion": 0.8}},
+    "end": {"force": [0.0, 0.0, -1.0]},
+    "continue": {"parameter": "end.load", "from": 0.0, "to": 4.0, "switch": True},
+}
+branch = snaprod.branch(column)
+branch''',
+    """The first branch point is Euler's load pi^2/4 of the weaker direction; the bound of its error is printed with it.""",
+    '''euler = branch.special_points[0]
+print(euler["label"], euler["parameter"], "+-", euler["precision"])
+assert abs(euler["parameter"] - np.pi**2 / 4) < 1e-8''',
+    """A planar elastica whose end is pushed back: stable in its plane up to a fold, in space only up to a bifurcation that comes long
+before.""",
+    '''lateral = snaprod.branch("../../scenes/lateral.toml")
+axes = lateral.plot()
+for at in lateral.special_points:
+    print(at["label"], at["kind"], at["parameter"])''',
+    '''parameter, unstable, rod = lateral.shapes[-1]
+print(f"{lateral.parameter} = {parameter:.4f}, unstable: {unstable}")
+rod[[0, -1]]''',
+]
+
+SWEEP = [
+    """# A sweep
+
+One scene with two of its fields varied: how hard the mass is thrown, and how heavy it is. Rows are made in chunks on all cores; whatever ends
+the sweep, the same call goes on with what is missing.""",
+    '''import tempfile
+
+import numpy as np
+import snaprod
+
+scene = {
+    "rod": {"model": "elastica", "length": 1.0, "bending_stiffness": 1.0},
+    "body": {"mass": 1.0},
+    "start": {"lambda": 6.3, "kappa": 0.6, "velocity": [0.0, -0.5]},
+    "run": {"duration": 1.0, "tolerance": 1e-9},
+}
+vary = {"start.velocity.1": np.linspace(-2.0, 2.0, 12), "body.mass": "log:0.2:5:12"}
+directory = tempfile.mkdtemp()
+swept = snaprod.sweep(scene, vary, columns=["outcome", "end.x", "snaps", "events.0.t", "energy_error.relative"], out=directory)
+swept''',
+    '''axes = swept.plot(name="snaps")
+axes.set_yscale("log")''',
+    """The rows are those of runs, and a second call runs nothing.""",
+    '''again = snaprod.sweep(scene, vary, columns=swept.quantities, out=directory)
+assert np.array_equal(again["snaps"], swept["snaps"])
+assert swept["energy_error.relative"].max() < 1e-6
+table = swept.to_pandas()
+table.groupby("snaps")["events.0.t"].describe()''',
+]
+
+KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+
+
+def write(name: str, cells: list[str]) -> None:
+    """Text where a cell begins as prose, code where not."""
+    made = []
+    for i, source in enumerate(cells):
+        code = not source[0].isupper() and source[0] != "#"
+        cell = {"cell_type": "code" if code else "markdown", "id": f"cell-{i}", "metadata": {}}
+        cell["source"] = source.splitlines(keepends=True)
+        made.append(cell | ({"execution_count": None, "outputs": []} if code else {}))
+    notebook = {"cells": made, "metadata": {"kernelspec": KERNEL}, "nbformat": 4, "nbformat_minor": 5}
+    path = Path(__file__).with_name(name)
+    path.write_text(json.dumps(notebook, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write("first_snap.ipynb", FIRST_SNAP)
+    write("branch.ipynb", BRANCH)
+    write("sweep.ipynb", SWEEP)

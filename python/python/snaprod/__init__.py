@@ -1,0 +1,164 @@
+"""snaprod: reduced-order dynamics of light rods that carry heavy rigid bodies.
+
+A scene is a dict, TOML text, or the path of a TOML file (its fields are those of ``docs/scene.md``); every result has its numbers as NumPy
+arrays.
+
+>>> import snaprod
+>>> found = snaprod.elastica(lam=6.3, kappa=0.6)
+>>> found.stable
+True
+>>> snaprod.equilibria([0.3, 0.5], 0.2, lambda_max=10.0).stable
+array([3, 3])
+"""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core
+from ._core import __version__
+from ._errors import ComputationError, Fault, SceneError
+from ._results import (
+    Branch,
+    Elastica,
+    Equilibria,
+    Equilibrium,
+    Folds,
+    Memory,
+    Modes,
+    Result,
+    Run,
+    SweepResult,
+)
+from ._scene import Progress, SceneLike, Told, given
+from ._sweep import sweep
+from ._table import Table
+
+__all__ = [
+    "Branch",
+    "ComputationError",
+    "Elastica",
+    "Equilibria",
+    "Equilibrium",
+    "Fault",
+    "Folds",
+    "Memory",
+    "Modes",
+    "Result",
+    "Run",
+    "SceneError",
+    "SweepResult",
+    "Table",
+    "__version__",
+    "branch",
+    "check",
+    "elastica",
+    "equilibria",
+    "equilibrium",
+    "folds",
+    "memory",
+    "modes",
+    "run",
+    "sweep",
+]
+
+
+def check(scene: SceneLike, **set: Any) -> dict[str, Any]:
+    """Reads a scene and sets it up: the scene with its defaults, as a dict that can be run again.
+
+    Every function takes fields to be set in the scene as keywords, ``body__mass=2.0``, or, for any path,
+    ``**{"start.velocity.1": -0.5}``. All faults of a scene come in one :class:`SceneError`.
+    """
+    found: dict[str, Any] = _core.check(given(scene, set))
+    return dict(found["scene"])
+
+
+def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **set: Any) -> Run:
+    """Runs a scene of motion to its end, of one rod, an assembly or a bar.
+
+    ``strain``: of how many samples the strains along a rod with friction are kept, "none", "some" (about 400) or "all". A run that
+    falls short of what was asked is no error: ``reason`` says why. Ctrl-C raises KeyboardInterrupt.
+    """
+    if strain not in ("none", "some", "all"):
+        raise ValueError(f'strain = {strain!r}: must be "none", "some" or "all"')
+    source = given(scene, set)
+    with Told(progress, "snaprod run") as told:
+        return Run(_core.run(source, strain, told.call), source)
+
+
+def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:
+    """Solves a scene of statics, or of an assembly, at rest or not."""
+    raw = _core.equilibrium(given(scene, set))
+    return Equilibrium([Table._of(one) for one in raw["tables"]], raw["summary"])
+
+
+def branch(scene: SceneLike, *, progress: Progress = None, **set: Any) -> Branch:
+    """Follows the branch of a scene with ``continue``, and locates its special points."""
+    source = given(scene, set)
+    with Told(progress, "snaprod branch") as told:
+        return Branch(_core.branch(source, told.call))
+
+
+def modes(scene: SceneLike, **set: Any) -> Modes:
+    """Natural frequencies and mode shapes of a scene about its equilibrium."""
+    raw = _core.modes(given(scene, set))
+    return Modes([Table._of(one) for one in raw["tables"]], raw["summary"])
+
+
+def memory(
+    scene: SceneLike, *, start: float | None = None, stop: float | None = None, points: int = 201, **set: Any
+) -> Memory:
+    """Spring, dashpot and memory of the end of a viscoelastic rod, at ``points`` times in equal ratios; without ``start`` and ``stop``
+    at those that fit the rod."""
+    raw = _core.memory(given(scene, set), (start, stop), points)
+    return Memory([Table._of(one) for one in raw["tables"]], raw["summary"])
+
+
+def elastica(
+    *,
+    lam: float | None = None,
+    kappa: float | None = None,
+    p: float | None = None,
+    mode: int | None = None,
+    sign: str | None = None,
+    k: float | None = None,
+    beta: float | None = None,
+    s: ArrayLike = 101,
+) -> Elastica:
+    """One equilibrium of the planar elastica, length 1 and bending stiffness 1.
+
+    By lambda = sqrt(|force|) with kappa or p, kappa = tanh p; or by the sheet S_mode^sign with k and beta. ``s``: arclengths of its
+    sections in [0, 1], or how many of them, evenly spaced. Labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
+    """
+    at = np.asarray(s, dtype=float)
+    sections = np.linspace(0.0, 1.0, int(at)) if at.ndim == 0 else at.ravel()
+    labels = (mode, sign, k, beta)
+    if lam is not None and (kappa is None) != (p is None) and labels == (None,) * 4:
+        raw = _core.elastica(sections.tolist(), lam, kappa, p, None)
+    elif (
+        mode is not None and sign in ("+", "-") and k is not None and beta is not None and (lam, kappa, p) == (None,) * 3
+    ):
+        raw = _core.elastica(sections.tolist(), 0.0, None, None, (mode, sign == "+", k, beta))
+    else:
+        raise ValueError('give lam with kappa or p, or mode, sign ("+" or "-"), k and beta')
+    return Elastica([Table._of(one) for one in raw["tables"]], raw["summary"])
+
+
+def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress: Progress = None) -> Equilibria:
+    """All equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60: for arrays x and y, which are
+    broadcast, at every point."""
+    xs, ys = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
+    with Told(progress, "snaprod equilibria") as told:
+        counts, raw = _core.equilibria(*flat, float(lambda_max), told.call)
+    return Equilibria(counts, raw, xs.copy(), ys.copy(), float(lambda_max))
+
+
+def folds(count: int = 1) -> Folds:
+    """The first ``count`` fold curves of the elastica from p = -8 to 8, at most 20; the half p < 0 is the mirror image of the other."""
+    if not 1 <= count <= 20:
+        raise ValueError(f"count = {count}: must be an integer from 1 to 20")
+    return Folds([Table._of(_core.folds(count))], {"count": count})

@@ -1,0 +1,69 @@
+"""The exceptions of the package."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping, Sequence
+
+__all__ = ["ComputationError", "Fault", "SceneError"]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of a scene."""
+
+    kind: str
+    """"missing", "unknown", "type", "value", "conflict", "planned" or "syntax"."""
+    field: str
+    """The path of the field, as in ``body.mass`` or ``loads.force[1].direction``."""
+    value: str | None
+    """What was given, shortened to one line; None where nothing was."""
+    allowed: str
+    """What is allowed; completes the sentence "must be ..."."""
+    hint: str | None
+    """What to do, if more can be said."""
+    line: int | None
+    """The line in the text, from 1; None for a dict, and for a value that was set in the call."""
+    column: int | None
+    """The column in that line, in characters, from 1."""
+
+
+class SceneError(ValueError):
+    """A scene, or an argument, that cannot be: with every fault of the scene at once.
+
+    ``faults`` lists them; it is empty where the fields are right each by itself, but make no problem, such as a start
+    without an equilibrium.
+    """
+
+    faults: tuple[Fault, ...]
+
+    def __init__(
+        self, messages: Sequence[str], faults: Sequence[Mapping[str, Any]] = (), lines: bool = False
+    ) -> None:
+        head = {0: [], 1: []}.get(len(faults), [f"{len(faults)} faults in the scene"])
+        super().__init__("\n".join([*head, *messages]))
+        self.faults = tuple(_fault(one, lines) for one in faults)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (str(self), self.faults)
+
+
+def _fault(one: Mapping[str, Any], lines: bool) -> Fault:
+    place = lines and one["line"] > 0
+    names = ("kind", "field", "value", "allowed", "hint")
+    return Fault(
+        *(one[name] for name in names),
+        line=one["line"] if place else None,
+        column=one["column"] if place else None,
+    )
+
+
+def _again(message: str, faults: tuple[Fault, ...]) -> SceneError:
+    """The exception as another process sent it."""
+    error = SceneError([message])
+    error.faults = faults
+    return error
+
+
+class ComputationError(ArithmeticError):
+    """Numbers that the mathematics or double precision cannot serve: no convergence, no equilibrium, digits lost."""

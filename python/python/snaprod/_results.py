@@ -1,0 +1,304 @@
+"""What the functions of the package return: tables, a summary, and ways to other formats and to figures."""
+
+from __future__ import annotations
+
+import html
+import io
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._table import Table
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "Branch",
+    "Elastica",
+    "Equilibria",
+    "Equilibrium",
+    "Folds",
+    "Memory",
+    "Modes",
+    "Result",
+    "Run",
+    "SweepResult",
+]
+
+Array = NDArray[np.float64]
+
+
+class Result:
+    """A result: tables of columns, and a summary in plain Python values."""
+
+    tables: dict[str, Table]
+    """All tables by their names."""
+    summary: dict[str, Any]
+    """Numbers and words, as summary.json of the program has them."""
+
+    def __init__(self, tables: Sequence[Table], summary: Mapping[str, Any]) -> None:
+        self.tables = {table.name: table for table in tables}
+        self.summary = dict(summary)
+        self._first = tables[0]
+
+    @property
+    def data(self) -> Table:
+        """The first table: a mapping from names of columns to arrays."""
+        return self._first
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each column of ``data``."""
+        return self.data.units
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.data[name]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """``data`` as a DataFrame."""
+        return self.data.to_pandas()
+
+    def to_xarray(self) -> xarray.Dataset:
+        """``data`` as a Dataset with units and meanings."""
+        return self.data.to_xarray()
+
+    def to_npz(self, path: str | PathLike[str]) -> None:
+        """Writes all tables as one ``.npz`` file: columns of the first by their names, of the others as ``table.column``."""
+        arrays = dict(self.data)
+        for table in self.tables.values():
+            if table is not self.data:
+                arrays.update({f"{table.name}.{name}": values for name, values in table.items()})
+        np.savez_compressed(path, allow_pickle=False, **arrays)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the result into ``ax``, or into a figure of its own."""
+        from . import _plot
+
+        return _plot.draw(self, ax)
+
+    def _headline(self) -> str:
+        return f"{self.data.rows} rows of {', '.join(self.data)}"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self._headline()}>"
+
+    def _repr_svg_(self) -> str | None:
+        """The figure of ``plot`` for notebooks; None without matplotlib, or with nothing to draw."""
+        try:
+            from . import _plot
+        except ImportError:
+            return None
+        axes = _plot.alone()
+        try:
+            self.plot(axes)
+        except ValueError:
+            return None
+        text = io.StringIO()
+        axes.figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None, "Creator": None})
+        drawn = text.getvalue()
+        return drawn[drawn.index("<svg") :]
+
+    def _repr_html_(self) -> str:
+        head = f"<p><b>{type(self).__name__}</b>: {html.escape(self._headline())}</p>"
+        return head + (self._repr_svg_() or "") + self.data._repr_html_()
+
+
+class Run(Result):
+    """A motion. ``data`` is its trajectory; under ``landing = "all"`` ``tables`` has those of the branches beside it, and of a rod with
+    strains of its own the table ``strain``, of a bar the table ``waves``."""
+
+    events: list[dict[str, Any]]
+    """Snaps, passages, folds and contacts, in the order of time."""
+    outcome: str
+    """How it ended: "end_of_time", "stuck", "step_limit", ..."""
+    reason: str | None
+    """Why it fell short of what was asked; None if it did not."""
+    warning: str | None
+    """What is to be said of an unstable start, or of unresolved strains."""
+
+    def __init__(self, raw: Mapping[str, Any], given: Any) -> None:
+        super().__init__([Table._of(one) for one in raw["tables"]], raw["summary"])
+        self.events, self.reason, self.warning = raw["events"], raw["reason"], raw["warning"]
+        self.outcome = self.summary["outcome"]
+        self._given = given
+
+    def shape(self, t: ArrayLike, n: int = 101) -> Array | dict[str, Array]:
+        """The rod at the times ``t``: positions of ``n`` sections, of the shape (times, sections, 3); of an assembly by the names of its
+        rods.
+
+        Times are exact, not interpolated between samples: the motion is followed once more, as far as the last of them. So ask for all
+        times at once. A light elastic rod has ``n`` sections, in space evenly spaced, in the plane those of the elastica in closed form, closer
+        where it bends; a rod with strains of its own has the Gauss nodes at which it is known, ``n`` on every element, and its two ends.
+        Where there is no shape to tell, NaN.
+        """
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        names, counts, numbers = _core.shapes(self._given, times.ravel(), int(n))
+        most = [max(of) for of in zip(*counts)]
+        rods = {name: np.full((times.size, many, 3), np.nan) for name, many in zip(names, most)}
+        points, at = numbers.reshape(-1, 3), 0
+        for i, of in enumerate(counts):
+            for name, many in zip(names, of):
+                rods[name][i, :many] = points[at : at + many]
+                at += many
+        shaped = {name: rod.reshape(np.shape(t) + rod.shape[1:]) for name, rod in rods.items()}
+        return shaped[""] if names == [""] else shaped
+
+    def plot(self, ax: Axes | None = None, times: int = 9) -> Axes:
+        """Draws the rod at so many times with the path of its end; of rods in space the path seen along each axis, of a bar its waves."""
+        from . import _plot
+
+        return _plot.run(self, ax, times)
+
+    def plot_energy(self, ax: Axes | None = None) -> Axes:
+        """Draws the energy ledger over time."""
+        from . import _plot
+
+        return _plot.energy(self, ax)
+
+    def _headline(self) -> str:
+        ended = "" if self.reason is None else f" ({self.reason})"
+        last = self.data["t"][-1] if self.data.rows else float("nan")
+        return f"{self.outcome}{ended}, {self.data.rows} samples to t = {last:g} {self.units['t']}, {len(self.events)} events"
+
+
+class Equilibrium(Result):
+    """An equilibrium of a scene of statics; ``data`` is its shape."""
+
+    @property
+    def index(self) -> int:
+        """Its Morse index: 0 is stable."""
+        return int(self.summary["index"])
+
+    def _headline(self) -> str:
+        return f"Morse index {self.index}, energy {self.summary['energy']:.9g}"
+
+
+class Branch(Result):
+    """Branches of equilibria; ``data`` has a row for each point and special point."""
+
+    special_points: list[dict[str, Any]]
+    """Folds, branch points, Hopf points and changes of stability, located, with bounds of their errors."""
+    shapes: list[tuple[float, bool, Array]]
+    """Rods at a few points: the parameter, whether it is unstable, positions (sections, 3)."""
+
+    def __init__(self, raw: Mapping[str, Any]) -> None:
+        super().__init__([Table._of(one) for one in raw["tables"]], raw["summary"])
+        self.special_points = self.summary["special_points"]
+        self.shapes = raw["shapes"]
+
+    @property
+    def parameter(self) -> str:
+        """The path of what varies."""
+        return str(self.summary["parameter"])
+
+    def plot(self, ax: Axes | None = None, y: str | None = None) -> Axes:
+        """Draws a column over the parameter, unstable parts dashed, special points by name; without ``y`` the place that moves most."""
+        from . import _plot
+
+        return _plot.branch(self, ax, y)
+
+    def _headline(self) -> str:
+        found = ", ".join(f"{at['label']} at {at['parameter']:.9g}" for at in self.special_points)
+        return f"{self.data.rows} points in {self.parameter}; {found or 'no special points'}"
+
+
+class Modes(Result):
+    """Natural frequencies and mode shapes; ``data`` has a row for each."""
+
+    def _headline(self) -> str:
+        return f"{self.data.rows} rows of {', '.join(self.data)}"
+
+
+class Memory(Result):
+    """Small motions of the end of a viscoelastic rod; ``data`` has relaxation, kernel and creep over time."""
+
+
+class Elastica(Result):
+    """An equilibrium of the planar elastica, length 1 and bending stiffness 1; ``data`` has its sections."""
+
+    def __getattr__(self, name: str) -> Any:
+        summary = self.__dict__.get("summary", {})
+        if name in summary:
+            return summary[name]
+        raise AttributeError(f"{name!r}: an elastica has data, summary and {', '.join(summary)}")
+
+    def _headline(self) -> str:
+        s = self.summary
+        stable = "stable" if s["stable"] else "unstable"
+        return f"S_{s['mode']}^{s['sign']}, lambda {s['lam']:.9g}, end at ({s['x']:.9g}, {s['y']:.9g}), {stable}"
+
+
+class Equilibria(Result):
+    """All equilibria of the elastica with the end at given points: ``data`` has a row for each, in the order of the points."""
+
+    counts: NDArray[np.int64]
+    """How many equilibria there are, in the shape of the points."""
+    stable: NDArray[np.int64]
+    """How many of them are stable."""
+    point: NDArray[np.int64]
+    """The flat index of the point of each row."""
+    x: Array
+    """The points, in their shape."""
+    y: Array
+    """The points, in their shape."""
+
+    def __init__(self, counts: Sequence[int], raw: Mapping[str, Any], x: Array, y: Array, lambda_max: float) -> None:
+        table = Table._of(raw)
+        self.x, self.y = x, y
+        self.point = np.repeat(np.arange(x.size), counts)
+        stable = self.point[table["index"] == 0]
+        self.counts = np.asarray(counts, dtype=np.int64).reshape(x.shape)
+        self.stable = np.bincount(stable, minlength=x.size).reshape(x.shape)
+        columns = {"point": self.point, "x": x.ravel()[self.point], "y": y.ravel()[self.point], **table}
+        said = {"point": "flat index of the point", "x": "position of the end along the clamp's tangent", "y": "position of the end across it"}
+        whole = Table(table.name, columns, {**dict.fromkeys(said, ""), **table.units}, {**said, **table.meanings})
+        super().__init__([whole], {"points": int(x.size), "equilibria": int(table.rows), "lambda_max": lambda_max})
+
+    def lowest(self, name: str = "elastic") -> Array:
+        """A column of the stable equilibrium of lowest energy at each point, in the shape of the points; NaN where there is none."""
+        found = np.full(self.x.size, np.nan)
+        rows = np.flatnonzero(self.data["index"] == 0)
+        rows = rows[np.argsort(-self.data["elastic"][rows], kind="stable")]
+        found[self.point[rows]] = self.data[name][rows]
+        return found.reshape(self.x.shape)
+
+    def _headline(self) -> str:
+        return f"{self.data.rows} equilibria at {self.x.size} points, {int(self.stable.sum())} of them stable"
+
+
+class Folds(Result):
+    """The fold curves of the elastica; ``data`` has a row for each point."""
+
+
+class SweepResult(Result):
+    """A sweep; ``data`` has a row for each point. Columns of numbers are numbers, all others text."""
+
+    directory: str
+    """Where its files are."""
+    varied: list[str]
+    """The fields that vary."""
+    quantities: list[str]
+    """What is told of each point."""
+    shape: tuple[int, ...]
+    """Of a grid how many values each field takes; of points at random their number."""
+
+    def grid(self, name: str) -> NDArray[Any]:
+        """A column in the shape of the grid, an axis for each field that varies."""
+        return self.data[name].reshape(self.shape)
+
+    def plot(self, ax: Axes | None = None, name: str | None = None) -> Axes:
+        """Draws a column: over one field a line, over two a map."""
+        from . import _plot
+
+        return _plot.sweep(self, ax, name)
+
+    def _headline(self) -> str:
+        counts = self.summary.get("outcomes", {})
+        said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
+        return f"{self.data.rows} points over {', '.join(self.varied)}" + (f": {said}" if said else "")

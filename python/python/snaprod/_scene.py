@@ -1,0 +1,67 @@
+"""Scenes as users give them: a dict, TOML text, or a path."""
+
+from __future__ import annotations
+
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any, Callable, Mapping, Tuple, Union
+
+from . import _core
+from ._errors import SceneError
+
+SceneLike = Union[Mapping[str, Any], str, "PathLike[str]"]
+"""A scene: a dict as the TOML would be read, TOML text, or the path of a TOML file."""
+
+Given = Tuple[str, list[str], Union[str, None]]
+
+Progress = Union[bool, Callable[[float, float], object], None]
+"""True for a bar (tqdm, if it is installed), or a function of the fraction done and the time or parameter reached."""
+
+
+def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
+    """The text of a scene, what is set in it, and its name; None for a dict, which has no lines."""
+    overrides = [f"{path}={value}" for path, value in (setting(*one) for one in fields.items())]
+    if isinstance(scene, Mapping):
+        lines = (f"{_core.toml(name)} = {_core.toml(value)}" for name, value in scene.items() if value is not None)
+        return "\n".join(lines) + "\n", overrides, None
+    if isinstance(scene, str) and ("\n" in scene or "=" in scene):
+        return scene, overrides, ""
+    path = fspath(scene)
+    try:
+        return Path(path).read_text(encoding="utf-8"), overrides, path
+    except UnicodeDecodeError as error:
+        raise SceneError([f"{path}: the text is not UTF-8 from byte {error.start} on"]) from None
+
+
+def setting(path: str, value: Any) -> tuple[str, str]:
+    """The path of a field as the reader takes it, and its value as TOML. Two underscores stand for a dot."""
+    return _core.path(path.replace("__", ".")), _core.toml(value)
+
+
+class Told:
+    """Tells of the progress of one piece of work; a context."""
+
+    def __init__(self, progress: Progress, what: str, total: float = 1.0) -> None:
+        self.call: Callable[[float, float], object] | None = None
+        self._bar: Any = None
+        self._total = total
+        if callable(progress):
+            self.call = progress
+        elif progress:
+            try:
+                from tqdm.auto import tqdm
+            except ImportError:
+                return
+            self._bar = tqdm(total=total, desc=what, bar_format="{desc} {percentage:3.0f} %|{bar}| {elapsed}<{remaining}")
+            self.call = self._show
+
+    def _show(self, fraction: float, at: float) -> None:
+        self._bar.n = min(fraction, 1.0) * self._total
+        self._bar.refresh()
+
+    def __enter__(self) -> Told:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()

@@ -1,0 +1,149 @@
+"""Sweeps: on the cores of this machine, or on the workers of a Dask client."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._results import SweepResult
+from ._scene import Progress, SceneLike, Told, given, setting
+from ._table import Table
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Values = ArrayLike | str
+Plan = tuple[Any, ...]
+
+
+def sweep(
+    scene: SceneLike,
+    vary: Mapping[str, Values],
+    *,
+    columns: Sequence[str] = (),
+    random: int | None = None,
+    seed: int = 0,
+    out: str | os.PathLike[str] | None = None,
+    client: Client | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+    **set: Any,
+) -> SweepResult:
+    """Runs a scene with some of its fields varied: a row for each point of the grid, or for ``random`` points.
+
+    ``vary``: for each path of a field its values, an array or a list, or text as ``snaprod sweep --vary`` takes it: "-2:2:40",
+    "log:0.1:10:20", and for points at random "-2:2". ``columns``: what is told of each point, paths into the summary of a run, or into
+    its events, as in "end.x" and "events.-1.t".
+
+    The sweep is made in chunks in the directory ``out``, which has the same files, to the byte, as `snaprod sweep` makes them there
+    (all but its map). Whatever ends it, the same call goes on with what is missing. Without ``out`` it is made in a temporary directory.
+
+    With ``client``, a ``dask.distributed.Client``, its workers make the chunks; they write into ``out``, which they must see under the
+    same path. A chunk whose worker dies is made by another one.
+    """
+    text, overrides, _ = given(scene, set)
+    plan_of = [_varied(path, values) for path, values in vary.items()]
+    points = None if random is None else (int(random), int(seed))
+    if client is not None and out is None:
+        raise ValueError("out: a sweep on the workers of a client needs a directory that they all see")
+    with tempfile.TemporaryDirectory(prefix="snaprod-") as temporary:
+        directory = Path(temporary if out is None else out).absolute()
+        plan: Plan = (text, overrides, plan_of, points, list(columns), str(directory))
+        made = _core.Sweep(*plan)
+        missing = made.missing()
+        with Told(progress, "snaprod sweep", made.points) as told:
+            if client is None:
+                _here(made, missing, threads, told)
+            else:
+                _there(made, plan, missing, client, told)
+        names, cells, csv = made.rows()
+        if out is not None:
+            aside = directory / f"sweep.csv.{os.getpid()}.part"
+            aside.write_bytes(csv)
+            aside.replace(directory / "sweep.csv")
+    result = _result(made, names, cells)
+    result.directory = "" if out is None else str(directory)
+    return result
+
+
+def _varied(path: str, values: Values) -> str:
+    if isinstance(values, str):
+        return f"{path.replace('__', '.')}={values}"
+    if isinstance(values, Mapping):
+        raise TypeError(f"{path}: give its values as an array, a list or text such as '-2:2:40', not as a dict")
+    path, text = setting(path, np.asarray(values).tolist() if isinstance(values, np.ndarray) else list(values))
+    return f"{path}={text}"
+
+
+def _here(made: _core.Sweep, missing: list[int], threads: int | None, told: Told) -> None:
+    """Makes the chunks on threads; the work itself does not hold the lock of the interpreter."""
+    total = max(sum(made.points_of(k) for k in missing), 1)
+    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+        waiting = {pool.submit(made.make, k) for k in missing}
+        try:
+            while waiting:
+                done, waiting = wait(waiting, timeout=0.1, return_when=FIRST_COMPLETED)
+                for one in done:
+                    one.result()
+                if told.call is not None:
+                    told.call(made.done / total, made.done)
+        except BaseException:
+            made.stop()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _make(plan: Plan, chunk: int) -> int:
+    """Makes a chunk on a worker, unless it is there."""
+    made = _core.Sweep(*plan)
+    made.make(chunk)
+    return made.points_of(chunk)
+
+
+def _there(made: _core.Sweep, plan: Plan, missing: list[int], client: Client, told: Told) -> None:
+    """Makes the chunks on the workers of a client."""
+    from distributed import as_completed
+
+    name = "snaprod-" + sha256((made.identity + plan[-1]).encode()).hexdigest()[:16]
+    keys = [f"{name}-{k:06}" for k in missing]
+    futures = client.map(_make, [plan] * len(missing), missing, key=keys, pure=False)
+    total, done = max(sum(made.points_of(k) for k in missing), 1), 0
+    try:
+        for _, points in as_completed(futures, with_results=True):
+            done += points
+            if told.call is not None:
+                told.call(done / total, done)
+    except BaseException:
+        client.cancel(futures)
+        raise
+
+
+def _result(made: _core.Sweep, names: list[str], cells: list[list[str]]) -> SweepResult:
+    columns = {name: _column(one) for name, one in zip(names, cells)}
+    varied, quantities = made.names
+    outcomes, counts = np.unique(columns["outcome"], return_counts=True) if "outcome" in columns else ([], [])
+    summary = {"points": made.points, "outcomes": {str(o): int(n) for o, n in zip(outcomes, counts)}}
+    result = SweepResult([Table("sweep", columns)], summary)
+    result.varied, result.quantities = varied, quantities
+    result.shape = tuple(made.shape)
+    return result
+
+
+def _column(cells: list[str]) -> NDArray[Any]:
+    """Numbers where all cells that say something are numbers; whole ones if all are and none is missing."""
+    if not any(cells):
+        return np.asarray(cells)
+    for kind, missing in ((int, None), (float, "nan")):
+        try:
+            return np.asarray([kind(cell or missing) for cell in cells])  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            continue
+    return np.asarray(cells)

@@ -1,0 +1,129 @@
+"""Tables: columns by name, with units and meanings."""
+
+from __future__ import annotations
+
+import html
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+__all__ = ["Table"]
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """A table: a mapping from the names of its columns to arrays of one length, in the order of the CSV file.
+
+    Numbers that are missing are NaN, words that are missing are empty.
+    """
+
+    name: str
+    """What it is called: the name of its file without the ending."""
+    units: dict[str, str]
+    """The unit of each column; empty for numbers without one."""
+    meanings: dict[str, str]
+    """What each column is."""
+
+    def __init__(
+        self,
+        name: str,
+        columns: Mapping[str, NDArray[Any]],
+        units: Mapping[str, str] | None = None,
+        meanings: Mapping[str, str] | None = None,
+    ) -> None:
+        self.name = name
+        self._columns = dict(columns)
+        self.units = dict(units or dict.fromkeys(self._columns, ""))
+        self.meanings = dict(meanings or dict.fromkeys(self._columns, ""))
+
+    @classmethod
+    def _of(cls, raw: Mapping[str, Any]) -> Table:
+        columns = {name: np.asarray(values) for name, _, _, values in raw["columns"]}
+        units = {name: unit for name, unit, _, _ in raw["columns"]}
+        meanings = {name: meaning for name, _, meaning, _ in raw["columns"]}
+        return cls(raw["name"], columns, units, meanings)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        try:
+            return self._columns[name]
+        except KeyError:
+            known = ", ".join(self._columns)
+            raise KeyError(f"{name!r}: {self.name} has the columns {known}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def rows(self) -> int:
+        """How many rows it has."""
+        return next((len(column) for column in self._columns.values()), 0)
+
+    def label(self, name: str) -> str:
+        """The name of a column with its unit, for an axis."""
+        unit = self.units.get(name, "")
+        return f"{name} [{unit}]" if unit else name
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A DataFrame; units and meanings are in its ``attrs``."""
+        import pandas
+
+        frame = pandas.DataFrame(self._columns)
+        frame.attrs.update(name=self.name, units=self.units, meanings=self.meanings)
+        return frame
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset along the first column, or over t and s for a field along the rod; units and meanings are in the attributes
+        of each variable."""
+        import xarray
+
+        def one(name: str, dims: tuple[str, ...], values: NDArray[Any]) -> Any:
+            return dims, values, {"units": self.units[name], "long_name": self.meanings[name]}
+
+        names = list(self._columns)
+        grid = [name for name in ("t", "s", "X") if name in names[:2]]
+        if len(grid) == 2:
+            axes = {name: np.unique(self[name]) for name in grid}
+            shape = tuple(len(axis) for axis in axes.values())
+            if shape[0] * shape[1] == self.rows:
+                rest = {n: one(n, tuple(grid), self[n].reshape(shape)) for n in names[2:]}
+                coordinates = {n: one(n, (n,), axes[n]) for n in grid}
+                return xarray.Dataset(rest, coordinates, {"name": self.name})
+        along = names[0] if names and names[0] in ("t", "s") else "row"
+        variables = {n: one(n, (along,), self[n]) for n in names if n != along}
+        coordinates = {along: one(along, (along,), self[along])} if along in names else {}
+        return xarray.Dataset(variables, coordinates, {"name": self.name})
+
+    def to_npz(self, path: str | PathLike[str]) -> None:
+        """Writes the columns as a compressed ``.npz`` file, one array each."""
+        np.savez_compressed(path, allow_pickle=False, **self._columns)
+
+    def __repr__(self) -> str:
+        names = ", ".join(self._columns)
+        return f"<Table {self.name}: {self.rows} rows of {names}>"
+
+    def _repr_html_(self) -> str:
+        heads = "".join(
+            f'<th title="{html.escape(self.meanings[n])}">{html.escape(self.label(n))}</th>' for n in self
+        )
+        count = self.rows
+        shown = range(count) if count <= 10 else [*range(5), *range(count - 5, count)]
+        lines = []
+        for k, row in enumerate(shown):
+            if count > 10 and k == 5:
+                lines.append(f'<tr><td colspan="{len(self)}">&hellip;</td></tr>')
+            cells = "".join(f"<td>{html.escape(_cell(self[n][row]))}</td>" for n in self)
+            lines.append(f"<tr>{cells}</tr>")
+        caption = f"<caption>{html.escape(self.name)}: {count} rows</caption>"
+        return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)

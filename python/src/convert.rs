@@ -1,0 +1,160 @@
+//! Records to Python, and values of Python to TOML.
+
+use numpy::PyArray1;
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyOSError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
+use serde_json::Value;
+use snaprod::scene::Faults;
+use snaprod::study::{Column, Table, Values, exact};
+
+/// JSON as plain values of Python.
+pub fn value<'py>(py: Python<'py>, json: &Value) -> PyResult<Bound<'py, PyAny>> {
+    match json {
+        Value::Null => Ok(py.None().into_bound(py)),
+        Value::Bool(flag) => flag.into_bound_py_any(py),
+        Value::Number(number) => match number.as_i64() {
+            Some(whole) => whole.into_bound_py_any(py),
+            None => number.as_f64().into_bound_py_any(py),
+        },
+        Value::String(text) => text.into_bound_py_any(py),
+        Value::Array(items) => {
+            let items = items.iter().map(|item| value(py, item));
+            PyList::new(py, items.collect::<PyResult<Vec<_>>>()?)?.into_bound_py_any(py)
+        }
+        Value::Object(fields) => {
+            let out = PyDict::new(py);
+            for (name, field) in fields {
+                out.set_item(name, value(py, field)?)?;
+            }
+            out.into_bound_py_any(py)
+        }
+    }
+}
+
+/// A table: its name, and of each column name, unit, meaning and values.
+pub fn table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("name", &table.name)?;
+    let columns = table.columns.iter().map(|column| {
+        let parts = (&column.name, &column.unit, &column.meaning);
+        (parts.0, parts.1, parts.2, values(py, column)?).into_bound_py_any(py)
+    });
+    out.set_item("columns", columns.collect::<PyResult<Vec<_>>>()?)?;
+    Ok(out)
+}
+
+/// An array; whole numbers of which some are missing are reals with NaN, words a list.
+fn values<'py>(py: Python<'py>, column: &Column) -> PyResult<Bound<'py, PyAny>> {
+    match &column.values {
+        Values::Reals(list) => PyArray1::from_slice(py, list).into_bound_py_any(py),
+        Values::Integers(list) => match list.iter().copied().collect::<Option<Vec<i64>>>() {
+            Some(list) => PyArray1::from_vec(py, list).into_bound_py_any(py),
+            None => {
+                let reals = list.iter().map(|n| n.map_or(f64::NAN, |n| n as f64));
+                PyArray1::from_iter(py, reals).into_bound_py_any(py)
+            }
+        },
+        Values::Words(list) => PyList::new(py, list)?.into_bound_py_any(py),
+    }
+}
+
+/// An exception of the package: one of `snaprod._errors`, with these arguments.
+fn raised(
+    py: Python<'_>,
+    class: &str,
+    arguments: impl for<'p> FnOnce(&Bound<'p, PyAny>) -> PyResult<Bound<'p, PyAny>>,
+) -> PyErr {
+    let made = py
+        .import("snaprod._errors")
+        .and_then(|module| module.getattr(class))
+        .and_then(|class| arguments(&class));
+    made.map_or_else(|e| e, PyErr::from_value)
+}
+
+/// Every fault of a scene as one exception; a dict has no lines.
+pub fn fault(py: Python<'_>, faults: &Faults, name: Option<&str>) -> PyErr {
+    let said: Vec<String> = (faults.into_iter())
+        .map(|fault| match (name, &fault.set) {
+            (None, _) | (_, Some(_)) => fault.without_place().to_string(),
+            (Some(""), None) => fault.to_string(),
+            (Some(name), None) => format!("{name}:{fault}"),
+        })
+        .collect();
+    let list = serde_json::to_value(faults).unwrap_or_default();
+    raised(py, "SceneError", |class| {
+        class.call1((said, value(class.py(), &list)?, name.is_some()))
+    })
+}
+
+/// An error of the library: bad values are ValueError, files OSError, what cannot be computed ComputationError.
+pub fn refused(error: &snaprod::Error) -> PyErr {
+    Python::attach(|py| {
+        let text = error.to_string();
+        match (error.is_domain(), error.is_io()) {
+            (true, _) => raised(py, "SceneError", |class| {
+                class.call1((vec![text], Vec::<u8>::new(), false))
+            }),
+            (_, true) => PyOSError::new_err(text),
+            _ => raised(py, "ComputationError", |class| class.call1((text,))),
+        }
+    })
+}
+
+/// A value as TOML; numbers so that the same double is read back.
+pub fn toml(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Ok(flag.is_true().to_string());
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(quoted(text.to_str()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        return Ok(value.str()?.to_str()?.to_owned());
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(number(value.extract()?));
+    }
+    if let Ok(table) = value.cast::<PyMapping>() {
+        let mut fields = Vec::new();
+        for pair in table.items()?.iter() {
+            let (name, field): (String, Bound<'_, PyAny>) = pair.extract()?;
+            if !field.is_none() {
+                fields.push(format!("{} = {}", quoted(&name), toml(&field)?));
+            }
+        }
+        return Ok(format!("{{ {} }}", fields.join(", ")));
+    }
+    // Scalars of NumPy are those of Python by item(), arrays lists.
+    if let Ok(plain) = value.call_method0("tolist") {
+        return toml(&plain);
+    }
+    if let Ok(items) = value.try_iter() {
+        let items = items.map(|item| toml(&item?));
+        return Ok(format!(
+            "[{}]",
+            items.collect::<PyResult<Vec<_>>>()?.join(", ")
+        ));
+    }
+    if let Ok(path) = value.call_method0("__fspath__") {
+        return Ok(quoted(&path.extract::<String>()?));
+    }
+    Err(PyTypeError::new_err(format!(
+        "{} is no value of a scene: give a number, True or False, text, a sequence or a dict",
+        value.repr()?
+    )))
+}
+
+fn number(x: f64) -> String {
+    match x {
+        x if x.is_nan() => "nan".to_owned(),
+        x if x.is_infinite() => if x > 0.0 { "inf" } else { "-inf" }.to_owned(),
+        x => exact(x),
+    }
+}
+
+/// JSON's escapes are TOML's.
+fn quoted(text: &str) -> String {
+    Value::from(text).to_string()
+}

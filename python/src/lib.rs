@@ -1,0 +1,291 @@
+//! The module `snaprod._core`: studies as functions that take text and numbers, and return plain Python values with NumPy arrays.
+//!
+//! What users see, with its types and its documentation, is Python, in `python/snaprod`. Here nothing is computed: every function calls
+//! one of `snaprod::study`.
+
+mod convert;
+mod hooks;
+mod sweep;
+
+use convert::{fault, refused, table, value};
+use hooks::{Watch, aside};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use snaprod::elastica::Equilibrium;
+use snaprod::manifold::{Sheet, Sign};
+use snaprod::scene::Scene;
+use snaprod::study::run::Fields;
+use snaprod::study::{self, Table, any};
+
+/// A scene as Python hands it over: its text, what is set in it, and what it is called; None if it was a dict.
+type Given = (String, Vec<String>, Option<String>);
+
+/// Positions of rods: their names, how many sections each has at each time, all numbers.
+type Positions<'py> = (Vec<String>, Vec<Vec<usize>>, Bound<'py, PyArray1<f64>>);
+
+fn read(py: Python<'_>, (text, set, name): &Given) -> PyResult<Scene> {
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    Scene::parse_with(text, &set).map_err(|faults| fault(py, &faults, name.as_deref()))
+}
+
+/// A value of Python as TOML: of a dict an inline table.
+#[pyfunction]
+fn toml(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    convert::toml(value)
+}
+
+/// The path of a field as overrides have it: start.velocity[1] for start.velocity.1.
+#[pyfunction]
+fn path(path: &str) -> PyResult<String> {
+    let one = study::Vary::parse(&format!("{path}=0:1")).map_err(|e| refused(&e))?;
+    Ok(one.path)
+}
+
+/// Reads and sets up a scene: the scene with its defaults, and what the mass of a planar rod changes.
+#[pyfunction]
+fn check<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let (found, scene) = aside(py, move || {
+        let found = any::check(&scene)?;
+        let mass = found.map_or(serde_json::Value::Null, |mass| mass.json());
+        Ok::<_, snaprod::Error>((mass, scene))
+    })?;
+    let out = PyDict::new(py);
+    let whole = serde_json::to_value(&scene).unwrap_or_default();
+    out.set_item("scene", value(py, &whole)?)?;
+    out.set_item("mass", value(py, &found)?)?;
+    Ok(out)
+}
+
+/// Runs a scene of motion; `strain`: "none", "some" or "all".
+#[pyfunction]
+fn run<'py>(
+    py: Python<'py>,
+    given: Given,
+    strain: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let fields = match strain {
+        "none" => Fields::None,
+        "all" => Fields::All,
+        _ => Fields::Some,
+    };
+    let mut tables: Vec<Table> = Vec::new();
+    let mut watch = Watch::new(progress);
+    let found = py.detach(|| any::motion(&scene, fields, &mut tables, &mut watch));
+    watch.finish()?;
+    let found = found.map_err(|e| refused(&e))?;
+    let out = pieces(py, &tables, &found.summary)?;
+    out.set_item("events", value(py, &found.events.into())?)?;
+    out.set_item("reason", found.reason)?;
+    out.set_item("warning", found.warning)?;
+    Ok(out)
+}
+
+/// Positions of sections of each rod at these times, one after the other.
+#[pyfunction]
+fn shapes<'py>(
+    py: Python<'py>,
+    given: Given,
+    times: PyReadonlyArray1<'py, f64>,
+    points: usize,
+) -> PyResult<Positions<'py>> {
+    let scene = read(py, &given)?;
+    let times = times.as_array().to_vec();
+    let mut watch = Watch::new(None);
+    let found = py.detach(|| any::shapes(&scene, &times, points, &mut watch));
+    watch.finish()?;
+    let (names, found) = found.map_err(|e| refused(&e))?;
+    let counts = found.iter().map(|rods| rods.iter().map(Vec::len).collect());
+    let counts: Vec<Vec<usize>> = counts.collect();
+    let all = found.iter().flatten().flatten();
+    let numbers: Vec<f64> = all
+        .flat_map(|pose| pose.translation.vector.data.0[0])
+        .collect();
+    Ok((names, counts, PyArray1::from_vec(py, numbers)))
+}
+
+/// The equilibrium of a scene of statics.
+#[pyfunction]
+fn equilibrium<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let (summary, shape) = aside(py, move || any::rest(&scene))?;
+    pieces(py, &[shape], &summary)
+}
+
+/// The branch of a scene with [continue].
+#[pyfunction]
+fn branch<'py>(
+    py: Python<'py>,
+    given: Given,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let mut watch = Watch::new(progress);
+    let found = py.detach(|| study::branch(&scene, &mut watch));
+    watch.finish()?;
+    let record = found.map_err(|e| refused(&e))?;
+    let mut tables = vec![record.branches.points.clone()];
+    tables.extend(record.fold_curves.as_ref().map(|f| f.curves.points.clone()));
+    let out = pieces(py, &tables, &record.summary())?;
+    let shapes = record.shapes.iter().map(|shape| {
+        let points = shape.sections.iter();
+        let numbers = points.flat_map(|section| section.position.data.0[0]);
+        let numbers = PyArray1::from_vec(py, numbers.collect());
+        Ok((
+            shape.parameter,
+            shape.unstable,
+            numbers.reshape([shape.sections.len(), 3])?,
+        ))
+    });
+    out.set_item("shapes", shapes.collect::<PyResult<Vec<_>>>()?)?;
+    Ok(out)
+}
+
+/// Small motions about the equilibrium of a scene.
+#[pyfunction]
+fn modes<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let (summary, table) = aside(py, move || {
+        let record = study::modes(&scene)?;
+        Ok::<_, snaprod::Error>((record.summary(), record.table()?))
+    })?;
+    pieces(py, &[table], &summary)
+}
+
+/// Small motions of the end of a viscoelastic rod: at `points` times, between these or those that fit the rod.
+#[pyfunction]
+fn memory<'py>(
+    py: Python<'py>,
+    given: Given,
+    span: (Option<f64>, Option<f64>),
+    points: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let scene = read(py, &given)?;
+    let (summary, table) = aside(py, move || {
+        let record = study::memory(&scene)?;
+        let [from, to] = record.decades();
+        let span = [span.0.unwrap_or(from), span.1.unwrap_or(to)];
+        let times = study::memory::times(span, points)?;
+        let entries = study::memory::entries(&record, &times);
+        let table = study::memory::table(&record, &times, &entries);
+        Ok::<_, snaprod::Error>((record.summary(), table))
+    })?;
+    pieces(py, &[table], &summary)
+}
+
+/// An equilibrium of the elastica by the labels that are given, with its sections at these arclengths.
+#[pyfunction]
+#[pyo3(signature = (at, lam, kappa, p, sheet))]
+fn elastica<'py>(
+    py: Python<'py>,
+    at: Vec<f64>,
+    lam: f64,
+    kappa: Option<f64>,
+    p: Option<f64>,
+    sheet: Option<(u32, bool, f64, f64)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let found = match (kappa, p, sheet) {
+        (_, _, Some((mode, plus, k, beta))) => {
+            let sign = if plus { Sign::Plus } else { Sign::Minus };
+            Equilibrium::from_sheet(Sheet { mode, sign }, k, beta)
+        }
+        (Some(kappa), ..) => Equilibrium::from_lambda_kappa(lam, kappa),
+        (None, p, None) => Equilibrium::from_lambda_p(lam, p.unwrap_or(f64::NAN)),
+    };
+    let record = found.and_then(|found| study::elastica(found, &at));
+    let record = record.map_err(|e| refused(&e))?;
+    let mut summary = record.summary();
+    if let Some(object) = summary.as_object_mut() {
+        object.remove("sections");
+    }
+    let shape = record.shape().map_err(|e| refused(&e))?;
+    pieces(py, &[shape], &summary)
+}
+
+/// All equilibria with the end at each of these points: one table, with the number of the point in the first column.
+#[pyfunction]
+fn equilibria<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray1<'py, f64>,
+    y: PyReadonlyArray1<'py, f64>,
+    lambda_max: f64,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Vec<usize>, Bound<'py, PyDict>)> {
+    let points: Vec<[f64; 2]> = (x.as_array().iter())
+        .zip(y.as_array())
+        .map(|(x, y)| [*x, *y])
+        .collect();
+    let mut watch = Watch::new(progress);
+    let found = py.detach(|| all_equilibria(&points, lambda_max, &mut watch));
+    watch.finish()?;
+    let (counts, found) = found.map_err(|e| refused(&e))?;
+    Ok((counts, table(py, &found)?))
+}
+
+/// How many equilibria there are at each point, and all of them in one table.
+fn all_equilibria(
+    points: &[[f64; 2]],
+    lambda_max: f64,
+    hooks: &mut dyn study::Hooks,
+) -> snaprod::Result<(Vec<usize>, Table)> {
+    // (1, 0) has none, and gives the columns.
+    let mut all = study::equilibria([1.0, 0.0], lambda_max)?.table()?;
+    let mut counts = Vec::with_capacity(points.len());
+    for (i, at) in points.iter().enumerate() {
+        let here = study::equilibria(*at, lambda_max)?.table()?;
+        for row in 0..here.rows() {
+            let cells: Vec<_> = here.columns.iter().map(|c| c.cell(row)).collect();
+            all.push(&cells)?;
+        }
+        counts.push(here.rows());
+        hooks.progress((i + 1) as f64 / points.len() as f64, i as f64);
+        if hooks.interrupted() {
+            break;
+        }
+    }
+    Ok((counts, all))
+}
+
+/// The first fold curves.
+#[pyfunction]
+fn folds<'py>(py: Python<'py>, count: usize) -> PyResult<Bound<'py, PyDict>> {
+    let mut watch = Watch::new(None);
+    let found = py.detach(|| study::folds(count, &mut watch));
+    watch.finish()?;
+    table(py, &found.map_err(|e| refused(&e))?)
+}
+
+/// Tables and summary of a record.
+fn pieces<'py>(
+    py: Python<'py>,
+    tables: &[Table],
+    summary: &serde_json::Value,
+) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let tables = tables.iter().map(|one| table(py, one));
+    out.set_item("tables", tables.collect::<PyResult<Vec<_>>>()?)?;
+    out.set_item("summary", value(py, summary)?)?;
+    Ok(out)
+}
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<sweep::Sweep>()?;
+    module.add_function(wrap_pyfunction!(toml, module)?)?;
+    module.add_function(wrap_pyfunction!(path, module)?)?;
+    module.add_function(wrap_pyfunction!(check, module)?)?;
+    module.add_function(wrap_pyfunction!(run, module)?)?;
+    module.add_function(wrap_pyfunction!(shapes, module)?)?;
+    module.add_function(wrap_pyfunction!(equilibrium, module)?)?;
+    module.add_function(wrap_pyfunction!(branch, module)?)?;
+    module.add_function(wrap_pyfunction!(modes, module)?)?;
+    module.add_function(wrap_pyfunction!(memory, module)?)?;
+    module.add_function(wrap_pyfunction!(elastica, module)?)?;
+    module.add_function(wrap_pyfunction!(equilibria, module)?)?;
+    module.add_function(wrap_pyfunction!(folds, module)?)?;
+    Ok(())
+}

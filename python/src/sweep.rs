@@ -1,0 +1,129 @@
+//! A sweep in its directory, chunk by chunk.
+
+use crate::convert::refused;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use snaprod::study::sweep::{Directory, Sweep as Study};
+use snaprod::study::{Hooks, Vary, json_text};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Names of columns, columns, and the file.
+type Rows<'py> = (Vec<String>, Vec<Vec<String>>, Bound<'py, PyBytes>);
+
+/// A sweep in its directory. Any number of threads may make chunks of it at once.
+#[pyclass(frozen)]
+pub struct Sweep {
+    directory: Directory,
+    stopped: AtomicBool,
+    done: AtomicUsize,
+}
+
+#[pymethods]
+impl Sweep {
+    /// `vary`: what `snaprod sweep --vary` takes; `random`: number of points and seed.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scene: String,
+        set: Vec<String>,
+        vary: Vec<String>,
+        random: Option<(usize, u64)>,
+        columns: Vec<String>,
+        path: PathBuf,
+    ) -> PyResult<Self> {
+        let directory = py.detach(|| {
+            let vary = vary.iter().map(|text| Vary::parse(text));
+            let vary = vary.collect::<snaprod::Result<Vec<_>>>()?;
+            let sweep = Study::new(scene, set, vary, random, columns)?;
+            match sweep.refused() {
+                Some(why) => Err(snaprod::Error::domain(why)),
+                None => Directory::open(sweep, &path),
+            }
+        });
+        Ok(Self {
+            directory: directory.map_err(|e| refused(&e))?,
+            stopped: AtomicBool::new(false),
+            done: AtomicUsize::new(0),
+        })
+    }
+
+    /// How many points it has.
+    #[getter]
+    fn points(&self) -> usize {
+        self.directory.sweep().points()
+    }
+
+    /// What decides its rows, as text.
+    #[getter]
+    fn identity(&self) -> String {
+        json_text(self.directory.sweep().identity())
+    }
+
+    /// How many points were made by this object so far.
+    #[getter]
+    fn done(&self) -> usize {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// The fields that vary, and what is told.
+    #[getter]
+    fn names(&self) -> (Vec<String>, Vec<String>) {
+        let sweep = self.directory.sweep();
+        let varied = sweep.vary().iter().map(|one| one.path.clone());
+        (varied.collect(), sweep.quantities().to_vec())
+    }
+
+    /// How many values each field takes on a grid; how many points there are at random.
+    #[getter]
+    fn shape(&self) -> Vec<usize> {
+        let sweep = self.directory.sweep();
+        match sweep.is_grid() {
+            true => sweep.vary().iter().filter_map(Vary::count).collect(),
+            false => vec![sweep.points()],
+        }
+    }
+
+    /// How many points this chunk has.
+    fn points_of(&self, chunk: usize) -> usize {
+        self.directory.points_of(chunk)
+    }
+
+    /// The chunks that are not made yet.
+    fn missing(&self) -> Vec<usize> {
+        self.directory.missing()
+    }
+
+    /// Makes a chunk; false if it was stopped.
+    fn make(&self, py: Python<'_>, chunk: usize) -> PyResult<bool> {
+        let made = py.detach(|| self.directory.make(chunk, &mut Worker(self)));
+        made.map_err(|e| refused(&e))
+    }
+
+    /// Ends chunks that are being made.
+    fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// All rows once no chunk is missing: names of columns, columns as text, and sweep.csv.
+    fn rows<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
+        let rows = py.detach(|| self.directory.rows());
+        let rows = rows.map_err(|e| refused(&e))?;
+        let column = |k: usize| rows.cells.iter().map(|row| row[k].clone()).collect();
+        let columns = (0..rows.names.len()).map(column).collect();
+        Ok((rows.names, columns, PyBytes::new(py, &rows.csv)))
+    }
+}
+
+/// The hooks of one chunk.
+struct Worker<'a>(&'a Sweep);
+
+impl Hooks for Worker<'_> {
+    fn interrupted(&mut self) -> bool {
+        self.0.stopped.load(Ordering::Relaxed)
+    }
+
+    fn progress(&mut self, _fraction: f64, _point: f64) {
+        self.0.done.fetch_add(1, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,20 @@
+"""The programs of docs/python.md and README are run as they stand."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/python.md"])
+def test_the_programs_run(name, tmp_path, monkeypatch):
+    """Catches documentation that no longer runs: all blocks of a document, one after the other."""
+    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / name).read_text(encoding="utf-8"), re.M | re.S)
+    assert blocks
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, object] = {"__name__": "document"}
+    for block in blocks:
+        exec(compile(block, name, "exec"), space)

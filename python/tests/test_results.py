@@ -1,0 +1,191 @@
+"""Results against numbers that are known otherwise: closed forms, references of README, balances, difference quotients."""
+
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import snaprod
+
+
+def test_the_reference_snap_and_its_ledger(snap, tmp_path):
+    """Catches a run that is another scene's, columns under wrong names, and units or words that are lost."""
+    run = snaprod.run(snap)
+    assert (run.outcome, run.reason, len(run.events)) == ("end_of_time", None, 1)
+    # README's numbers, of references of 30 digits.
+    assert abs(run.events[0]["t"] - 0.025570197858) < 1e-10
+    assert abs(run.events[0]["released"] - 10.263064640) < 1e-7
+    data = run.data
+    total = data["kinetic"] + data["elastic"] + data["potential"] + data["dissipated"] - data["work"]
+    np.testing.assert_allclose(total, data["total"], rtol=1e-14)
+    assert np.ptp(total) < 1e-8
+    np.testing.assert_allclose(data["kinetic"], 0.5 * (data["vx"] ** 2 + data["vy"] ** 2), rtol=1e-13)
+    # theory 1: the force on the mass is lambda^2.
+    np.testing.assert_allclose(np.hypot(data["fx"], data["fy"]), data["lam"] ** 2, rtol=1e-12)
+    assert set(data["sign"]) <= {"+", "-"} and data["index"].dtype == np.int64 and not data["index"].any()
+
+    frame, dataset = run.to_pandas(), run.to_xarray()
+    assert list(frame) == list(dataset.reset_coords()) or set(frame) == {*dataset, "t"}
+    np.testing.assert_array_equal(frame["x"], data["x"])
+    assert dataset["x"].dims == ("t",) and dataset["x"].attrs["long_name"].startswith("position")
+    run.to_npz(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as stored:
+        np.testing.assert_array_equal(stored["lam"], data["lam"])
+        np.testing.assert_array_equal(stored["sign"], data["sign"])
+
+
+def test_shapes_are_elasticas_that_end_at_the_mass(snap):
+    """Catches shapes of other times, orders of times that are mixed up, and curves that are no elastica."""
+    run = snaprod.run(snap)
+    rows = [300, 5, 399, 0]
+    t = run["t"][rows]
+    shape = run.shape(t, 401)
+    assert shape.shape == (4, 401, 3)
+    tips = np.stack([run["x"][rows], run["y"][rows]], axis=-1)
+    np.testing.assert_allclose(shape[:, -1, :2], tips, atol=1e-13)
+    assert abs(shape[:, 0]).max() < 1e-14 and not shape[..., 2].any()
+    # An inextensible rod of length 1, whose couple theta' is that of the force about the section.
+    step = np.diff(shape[..., :2], axis=1)
+    length = np.hypot(step[..., 0], step[..., 1])
+    np.testing.assert_allclose(length.sum(axis=1), 1.0, atol=2e-4)
+    theta = np.unwrap(np.arctan2(step[..., 1], step[..., 0]), axis=1)
+    bending = np.diff(theta, axis=1) / (0.5 * (length[:, 1:] + length[:, :-1]))
+    arm = tips[:, None] - shape[:, 1:-1, :2]
+    couple = arm[..., 1] * run["fx"][rows][:, None] - arm[..., 0] * run["fy"][rows][:, None]
+    assert abs(bending - couple).max() < 2e-3 * abs(couple).max()
+    # Times between samples, and of any shape.
+    between = run.shape([[0.0123, 0.4567]], 11)
+    assert between.shape == (1, 2, 11, 3)
+    with pytest.raises(snaprod.SceneError, match="ended at t = 1"):
+        run.shape(1.5)
+
+
+def test_equilibria_broadcast_and_hold_the_end():
+    """Catches points that are mixed up, and counts that are not those of the degree (2 minus the winding of the fold curve)."""
+    x, y = np.array([0.3, 0.7, -0.2]), np.array([[0.2], [0.45]])
+    found = snaprod.equilibria(x, y, 10.0)
+    assert found.counts.shape == found.stable.shape == (2, 3)
+    assert found.counts.sum() == found.data.rows
+    alone = snaprod.equilibria(0.7, 0.45, 10.0)
+    np.testing.assert_array_equal(found["lam"][found.point == 4], alone["lam"])
+    for row in range(found.data.rows):
+        one = snaprod.elastica(lam=found["lam"][row], p=found["p"][row], s=[1.0])
+        assert abs(one.x - found["x"][row]) < 1e-10 and abs(one.y - found["y"][row]) < 1e-10
+        assert one.index == found["index"][row]
+    lowest = found.lowest()
+    assert lowest[1, 1] == alone["elastic"][alone["index"] == 0].min()
+    # A mirror image has the same energies.
+    np.testing.assert_allclose(snaprod.equilibria(x, -y, 10.0).lowest(), lowest, rtol=1e-11)
+
+
+def test_statics_modes_and_memory():
+    """Catches studies that are asked for the wrong scene: Euler's load, 3 EI/L^3, the dashpot of README."""
+    column = {
+        "rod": {"model": "cosserat", "length": 1.0, "section": {"bending": [1.5, 1.0], "torsion": 0.8}},
+        "end": {"force": [0.0, 0.0, -1.0]},
+        "continue": {"parameter": "end.load", "from": 0.0, "to": 3.0},
+    }
+    branch = snaprod.branch(column)
+    euler = branch.special_points[0]
+    assert abs(euler["parameter"] - np.pi**2 / 4) < 1e-8
+    assert branch.data["index"][0] == 0 and branch.data["index"][-1] > 0
+
+    pushed = snaprod.equilibrium({**column, "end": {"force": [0.1, 0.0, 0.0]}, "continue": None})
+    # F L^3/(3 EI) for a small force along d1, about d2.
+    assert abs(pushed["x"][-1] / (0.1 / 3) - 1) < 3e-3 and pushed.index == 0
+
+    strip = {
+        "rod": {"model": "elastica", "length": 2.0, "bending_stiffness": 5.0},
+        "body": {"mass": 0.5},
+        "start": {"rest": "straight"},
+        "run": {"duration": 1.0},
+    }
+    modes = snaprod.modes(strip)
+    assert abs(modes["angular_frequency"][0] ** 2 - 3 * 5 / (0.5 * 8)) < 1e-12
+    damped = {**strip, "rod": {**strip["rod"], "damping": {"proportional": 0.1}}}
+    memory = snaprod.memory(damped, points=11)
+    # A rod of one time has n = 3 EI/L^3 (y + 0.1 y'), and its creep function tends to the compliance.
+    assert abs(memory["J_yy"][-1] * 3 * 5 / 8 - 1) < 1e-2
+
+
+def test_faults_come_together_with_their_fields(snap):
+    """Catches faults that stop at the first, lines of a text that nobody wrote, and a scene that is not the one of the file."""
+    broken = {**snap, "body": {"mass": -1.0}, "rod": {**snap["rod"], "lenght": 2.0}}
+    broken["start"] = {"lambda": np.float64(6.3), "kappa": 0.0}
+    with pytest.raises(snaprod.SceneError) as raised:
+        snaprod.run(broken)
+    faults = {fault.field: fault for fault in raised.value.faults}
+    assert set(faults) == {"body.mass", "rod.lenght", "start.kappa"}
+    assert faults["body.mass"].value == "-1.0" and faults["body.mass"].allowed == "a finite number > 0"
+    assert all(fault.line is None for fault in faults.values())
+    assert "body.mass = -1.0: must be a finite number > 0" in str(raised.value)
+    with pytest.raises(snaprod.SceneError) as raised:
+        snaprod.check("[rod]\nmodel = 'elastica'\nlength = -1.0\nbending_stiffness = 1.0")
+    assert next(f for f in raised.value.faults if f.field == "rod.length").line == 3
+    with pytest.raises(snaprod.SceneError, match="body.mass = -2.0: must be") as raised:
+        snaprod.run(snap, body__mass=-2.0)
+    with pytest.raises(TypeError, match="no value of a scene"):
+        snaprod.check(snap, body__mass=object())
+    with pytest.raises(OSError):
+        snaprod.check("nowhere.toml")
+    with pytest.raises(ValueError, match="lam with kappa or p"):
+        snaprod.elastica(lam=6.3)
+    # What check returns is the scene again.
+    whole = snaprod.check(snap, **{"start.velocity.1": -0.25})
+    assert whole["start"]["velocity"] == [0.0, -0.25] and whole == snaprod.check(whole)
+
+
+def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
+    """Catches a run that holds the interpreter's lock, and one that cannot be interrupted."""
+    ticks, running = [], True
+
+    def tick():
+        while running:
+            ticks.append(time.perf_counter())
+            time.sleep(0.002)
+
+    def interrupt(fraction, at):
+        if at > 20.0:
+            raise KeyboardInterrupt
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    started = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        snaprod.run(snap, run__duration=1e6, progress=interrupt)
+    running = False
+    thread.join()
+    inside = sum(at > started for at in ticks)
+    assert inside > 5
+    told = []
+    snaprod.run(snap, progress=lambda fraction, at: told.append(fraction))
+    assert told[-1] == 1.0
+
+
+def test_every_result_is_drawn(snap, scenes: Path):
+    """Catches a figure without its curves, and one that a notebook does not show."""
+    run = snaprod.run(snap)
+    axes = run.plot(times=5)
+    assert len(axes.lines) == 7
+    assert len(run.plot_energy().lines) == 4
+    results = [
+        run,
+        snaprod.elastica(lam=6.3, kappa=0.6),
+        snaprod.equilibria([0.3, 0.5], 0.2, 8.0),
+        snaprod.folds(1),
+        snaprod.branch(scenes / "lateral.toml"),
+        snaprod.equilibrium(scenes / "arch.toml"),
+        snaprod.modes(scenes / "oscillation.toml"),
+        snaprod.memory(scenes / "viscous.toml"),
+        snaprod.run(scenes / "platform.toml", run__duration=0.2),
+        snaprod.run(scenes / "sine.toml", rod__cells=60),
+    ]
+    for result in results:
+        drawn = result._repr_svg_()
+        assert drawn.startswith("<svg") and drawn.rstrip().endswith("</svg>"), result
+        page = result._repr_html_()
+        assert "<table>" in page and "<svg" in page
+        assert result.to_pandas().shape[0] == result.data.rows
+        assert result.to_xarray()

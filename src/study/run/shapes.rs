@@ -1,0 +1,114 @@
+//! The rod of a run at any times.
+
+use super::Prepared;
+use crate::error::{Error, Result};
+use crate::motion::{Event, Motion, State};
+use crate::study::Hooks;
+use nalgebra::Isometry3;
+
+/// The rods at one time: poses of sections of each, from its base to its end, in the world and the scene's units.
+pub type Shapes = Vec<Vec<Isometry3<f64>>>;
+
+/// The rod of a scene at these `times`, in the scene's units and in any order: at each a list of one rod, of no sections where its
+/// strains give no shape.
+///
+/// The motion is followed once more, to the last of the times, and stands at each of them exactly; its samples are not interpolated.
+/// A light elastic rod has `points` sections, in space evenly spaced, in the plane closer where the rod bends. One with strains of its own has
+/// the Gauss nodes at which these are known, `points` on every element, and its two ends. Of a run that branches the trunk is followed.
+///
+/// ```
+/// use snaprod::{scene::Scene, study::{Silent, run}};
+/// let scene = Scene::parse(
+///     r#"
+///     [rod]
+///     model = "elastica"
+///     length = 1.0
+///     bending_stiffness = 1.0
+///     [body]
+///     mass = 1.0
+///     [start]
+///     lambda = 6.3
+///     kappa = 0.6
+///     [run]
+///     duration = 1.0
+///     "#,
+/// )?;
+/// let prepared = run::Prepared::new(&scene)?;
+/// let shapes = run::shapes(&prepared, &[0.5, 0.0], 21, &mut Silent)?;
+/// assert_eq!(shapes[1][0].len(), 21);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A time that the run does not reach, or before its start; an interrupt; a start from which no run can go.
+pub fn shapes(
+    prepared: &Prepared,
+    times: &[f64],
+    points: usize,
+    hooks: &mut dyn Hooks,
+) -> Result<Vec<Shapes>> {
+    let mut shape = |state: &dyn State| Ok(vec![prepared.sections(state, points)]);
+    at_times(
+        &mut *prepared.motion()?,
+        times,
+        prepared.scales.time,
+        hooks,
+        &mut shape,
+    )
+}
+
+/// What `shape` says of the states of a motion at `times`, in a unit that is `unit` of the motion's.
+pub(in crate::study) fn at_times(
+    motion: &mut dyn Motion<'_>,
+    times: &[f64],
+    unit: f64,
+    hooks: &mut dyn Hooks,
+    shape: &mut dyn FnMut(&dyn State) -> Result<Shapes>,
+) -> Result<Vec<Shapes>> {
+    let mut order: Vec<usize> = (0..times.len()).collect();
+    order.sort_by(|i, j| times[*i].total_cmp(&times[*j]));
+    let mut found = vec![Shapes::new(); times.len()];
+    let mut waiting = order.into_iter().peekable();
+    let last = times.iter().copied().fold(0.0, f64::max);
+    if let Some(t) = times.iter().find(|t| !(**t >= 0.0 && t.is_finite())) {
+        return Err(Error::domain(format!(
+            "t = {t}: a time of the run must be finite and >= 0"
+        )));
+    }
+    {
+        let given = motion.given();
+        while let Some(i) = waiting.next_if(|i| times[*i] / unit <= given.time()) {
+            found[i] = shape(&*given)?;
+        }
+    }
+    while waiting.peek().is_some() {
+        let to = match motion.advance() {
+            Some(Event::Step { to, .. }) => to,
+            Some(Event::Stop(_)) | None => break,
+            Some(_) => continue,
+        };
+        while let Some(i) = waiting.next_if(|i| times[*i] / unit <= to) {
+            if let Some(state) = motion.sample(times[i] / unit) {
+                found[i] = shape(&*state)?;
+            }
+        }
+        hooks.progress((to * unit / last).min(1.0), to * unit);
+        if hooks.interrupted() {
+            return Err(Error::domain("it was interrupted"));
+        }
+    }
+    // The last moment, but for rounding of its time by the units.
+    let now = motion.now();
+    let end = now.time() * (1.0 + 4.0 * f64::EPSILON);
+    while let Some(i) = waiting.next_if(|i| times[*i] / unit <= end) {
+        found[i] = shape(&*now)?;
+    }
+    match waiting.next() {
+        Some(i) => Err(Error::domain(format!(
+            "t = {}: the run, or its trunk, ended at t = {}",
+            times[i],
+            now.time() * unit
+        ))),
+        None => Ok(found),
+    }
+}

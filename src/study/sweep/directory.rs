@@ -1,0 +1,198 @@
+//! The directory in which a sweep is made, by any number of threads, processes or machines.
+//!
+//! A chunk is written aside and renamed: whatever ends its maker, a file is whole or not there, and whoever comes next goes on with
+//! what is missing.
+
+use super::{Interrupted, Sweep, fields};
+use crate::error::{Error, Result};
+use crate::study::{Csv, Hooks, json_text};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// What the chunks belong to.
+const PLAN: &str = "sweep.json";
+/// Where they are.
+const CHUNKS: &str = "chunks";
+
+/// A sweep and the directory in which its chunks are.
+#[derive(Debug)]
+pub struct Directory {
+    sweep: Sweep,
+    path: PathBuf,
+    chunks: Vec<Range<usize>>,
+}
+
+impl Directory {
+    /// Makes the directory that of this sweep, or finds that it is.
+    ///
+    /// # Errors
+    /// One that holds another sweep, or cannot be written.
+    pub fn open(sweep: Sweep, path: &Path) -> Result<Self> {
+        let opened = Self {
+            chunks: sweep.chunks(),
+            sweep,
+            path: path.to_path_buf(),
+        };
+        let plan = path.join(PLAN);
+        let identity = opened.sweep.identity();
+        if plan.exists() {
+            let there: Value = serde_json::from_str(&read(&plan)?).unwrap_or(Value::Null);
+            if there == identity {
+                return Ok(opened);
+            }
+            let keys = identity.as_object().into_iter().flatten();
+            let differ: Vec<&str> = keys
+                .filter(|(key, value)| there[key.as_str()] != **value)
+                .map(|(key, _)| key.as_str())
+                .collect();
+            return Err(Error::domain(format!(
+                "{} holds another sweep (it differs in: {}); choose another directory with --out, or remove that one",
+                path.display(),
+                differ.join(", ")
+            )));
+        }
+        let chunks = path.join(CHUNKS);
+        fs::create_dir_all(&chunks).map_err(|e| cannot("make", &chunks, e))?;
+        // Chunks of nobody knows what.
+        for entry in fs::read_dir(&chunks).into_iter().flatten().flatten() {
+            fs::remove_file(entry.path()).map_err(|e| cannot("remove", &entry.path(), e))?;
+        }
+        whole(&plan, json_text(identity).as_bytes())?;
+        Ok(opened)
+    }
+
+    /// The sweep.
+    pub fn sweep(&self) -> &Sweep {
+        &self.sweep
+    }
+
+    /// Where it is made.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How many points this chunk has.
+    pub fn points_of(&self, chunk: usize) -> usize {
+        self.chunks.get(chunk).map_or(0, ExactSizeIterator::len)
+    }
+
+    /// The chunks that are not made yet.
+    pub fn missing(&self) -> Vec<usize> {
+        let all = 0..self.chunks.len();
+        all.filter(|k| !self.file(*k).exists()).collect()
+    }
+
+    /// How many points are in chunks that are made.
+    pub fn kept(&self) -> usize {
+        let all = 0..self.chunks.len();
+        let made = all.filter(|k| self.file(*k).exists());
+        made.map(|k| self.points_of(k)).sum()
+    }
+
+    /// Makes a chunk, unless somebody has; false if `hooks` interrupted it.
+    ///
+    /// # Errors
+    /// A number that no chunk has; a file that cannot be written.
+    pub fn make(&self, chunk: usize, hooks: &mut dyn Hooks) -> Result<bool> {
+        let Some(points) = self.chunks.get(chunk) else {
+            return Err(Error::domain(format!(
+                "there is no chunk {chunk}: there are {}",
+                self.chunks.len()
+            )));
+        };
+        if self.file(chunk).exists() {
+            return Ok(true);
+        }
+        match self.sweep.rows(points.clone(), hooks) {
+            Ok(rows) => whole(&self.file(chunk), rows.as_bytes()).map(|()| true),
+            Err(Interrupted) => Ok(false),
+        }
+    }
+
+    /// All rows, once no chunk is missing; what makers that were ended have left aside is removed.
+    ///
+    /// # Errors
+    /// A chunk that is missing, or was changed.
+    pub fn rows(&self) -> Result<Rows> {
+        let chunks = self.path.join(CHUNKS);
+        for entry in fs::read_dir(&chunks).into_iter().flatten().flatten() {
+            if entry.path().extension().is_some_and(|end| end == "part") {
+                // Another may have done it.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+        let mut text = String::new();
+        for k in 0..self.chunks.len() {
+            text += &read(&self.file(k))?;
+        }
+        let names = self.sweep.table().columns.into_iter();
+        let names: Vec<String> = names.map(|c| c.name.into_owned()).collect();
+        let cells: Vec<Vec<String>> = text.lines().map(fields).collect();
+        if cells.len() != self.sweep.points() || cells.iter().any(|row| row.len() != names.len()) {
+            return Err(Error::domain(format!(
+                "the chunks do not hold the {} rows of the sweep: somebody changed them; remove the directory",
+                self.sweep.points()
+            )));
+        }
+        let mut csv = Vec::new();
+        // Nothing fails in memory.
+        let _ = Csv::new(&mut csv, &self.sweep.table());
+        csv.extend(text.as_bytes());
+        Ok(Rows { names, cells, csv })
+    }
+
+    fn file(&self, chunk: usize) -> PathBuf {
+        self.path.join(CHUNKS).join(format!("{chunk:06}.csv"))
+    }
+}
+
+/// All rows of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rows {
+    /// The names of the columns.
+    pub names: Vec<String>,
+    /// The cells of each row.
+    pub cells: Vec<Vec<String>>,
+    /// sweep.csv.
+    pub csv: Vec<u8>,
+}
+
+impl Rows {
+    /// The cells of a column; none if there is no such column.
+    pub fn column(&self, name: &str) -> impl Iterator<Item = &str> {
+        let place = self.names.iter().position(|other| other == name);
+        self.cells
+            .iter()
+            .filter_map(move |row| Some(row[place?].as_str()))
+    }
+
+    /// How often each outcome came.
+    pub fn outcomes(&self) -> BTreeMap<&str, usize> {
+        let mut counts = BTreeMap::new();
+        for outcome in self.column("outcome") {
+            *counts.entry(outcome).or_default() += 1;
+        }
+        counts
+    }
+}
+
+/// Writes a file aside and gives it its name; of several processes that write the same, each has its own aside.
+fn whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let aside = path.with_extension(format!("{}.part", std::process::id()));
+    match fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path)) {
+        // Another, who has made the same, may have tidied up.
+        Err(e) if !path.exists() => Err(cannot("write", path, e)),
+        _ => Ok(()),
+    }
+}
+
+fn read(path: &Path) -> Result<String> {
+    fs::read_to_string(path).map_err(|e| cannot("read", path, e))
+}
+
+fn cannot(what: &str, path: &Path, e: std::io::Error) -> Error {
+    Error::io(format!("cannot {what} {}", path.display())).caused_by(e)
+}
