@@ -361,3 +361,50 @@ gravity = [0.0, 0.02, -0.03]
         near(a.frequency.unwrap(), b.frequency.unwrap(), 1e-8);
     }
 }
+
+/// Catches a wrong unit, wrench or end in branches: a straight column under a push P has vibrations, its end held in place, with
+/// a tanh b = b tan a, a^2 and -b^2 the roots of x^2 - P x = omega^2 m L^3/B; of an assembly the numbers are those of its equilibria.
+#[test]
+fn branches_tell_what_the_mass_changes() {
+    const COLUMN: &str = r#"
+[rod]
+model = "cosserat"
+length = 2.0
+section = { bending = [3.0, 5.0], torsion = 2.0 }
+mass = 0.7
+[end]
+force = [0.0, 0.0, -1.0]
+[continue]
+parameter = "end.load"
+from = 0.0
+to = 1.0
+"#;
+    let told = |text: &str| {
+        let scene = Scene::parse(text).unwrap();
+        let record = study::branch(&scene, &mut Silent).unwrap();
+        record.summary()["mass"].clone()
+    };
+    let found = told(COLUMN);
+    for (k, load) in [0.0_f64, 1.0].into_iter().enumerate() {
+        assert_eq!(number(&found, &format!("/{k}/parameter")), load);
+        assert!(found[k]["eps"].is_null() && found[k]["frequency_shift"].is_null());
+        let omega = number(&found, &format!("/{k}/rod_frequency"));
+        // Units of the length, the smaller stiffness and the mass.
+        let (push, square) = (load * 4.0 / 3.0, omega * omega * 0.7 * 8.0 / 3.0);
+        let root = (0.25 * push * push + square).sqrt();
+        let (a, b) = ((root + 0.5 * push).sqrt(), (root - 0.5 * push).sqrt());
+        // The slowest: a rises from 3.927 without a push to 4.493 where the column buckles.
+        assert!(a > 3.92 && a < 4.5, "{a}");
+        near(a * b.tanh(), b * a.tan(), 1e-6);
+    }
+    // The turning of the sections, which the axial stiffness tells here, is a part of 1e-5.
+    let bridge = BRIDGE.replace("section_inertia = [1e-12, 1e-12, 1e-12]\n", "");
+    let bridge = bridge.replace("axial = 1e4", "axial = 1e5").replace(
+        "[run]\nduration = 0.01",
+        "[continue]\nparameter = \"body[0].force[0]\"\nfrom = 0.0\nto = 0.1",
+    );
+    let found = told(&bridge);
+    let shift = -0.5 * (0.04 / 2.0) * 13.0 / 35.0;
+    near(number(&found, "/0/frequency_shift"), shift, 1e-3);
+    near(number(&found, "/0/rods/1/eps"), 0.015, 1e-12);
+}

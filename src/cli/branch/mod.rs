@@ -86,6 +86,13 @@ fn text(record: &BranchRecord) -> String {
     if let Some(taken) = &record.taken {
         let _ = writeln!(text, "path: {}, because {}", taken.path.as_str(), taken.why);
     }
+    for at in &record.masses {
+        let parameter = format!("{} = {}", record.parameter, exact(at.parameter));
+        let words = at.mass.text(record.units);
+        if !words.is_empty() {
+            let _ = writeln!(text, "mass at {parameter}: {words}");
+        }
+    }
     for remark in &record.remarks {
         let _ = writeln!(text, "remark: {remark}");
     }

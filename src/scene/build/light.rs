@@ -1,11 +1,14 @@
 //! The mass of rods that is followed to first order, in units of the rod.
 
-use crate::assembly::LightRod;
+use crate::assembly::{Attachment, Joint, LightRod, Link};
 use crate::error::{Error, Quantity, Result};
 use crate::inertia::held::Massive;
-use crate::rod::SectionMass;
-use crate::scene::{Rod, Scales, Section};
-use nalgebra::Vector3;
+use crate::rod::{SectionMass, Wrench};
+use crate::scene::{Rod, Scales, Scene, Section};
+use nalgebra::{Isometry3, Vector3};
+
+/// Tolerance of the integration along a rod.
+const ALONG: f64 = 1e-13;
 
 impl Rod {
     /// Inertia of the sections per length about their middle, along their directors, in the scene's units: as it is given, as the shape
@@ -86,5 +89,62 @@ impl Rod {
             Some(_) => Some(self.viscoelastic()?.measured(scales.measures()).rate),
         };
         Massive::new(rod, friction, sections).map(Some)
+    }
+}
+
+/// A rod of a scene of statics as the library has it, in units of its length, stiffness and own mass.
+pub(crate) struct StandingRod {
+    /// The rod with its mass.
+    pub massive: Massive,
+    /// The rod from its clamp to where its end is, held there.
+    pub link: Link,
+    /// Its chart point.
+    pub chart: Wrench,
+    /// sqrt(m L^3/B), the unit of time, m being the mass of the rod.
+    pub time: f64,
+}
+
+impl Scene {
+    /// The rod of a scene of statics under this base wrench, its end held where it is: free to turn there if nothing turns it, and no couple acts on
+    /// it. None where its mass is not known.
+    ///
+    /// # Errors
+    /// As [`Scene::problem`].
+    pub(crate) fn standing_rod(&self, base: &Wrench) -> Result<Option<StandingRod>> {
+        let (Some(mass), problem) = (self.rod.mass(), self.problem()?) else {
+            return Ok(None);
+        };
+        let scales = Scales::new(self.rod.length, problem.rod().reference_stiffness(), mass);
+        let rod = problem.rod().measured(scales.measures());
+        let Some(massive) = self.rod.massive(&rod, &scales)? else {
+            return Ok(None);
+        };
+        let end = self.end()?;
+        let turns = end.orientation.is_none() && end.applied_couple() == [0.0; 3];
+        let joint = if turns { Joint::Ball } else { Joint::Weld };
+        let chart = problem.rod().inward(base);
+        let ground = Attachment::ground(Isometry3::identity());
+        let load = match self.is_loaded_along() {
+            false => None,
+            true => {
+                let back = problem.rod().clamp_pose().rotation.inverse();
+                let unit = scales.inward(Quantity::Distributed, 1.0);
+                Some(self.load_along()?.mapped(|f| back * f * unit))
+            }
+        };
+        let tied = |to: Isometry3<f64>| -> Result<Link> {
+            let link = Link::new(rod.clone(), ground.clone(), Attachment::ground(to), joint);
+            match &load {
+                Some(load) => link.with_distributed(load.clone()),
+                None => Ok(link),
+            }
+        };
+        let pose = tied(Isometry3::identity())?.end(&chart, ALONG)?.pose;
+        Ok(Some(StandingRod {
+            massive,
+            link: tied(pose)?,
+            chart,
+            time: scales.time,
+        }))
     }
 }

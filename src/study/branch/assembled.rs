@@ -9,6 +9,7 @@ use crate::rod::RodSection;
 use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
 use crate::solve::family::Family;
 use crate::study::Column;
+use crate::study::mass::{Resting, SmallMass};
 use crate::study::space::upward;
 use nalgebra::{DVector, Isometry3};
 
@@ -122,6 +123,15 @@ impl Subject for Assembled<'_> {
             left_over: error,
             left: false,
         })
+    }
+
+    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass> {
+        let setup = AssemblySetup::new(scene)
+            .ok()
+            .filter(|setup| !setup.is_heavy())?;
+        let now = self.only(&setup).state(x, 0.0).ok()?.now;
+        let resting = Resting::new(scene, (setup.assembly, now), &setup.scales).ok()?;
+        Some(resting.mass).filter(|mass| !mass.rods.is_empty())
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {

@@ -10,7 +10,8 @@ mod search;
 mod subject;
 
 pub use record::{
-    BranchRecord, CurveRecord, CurveSet, DeflationRecord, FoldCurves, ShapeRecord, SpecialPoint,
+    BranchMass, BranchRecord, CurveRecord, CurveSet, DeflationRecord, FoldCurves, ShapeRecord,
+    SpecialPoint,
 };
 
 use super::Hooks;
@@ -246,6 +247,7 @@ fn followed(
         },
         fold_curves,
         deflation,
+        masses: record::masses((scene, wanted), subject, &study.rows),
         shapes: record::shapes((scene, wanted), subject, &study.rows),
         remarks: study.remarks,
         interrupted: study.watch.interrupted,

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::rod::{RodSection, Taken};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
 use crate::solve::special::{SpecialKind, Status};
+use crate::study::mass::SmallMass;
 use crate::study::record::{Cell, Column, Table};
 use serde_json::{Value, json};
 
@@ -28,6 +29,8 @@ pub struct BranchRecord {
     pub deflation: Option<DeflationRecord>,
     /// The rods at a few points of the branches, evenly chosen.
     pub shapes: Vec<ShapeRecord>,
+    /// What the mass of the rods changes at the first and the last stable point of every branch, where it is known.
+    pub masses: Vec<BranchMass>,
     /// What else is to be known, in sentences.
     pub remarks: Vec<String>,
     /// True if the caller interrupted the study: what was found until then is here.
@@ -106,6 +109,43 @@ pub struct DeflationRecord {
     pub largest_wrench: f64,
     /// Evaluations of the equations.
     pub evaluations: usize,
+}
+
+/// What the mass of the rods changes at a point of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BranchMass {
+    /// The number of the branch.
+    pub branch: usize,
+    /// Value of the parameter.
+    pub parameter: f64,
+    /// The numbers.
+    pub mass: SmallMass,
+}
+
+/// The first and the last stable point of every branch.
+pub(super) fn masses(
+    (scene, wanted): (&Scene, &Continue),
+    subject: &dyn Subject,
+    rows: &[Row],
+) -> Vec<BranchMass> {
+    let stable = |row: &&Row| row.index == Some(0);
+    let count = rows.last().map_or(0, |row| row.curve + 1);
+    let ends = (0..count).flat_map(|branch| {
+        let mut own = rows
+            .iter()
+            .filter(move |row| row.curve == branch)
+            .filter(stable);
+        let first = own.next();
+        first.into_iter().chain(own.next_back())
+    });
+    let mass = |row: &Row| {
+        Some(BranchMass {
+            branch: row.curve,
+            parameter: row.p,
+            mass: subject.mass(&scene.with(&wanted.parameter, row.p), &row.x)?,
+        })
+    };
+    ends.filter_map(mass).collect()
 }
 
 /// A rod at one point of a branch; an assembly has one for each of its rods.
@@ -332,6 +372,15 @@ impl BranchRecord {
             "interrupted": self.interrupted,
             "remarks": self.remarks,
         });
+        if !self.masses.is_empty() {
+            let one = |at: &BranchMass| {
+                let mut json = at.mass.json();
+                json["branch"] = at.branch.into();
+                json["parameter"] = at.parameter.into();
+                json
+            };
+            summary["mass"] = self.masses.iter().map(one).collect();
+        }
         if let Some(search) = &self.deflation {
             summary["deflation"] = json!({
                 "found": search.found,

@@ -6,6 +6,7 @@ use crate::error::{Message, Quantity, Result};
 use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical};
 use crate::scene::{Parameter, Scene};
 use crate::solve::family::Family;
+use crate::study::mass::{SmallMass, standing};
 use crate::study::{Column, space};
 use nalgebra::DVector;
 
@@ -55,6 +56,12 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             left_over: state.residual,
             left: self.while_slack && problem.is_taut(&state.base, end),
         })
+    }
+
+    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass> {
+        scene.rod.mass()?;
+        let state = self.at(&scene.problem().ok()?, x).ok()?;
+        standing(scene, &state.base)
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {

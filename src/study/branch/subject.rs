@@ -5,6 +5,7 @@ use crate::rod::RodSection;
 use crate::scene::{Parameter, Scene};
 use crate::solve::family::Family;
 use crate::study::Column;
+use crate::study::mass::SmallMass;
 use nalgebra::DVector;
 
 /// The equilibrium at a point of a branch, as its row shows it.
@@ -28,6 +29,9 @@ pub trait Subject {
     /// # Errors
     /// Those of the scene and of its rods.
     fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State>;
+
+    /// What the mass of the rods changes there; None where no mass is known, or all of it is to be followed.
+    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass>;
 
     /// The columns before and after that of the index.
     fn columns(&self) -> (Vec<Column>, Column);

@@ -8,7 +8,7 @@ mod validity;
 pub use folds::{FoldPassed, Follows};
 pub(in crate::study) use folds::{Followed, passed};
 pub(in crate::study) use plane::{Light, viscosity};
-pub(in crate::study) use space::Resting;
+pub(in crate::study) use space::{Resting, standing};
 pub use validity::{BouncePassed, Validity};
 
 use crate::scene::Units;
@@ -40,8 +40,8 @@ pub struct RodMass {
 }
 
 impl RodMass {
-    /// How it vibrates with its ends held, in words.
-    fn vibration(&self, units: Units) -> Option<String> {
+    /// How it, called so, vibrates with its ends held, in words.
+    fn vibration(&self, called: &str, units: Units) -> Option<String> {
         let rate = match units.time() {
             "" => String::new(),
             time => format!(" rad/{time}"),
@@ -53,7 +53,7 @@ impl RodMass {
             _ => ", without friction".to_owned(),
         };
         Some(format!(
-            "with its {ends} held it vibrates at omega {omega:.4e}{rate} and above{decay}"
+            "with its {ends} held {called} vibrates at omega {omega:.4e}{rate} and above{decay}"
         ))
     }
 
@@ -96,7 +96,8 @@ impl SmallMass {
                     lowers.unwrap_or_default()
                 )
             }));
-            parts.extend(rod.vibration(units));
+            let called = if rod.eps.is_some() { "it" } else { "the rod" };
+            parts.extend(rod.vibration(called, units));
             return parts.join("; ");
         }
         let rods = self.rods.iter().map(|rod| {
@@ -104,7 +105,7 @@ impl SmallMass {
             let eps = rod
                 .eps
                 .map(|eps| format!(" has {eps:.2e} of the mass of the lighter body"));
-            let vibration = rod.vibration(units).map(|words| format!(" {words}"));
+            let vibration = rod.vibration("it", units).map(|words| format!(" {words}"));
             let parts: Vec<String> = [eps, vibration].into_iter().flatten().collect();
             format!("rod {name:?}{}", parts.join(";"))
         });

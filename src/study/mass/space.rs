@@ -5,6 +5,7 @@ use crate::assembly::{Assembly, Configuration};
 use crate::error::Result;
 use crate::inertia::held::{Massive, fold_form, held_modes};
 use crate::motion::Snap;
+use crate::rod::Wrench;
 use crate::scene::{AssemblySetup, Scales, Scene};
 use crate::study::modes::resting;
 
@@ -29,6 +30,24 @@ pub(in crate::study) struct Resting {
     time: f64,
     /// The same, with its numbers.
     pub mass: SmallMass,
+}
+
+/// The rod of a scene of statics under this base wrench, its end held where it is; None where its mass is not known, or its vibrations are not.
+pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMass> {
+    let rod = scene.standing_rod(base).ok()??;
+    let point = rod.link.point(0.0, &[], &rod.chart, ALONG).ok()?;
+    let modes = held_modes(&rod.massive, (&rod.link, &rod.chart, &point), 1).ok()?;
+    let mode = modes.first()?;
+    Some(SmallMass {
+        frequency_shift: None,
+        rods: vec![RodMass {
+            rod: None,
+            eps: None,
+            frequency: mode.frequency().map(|omega| omega / rod.time),
+            decay: Some(mode.decay / rod.time),
+            followed: false,
+        }],
+    })
 }
 
 impl Resting {
