@@ -235,12 +235,20 @@ fn all_equilibria(
     let mut all = study::equilibria([1.0, 0.0], lambda_max)?.table()?;
     let mut counts = Vec::with_capacity(points.len());
     for (i, at) in points.iter().enumerate() {
-        let here = study::equilibria(*at, lambda_max)?.table()?;
-        for row in 0..here.rows() {
-            let cells: Vec<_> = here.columns.iter().map(|c| c.cell(row)).collect();
-            all.push(&cells)?;
+        let before = all.rows();
+        match study::equilibria(*at, lambda_max) {
+            Ok(record) => {
+                let here = record.table()?;
+                for row in 0..here.rows() {
+                    let cells: Vec<_> = here.columns.iter().map(|c| c.cell(row)).collect();
+                    all.push(&cells)?;
+                }
+            }
+            // A point that the rod does not reach has none; the others of an array have theirs.
+            Err(e) if e.is_unreachable() => {}
+            Err(e) => return Err(e),
         }
-        counts.push(here.rows());
+        counts.push(all.rows() - before);
         hooks.progress((i + 1) as f64 / points.len() as f64, i as f64);
         if hooks.interrupted() {
             break;

@@ -149,7 +149,7 @@ def elastica(
 
 def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress: Progress = None) -> Equilibria:
     """All equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60: for arrays x and y, which are
-    broadcast, at every point."""
+    broadcast, at every point. Points that the rod does not reach have none."""
     xs, ys = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
     with Told(progress, "snaprod equilibria") as told:

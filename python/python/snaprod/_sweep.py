@@ -86,7 +86,7 @@ def _varied(path: str, values: Values) -> str:
 def _here(made: _core.Sweep, missing: list[int], threads: int | None, told: Told) -> None:
     """Makes the chunks on threads; the work itself does not hold the lock of the interpreter."""
     total = max(sum(made.points_of(k) for k in missing), 1)
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         waiting = {pool.submit(made.make, k) for k in missing}
         try:
             while waiting:
