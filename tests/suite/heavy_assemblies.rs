@@ -46,6 +46,7 @@ fn given(mass: f64, eta: f64, length: f64, gravity: Vector3<f64>, strains: &[usi
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: None,
+        diameter: None,
     }
 }
 
@@ -518,4 +519,153 @@ fn scenes_say_what_they_have() {
         let told = faults.to_string();
         assert!(told.contains(field), "{told}");
     }
+}
+
+/// A scene of rods of length 0.8 along z and their bodies, with what is given of each.
+fn scene_of(rods: &[(&str, &str)], bodies: &[&str], more: &str) -> String {
+    let rods = rods.iter().enumerate().map(|(k, (ends, own))| {
+        format!(
+            "[[rod]]\nname = \"r{k}\"\nmodel = \"cosserat\"\nlength = 0.8\nmass = 0.2\ninertia = \"full\"\n\
+             section_inertia = [1e-3, 1e-3, 2e-3]\n{own}{ends}[rod.section]\nbending = [1.0, 1.3]\ntorsion = 0.8\naxial = 90.0\n"
+        )
+    });
+    let rods: String = rods.collect();
+    let bodies = bodies.iter().enumerate();
+    let bodies: String = bodies
+        .map(|(k, own)| format!("[[body]]\nname = \"b{k}\"\n{own}"))
+        .collect();
+    format!("units = \"dimensionless\"\n{rods}{bodies}{more}")
+}
+
+/// Catches modes of an assembly in other units, of the wrong nodes, or with friction that is not theirs: two bodies on a rod that nothing
+/// holds, against the closed forms of the beam; under friction proportional to the stiffness s^2 + eta omega^2 s + omega^2 = 0.
+#[test]
+fn modes_of_a_free_pair_are_those_of_a_beam() {
+    let body =
+        "mass = 0.7\ninertia = [0.02, 0.02, 0.02]\nguess = { position = [0.3, 0.1, -0.2] }\n";
+    let run = "[start]\nrest = \"straight\"\n[run]\nduration = 0.1\n";
+    let ends = "from = { body = \"b0\" }\nto = { body = \"b1\" }\n";
+    let eta = 0.004;
+    let damping = format!("damping = {{ proportional = {eta} }}\n");
+    let text = scene_of(&[(ends, &damping)], &[body, body], run);
+    let record = snaprod::study::modes(&Scene::parse(&text).unwrap()).unwrap();
+    let motions = &record.motions;
+    assert!(motions.stable && motions.index == 0, "{motions:?}");
+    let (free, found): (Vec<f64>, Vec<f64>) = motions
+        .modes
+        .iter()
+        .map(|mode| mode.angular_frequency)
+        .partition(|omega| *omega == 0.0);
+    assert_eq!((free.len(), found.len()), (6, 8));
+    for stiffness in [1.0, 1.3] {
+        let beam = Beam {
+            stiffness,
+            density: 0.2 / 0.8,
+        };
+        for odd in [0, 1] {
+            let whole = |omega: f64| {
+                let waves = beam.waves(omega, 0.4);
+                let [[p, q], [r, s]] =
+                    [0, 2].map(|k| beam.end(omega, &waves[k + odd], [0.7, 0.02]));
+                p * s - q * r
+            };
+            all_among(&found, &roots(whole, 1), "modes of the pair");
+        }
+    }
+    let eigenvalues = motions.eigenvalues.as_ref().unwrap();
+    assert_eq!(eigenvalues.len(), 8);
+    for s in eigenvalues {
+        let nearest = found.iter().map(|omega| {
+            let left = s * s + s * (eta * omega * omega) + omega * omega;
+            left.norm() / (omega * omega)
+        });
+        let left = nearest.fold(f64::INFINITY, f64::min);
+        assert!(left < 1e-8, "{s} leaves {left:e}");
+    }
+    // The rod ends where the second body is, from where the first is said to be.
+    let end = motions.rods[0].last().unwrap().position;
+    assert!((end - Vector3::new(0.3, 0.1, 0.6)).amax() < 1e-12, "{end}");
+}
+
+/// Catches a floating scene that is refused or torn apart, and modes about a start that is none: bodies without ground fly as one.
+#[test]
+fn nothing_needs_to_hold_the_bodies() {
+    let body = |velocity: &str| {
+        format!(
+            "mass = 0.7\ninertia = [0.02, 0.02, 0.02]\nvelocity = {velocity}\nguess = {{ position = [0.0, 0.0, 0.0] }}\n"
+        )
+    };
+    let (first, second) = (body("[0.0, 0.5, 0.0]"), body("[0.0, -0.5, 0.0]"));
+    let start = "[start]\nrest = \"straight\"\n";
+    let run = "[loads]\ngravity = [0.0, 0.0, -1.0]\n[run]\nduration = 0.1\ntolerance = 1e-8\nsamples = 3\n";
+    let ends = "from = { body = \"b0\" }\nto = { body = \"b1\" }\n";
+    let rods = [(ends, "damping = { proportional = 0.02 }\n")];
+    let bodies = [first.as_str(), second.as_str()];
+    let record = ran(&scene_of(&rods, &bodies, &format!("{start}{run}")));
+    let branch = &record.branches[0];
+    assert_eq!(record.summary()["outcome"], "end_of_time");
+    assert!(
+        branch.closing.relative() < 1e-8,
+        "{:e}",
+        branch.closing.relative()
+    );
+    // Alike, they fall alike and mirror each other: the middle of both falls as everything does.
+    let [a, b] = [0, 1].map(|k| branch.last.bodies[k].pose.translation.vector);
+    let middle = 0.5 * (a + b) - Vector3::new(0.0, 0.0, 0.4 - 0.005);
+    assert!(middle.amax() < 1e-8, "{middle}");
+    assert!(a.y > 0.01 && b.y < -0.01, "{a} {b}");
+    // Settled bodies need a ground.
+    let told = Scene::parse(&scene_of(&rods, &bodies, run)).unwrap_err();
+    assert!(told.to_string().contains("rest = \"straight\""), "{told}");
+}
+
+/// Catches a run that leaves an open groove, or rods that pass through each other: it ends there, on time.
+#[test]
+fn runs_end_where_grooves_end_and_rods_touch() {
+    let damped = "damping = { proportional = 0.02 }\n";
+    let start =
+        "[start]\nrest = \"straight\"\n[run]\nduration = 0.4\ntolerance = 1e-7\nsamples = 5\n";
+    let ends = "from = { position = [0.0, 0.0, 0.0] }\nto = { body = \"b0\", joint = \"ball\" }\n";
+    let groove = "mass = 1.0\nvelocity = [0.5, 0.0, 0.0]\n\
+                  groove = { spline = [[-0.1, 0.0, 0.8], [0.0, 0.0, 0.8], [0.05, 0.0, 0.8]] }\n";
+    let record = ran(&scene_of(&[(ends, damped)], &[groove], start));
+    assert_eq!(record.summary()["outcome"], "groove_end");
+    let last = &record.branches[0].last;
+    let off = last.bodies[0].pose.translation.vector - Vector3::new(0.05, 0.0, 0.8);
+    assert!(off.amax() < 1e-9, "{off}");
+    assert!(last.t > 0.05 && last.t < 0.3, "{}", last.t);
+
+    let contact = format!("{damped}contact_diameter = 0.02\n");
+    let second =
+        "from = { position = [0.1, 0.0, 0.2] }\nto = { body = \"b1\", joint = \"ball\" }\n";
+    let [moving, still] = ["[1.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]"]
+        .map(|velocity| format!("mass = 1.0\nvelocity = {velocity}\n"));
+    let rods = [(ends, contact.as_str()), (second, contact.as_str())];
+    let record = ran(&scene_of(&rods, &[&moving, &still], start));
+    assert_eq!(record.summary()["outcome"], "self_contact");
+    let shapes = &record.branches[0].last_shapes;
+    let tip = shapes[0].last().unwrap().translation.vector;
+    let pairs = shapes[1].windows(2);
+    let distances = pairs.map(|pair| {
+        let [a, b] = [0, 1].map(|i| pair[i].translation.vector);
+        let part = ((tip - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
+        (tip - a - (b - a) * part).norm()
+    });
+    let gap = distances.fold(f64::INFINITY, f64::min) - 0.02;
+    assert!(gap.abs() < 1e-5, "{gap:e}");
+    assert!(
+        record.branches[0].last.t > 0.05,
+        "{}",
+        record.branches[0].last.t
+    );
+
+    let near = second.replace("0.1, 0.0, 0.2", "0.01, 0.0, 0.2");
+    let rods = [(ends, contact.as_str()), (near.as_str(), contact.as_str())];
+    let scene = Scene::parse(&scene_of(&rods, &[&moving, &still], start)).unwrap();
+    let told = AssemblyPrepared::new(&scene).and_then(|prepared| prepared.motion().map(drop));
+    assert!(
+        told.unwrap_err()
+            .to_string()
+            .contains("nearer to each other")
+    );
 }

@@ -51,6 +51,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> Given {
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(body),
+        diameter: None,
     }
 }
 
@@ -160,6 +161,7 @@ fn derivatives_are_those_of_the_balance() {
         ])
         .ok(),
         body: Some(Mass::Rigid(weld.with_support(support))),
+        diameter: None,
     });
     for given in rods {
         let rod = HeavyRod::new(given, Grid::uniform(12)).unwrap();
@@ -313,6 +315,7 @@ fn a_round_rod_keeps_its_momentum() {
         grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(weld(Vector3::new(0.0, -1.5, 0.0))),
+        diameter: None,
     };
     // From an equilibrium under a load that is let go, with rates that the rod can follow.
     let nodes = 10;

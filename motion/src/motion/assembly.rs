@@ -25,7 +25,7 @@ use super::state::Seen;
 use crate::assembly::{
     Assembly, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight, Slowed,
 };
-use crate::error::{Cause, Error, Message, Quantity, Result};
+use crate::error::{Cause, Error, Result};
 use crate::rod::Wrench;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::State;
@@ -201,13 +201,7 @@ impl AssemblyRun {
             false => Nearness::default(),
         };
         if let Some(contact) = near.contact.filter(|contact| contact.gap < 0.0) {
-            let [a, b] = contact.rods;
-            let [s, at] = contact.at;
-            return Err(Error::domain(Message::from(format!("rod {a} at s = "))
-                .number(s, Quantity::Length)
-                .words(format!(" and rod {b} at s = "))
-                .number(at, Quantity::Length)
-                .words(" are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out")));
+            return Err(contact.at_start());
         }
         let h = first_step(&numbers, &slope, options.tolerance);
         // Implicit steps begin with what the bodies do: charts may be fast.

@@ -64,6 +64,7 @@ impl AssemblySetup {
         });
         let carriers = carriers.collect::<Result<Vec<Carrier>>>()?;
         let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers)?;
+        let unloaded = matches!(scene.start.place, Shape::Rest { .. });
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
         let mut masses = Vec::new();
         for rod in &given.rods {
@@ -81,7 +82,8 @@ impl AssemblySetup {
             };
             let thickness = rod.rod.thickness().unwrap_or(0.0);
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
-            let load = match heavy.is_some() && joints == (Joint::Ball, Joint::Ball) {
+            let borne = joints == (Joint::Ball, Joint::Ball) || unloaded;
+            let load = match heavy.is_some() && borne {
                 // With mass it is borne in motion, and where the bodies settle.
                 true => None,
                 false => along(rod, scene.loads.gravity, &scales)?,
@@ -139,7 +141,7 @@ impl AssemblySetup {
             reversed,
             guess: guess.collect(),
             twists: twists.collect(),
-            unloaded: matches!(scene.start.place, Shape::Rest { .. }),
+            unloaded,
             // Equilibria are solved a digit better than asked for.
             tolerance: (0.1 * scene.solve.tolerance).max(FINEST),
             heavy,
@@ -184,7 +186,11 @@ impl AssemblySetup {
     /// As [`AssemblySetup::equilibrium`].
     pub fn start(&self) -> Result<(Configuration, Option<usize>)> {
         let (mut now, index) = match self.unloaded {
-            true => (self.assembly.unloaded(FINEST)?, None),
+            true => {
+                let origin = vec![Place::at_rest(Isometry3::identity()); self.twists.len()];
+                let bodies = self.guess.as_ref().unwrap_or(&origin);
+                (self.assembly.let_go(bodies, FINEST)?, None)
+            }
             false => {
                 let found = self.meant()?;
                 let decides = self.assembly.is_conservative(0.0);
@@ -210,6 +216,11 @@ impl AssemblySetup {
         }
         let run = AssemblyRun::new(self.assembly.clone(), &start, options)?;
         Ok((Box::new(run), index))
+    }
+
+    /// The same with the mass of the rods, where that counts in full.
+    pub fn heavy(&self) -> Option<&HeavyAssembly> {
+        self.heavy.as_ref()
     }
 
     /// True if the mass of the rods counts in full.
@@ -280,7 +291,9 @@ impl AssemblySetup {
     /// An arclength of the rod of this number, counted from its `from` in the scene's units.
     pub fn arclength(&self, rod: usize, s: f64) -> f64 {
         let whole = self.assembly.links()[rod].rod().length();
-        let s = if self.reversed[rod] { whole - s } else { s };
+        // With all of its mass a rod begins at its `from` as it is.
+        let reversed = self.reversed[rod] && self.heavy.is_none();
+        let s = if reversed { whole - s } else { s };
         s * self.scales.length
     }
 

@@ -120,6 +120,8 @@ impl HeavyPlane {
             grain: grain(plain.loads.gravity.into(), support.clone())?,
             distributed: distributed(&plain, Vector3::from)?,
             body: Some(Mass::Point(body)),
+            // In the plane rods pass beside each other.
+            diameter: None,
         };
         let settled = matches!(plain.start.place, Place::Settled { .. });
         let curvature = match &plain.start.place {
@@ -264,6 +266,7 @@ impl HeavySpace {
             grain: grain(inward(plain.loads.gravity), support.clone())?,
             distributed: distributed(&plain, inward)?,
             body: Some(body),
+            diameter: scene.rod.thickness().map(|d| d / common.scales.length),
         };
         Ok(Self {
             given,

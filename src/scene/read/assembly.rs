@@ -102,8 +102,11 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         }
         (held, free)
     });
-    if let (Some((rods, _)), Some(tables), Some((_, known))) = (&rods, &body_tables, &bodies) {
-        all_are_reached(tables, known, rods);
+    let free = matches!(&start, Some(start) if matches!(start.place, Place::Rest { .. }));
+    if let (Some((rods, _)), Some(tables), Some((_, known)), false) =
+        (&rods, &body_tables, &bodies, free)
+    {
+        all_are_reached(tables, known, rods, motion);
     }
     let bodies: Option<Vec<AssemblyBody>> =
         bodies.and_then(|(bodies, _)| bodies.into_iter().collect());
@@ -382,10 +385,11 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
         let allowed = "left out where `to` is \"free\"";
         return table.refuse(kind, "distributed", allowed, hint);
     }
+    let heavy = Memory::of(table).heavy;
     for name in ["inertia", "section_inertia"] {
-        if table.has(name) {
-            let hint = "a rod with a free end rides on its base without mass";
-            let allowed = "left out where `to` is \"free\"";
+        if table.has(name) && !heavy {
+            let hint = "without all of its mass a rod with a free end rides on its base as it is";
+            let allowed = "left out where `to` is \"free\", or inertia = \"full\"";
             return table.refuse(kind, name, allowed, hint);
         }
     }
@@ -566,7 +570,7 @@ fn site_motion(table: &Table, moves: bool) -> Option<Option<ClampMotion>> {
 }
 
 /// Reports every body that no chain of rods joins to the ground.
-fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod]) {
+fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod], motion: bool) {
     let mut joined = vec![false; tables.len()];
     let number = |site: &Site| {
         let name = site.body.as_deref()?;
@@ -589,6 +593,9 @@ fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod]) {
             true => format!(
                 "no rod reaches it: write `to = {{ body = {name:?} }}` in a [[rod]], or leave the body out"
             ),
+            false if motion => "its rods lead to other bodies only, which have no equilibrium of their own: hold one of them on the ground by a \
+                                rod, or start from the unloaded rods, rest = \"straight\" in [start]"
+                .to_owned(),
             false => "its rods lead to other bodies only: hold one of these on the ground by a rod"
                 .to_owned(),
         };

@@ -257,15 +257,9 @@ fn section_inertia(rod: &Table) -> Option<Option<[f64; 3]>> {
 
 fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
     let memory = Memory::of(rod);
-    if rod.has("contact_diameter") && memory.has_strains() {
-        let hint = match memory.damped {
-            true => "where a rod with friction touches itself is not looked for; leave it out",
-            false => "where a rod with mass touches itself is not looked for; leave it out",
-        };
-        let allowed = match memory.damped {
-            true => "left out where the rod has damping",
-            false => HEAVY,
-        };
+    if rod.has("contact_diameter") && memory.has_strains() && !memory.heavy {
+        let hint = "where a rod with friction and without mass touches itself is not looked for; leave it out";
+        let allowed = "left out where the rod has damping, but with inertia = \"full\"";
         return rod.refuse(FaultKind::Conflict, "contact_diameter", allowed, hint);
     }
     match rod.has("contact_diameter") {

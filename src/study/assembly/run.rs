@@ -106,9 +106,7 @@ impl AssemblyPrepared {
     fn thickness(&self) -> Vec<Option<f64>> {
         let given = self.scene.assembly.iter();
         let rods = given.flat_map(|given| &given.rods);
-        let light = !self.setup.is_heavy();
-        rods.map(|rod| rod.rod.thickness().filter(|_| light))
-            .collect()
+        rods.map(|rod| rod.rod.thickness()).collect()
     }
 
     fn body_names(&self) -> Vec<String> {

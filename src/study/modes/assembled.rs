@@ -8,7 +8,7 @@ use crate::motion::creep::{SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
 use crate::section::Strain;
 use crate::study::mass::Resting;
-use nalgebra::{Complex, DVector, Isometry3, Vector3};
+use nalgebra::{Complex, DVector, Isometry3, Vector3, Vector6};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
 const EQUILIBRIUM: f64 = 1e-11;
@@ -259,7 +259,7 @@ fn described(
 }
 
 /// True if nothing but inertia and forces with a potential acts on the body.
-fn is_simple(carrier: &Carrier) -> bool {
+pub(super) fn is_simple(carrier: &Carrier) -> bool {
     carrier.is_conservative(0.0)
         && match carrier.mass() {
             Mass::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
@@ -268,7 +268,7 @@ fn is_simple(carrier: &Carrier) -> bool {
 }
 
 /// Names of the components of a shape; with several bodies, with the body's number.
-fn coordinates(assembly: &Assembly) -> Vec<String> {
+pub(super) fn coordinates(assembly: &Assembly) -> Vec<String> {
     let several = assembly.carriers().len() > 1;
     let of = |(body, carrier): (usize, &Carrier)| {
         let prefix = match (assembly.name_of_body(body), several) {
@@ -299,12 +299,24 @@ fn in_world(
     outward: &Outward,
 ) -> Vec<f64> {
     let (starts, _) = assembly.freedoms();
+    let bodies = assembly.carriers().iter().zip(&now.bodies);
+    let twists = bodies.zip(starts).map(|((carrier, place), start)| {
+        let own = DVector::from_column_slice(&shape[start..start + carrier.freedoms()]);
+        carrier.own_twists(&place.pose) * own
+    });
+    of_twists(assembly, &twists.collect::<Vec<_>>(), outward)
+}
+
+/// The same from the twists of the bodies in it.
+pub(super) fn of_twists(
+    assembly: &Assembly,
+    twists: &[Vector6<f64>],
+    outward: &Outward,
+) -> Vec<f64> {
     let per = 1.0 / outward.scales.mass.sqrt();
     let mut world = Vec::new();
-    let bodies = assembly.carriers().iter().zip(&now.bodies);
-    for ((carrier, place), start) in bodies.zip(starts) {
-        let own = DVector::from_column_slice(&shape[start..start + carrier.freedoms()]);
-        let (turn, shift) = halves(&(carrier.own_twists(&place.pose) * own));
+    for (carrier, twist) in assembly.carriers().iter().zip(twists) {
+        let (turn, shift) = halves(twist);
         if carrier.turns() {
             let turn = outward.clamp.rotation * turn * (per / outward.scales.length);
             world.extend(turn.iter());

@@ -12,7 +12,7 @@ use crate::section::Strain;
 use nalgebra::{DVector, Isometry3, Matrix3, Vector3};
 
 /// Vibrations that are told.
-const COUNT: usize = 8;
+pub(super) const COUNT: usize = 8;
 /// Nodes to begin with, and coordinates beyond which no more are taken.
 const FIRST: usize = 16;
 const MOST: usize = 200;
@@ -52,7 +52,12 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
             (model.given, clamp, Box::new(strain))
         }
     };
-    let found = converged(&given, &*strain)?;
+    let width = (given.breaks().len() + 1) * given.law.active().len();
+    let found = converged(
+        (width, MOST),
+        |nodes| at_nodes(&given, &*strain, nodes),
+        |found| &found.modes,
+    )?;
     let rod = &found.rod;
     let turns = given.body.as_ref().is_some_and(Mass::turns);
     let planar = given.curve == Curve::Plane;
@@ -163,20 +168,23 @@ fn is_damped(body: &Mass) -> bool {
     }
 }
 
-/// The rod at as many nodes as its vibrations ask for.
-fn converged(given: &Given, strain: &dyn Fn(f64) -> Strain) -> Result<Found> {
+/// What is found at as many nodes as its vibrations ask for, `width` coordinates to a node, `most` of them in all.
+pub(super) fn converged<F>(
+    (width, most): (usize, usize),
+    at_nodes: impl Fn(usize) -> Result<F>,
+    vibrations: impl Fn(&F) -> &[Vibration],
+) -> Result<F> {
     let mut nodes = FIRST;
-    let mut last: Option<Found> = None;
+    let mut last: Option<F> = None;
     loop {
-        let found = at_nodes(given, strain, nodes)?;
+        let found = at_nodes(nodes)?;
         let same = last.as_ref().is_some_and(|last| {
-            let pairs = last.modes.iter().zip(&found.modes);
+            let pairs = vibrations(last).iter().zip(vibrations(&found));
             let changes = pairs.map(|(a, b)| (a.square - b.square).abs() / (1.0 + b.square.abs()));
             changes.fold(0.0, f64::max) < CONVERGED
         });
         let next = more(nodes);
-        let elements = given.breaks().len() + 1;
-        if same || next * elements * given.law.active().len() > MOST {
+        if same || next * width > most {
             return Ok(found);
         }
         last = Some(found);
@@ -225,27 +233,35 @@ fn end_of(rod: &HeavyRod, q: &[f64], shape: &DVector<f64>) -> Result<[Vector3<f6
     Ok([spins, velocities].map(|list| list.last().copied().unwrap_or_default()))
 }
 
-/// Sections along the rod, from the clamp to the end.
 fn stations(rod: &HeavyRod, q: &[f64]) -> Result<Vec<Station>> {
+    stations_from(rod, &Isometry3::identity(), &rod.strains(q))
+}
+
+/// Sections along a rod with these strains at its nodes, from its base to its end.
+pub(super) fn stations_from(
+    rod: &HeavyRod,
+    base: &Isometry3<f64>,
+    strains: &[Strain],
+) -> Result<Vec<Station>> {
     let grid = &rod.sections.grid;
     let fine = Grid::clone(&grid.finer(INTERVALS));
-    let strains = grid.carried(&rod.strains(q), &fine);
+    let strains = grid.carried(strains, &fine);
     let curve = rod.given.curve;
     let shape = Sections::new(fine, rod.given.law.active(), curve, rod.given.law.length())
-        .shape(&Isometry3::identity(), &strains)
+        .shape(base, &strains)
         .ok_or_else(|| Error::domain("the equilibrium has no shape"))?;
     let at = |i: usize| Station {
         position: shape.positions[i],
         directors: shape.directors[i],
     };
-    let base = Station {
-        position: Vector3::zeros(),
+    let first = Station {
+        position: base.translation.vector,
         directors: match curve {
             Curve::Plane => Matrix3::zeros(),
-            Curve::Space => Matrix3::identity(),
+            Curve::Space => base.rotation.to_rotation_matrix().into_inner(),
         },
     };
-    Ok(std::iter::once(base)
+    Ok(std::iter::once(first)
         .chain((0..shape.positions.len()).map(at))
         .collect())
 }

@@ -2,6 +2,7 @@
 
 mod assembled;
 mod heavy;
+mod heavy_assembly;
 mod planar;
 
 pub(in crate::study) use assembled::resting;
@@ -112,8 +113,8 @@ const BALANCED: f64 = 1e-6;
 /// loads at t = 0 lead to. The clamp is held as it stands at t = 0, and loads in time have their value then. The modes are those without
 /// friction; with `damping` of the rod the eigenvalues have its friction, linearised at rest.
 ///
-/// Of a rod with mass (inertia = "full") its own vibrations are among them, the eight slowest motions in all, and its friction makes
-/// them decay.
+/// Of rods with mass (inertia = "full"), one or several, their own vibrations are among them, the eight slowest motions in all beside
+/// those that nothing holds, and friction makes them decay.
 ///
 /// ```
 /// use snaprod::{scene::Scene, study::modes};
@@ -143,6 +144,7 @@ const BALANCED: f64 = 1e-6;
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     let heavy = scene.rod.is_heavy();
     let found = match (&scene.assembly, scene.is_planar()) {
+        (Some(_), _) if heavy => heavy_assembly::modes(scene),
         (Some(_), _) => assembled::of_assembly(scene),
         (None, _) if heavy => heavy::modes(scene),
         (None, true) => match scene.lifted_for_modes() {
@@ -202,6 +204,12 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     remark(
         scene.clamp.motion.is_some(),
         "the clamp is held as it stands at t = 0",
+    );
+    let rods = scene.assembly.iter().flat_map(|given| &given.rods);
+    let mut sites = rods.flat_map(|rod| [&rod.from, &rod.to]);
+    remark(
+        sites.any(|site| site.motion.is_some()),
+        "places on the ground that move are held as they stand at t = 0",
     );
     let bodies = scene.assembly.iter().flat_map(|given| &given.bodies);
     let mut loads =

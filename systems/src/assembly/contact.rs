@@ -5,6 +5,7 @@
 //! the rod is nowhere bent to a radius below half its diameter.
 
 use super::{Assembly, Configuration, Link, On};
+use crate::error::{Error, Message, Quantity};
 use crate::rod::{RodSection, Wrench};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 
@@ -19,6 +20,8 @@ const TAUT: usize = 17;
 const MARKS: usize = 9;
 /// Newton steps to the nearest pair.
 const STEPS: usize = 30;
+/// Intervals into which a rod that is known everywhere is traced.
+const TRACED: usize = 64;
 /// Gaps smaller than this, in lengths of the rod, are known from the fine centrelines alone.
 const NEAR: f64 = 1e-2;
 
@@ -57,6 +60,100 @@ impl Nearness {
 /// r, r_s, r_ss.
 type Jet = [Vector3<f64>; 3];
 
+/// A rod with a contact diameter as it lies.
+pub struct Tube<'a> {
+    rod: usize,
+    diameter: f64,
+    /// What holds its ends: a body of this number, or the ground.
+    held: Vec<Option<usize>>,
+    curve: Curve,
+    /// The centreline exactly at an arclength.
+    exact: Box<dyn Fn(f64) -> Option<Jet> + 'a>,
+}
+
+impl<'a> Tube<'a> {
+    /// The rod of this number, of which `exact` gives r, r_s, r_ss at any arclength up to `length`; None where it has no shape.
+    pub fn new(
+        rod: usize,
+        diameter: f64,
+        held: Vec<Option<usize>>,
+        length: f64,
+        exact: impl Fn(f64) -> Option<Jet> + 'a,
+    ) -> Option<Self> {
+        let knots = (0..=TRACED).map(|k| length * k as f64 / TRACED as f64);
+        let knots: Vec<f64> = knots.collect();
+        let jets = knots.iter().map(|s| exact(*s));
+        let jets = jets.collect::<Option<Vec<Jet>>>()?;
+        Some(Self {
+            rod,
+            diameter,
+            held,
+            curve: Curve::through(knots, jets),
+            exact: Box::new(exact),
+        })
+    }
+
+    /// True if an end of each is held by the same body, or both by the ground, so that ends may be as near as their attachments are.
+    fn shares(&self, other: &Self) -> bool {
+        self.rod == other.rod || self.held.iter().any(|body| other.held.contains(body))
+    }
+}
+
+impl Nearness {
+    /// How near rods are to themselves and to each other.
+    pub fn of(tubes: &[Tube<'_>]) -> Self {
+        let mut found = Self::default();
+        for (i, one) in tubes.iter().enumerate() {
+            let length = one.curve.length();
+            let marks = (0..MARKS).map(|k| length * k as f64 / (MARKS - 1) as f64);
+            found.marks.extend(marks.map(|s| one.curve.at(s)[0]));
+            for other in &tubes[i..] {
+                let near = nearest_of([one, other]);
+                let near = near.and_then(|contact| match contact.gap < NEAR * length {
+                    true => contact.between([one, other]),
+                    false => Some(contact),
+                });
+                if near.is_some_and(|contact| contact.gap < found.gap()) {
+                    found.contact = near;
+                }
+            }
+        }
+        found
+    }
+}
+
+impl Contact {
+    /// The contact next to this one of the same rods as they lie now, exactly; None if it is lost.
+    pub fn now(&self, tubes: &[Tube<'_>]) -> Option<Self> {
+        let tube = |rod: usize| tubes.iter().find(|tube| tube.rod == rod);
+        self.between([tube(self.rods[0])?, tube(self.rods[1])?])
+    }
+
+    /// The error of a start in which rods overlap.
+    pub fn at_start(&self) -> Error {
+        let ([a, b], [s, at]) = (self.rods, self.at);
+        let pair = Message::from(format!("rod {a} at s = "))
+            .number(s, Quantity::Length)
+            .words(format!(" and rod {b} at s = "))
+            .number(at, Quantity::Length);
+        Error::domain(pair.words(
+            " are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out",
+        ))
+    }
+
+    fn between(&self, [a, b]: [&Tube<'_>; 2]) -> Option<Self> {
+        let lengths = [a.curve.length(), b.curve.length()];
+        let (at, distance) = nearest(self.at, lengths, |s| {
+            Some([(a.exact)(s[0])?, (b.exact)(s[1])?])
+        })?;
+        Some(Self {
+            at,
+            gap: distance - 0.5 * (a.diameter + b.diameter),
+            ..*self
+        })
+    }
+}
+
 /// A centreline: pieces of degree 5 between the steps of an integration.
 struct Curve {
     knots: Vec<f64>,
@@ -67,13 +164,20 @@ struct Curve {
 
 impl Curve {
     fn new(sections: &[RodSection], base: &Isometry3<f64>) -> Self {
+        Self::through(
+            sections.iter().map(|section| section.s).collect(),
+            sections.iter().map(|section| jet(section, base)).collect(),
+        )
+    }
+
+    fn through(knots: Vec<f64>, jets: Vec<Jet>) -> Self {
+        let each = PLACES.div_ceil(knots.len().max(2) - 1);
         let mut curve = Self {
-            knots: sections.iter().map(|section| section.s).collect(),
-            jets: sections.iter().map(|section| jet(section, base)).collect(),
+            knots,
+            jets,
             places: Vec::new(),
             points: Vec::new(),
         };
-        let each = PLACES.div_ceil(sections.len().max(2) - 1);
         for pair in curve.knots.windows(2) {
             let inside = (0..each).map(|k| pair[0] + (pair[1] - pair[0]) * k as f64 / each as f64);
             curve.places.extend(inside);
@@ -214,17 +318,6 @@ impl Link {
         let sections = seen.shape(q, &held, &[s], FINE).ok()?;
         Some(jet(sections.first()?, &base))
     }
-
-    /// True if an end of each is held by the same body, or both by the ground, so that ends may be as near as their attachments are.
-    fn shares(&self, other: &Self) -> bool {
-        let on = |site: &On| match site {
-            On::Body(body) => Some(*body),
-            _ => None,
-        };
-        let mine = [on(&self.from.on), on(&self.to.on)];
-        let theirs = [on(&other.from.on), on(&other.to.on)];
-        mine.iter().any(|body| theirs.contains(body))
-    }
 }
 
 impl Assembly {
@@ -235,84 +328,78 @@ impl Assembly {
 
     /// How near rods with a contact diameter are to themselves and to each other.
     pub fn nearness(&self, t: f64, now: &Configuration) -> Nearness {
-        let all = self.links().iter().zip(&now.charts).enumerate();
-        let traced =
-            all.filter_map(|(k, (link, q))| Some((k, link.diameter?, link.traced(t, now, q)?)));
-        let curves: Vec<(usize, f64, Curve)> = traced.collect();
-        let mut found = Nearness::default();
-        for (i, (a, d, curve)) in curves.iter().enumerate() {
-            let marks = (0..MARKS).map(|k| curve.length() * k as f64 / (MARKS - 1) as f64);
-            found.marks.extend(marks.map(|s| curve.at(s)[0]));
-            for (b, e, other) in &curves[i..] {
-                let thick = 0.5 * (d + e);
-                let near = self.nearest_of([*a, *b], [curve, other], thick);
-                let near = near.and_then(|contact| match contact.gap < NEAR * curve.length() {
-                    true => self.contact(t, now, &contact),
-                    false => Some(contact),
-                });
-                if near.is_some_and(|contact| contact.gap < found.gap()) {
-                    found.contact = near;
-                }
-            }
-        }
-        found
+        Nearness::of(&self.tubes(t, now, None))
     }
 
-    /// The nearest pair of two centrelines, if it is near.
-    fn nearest_of(&self, rods: [usize; 2], curves: [&Curve; 2], thick: f64) -> Option<Contact> {
-        let [a, b] = curves;
-        let same = rods[0] == rods[1];
-        let shared = same || self.links()[rods[0]].shares(&self.links()[rods[1]]);
-        let reach = thick + 2.0 * a.spacing().max(b.spacing());
-        let (last_a, last_b) = (a.points.len() - 1, b.points.len() - 1);
-        let square = |i: usize, j: usize| (a.points[i] - b.points[j]).norm_squared();
-        let mut best: Option<Contact> = None;
-        for i in 0..=last_a {
-            for j in if same { i + 2 } else { 0 }..=last_b {
-                let here = square(i, j);
-                let ends = [0, last_a].contains(&i) && [0, last_b].contains(&j);
-                if !(here < reach * reach) || ends && shared {
-                    continue;
-                }
-                let rows = i.saturating_sub(1)..=(i + 1).min(last_a);
-                let lowest = rows.into_iter().all(|k| {
-                    let columns = j.saturating_sub(1)..=(j + 1).min(last_b);
-                    columns.into_iter().all(|l| here <= square(k, l))
-                });
-                if !lowest {
-                    continue;
-                }
-                let start = [a.places[i], b.places[j]];
-                let lengths = [a.length(), b.length()];
-                let jets = |s: [f64; 2]| Some([a.at(s[0]), b.at(s[1])]);
-                let Some((at, distance)) = nearest(start, lengths, jets) else {
-                    continue;
-                };
-                // Neighbours along the rod are none.
-                if same && at[1] - at[0] < thick {
-                    continue;
-                }
-                let gap = distance - thick;
-                if best.as_ref().is_none_or(|best| gap < best.gap) {
-                    best = Some(Contact { rods, at, gap });
-                }
-            }
-        }
-        best
+    /// Rods with a contact diameter, or those of a contact among them.
+    fn tubes<'a>(&'a self, t: f64, now: &'a Configuration, of: Option<&Contact>) -> Vec<Tube<'a>> {
+        let body = |site: &On| match site {
+            On::Body(body) => Some(*body),
+            _ => None,
+        };
+        let all = self.links().iter().zip(&now.charts).enumerate();
+        let tubes = all.filter_map(|(rod, (link, q))| {
+            let diameter = link.diameter?;
+            of.is_none_or(|contact| contact.rods.contains(&rod))
+                .then_some(())?;
+            Some(Tube {
+                rod,
+                diameter,
+                held: vec![body(&link.from.on), body(&link.to.on)],
+                curve: link.traced(t, now, q)?,
+                exact: Box::new(move |s| link.jet(t, now, q, s)),
+            })
+        });
+        tubes.collect()
     }
 
     /// The contact that `near` is next to, exactly; None if it is lost.
     pub fn contact(&self, t: f64, now: &Configuration, near: &Contact) -> Option<Contact> {
-        let [a, b] = near.rods.map(|k| (&self.links()[k], &now.charts[k]));
-        let lengths = [a.0.rod.length(), b.0.rod.length()];
-        let thick = 0.5 * (a.0.diameter? + b.0.diameter?);
-        let (at, distance) = nearest(near.at, lengths, |s| {
-            Some([a.0.jet(t, now, a.1, s[0])?, b.0.jet(t, now, b.1, s[1])?])
-        })?;
-        Some(Contact {
-            at,
-            gap: distance - thick,
-            ..*near
-        })
+        near.now(&self.tubes(t, now, Some(near)))
     }
+}
+
+/// The nearest pair of two centrelines, if it is near.
+fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
+    let (a, b) = (&one.curve, &other.curve);
+    let rods = [one.rod, other.rod];
+    let thick = 0.5 * (one.diameter + other.diameter);
+    let same = rods[0] == rods[1];
+    let shared = one.shares(other);
+    let reach = thick + 2.0 * a.spacing().max(b.spacing());
+    let (last_a, last_b) = (a.points.len() - 1, b.points.len() - 1);
+    let square = |i: usize, j: usize| (a.points[i] - b.points[j]).norm_squared();
+    let mut best: Option<Contact> = None;
+    for i in 0..=last_a {
+        for j in if same { i + 2 } else { 0 }..=last_b {
+            let here = square(i, j);
+            let ends = [0, last_a].contains(&i) && [0, last_b].contains(&j);
+            if !(here < reach * reach) || ends && shared {
+                continue;
+            }
+            let rows = i.saturating_sub(1)..=(i + 1).min(last_a);
+            let lowest = rows.into_iter().all(|k| {
+                let columns = j.saturating_sub(1)..=(j + 1).min(last_b);
+                columns.into_iter().all(|l| here <= square(k, l))
+            });
+            if !lowest {
+                continue;
+            }
+            let start = [a.places[i], b.places[j]];
+            let lengths = [a.length(), b.length()];
+            let jets = |s: [f64; 2]| Some([a.at(s[0]), b.at(s[1])]);
+            let Some((at, distance)) = nearest(start, lengths, jets) else {
+                continue;
+            };
+            // Neighbours along the rod are none.
+            if same && at[1] - at[0] < thick {
+                continue;
+            }
+            let gap = distance - thick;
+            if best.as_ref().is_none_or(|best| gap < best.gap) {
+                best = Some(Contact { rods, at, gap });
+            }
+        }
+    }
+    best
 }

@@ -28,7 +28,7 @@ mod taut;
 
 pub use branch::{AssemblyFamily, AssemblyState};
 pub use carrier::{Carrier, Mass, Place};
-pub use contact::{Contact, Nearness};
+pub use contact::{Contact, Nearness, Tube};
 pub use free::FreeRod;
 pub use implicit::Linearised;
 pub use inertia::{LightRod, Weighed};

@@ -166,7 +166,7 @@ impl Assembly {
                 joined(&(Vector3::from(bend) * sign), &Vector3::zeros())
             });
             match self.led(
-                &self.laid_out(charts.collect(), tolerance)?,
+                &self.laid_out(charts.collect(), &[], tolerance)?,
                 route,
                 tolerance,
             ) {
@@ -205,7 +205,34 @@ impl Assembly {
     /// # Errors
     /// A body that no chain of rods joins to the ground or to a support; as [`super::Link::end`].
     pub fn unloaded(&self, tolerance: f64) -> Result<Configuration> {
-        self.laid_out(vec![Wrench::zeros(); self.links().len()], tolerance)
+        self.let_go(&[], tolerance)
+    }
+
+    /// The same of bodies that need no ground: where no chain of rods leads to it, the first body stands as in `bodies` and the rods
+    /// bring the others there.
+    ///
+    /// # Errors
+    /// As [`Assembly::unloaded`], of bodies that `bodies` does not have.
+    pub fn let_go(&self, bodies: &[Place], tolerance: f64) -> Result<Configuration> {
+        let charts = vec![Wrench::zeros(); self.links().len()];
+        self.laid_out(charts, bodies, tolerance)
+    }
+
+    /// True if a chain of rods joins every body to the ground or to a support.
+    pub fn is_held(&self) -> bool {
+        let mut held = vec![false; self.carriers().len()];
+        for _ in 0..held.len() {
+            for link in self.links() {
+                let ends = [&link.from.on, &link.to.on].map(|on| match on {
+                    On::Body(body) => Some(*body),
+                    _ => None,
+                });
+                if ends.iter().any(|end| end.is_none_or(|body| held[body])) {
+                    ends.iter().flatten().for_each(|body| held[*body] = true);
+                }
+            }
+        }
+        held.iter().all(|held| *held)
     }
 
     /// A guess for [`Assembly::equilibrium`] from places of the bodies alone: every rod in the equilibrium that it is found in
@@ -382,12 +409,18 @@ impl Assembly {
     ///
     /// # Errors
     /// A body that no chain of rods joins to the ground.
-    fn laid_out(&self, charts: Vec<Wrench>, tolerance: f64) -> Result<Configuration> {
+    fn laid_out(
+        &self,
+        charts: Vec<Wrench>,
+        bodies: &[Place],
+        tolerance: f64,
+    ) -> Result<Configuration> {
         let ends = self.links().iter().zip(&charts);
         let ends = ends.map(|(link, q)| Ok(link.end(q, tolerance)?.pose));
         let ends = ends.collect::<Result<Vec<Isometry3<f64>>>>()?;
         let mut placed: Vec<Option<Isometry3<f64>>> = vec![None; self.carriers().len()];
-        for _ in 0..placed.len() {
+        loop {
+            let before = placed.iter().flatten().count();
             for (link, end) in self.links().iter().zip(&ends) {
                 let seen = |site: &super::Attachment| match &site.on {
                     On::Body(body) => placed[*body].map(|pose| pose * site.place),
@@ -414,6 +447,15 @@ impl Assembly {
                     }
                     placed[body] = Some(pose);
                 }
+            }
+            if placed.iter().flatten().count() > before {
+                continue;
+            }
+            // Where the rods lead no further, from the next body.
+            let next = placed.iter().position(Option::is_none);
+            match next.and_then(|body| Some((body, bodies.get(body)?.pose))) {
+                Some((body, pose)) => placed[body] = Some(pose),
+                None => break,
             }
         }
         let bodies = placed.into_iter().enumerate().map(|(body, pose)| {

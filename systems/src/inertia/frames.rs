@@ -28,6 +28,9 @@ pub enum Curve {
     Space,
 }
 
+/// Parts of the rod over which curvatures of its centreline are taken: they lead to the nearest place, not to the distance.
+const STRIDE: f64 = 1e-5;
+
 /// The nodes, and integration from the clamp to each of them and to the end.
 #[derive(Debug, Clone)]
 pub struct Sections {
@@ -132,6 +135,19 @@ impl Sections {
     /// Number of coordinates: strains that can change, at all nodes.
     pub fn size(&self) -> usize {
         self.grid.len() * self.active.len()
+    }
+
+    /// The centreline at an arclength s, and its first and second derivatives there; the latter by differences.
+    pub fn centreline(&self, shape: &Shape, s: f64) -> [Vector3<f64>; 3] {
+        let part = (s / self.length).clamp(0.0, 1.0);
+        let tangent = |part: f64| self.grid.at(&shape.tangents, part);
+        let (before, after) = ((part - STRIDE).max(0.0), (part + STRIDE).min(1.0));
+        let bend = (tangent(after) - tangent(before)) / ((after - before) * self.length);
+        [
+            shape.base + self.grid.integral_at(&shape.tangents, part) * self.length,
+            tangent(part),
+            bend,
+        ]
     }
 
     /// The weights of the nodes; they add up to the length.

@@ -105,6 +105,7 @@ pub fn held_modes(
         grain: Body::new(1.0)?,
         distributed: link.distributed().map(|load| load.mapped(|f| back * f)),
         body: None,
+        diameter: None,
     };
     let seen = link.facing(&point.base.pose.rotation);
     let (held, length) = (point.held(), link.rod().length());

@@ -6,6 +6,7 @@
 use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
 use super::law::Law;
 use super::mass::{Mass, MassLinear};
+use crate::assembly::Tube;
 use crate::body::{Body, RigidBody};
 use crate::creep::grid::Grid;
 use crate::error::{Error, Result};
@@ -33,6 +34,8 @@ pub struct Given {
     pub distributed: Option<Distributed>,
     /// The body at the end; None in an assembly, where a wrench acts on the end.
     pub body: Option<Mass>,
+    /// How thick it is where it touches itself or another; None where contacts are not looked for.
+    pub diameter: Option<f64>,
 }
 
 /// A rod with mass at given nodes.
@@ -213,6 +216,23 @@ impl HeavyRod {
             weights: weights.collect(),
         });
         self
+    }
+
+    /// The rod as it lies, of this number and with its ends held so, if it has a contact diameter.
+    pub fn tube<'a>(
+        &'a self,
+        at: &'a Moving,
+        rod: usize,
+        held: Vec<Option<usize>>,
+    ) -> Option<Tube<'a>> {
+        let exact = move |s: f64| Some(self.sections.centreline(&at.shape, s));
+        Tube::new(
+            rod,
+            self.given.diameter?,
+            held,
+            self.given.law.length(),
+            exact,
+        )
     }
 
     /// Number of coordinates.

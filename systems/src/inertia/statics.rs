@@ -18,13 +18,15 @@ pub struct Vibration {
 }
 
 /// Vibrations of which motions with friction are made.
-const SUBSPACE: usize = 24;
+pub(super) const SUBSPACE: usize = 24;
 /// Steps of the search for an equilibrium.
 const STEPS: usize = 400;
 /// Shifts of an indefinite stiffness that are tried, each ten times the one before.
 const SHIFTS: i32 = 24;
 /// Its residual at the end, relative to 1 + the loads.
 const SOLVED: f64 = 1e-13;
+/// A part of the stiffness that is not symmetric counts from this, relative to the whole.
+const UNSYMMETRIC: f64 = 1e-9;
 
 impl HeavyRod {
     /// The coordinates of a stable equilibrium under the loads at time `t`, searched from `q` downhill in the energy.
@@ -109,36 +111,7 @@ impl HeavyRod {
         let found = found.ok_or_else(|| {
             Error::domain("the strains of the equilibrium are outside the law's domain")
         })?;
-        let n = modes.len();
-        let mut whole = DMatrix::zeros(2 * n, 2 * n);
-        // Of a stable equilibrium 1/s, from (Omega x, x')' = [0, Omega; -Omega, -C] (Omega x, x') turned round: slow motions then keep
-        // their digits beside the fast ones.
-        let stable = modes.iter().all(|mode| mode.square > 0.0);
-        let slow = |mode: &Vibration| {
-            if stable {
-                1.0 / mode.square.sqrt()
-            } else {
-                1.0
-            }
-        };
-        for (j, right) in modes.iter().enumerate() {
-            let pushed = &found.by_rate * &right.shape;
-            for (i, left) in modes.iter().enumerate() {
-                let friction = -left.shape.dot(&pushed) * slow(left) * slow(right);
-                let place = if stable { (i, j) } else { (n + i, n + j) };
-                whole[place] = friction;
-            }
-            whole[(j, n + j)] = if stable { -slow(right) } else { 1.0 };
-            whole[(n + j, j)] = if stable { slow(right) } else { -right.square };
-        }
-        let found = whole.complex_eigenvalues();
-        let all = found.iter().map(|x| if stable { x.inv() } else { *x });
-        let mut upper: Vec<Complex<f64>> =
-            all.filter(|s| s.im >= 0.0 && s.re.is_finite()).collect();
-        sort_few(&mut upper, |s| s.norm());
-        upper.truncate(count);
-        sort_eigenvalues(&mut upper);
-        Ok(upper)
+        Ok(decaying(&modes, [&found.by_strain, &found.by_rate], count))
     }
 
     /// 1/sqrt(weight) for every coordinate, so that norms are means over the rod.
@@ -315,4 +288,50 @@ pub(super) fn slowest(
             }
         })
         .collect())
+}
+
+/// Eigenvalues s of the `count` slowest motions exp(s t), Im s >= 0, the smallest ones by Im s, within the space of these vibrations
+/// of mass 1, under this stiffness and damping.
+pub(super) fn decaying(
+    modes: &[Vibration],
+    [stiffness, damping]: [&DMatrix<f64>; 2],
+    count: usize,
+) -> Vec<Complex<f64>> {
+    let n = modes.len();
+    let inner = |m: &DMatrix<f64>| {
+        let pushed: Vec<DVector<f64>> = modes.iter().map(|mode| m * &mode.shape).collect();
+        DMatrix::from_fn(n, n, |i, j| modes[i].shape.dot(&pushed[j]))
+    };
+    let (friction, mut push) = (inner(damping), inner(stiffness));
+    let aside = (&push - push.transpose()).amax();
+    // Loads that follow a body have no potential.
+    let followed = aside > UNSYMMETRIC * push.amax();
+    if !followed {
+        push = DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| modes[i].square));
+    }
+    // Of a stable equilibrium 1/s, from (Omega x, x')' = [0, Omega; -Omega, -C] (Omega x, x') turned round: slow motions then keep
+    // their digits beside the fast ones.
+    let turned = !followed && modes.iter().all(|mode| mode.square > 0.0);
+    let mut whole = DMatrix::zeros(2 * n, 2 * n);
+    if turned {
+        let slow: Vec<f64> = modes.iter().map(|mode| 1.0 / mode.square.sqrt()).collect();
+        for j in 0..n {
+            for i in 0..n {
+                whole[(i, j)] = -friction[(i, j)] * slow[i] * slow[j];
+            }
+            whole[(j, n + j)] = -slow[j];
+            whole[(n + j, j)] = slow[j];
+        }
+    } else {
+        whole.view_mut((0, n), (n, n)).fill_with_identity();
+        whole.view_mut((n, 0), (n, n)).copy_from(&-push);
+        whole.view_mut((n, n), (n, n)).copy_from(&-friction);
+    }
+    let found = whole.complex_eigenvalues();
+    let all = found.iter().map(|x| if turned { x.inv() } else { *x });
+    let mut upper: Vec<Complex<f64>> = all.filter(|s| s.im >= 0.0 && s.re.is_finite()).collect();
+    sort_few(&mut upper, |s| s.norm());
+    upper.truncate(count);
+    sort_eigenvalues(&mut upper);
+    upper
 }

@@ -9,7 +9,7 @@ mod rod;
 mod run;
 mod sample;
 
-pub use assembly::{HeavyAssemblySample, HeavyAssemblyStart, RodStart};
+pub use assembly::{HeavyAssemblyStart, RodStart};
 pub use rod::{HeavyRate, HeavyStart};
 pub use run::{HeavyRun, SPILL};
 pub use sample::HeavySample;

@@ -1,5 +1,6 @@
 //! Rods with mass as a run sees them: one rod with its body, or an assembly.
 
+use crate::assembly::{Contact, Nearness};
 use crate::creep::grid::more;
 use crate::creep::kinematics::Local;
 use crate::creep::resolution::{Demand, ROUNDING, demand};
@@ -34,6 +35,17 @@ pub(super) trait Model {
     fn held(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
         None
     }
+
+    /// Of every body in a groove with ends: its number, the parameter, and between which it lies.
+    fn along_grooves(&self, _y: &DVector<f64>) -> Vec<(usize, f64, [f64; 2])> {
+        Vec::new()
+    }
+
+    /// How near rods with a contact diameter are to themselves and to each other; None where there is none.
+    fn nearness(&self, y: &DVector<f64>) -> Option<Nearness>;
+
+    /// The contact next to `near` in a state; None if it is lost.
+    fn contact(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact>;
 
     /// The first time after `t` at which a load or the motion of a support is not smooth.
     fn next_break(&self, t: f64) -> f64;

@@ -2,6 +2,7 @@
 
 use super::model::{Begun, Model};
 use super::sample::HeavySample;
+use crate::assembly::{Contact, Nearness};
 use crate::creep::grid::Grid;
 use crate::error::{Error, Result};
 use crate::inertia::rod::{Given, HeavyRod, Moving};
@@ -41,11 +42,11 @@ impl Model for Arc<HeavyRod> {
 
     fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>> {
         let sample = match implicit {
-            true => HeavySample::new(self, y, &y.as_slice()[HeavyRod::time(self) + INTEGRALS..]),
+            true => HeavySample::of_rod(self, y, &y.as_slice()[HeavyRod::time(self) + INTEGRALS..]),
             false => {
                 let at = self.at(y)?;
                 let second = self.accelerations(y[HeavyRod::time(self)], &at)?;
-                HeavySample::new(self, y, second.as_slice())
+                HeavySample::of_rod(self, y, second.as_slice())
             }
         };
         Some(Box::new(sample?))
@@ -71,6 +72,17 @@ impl Model for Arc<HeavyRod> {
 
     fn next_break(&self, t: f64) -> f64 {
         HeavyRod::next_break(self, t)
+    }
+
+    fn nearness(&self, y: &DVector<f64>) -> Option<Nearness> {
+        let at = self.at(y)?;
+        let tube = self.tube(&at, 0, vec![None])?;
+        Some(Nearness::of(&[tube]))
+    }
+
+    fn contact(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact> {
+        let at = self.at(y)?;
+        near.now(&[self.tube(&at, 0, vec![None])?])
     }
 }
 

@@ -3,6 +3,7 @@
 use super::assembly::{self, HeavyAssemblyStart};
 use super::model::{Begun, Judged, Model};
 use super::rod::{self, HeavyStart};
+use crate::assembly::Nearness;
 use crate::creep::resolution::{Demand, MOST_NODES, Nodes};
 use crate::error::{Cause, Error, Result};
 use crate::inertia::assembly::HeavyAssembly;
@@ -24,8 +25,16 @@ const FIRST: usize = 8;
 const PATIENCE: u32 = 40;
 /// Ends of rods that are farther from their attachments than this many tolerances are brought back.
 const DRIFTED: f64 = 0.1;
+/// Places in a step at which contacts are looked for where its ends do not exclude them.
+const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
+/// Rounds of the search for the end of a groove or a contact, and how near in time, relative to the duration, it comes.
+const ROUNDS: usize = 60;
+const CLOSE: f64 = 1e-13;
 /// Tolerances below this leave no room for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
+/// What is zero where a run ends.
+type Seek<'a> = &'a dyn Fn(&dyn Model, &DVector<f64>) -> Option<f64>;
+
 /// A run of rods with mass in progress.
 pub struct HeavyRun {
     model: Box<dyn Model>,
@@ -38,6 +47,10 @@ pub struct HeavyRun {
     wanted: Option<Vec<usize>>,
     first: Box<dyn State>,
     current: Box<dyn State>,
+    /// How near rods with a contact diameter are to each other.
+    near: Option<Nearness>,
+    /// Why the run ends with the step that was taken.
+    ended: Option<Outcome>,
     stopped: bool,
     interrupted: bool,
 }
@@ -122,6 +135,11 @@ impl HeavyRun {
         })?;
         let [first, current] = [model.sample(&y, true), model.sample(&y, true)];
         let (first, current) = first.zip(current).ok_or_else(outside)?;
+        let near = model.nearness(&y);
+        let touching = near.as_ref().and_then(|near| near.contact);
+        if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
+            return Err(contact.at_start());
+        }
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
@@ -135,6 +153,8 @@ impl HeavyRun {
             wanted: None,
             current,
             first,
+            near,
+            ended: None,
             stopped: false,
             interrupted: false,
         })
@@ -222,6 +242,9 @@ impl HeavyRun {
         if self.interrupted {
             return self.stop(Outcome::Interrupted);
         }
+        if let Some(outcome) = self.ended.take() {
+            return self.stop(outcome);
+        }
         let from = self.time();
         let left = self.options.duration - from;
         if !(left > 1e-14 * self.options.duration) {
@@ -250,6 +273,12 @@ impl HeavyRun {
                  (rod.nodes)",
             );
         }
+        if self.look().is_none() {
+            return self.stuck(
+                Cause::EdgeOfDomain,
+                "the end of a groove or a contact is not found: lower the tolerance",
+            );
+        }
         let to = self.time();
         match self.sample_of(self.integrator.state()) {
             Some(current) => self.current = current,
@@ -262,6 +291,100 @@ impl HeavyRun {
             );
         }
         Event::Step { from, to }
+    }
+}
+
+impl HeavyRun {
+    /// Ends the step that was taken where a body comes to the end of its groove, or a rod to touch itself or another, whichever is
+    /// first. None where that cannot be found.
+    fn look(&mut self) -> Option<()> {
+        let [from, to] = [self.integrator.from(), self.integrator.state()].map(DVector::clone);
+        let beyond = |(body, phi, ends): &(usize, f64, [f64; 2])| {
+            let end = *ends.iter().find(|end| match **end == ends[0] {
+                true => phi <= *end,
+                false => phi >= *end,
+            })?;
+            Some((*body, end))
+        };
+        let ended = self.model.along_grooves(&to);
+        let ended: Vec<(usize, f64)> = ended.iter().filter_map(beyond).collect();
+        for (body, end) in ended {
+            let along = |model: &dyn Model, y: &DVector<f64>| {
+                let all = model.along_grooves(y);
+                Some(all.iter().find(|groove| groove.0 == body)?.1 - end)
+            };
+            self.end_at(&from, 1.0, &along, Outcome::GrooveEnd(body))?;
+        }
+        let Some(after) = self.model.nearness(self.integrator.state()) else {
+            return Some(());
+        };
+        let before = self.near.replace(after.clone()).unwrap_or_default();
+        let touches = |near: &Nearness| near.contact.filter(|contact| contact.gap <= 0.0);
+        let mut found = touches(&after).map(|contact| (contact, 1.0));
+        // Between its ends a step can bring rods nearer by no more than they move in it.
+        if before.gap().min(after.gap()) < before.moved(&after) {
+            for part in INSIDE {
+                let y = self.integrator.at(self.model.system(), part)?;
+                if let Some(contact) = self.model.nearness(&y).as_ref().and_then(touches) {
+                    found = Some((contact, part));
+                    break;
+                }
+            }
+        }
+        if let Some((contact, part)) = found {
+            let gap = |model: &dyn Model, y: &DVector<f64>| {
+                Some(
+                    model
+                        .contact(y, &contact)
+                        .map_or(1.0, |contact| contact.gap),
+                )
+            };
+            self.end_at(&from, part, &gap, Outcome::SelfContact(contact))?;
+            let there = self.model.contact(self.integrator.state(), &contact);
+            if let Some(Outcome::SelfContact(contact)) = &mut self.ended {
+                *contact = there.unwrap_or(*contact);
+            }
+        }
+        Some(())
+    }
+
+    /// Ends the step at the root of a function, which has not the sign at `part` of it that it has at the start.
+    fn end_at(
+        &mut self,
+        from: &DVector<f64>,
+        part: f64,
+        function: Seek<'_>,
+        outcome: Outcome,
+    ) -> Option<()> {
+        let (mut low, mut high) = (0.0, part);
+        let mut at_low = function(&*self.model, from)?;
+        let y = self.integrator.at(self.model.system(), part)?;
+        let mut at_high = function(&*self.model, &y)?;
+        // The secant; halved on the side that stays (Illinois).
+        for _ in 0..ROUNDS {
+            if (high - low) * self.integrator.span() <= CLOSE * self.options.duration {
+                break;
+            }
+            let x = (low * at_high - high * at_low) / (at_high - at_low);
+            let x = x.clamp(low + 0.01 * (high - low), high - 0.01 * (high - low));
+            let there = self.integrator.at(self.model.system(), x)?;
+            let value = function(&*self.model, &there)?;
+            if value.signum() == at_low.signum() && value != 0.0 {
+                (low, at_low) = (x, value);
+                at_high *= 0.5;
+            } else {
+                (high, at_high) = (x, value);
+                at_low *= 0.5;
+            }
+        }
+        // The step is taken again, so that samples lie in it. If it comes out shorter the next one leads there.
+        let h = high * self.integrator.span();
+        let system = self.model.system();
+        self.integrator.restart(system, from.clone(), Some(h))?;
+        self.integrator.step(system, h).ok()?;
+        let whole = self.integrator.span() >= h * (1.0 - 1e-9);
+        self.ended = Some(outcome).filter(|_| whole);
+        Some(())
     }
 }
 

@@ -1,71 +1,120 @@
-//! The state of a run of a rod with mass at one moment.
+//! The state of a run of rods with mass at one moment.
 
+use crate::assembly::Place;
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::Local;
+use crate::inertia::assembly::{HeavyAssembly, HeavyState};
 use crate::inertia::frames::{Curve, Sections};
-use crate::inertia::rod::HeavyRod;
+use crate::inertia::rod::{HeavyRod, Moving};
 use crate::math::se3::joined;
 use crate::motion::{Labels, Ledger, State};
 use crate::section::Strain;
-use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
 use std::sync::Arc;
 
-/// The state of a run of a rod with mass at one moment.
+/// The state of a run of rods with mass at one moment: one rod with its body, or an assembly, whose first rod stands for all where one is
+/// asked for.
 #[derive(Debug, Clone)]
 pub struct HeavySample {
-    /// Time.
-    pub t: f64,
-    rod: Arc<HeavyRod>,
-    /// All strains at the nodes.
-    pub strains: Vec<Strain>,
-    /// Their rates.
-    pub rates: Vec<Strain>,
+    t: f64,
+    of: Of,
     /// Power lost per length, at the nodes.
-    dissipation: Vec<f64>,
-    pose: Isometry3<f64>,
-    twist: Vector6<f64>,
-    /// (couple, force) of the rod on the body.
+    lost: Vec<f64>,
+    /// (couple, force) of the rod on what holds its end.
     action: Vector6<f64>,
     ledger: Ledger,
     friction: f64,
-    /// How well the nodes resolve rotations and positions.
-    pub defect: f64,
+}
+
+#[derive(Debug, Clone)]
+enum Of {
+    Rod(Arc<HeavyRod>, Box<Moving>),
+    Assembly(Box<Several>),
+}
+
+#[derive(Debug, Clone)]
+struct Several {
+    assembly: Arc<HeavyAssembly>,
+    at: HeavyState,
+    places: Vec<Place>,
+    grooves: Vec<Option<Vector3<f64>>>,
+    drift: f64,
+}
+
+/// The ledger with these energies, and what is counted from `time` on in a state.
+fn ledger(
+    [kinetic, rod_kinetic, elastic, potential]: [f64; 4],
+    y: &DVector<f64>,
+    time: usize,
+) -> Ledger {
+    Ledger {
+        kinetic,
+        rod_kinetic,
+        elastic,
+        potential,
+        dissipated: y[time + 1] + y[time + 3],
+        work: y[time + 2],
+    }
 }
 
 impl HeavySample {
-    /// The sample of a state with its second derivatives; None outside the law's domain.
-    pub(super) fn new(rod: &Arc<HeavyRod>, y: &DVector<f64>, second: &[f64]) -> Option<Self> {
+    /// The sample of a state of one rod with its second derivatives; None outside the law's domain.
+    pub(super) fn of_rod(rod: &Arc<HeavyRod>, y: &DVector<f64>, second: &[f64]) -> Option<Self> {
         let at = rod.at(y)?;
         let time = rod.time();
         let t = y[time];
         let balance = HeavyRod::balance(rod, t, &at, second)?;
         let [kinetic, rod_kinetic] = rod.kinetic(t, &at);
-        let (elastic, dissipation) = rod.stored(&at)?;
-        let twist = joined(at.flow.spins.last()?, at.flow.velocities.last()?);
+        let (elastic, lost) = rod.stored(&at)?;
+        let energies = [kinetic, rod_kinetic, elastic, rod.potential(t, &at)];
         Some(Self {
             t,
-            pose: at.shape.end(),
-            twist,
             action: *balance.wrenches.last()?,
-            ledger: Ledger {
-                kinetic,
-                rod_kinetic,
-                elastic,
-                potential: rod.potential(t, &at),
-                dissipated: y[time + 1] + y[time + 3],
-                work: y[time + 2],
-            },
+            ledger: ledger(energies, y, time),
             friction: y[time + 1],
-            dissipation,
-            defect: at.shape.defect,
-            strains: at.strains,
-            rates: at.rates,
-            rod: rod.clone(),
+            lost,
+            of: Of::Rod(rod.clone(), Box::new(at)),
         })
     }
 
-    fn grid(&self) -> &Grid {
-        &self.rod.sections.grid
+    /// The sample of a state of an assembly with its accelerations and multipliers; None outside the law's domain.
+    pub(super) fn of_assembly(
+        assembly: &Arc<HeavyAssembly>,
+        y: &DVector<f64>,
+        at: HeavyState,
+        unknowns: &DVector<f64>,
+    ) -> Option<Self> {
+        let (energies, mut lost) = assembly.energies(&at)?;
+        let time = assembly.time();
+        let [drift, _] = assembly.gap(&at);
+        Some(Self {
+            t: at.t,
+            action: -assembly.end_wrench(0, unknowns.as_slice()),
+            ledger: ledger(energies, y, time),
+            friction: y[time + 1],
+            lost: lost.swap_remove(0),
+            of: Of::Assembly(Box::new(Several {
+                places: at.places(),
+                grooves: assembly.groove_forces(&at, unknowns.as_slice())?,
+                drift,
+                assembly: assembly.clone(),
+                at,
+            })),
+        })
+    }
+
+    fn first(&self) -> (&HeavyRod, &Moving) {
+        match &self.of {
+            Of::Rod(rod, at) => (rod, at),
+            Of::Assembly(several) => (&several.assembly.links[0].rod, &several.at.rods[0]),
+        }
+    }
+
+    fn several(&self) -> Option<&Several> {
+        match &self.of {
+            Of::Rod(..) => None,
+            Of::Assembly(several) => Some(several),
+        }
     }
 }
 
@@ -75,11 +124,15 @@ impl State for HeavySample {
     }
 
     fn pose(&self) -> Isometry3<f64> {
-        self.pose
+        self.first().1.shape.end()
     }
 
     fn twist(&self) -> Vector6<f64> {
-        self.twist
+        let flow = &self.first().1.flow;
+        match (flow.spins.last(), flow.velocities.last()) {
+            (Some(spin), Some(velocity)) => joined(spin, velocity),
+            _ => Vector6::zeros(),
+        }
     }
 
     fn action(&self) -> Vector6<f64> {
@@ -103,24 +156,53 @@ impl State for HeavySample {
         None
     }
 
+    fn bodies(&self) -> &[Place] {
+        self.several().map_or(&[], |several| &several.places)
+    }
+
+    fn curves(&self, points: usize) -> Vec<Vec<Isometry3<f64>>> {
+        let Some(Several { assembly, at, .. }) = self.several() else {
+            return Vec::new();
+        };
+        let rods = assembly.links.iter().zip(&at.rods).enumerate();
+        let rods =
+            rods.map(|(k, (link, moving))| curve(&link.rod, &at.base(k), &moving.strains, points));
+        rods.collect()
+    }
+
+    fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
+        self.several()
+            .map_or(Vec::new(), |several| several.grooves.clone())
+    }
+
+    fn drift(&self) -> f64 {
+        self.several().map_or(0.0, |several| several.drift)
+    }
+
     fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
-        self.grid().at_each(&self.strains, places)
+        let (rod, at) = self.first();
+        rod.sections.grid.at_each(&at.strains, places)
     }
 
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
-        let density: Vec<Local<1>> = self.dissipation.iter().map(|d| Local::from([*d])).collect();
-        let values = self.grid().at_each(&density, places);
+        let density: Vec<Local<1>> = self.lost.iter().map(|d| Local::from([*d])).collect();
+        let values = self.first().0.sections.grid.at_each(&density, places);
         values.iter().map(|d| d[0].max(0.0)).collect()
     }
 
     fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
-        curve(&self.rod, &Isometry3::identity(), &self.strains, points)
+        let (rod, at) = self.first();
+        let base = match self.several() {
+            Some(several) => several.at.base(0),
+            None => Isometry3::identity(),
+        };
+        curve(rod, &base, &at.strains, points)
     }
 }
 
 /// Sections of a rod with these strains at its nodes that begins at `base`: that one, `points` on every element, the end; none if the
 /// strains are too large for a shape.
-pub(super) fn curve(
+fn curve(
     rod: &HeavyRod,
     base: &Isometry3<f64>,
     strains: &[Strain],

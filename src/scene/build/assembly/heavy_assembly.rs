@@ -52,6 +52,10 @@ pub(super) fn heavy(
                     _ => None,
                 },
                 body: None,
+                diameter: rod
+                    .thickness()
+                    .filter(|_| to.is_some())
+                    .map(|d| scales.inward(Quantity::Length, d)),
             };
             let breaks = given.breaks();
             let grid = Grid::new(&breaks, &vec![FEWEST; breaks.len() + 1]);
@@ -75,7 +79,7 @@ pub(super) fn heavy(
 }
 
 impl AssemblySetup {
-    /// A run with the mass of the rods from where they would be without: at the equilibrium with it, unless the unloaded rods are let go.
+    /// A run with the mass of the rods from where they would be without.
     pub(super) fn heavy_motion(
         &self,
         heavy: &HeavyAssembly,
@@ -86,6 +90,14 @@ impl AssemblySetup {
         if let Some(nodes) = scene.rod.nodes {
             options.nodes = Nodes::Fixed(nodes);
         }
+        HeavyRun::of_assembly(heavy, &self.heavy_start(start)?, options)
+    }
+
+    /// Where rods with mass start that would be there without: at the equilibrium with it, unless the unloaded rods are let go.
+    ///
+    /// # Errors
+    /// As [`AssemblySetup::shapes`].
+    pub fn heavy_start<'a>(&'a self, start: &'a Configuration) -> Result<HeavyAssemblyStart<'a>> {
         let bases = self.shapes(0.0, start, 1)?;
         let rods = bases.iter().enumerate().map(|(k, sections)| RodStart {
             base: sections
@@ -97,13 +109,12 @@ impl AssemblySetup {
             }),
             rate: Box::new(|_| Strain::zeros()),
         });
-        let start = HeavyAssemblyStart {
+        Ok(HeavyAssemblyStart {
             bodies: start.bodies.clone(),
             rods: rods.collect(),
             settled: !self.unloaded,
             following: true,
-        };
-        HeavyRun::of_assembly(heavy, &start, options)
+        })
     }
 
     /// The strains of a rod without mass at s in [0, 1] from its `from`, in the units of the assembly.

@@ -14,17 +14,18 @@
 //! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with what holds it.
 //! * `seat`: attachments, how they move and what changes that.
 //! * `blocks`: derivatives of the balance, block by block, and their elimination rod by rod.
-//! * `system`: the differential equations. `statics`: equilibria, starts, small vibrations; ends brought back to their attachments.
+//! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments. `small`: vibrations.
 
 mod blocks;
 mod seat;
+mod small;
 mod statics;
 mod system;
 
 use super::mass::Mass;
 use super::rod::{Balance, HeavyRod, Held, Moving};
 use super::system::INTEGRALS;
-use crate::assembly::{Attachment, Carrier, Joint, Mass as Matter, On, Place};
+use crate::assembly::{Attachment, Carrier, Joint, Mass as Matter, On, Place, Tube};
 use crate::creep::grid::Grid;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
@@ -127,7 +128,7 @@ impl HeavyAssembly {
     /// An assembly; bodies are known by their place in the list.
     ///
     /// # Errors
-    /// No body; a rod on a body that is not in the list, or welded to a point mass, or with both ends on one body; a groove with ends.
+    /// No body; a rod on a body that is not in the list, or welded to a point mass, or with both ends on one body.
     pub fn new(carriers: Vec<Carrier>, links: Vec<HeavyLink>) -> Result<Self> {
         if carriers.is_empty() {
             return Err(Error::domain("an assembly has one body at least"));
@@ -162,16 +163,6 @@ impl HeavyAssembly {
                     "rod {k} begins and ends on body {a}"
                 )));
             }
-        }
-        let ended = |carrier: &Carrier| {
-            carrier
-                .groove()
-                .is_some_and(|groove| groove.ends().is_some())
-        };
-        if let Some(body) = carriers.iter().position(ended) {
-            return Err(Error::domain(format!(
-                "the groove of body {body} has ends, at which a motion of rods with mass does not stop: close it, or let it be a line"
-            )));
         }
         let masses = carriers.iter().map(|carrier| match carrier.mass() {
             Matter::Rigid(body) => Mass::Rigid((**body).clone()),
@@ -396,6 +387,31 @@ impl HeavyAssembly {
             lost.push(density);
         }
         Some((sums, lost))
+    }
+
+    /// Along every groove: the body, the parameter in a state, and between which it lies, if the groove has ends.
+    pub fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, f64, [f64; 2])> {
+        let bodies = self.carriers.iter().zip(&self.layout.bodies).enumerate();
+        let ended = bodies.filter_map(|(body, (carrier, range))| {
+            let ends = carrier.groove()?.ends()?;
+            let phi = carrier.parameter(&y.as_slice()[range.clone()])?;
+            Some((body, phi, ends))
+        });
+        ended.collect()
+    }
+
+    /// The rods with a contact diameter as they lie in a state.
+    pub fn tubes<'a>(&'a self, at: &'a HeavyState) -> Vec<Tube<'a>> {
+        let body = |tie: &Tie| match tie.on.on {
+            On::Body(body) => Some(body),
+            _ => None,
+        };
+        let rods = self.links.iter().zip(&at.rods).enumerate();
+        let tubes = rods.filter_map(|(k, (link, moving))| {
+            let held = std::iter::once(&link.from).chain(&link.to);
+            link.rod.tube(moving, k, held.map(body).collect())
+        });
+        tubes.collect()
     }
 
     /// The forces of the grooves on the bodies; None where there is none. What a body asks for, less what its rods give.

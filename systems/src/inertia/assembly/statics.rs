@@ -1,10 +1,9 @@
-//! Ends brought back to their attachments; equilibria with the weight of the rods, rates tangent to them, small vibrations.
+//! Ends brought back to their attachments; equilibria with the weight of the rods, rates tangent to them.
 
 use super::blocks::{Blocks, Mix, Sides};
 use super::{HeavyAssembly, HeavyState, seat};
 use crate::assembly::Place;
 use crate::error::{Error, Result};
-use crate::inertia::statics::{Vibration, slowest};
 use nalgebra::{DMatrix, DVector, Vector6};
 
 /// Newton's steps towards an equilibrium at most.
@@ -20,7 +19,7 @@ const ROUNDS: usize = 3;
 /// Ends that are farther apart, in radians and lengths, are brought together no more.
 const FAR: f64 = 0.1;
 /// Singular values below this, relative to the largest, are zero.
-const DEPENDENT: f64 = 1e-11;
+pub(super) const DEPENDENT: f64 = 1e-11;
 
 impl HeavyAssembly {
     /// How far ends are from their attachments, at worst, in radians and lengths; and how fast they leave them.
@@ -153,7 +152,7 @@ impl HeavyAssembly {
     }
 
     /// The state at rest.
-    fn still(&self, y: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn still(&self, y: &DVector<f64>) -> DVector<f64> {
         let mut y = y.clone();
         let places = self.places(&y);
         for (slot, range) in &places.velocities {
@@ -223,27 +222,6 @@ impl HeavyAssembly {
             "no equilibrium of the assembly with the weight of its rods was found near that without it: start from rest = \"straight\", or \
              near another shape",
         ))
-    }
-
-    /// Stiffness, damping and mass of a state at rest in strains, then bodies and bases, and the rows of the ends.
-    fn small(&self, y: &DVector<f64>) -> Result<([DMatrix<f64>; 3], DMatrix<f64>)> {
-        let outside = || Error::domain("the strains are outside the domain of a section law");
-        let at = self.at(&self.still(y)).ok_or_else(outside)?;
-        let unknowns = self.accelerations(&at).ok_or_else(rigid)?;
-        let balance = self.balance(&at, unknowns.as_slice()).ok_or_else(outside)?;
-        let blocks = self
-            .blocks(&at, &balance, unknowns.as_slice())
-            .ok_or_else(outside)?;
-        let ends = blocks.level(2).dense().1;
-        Ok(([0, 1, 2].map(|j| blocks.level(j).dense().0), ends))
-    }
-
-    /// 1/sqrt(weight) of every strain, and 1 of bodies and bases.
-    fn scale(&self) -> DVector<f64> {
-        let rods = self.links.iter().map(|link| link.rod.norm_weights());
-        let mut scale: Vec<f64> = rods.flat_map(|w| w.as_slice().to_vec()).collect();
-        scale.resize(scale.len() + self.layout.free, 1.0);
-        DVector::from_vec(scale)
     }
 
     /// The state in which the bodies move at these twists (angular first) and the rods follow as they would without mass: their rates are
@@ -343,42 +321,9 @@ impl HeavyAssembly {
             ))),
         }
     }
-
-    /// The `count` slowest vibrations about the equilibrium `y`, by rising square of the frequency; in strains, rod by rod, then bodies
-    /// and bases that turn by themselves.
-    ///
-    /// # Errors
-    /// Strains outside the law's domain; a mass matrix that is singular to rounding.
-    pub fn vibrations(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Vibration>> {
-        let (matrices, ends) = self.small(y)?;
-        let scale = self.scale();
-        let size = scale.len();
-        let scaled =
-            |m: &DMatrix<f64>| DMatrix::from_fn(size, size, |i, j| m[(i, j)] * scale[i] * scale[j]);
-        // What the ends leave free: the complement of their rows.
-        let mut square = DMatrix::zeros(size, size);
-        for i in 0..ends.nrows() {
-            let row = DVector::from_fn(size, |j, _| ends[(i, j)] * scale[j]);
-            square.column_mut(i).copy_from(&row.normalize());
-        }
-        let svd = square.svd(true, false);
-        let directions = svd.u.unwrap_or_default();
-        let bound = DEPENDENT * svd.singular_values.max();
-        let left: Vec<usize> = (0..size)
-            .filter(|i| !(svd.singular_values[*i] > bound))
-            .collect();
-        let basis = directions.select_columns(&left);
-        let inner = matrices.map(|m| basis.tr_mul(&(scaled(&m) * &basis)));
-        let found = slowest(inner.each_ref(), count)?;
-        let whole = found.into_iter().map(|mode| Vibration {
-            shape: (&basis * mode.shape).component_mul(&scale),
-            ..mode
-        });
-        Ok(whole.collect())
-    }
 }
 
-fn rigid() -> Error {
+pub(super) fn rigid() -> Error {
     Error::ill_conditioned(
         "the rods hold each other in more ways than they can deform: straight inextensible rods close a loop; let the rods stretch (axial \
          stiffness), or bend them",

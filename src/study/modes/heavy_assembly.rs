@@ -1,0 +1,147 @@
+//! Small motions of several rods with mass and of their bodies.
+
+use super::assembled::{coordinates, is_simple, of_twists};
+use super::heavy::{COUNT, converged, stations_from};
+use super::{BALANCED, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use crate::error::{Error, Result};
+use crate::inertia::assembly::HeavyAssembly;
+use crate::inertia::statics::Vibration;
+use crate::motion::inertia::HeavyAssemblyStart;
+use crate::scene::{AssemblySetup, Place, Scene};
+use nalgebra::{Complex, DVector, Isometry3, Vector6};
+
+/// Coordinates beyond which no more nodes are taken.
+const MOST: usize = 200;
+/// Motions that nothing holds, at most, of every body.
+const RIGID: usize = 6;
+
+/// The assembly at rest, with its vibrations.
+struct Found {
+    assembly: HeavyAssembly,
+    y: DVector<f64>,
+    modes: Vec<Vibration>,
+}
+
+/// About the equilibrium under the loads at t = 0; of an assembly that nothing holds, about the unloaded rods.
+pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
+    let setup = AssemblySetup::new(scene)?;
+    let given = setup
+        .heavy()
+        .ok_or_else(|| Error::domain("the rods have no inertia = \"full\""))?
+        .standing();
+    let light = &setup.assembly;
+    let held = light.is_held();
+    let mut now = match held {
+        true => setup.meant()?.now,
+        false => setup.start()?.0,
+    };
+    for body in &mut now.bodies {
+        body.twist = Vector6::zeros();
+    }
+    let start = HeavyAssemblyStart {
+        settled: held,
+        following: false,
+        ..setup.heavy_start(&now)?
+    };
+    let rods = given.links.iter().map(|link| &link.rod.given);
+    let width = rods.map(|rod| (rod.breaks().len() + 1) * rod.law.active().len());
+    let found = converged(
+        (width.sum(), MOST),
+        |nodes| at_nodes(&given, &start, nodes),
+        |found| &found.modes,
+    )?;
+    let Found { assembly, y, modes } = &found;
+    if !held {
+        rests(&found)?;
+    }
+    let scales = &setup.scales;
+    let outward = Outward {
+        clamp: Isometry3::identity(),
+        scales,
+    };
+    let (conservative, followed) = (light.is_conservative(0.0), light.is_followed(0.0));
+    let damped = |link: &crate::inertia::assembly::HeavyLink| link.rod.given.law.is_damped();
+    let lossy = assembly.links.iter().any(damped) || !light.carriers().iter().all(is_simple);
+    let eigenvalues = match lossy {
+        true => Some(assembly.decaying(y, COUNT)?),
+        false => None,
+    };
+    let squares: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
+    let index = squares.iter().filter(|square| **square < 0.0).count();
+    let all = || eigenvalues.iter().flatten();
+    let fastest = all().fold(0.0, |a: f64, s: &Complex<f64>| a.max(s.norm()));
+    let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
+    let stable = (followed || index == 0) && (conservative || all().all(decaying));
+    let mut list = Vec::new();
+    // Under loads that turn with bodies motions are those of the eigenvalues.
+    let pairs = modes.iter().zip(frequencies(&squares, 0.0, index == 0));
+    for (mode, omega) in pairs.filter(|_| !followed) {
+        let step = NUDGE / mode.shape.amax();
+        let at = |by: f64| stations(assembly, &assembly.displaced(y, &mode.shape, by));
+        let (before, after) = (at(-step)?, at(step)?);
+        let rods = before.iter().zip(&after).map(|(before, after)| {
+            let pairs = before.iter().zip(after);
+            pairs
+                .map(|(a, b)| outward.rate([a, b], 2.0 * step))
+                .collect()
+        });
+        let twists = assembly.twists(y, &mode.shape).ok_or_else(shapeless)?;
+        let mode = Mode {
+            angular_frequency: omega / scales.time,
+            shape: of_twists(light, &twists, &outward),
+            rods: rods.collect(),
+        };
+        list.push(mode.oriented());
+    }
+    let rods = stations(assembly, y)?;
+    let rods = rods.iter();
+    let motions = SmallMotions {
+        mass: None,
+        index,
+        stable,
+        conservative,
+        coordinates: coordinates(light),
+        modes: list,
+        rigid: 0,
+        eigenvalues: eigenvalues.map(|all| all.iter().map(|s| s / scales.time).collect()),
+        creep: None,
+        rods: rods
+            .map(|rod| rod.iter().map(|at| outward.station(at)).collect())
+            .collect(),
+    };
+    let of_start = !held || !matches!(scene.start.place, Place::Rest { .. });
+    Ok((motions, of_start))
+}
+
+fn at_nodes(given: &HeavyAssembly, start: &HeavyAssemblyStart<'_>, nodes: usize) -> Result<Found> {
+    let elements = given.links.iter();
+    let elements = elements.map(|link| link.rod.given.breaks().len() + 1);
+    let (assembly, y) = start.at_nodes(given, &vec![nodes; elements.sum()])?;
+    let mut modes = assembly.vibrations(&y, COUNT + RIGID * given.carriers.len())?;
+    let free = modes.iter().filter(|mode| mode.square == 0.0).count();
+    modes.truncate(COUNT + free);
+    Ok(Found { assembly, y, modes })
+}
+
+/// An error unless the rods of an assembly that nothing holds keep their shapes.
+fn rests(found: &Found) -> Result<()> {
+    let strains = found.assembly.strained(&found.y, &found.modes)?;
+    match strains <= BALANCED {
+        true => Ok(()),
+        false => Err(Error::domain(
+            "nothing holds the bodies, and the loads strain the unloaded rods: there is no equilibrium to have small motions about; hold a body \
+             on the ground by a rod, or leave out loads other than gravity",
+        )),
+    }
+}
+
+fn stations(assembly: &HeavyAssembly, y: &DVector<f64>) -> Result<Vec<Vec<Station>>> {
+    let at = assembly.at(y).ok_or_else(shapeless)?;
+    let rods = assembly.links.iter().zip(&at.rods).enumerate();
+    rods.map(|(k, (link, moving))| stations_from(&link.rod, &at.base(k), &moving.strains))
+        .collect()
+}
+
+fn shapeless() -> Error {
+    Error::domain("the equilibrium has no shape")
+}
