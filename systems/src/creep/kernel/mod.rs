@@ -75,7 +75,7 @@ pub struct Mode {
 /// does not carry, and of a stretch that is held rigid, are zero.
 ///
 /// ```
-/// # use snaprod_motion as snaprod;
+/// # use snaprod_systems as snaprod;
 /// # use snaprod::section::Linear;
 /// # use snaprod::creep::kernel::{MemoryKernel, commuting};
 /// # use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
