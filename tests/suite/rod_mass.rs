@@ -2,7 +2,9 @@
 
 use nalgebra::{Matrix2, Vector2};
 use snaprod::body::Body;
-use snaprod::elastica::{Elastica, Equilibrium, LightRod, Passage, RodInertia, held_modes};
+use snaprod::elastica::{
+    Elastica, Equilibrium, LightRod, Passage, RodInertia, fold_at, held_modes,
+};
 use snaprod::math::gauss::Rule;
 use snaprod::motion::{Event, Options, Outcome, Run};
 use std::sync::Arc;
@@ -216,4 +218,27 @@ fn ledger_closes_with_the_mass_of_the_rod() {
         }
         assert!(run.snaps() >= snaps && kinetic > 1e-5);
     }
+}
+
+/// Catches a fold that a rod with mass is let go of too late: far from folds its M0 is not computed but taken to be 1.
+#[test]
+fn the_mass_of_a_critical_shape_is_below_one() {
+    let v = Vector2::new(1.0, 0.3);
+    let mut folds = 0;
+    for number in 1..12 {
+        // Not the straight rod, p = 0, whose lam the chart does not see.
+        for k in -30..30 {
+            let Ok(fold) = fold_at(number, 0.1 + 0.2 * f64::from(k)) else {
+                continue;
+            };
+            let at = fold.equilibrium;
+            // Pulls beyond lam = 100 are refused.
+            let Ok(passage) = Passage::new(at.p, at.w, &v) else {
+                continue;
+            };
+            assert!(passage.mass > 0.0 && passage.mass < 1.0, "{passage:?}");
+            folds += 1;
+        }
+    }
+    assert!(folds > 300, "{folds}");
 }

@@ -390,7 +390,7 @@ pub struct Passage {
     pub ahead: f64,
 }
 
-/// No place of the rod moves faster than this as the chart's point moves along z, of length 1, so that M0 is less.
+/// More than M0 of any fold: along z, of length 1, the rod moves less than that. Of folds it is at most 0.17, of other points 0.79 (measured, |p| < 6, w < 40).
 const MOST: f64 = 1.0;
 
 /// The time in which inertia lets a rod go from a fold, in units of T_i: the first pole of y'' = t + y^2.
