@@ -275,3 +275,23 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     assert!(sum.iter().sum::<f64>().abs() < 1e-6, "{sum:?}");
     assert!(of("elastic") < 0.0 && of("dissipated") > 0.0, "{sum:?}");
 }
+
+/// Catches frequencies that are printed to nine digits although the rod is not resolved: one that a heavy weight pulls taut, with its boundary layer.
+#[test]
+fn modes_tell_that_a_rod_is_not_resolved() {
+    let at = |gravity: &str| {
+        let gravity = format!("loads.gravity=[0.0, {gravity}]");
+        let set = [
+            "rod.inertia=\"full\"",
+            "start.velocity=[0.0, 0.0]",
+            &gravity,
+        ];
+        let scene = Scene::parse_with(SNAP, &set).unwrap_or_else(|faults| panic!("{faults}"));
+        let record = modes(&scene).unwrap();
+        let told = record.remarks.iter().any(|r| r.contains("last refinement"));
+        (record.motions.change, told)
+    };
+    let ((slack, told), (taut, warned)) = (at("-10.0"), at("-1e7"));
+    assert!(slack < 1e-7 && !told, "{slack}");
+    assert!(taut > 1e-4 && warned, "{taut}");
+}

@@ -240,6 +240,7 @@ fn described(
         conservative,
         coordinates: coordinates(assembly),
         rigid: assembly.freedoms().1 - modes.squares.len(),
+        change: 0.0,
         modes: list,
         creep,
         eigenvalues: eigenvalues.map(|all| {

@@ -53,7 +53,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         }
     };
     let width = (given.breaks().len() + 1) * given.law.active().len();
-    let found = converged(
+    let (found, change) = converged(
         (width, MOST),
         |nodes| at_nodes(&given, &*strain, nodes),
         |found| &found.modes,
@@ -141,6 +141,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         coordinates: names.iter().map(|name| (*name).to_owned()).collect(),
         modes: list,
         rigid: 0,
+        change,
         eigenvalues,
         creep: None,
         rods: vec![
@@ -168,24 +169,25 @@ fn is_damped(body: &Mass) -> bool {
     }
 }
 
-/// What is found at as many nodes as its vibrations ask for, `width` coordinates to a node, `most` of them in all.
+/// What is found at as many nodes as its vibrations ask for, `width` coordinates to a node, `most` of them in all, and by how much the last
+/// refinement changed the square of a frequency ([`SmallMotions::change`]).
 pub(super) fn converged<F>(
     (width, most): (usize, usize),
     at_nodes: impl Fn(usize) -> Result<F>,
     vibrations: impl Fn(&F) -> &[Vibration],
-) -> Result<F> {
+) -> Result<(F, f64)> {
     let mut nodes = FIRST;
     let mut last: Option<F> = None;
     loop {
         let found = at_nodes(nodes)?;
-        let same = last.as_ref().is_some_and(|last| {
+        let change = last.as_ref().map_or(f64::INFINITY, |last| {
             let pairs = vibrations(last).iter().zip(vibrations(&found));
             let changes = pairs.map(|(a, b)| (a.square - b.square).abs() / (1.0 + b.square.abs()));
-            changes.fold(0.0, f64::max) < CONVERGED
+            changes.fold(0.0, f64::max)
         });
         let next = more(nodes);
-        if same || next * width > most {
-            return Ok(found);
+        if change < CONVERGED || next * width > most {
+            return Ok((found, change));
         }
         last = Some(found);
         nodes = next;

@@ -45,7 +45,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     };
     let rods = given.links.iter().map(|link| &link.rod.given);
     let width = rods.map(|rod| (rod.breaks().len() + 1) * rod.law.active().len());
-    let found = converged(
+    let (found, change) = converged(
         (width.sum(), MOST),
         |nodes| at_nodes(&given, &start, nodes),
         |found| &found.modes,
@@ -103,6 +103,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         coordinates: coordinates(light),
         modes: list,
         rigid: 0,
+        change,
         eigenvalues: eigenvalues.map(|all| all.iter().map(|s| s / scales.time).collect()),
         creep: None,
         rods: rods

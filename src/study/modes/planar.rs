@@ -123,6 +123,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
         coordinates: ["dx", "dy"].map(String::from).to_vec(),
         modes: modes.collect(),
         rigid,
+        change: 0.0,
         creep: damped.as_ref().map(|damped| Creep::new(damped, &scales)),
         eigenvalues: match damped {
             Some(damped) => Some(damped.rates.body.iter().map(|s| s / scales.time).collect()),
