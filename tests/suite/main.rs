@@ -43,6 +43,8 @@ mod free_ends;
 mod grooves;
 #[cfg(feature = "scene")]
 mod heavy_assemblies;
+#[cfg(feature = "scene")]
+mod heavy_grooves;
 mod heavy_rods;
 #[cfg(feature = "scene")]
 mod heavy_scenes;

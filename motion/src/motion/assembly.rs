@@ -23,7 +23,8 @@ use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
 use crate::assembly::{
-    Assembly, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight, Slowed,
+    Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
+    Slowed,
 };
 use crate::error::{Cause, Error, Result};
 use crate::rod::Wrench;
@@ -45,9 +46,6 @@ const FINEST: f64 = 1e-14;
 const ALONG: f64 = 0.1;
 /// Ends of rods that are farther than this many tolerances from their attachments at the start are no start.
 const APART: f64 = 1e4;
-/// Bodies that start farther beside their groove than this, or faster away from it, are no start.
-const BESIDE: f64 = 1e-9;
-
 /// A step to begin with, over tolerance^(1/8) and the time in which a state changes by its scale.
 const FIRST: f64 = 0.3;
 /// Symmetric steps are shorter in time where det J is below this part of what it was at the start.
@@ -150,16 +148,7 @@ impl AssemblyRun {
             ));
         }
         light::check(&assembly, &options)?;
-        for (body, (carrier, place)) in assembly.carriers().iter().zip(&start.bodies).enumerate() {
-            let (beside, leaving) = carrier.beside_groove(place);
-            let speed = place.twist.fixed_rows::<3>(3).norm();
-            if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
-                return Err(Error::domain(format!(
-                    "body {body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
-                     groove, with a velocity along it"
-                )));
-            }
-        }
+        Carrier::start_in_grooves(assembly.carriers(), &start.bodies)?;
         let mut assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
         let along = (ALONG * local).max(FINEST);

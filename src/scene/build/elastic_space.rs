@@ -1,6 +1,6 @@
 //! An elastic rod in space.
 
-use super::in_space::{InSpace, SpaceField};
+use super::in_space::{InSpace, SpaceField, bent};
 use super::light::light;
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
@@ -50,14 +50,19 @@ impl ElasticSpace {
         let breaks = scene.cosserat_rod()?.measured(measures).law().breaks();
         let common = InSpace::new(scene, breaks)?;
         let clamp = common.clamp(0.0).pose();
+        let groove = match &scene.body()?.groove {
+            Some(groove) => Some(groove.curve(common.scales.length)?),
+            None => None,
+        };
+        let settled = groove.is_some() && matches!(scene.start.place, Place::Settled { .. });
         let (chart, end) = match &common.strain {
             SpaceField::Equilibrium { problem, base, end } => {
                 let mut end = problem.rod().clamp_pose().inv_mul(end);
                 end.translation.vector /= problem.rod().length();
                 (problem.rod().inward(base), end)
             }
-            // The unloaded rod: an elastic one has no strains of its own to start from.
-            SpaceField::Polynomial { .. } if common.load().is_none() => {
+            // The unloaded rod: an elastic one has no strains of its own to start from. In a groove it is where the search begins.
+            SpaceField::Polynomial { .. } if settled || common.load().is_none() => {
                 (Vector6::zeros(), Isometry3::identity())
             }
             SpaceField::Polynomial { .. } => {
@@ -67,17 +72,13 @@ impl ElasticSpace {
                 ));
             }
         };
-        let groove = match &scene.body()?.groove {
-            Some(groove) => Some(groove.curve(common.scales.length)?),
-            None => None,
-        };
         let mut model = Self {
             light: light(&scene.rod, &scene.scales()?)?,
             rod: common.rod.measured(measures),
             chart,
             end,
             diameter: scene.rod.thickness().unwrap_or(0.0) / common.scales.length,
-            settled: groove.is_some() && matches!(scene.start.place, Place::Settled { .. }),
+            settled,
             groove: groove.map(|groove| groove.seen_from(&clamp)),
             common,
         };
@@ -91,6 +92,19 @@ impl ElasticSpace {
     /// Where the end is at the start, seen from the clamp, in units of the rod.
     pub(super) fn end(&self) -> &Isometry3<f64> {
         &self.end
+    }
+
+    /// The strains at the start, whatever it is told by.
+    ///
+    /// # Errors
+    /// As [`ElasticSpace::assembly`].
+    pub(super) fn field(&self) -> Result<SpaceField> {
+        let (_, start) = self.assembly()?;
+        let rod = &self.common.rod;
+        bent(
+            (rod, self.common.load_outward()),
+            rod.outward_wrench(&start.charts[0]),
+        )
     }
 
     /// The rod and the body, and where they start, in the frame of the clamp and units of the rod.

@@ -1,12 +1,13 @@
 //! Rods with mass, in the plane and in space.
 
 use super::clamp::{self, words};
+use super::grooved;
 use super::in_space::InSpace;
 use super::loads::point_mass;
 use super::planar::start;
 use super::viscous::Field;
 use super::{ModelKind, MotionModel};
-use crate::body::{Body, Frame, RigidBody, Support};
+use crate::body::{Body, Frame, Groove, RigidBody, Support};
 use crate::error::{Error, Result};
 use crate::inertia::frames::Curve;
 use crate::inertia::law::Law;
@@ -50,8 +51,10 @@ pub struct HeavySpace {
     pub given: Given,
     /// Rates of the strains, in units of the rod; None: as the rod without mass would follow its end.
     pub rate: Option<StrainField>,
-    /// True: at the stable equilibrium under all loads.
+    /// True: at the equilibrium under all loads, without a groove the stable one.
     pub settled: bool,
+    /// The groove that the body slides in, seen from the clamp.
+    pub groove: Option<Groove>,
 }
 
 /// A section law with its friction, in these units.
@@ -248,7 +251,18 @@ impl HeavySpace {
     pub fn new(scene: &Scene) -> Result<Self> {
         let (law, mass, rotary) = in_space(&scene.rod, &scene.scales()?)?;
         let plain = scene.dimensionless()?;
-        let common = InSpace::new(scene, law.breaks())?;
+        let mut common = InSpace::new(scene, law.breaks())?;
+        let settled = matches!(scene.start.place, Place::Settled { .. });
+        let groove = match &scene.body()?.groove {
+            Some(groove) => {
+                let groove = groove.curve(common.scales.length)?;
+                Some(groove.seen_from(&common.clamp(0.0).pose()))
+            }
+            None => None,
+        };
+        if settled && groove.is_some() {
+            common.strain = grooved::settled(scene)?;
+        }
         let (body, support) = match &common.carried {
             Carried::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
             Carried::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
@@ -274,13 +288,23 @@ impl HeavySpace {
                 Some(StrainRate::Strain(rate)) => Some(rate.clone()),
                 _ => None,
             },
-            settled: matches!(scene.start.place, Place::Settled { .. }),
+            settled,
+            groove,
             common,
         })
     }
 
-    fn measures(&self) -> Measures {
-        self.common.scales.measures()
+    /// All strains of the start at s in [0, 1], in units of the rod; NaN where there are none.
+    pub(super) fn strain_at(&self, s: f64) -> Strain {
+        let measures = self.common.scales.measures();
+        let strain = self.common.strain.at(s).map(|e| measures.strain_in(&e));
+        strain.unwrap_or(Strain::repeat(f64::NAN))
+    }
+
+    /// How fast they change; zero where that is not given.
+    pub(super) fn rate_at(&self, s: f64) -> Strain {
+        let of = |name: StrainName| self.rate.as_ref().and_then(|rate| rate.at(name, s));
+        Strain::from_fn(|k, _| of(StrainName::ALL[k]).unwrap_or(0.0))
     }
 }
 
@@ -308,26 +332,23 @@ impl MotionModel for HeavySpace {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let measures = self.measures();
-        let strain = |x: f64| {
-            let strain = self.common.strain.at(x).map(|e| measures.strain_in(&e));
-            strain.unwrap_or(Strain::repeat(f64::NAN))
+        let run = || match self.assembly()? {
+            Some(assembly) => HeavyRun::of_assembly(&assembly, &self.assembly_start()?, options),
+            None => {
+                let rate = |s: f64| self.rate_at(s);
+                let start = HeavyStart {
+                    strain: &|s| self.strain_at(s),
+                    rate: match self.rate {
+                        Some(_) => HeavyRate::Strain(&rate),
+                        None => HeavyRate::End(self.common.velocity),
+                    },
+                    settled: self.settled,
+                };
+                HeavyRun::new(&self.given, &start, options)
+            }
         };
-        let rate = |x: f64| {
-            let of = |name: StrainName| self.rate.as_ref().and_then(|rate| rate.at(name, x));
-            Strain::from_fn(|k, _| of(StrainName::ALL[k]).unwrap_or(0.0))
-        };
-        let start = HeavyStart {
-            strain: &strain,
-            rate: match self.rate {
-                Some(_) => HeavyRate::Strain(&rate),
-                None => HeavyRate::End(self.common.velocity),
-            },
-            settled: self.settled,
-        };
-        let run = HeavyRun::new(&self.given, &start, options);
         Ok(Box::new(
-            run.map_err(|e| e.context(self.common.words.as_str()))?,
+            run().map_err(|e| e.context(self.common.words.as_str()))?,
         ))
     }
 

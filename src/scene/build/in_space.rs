@@ -136,6 +136,11 @@ impl InSpace {
         Some(load.mapped(|f| back * f * unit))
     }
 
+    /// The same in the world and the scene's units.
+    pub(super) fn load_outward(&self) -> Option<&Distributed> {
+        self.load.as_ref()
+    }
+
     /// The clamp at time `t`.
     pub(super) fn clamp(&self, t: f64) -> Frame<3> {
         let support = match &self.carried {
@@ -344,20 +349,24 @@ fn under_followers(
     let found = Assembly::new(vec![Carrier::rigid(*body)], vec![link])?
         .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
         .map_err(|e| e.context("[start]"))?;
-    let base = rod.outward_wrench(&found.now.charts[0]);
+    bent((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
+}
+
+/// The rod under this base wrench, whatever holds its end.
+pub(super) fn bent(rod: (&Rod, Option<&Distributed>), base: Wrench) -> Result<SpaceField> {
     // It is asked only for shapes under the base wrench: nothing is held, for a straight rod could not be held at full reach.
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
-    let problem = bearing((rod, load), free, SHAPE)?;
+    let problem = bearing(rod, free, SHAPE)?;
     let sections = problem.sections(&base, &[1.0])?;
     let end = sections
         .first()
         .ok_or_else(|| Error::domain("the rod has no end"))?
         .pose();
-    Ok(Some(SpaceField::Equilibrium {
+    Ok(SpaceField::Equilibrium {
         problem: Box::new(problem),
         base,
         end,
-    }))
+    })
 }
 
 /// The problem of a rod that may bear a load along it.

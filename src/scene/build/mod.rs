@@ -3,6 +3,7 @@
 mod assembly;
 mod clamp;
 mod elastic_space;
+mod grooved;
 mod heavy;
 mod in_space;
 mod lifted;

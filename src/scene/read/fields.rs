@@ -297,7 +297,7 @@ pub(super) static BODY: Spec = Spec {
     field("drag", ASSEMBLY, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass, in a motion."),
     field("rotational_drag", ASSEMBLY, Number(&NON_NEGATIVE), "N m s", Or("0.0"), "Couple -rotational_drag * angular velocity on a body with inertia, in a motion."),
     field("guess", ASSEMBLY, Table(&GUESS), "", No, "Near where the equilibrium is looked for; of all bodies, or of none. Without it the search begins at the unloaded rods. Of bodies that nothing holds on the ground it says where the first of them starts."),
-    field("groove", SPACE | ASSEMBLY, Table(&GROOVE), "", No, "A curve fixed in the world in which the origin of the body's frame, of one rod its end, slides without friction; it turns there freely. Of elastic rods; the force of the groove is reported."),
+    field("groove", SPACE | ASSEMBLY, Table(&GROOVE), "", No, "A curve fixed in the world in which the origin of the body's frame, of one rod its end, slides without friction; it turns there freely. Of elastic rods, and with inertia = \"full\" of any; the force of the groove is reported."),
     field("velocity", ASSEMBLY, Vector(&VALUE), "m/s", Or("[0.0, 0.0, 0.0]"), "Velocity of the origin of the body's frame at the start of a motion, in the world."),
     field("angular_velocity", ASSEMBLY, Vector(&VALUE), "rad/s", Or("[0.0, 0.0, 0.0]"), "Angular velocity of a body with inertia at the start of a motion, in the world."),
     ],

@@ -26,7 +26,7 @@ pub(super) struct Memory {
 }
 
 /// What rules out a rod with mass.
-pub(super) const HEAVY: &str = "left out where inertia = \"full\"";
+const HEAVY: &str = "left out where inertia = \"full\"";
 
 impl Memory {
     /// True if its strains are a field of their own, whatever its end.

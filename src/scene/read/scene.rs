@@ -11,7 +11,7 @@ use super::fields::{
 use super::kind::kind_of;
 use super::loads::loads;
 use super::reader::Reader;
-use super::rod::{HEAVY, Memory, rod};
+use super::rod::{Memory, rod};
 use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
@@ -69,12 +69,13 @@ fn resolve(top: &Table) -> Option<Scene> {
         let refuse = |allowed: &str, hint: &str| {
             table.fault(FaultKind::Conflict, "groove", allowed, hint);
         };
-        if memory.is_some_and(|memory| memory.damped) {
-            let hint = "bodies on rods with friction move freely; leave out one of the two";
-            refuse("left out where the rod has damping", hint);
-        } else if memory.is_some_and(|memory| memory.heavy) {
-            let hint = "bodies on rods with mass move freely; leave out one of the two";
-            refuse(HEAVY, hint);
+        if memory.is_some_and(|memory| memory.damped && !memory.heavy) {
+            let hint = "bodies on rods with friction and without mass move freely; leave out one of the two, or give the rod its mass with \
+                        inertia = \"full\"";
+            refuse(
+                "left out where the rod has damping, but with inertia = \"full\"",
+                hint,
+            );
         }
         if clamp.as_ref().is_some_and(|clamp| clamp.motion.is_some()) {
             let hint = "the end is seen from the clamp, and a groove stands in the world; write the rod as an assembly, [[rod]] and \

@@ -238,7 +238,7 @@ fn described(
         index,
         stable,
         conservative,
-        coordinates: coordinates(assembly),
+        coordinates: coordinates(assembly.carriers(), |body| assembly.name_of_body(body)),
         rigid: assembly.freedoms().1 - modes.squares.len(),
         change: 0.0,
         modes: list,
@@ -268,11 +268,14 @@ pub(super) fn is_simple(carrier: &Carrier) -> bool {
         }
 }
 
-/// Names of the components of a shape; with several bodies, with the body's number.
-pub(super) fn coordinates(assembly: &Assembly) -> Vec<String> {
-    let several = assembly.carriers().len() > 1;
+/// Names of the components of a shape; with several bodies, with the body's name or number.
+pub(super) fn coordinates<'a>(
+    carriers: &[Carrier],
+    name: impl Fn(usize) -> Option<&'a str>,
+) -> Vec<String> {
+    let several = carriers.len() > 1;
     let of = |(body, carrier): (usize, &Carrier)| {
-        let prefix = match (assembly.name_of_body(body), several) {
+        let prefix = match (name(body), several) {
             (Some(name), _) => format!("{name}."),
             (None, true) => format!("body{body}_"),
             (None, false) => String::new(),
@@ -284,12 +287,7 @@ pub(super) fn coordinates(assembly: &Assembly) -> Vec<String> {
             .map(|name| format!("{prefix}{name}"))
             .collect::<Vec<_>>()
     };
-    assembly
-        .carriers()
-        .iter()
-        .enumerate()
-        .flat_map(of)
-        .collect()
+    carriers.iter().enumerate().flat_map(of).collect()
 }
 
 /// A shape in the world and units of the scene.
@@ -305,18 +303,18 @@ fn in_world(
         let own = DVector::from_column_slice(&shape[start..start + carrier.freedoms()]);
         carrier.own_twists(&place.pose) * own
     });
-    of_twists(assembly, &twists.collect::<Vec<_>>(), outward)
+    of_twists(assembly.carriers(), &twists.collect::<Vec<_>>(), outward)
 }
 
 /// The same from the twists of the bodies in it.
 pub(super) fn of_twists(
-    assembly: &Assembly,
+    carriers: &[Carrier],
     twists: &[Vector6<f64>],
     outward: &Outward,
 ) -> Vec<f64> {
     let per = 1.0 / outward.scales.mass.sqrt();
     let mut world = Vec::new();
-    for (carrier, twist) in assembly.carriers().iter().zip(twists) {
+    for (carrier, twist) in carriers.iter().zip(twists) {
         let (turn, shift) = halves(twist);
         if carrier.turns() {
             let turn = outward.clamp.rotation * turn * (per / outward.scales.length);

@@ -44,6 +44,13 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         false => {
             let model = HeavySpace::new(&still)?;
             let clamp = model.clamp(0.0).pose();
+            let outward = Outward {
+                clamp: model.common.clamp,
+                scales: &scales,
+            };
+            if let Some(found) = super::heavy_assembly::in_groove(&model, outward)? {
+                return Ok(found);
+            }
             let (field, measures) = (model.common.strain.clone(), scales.measures());
             let strain = move |s: f64| {
                 let strain = field.at(s).map(|e| measures.strain_in(&e));

@@ -7,13 +7,24 @@ use crate::error::{Error, Result};
 use crate::inertia::assembly::HeavyAssembly;
 use crate::inertia::statics::Vibration;
 use crate::motion::inertia::HeavyAssemblyStart;
-use crate::scene::{AssemblySetup, Place, Scene};
+use crate::scene::{AssemblySetup, HeavySpace, Place, Scene};
 use nalgebra::{Complex, DVector, Isometry3, Vector6};
 
 /// Coordinates beyond which no more nodes are taken.
 const MOST: usize = 200;
 /// Motions that nothing holds, at most, of every body.
 const RIGID: usize = 6;
+
+/// An assembly whose small motions are asked for.
+struct Asked<'a> {
+    given: HeavyAssembly,
+    start: HeavyAssemblyStart<'a>,
+    /// Whether something holds it, so that it has an equilibrium.
+    held: bool,
+    /// Its frame in the world, and its units.
+    outward: Outward<'a>,
+    coordinates: Vec<String>,
+}
 
 /// The assembly at rest, with its vibrations.
 struct Found {
@@ -38,80 +49,139 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     for body in &mut now.bodies {
         body.twist = Vector6::zeros();
     }
-    let start = HeavyAssemblyStart {
-        settled: held,
-        following: false,
-        ..setup.heavy_start(&now)?
+    let asked = Asked {
+        start: HeavyAssemblyStart {
+            settled: held,
+            following: false,
+            ..setup.heavy_start(&now)?
+        },
+        coordinates: coordinates(&given.carriers, |body| light.name_of_body(body)),
+        given,
+        held,
+        outward: Outward {
+            clamp: Isometry3::identity(),
+            scales: &setup.scales,
+        },
     };
-    let rods = given.links.iter().map(|link| &link.rod.given);
-    let width = rods.map(|rod| (rod.breaks().len() + 1) * rod.law.active().len());
-    let (found, change) = converged(
-        (width.sum(), MOST),
-        |nodes| at_nodes(&given, &start, nodes),
-        |found| &found.modes,
-    )?;
-    let Found { assembly, y, modes } = &found;
-    if !held {
-        rests(&found)?;
-    }
-    let scales = &setup.scales;
-    let outward = Outward {
-        clamp: Isometry3::identity(),
-        scales,
-    };
-    let (conservative, followed) = (light.is_conservative(0.0), light.is_followed(0.0));
-    let damped = |link: &crate::inertia::assembly::HeavyLink| link.rod.given.law.is_damped();
-    let lossy = assembly.links.iter().any(damped) || !light.carriers().iter().all(is_simple);
-    let eigenvalues = match lossy {
-        true => Some(assembly.decaying(y, COUNT)?),
-        false => None,
-    };
-    let squares: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
-    let index = squares.iter().filter(|square| **square < 0.0).count();
-    let all = || eigenvalues.iter().flatten();
-    let fastest = all().fold(0.0, |a: f64, s: &Complex<f64>| a.max(s.norm()));
-    let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
-    let stable = (followed || index == 0) && (conservative || all().all(decaying));
-    let mut list = Vec::new();
-    // Under loads that turn with bodies motions are those of the eigenvalues.
-    let pairs = modes.iter().zip(frequencies(&squares, 0.0, index == 0));
-    for (mode, omega) in pairs.filter(|_| !followed) {
-        let step = NUDGE / mode.shape.amax();
-        let at = |by: f64| stations(assembly, &assembly.displaced(y, &mode.shape, by));
-        let (before, after) = (at(-step)?, at(step)?);
-        let rods = before.iter().zip(&after).map(|(before, after)| {
-            let pairs = before.iter().zip(after);
-            pairs
-                .map(|(a, b)| outward.rate([a, b], 2.0 * step))
-                .collect()
-        });
-        let twists = assembly.twists(y, &mode.shape).ok_or_else(shapeless)?;
-        let mode = Mode {
-            angular_frequency: omega / scales.time,
-            shape: of_twists(light, &twists, &outward),
-            rods: rods.collect(),
-        };
-        list.push(mode.oriented());
-    }
-    let rods = stations(assembly, y)?;
-    let rods = rods.iter();
-    let motions = SmallMotions {
-        mass: None,
-        index,
-        stable,
-        conservative,
-        coordinates: coordinates(light),
-        modes: list,
-        rigid: 0,
-        change,
-        eigenvalues: eigenvalues.map(|all| all.iter().map(|s| s / scales.time).collect()),
-        creep: None,
-        rods: rods
-            .map(|rod| rod.iter().map(|at| outward.station(at)).collect())
-            .collect(),
-    };
+    let (motions, _) = asked.described()?;
     let of_start = !held || !matches!(scene.start.place, Place::Rest { .. });
     Ok((motions, of_start))
+}
+
+/// The same of one rod whose body slides in a groove, which stands.
+pub(super) fn in_groove(
+    model: &HeavySpace,
+    outward: Outward<'_>,
+) -> Result<Option<(SmallMotions, bool)>> {
+    let Some(given) = model.assembly()? else {
+        return Ok(None);
+    };
+    let asked = Asked {
+        start: HeavyAssemblyStart {
+            settled: true,
+            following: false,
+            ..model.assembly_start()?
+        },
+        coordinates: coordinates(&given.carriers, |_| None),
+        given,
+        held: true,
+        outward,
+    };
+    let (motions, moved) = asked.described()?;
+    Ok(Some((motions, model.settled || moved <= BALANCED)))
+}
+
+impl Asked<'_> {
+    /// Its small motions, and how far the strains at rest are from those of the start.
+    fn described(&self) -> Result<(SmallMotions, f64)> {
+        let Self {
+            given,
+            start,
+            held,
+            outward,
+            ..
+        } = self;
+        let rods = given.links.iter().map(|link| &link.rod.given);
+        let width = rods.map(|rod| (rod.breaks().len() + 1) * rod.law.active().len());
+        let (found, change) = converged(
+            (width.sum(), MOST),
+            |nodes| at_nodes(given, start, nodes),
+            |found| &found.modes,
+        )?;
+        let Found { assembly, y, modes } = &found;
+        if !*held {
+            rests(&found)?;
+        }
+        let scales = outward.scales;
+        let carriers = &assembly.carriers;
+        let conservative = carriers.iter().all(|body| body.is_conservative(0.0));
+        let followed = carriers.iter().any(|body| body.is_followed(0.0));
+        let damped = |link: &crate::inertia::assembly::HeavyLink| link.rod.given.law.is_damped();
+        let lossy = assembly.links.iter().any(damped) || !carriers.iter().all(is_simple);
+        let eigenvalues = match lossy {
+            true => Some(assembly.decaying(y, COUNT)?),
+            false => None,
+        };
+        let squares: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
+        let index = squares.iter().filter(|square| **square < 0.0).count();
+        let all = || eigenvalues.iter().flatten();
+        let fastest = all().fold(0.0, |a: f64, s: &Complex<f64>| a.max(s.norm()));
+        let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
+        let stable = (followed || index == 0) && (conservative || all().all(decaying));
+        let mut list = Vec::new();
+        // Under loads that turn with bodies motions are those of the eigenvalues.
+        let pairs = modes.iter().zip(frequencies(&squares, 0.0, index == 0));
+        for (mode, omega) in pairs.filter(|_| !followed) {
+            let step = NUDGE / mode.shape.amax();
+            let at = |by: f64| stations(assembly, &assembly.displaced(y, &mode.shape, by));
+            let (before, after) = (at(-step)?, at(step)?);
+            let rods = before.iter().zip(&after).map(|(before, after)| {
+                let pairs = before.iter().zip(after);
+                pairs
+                    .map(|(a, b)| outward.rate([a, b], 2.0 * step))
+                    .collect()
+            });
+            let twists = assembly.twists(y, &mode.shape).ok_or_else(shapeless)?;
+            let mode = Mode {
+                angular_frequency: omega / scales.time,
+                shape: of_twists(carriers, &twists, outward),
+                rods: rods.collect(),
+            };
+            list.push(mode.oriented());
+        }
+        let rods = stations(assembly, y)?;
+        let rods = rods.iter();
+        let motions = SmallMotions {
+            mass: None,
+            index,
+            stable,
+            conservative,
+            coordinates: self.coordinates.clone(),
+            modes: list,
+            rigid: 0,
+            change,
+            eigenvalues: eigenvalues.map(|all| all.iter().map(|s| s / scales.time).collect()),
+            creep: None,
+            rods: rods
+                .map(|rod| rod.iter().map(|at| outward.station(at)).collect())
+                .collect(),
+        };
+        Ok((motions, self.moved(&found)))
+    }
+
+    fn moved(&self, found: &Found) -> f64 {
+        let rods = found.assembly.links.iter().zip(&self.start.rods);
+        let each = rods.enumerate().map(|(k, (link, start))| {
+            let nodes = link.rod.sections.grid.nodes().iter();
+            let begun: Vec<_> = nodes.map(|s| (start.strain)(*s)).collect();
+            let begun = link.rod.coordinates(&begun);
+            let pairs = begun.iter().zip(found.assembly.strains(&found.y, k));
+            pairs.fold(0.0, |most: f64, (a, b)| {
+                most.max((a - b).abs() / (1.0 + b.abs()))
+            })
+        });
+        each.fold(0.0, f64::max)
+    }
 }
 
 fn at_nodes(given: &HeavyAssembly, start: &HeavyAssemblyStart<'_>, nodes: usize) -> Result<Found> {

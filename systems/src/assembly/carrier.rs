@@ -1,9 +1,13 @@
 //! The bodies of an assembly: rigid ones, and point masses.
 
 use crate::body::{Body, EndBody, EndMotion, Groove, RigidBody};
+use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined, spin, unit};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
+
+/// Bodies that start farther beside their groove than this, or faster away from it, are no start.
+const BESIDE: f64 = 1e-9;
 
 /// A body of an assembly, free or with its reference point in a groove.
 #[derive(Debug, Clone)]
@@ -171,6 +175,24 @@ impl Carrier {
         let [x, along, _] = groove.at(groove.nearest(&r));
         let along = along.normalize();
         ((x - r).norm(), (v - along * along.dot(&v)).norm())
+    }
+
+    /// An error unless bodies that slide in grooves start there, with a velocity along them.
+    ///
+    /// # Errors
+    /// A body beside its groove.
+    pub fn start_in_grooves(carriers: &[Self], places: &[Place]) -> Result<()> {
+        for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
+            let (beside, leaving) = carrier.beside_groove(place);
+            let speed = halves(&place.twist).1.norm();
+            if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
+                return Err(Error::domain(format!(
+                    "body {body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
+                     groove, with a velocity along it"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The parameter of the groove that a part of a state holds.

@@ -3,7 +3,7 @@
 use super::assembly::{self, HeavyAssemblyStart};
 use super::model::{Begun, Judged, Model};
 use super::rod::{self, HeavyStart};
-use crate::assembly::Nearness;
+use crate::assembly::{Carrier, Nearness};
 use crate::creep::resolution::{Demand, MOST_NODES, Nodes};
 use crate::error::{Cause, Error, Result};
 use crate::inertia::assembly::HeavyAssembly;
@@ -73,12 +73,13 @@ impl HeavyRun {
     /// A run of an assembly, whatever the nodes of its rods, at time 0.
     ///
     /// # Errors
-    /// As [`HeavyRun::new`]; ends of rods that are not at their attachments.
+    /// As [`HeavyRun::new`]; ends of rods that are not at their attachments, bodies beside their grooves.
     pub fn of_assembly(
         given: &HeavyAssembly,
         start: &HeavyAssemblyStart<'_>,
         options: Options,
     ) -> Result<Self> {
+        Carrier::start_in_grooves(&given.carriers, &start.bodies)?;
         let rods = given.links.iter();
         let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
         let begun = |counts: &[usize]| assembly::begun(given, start, counts);
