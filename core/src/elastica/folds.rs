@@ -132,7 +132,10 @@ pub fn fold_on_path(
     let mut here = system(&x)?;
     for _ in 0..LIMIT {
         let step = -here.1.lu().solve(&here.0)?;
-        if step.norm() <= 1e-12 * (1.0 + x.norm()) {
+        // Of a short way the place of the end knows few digits of the fraction.
+        let (_, rate) = path(x[2]);
+        let moved = Vector3::new(step[0], step[1], step[2] * rate[0].hypot(rate[1]).min(1.0));
+        if moved.norm() <= 1e-12 * (1.0 + x.norm()) {
             x += step;
             return Some((Equilibrium::from_lambda_p(x[1], x[0]).ok()?, x[2]));
         }

@@ -113,8 +113,19 @@ impl Beside {
             let Some(q) = self.at else { break };
             let (place, _) = last.towards(&next, to);
             self.at = follow(&q, &place);
+            if self.at.is_some() {
+                continue;
+            }
+            let Some((edge, x)) = fold_ahead(&q, (&last, &next), from) else {
+                continue;
+            };
+            // Next to a fold the rod nears it as the root of the way that is left, and Newton's method from the last place is thrown over it.
+            let left = (x - to) / (x - from);
+            if left > 0.0 && x > to {
+                self.at = follow(&(edge + (q - edge) * left.sqrt()), &place);
+            }
             if self.at.is_none()
-                && let Some((crossed, landed)) = fold(&q, (&last, &next), from, to)
+                && let Some((crossed, landed)) = fold(&edge, x, (&last, &next), [from, to])
             {
                 passed.push(crossed);
                 self.at = follow(&landed, &place);
@@ -131,25 +142,33 @@ fn follow(q: &Vector2<f64>, place: &Vector2<f64>) -> Option<Vector2<f64>> {
     ((found - q).norm() < JUMP * (1.0 + q.norm()) && side(&found) == side(q)).then_some(found)
 }
 
-/// The fold that is passed on the way, and where the light rod lands.
-fn fold(
+/// The fold that lies ahead of the rod `q` on the way, and the fraction of the way.
+fn fold_ahead(
     q: &Vector2<f64>,
     (last, next): (&Seen, &Seen),
     from: f64,
-    to: f64,
-) -> Option<(Crossed, Vector2<f64>)> {
+) -> Option<(Vector2<f64>, f64)> {
     let path = |x: f64| {
         let (place, rate) = last.towards(next, x);
         (place.into(), rate.into())
     };
     let lam = ChartPoint::new(q[0], q[1]).integrals.lam;
     let (at, x) = fold_on_path((q[0], lam), &path, from)?;
+    Some((Vector2::new(at.p, at.w), x))
+}
+
+/// The snap of the light rod from the fold at `x`, and where it lands; None if the fold is not passed between these fractions.
+fn fold(
+    fold: &Vector2<f64>,
+    x: f64,
+    (last, next): (&Seen, &Seen),
+    [from, to]: [f64; 2],
+) -> Option<(Crossed, Vector2<f64>)> {
     let slack = 0.05 * (to - from);
     if !(x > from - slack && x < to + slack) {
         return None;
     }
-    let fold = Vector2::new(at.p, at.w);
-    let (landed, _) = landings(&Elastica, &fold, LandingRule::Viscous).ok()?;
+    let (landed, _) = landings(&Elastica, fold, LandingRule::Viscous).ok()?;
     let landed = *landed.first()?;
     let end = |q: &Vector2<f64>, index: usize| {
         Some(SnapEnd {
@@ -159,7 +178,7 @@ fn fold(
             elastic: Elastica.point(q)?.energy,
         })
     };
-    let (from, to) = (end(&fold, 0)?, end(&landed, 0)?);
+    let (from, to) = (end(fold, 0)?, end(&landed, 0)?);
     let h = next.t - last.t;
     let (place, rate) = last.towards(next, x);
     let snap = Snap {
