@@ -6,15 +6,18 @@
 //! omega_t = Omega' + A (R u_tt + omega x R u_t),
 //! r_tt = V' + A (omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt).
 //! ```
+//! In space the integrals A (R u_t ..) of turns are replaced by what the rotations by collocation do exactly (`spins`).
 //! A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi = A (R du), a turn of the base
 //! by what it is, and all derivatives follow from dR = phi x R.
 
+use super::spins::{Own, Quads, Spins, Spun, pure, twice};
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::Kinematics;
 use crate::creep::space::Space;
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{Turn, halves, joined, product};
 use crate::section::Strain;
 use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
+use std::sync::Arc;
 
 /// Three components of a vector at sections (rows) for changes of the strains (columns).
 pub type Triple = [DMatrix<f64>; 3];
@@ -24,7 +27,7 @@ pub type Triple = [DMatrix<f64>; 3];
 pub enum Curve {
     /// In the plane of x and y, from the base along x, d1 along z: the angle is the integral of u1 and exact. Of length 1.
     Plane,
-    /// In space, from the clamp along z: rotations by collocation.
+    /// In space, from the clamp along z: rotations by collocation, with the velocities that are theirs exactly.
     Space,
 }
 
@@ -56,6 +59,8 @@ pub struct Shape {
     base: Vector3<f64>,
     /// tau = R v at the nodes.
     tangents: Vec<Vector3<f64>>,
+    /// How the sections turn with the strains; None in the plane, where it is A.
+    spins: Option<Arc<Spins>>,
     /// How well the nodes resolve the rotations, as [`Kinematics::defect`].
     pub defect: f64,
 }
@@ -70,6 +75,9 @@ pub struct Flow {
     /// R u_t and R v_t at the nodes.
     bends: Vec<Vector3<f64>>,
     stretches: Vec<Vector3<f64>>,
+    /// In space y of [`Spins`], seen from the base, and the angular velocity of that.
+    turning: Vec<Turn>,
+    base: Vector3<f64>,
 }
 
 /// Accelerations of the sections.
@@ -82,6 +90,8 @@ pub struct Change {
     /// R u_tt and R v_tt at the nodes.
     bends: Vec<Vector3<f64>>,
     stretches: Vec<Vector3<f64>>,
+    /// In space z of [`Spins`].
+    turning: Vec<Turn>,
 }
 
 /// Turns and moves of the sections per change of the strains.
@@ -93,6 +103,8 @@ pub struct Turned {
     pub r: Triple,
     /// d tau, at the nodes.
     tau: Triple,
+    /// In space eta of [`Spins`].
+    eta: Option<Quads>,
 }
 
 /// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are [`Turned`].
@@ -188,6 +200,8 @@ impl Sections {
 
     /// The curve of the strains at the nodes, begun at `base`; None if they are too large for one.
     pub fn shape(&self, base: &Isometry3<f64>, strains: &[Strain]) -> Option<Shape> {
+        let turn = base.rotation.to_rotation_matrix().into_inner();
+        let mut spins = None;
         let (mut directors, defect) = match self.curve {
             Curve::Plane => {
                 let bends: Vec<_> = strains.iter().map(|e| Vector3::z() * e[0]).collect();
@@ -209,10 +223,12 @@ impl Sections {
                 let curve = space.shape(&self.grid, &scaled)?;
                 let mut directors = curve.directors().to_vec();
                 directors.push(curve.end().rotation.to_rotation_matrix().into_inner());
+                let bends = strains.iter().map(|e| e.fixed_rows::<3>(0).into_owned());
+                let bends: Vec<Vector3<f64>> = bends.collect();
+                spins = Some(Arc::new(Spins::new(&self.up, &bends, &turn)?));
                 (directors, space.defect(&self.grid, &curve))
             }
         };
-        let turn = base.rotation.to_rotation_matrix().into_inner();
         directors.iter_mut().for_each(|r| *r = turn * *r);
         let tangents: Vec<Vector3<f64>> = directors
             .iter()
@@ -228,6 +244,7 @@ impl Sections {
             positions,
             base,
             tangents,
+            spins,
             defect,
         })
     }
@@ -236,7 +253,17 @@ impl Sections {
     pub fn flow(&self, shape: &Shape, base: &Vector6<f64>, rates: &[Strain]) -> Flow {
         let [bends, stretches] = outward(shape, rates);
         let (spin, velocity) = halves(base);
-        let spins = beyond(spin, self.up(&bends));
+        let turning = match &shape.spins {
+            Some(all) => all.halved(|j| pure(&bends[j])),
+            None => Vec::new(),
+        };
+        let spins = beyond(
+            spin,
+            match &shape.spins {
+                Some(_) => turning.iter().map(twice).collect(),
+                None => self.up(&bends),
+            },
+        );
         let grown: Vec<_> = (0..rates.len())
             .map(|j| spins[j].cross(&shape.tangents[j]) + stretches[j])
             .collect();
@@ -245,6 +272,8 @@ impl Sections {
             spins,
             bends,
             stretches,
+            turning,
+            base: spin,
         }
     }
 
@@ -259,10 +288,23 @@ impl Sections {
         let [bends, stretches] = outward(shape, second);
         let (spin, velocity) = halves(base);
         let n = second.len();
-        let turning: Vec<_> = (0..n)
-            .map(|j| bends[j] + flow.spins[j].cross(&flow.bends[j]))
-            .collect();
-        let spins = beyond(spin, self.up(&turning));
+        let mut turning = Vec::new();
+        let seen = match &shape.spins {
+            Some(all) => {
+                let y = &flow.turning;
+                turning =
+                    all.halved(|j| product(&y[j], &pure(&flow.bends[j])) * 2.0 + pure(&bends[j]));
+                let pairs = turning.iter().zip(y);
+                let seen =
+                    pairs.map(|(z, y)| twice(&(z - product(y, y))) + flow.base.cross(&twice(y)));
+                seen.collect()
+            }
+            None => {
+                let faster = (0..n).map(|j| bends[j] + flow.spins[j].cross(&flow.bends[j]));
+                self.up(&faster.collect::<Vec<_>>())
+            }
+        };
+        let spins = beyond(spin, seen);
         let grown: Vec<_> = (0..n)
             .map(|j| {
                 let (omega, tau) = (&flow.spins[j], &shape.tangents[j]);
@@ -276,6 +318,7 @@ impl Sections {
             spins,
             bends,
             stretches,
+            turning,
         }
     }
 
@@ -286,7 +329,15 @@ impl Sections {
         couples: &[Vector3<f64>],
         forces: &[Vector3<f64>],
     ) -> Vec<f64> {
-        let [moments, beyond] = self.borne(shape, couples, forces);
+        let [arms, beyond] = self.borne(shape, couples, forces);
+        let moments: Vec<Vector3<f64>> = match &shape.spins {
+            Some(spins) => spins
+                .gathered(&arms)
+                .iter()
+                .map(|m| twice(m) * 0.5)
+                .collect(),
+            None => self.down(&arms),
+        };
         let mut out = Vec::with_capacity(self.size());
         for ((directors, m), p) in shape.directors.iter().zip(&moments).zip(&beyond) {
             for k in &self.active {
@@ -312,7 +363,7 @@ impl Sections {
         joined(&couple, &force)
     }
 
-    /// weight_j times the moment and the force of what acts beyond node j.
+    /// The couples at the sections with those of the forces on the tangents, and weight_j times the force of what acts beyond node j.
     fn borne(
         &self,
         shape: &Shape,
@@ -324,28 +375,54 @@ impl Sections {
         for (j, p) in beyond.iter().enumerate() {
             arms[j] += shape.tangents[j].cross(p);
         }
-        [self.down(&arms), beyond]
+        [arms, beyond]
+    }
+
+    /// The strains that turn their nodes.
+    fn own(&self, shape: &Shape) -> Vec<Own> {
+        let count = self.active.len();
+        let nodes = shape.directors[..self.grid.len()].iter().enumerate();
+        let own = nodes.flat_map(|(node, directors)| {
+            let bends = self.active.iter().enumerate().filter(|(_, k)| **k < 3);
+            bends.map(move |(a, k)| Own {
+                column: node * count + a,
+                node,
+                axis: directors.column(*k).into_owned(),
+            })
+        });
+        own.collect()
+    }
+
+    /// Where the turns of the base begin among columns, if there are any.
+    fn base(&self, columns: usize) -> Option<usize> {
+        (columns > self.size()).then_some(self.size())
     }
 
     /// J: turns and moves of the sections; with six columns more, those of the base turned and moved, where it is `free` to.
     pub fn turned(&self, shape: &Shape, free: bool) -> Turned {
         let n = self.grid.len();
-        let count = self.active.len();
-        let mut phi = blank(n + 1, self.size() + if free { BASE } else { 0 });
-        if free {
-            for (k, phi) in phi.iter_mut().enumerate() {
-                phi.column_mut(self.size() + k).fill(1.0);
-            }
-        }
-        for (j, directors) in shape.directors[..n].iter().enumerate() {
-            for (a, k) in self.active.iter().enumerate().filter(|(_, k)| **k < 3) {
-                let axis = directors.column(*k);
-                for (phi, along) in phi.iter_mut().zip(axis.iter()) {
-                    phi.column_mut(j * count + a)
-                        .axpy(*along, &self.up.column(j), 0.0);
+        let columns = self.size() + if free { BASE } else { 0 };
+        let own = self.own(shape);
+        let eta = shape.spins.as_ref();
+        let eta = eta.map(|spins| spins.turned(&own, self.base(columns), columns));
+        let phi = match &eta {
+            Some(eta) => [1, 2, 3].map(|k| &eta[k] * 2.0),
+            None => {
+                let mut phi = blank(n + 1, columns);
+                for Own { column, node, axis } in own {
+                    for (phi, along) in phi.iter_mut().zip(axis.iter()) {
+                        phi.column_mut(column)
+                            .axpy(*along, &self.up.column(node), 0.0);
+                    }
                 }
+                if let Some(base) = self.base(columns) {
+                    for (k, phi) in phi.iter_mut().enumerate() {
+                        phi.column_mut(base + k).fill(1.0);
+                    }
+                }
+                phi
             }
-        }
+        };
         let mut tau = self.local(&phi, |j| -cross(&shape.tangents[j]));
         self.add_stretch(&mut tau, |j, k| shape.directors[j].column(k).into_owned());
         let mut r = self.up_all(&tau);
@@ -354,7 +431,7 @@ impl Sections {
                 r.column_mut(self.size() + 3 + k).fill(1.0);
             }
         }
-        Turned { r, phi, tau }
+        Turned { r, phi, tau, eta }
     }
 
     /// A 3 x 3 matrix of each node times what is there.
@@ -405,17 +482,24 @@ impl Sections {
     pub fn carried(&self, shape: &Shape, flow: &Flow, change: &Change, turned: &Turned) -> Carried {
         let (tau, bend, slide) = (&shape.tangents, &flow.bends, &flow.stretches);
         let spin = &flow.spins;
-        let d_omega = self.up_all(&self.local(&turned.phi, |j| -cross(&bend[j])));
+        let [d_omega, d_alpha, alpha_by_rate] = match (&shape.spins, &turned.eta) {
+            (Some(spins), Some(eta)) => {
+                let spun = Spun {
+                    bends: bend,
+                    faster: &change.bends,
+                    y: &flow.turning,
+                    z: &change.turning,
+                    base: flow.base,
+                };
+                spins.carried(eta, &self.own(shape), self.base(eta[0].ncols()), &spun)
+            }
+            _ => self.carried_in_plane(shape, flow, change, turned),
+        };
         let mut grown = self.local(&d_omega, |j| -cross(&tau[j]));
         self.add_local(&mut grown, &turned.tau, |j| cross(&spin[j]));
         self.add_local(&mut grown, &turned.phi, |j| -cross(&slide[j]));
         let d_velocity = self.up_all(&grown);
 
-        let mut turning = self.local(&turned.phi, |j| {
-            -cross(&change.bends[j]) - cross(&spin[j]) * cross(&bend[j])
-        });
-        self.add_local(&mut turning, &d_omega, |j| -cross(&bend[j]));
-        let d_alpha = self.up_all(&turning);
         // What a change of omega does to r_tt.
         let by_spin = |j: usize| {
             -cross(&spin[j].cross(&tau[j]))
@@ -432,11 +516,6 @@ impl Sections {
         });
         let d_acceleration = self.up_all(&grown);
 
-        let mut turning = self.local(&turned.phi, |j| -cross(&bend[j]));
-        self.add_own(&mut turning, false, |j, k| {
-            spin[j].cross(&shape.directors[j].column(k))
-        });
-        let alpha_by_rate = self.up_all(&turning);
         let mut grown = self.local(&alpha_by_rate, |j| -cross(&tau[j]));
         self.add_local(&mut grown, &turned.phi, by_spin);
         self.add_stretch(&mut grown, |j, k| {
@@ -449,6 +528,28 @@ impl Sections {
         }
     }
 
+    /// How omega and omega_t change with the strains, and omega_t with their rates, where A leads to all turns.
+    fn carried_in_plane(
+        &self,
+        shape: &Shape,
+        flow: &Flow,
+        change: &Change,
+        turned: &Turned,
+    ) -> [Triple; 3] {
+        let (bend, spin) = (&flow.bends, &flow.spins);
+        let d_omega = self.up_all(&self.local(&turned.phi, |j| -cross(&bend[j])));
+        let mut turning = self.local(&turned.phi, |j| {
+            -cross(&change.bends[j]) - cross(&spin[j]) * cross(&bend[j])
+        });
+        self.add_local(&mut turning, &d_omega, |j| -cross(&bend[j]));
+        let d_alpha = self.up_all(&turning);
+        let mut turning = self.local(&turned.phi, |j| -cross(&bend[j]));
+        self.add_own(&mut turning, false, |j, k| {
+            spin[j].cross(&shape.directors[j].column(k))
+        });
+        [d_omega, d_alpha, self.up_all(&turning)]
+    }
+
     /// d(J^T f)/dq at couples and forces that stay as they are; with six rows more, the wrench on the base, where that is free.
     pub fn geometric(
         &self,
@@ -457,12 +558,25 @@ impl Sections {
         couples: &[Vector3<f64>],
         forces: &[Vector3<f64>],
     ) -> DMatrix<f64> {
-        let [moments, beyond] = self.borne(shape, couples, forces);
+        let [arms, beyond] = self.borne(shape, couples, forces);
         let n = self.grid.len();
         let pressed = self.local(&turned.tau, |j| -cross(&beyond[j]));
-        let inner = self.up.rows(0, n);
-        let mut by_u = pressed.each_ref().map(|f| inner.tr_mul(f));
-        self.add_local(&mut by_u, &turned.phi, |j| cross(&moments[j]));
+        let mut bent = None;
+        let by_u = match (&shape.spins, &turned.eta) {
+            (Some(spins), Some(eta)) => {
+                let (own, base) = (self.own(shape), self.base(eta[0].ncols()));
+                let gathered = spins.gathered(&arms);
+                bent = Some((spins.bent(eta, &own, base, (&arms, &gathered)), own));
+                spins.gathered_all(&pressed)
+            }
+            _ => {
+                let inner = self.up.rows(0, n);
+                let moments = self.down(&arms);
+                let mut by_u = pressed.each_ref().map(|f| inner.tr_mul(f));
+                self.add_local(&mut by_u, &turned.phi, |j| cross(&moments[j]));
+                by_u
+            }
+        };
         let by_v = self.local(&turned.phi, |j| cross(&beyond[j]));
         let count = self.active.len();
         let columns = turned.phi[0].ncols();
@@ -485,12 +599,17 @@ impl Sections {
                 }
             }
         }
+        if let Some((bent, own)) = bent {
+            for (row, own) in bent.row_iter().zip(own) {
+                out.row_mut(own.column).copy_from(&row);
+            }
+        }
         for column in 0..columns {
             for (j, directors) in shape.directors[..n].iter().enumerate() {
                 for (a, k) in self.active.iter().enumerate() {
                     let x = if *k < 3 { &by_u } else { &by_v };
                     let d = directors.column(*k % 3);
-                    out[(j * count + a, column)] =
+                    out[(j * count + a, column)] +=
                         d.x * x[0][(j, column)] + d.y * x[1][(j, column)] + d.z * x[2][(j, column)];
                 }
             }

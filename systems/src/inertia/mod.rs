@@ -5,11 +5,12 @@
 //! ```text
 //! J^T N (J q'' + J' q') + weights (dW/de + D(e, e_t)) = J^T loads,      M = J^T N J.
 //! ```
-//! Kinematics, masses and their derivatives are those of one discrete system: in the plane its energy is an integral of the motion,
-//! whatever the number of nodes; in space it is one as far as the nodes resolve the rotation.
+//! Kinematics, masses and their derivatives are those of one discrete system: its energy is an integral of the motion, whatever the
+//! number of nodes.
 //!
 //! * [`law`]: the section, seen through the strains that can change.
 //! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
+//! * `spins`: how sections in space turn with the strains, exactly as their rotations by collocation do.
 //! * [`mass`]: what hangs at a section: a piece of the rod, or the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
 //! * [`held`]: vibrations of a rod of small mass whose ends are held.
@@ -24,5 +25,6 @@ pub mod held;
 pub mod law;
 pub mod mass;
 pub mod rod;
+mod spins;
 pub mod statics;
 pub mod system;

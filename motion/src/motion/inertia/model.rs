@@ -4,7 +4,6 @@ use crate::assembly::{Contact, Nearness};
 use crate::creep::grid::more;
 use crate::creep::kinematics::Local;
 use crate::creep::resolution::{Demand, ROUNDING, demand};
-use crate::inertia::frames::Curve;
 use crate::inertia::rod::{HeavyRod, Moving};
 use crate::motion::{Options, State};
 use crate::solve::system::AnySystem;
@@ -115,16 +114,12 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Dema
     // Rates of waves that pass are rougher than the strains, and enter by less.
     let (_, of_rates) = demand(grid, &fields[1..], 10.0 * bound);
     let (_, of_strains) = demand(grid, &fields[..1], bound);
-    let blurred = match rod.given.curve {
-        Curve::Plane => bound,
-        Curve::Space => options.tolerance,
-    };
     let demand = match (of_strains, of_rates) {
         (Demand::More(a), Demand::More(b)) => {
             Demand::More(a.iter().zip(&b).map(|(a, b)| *a.max(b)).collect())
         }
         (Demand::More(a), _) | (_, Demand::More(a)) => Demand::More(a),
-        _ if defect > blurred.max(ROUNDING) => {
+        _ if defect > bound.max(ROUNDING) => {
             Demand::More(grid.counts().into_iter().map(more).collect())
         }
         (Demand::Fewer(a), Demand::Fewer(b)) => {
