@@ -7,7 +7,7 @@
 //! `cargo run --release --example fold_delays`, ten seconds.
 
 use nalgebra::Vector2;
-use snaprod::elastica::{Equilibrium, Passage, RodInertia};
+use snaprod::elastica::{Elastica, Equilibrium, Passage, RodInertia};
 use snaprod::motion::{Beside, Crossed, Event, Motion, State};
 use snaprod::scene::Scene;
 use snaprod::study::run::Prepared;
@@ -99,7 +99,7 @@ fn follow(
     motion: &mut dyn Motion<'_>,
     found: &mut dyn FnMut(&dyn State, &Crossed) -> f64,
 ) -> Result<(Crossed, f64), Failure> {
-    let mut beside = Beside::new(&*motion.now());
+    let mut beside = Beside::new(Box::new(Elastica), &*motion.now());
     let mut fold: Option<Crossed> = None;
     while let Some(event) = motion.advance() {
         let Event::Step { from, to } = event else {

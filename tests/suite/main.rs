@@ -38,6 +38,8 @@ mod first_order_held;
 #[cfg(feature = "scene")]
 mod first_order_scenes;
 mod first_order_space;
+#[cfg(feature = "scene")]
+mod folds_in_space;
 #[cfg(feature = "cli")]
 mod free_ends;
 mod grooves;

@@ -14,7 +14,6 @@ use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
 use crate::math::carlson::complete_kb;
 use crate::solve::roots::chandrupatla;
-use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::LN_2;
 
 /// No rod lighter loaded than this is at a fold: the least lambda of the first fold curve is 5.7658925
@@ -103,60 +102,6 @@ pub fn index(p: f64, w: f64) -> Result<usize> {
         };
     }
     Ok(count)
-}
-
-/// The fold that the end of the rod crosses on its way: `path` gives its place and its velocity at a fraction of the way, (p, lam) is the
-/// rod's equilibrium somewhere before. Returns the equilibrium on the fold and the fraction, by Newton's method on place and fold together,
-/// which is regular at a fold that is crossed; None if the way does not lead over one near by.
-pub fn fold_on_path(
-    (p, lam): (f64, f64),
-    path: &dyn Fn(f64) -> ([f64; 2], [f64; 2]),
-    from: f64,
-) -> Option<(Equilibrium, f64)> {
-    const LIMIT: usize = 40;
-    // Place and fold function, with their derivatives by p, lam and the fraction.
-    let system = |x: &Vector3<f64>| -> Option<(Vector3<f64>, Matrix3<f64>)> {
-        let at = ChartPoint::at_load(x[0], x[1]).ok()?;
-        let t = TipDerivatives::new(&at);
-        let (det, slope) = t.det_with_gradient();
-        let (place, rate) = path(x[2]);
-        let r = at.to_fixed(at.turned);
-        let (by_p, by_l) = (at.to_fixed(t.p), at.to_fixed(t.l));
-        let residual = Vector3::new(r[0] - place[0], r[1] - place[1], det);
-        let jacobian = Matrix3::new(
-            by_p[0], by_l[0], -rate[0], by_p[1], by_l[1], -rate[1], slope[0], slope[1], 0.0,
-        );
-        Some((residual, jacobian))
-    };
-    let mut x = Vector3::new(p, lam, from);
-    let mut here = system(&x)?;
-    for _ in 0..LIMIT {
-        let step = -here.1.lu().solve(&here.0)?;
-        // Of a short way the place of the end knows few digits of the fraction.
-        let (_, rate) = path(x[2]);
-        let moved = Vector3::new(step[0], step[1], step[2] * rate[0].hypot(rate[1]).min(1.0));
-        if moved.norm() <= 1e-12 * (1.0 + x.norm()) {
-            x += step;
-            return Some((Equilibrium::from_lambda_p(x[1], x[0]).ok()?, x[2]));
-        }
-        // Not farther at once than the chart's own curvature lets it see.
-        let mut part = (0.5 / step.norm()).min(1.0);
-        let size = here.0.norm();
-        loop {
-            let trial = x + step * part;
-            match system(&trial) {
-                Some(there) if there.0.norm() < size || part == 1.0 && size < 1e-9 => {
-                    (x, here) = (trial, there);
-                    break;
-                }
-                _ => part *= 0.5,
-            }
-            if part < 1e-6 {
-                return None;
-            }
-        }
-    }
-    None
 }
 
 /// A point of a fold curve.

@@ -21,7 +21,7 @@ pub mod straight;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
 pub use equilibrium::{Equilibrium, PlanarSection};
-pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance, fold_on_path};
+pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use held::{HeldMode, held_modes};
 pub use inertia::{LightRod, Passage, RodInertia};
 pub use inversion::{Found, equilibria_at};

@@ -1,27 +1,52 @@
 //! The light rod beside one with friction or mass: which folds of the equilibria the motion of the end passes.
 //!
 //! A rod with friction or mass does not jump. The rod without either, whose end is moved as this one's is, does: it follows its sheet, falls
-//! at the fold and lands where the viscous layer takes it. That is what is followed here, from step to step, at the cost of some microseconds each.
+//! at the fold and lands where the viscous layer takes it. That is what is followed here, from step to step, in the plane and in space
+//! ([`Light`]).
 
-use super::snap::{LandingRule, Snap, SnapEnd, landings};
+mod plane;
+mod space;
+
+pub use space::LightInSpace;
+
+use super::snap::{Snap, SnapEnd};
 use super::{Ledger, State};
-use crate::elastica::chart::ChartPoint;
-use crate::elastica::{Elastica, Equilibrium, fold_on_path};
-use crate::manifold::{EquilibriumManifold, Multivalued, invert_near};
-use crate::math::se3::halves;
-use nalgebra::{DVector, UnitQuaternion, Vector2};
+use crate::assembly::{Configuration, Place};
+use crate::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
+use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
 
+/// Tolerance of the light rod while it is followed, and of its folds.
+const FOLLOWED: f64 = 1e-9;
+const FINE: f64 = 1e-12;
 /// The light rod is followed over pieces of the way no longer than this.
 const PIECE: f64 = 0.01;
 /// Most pieces of a step.
 const PIECES: f64 = 200.0;
 /// Change of the chart point over a piece beyond which another sheet was met.
 const JUMP: f64 = 0.5;
-/// Places at which shapes are compared, and the largest difference of the curvature relative to it.
-const PLACES: usize = 17;
-const ALIKE: f64 = 0.5;
 /// Steps after which a rod that was lost is looked for again.
 const PATIENCE: usize = 50;
+/// A fold so far outside a piece, in its lengths, may be that of the piece.
+const SLACK: f64 = 0.05;
+/// Halvings of the piece in which a fold is sought.
+const HALVINGS: usize = 16;
+/// Newton steps to a fold.
+const NEWTON: usize = 40;
+/// Change of the chart, relative to 1 + its size, by which the fold function is differentiated: the gradient leads the search and is not in
+/// its result.
+const ASIDE: f64 = 1e-7;
+/// A search for a fold ends with a step below the first, relative to 1 + the chart, or below the second where rounding keeps it from getting shorter.
+const FOUND: [f64; 2] = [1e-12, 1e-8];
+/// A shape is like another that differs by less than this part of its deviation from the unloaded one.
+const ALIKE: f64 = 0.5;
+/// Places at which shapes are compared.
+const PLACES: usize = 17;
+
+/// Where shapes are compared.
+fn places() -> Vec<f64> {
+    let middle = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+    (0..PLACES).map(middle).collect()
+}
 
 /// A fold that the light rod has passed.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,21 +57,86 @@ pub struct Crossed {
     pub ledger: Ledger,
 }
 
-/// The light elastica beside a planar rod, in the frame of a clamp that stands.
-#[derive(Debug, Clone)]
+/// A rod without mass and friction, whose end is held at a place seen from its clamp, by its equilibria.
+pub trait Light {
+    /// Its end under the chart point `q`, to this tolerance; None outside the chart.
+    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held>;
+
+    /// The equilibrium at `site` that Newton's method leads to from `guess`.
+    fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>>;
+
+    /// The stable equilibrium that is like the rod in this state.
+    fn like(&self, state: &dyn State) -> Option<DVector<f64>>;
+
+    /// Where it lands that leaves its fold.
+    fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>>;
+
+    /// One end of a snap, and the energy that counts in what it releases.
+    fn snap_end(&self, q: &DVector<f64>, site: &Place) -> Option<(SnapEnd, f64)>;
+
+    /// How far two places are from each other, as far as they are held.
+    fn apart(&self, a: &Place, b: &Place) -> f64;
+
+    /// Place and velocity of the end as a snap has them, and the configuration.
+    fn told(
+        &self,
+        q: &DVector<f64>,
+        site: &Place,
+    ) -> (DVector<f64>, DVector<f64>, Option<Configuration>);
+}
+
+/// The end of a light rod against the place where it is held.
+pub struct Held {
+    /// From the end to its place.
+    pub gap: DVector<f64>,
+    /// How the end moves with the chart.
+    pub jacobian: DMatrix<f64>,
+    /// How its place moves.
+    pub drive: DVector<f64>,
+    /// Vanishes at folds.
+    pub fold: f64,
+    /// True where the chart stands for something else: the fold functions of the two are none.
+    pub other: bool,
+}
+
+/// The light rod beside another, in the frame of a clamp that stands.
 pub struct Beside {
-    /// (p, w); None while it is lost, as next to a straight rod.
-    at: Option<Vector2<f64>>,
+    rod: Box<dyn Light>,
+    /// None while it is lost, as next to a straight rod in the plane.
+    at: Option<At>,
     last: Seen,
     patience: usize,
+}
+
+/// Where the light rod is.
+#[derive(Debug, Clone)]
+struct At {
+    /// Its chart point.
+    q: DVector<f64>,
+    /// On which side of folds, and of which chart.
+    side: (bool, bool),
+}
+
+impl At {
+    fn new(rod: &dyn Light, q: DVector<f64>, site: &Place) -> Option<Self> {
+        let held = rod.held(&q, site, FOLLOWED)?;
+        Some(Self {
+            q,
+            side: (held.fold > 0.0, held.other),
+        })
+    }
+
+    /// The equilibrium that is like the rod in this state.
+    fn like(rod: &dyn Light, state: &dyn State) -> Option<Self> {
+        Self::new(rod, rod.like(state)?, &Seen::new(state).place)
+    }
 }
 
 /// The end at one moment.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     t: f64,
-    place: Vector2<f64>,
-    velocity: Vector2<f64>,
+    place: Place,
     ledger: Ledger,
 }
 
@@ -54,31 +144,46 @@ impl Seen {
     fn new(state: &dyn State) -> Self {
         Self {
             t: state.time(),
-            place: state.pose().translation.vector.xy(),
-            velocity: halves(&state.twist()).1.xy(),
+            place: Place {
+                pose: state.pose(),
+                twist: state.twist(),
+            },
             ledger: state.ledger(),
         }
     }
 
-    /// Place and its derivative by the fraction of the way to `next`: cubic, by places and velocities at its ends.
-    fn towards(&self, next: &Self, x: f64) -> (Vector2<f64>, Vector2<f64>) {
+    /// The end by the fraction of the way to `next`, its twist per fraction: cubic in place and rotation vector, by what they and their rates are at
+    /// both ends.
+    fn towards(&self, next: &Self, x: f64) -> Place {
         let h = next.t - self.t;
-        let (d, a, b) = (
-            next.place - self.place,
-            self.velocity * h,
-            next.velocity * h,
-        );
-        let (c2, c3) = (d * 3.0 - a * 2.0 - b, a + b - d * 2.0);
-        let place = self.place + (a + (c2 + c3 * x) * x) * x;
-        (place, a + (c2 * 2.0 + c3 * (3.0 * x)) * x)
+        let cubic = |d: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>| {
+            let (c2, c3) = (d * 3.0 - a * 2.0 - b, a + b - d * 2.0);
+            (
+                (a + (c2 + c3 * x) * x) * x,
+                a + (c2 * 2.0 + c3 * (3.0 * x)) * x,
+            )
+        };
+        let (here, there) = (&self.place.pose, &next.place.pose);
+        let [(w0, v0), (w1, v1)] = [self, next].map(|seen| halves(&(seen.place.twist * h)));
+        let turn = (there.rotation * here.rotation.inverse()).scaled_axis();
+        let (moved, rate) = cubic(there.translation.vector - here.translation.vector, v0, v1);
+        let (turned, turning) = cubic(turn, w0, inverse_left_jacobian(&turn) * w1);
+        Place {
+            pose: Isometry3::from_parts(
+                (here.translation.vector + moved).into(),
+                UnitQuaternion::from_scaled_axis(turned) * here.rotation,
+            ),
+            twist: joined(&(left_jacobian(&turned) * turning), &rate),
+        }
     }
 }
 
 impl Beside {
-    /// Beside a rod in this state.
-    pub fn new(state: &dyn State) -> Self {
+    /// The light `rod` beside one in this state.
+    pub fn new(rod: Box<dyn Light>, state: &dyn State) -> Self {
         Self {
-            at: near(state),
+            at: At::like(&*rod, state),
+            rod,
             last: Seen::new(state),
             patience: PATIENCE,
         }
@@ -86,10 +191,9 @@ impl Beside {
 
     /// The equilibrium that the rod has come to be in, where that is known.
     pub fn land(&mut self, state: &dyn State) {
-        self.at = state
-            .equilibrium()
-            .map(|labels| Vector2::new(labels.p, labels.w))
-            .or(self.at);
+        if let Some(like) = At::like(&*self.rod, state) {
+            self.at = Some(like);
+        }
     }
 
     /// Follows the end through a step to `state`; the folds that were passed in it.
@@ -101,124 +205,191 @@ impl Beside {
             self.patience = self.patience.saturating_sub(1);
             if self.patience == 0 {
                 self.patience = PATIENCE;
-                self.at = near(state);
+                self.at = At::like(&*self.rod, state);
             }
             return passed;
         }
-        let pieces = ((next.place - last.place).norm() / PIECE)
-            .ceil()
-            .clamp(1.0, PIECES);
+        let way = Way {
+            rod: &*self.rod,
+            ends: (last, next),
+        };
+        let length = self.rod.apart(&last.place, &next.place);
+        let pieces = (length / PIECE).ceil().clamp(1.0, PIECES);
         for k in 0..pieces as usize {
             let [from, to] = [k as f64 / pieces, (k + 1) as f64 / pieces];
-            let Some(q) = self.at else { break };
-            let (place, _) = last.towards(&next, to);
-            self.at = follow(&q, &place);
+            let Some(at) = self.at.take() else { break };
+            self.at = way.followed(&at, to);
             if self.at.is_some() {
                 continue;
             }
-            let Some((edge, x)) = fold_ahead(&q, (&last, &next), from) else {
-                continue;
-            };
-            // Next to a fold the rod nears it as the root of the way that is left, and Newton's method from the last place is thrown over it.
-            let left = (x - to) / (x - from);
-            if left > 0.0 && x > to {
-                self.at = follow(&(edge + (q - edge) * left.sqrt()), &place);
-            }
-            if self.at.is_none()
-                && let Some((crossed, landed)) = fold(&edge, x, (&last, &next), [from, to])
-            {
-                passed.push(crossed);
-                self.at = follow(&landed, &place);
+            match way.passed(at, from, to) {
+                Some(Passed::Before(at)) => self.at = Some(at),
+                Some(Passed::Fold(fold, x)) => {
+                    if let Some((crossed, landed)) = way.crossed(&fold, x) {
+                        passed.push(crossed);
+                        self.at = way.followed(&landed, to);
+                    }
+                }
+                None => {}
             }
         }
         passed
     }
 }
 
-/// The stable equilibrium at `place` on the same sheet as `q`.
-fn follow(q: &Vector2<f64>, place: &Vector2<f64>) -> Option<Vector2<f64>> {
-    let found = invert_near(&Elastica, place, q, 1e-12).ok()?.q;
-    let side = |q: &Vector2<f64>| ChartPoint::new(q[0], q[1]).fold_function() > 0.0;
-    ((found - q).norm() < JUMP * (1.0 + q.norm()) && side(&found) == side(q)).then_some(found)
+/// What comes of a light rod on a piece of its way.
+enum Passed {
+    /// Its fold is still ahead.
+    Before(At),
+    /// It has passed this fold, at this fraction of the way.
+    Fold(DVector<f64>, f64),
 }
 
-/// The fold that lies ahead of the rod `q` on the way, and the fraction of the way.
-fn fold_ahead(
-    q: &Vector2<f64>,
-    (last, next): (&Seen, &Seen),
-    from: f64,
-) -> Option<(Vector2<f64>, f64)> {
-    let path = |x: f64| {
-        let (place, rate) = last.towards(next, x);
-        (place.into(), rate.into())
-    };
-    let lam = ChartPoint::new(q[0], q[1]).integrals.lam;
-    let (at, x) = fold_on_path((q[0], lam), &path, from)?;
-    Some((Vector2::new(at.p, at.w), x))
+/// The light rod on the way of its end through a step.
+struct Way<'a> {
+    rod: &'a dyn Light,
+    ends: (Seen, Seen),
 }
 
-/// The snap of the light rod from the fold at `x`, and where it lands; None if the fold is not passed between these fractions.
-fn fold(
-    fold: &Vector2<f64>,
-    x: f64,
-    (last, next): (&Seen, &Seen),
-    [from, to]: [f64; 2],
-) -> Option<(Crossed, Vector2<f64>)> {
-    let slack = 0.05 * (to - from);
-    if !(x > from - slack && x < to + slack) {
-        return None;
+impl Way<'_> {
+    fn place(&self, x: f64) -> Place {
+        self.ends.0.towards(&self.ends.1, x)
     }
-    let (landed, _) = landings(&Elastica, fold, LandingRule::Viscous).ok()?;
-    let landed = *landed.first()?;
-    let end = |q: &Vector2<f64>, index: usize| {
-        Some(SnapEnd {
-            q: DVector::from_column_slice(q.as_slice()),
-            sheet: Some(Elastica.sheet(q)),
-            index,
-            elastic: Elastica.point(q)?.energy,
-        })
-    };
-    let (from, to) = (end(fold, 0)?, end(&landed, 0)?);
-    let h = next.t - last.t;
-    let (place, rate) = last.towards(next, x);
-    let snap = Snap {
-        base: UnitQuaternion::identity(),
-        t: last.t + x * h,
-        time_error: f64::NAN,
-        pose: DVector::from_column_slice(place.as_slice()),
-        velocity: DVector::from_column_slice((rate / h).as_slice()),
-        released: from.elastic - to.elastic,
-        from,
-        to,
-        rod: 0,
-        choices: None,
-        moving: None,
-    };
-    let ledger = last.ledger.between(&next.ledger, x);
-    Some((Crossed { snap, ledger }, landed))
-}
 
-/// The stable equilibrium of the end whose shape is nearest to that of the rod; None if there is none that is like it.
-fn near(state: &dyn State) -> Option<Vector2<f64>> {
-    if let Some(labels) = state.equilibrium() {
-        return Some(Vector2::new(labels.p, labels.w));
+    /// The equilibrium at the fraction `to` of the way on the same sheet as one before it.
+    fn followed(&self, at: &At, to: f64) -> Option<At> {
+        self.found(at, &at.q, to)
     }
-    let place = state.pose().translation.vector.xy();
-    let places: Vec<f64> = (0..PLACES)
-        .map(|k| (k as f64 + 0.5) / PLACES as f64)
-        .collect();
-    let strains = state.strains_at(&places);
-    let size: f64 = strains.iter().map(|e| e[0] * e[0]).sum();
-    let apart = |q: &Vector2<f64>| -> Option<f64> {
-        let there = Equilibrium::new(q[0], q[1]).ok()?;
-        let mut sum = 0.0;
-        for (s, e) in places.iter().zip(&strains) {
-            sum += (there.section(*s).ok()?.curvature - e[0]).powi(2);
+
+    /// The same, sought from `guess`.
+    fn found(&self, at: &At, guess: &DVector<f64>, to: f64) -> Option<At> {
+        let site = self.place(to);
+        let found = self.rod.inverted(guess, &site, FOLLOWED)?;
+        let near = (&found - &at.q).norm() < JUMP * (1.0 + at.q.norm());
+        let found = At::new(self.rod, found, &site)?;
+        let same = found.side.1 != at.side.1 || found.side.0 == at.side.0;
+        (near && same).then_some(found)
+    }
+
+    /// What comes of a rod that Newton's method does not lead from the fraction `from` to the fraction `end`. Where that does not lead to its fold
+    /// either, the rod is followed closer to it.
+    fn passed(&self, mut at: At, mut from: f64, end: f64) -> Option<Passed> {
+        let mut to = end;
+        for _ in 0..HALVINGS {
+            let slack = SLACK * (to - from);
+            let fold = self.fold_near(&at.q, from, to);
+            if let Some((fold, x)) = fold.filter(|fold| fold.1 >= from - slack) {
+                // A rod nears its fold as the root of the way that is left, and Newton's method from the last place is thrown over it.
+                let left = (x - to) / (x - from);
+                let guess = &fold + (&at.q - &fold) * left.max(0.0).sqrt();
+                if x > to
+                    && let Some(found) = self.found(&at, &guess, to)
+                {
+                    if to == end {
+                        return Some(Passed::Before(found));
+                    }
+                    (at, from, to) = (found, to, end);
+                    continue;
+                }
+                if x <= to + slack {
+                    return Some(Passed::Fold(fold, x));
+                }
+            }
+            let middle = 0.5 * (from + to);
+            match self.followed(&at, middle) {
+                Some(nearer) => (at, from) = (nearer, middle),
+                None => to = middle,
+            }
         }
-        Some(sum / size)
-    };
-    let stable = Elastica.stable_at(&place).ok()?;
-    let each = stable.into_iter().filter_map(|q| Some((apart(&q)?, q)));
-    let (apart, q) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (apart < ALIKE * ALIKE).then_some(q)
+        None
+    }
+
+    /// Newton's method on place and fold together, which is regular at a fold that is crossed: from `q` at the fraction `from`.
+    fn fold_near(&self, q: &DVector<f64>, from: f64, to: f64) -> Option<(DVector<f64>, f64)> {
+        let n = q.len();
+        let unit = self.rod.held(q, &self.place(from), FINE)?;
+        let span = to - from;
+        // Of the chart and the part of the piece.
+        let system = |q: &DVector<f64>, part: f64| -> Option<(Held, DVector<f64>)> {
+            let mut held = self.rod.held(q, &self.place(from + part * span), FINE)?;
+            if held.other != unit.other {
+                return None;
+            }
+            held.fold /= unit.fold;
+            let mut residual = held.gap.clone().insert_row(n, 0.0);
+            residual[n] = held.fold;
+            Some((held, residual))
+        };
+        let (mut q, mut part) = (q.clone(), 0.0);
+        let (mut held, mut residual) = system(&q, part)?;
+        let mut before = f64::INFINITY;
+        for _ in 0..NEWTON {
+            let mut matrix = DMatrix::zeros(n + 1, n + 1);
+            matrix.view_mut((0, 0), (n, n)).copy_from(&held.jacobian);
+            matrix
+                .view_mut((0, n), (n, 1))
+                .copy_from(&(&held.drive * -span));
+            for k in 0..n {
+                let mut aside = q.clone();
+                aside[k] += ASIDE * (1.0 + q[k].abs());
+                let change = system(&aside, part)?.0.fold - held.fold;
+                matrix[(n, k)] = -change / (aside[k] - q[k]);
+            }
+            let step = matrix.full_piv_lu().solve(&residual)?;
+            let [along, on] = [step.rows(0, n).norm(), step[n].abs()];
+            let scale = 1.0 + q.norm();
+            // Of a short way the place of the end knows few digits of the fraction.
+            let moved = on * (held.drive.norm() * span.abs()).min(1.0);
+            let length = (along / scale).max(moved);
+            if length <= FOUND[0] || length <= FOUND[1] && length > 0.3 * before {
+                return Some((&q + step.rows(0, n), from + (part + step[n]) * span));
+            }
+            before = length;
+            // Not farther at once than the chart's own curvature lets it see.
+            let mut share = (JUMP * scale / along).min(4.0 / on).min(1.0);
+            let size = residual.norm();
+            loop {
+                let trial = (&q + step.rows(0, n) * share, part + step[n] * share);
+                match system(&trial.0, trial.1) {
+                    Some(there) if there.1.norm() < size || share == 1.0 && size < 1e-8 => {
+                        (q, part) = trial;
+                        (held, residual) = there;
+                        break;
+                    }
+                    _ => share *= 0.5,
+                }
+                if share < 1e-4 {
+                    return None;
+                }
+            }
+        }
+        None
+    }
+
+    /// What the light rod does at its fold, and where it lands.
+    fn crossed(&self, fold: &DVector<f64>, x: f64) -> Option<(Crossed, At)> {
+        let (last, next) = &self.ends;
+        let h = next.t - last.t;
+        let mut site = self.place(x);
+        site.twist /= h;
+        let landed = self.rod.landing(fold, &site)?;
+        let (from, before) = self.rod.snap_end(fold, &site)?;
+        let (to, after) = self.rod.snap_end(&landed, &site)?;
+        let (pose, velocity, moving) = self.rod.told(fold, &site);
+        let snap = Snap {
+            base: UnitQuaternion::identity(),
+            t: last.t + x * h,
+            time_error: f64::NAN,
+            pose,
+            velocity,
+            released: before - after,
+            from,
+            to,
+            rod: 0,
+            choices: None,
+            moving: moving.map(Box::new),
+        };
+        let ledger = last.ledger.between(&next.ledger, x);
+        Some((Crossed { snap, ledger }, At::new(self.rod, landed, &site)?))
+    }
 }

@@ -4,7 +4,7 @@ use super::{Followed, RodMass, SmallMass};
 use crate::assembly::{Assembly, Configuration};
 use crate::error::Result;
 use crate::inertia::held::{Massive, fold_form, held_modes};
-use crate::motion::Snap;
+use crate::motion::{LightInSpace, Snap};
 use crate::rod::Wrench;
 use crate::scene::{AssemblySetup, Scales, Scene};
 use crate::study::modes::resting;
@@ -112,6 +112,14 @@ impl Resting {
                 .collect(),
         };
         Ok(resting)
+    }
+
+    /// Its one rod, to be followed by its equilibria.
+    pub fn light(&self) -> Option<LightInSpace> {
+        match self.assembly.links() {
+            [link] => Some(LightInSpace::new(link)),
+            _ => None,
+        }
     }
 
     /// The relative change of the lowest frequency.

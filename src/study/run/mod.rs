@@ -87,11 +87,13 @@ pub fn run(
     let root = prepared.motion()?;
     let spring = prepared.spring()?;
     let total = root.now().ledger().total();
+    let rest = prepared.rest();
     let (branches, cut) = tree(root, prepared.run.branches, |stem, motion| {
         let first = prepared.moment(&*motion.now());
         let mut recorder = {
             let now = motion.now();
-            Recorder::new(prepared, sink, hooks, fields, (stem.id, &*now), total)?
+            let of = (prepared, rest.as_ref());
+            Recorder::new(of, sink, hooks, fields, (stem.id, &*now), total)?
         };
         let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
         let last = prepared.moment(&*motion.now());
@@ -106,7 +108,6 @@ pub fn run(
         );
         Ok((recorder.finish(&*motion, branch), outcome))
     })?;
-    let rest = prepared.rest();
     let folds = rest
         .as_ref()
         .map_or(Vec::new(), |rest| prepared.folds(rest, &branches));

@@ -2,16 +2,16 @@
 
 use super::record::{Moment, RunBranch};
 use super::spring::Spring;
-use crate::elastica::Passage;
+use crate::elastica::{Elastica, Passage};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::motion::{Beside, Bounce, Ledger, Motion, Snap, State};
+use crate::motion::{Beside, Bounce, Ledger, Light, Motion, Snap, State};
 use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
 use crate::study::mass::{
-    BouncePassed, FoldPassed, Followed, Follows, Light, Resting, SmallMass, Validity, passed,
-    viscosity,
+    BouncePassed, FoldPassed, Followed, Follows, Light as Planar, Resting, SmallMass, Validity,
+    passed, viscosity,
 };
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
 
@@ -44,14 +44,14 @@ pub struct Prepared {
 /// A rod as far as its mass is concerned.
 enum Massive {
     /// In a plane.
-    Plane(Light),
+    Plane(Planar),
     /// In space, the scene that it is of.
     Space(Box<Scene>),
 }
 
 /// A rod at rest under the loads at t = 0, and what its mass changes there.
 pub(super) enum Rest {
-    Plane(Light, SmallMass),
+    Plane(Planar, SmallMass),
     Space(Box<Resting>),
 }
 
@@ -80,15 +80,18 @@ impl Prepared {
                     true => scene.lifted_for_modes()?,
                     false => Some(scene.clone()),
                 };
-                let known =
-                    |scene: &Scene| scene.rod.mass().is_some() && scene.clamp.motion.is_none();
+                // A load along a rod with all of its mass is not one of the light rod's, whose equilibria it moves.
+                let known = |scene: &Scene| {
+                    let loaded = scene.rod.is_heavy() && !scene.loads.distributed.is_zero();
+                    scene.rod.mass().is_some() && scene.clamp.motion.is_none() && !loaded
+                };
                 given
                     .filter(known)
                     .map(|scene| Massive::Space(Box::new(scene)))
             }
             // A load along the rod moves its equilibria and folds by more than its mass does.
             (false, Some(load)) if scene.loads.distributed.is_zero() => {
-                Light::new(scene, &scene.scales()?, load)?.map(Massive::Plane)
+                Planar::new(scene, &scene.scales()?, load)?.map(Massive::Plane)
             }
             (false, _) => None,
         };
@@ -142,10 +145,17 @@ impl Prepared {
         self.is_heavy() && matches!(self.kind(), ModelKind::Planar | ModelKind::Space)
     }
 
-    /// The light rod beside a planar rod with friction or mass in its first state; None of any other.
-    pub(super) fn beside(&self, first: &dyn State) -> Option<Beside> {
-        let known = self.kind() == ModelKind::Planar && self.massive.is_some() && !self.relaxes;
-        known.then(|| Beside::new(first))
+    /// The light rod beside a rod with friction or mass in its first state; None of any other, and where nothing is known of how it rests.
+    pub(super) fn beside(&self, rest: Option<&Rest>, first: &dyn State) -> Option<Beside> {
+        if self.kind().is_elastic() || self.relaxes {
+            return None;
+        }
+        let rod: Box<dyn Light> = match (self.massive.as_ref()?, rest) {
+            (Massive::Plane(_), _) => Box::new(Elastica),
+            (Massive::Space(_), Some(Rest::Space(resting))) => Box::new(resting.light()?),
+            (Massive::Space(_), _) => return None,
+        };
+        Some(Beside::new(rod, first))
     }
 
     /// True if forces in time do work on the body.

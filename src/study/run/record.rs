@@ -157,7 +157,7 @@ pub struct RunBranch {
     pub snaps: Vec<Snap>,
     /// Passages far from equilibrium, in the scene's units.
     pub layers: Vec<Layer>,
-    /// Folds that the light rod beside a planar rod with friction or mass passes, in the units of the rod.
+    /// Folds that the light rod beside a rod with friction or mass passes, in the units of the rod.
     pub crossed: Vec<Crossed>,
     /// Bounces of a taut rod, in the units of the rod: the first of them.
     pub bounces: Vec<Bounce>,

@@ -1,7 +1,7 @@
 //! Watches a motion: writes the tables, keeps what figures show.
 
 use super::ModelKind;
-use super::prepared::Prepared;
+use super::prepared::{Prepared, Rest};
 use super::record::{Frame, RunBranch};
 use super::table;
 use super::{Fields, places};
@@ -87,9 +87,9 @@ pub(in crate::study) fn audited(
 }
 
 impl<'r> Recorder<'r> {
-    /// A recorder of the branch `id`, whose first state is `first`; `total` is what the ledger should keep, in the units of the rod.
+    /// A recorder of the branch `id`, whose first state is `first`; `rest` is how the rod rests; `total` is what the ledger should keep, in the units of the rod.
     pub fn new(
-        prepared: &'r Prepared,
+        (prepared, rest): (&'r Prepared, Option<&Rest>),
         sink: &'r mut dyn Sink,
         hooks: &'r mut dyn Hooks,
         fields: Fields,
@@ -122,7 +122,7 @@ impl<'r> Recorder<'r> {
             closing,
             snaps: Vec::new(),
             layers: Vec::new(),
-            beside: prepared.beside(first),
+            beside: prepared.beside(rest, first),
             crossed: Vec::new(),
             bounces: Vec::new(),
             bounce_count: 0,

@@ -17,14 +17,14 @@ use super::{Joint, Link, LinkEnd};
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
 use crate::creep::reduced::solve;
-use crate::creep::space::Space;
+use crate::creep::space::{Curve, Space};
 use crate::error::{Error, Result};
 use crate::manifold::fold_kernel;
 use crate::math::se3::joined;
 use crate::rod::Wrench;
-use crate::section::{Measures, SectionLaw, measured};
+use crate::section::{Measures, SectionLaw, Strain, measured};
 use crate::solve::dop853::Dop853;
-use nalgebra::{DVector, Isometry3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Isometry3, SMatrix, Vector3};
 use std::sync::Arc;
 
 /// How far from neutral, in lengths of the rod, a rod may be taken to be at its fold.
@@ -48,6 +48,8 @@ const MOST_STEPS: usize = 5_000;
 const POLISH: usize = 30;
 /// Tolerance of the search for other landings, which the chart then makes exact.
 const SEARCH: f64 = 1e-9;
+/// Wrenches that the resultants feel by less than this part of what they feel most are left out.
+const FELT: f64 = 1e-12;
 /// A landing nearer to another or to its fold than this, relative to 1 + the chart, is that again.
 const TWIN: f64 = 1e-4;
 
@@ -117,6 +119,70 @@ impl Link {
         Ok(stable.into_iter().map(|(_, q)| q).collect())
     }
 
+    /// The equilibrium of the rod near these strains, in units of 1/L and given at places in [0, 1], with its end at `held` seen from the base: from the
+    /// wrench on the end that leaves least of the resultants along the rod.
+    ///
+    /// # Errors
+    /// Strains outside the section law or without a shape; no equilibrium near by.
+    pub fn nearest(
+        &self,
+        strains: &dyn Fn(&[f64]) -> Vec<Strain>,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Wrench> {
+        match self.joint {
+            Joint::Weld => self.fitted(self.layer::<6>(held), strains, tolerance),
+            Joint::Ball | Joint::Pins => self.fitted(self.layer::<3>(held), strains, tolerance),
+        }
+    }
+
+    fn fitted<const D: usize>(
+        &self,
+        mut layer: Layer<D>,
+        strains: &dyn Fn(&[f64]) -> Vec<Strain>,
+        tolerance: f64,
+    ) -> Result<Wrench> {
+        let strains = strains(layer.grid.nodes());
+        let all = strains.iter().flat_map(|e| e.iter().copied());
+        let strains = DVector::from_iterator(6 * strains.len(), all);
+        layer.fit(&strains).ok_or_else(|| {
+            Error::domain("the strains lie outside the section law, or give no shape of the rod")
+        })?;
+        self.charted(&layer, &strains, tolerance)
+    }
+
+    /// The layer of the rod with its end at `held` seen from the base, under no wrench yet.
+    fn layer<const D: usize>(&self, held: &Isometry3<f64>) -> Layer<D> {
+        let length = self.rod.length();
+        let units = Measures {
+            length,
+            stiffness: self.rod.reference_stiffness(),
+            time: 1.0,
+        };
+        let law = measured(self.rod.law().clone(), units);
+        let mut breaks = law.breaks();
+        breaks.extend(self.borne().iter().flat_map(|load| load.breaks()));
+        breaks.retain(|s| *s > 0.0 && *s < 1.0);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < 1e-12);
+        let grid = Grid::new(&breaks, &vec![NODES; breaks.len() + 1]);
+        let mut held = *held;
+        held.translation.vector /= length;
+        let force = self.units()[3];
+        let load = self.borne().map(|load| {
+            let at = grid.nodes().iter();
+            at.map(|s| load.density(*s) * (length / force)).collect()
+        });
+        Layer {
+            law,
+            grid,
+            held,
+            by_chord: self.joint == Joint::Pins,
+            wrench: AtEnd::zeros(),
+            load,
+        }
+    }
+
     /// Charts of equilibria besides those known.
     fn others(
         &self,
@@ -144,35 +210,10 @@ impl Link {
         kernel: &Wrench,
         tolerance: f64,
     ) -> Result<Wrench> {
-        let length = self.rod.length();
-        let units = Measures {
-            length,
-            stiffness: self.rod.reference_stiffness(),
-            time: 1.0,
-        };
-        let law = measured(self.rod.law().clone(), units);
-        let mut breaks = law.breaks();
-        breaks.extend(self.borne().iter().flat_map(|load| load.breaks()));
-        breaks.retain(|s| *s > 0.0 && *s < 1.0);
-        breaks.sort_by(f64::total_cmp);
-        breaks.dedup_by(|a, b| *a - *b < 1e-12);
-        let grid = Grid::new(&breaks, &vec![NODES; breaks.len() + 1]);
-        let mut held = end.pose;
-        held.translation.vector /= length;
         let scale = self.units();
         let wrench = joined(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
-        let load = self.borne().map(|load| {
-            let at = grid.nodes().iter();
-            at.map(|s| load.density(*s) * (length / scale[3])).collect()
-        });
-        let mut layer = Layer::<D> {
-            law,
-            grid,
-            held,
-            by_chord: self.joint == Joint::Pins,
-            wrench: wrench.fixed_rows::<D>(6 - D).into_owned(),
-            load,
-        };
+        let mut layer = self.layer::<D>(&end.pose);
+        layer.wrench = wrench.fixed_rows::<D>(6 - D).into_owned();
         let here = self.strains(&layer.grid, q, &end.pose, tolerance)?;
         let beside = [1.0, -1.0].map(|side| {
             self.strains(
@@ -383,6 +424,50 @@ impl<const D: usize> Layer<D> {
         end.translation.vector.norm() - self.held.translation.vector.norm()
     }
 
+    /// Takes the wrench for which the resultants of the strains `e` differ least from those of an equilibrium, those of strains that cannot change left out.
+    fn fit(&mut self, e: &DVector<f64>) -> Option<()> {
+        let space = Space::<6, D>::new();
+        let strains = split(e);
+        let curve = space.shape(&self.grid, &strains)?;
+        let borne = self.borne(&curve, strains.len());
+        let rigid = self.law.rigid();
+        let mut normal = SMatrix::<f64, D, D>::zeros();
+        let mut sum = AtEnd::<D>::zeros();
+        let nodes = self.grid.nodes().iter().zip(self.grid.weights());
+        for (i, (s, weight)) in nodes.enumerate() {
+            let mut transfer = space.transfer(&curve, i);
+            let mut left = self.law.free(*s, &strains[i]).ok()?.resultants - borne[i];
+            for k in (0..3).filter(|k| rigid[*k]) {
+                transfer.row_mut(3 + k).fill(0.0);
+                left[3 + k] = 0.0;
+            }
+            normal += transfer.tr_mul(&transfer) * *weight;
+            sum += transfer.tr_mul(&left) * *weight;
+        }
+        // A straight rod that cannot stretch does not feel a pull.
+        let normal = DMatrix::from_column_slice(D, D, normal.as_slice());
+        let sum = DVector::from_column_slice(sum.as_slice());
+        let svd = normal.svd(true, true);
+        let found = svd.solve(&sum, FELT * svd.singular_values.amax()).ok()?;
+        self.wrench = AtEnd::from_column_slice(found.as_slice());
+        if let Some(along) = self.chord(curve.end()) {
+            self.wrench = along * along.dot(&self.wrench);
+        }
+        Some(())
+    }
+
+    /// The resultants of the load along the rod at its nodes.
+    fn borne(&self, curve: &Curve, nodes: usize) -> Vec<Local<6>> {
+        match &self.load {
+            Some(load) => {
+                Space::<6, D>::new()
+                    .borne(&self.grid, curve, load)
+                    .resultants
+            }
+            None => vec![Local::zeros(); nodes],
+        }
+    }
+
     /// Rates of the strains `e`; None where a law refuses.
     fn rates(&mut self, e: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         let space = Space::<6, D>::new();
@@ -394,10 +479,7 @@ impl<const D: usize> Layer<D> {
             off = along * self.stretched(curve.end());
             self.wrench = along * along.dot(&self.wrench);
         }
-        let borne = match &self.load {
-            Some(load) => space.borne(&self.grid, &curve, load).resultants,
-            None => vec![Local::zeros(); strains.len()],
-        };
+        let borne = self.borne(&curve, strains.len());
         let nodes = self
             .grid
             .nodes()

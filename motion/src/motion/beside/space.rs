@@ -1,0 +1,109 @@
+//! The light rod in space.
+
+use super::{ALIKE, FINE, Held, Light, places};
+use crate::assembly::{Configuration, Joint, Link, LinkPoint, Place};
+use crate::math::se3::halves;
+use crate::motion::State;
+use crate::motion::snap::SnapEnd;
+use crate::rod::Wrench;
+use nalgebra::{DMatrix, DVector};
+
+/// A rod from its clamp, which stands, to a body at its end. Its chart is the base wrench.
+#[derive(Debug, Clone)]
+pub struct LightInSpace(Link);
+
+impl LightInSpace {
+    /// The rod of `link`, from the ground to the one body that there is, in units of its length; both ends are at their attachments.
+    pub fn new(link: &Link) -> Self {
+        Self(link.sought())
+    }
+
+    fn point(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<LinkPoint> {
+        let bodies = std::slice::from_ref(site);
+        self.0.point(0.0, bodies, &wrench(q), tolerance).ok()
+    }
+}
+
+fn wrench(q: &DVector<f64>) -> Wrench {
+    Wrench::from_column_slice(q.as_slice())
+}
+
+fn dynamic(q: &Wrench) -> DVector<f64> {
+    DVector::from_column_slice(q.as_slice())
+}
+
+impl Light for LightInSpace {
+    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held> {
+        let point = self.point(q, site, tolerance)?;
+        Some(Held {
+            gap: dynamic(&point.gap(self.0.joint())),
+            jacobian: DMatrix::from_column_slice(6, 6, point.end.jacobian.as_slice()),
+            drive: dynamic(&point.drive()),
+            fold: point.end.jacobian.determinant(),
+            other: point.end.slack.is_some(),
+        })
+    }
+
+    fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>> {
+        let found = self.0.polished(&wrench(guess), &site.pose, tolerance);
+        let found = found.ok()?;
+        Some(dynamic(&found))
+    }
+
+    fn like(&self, state: &dyn State) -> Option<DVector<f64>> {
+        let (link, held) = (&self.0, state.pose());
+        let strains = |places: &[f64]| state.strains_at(places);
+        let q = link.nearest(&strains, &held, FINE).ok()?;
+        let places = places();
+        let strains = strains(&places);
+        let length = link.rod().length();
+        let at: Vec<f64> = places.iter().map(|s| s * length).collect();
+        let sections = link.shape(&q, &held, &at, FINE).ok()?;
+        let (mut apart, mut size) = (0.0, 0.0);
+        for ((s, e), section) in at.iter().zip(&strains).zip(&sections) {
+            let unloaded = link.rod().law().unloaded(*s).ok()?;
+            apart += (section.strain - e).norm_squared();
+            size += (unloaded - e).norm_squared();
+        }
+        let stable = || link.index(&q, &held, FINE).is_ok_and(|index| index == 0);
+        (apart < ALIKE * ALIKE * size && stable()).then(|| dynamic(&q))
+    }
+
+    fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>> {
+        let landed = self.0.settle(&wrench(fold), &site.pose, FINE).ok()?;
+        Some(dynamic(&landed))
+    }
+
+    fn snap_end(&self, q: &DVector<f64>, site: &Place) -> Option<(SnapEnd, f64)> {
+        let point = self.point(q, site, FINE)?;
+        let end = SnapEnd {
+            q: q.clone(),
+            sheet: None,
+            index: 0,
+            elastic: point.end.energy,
+        };
+        Some((end, point.end.whole_energy()))
+    }
+
+    fn apart(&self, a: &Place, b: &Place) -> f64 {
+        let moved = (b.pose.translation.vector - a.pose.translation.vector).norm();
+        match self.0.joint() {
+            Joint::Weld => moved + a.pose.rotation.angle_to(&b.pose.rotation),
+            Joint::Ball | Joint::Pins => moved,
+        }
+    }
+
+    fn told(
+        &self,
+        q: &DVector<f64>,
+        site: &Place,
+    ) -> (DVector<f64>, DVector<f64>, Option<Configuration>) {
+        let now = Configuration {
+            bodies: vec![*site],
+            charts: vec![wrench(q)],
+        };
+        let (place, velocity) = (site.pose.translation.vector, halves(&site.twist).1);
+        let dynamic = |v: &nalgebra::Vector3<f64>| DVector::from_column_slice(v.as_slice());
+        (dynamic(&place), dynamic(&velocity), Some(now))
+    }
+}
