@@ -65,14 +65,10 @@ fn by_steps(method: Method) -> Option<&'static str> {
 impl Scene {
     /// Why the mass of the rod cannot be followed to first order; None where it can.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
-        let (body, run) = (self.body.as_ref()?, self.run.as_ref()?);
-        if self.clamp.motion.is_some() {
-            return Some("the clamp moves (as an assembly, [[rod]] and [[body]], it is)");
-        }
-        if self.is_planar() {
-            return (body.groove.is_some()).then_some("the body slides in a groove");
-        }
-        by_steps(run.method)
+        let run = self.run.as_ref()?;
+        // In space steps may be implicit; so they are of a planar rod under a load along it, which runs as one in space.
+        let closed = self.is_planar() && self.loads.distributed.is_zero();
+        if closed { None } else { by_steps(run.method) }
     }
 
     /// The same of rod `k` of an assembly.

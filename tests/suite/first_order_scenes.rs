@@ -109,10 +109,6 @@ fn light_rods_are_followed_by_default_where_they_can_be() {
     for (set, why) in [
         (&["rod.mass=0.2"][..], "not small"),
         (&["run.method=\"symmetric\""], "symmetric"),
-        (
-            &["clamp.motion.turn={ axis = [0.0, 0.0, 1.0], rate = 0.1 }"],
-            "clamp moves",
-        ),
     ] {
         let (inertia, text) = note(set);
         assert_eq!(inertia, None, "{text}");

@@ -34,6 +34,7 @@ mod elliptic;
 mod elliptic_data;
 #[cfg(feature = "cli")]
 mod figures;
+mod first_order_clamps;
 mod first_order_held;
 #[cfg(feature = "scene")]
 mod first_order_scenes;

@@ -160,7 +160,7 @@ impl<const N: usize> Body<N> {
         self
     }
 
-    /// Has it feel the mass of its rod. The clamp must be fixed.
+    /// Has it feel the mass of its rod.
     #[must_use]
     pub fn with_rod(mut self, rod: Arc<dyn RodMass<N>>) -> Self {
         self.rod = Some(rod);

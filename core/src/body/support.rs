@@ -74,6 +74,11 @@ impl<const N: usize> Support<N> {
         self.moves.is_empty() && self.turning.is_none()
     }
 
+    /// True if it turns.
+    pub fn turns(&self) -> bool {
+        self.turning.is_some()
+    }
+
     /// The first break of its motion after `t`; infinite if none is left.
     pub fn next_break(&self, t: f64) -> f64 {
         let histories = self.moves.iter().map(|(_, history)| history);
@@ -209,6 +214,13 @@ impl<const D: usize> Frame<D> {
         self.turn.tr_mul(f)
     }
 
+    /// True if it is at rest, and stays so.
+    pub fn stands(&self) -> bool {
+        let rates = self.velocity.iter().chain(&self.acceleration);
+        let turning = self.spin.iter().chain(&self.centrifugal);
+        rates.chain(turning).all(|x| *x == 0.0)
+    }
+
     /// Velocity of the frame itself at a place, along its axes.
     pub fn carried(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.spin * x + self.velocity
@@ -221,7 +233,12 @@ impl<const D: usize> Frame<D> {
 
     /// The acceleration in the world of what stands at a place in the frame.
     pub fn drawn(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
-        self.turn * (self.centrifugal * x + self.acceleration)
+        self.turn * self.swept(x, &SVector::zeros())
+    }
+
+    /// The acceleration in the world, along the axes of the frame, of what moves steadily at `v` as seen from it.
+    pub fn swept(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
+        self.centrifugal * x + self.coriolis * v + self.acceleration
     }
 
     /// The velocity seen from the frame of what moves at `v` in the world.
@@ -243,10 +260,7 @@ impl<const D: usize> Frame<D> {
     ) -> EndMotion<D> {
         let world = motion(&self.absolute(x, v), &self.outward(rod));
         EndMotion {
-            acceleration: self.inward(&world.acceleration)
-                - self.centrifugal * x
-                - self.coriolis * v
-                - self.acceleration,
+            acceleration: self.inward(&world.acceleration) - self.swept(x, v),
             power: world.power + rod.dot(&self.carried(x)),
             loss: world.loss,
         }
@@ -265,6 +279,11 @@ impl<const D: usize> Frame<D> {
 }
 
 impl Frame<2> {
+    /// The rate at which the frame turns, and the rate of that.
+    pub fn turning(&self) -> [f64; 2] {
+        [self.spin.m21, self.centrifugal.m21]
+    }
+
     /// The same in space, whose x and y are the plane's.
     pub fn in_space(&self) -> Frame<3> {
         let matrix = |m: &Matrix2<f64>, normal: f64| {

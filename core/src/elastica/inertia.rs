@@ -10,11 +10,14 @@
 //!
 //! Units: length 1, bending stiffness 1.
 
+mod carried;
+
 use super::along::{Along, Real, Two};
 use super::chart::{ChartPoint, Integrals, Modulus};
 use super::curvature::{Swing, TipDerivatives};
+use crate::body::Frame;
 use crate::error::{Error, Result};
-use crate::manifold::RodMass;
+use crate::manifold::{Felt, RodMass};
 use crate::math::gauss::Rule;
 use nalgebra::{Matrix2, Vector2};
 use std::sync::OnceLock;
@@ -175,6 +178,14 @@ impl RodInertia {
         ]
     }
 
+    /// The same of the end.
+    #[inline(always)]
+    fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
+        let tip = Swing::start(&self.modulus);
+        self.second(turning, 0.0, &tip, &self.field(0.0, &tip))
+            .into()
+    }
+
     /// Sums over nodes along the rod.
     #[inline(always)]
     fn sums<const K: usize>(&self, each: impl Fn(Two, &Swing<Two>) -> [Two; K]) -> [f64; K] {
@@ -251,11 +262,9 @@ impl RodInertia {
         [n11, n12, n22, f1, f2]: [f64; 5],
         weight: &Vector2<f64>,
     ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-        let tip = Swing::start(&self.modulus);
-        let end = self.second(turning, 0.0, &tip, &self.field(0.0, &tip));
         // P = r_q Dr^-1, both in the turned axes.
         let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
-        let left = Vector2::new(f1, f2) - carried * Vector2::from(end);
+        let left = Vector2::new(f1, f2) - carried * self.second_of_end(turning);
         let turn = self.turn();
         let mass = turn * inverse.tr_mul(&carried) * turn.transpose();
         let force = turn * inverse.tr_mul(&(weight - left / self.integrals.lam));
@@ -371,7 +380,7 @@ fn quadratic(second: &[Vector2<f64>; 3], x: &Vector2<f64>) -> Vector2<f64> {
 pub struct LightRod {
     /// Mass of the whole rod.
     pub mass: f64,
-    /// Gravity along the axes of the clamp.
+    /// Gravity, in the world.
     pub gravity: Vector2<f64>,
 }
 
@@ -476,32 +485,56 @@ const PULLED: [f64; 2] = [30.0, 20.0];
 /// |kap| below which a rod is as good as straight, so that its end is held along it: its mass then swings across as 1/kap.
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 
+/// A vector of the world along the axes of the clamp.
+fn seen(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
+    frame.map_or(*vector, |frame| frame.inward(vector))
+}
+
 impl RodMass<2> for LightRod {
     fn added(
         &self,
-        q: &Vector2<f64>,
-        v: &Vector2<f64>,
+        frame: Option<&Frame<2>>,
+        [q, v]: [&Vector2<f64>; 2],
         force: &Vector2<f64>,
         error: f64,
-    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+    ) -> Option<Felt<2>> {
         // The force is lam^2 (cos alpha, sin alpha).
         let rod = RodInertia::at_load(q[0], force.norm().sqrt()).ok()?;
         let rod = rod.to_part(error / self.mass);
+        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
+            return Some(rod.carried(v, &self.gravity, frame)?.felt(self.mass));
+        }
         let (mass, push) = if self.gravity == Vector2::zeros() {
             rod.added_weightless(v)?
         } else {
-            let added = rod.added(v, &self.gravity)?;
+            let added = rod.added(v, &seen(&self.gravity, frame))?;
             (added.mass, added.force)
         };
-        Some((mass * self.mass, push * self.mass))
+        Some(Felt {
+            mass: mass * self.mass,
+            force: push * self.mass,
+            pull: Vector2::zeros(),
+            power: 0.0,
+        })
     }
 
-    fn energies(&self, q: &Vector2<f64>, v: &Vector2<f64>, error: f64) -> Option<[f64; 2]> {
+    fn energies(
+        &self,
+        frame: Option<&Frame<2>>,
+        [q, v]: [&Vector2<f64>; 2],
+        error: f64,
+    ) -> Option<[f64; 2]> {
         let rod = RodInertia::new(q[0], q[1]).ok()?;
         let rod = rod.to_part(error / self.mass);
-        let added = rod.added(v, &self.gravity)?;
+        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
+            let carried = rod.carried(v, &self.gravity, frame)?;
+            let potential = -self.gravity.dot(&frame.place(&carried.centre));
+            return Some([carried.kinetic, potential].map(|energy| energy * self.mass));
+        }
+        let added = rod.added(v, &seen(&self.gravity, frame))?;
         let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
-        Some([kinetic, -self.mass * self.gravity.dot(&added.centre)])
+        let centre = frame.map_or(added.centre, |frame| frame.place(&added.centre));
+        Some([kinetic, -self.mass * self.gravity.dot(&centre)])
     }
 
     fn holds(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> bool {

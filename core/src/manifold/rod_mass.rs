@@ -1,25 +1,46 @@
 //! The mass of a light rod, as the body at its end feels it.
 
+use crate::body::Frame;
 use nalgebra::{SMatrix, SVector};
 use std::fmt::Debug;
 
 /// A rod of small mass that stays on its equilibria (theory 2.9): an error of second order in its mass, while it is away from folds.
+///
+/// Places, velocities and forces are seen from the clamp, along its axes; `frame` is the clamp, where it is not at rest at the origin along the
+/// axes of the world.
 pub trait RodMass<const N: usize>: Debug + Send + Sync {
-    /// The mass that the rod adds to the body's, and the force that its weight and its motion put on the end, at the point `q` of the
-    /// chart and the end's velocity `v`; None outside the chart and at folds. `force` is that of the rod on its end there; the mass may be off by
-    /// `error`.
+    /// What the end feels of the rod at the point `q` of the chart and the end's velocity `v`; None outside the chart and at folds. `force` is
+    /// that of the rod on its end there; the mass may be off by `error`.
     fn added(
         &self,
-        q: &SVector<f64, N>,
-        v: &SVector<f64, N>,
+        frame: Option<&Frame<N>>,
+        at: [&SVector<f64, N>; 2],
         force: &SVector<f64, N>,
         error: f64,
-    ) -> Option<(SMatrix<f64, N, N>, SVector<f64, N>)>;
+    ) -> Option<Felt<N>>;
 
-    /// Kinetic energy of the rod, and its potential; its mass may be off by `error`.
-    fn energies(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, error: f64) -> Option<[f64; 2]>;
+    /// Kinetic energy of the rod in the world, and its potential, at the point and the velocity `at`; its mass may be off by `error`.
+    fn energies(
+        &self,
+        frame: Option<&Frame<N>>,
+        at: [&SVector<f64, N>; 2],
+        error: f64,
+    ) -> Option<[f64; 2]>;
 
     /// Whether the rod's mass should be followed here: no fold is so near that the rod cannot stay on its equilibria, and it is not
     /// so taut that it vibrates faster than it bounces. `followed` tells whether it is now: the decision has hysteresis.
     fn holds(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> bool;
+}
+
+/// What the end feels of the mass of a rod.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Felt<const N: usize> {
+    /// The mass that the rod adds to the body's.
+    pub mass: SMatrix<f64, N, N>,
+    /// The force that its weight and its motion put on the end.
+    pub force: SVector<f64, N>,
+    /// What the clamp does on the rod's inertia, beside what the end bears of it: `pull` times the acceleration of the end, and `power`.
+    pub pull: SVector<f64, N>,
+    /// See above.
+    pub power: f64,
 }

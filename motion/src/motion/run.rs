@@ -191,7 +191,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
         let rod = self.body.rod();
         let error = rod_error(self.body, self.options.tolerance);
-        rod.and_then(|rod| rod.energies(&phase.q, &phase.v, error))
+        let frame = self.body.support().map(|support| support.at(phase.t));
+        rod.and_then(|rod| rod.energies(frame.as_ref(), [&phase.q, &phase.v], error))
             .unwrap_or_default()
     }
 

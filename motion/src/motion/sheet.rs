@@ -14,7 +14,7 @@ mod turns;
 
 use super::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use super::options::Options;
-use crate::body::Body;
+use crate::body::{Body, EndMotion};
 use crate::error::{Error, Result};
 use crate::manifold::{ManifoldPoint, Multivalued, Patch, RodMass, adjugate_times};
 use crate::solve::cost::Cost;
@@ -494,29 +494,36 @@ fn slope<M: Multivalued<N>, const N: usize>(
     let (det, along) = adjugate_times(&jacobian, &y.v);
     let slow = orientation / (det * det + pace * pace).sqrt();
     let rate = slow * det;
-    let action = body.action(y.t, &pose, &y.v, &force);
-    let acceleration = match rod {
-        None => action.acceleration,
-        Some(rod) => with_rod(rod, body.mass(), y, &force, &action.acceleration)?,
-    };
+    let mut action = body.action(y.t, &pose, &y.v, &force);
+    if let Some(rod) = rod {
+        with_rod(rod, body, (y, &pose, &force), &mut action)?;
+    }
     Some(Phase {
         q: along * slow,
-        v: acceleration * rate,
+        v: action.acceleration * rate,
         t: rate,
         work: action.power * rate,
         drag_loss: action.loss * rate,
     })
 }
 
-/// The acceleration of a body of `mass` together with its rod: (mu I + A) v' = mu a + b, a that of the body without it.
+/// The motion of a body together with its rod: (mu I + A) v' = mu a + b, a the acceleration without it. A clamp that moves bears the rod's
+/// inertia at its end and along it.
 fn with_rod<const N: usize>(
     Carried { rod, error }: Carried<N>,
-    mass: f64,
-    y: &Phase<N>,
-    force: &SVector<f64, N>,
-    alone: &SVector<f64, N>,
-) -> Option<SVector<f64, N>> {
-    let (added, push) = rod.added(&y.q, &y.v, force, error)?;
-    let all = (added + SMatrix::identity() * mass).cholesky()?;
-    Some(all.solve(&(alone * mass + push)))
+    body: &Body<N>,
+    (y, pose, force): (&Phase<N>, &SVector<f64, N>, &SVector<f64, N>),
+    action: &mut EndMotion<N>,
+) -> Option<()> {
+    let (frame, mass) = (body.support().map(|support| support.at(y.t)), body.mass());
+    let felt = rod.added(frame.as_ref(), [&y.q, &y.v], force, error)?;
+    let all = (felt.mass + SMatrix::identity() * mass).cholesky()?;
+    let alone = action.acceleration;
+    action.acceleration = all.solve(&(alone * mass + felt.force));
+    if let Some(frame) = frame {
+        let borne = (action.acceleration - alone) * mass;
+        action.power +=
+            borne.dot(&frame.carried(pose)) + felt.pull.dot(&action.acceleration) + felt.power;
+    }
+    Some(())
 }

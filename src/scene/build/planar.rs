@@ -109,10 +109,6 @@ fn with_rod(scene: &Scene, plain: &Dimensionless, body: Body<2>) -> Result<Body<
         Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
     })?;
     let gravity = in_plane(plain.loads.gravity);
-    let gravity = match body.support() {
-        None => gravity,
-        Some(support) => support.at(0.0).inward(&gravity),
-    };
     let mass = mass / scene.body()?.mass;
     Ok(body.with_rod(Arc::new(LightRod { mass, gravity })))
 }

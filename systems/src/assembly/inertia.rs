@@ -8,13 +8,17 @@
 //! ```
 //! So base and end feel a mass matrix of 12 x 12, which couples them, and a force; the accelerations of all bodies follow from one
 //! linear system.
+//!
+//! Where bodies are seen from a clamp that moves, twists and accelerations of the attachments are those in the world, along the axes of the clamp.
 
 use super::stiffness::{add, carried};
 use super::{Assembly, Carrier, Evaluated, Joint, Link, LinkPoint, Mass, On, Place};
+use crate::body::{Frame, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use crate::rod::{Generalized, SectionMass, Swaying, Wrench};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use std::borrow::Cow;
 
 /// Times T_i before a fold within which a rod is not followed, and beyond which it is again (theory 2.8, 2.9).
 const CLEAR: [f64; 2] = [2.0, 3.0];
@@ -35,9 +39,9 @@ pub struct LightRod {
 pub struct Weighed {
     /// Kinetic energy.
     pub kinetic: f64,
-    /// Its centre of mass, in the world.
+    /// Its centre of mass, in the world, or seen from the clamp if bodies are.
     pub centre: Vector3<f64>,
-    /// (angular momentum about the base attachment, momentum), in the world.
+    /// (angular momentum about the base attachment, momentum) in the world, along the same axes.
     pub momentum: Vector6<f64>,
 }
 
@@ -184,7 +188,7 @@ impl Link {
 
     /// The accelerations (spin, place) of both attachments in the world while no body accelerates along its own velocities: those of supports,
     /// of places beside the reference point of a body that turns, and across a groove, which `bent` has of every body.
-    fn drawn(&self, t: f64, bodies: &[Place], bent: &[Vector3<f64>]) -> SVector<f64, 12> {
+    fn drawn(&self, t: f64, (bodies, bent): (&[Place], &[Vector3<f64>])) -> SVector<f64, 12> {
         let mut drawn = SVector::<f64, 12>::zeros();
         for (k, site) in [&self.from, &self.to].into_iter().enumerate() {
             let own = match &site.on {
@@ -297,6 +301,7 @@ impl Assembly {
     /// # Errors
     /// A rod between two ball joints; a mass or inertia that is not finite and positive.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
+        let clamp_turns = self.clamp().is_some_and(Support::turns);
         for (k, light) in light.iter().enumerate() {
             let Some(light) = light else { continue };
             let name = self.rod_name(k);
@@ -315,9 +320,15 @@ impl Assembly {
             if link.joint() == Joint::Pins {
                 return refuse("between two ball joints it can spin about its chord as it likes");
             }
+            if clamp_turns && link.distributed().is_some() {
+                return refuse(
+                    "it bears a load along it, and the clamp from which it is seen turns",
+                );
+            }
         }
         for (link, light) in self.links.iter_mut().zip(&light) {
             link.keeps_trace = light.is_some();
+            link.clamp_turns = clamp_turns;
         }
         self.light = light;
         Ok(self)
@@ -350,10 +361,25 @@ impl Assembly {
         self.links[k].holds(light, rod, light.followed, tolerance)
     }
 
+    /// The clamp from which the bodies are seen, if they are.
+    fn clamp(&self) -> Option<&Support<3>> {
+        let mut supports = self.carriers.iter().map(|carrier| match carrier.mass() {
+            Mass::Point(body) => body.support(),
+            Mass::Rigid(body) => body.support(),
+        });
+        supports.find_map(|support| support)
+    }
+
+    /// The same at time `t`.
+    fn seen_from(&self, t: f64) -> Option<Frame<6>> {
+        Some(self.clamp()?.at(t).of_poses())
+    }
+
     /// What rod `k` with mass is at this moment, followed or not; None where its chart is singular.
     pub fn weighed(&self, k: usize, at: &Evaluated, tolerance: f64) -> Option<Weighed> {
         let light = self.light.get(k)?.as_ref()?;
-        let point = &at.points[k];
+        let frame = self.seen_from(at.integrals.time);
+        let point = &absolute(&at.points[k], frame.as_ref());
         let moving = self.links[k].moving(light, (&at.now.charts[k], point), tolerance)?;
         let Generalized {
             matrix,
@@ -388,6 +414,7 @@ impl Assembly {
         wrenches: &mut [Vector6<f64>],
     ) -> Option<Together> {
         let (bodies, t) = (&at.now.bodies, at.integrals.time);
+        let frame = self.seen_from(t);
         let (starts, total) = self.freedoms();
         let own = self.own_twists(bodies);
         let masses: Vec<Matrix6<f64>> = (self.carriers.iter().zip(bodies))
@@ -421,8 +448,23 @@ impl Assembly {
         for (k, light) in self.light_rods().filter(|(_, light)| light.followed) {
             let link = &self.links[k];
             let levers = link.levers(bodies);
-            let drawn = link.drawn(t, bodies, &bent);
-            let felt = link.felt(light, (&at.now.charts[k], &at.points[k]), &drawn, tolerance)?;
+            let point = &at.points[k];
+            let mut drawn = link.drawn(t, (bodies, &bent));
+            let mut driven = [&link.from, &link.to]
+                .into_iter()
+                .zip([&point.base, &point.tip])
+                .map(|(site, place)| matches!(site.on, On::Support(_)).then_some(place.twist))
+                .collect::<Vec<_>>();
+            if let Some(frame) = &frame {
+                for (i, place) in [&point.base, &point.tip].into_iter().enumerate() {
+                    let lever = lever(place);
+                    let mut own = drawn.fixed_rows_mut::<6>(6 * i);
+                    own += frame.swept(&lever, &place.twist);
+                    driven[i] = Some(frame.carried(&lever));
+                }
+            }
+            let point = absolute(point, frame.as_ref());
+            let felt = link.felt(light, (&at.now.charts[k], &point), &drawn, tolerance)?;
             for (i, lever) in levers.iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
                 let onto = carried(arm).transpose();
@@ -439,17 +481,14 @@ impl Assembly {
                     add(&mut matrix, at, &block, [&own[*body], &own[*other]]);
                 }
             }
-            if [&link.from, &link.to]
-                .iter()
-                .any(|site| matches!(site.on, On::Support(_)))
-            {
-                supported.push((k, felt));
+            if driven.iter().any(Option::is_some) {
+                supported.push((k, felt, driven));
             }
         }
         let factors = matrix.cholesky()?;
         let together = factors.solve(&right);
         let mut power = 0.0;
-        for (k, felt) in supported {
+        for (k, felt, driven) in supported {
             // Wrenches of both attachments on the rod.
             let mut wrench = felt.force;
             for (j, lever) in self.links[k].levers(bodies).iter().enumerate() {
@@ -458,14 +497,9 @@ impl Assembly {
                 let twist = carried(arm) * (&own[*body] * rows);
                 wrench += felt.matrix.fixed_columns::<6>(6 * j) * twist;
             }
-            let (link, point) = (&self.links[k], &at.points[k]);
-            for (i, (site, place)) in [(&link.from, &point.base), (&link.to, &point.tip)]
-                .into_iter()
-                .enumerate()
-            {
-                if let On::Support(_) = site.on {
-                    power += wrench.fixed_rows::<6>(6 * i).dot(&place.twist);
-                }
+            for (i, twist) in driven.iter().enumerate() {
+                let twist = twist.unwrap_or_default();
+                power += wrench.fixed_rows::<6>(6 * i).dot(&twist);
             }
         }
         for (body, carrier) in self.carriers.iter().enumerate() {
@@ -478,6 +512,23 @@ impl Assembly {
             power,
         })
     }
+}
+
+/// A place as a pose's frame counts it.
+fn lever(place: &Place) -> Vector6<f64> {
+    joined(&Vector3::zeros(), &place.pose.translation.vector)
+}
+
+/// The attachments with their twists in the world, along the axes of the clamp from which they are seen.
+fn absolute<'a>(point: &'a LinkPoint, frame: Option<&Frame<6>>) -> Cow<'a, LinkPoint> {
+    let Some(frame) = frame else {
+        return Cow::Borrowed(point);
+    };
+    let mut moved = point.clone();
+    for place in [&mut moved.base, &mut moved.tip] {
+        place.twist += frame.carried(&lever(place));
+    }
+    Cow::Owned(moved)
 }
 
 #[cfg(test)]

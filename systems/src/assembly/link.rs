@@ -135,6 +135,8 @@ pub struct Link {
     pub(super) load: Option<Borne>,
     /// True if its ends keep their [`LinkEnd::trace`].
     pub(super) keeps_trace: bool,
+    /// True if the clamp turns from which it is seen, so that traces tell of turns of the base though it stands there.
+    pub(super) clamp_turns: bool,
 }
 
 /// The end of a rod seen from its base, in the directors there.
@@ -203,6 +205,7 @@ impl Link {
             diameter: None,
             load: None,
             keeps_trace: false,
+            clamp_turns: false,
         }
     }
 
@@ -260,7 +263,8 @@ impl Link {
         let (found, trace) = match self.keeps_trace {
             false => (self.rod.end(&base, tolerance)?, None),
             true => {
-                let (found, trace) = self.rod.traced_end(&base, self.base_turns(), tolerance)?;
+                let turns = self.base_turns() || self.clamp_turns;
+                let (found, trace) = self.rod.traced_end(&base, turns, tolerance)?;
                 (found, Some(Arc::new(trace)))
             }
         };

@@ -1,0 +1,140 @@
+//! The same rod on a clamp that moves.
+//!
+//! A section that is at r(t) seen from the clamp has the velocity v + w J r + d and the acceleration r_tt + w' J r - w^2 r + 2 w J r_t + e along the
+//! axes of the clamp, which turns at the rate w, has the velocity d and the acceleration e; J is the turn by a right angle.
+//! So the end feels the force int P^T (g - those accelerations) ds, and the clamp has the power
+//! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
+
+use super::{RodInertia, Turning, dot};
+use crate::body::Frame;
+use crate::elastica::along::Real;
+use crate::manifold::Felt;
+use nalgebra::{Matrix2, Vector2};
+
+/// What a unit of the rod's mass adds where the clamp moves.
+pub(super) struct CarriedRod {
+    /// int P^T P ds.
+    mass: Matrix2<f64>,
+    force: Vector2<f64>,
+    /// int P^T (w J r + d) ds.
+    pull: Vector2<f64>,
+    power: f64,
+    /// In the world.
+    pub kinetic: f64,
+    /// int r ds, seen from the clamp.
+    pub centre: Vector2<f64>,
+}
+
+impl CarriedRod {
+    /// Of a rod of this mass.
+    pub fn felt(&self, mass: f64) -> Felt<2> {
+        Felt {
+            mass: self.mass * mass,
+            force: self.force * mass,
+            pull: self.pull * mass,
+            power: self.power * mass,
+        }
+    }
+}
+
+/// a x b.
+fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// J a.
+fn aside(a: &Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-a.y, a.x)
+}
+
+impl RodInertia {
+    /// The rod while its end moves with `v` as seen from the clamp, under the gravity of the world; None at a fold.
+    pub(super) fn carried(
+        &self,
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+        frame: &Frame<2>,
+    ) -> Option<CarriedRod> {
+        let (inverse, rate) = self.chart_rate(v)?;
+        let turning = Turning::new(&self.clamp, rate.into());
+        let sums = self.sums(|part, here| {
+            let field = self.field(part, here);
+            let second = self.second(&turning, part, here, &field);
+            let [n11, n12, n22, f1, f2] = self.pushed(&turning, part, here, &field);
+            let [w, p, l] = field;
+            [
+                n11,
+                n12,
+                n22,
+                f1,
+                f2,
+                p[0],
+                p[1],
+                l[0],
+                l[1],
+                w[0],
+                w[1],
+                second[0],
+                second[1],
+                dot(w, w),
+                dot(p, w),
+                dot(l, w),
+                cross(p, w),
+                cross(l, w),
+                cross(p, l),
+                cross(w, second),
+            ]
+        });
+        let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
+        let [.., ww, pw, lw, p_w, l_w, p_l, w_a] = sums;
+        let per = 1.0 / self.integrals.lam;
+        let [turn_rate, turn_change] = frame.turning();
+        let square = turn_rate * turn_rate;
+        // In the turned axes; r, r_p, r_l and r_tt, along which p and lam change at constant rates, are lam times as large.
+        let drift = self.turned(&frame.carried(&Vector2::zeros()));
+        let pushed = frame.inward(&(frame.drawn(&Vector2::zeros()) - gravity));
+        let pushed = self.turned(&pushed);
+        let (by_p, by_l) = (Vector2::new(p1, p2), Vector2::new(l1, l2));
+        let centre = Vector2::new(x, y) * per;
+        let weight = Vector2::new(
+            per * (turn_change * p_w + square * pw + 2.0 * turn_rate * p_l * rate[1])
+                - by_p.dot(&pushed),
+            per * (turn_change * l_w + square * lw - 2.0 * turn_rate * p_l * rate[0])
+                - by_l.dot(&pushed),
+        );
+        let (mass, force) = self.felt(&inverse, &turning, [n11, n12, n22, f1, f2], &weight)?;
+        let swept = Vector2::new(
+            by_p.dot(&drift) - turn_rate * per * p_w,
+            by_l.dot(&drift) - turn_rate * per * l_w,
+        );
+        let pull = inverse.tr_mul(&swept);
+        // The power of the sections while p and lam change at constant rates; the end is then accelerated, too.
+        let moved = (by_p * rate[0] + by_l * rate[1]) * per;
+        let accelerations = [
+            Vector2::new(a1, a2) * per,
+            aside(&centre) * turn_change - centre * square,
+            aside(&moved) * (2.0 * turn_rate),
+            pushed,
+        ];
+        let turned =
+            turn_rate * per * per * (w_a + 2.0 * turn_rate * (pw * rate[0] + lw * rate[1]));
+        let all = accelerations.iter().sum::<Vector2<f64>>();
+        let power = turned
+            + turn_rate * (turn_change * ww * per * per + aside(&centre).dot(&pushed))
+            + all.dot(&drift)
+            - pull.dot(&(self.second_of_end(&turning) * per));
+        let turn = self.turn();
+        let (centre, pull) = (turn * centre, turn * pull);
+        let still = 0.5
+            * (square * ww * per * per + frame.carried(&Vector2::zeros()).norm_squared())
+            + turn_rate * aside(&centre).dot(&frame.carried(&Vector2::zeros()));
+        Some(CarriedRod {
+            mass,
+            force,
+            pull,
+            power,
+            kinetic: 0.5 * v.dot(&(mass * v)) + v.dot(&pull) + still,
+            centre,
+        })
+    }
+}

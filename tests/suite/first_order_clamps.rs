@@ -1,0 +1,269 @@
+//! The mass of single rods to first order on clamps that move (theory 2.9, 3.9).
+
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
+use snaprod::assembly::{self, Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::body::{Body, Frame, History, RigidBody, Support};
+use snaprod::elastica::{Elastica, Equilibrium, LightRod};
+use snaprod::math::se3::joined;
+use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
+use snaprod::motion::{Ledger, Motion, Options, Run, State};
+use snaprod::rod::{Distributed, EndConditions, Problem, Rod, SectionMass};
+use snaprod::section::Linear;
+use std::sync::Arc;
+
+const EPS: f64 = 0.05;
+
+fn options(duration: f64) -> Options {
+    let options = Options::new(duration).unwrap();
+    options.with_tolerance(1e-11).unwrap()
+}
+
+/// A clamp that shakes aslant and turns to and fro, both from a velocity that is not zero.
+fn shaken() -> Support<2> {
+    let support = Support::<2>::new(Vector2::new(0.2, -0.1), 0.6).unwrap();
+    let support = support.with_translation(Vector2::new(1.0, -0.5), History::sine(0.1, 5.0, 0.4));
+    let turn = History::sine(0.3, 4.0, 0.9);
+    support.unwrap().with_turning(turn).unwrap()
+}
+
+fn start() -> Equilibrium {
+    Equilibrium::from_lambda_kappa(1.4, -0.9232).unwrap()
+}
+
+/// Ledgers at the start and the end of a planar motion that begins with `v` as seen from the clamp, place and velocity of its end in the world.
+fn followed(
+    support: &Support<2>,
+    [weight, gravity]: [Vector2<f64>; 2],
+    v: Vector2<f64>,
+    duration: f64,
+) -> ([Ledger; 2], [Vector2<f64>; 2]) {
+    let rod = LightRod {
+        mass: EPS,
+        gravity: weight,
+    };
+    let body = Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
+    let body = body.with_support(support.clone()).with_rod(Arc::new(rod));
+    let at = start();
+    let q = Vector2::new(at.p, at.w);
+    let mut run = Run::new(&Elastica, &body, q, v, options(duration)).unwrap();
+    let first = run.now().ledger;
+    while run.next().is_some() {}
+    let last = run.now();
+    let felt = last.ledger.rod_kinetic;
+    assert!(
+        felt > 1e-4 && (felt / first.rod_kinetic - 1.0).abs() > 0.1,
+        "{felt}"
+    );
+    let frame = support.at(last.phase.t);
+    let end = [
+        frame.place(&last.pose),
+        frame.absolute(&last.pose, &last.phase.v),
+    ];
+    ([first, last.ledger], end)
+}
+
+fn open([first, last]: &[Ledger; 2]) -> f64 {
+    last.total() - first.total()
+}
+
+/// Catches a power of the clamp, or a force on the end, that is not that of its acceleration: the ledger closes under the weight of rod and body.
+#[test]
+fn clamps_that_move_do_the_work_of_what_the_rod_gains() {
+    let g = Vector2::new(0.3, -1.0);
+    let v = Vector2::new(0.2, 0.3);
+    let (ledgers, _) = followed(&shaken(), [g, g], v, 0.3);
+    assert!(ledgers[1].work.abs() > 0.05, "{:?}", ledgers[1]);
+    let error = open(&ledgers);
+    assert!(error.abs() < 1e-10, "{error:e}");
+}
+
+/// Catches velocities that are not taken from the clamp: on one that moves uniformly all is as on one that stands.
+#[test]
+fn uniform_motion_of_the_clamp_is_not_felt() {
+    let g = Vector2::new(0.3, -1.0);
+    let (v, drift) = (Vector2::new(0.2, 0.3), Vector2::new(0.4, -0.7));
+    let still = Support::<2>::new(Vector2::zeros(), 0.6).unwrap();
+    let moving = still.clone();
+    let moving = moving.with_translation(drift, History::Rate { rate: 1.0 });
+    let (standing, a) = followed(&still, [g, g], v, 0.6);
+    let (ledgers, b) = followed(&moving.unwrap(), [g, g], v, 0.6);
+    assert!((b[0] - a[0] - drift * 0.6).norm() < 1e-10, "{a:?} {b:?}");
+    assert!((b[1] - a[1] - drift).norm() < 1e-10, "{a:?} {b:?}");
+    assert!(open(&standing).abs() < 1e-10);
+    assert!(ledgers[1].work.abs() > 0.05 && open(&ledgers).abs() < 1e-10);
+}
+
+/// d3 along +x, d1 across the plane.
+fn laid() -> UnitQuaternion<f64> {
+    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}
+
+fn lifted(v: &Vector2<f64>) -> Vector3<f64> {
+    Vector3::new(v.x, v.y, 0.0)
+}
+
+/// Catches a centrifugal, a Coriolis or an Euler force of the rod that is not there, or wrong: the rod in space between a support that moves in the
+/// same way and a point mass has its inertia from its sections in the world.
+#[test]
+fn the_plane_is_the_assembly_of_one_rod_on_the_same_support() {
+    let (g, v, duration) = (Vector2::new(0.3, -1.0), Vector2::new(0.2, 0.3), 0.3);
+    let (ledgers, [place, velocity]) = followed(&shaken(), [Vector2::zeros(), g], v, duration);
+
+    let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.6);
+    let support = Support::<3>::new(Vector3::new(0.2, -0.1, 0.0), &turned).unwrap();
+    let direction = Vector3::new(1.0, -0.5, 0.0);
+    let support = support.with_translation(direction, History::sine(0.1, 5.0, 0.4));
+    let turn = History::sine(0.3, 4.0, 0.9);
+    let support = support.unwrap().with_turning(&Vector3::z(), turn).unwrap();
+    let frame: Frame<3> = support.at(0.0);
+
+    let at = start();
+    let rod = Rod::new(1.0, Linear::diagonal([1.0; 2], 1.0).unwrap()).unwrap();
+    let mut from = Attachment::support(support);
+    from.place = Isometry3::from_parts(Vector3::zeros().into(), laid());
+    let to = Attachment::body(0, Isometry3::identity());
+    let link = Link::new(rod, from, to, Joint::Ball);
+    let body = Body::new(1.0).unwrap().with_gravity(lifted(&g)).unwrap();
+    let light = assembly::LightRod {
+        sections: SectionMass {
+            mass: EPS,
+            rotary: Vector3::zeros(),
+        },
+        followed: false,
+    };
+    let assembly = Assembly::new(vec![Carrier::point(body)], vec![link]).unwrap();
+    let assembly = assembly.with_light_rods(vec![Some(light)]).unwrap();
+    let end = lifted(&Vector2::new(at.x, at.y));
+    let mut place_now = Place::at_rest(Isometry3::from_parts(
+        frame.place(&end).into(),
+        UnitQuaternion::identity(),
+    ));
+    place_now.twist = joined(&Vector3::zeros(), &frame.absolute(&end, &lifted(&v)));
+    // The base wrench, along the directors.
+    let force = lifted(&Vector2::new(at.alpha.cos(), at.alpha.sin())) * -at.lambda.powi(2);
+    let back = laid().inverse();
+    let now = Configuration {
+        bodies: vec![place_now],
+        charts: vec![joined(&(back * end.cross(&force)), &(back * force))],
+    };
+    let mut run = AssemblyRun::new(assembly, &now, options(duration)).unwrap();
+    let first = run.now().ledger().rod_kinetic;
+    while run.advance().is_some() {}
+    let last = run.now();
+    let body = &last.bodies()[0];
+    let apart = body.pose.translation.vector - lifted(&place);
+    assert!(apart.norm() < 1e-9, "{apart}");
+    let apart = body.twist.fixed_rows::<3>(3) - lifted(&velocity);
+    assert!(apart.norm() < 1e-9, "{apart}");
+    assert!((first - ledgers[0].rod_kinetic).abs() < 1e-11);
+    assert!((last.ledger().rod_kinetic - ledgers[1].rod_kinetic).abs() < 1e-10);
+    assert!((last.ledger().work - ledgers[1].work).abs() < 1e-9);
+}
+
+/// A rigid body at the end of a bent rod, in space.
+fn bent(load: Option<Vector3<f64>>) -> (Rod, RigidBody, Vector6<f64>, Isometry3<f64>) {
+    let law = Linear::diagonal([1.0, 2.0], 0.8).unwrap();
+    let law = law.with_axial(100.0).unwrap();
+    let rod = Rod::new(1.2, law.with_rest([0.4, -0.3], 0.5).unwrap()).unwrap();
+    let q = Vector6::new(0.4, -0.3, 0.2, 0.5, 0.6, -0.7);
+    let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+    let load = Distributed::constant(load.unwrap_or_default()).unwrap();
+    let problem = Problem::new(rod.clone(), free, 1e-13).unwrap();
+    let problem = problem.with_distributed(&load);
+    let base = rod.outward_wrench(&q);
+    let end = problem.sections(&base, &[1.0]).unwrap()[0].pose();
+    let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
+    let body = RigidBody::new(1.0, inertia).unwrap();
+    let body = body.with_centre(Vector3::new(0.05, -0.02, 0.03)).unwrap();
+    (rod, body, q, end)
+}
+
+/// The first sample and the last of one rod and one body.
+fn in_space(link: Link, body: RigidBody, now: &Configuration) -> [AssemblySample; 2] {
+    let light = assembly::LightRod {
+        sections: SectionMass {
+            mass: 0.2,
+            rotary: Vector3::new(1e-3, 2e-3, 3e-3),
+        },
+        followed: false,
+    };
+    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).unwrap();
+    let assembly = assembly.with_light_rods(vec![Some(light)]).unwrap();
+    let options = options(0.4).with_tolerance(1e-10).unwrap();
+    let mut run = AssemblyRun::new(assembly, now, options).unwrap();
+    let first = run.sample_now();
+    while run.advance().is_some() {}
+    let felt = run.sample_now().ledger.rod_kinetic;
+    assert!(felt > 1e-3, "{felt}");
+    [first, run.sample_now()]
+}
+
+/// Catches inertia that is that of what is seen from the clamp: seen from it or from the world, the motion is the same, and so are the energies. Under
+/// a load along the rod, where the clamp does not turn, its potential is counted from the clamp, and so is what the clamp does against it.
+#[test]
+fn a_clamp_in_space_is_a_support() {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));
+    let support = Support::<3>::new(Vector3::new(0.2, -0.1, 0.3), &turn).unwrap();
+    let shaken =
+        support.with_translation(Vector3::new(1.0, -0.5, 0.7), History::sine(0.1, 5.0, 0.4));
+    let shaken = shaken.unwrap();
+    let (axis, angle) = (Vector3::new(0.2, 1.0, -0.4), History::sine(0.3, 4.0, 0.9));
+    let turning = shaken.clone().with_turning(&axis, angle).unwrap();
+    let load = Vector3::new(0.3, -0.2, 0.5);
+    for (support, load) in [(turning, None), (shaken, Some(load))] {
+        let (rod, body, q, end) = bent(load.map(|load| turn.inverse() * load));
+        let seen = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
+        let here = Isometry3::identity();
+        let link = |from: Attachment, load: Option<Vector3<f64>>| {
+            let link = Link::new(rod.clone(), from, Attachment::body(0, here), Joint::Weld);
+            match load {
+                None => link,
+                Some(load) => link
+                    .with_distributed(Distributed::constant(load).unwrap())
+                    .unwrap(),
+            }
+        };
+        let begun = |pose, twist| Configuration {
+            bodies: vec![Place { pose, twist }],
+            charts: vec![q],
+        };
+        let lever = |pose: &Isometry3<f64>| joined(&Vector3::zeros(), &pose.translation.vector);
+
+        let carried = body.clone().with_support(support.clone());
+        let inward = load.map(|load| turn.inverse() * load);
+        let clamped = in_space(
+            link(Attachment::ground(here), inward),
+            carried,
+            &begun(end, seen),
+        );
+
+        let frame = support.at(0.0).of_poses();
+        let start = begun(support.pose(0.0) * end, frame.absolute(&lever(&end), &seen));
+        let from = Attachment::support(support.clone());
+        let world = in_space(link(from, load), body, &start);
+
+        for ((a, b), t) in clamped.iter().zip(&world).zip([0.0, 0.4]) {
+            let (frame, pose) = (support.at(t).of_poses(), support.pose(t));
+            let [own, other] = [a, b].map(|sample| sample.bodies()[0]);
+            let twist = frame.absolute(&lever(&own.pose), &own.twist);
+            let own = pose * own.pose;
+            let apart = own.translation.vector - other.pose.translation.vector;
+            assert!(apart.norm() < 1e-9, "{apart:e}");
+            assert!(own.rotation.angle_to(&other.pose.rotation) < 1e-9);
+            assert!((twist - other.twist).norm() < 1e-8);
+            let mut energies =
+                [a, b].map(|s| [s.ledger.rod_kinetic, s.ledger.kinetic, s.ledger.work]);
+            if load.is_some() {
+                energies.iter_mut().for_each(|own| own[2] = 0.0);
+            }
+            for (a, b) in energies[0].iter().zip(energies[1]) {
+                assert!((a - b).abs() < 1e-9, "{energies:?}");
+            }
+        }
+        let [first, last] = clamped;
+        assert!(last.ledger.work.abs() > 0.05);
+        let error = last.ledger.total() - first.ledger.total();
+        assert!(error.abs() < 1e-10, "{error:e}");
+    }
+}
