@@ -232,3 +232,24 @@ fn folds_in_space_come_to_those_of_rods_without_mass() {
     let order = (late[0] / late[2]).log10();
     assert!((0.9..1.3).contains(&order), "{late:?}");
 }
+
+/// Catches a delay that is none: from the fold of the light rod to where the rod dissipates most it takes the time 2.338 T_v of theory 2.8, as the friction goes to 0
+/// with a polynomial in eta^(1/3). Fold, delay and layer come by different ways: the light rod beside, its normal form, the strains of the rod.
+#[test]
+fn rods_with_friction_leave_their_fold_when_the_normal_form_says() {
+    let late = [1e-3, 1e-4, 1e-5].map(|eta| {
+        let damping = format!("rod.damping={{ proportional = {eta} }}");
+        let scene = lifted(&[&OUT[..], &[&damping, "run.duration=0.06"]].concat());
+        let (fold, layers) = (event(&scene, "fold"), events(&scene, "layer"));
+        let peak = number(&layers[0], "/peak");
+        (peak - number(&fold, "/t")) / number(&fold, "/mass/viscous_delay")
+    });
+    // The parabola in x = eta^(1/3) through the three, at 0.
+    let x = [1e-3_f64, 1e-4, 1e-5].map(f64::cbrt);
+    let weight = |k: usize| {
+        let others = (0..3).filter(|j| *j != k);
+        others.map(|j| x[j] / (x[j] - x[k])).product::<f64>()
+    };
+    let limit: f64 = (0..3).map(|k| weight(k) * late[k]).sum();
+    assert!((limit - 1.0).abs() < 0.02, "{limit}: {late:?}");
+}
