@@ -22,6 +22,7 @@
 //! | [`kernel`] | memory: relaxation and creep functions of the end |
 //! | [`mode_shapes`] | small vibrations about an equilibrium, both ways |
 //! | [`outcome_map`] | what comes of a sweep over two fields of a scene |
+//! | [`fit`](fit()) | measured data, the model fitted to them, and what is left |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
 //! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
@@ -37,6 +38,7 @@ mod contour;
 mod data;
 mod depth;
 mod faces;
+mod fit;
 mod geometry;
 mod heat;
 mod kernel;
@@ -68,6 +70,7 @@ mod ticks;
 pub use axes::Scale;
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use data::{AxisUnits, Bounds, Curve, Field, Patch, Series, Trace, View};
+pub use fit::{FitFigure, FittedCurve, fit};
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};

@@ -105,6 +105,63 @@ table = swept.to_pandas()
 table.groupby("snaps")["events.0.t"].describe()''',
 ]
 
+FIT = [
+    """# From measurement to parameters
+
+A strip with a mass at its end is bent, let go and filmed. Which bending stiffness and which damping has it? The film is made here, with errors of 0.3 mm along
+x and 0.5 mm along y, and some pictures of which x could not be read.""",
+    '''import numpy as np
+import snaprod
+
+strip = {
+    "rod": {"model": "elastica", "length": 0.2, "bending_stiffness": 0.05, "damping": 5e-4},
+    "body": {"mass": 0.1},
+    "start": {"lambda": 3.0, "p": 0.5},
+    "run": {"duration": 1.0, "samples": 51},
+}
+truth = snaprod.run(strip)
+chance = np.random.default_rng(7)
+film = {
+    "t": truth["t"],
+    "x": truth["x"] + 3e-4 * chance.standard_normal(51),
+    "y": truth["y"] + 5e-4 * chance.standard_normal(51),
+}
+film["x"][chance.random(51) < 0.1] = np.nan''',
+    """What is searched has a range; damping is searched by its logarithm. Nothing is known of the noise, so every column is weighted by what is left of it.""",
+    '''free = {"rod.bending_stiffness": (0.02, 0.1), "rod.damping": "log:1e-4:1e-2"}
+found = snaprod.fit(strip, film, free, starts=2)
+found''',
+    """Values with their standard errors, and the noise that was estimated.""",
+    '''for path, value in found.values.items():
+    low, high = found.intervals[path]
+    print(f"{path} = {value:.6g}, 95 % between {low:.6g} and {high:.6g}")
+for column in found.summary["columns"]:
+    print(f"noise of {column['name']}: {column['noise']:.2e}")
+assert abs(found.values["rod.bending_stiffness"] / 0.05 - 1) < 2e-3
+assert abs(found.values["rod.damping"] / 5e-4 - 1) < 1e-2''',
+    """What is left should be noise: no trend, no period.""",
+    '''import matplotlib.pyplot as plt
+
+figure, (above, below) = plt.subplots(2, sharex=True)
+found.plot(above, name="y")
+below.axhline(0.0, color="grey", lw=0.8)
+below.plot(found["t"], -found["y.left"], ".")
+below.set(xlabel="t (s)", ylabel="data - model (m)")''',
+    """The same by the natural frequency with several masses: every row is a scene of its own. Frequencies alone tell stiffness over mass; free both,
+and the fit says that it cannot tell them apart.""",
+    '''swing = strip | {"start": {"rest": "straight"}}
+masses = np.array([0.05, 0.1, 0.2])
+omega = np.sqrt(3 * 0.05 / (masses * 0.2**3)) * (1 + 1e-3 * chance.standard_normal(3))
+rows = {"body.mass": masses, "modes.angular_frequencies.0": omega}
+alone = snaprod.fit(swing, rows, {"rod.bending_stiffness": (0.02, 0.1)}, by_row=["body.mass"], starts=1, rod__damping=0.0)
+both = snaprod.fit(
+    swing, {"modes.angular_frequencies.0": omega[:2]}, {"rod.bending_stiffness": (0.02, 0.1), "body.mass": (0.05, 0.2)}, starts=1, rod__damping=0.0
+)
+print(alone)
+print(both.remarks[0])
+assert abs(alone.values["rod.bending_stiffness"] / 0.05 - 1) < 1e-2''',
+]
+
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -125,3 +182,4 @@ if __name__ == "__main__":
     write("first_snap.ipynb", FIRST_SNAP)
     write("branch.ipynb", BRANCH)
     write("sweep.ipynb", SWEEP)
+    write("fit.ipynb", FIT)

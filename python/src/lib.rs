@@ -4,6 +4,7 @@
 //! one of `snaprod::study`.
 
 mod convert;
+mod fit;
 mod hooks;
 mod sweep;
 
@@ -19,7 +20,7 @@ use snaprod::study::run::Fields;
 use snaprod::study::{self, Table, any};
 
 /// A scene as Python hands it over: its text, what is set in it, and what it is called; None if it was a dict.
-type Given = (String, Vec<String>, Option<String>);
+pub(crate) type Given = (String, Vec<String>, Option<String>);
 
 /// Positions of rods: their names, how many sections each has at each time, all numbers.
 type Positions<'py> = (Vec<String>, Vec<Vec<usize>>, Bound<'py, PyArray1<f64>>);
@@ -267,7 +268,7 @@ fn folds<'py>(py: Python<'py>, count: usize) -> PyResult<Bound<'py, PyDict>> {
 }
 
 /// Tables and summary of a record.
-fn pieces<'py>(
+pub(crate) fn pieces<'py>(
     py: Python<'py>,
     tables: &[Table],
     summary: &serde_json::Value,
@@ -295,5 +296,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(elastica, module)?)?;
     module.add_function(wrap_pyfunction!(equilibria, module)?)?;
     module.add_function(wrap_pyfunction!(folds, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
     Ok(())
 }

@@ -10,6 +10,7 @@ mod elastica;
 mod equilibria;
 mod equilibrium;
 mod files;
+mod fit;
 mod folds;
 mod memory;
 mod modes;
@@ -61,6 +62,8 @@ enum Command {
     /// Runs a scene over a grid of its fields, or at random points, on all cores: a table, and a map of what comes of it.
     #[command(allow_negative_numbers = true)]
     Sweep(sweep::SweepArgs),
+    /// Finds the values of fields for which a scene comes nearest to measured data.
+    Fit(fit::FitArgs),
     /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
     Modes(modes::ModesArgs),
     /// Checks a scene and reports every fault at once.
@@ -113,6 +116,7 @@ pub fn main() -> ExitCode {
         Command::Branch(args) => branch::branch(args),
         Command::Memory(args) => memory::memory(args),
         Command::Sweep(args) => sweep::sweep(args),
+        Command::Fit(args) => fit::fit(args),
         Command::Modes(args) => modes::modes(args),
         Command::Check(args) => check::check(args),
         Command::New(args) => new::new(args),

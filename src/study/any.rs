@@ -101,6 +101,23 @@ pub fn shapes(
     Ok((vec![String::new()], found))
 }
 
+/// The trajectory of a scene of motion at these times alone.
+///
+/// # Errors
+/// Those of [`run::samples`]; a bar.
+pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
+    if scene.bar.is_some() {
+        return Err(Error::domain(
+            "a bar is sampled at even times: run.samples has how many",
+        ));
+    }
+    scene.run()?;
+    match scene.assembly {
+        Some(_) => assembly::samples(&AssemblyPrepared::new(scene)?, times, hooks),
+        None => run::samples(&Prepared::new(scene)?, times, hooks),
+    }
+}
+
 /// Sets a scene up, for what only that can find; tells what the mass of light rods changes, where it is known.
 ///
 /// # Errors

@@ -21,11 +21,13 @@ from numpy.typing import ArrayLike
 from . import _core
 from ._core import __version__
 from ._errors import ComputationError, Fault, SceneError
+from ._fit import fit
 from ._results import (
     Branch,
     Elastica,
     Equilibria,
     Equilibrium,
+    FitResult,
     Folds,
     Memory,
     Modes,
@@ -44,6 +46,7 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "Fault",
+    "FitResult",
     "Folds",
     "Memory",
     "Modes",
@@ -58,6 +61,7 @@ __all__ = [
     "elastica",
     "equilibria",
     "equilibrium",
+    "fit",
     "folds",
     "memory",
     "modes",

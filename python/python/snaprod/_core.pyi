@@ -33,6 +33,16 @@ def equilibria(
     x: NDArray[float64], y: NDArray[float64], lambda_max: float, progress: _Call
 ) -> tuple[list[int], dict[str, Any]]: ...
 def folds(count: int) -> dict[str, Any]: ...
+def fit(
+    given: _Given,
+    data: tuple[list[str], list[list[float]]],
+    free: list[str],
+    set_by_row: list[str],
+    noise: list[tuple[str, float]],
+    starts: int,
+    seed: int,
+    progress: _Call,
+) -> dict[str, Any]: ...
 
 class Sweep:
     points: int

@@ -166,3 +166,22 @@ def _numbers(values: NDArray[Any]) -> NDArray[Any]:
     if not np.issubdtype(values.dtype, np.number):
         raise ValueError("a map is over fields that are numbers")
     return values
+
+
+def fit(result: _results.FitResult, ax: Axes | None, name: str | None) -> Axes:
+    """What was measured of a column, and the model."""
+    axes, data = _axes(ax), result.data
+    names = [one["name"] for one in result.summary["columns"]]
+    name = names[0] if name is None else name
+    if name not in names:
+        raise ValueError(f"name = {name!r}: the fit compares {', '.join(names)}")
+    along = next(iter(data))
+    axes.plot(data[along], data[f"{name}.data"], ".", label="measured")
+    curve = result.tables.get("curve")
+    if curve is None:
+        axes.plot(data[along], data[f"{name}.model"], "x", label="model")
+    else:
+        axes.plot(curve[along], curve[name], "-", label="model")
+    axes.set(xlabel=data.label(along), ylabel=data.label(f"{name}.data").replace(".data", ""))
+    axes.legend()
+    return axes

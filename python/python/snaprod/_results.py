@@ -23,6 +23,7 @@ __all__ = [
     "Elastica",
     "Equilibria",
     "Equilibrium",
+    "FitResult",
     "Folds",
     "Memory",
     "Modes",
@@ -274,6 +275,49 @@ class Equilibria(Result):
 
 class Folds(Result):
     """The fold curves of the elastica; ``data`` has a row for each point."""
+
+
+class FitResult(Result):
+    """A fit; ``data`` has what was measured, what the scene says and what is left, row by row, and ``tables["curve"]`` the model at closely
+    spaced times."""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The best value of each field."""
+        return {one["path"]: one["value"] for one in self.summary["parameters"]}
+
+    @property
+    def standard_errors(self) -> dict[str, float | None]:
+        """The standard error of each value; None where the data do not tell it."""
+        return {one["path"]: one["standard_error"] for one in self.summary["parameters"]}
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float] | None]:
+        """The interval that holds each true value with a probability of 95 %, where model and noise are as assumed."""
+        return {one["path"]: one["interval"] and tuple(one["interval"]) for one in self.summary["parameters"]}
+
+    @property
+    def correlations(self) -> Array:
+        """Correlations of the errors, in the order of the fields."""
+        return np.asarray(self.summary["correlations"])
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is to be said of it, as of a value at an end of its range."""
+        return list(self.summary["remarks"])
+
+    def plot(self, ax: Axes | None = None, name: str | None = None) -> Axes:
+        """Draws what was measured and the model: of one column, without ``name`` the first."""
+        from . import _plot
+
+        return _plot.fit(self, ax, name)
+
+    def _headline(self) -> str:
+        said = []
+        for path, value in self.values.items():
+            error = self.standard_errors[path]
+            said.append(f"{path} = {value:.6g}" + (f" ± {error:.1g}" if error is not None else ""))
+        return ", ".join(said)
 
 
 class SweepResult(Result):

@@ -136,6 +136,33 @@ impl AssemblyPrepared {
         self.setup.is_heavy() || self.setup.assembly.light_rods().next().is_some()
     }
 
+    /// The trajectory of a branch, without rows.
+    fn trajectory(&self, branch: usize) -> Table {
+        let bodies = self.body_names();
+        let bodies = bodies.iter().zip(self.grooved());
+        trajectory(
+            trajectory_name(branch),
+            bodies,
+            self.feels_rods(),
+            self.scene.units,
+        )
+    }
+
+    /// Its row of a moment.
+    fn row(&self, at: &AssemblyMoment) -> Vec<Cell> {
+        let numbers = at.bodies.iter().flat_map(BodyMoment::numbers);
+        let mut row: Vec<Cell> = std::iter::once(at.t)
+            .chain(numbers)
+            .map(Cell::Real)
+            .collect();
+        row.extend(ledger_cells(&at.ledger, at.total));
+        if self.feels_rods() {
+            row.push(Cell::Real(at.ledger.rod_kinetic));
+        }
+        row.push(at.index.into());
+        row
+    }
+
     fn free_names(&self) -> Vec<String> {
         let given = self.scene.assembly.iter();
         let rods = given.flat_map(|given| &given.free);
@@ -173,6 +200,22 @@ pub fn shapes(
     at_times(&mut *motion, times, unit, hooks, &mut shape)
 }
 
+/// The trajectory of an assembly's run at these `times` alone, as [`crate::study::run::samples`] gives that of one rod.
+///
+/// # Errors
+/// As there.
+pub fn samples(prepared: &AssemblyPrepared, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
+    let (mut motion, _) = prepared.motion()?;
+    let unit = prepared.setup.scales.time;
+    let mut row = |state: &dyn State| Ok(prepared.row(&prepared.moment(state)));
+    let rows = at_times(&mut *motion, times, unit, hooks, &mut row)?;
+    let mut table = prepared.trajectory(0);
+    for row in &rows {
+        table.push(row)?;
+    }
+    Ok(table)
+}
+
 /// Runs an assembly, and under landing = "all" every run into which it branches, to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the tables `trajectory`, `trajectory-1`, ... go
 /// to `sink` as the run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
 ///
@@ -187,7 +230,7 @@ pub fn run(
     let scene = serde_json::to_value(&prepared.scene)
         .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?;
     let total = motion.now().ledger().total();
-    let (bodies, scales) = (prepared.body_names(), prepared.setup.scales);
+    let scales = prepared.setup.scales;
     let most = prepared.run.branches;
     let (branches, cut) = tree(motion, most, |stem, motion| {
         let (first, first_shapes) = {
@@ -196,10 +239,7 @@ pub fn run(
         };
         let mut closing = Closing::new(total);
         closing.look(&motion.now().ledger());
-        let name = trajectory_name(stem.id);
-        let bodies = bodies.iter().zip(prepared.grooved());
-        let felt = prepared.feels_rods();
-        let trajectory = sink.begin(trajectory(name, bodies, felt, prepared.scene.units))?;
+        let trajectory = sink.begin(prepared.trajectory(stem.id))?;
         let mut recorder = Recorder {
             prepared,
             sink,
@@ -278,7 +318,7 @@ pub fn run(
         units: prepared.scene.units,
         scales,
         scene,
-        bodies,
+        bodies: prepared.body_names(),
         rods: prepared.rod_names(),
         free: prepared.free_names(),
         thickness: prepared.thickness(),
@@ -352,16 +392,7 @@ struct Recorder<'r> {
 impl Observer for Recorder<'_> {
     fn sample(&mut self, state: &dyn State) -> Result<()> {
         let at = self.prepared.moment(state);
-        let numbers = at.bodies.iter().flat_map(BodyMoment::numbers);
-        let mut row: Vec<Cell> = std::iter::once(at.t)
-            .chain(numbers)
-            .map(Cell::Real)
-            .collect();
-        row.extend(ledger_cells(&at.ledger, at.total));
-        if self.prepared.feels_rods() {
-            row.push(Cell::Real(at.ledger.rod_kinetic));
-        }
-        row.push(at.index.into());
+        let row = self.prepared.row(&at);
         self.closing.measure(state);
         self.track.show(|| at);
         self.sink.row(self.trajectory, &row)

@@ -14,7 +14,7 @@ pub use crate::scene::ModelKind;
 pub use line::Line;
 pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
-pub use shapes::{Shapes, shapes};
+pub use shapes::{Shapes, samples, shapes};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::trajectory_name;
 pub use tree::Stem;

@@ -1,9 +1,9 @@
-//! The rod of a run at any times.
+//! A run at any times: its shapes, and rows of its trajectory.
 
-use super::Prepared;
+use super::{Prepared, table};
 use crate::error::{Error, Result};
 use crate::motion::{Event, Motion, State};
-use crate::study::Hooks;
+use crate::study::{Hooks, Table};
 use nalgebra::Isometry3;
 
 /// The rods at one time: poses of sections of each, from its base to its end, in the world and the scene's units.
@@ -57,17 +57,34 @@ pub fn shapes(
     )
 }
 
-/// What `shape` says of the states of a motion at `times`, in a unit that is `unit` of the motion's.
-pub(in crate::study) fn at_times(
+/// The trajectory of a scene's run at these `times` alone, in the scene's units and in any order: a row for each, as the table
+/// `trajectory` of [`super::run`] has it. As in [`shapes`] nothing is interpolated.
+///
+/// # Errors
+/// Those of [`shapes`].
+pub fn samples(prepared: &Prepared, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
+    let kind = (prepared.kind(), prepared.is_heavy());
+    let mut row = |state: &dyn State| Ok(table::row(kind, &prepared.moment(state)));
+    let unit = prepared.scales.time;
+    let rows = at_times(&mut *prepared.motion()?, times, unit, hooks, &mut row)?;
+    let mut table = table::trajectory(prepared, 0);
+    for row in &rows {
+        table.push(row)?;
+    }
+    Ok(table)
+}
+
+/// What `seen` says of the states of a motion at `times`, in a unit that is `unit` of the motion's.
+pub(in crate::study) fn at_times<T>(
     motion: &mut dyn Motion<'_>,
     times: &[f64],
     unit: f64,
     hooks: &mut dyn Hooks,
-    shape: &mut dyn FnMut(&dyn State) -> Result<Shapes>,
-) -> Result<Vec<Shapes>> {
+    seen: &mut dyn FnMut(&dyn State) -> Result<T>,
+) -> Result<Vec<T>> {
     let mut order: Vec<usize> = (0..times.len()).collect();
     order.sort_by(|i, j| times[*i].total_cmp(&times[*j]));
-    let mut found = vec![Shapes::new(); times.len()];
+    let mut found: Vec<Option<T>> = times.iter().map(|_| None).collect();
     let mut waiting = order.into_iter().peekable();
     let last = times.iter().copied().fold(0.0, f64::max);
     if let Some(t) = times.iter().find(|t| !(**t >= 0.0 && t.is_finite())) {
@@ -78,7 +95,7 @@ pub(in crate::study) fn at_times(
     {
         let given = motion.given();
         while let Some(i) = waiting.next_if(|i| times[*i] / unit <= given.time()) {
-            found[i] = shape(&*given)?;
+            found[i] = Some(seen(&*given)?);
         }
     }
     while waiting.peek().is_some() {
@@ -89,7 +106,7 @@ pub(in crate::study) fn at_times(
         };
         while let Some(i) = waiting.next_if(|i| times[*i] / unit <= to) {
             if let Some(state) = motion.sample(times[i] / unit) {
-                found[i] = shape(&*state)?;
+                found[i] = Some(seen(&*state)?);
             }
         }
         hooks.progress((to * unit / last).min(1.0), to * unit);
@@ -101,14 +118,13 @@ pub(in crate::study) fn at_times(
     let now = motion.now();
     let end = now.time() * (1.0 + 4.0 * f64::EPSILON);
     while let Some(i) = waiting.next_if(|i| times[*i] / unit <= end) {
-        found[i] = shape(&*now)?;
+        found[i] = Some(seen(&*now)?);
     }
-    match waiting.next() {
-        Some(i) => Err(Error::domain(format!(
-            "t = {}: the run, or its trunk, ended at t = {}",
-            times[i],
-            now.time() * unit
-        ))),
-        None => Ok(found),
-    }
+    let ended = now.time() * unit;
+    let each = found.into_iter().zip(times);
+    each.map(|(found, t)| {
+        let missing = format!("t = {t}: the run, or its trunk, ended at t = {ended}");
+        found.ok_or_else(|| Error::domain(missing))
+    })
+    .collect()
 }

@@ -309,7 +309,7 @@ impl Sweep {
 }
 
 /// What comes of a scene of any kind, with its events.
-fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Result<Value> {
+pub(in crate::study) fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Result<Value> {
     // Two rows of a table that nobody reads.
     if let Some(run) = &mut scene.run {
         run.samples = 2;
@@ -326,7 +326,7 @@ fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Result<Value> {
 }
 
 /// What stands at a path of names and numbers, those below 0 counted from the end; missing where there is no word or number.
-fn cell(summary: &Value, path: &str) -> Cell {
+pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     let mut at = summary;
     for step in path.split('.') {
         let inner = match at {
@@ -355,7 +355,7 @@ fn cell(summary: &Value, path: &str) -> Cell {
 }
 
 /// A number in [0, 1) for each seed, point and field: two rounds of splitmix64's finaliser, a stream without a state.
-fn chance(seed: u64, point: u64, field: u64) -> f64 {
+pub(in crate::study) fn chance(seed: u64, point: u64, field: u64) -> f64 {
     let mixed = |x: u64| {
         let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

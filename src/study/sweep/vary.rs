@@ -34,11 +34,14 @@ impl Vary {
     /// # Errors
     /// A text that is none of the forms; ends that are not finite, or not positive where logarithms are spaced; a count of 0.
     pub fn parse(text: &str) -> Result<Self> {
-        let refuse = |why: &str| {
-            Err(Error::domain(format!(
-                "--vary {text}: {why}; write PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..], as in start.velocity.1=-2:2:9"
-            )))
-        };
+        let forms = "PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..], as in start.velocity.1=-2:2:9";
+        Self::read(text)
+            .map_err(|why| Error::domain(format!("--vary {text}: {why}; write {forms}")))
+    }
+
+    /// The field and its values, or what is wrong with the text.
+    fn read(text: &str) -> std::result::Result<Self, &'static str> {
+        let refuse = Err;
         let Some((path, values)) = text.split_once('=') else {
             return refuse("there is no =");
         };
@@ -95,6 +98,11 @@ impl Vary {
         })
     }
 
+    /// A path as overrides have it: `velocity[1]` for `velocity.1`.
+    pub fn path_of(text: &str) -> String {
+        indexed(text.trim())
+    }
+
     /// How many values a grid has in this direction; None if it is for random points alone.
     pub fn count(&self) -> Option<usize> {
         match &self.values {
@@ -144,17 +152,49 @@ impl Vary {
                 let i = (part * list.len() as f64) as usize;
                 list[i.min(list.len() - 1)].clone()
             }
+            Values::Range { from, to, log, .. } => exact(between(part, [*from, *to], *log)),
+        }
+    }
+
+    /// Reads what stands after `--free`: a field and the range of the values that it may have.
+    ///
+    /// # Errors
+    /// Those of [`Vary::parse`]; a list; a count; a range that is empty.
+    pub fn free(text: &str) -> Result<Self> {
+        let forms = "PATH=FROM:TO or PATH=log:FROM:TO, as in rod.damping=log:0.01:1";
+        let refuse = |why: &str| Error::domain(format!("--free {text}: {why}; write {forms}"));
+        let found = Self::read(text).map_err(refuse)?;
+        match found.values {
+            Values::List(_) => Err(refuse("a list is no range")),
+            Values::Range { count: Some(_), .. } => {
+                Err(refuse("a range that is searched has no count"))
+            }
+            Values::Range { from, to, .. } if !(from < to) => Err(refuse("FROM is not below TO")),
+            Values::Range { .. } => Ok(found),
+        }
+    }
+
+    /// The number at a part of the range, beyond it too, and its derivative by the part; of a list there is none.
+    pub fn number(&self, part: f64) -> Option<[f64; 2]> {
+        match self.values {
+            Values::List(_) => None,
             Values::Range { from, to, log, .. } => {
-                // The ends are hit exactly.
-                let between = |a: f64, b: f64| a * (1.0 - part) + b * part;
-                exact(match (part, log) {
-                    (0.0, _) => *from,
-                    (1.0, _) => *to,
-                    (_, false) => between(*from, *to),
-                    (_, true) => between(from.ln(), to.ln()).exp(),
-                })
+                let x = between(part, [from, to], log);
+                let by = if log { x * (to / from).ln() } else { to - from };
+                Some([x, by])
             }
         }
+    }
+}
+
+/// The value at a part of a range, whose ends are hit exactly.
+fn between(part: f64, [from, to]: [f64; 2], log: bool) -> f64 {
+    let between = |a: f64, b: f64| a * (1.0 - part) + b * part;
+    match (part, log) {
+        (0.0, _) => from,
+        (1.0, _) => to,
+        (_, false) => between(from, to),
+        (_, true) => between(from.ln(), to.ln()).exp(),
     }
 }
 

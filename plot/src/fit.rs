@@ -1,0 +1,94 @@
+//! Measured data against the model that was fitted to them.
+
+use super::axes::Axis;
+use super::canvas::Pen;
+use super::data::as_many;
+use super::legend::{Drawn, Key, Mark, mark, named};
+use super::page::{Block, Height, Page, WIDTH, Width};
+use super::palette::{GREY, category};
+use snaprod_core::error::{Error, Result};
+
+/// One quantity: what was measured, and what the model says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FittedCurve {
+    /// What its axis says.
+    pub label: String,
+    /// Measured numbers, one for each place of the figure; NaN where none was.
+    pub data: Vec<f64>,
+    /// Those of the model, as many.
+    pub model: Vec<f64>,
+    /// The model at the places `between` of the figure, as many.
+    pub curve: Vec<f64>,
+}
+
+/// Data and model over time, or over what was set.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FitFigure {
+    /// Written over the figure; may be empty.
+    pub title: String,
+    /// What the horizontal axis says.
+    pub x_label: String,
+    /// The places, in any order.
+    pub x: Vec<f64>,
+    /// Places at which the model is drawn as a line, in order; without them it is drawn by marks at `x`.
+    pub between: Vec<f64>,
+    /// The quantities, a panel each.
+    pub curves: Vec<FittedCurve>,
+}
+
+/// Draws every quantity with its data as dots and the model as a line or as marks, and below what is left between them, as SVG.
+///
+/// Errs if the lists differ in length, or if there is nothing to show.
+pub fn fit(figure: &FitFigure) -> Result<String> {
+    const FIGURE: &str = "figure of a fit";
+    let nothing = || Error::domain(format!("{FIGURE}: nothing to show"));
+    let x = Axis::fit(&figure.x, false, &figure.x_label, 8).ok_or_else(nothing)?;
+    let mut blocks = Vec::new();
+    let mut legend = Vec::new();
+    for (i, curve) in figure.curves.iter().enumerate() {
+        let (places, fine) = (figure.x.len(), figure.between.len());
+        for (name, list, count, with) in [
+            ("data", &curve.data, places, "x"),
+            ("model", &curve.model, places, "x"),
+            ("curve", &curve.curve, fine, "between"),
+        ] {
+            let field = format!("curves[{i}].{name}");
+            as_many(FIGURE, &field, list.len(), count, with)?;
+        }
+        let left = curve.data.iter().zip(&curve.model);
+        let left: Vec<f64> = left.map(|(x, m)| x - m).collect();
+        let all = curve.data.iter().chain(&curve.model).chain(&curve.curve);
+        let y = Axis::fit(all, false, &curve.label, 5).ok_or_else(nothing)?;
+        let below = Axis::fit(&left, false, "data - model", 4);
+        let dots = |name: &str, y: &[f64]| {
+            Drawn::new(Key::Mark(Mark::Dot, category(0)), name, &figure.x, y)
+        };
+        let model = match figure.between.is_empty() {
+            true => {
+                let key = Key::Mark(mark(1), category(1));
+                Drawn::new(key, "model", &figure.x, &curve.model)
+            }
+            false => {
+                let key = Key::Line(Pen::new(category(1), 1.5));
+                Drawn::new(key, "model", &figure.between, &curve.curve)
+            }
+        };
+        let curves = vec![model, dots("measured", &curve.data)];
+        if legend.is_empty() {
+            legend = named(&curves);
+        }
+        blocks.push(Block::plane(x.clone(), y, Height::Pixels(190.0), curves));
+        if let Some(y) = below {
+            let ends = [x.lo, x.hi];
+            let zero = Pen::new(GREY, 1.0);
+            let left = Block::plane(x.clone(), y, Height::Pixels(90.0), vec![dots("", &left)]);
+            blocks
+                .push(left.under(move |canvas, panel| panel.line(canvas, &ends, &[0.0; 2], zero)));
+        }
+    }
+    if blocks.is_empty() {
+        return Err(nothing());
+    }
+    let page = Page::new(&figure.title, vec![legend]);
+    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
+}

@@ -1,0 +1,70 @@
+"""Fits: columns, ranges and what cannot be told reach the library and come back."""
+
+import numpy as np
+import pytest
+
+import snaprod
+
+SWING = {
+    "rod": {"model": "elastica", "length": 1.0, "bending_stiffness": 2.0},
+    "body": {"mass": 1.0},
+    "start": {"rest": "straight"},
+    "run": {"duration": 1.0},
+}
+OMEGA = "modes.angular_frequencies.0"
+
+
+def test_a_fit_by_rows_is_the_regression(tmp_path):
+    """Catches rows or columns that are mixed up: omega^2 = 3 EI/m, and a file gives what a dict gives."""
+    masses = np.array([0.5, 1.0, 2.0, 4.0])
+    omega = np.sqrt(3.0 * 1.3 / masses) + [0.01, -0.02, 0.005, 0.01]
+    g = np.sqrt(3.0 / masses)
+    root = g @ omega / (g @ g)
+    found = snaprod.fit(
+        SWING, {"body.mass": masses, OMEGA: omega}, {"rod.bending_stiffness": (0.5, 4.0)}, by_row=["body.mass"], starts=1
+    )
+    path = "rod.bending_stiffness"
+    assert found.values[path] == pytest.approx(root**2, rel=1e-7)
+    error = np.sqrt(((omega - root * g) ** 2).sum() / 3 / (g @ g))
+    assert found.standard_errors[path] == pytest.approx(2 * root * error, rel=1e-5)
+    low, high = found.intervals[path]
+    assert low < found.values[path] < high
+    np.testing.assert_allclose(found[f"{OMEGA}.left"], root * g - omega, atol=1e-7)
+    file = tmp_path / "data.csv"
+    lines = [f"{m!r},{w!r}" for m, w in zip(masses.tolist(), omega.tolist())]
+    file.write_text("# measured\nbody.mass," + OMEGA + "\n" + "\n".join(lines) + "\n")
+    again = snaprod.fit(SWING, file, {path: "0.5:4"}, by_row=["body.mass"], starts=1)
+    assert again.values == found.values
+    assert len(found.plot().lines) == 2
+
+
+def test_a_motion_is_fitted_and_drawn(snap):
+    """Catches times that are not those of the data, and a curve that is another motion."""
+    snap["run"] = {"duration": 0.4, "samples": 9, "tolerance": 1e-10}
+    snap["start"] = {"lambda": 3.0, "p": 0.5}
+    run = snaprod.run(snap, rod__bending_stiffness=1.4)
+    data = run.to_pandas()[["t", "y", "vx"]]
+    data.loc[3, "y"] = np.nan
+    found = snaprod.fit(snap, data, {"rod.bending_stiffness": (1.0, 3.0)}, starts=1)
+    assert found.values["rod.bending_stiffness"] == pytest.approx(1.4, rel=1e-7)
+    curve = found.tables["curve"]
+    at = np.searchsorted(curve["t"], run["t"])
+    np.testing.assert_allclose(curve["y"][at], run["y"], atol=1e-8)
+    assert len(found.plot(name="vx").lines) == 2
+    with pytest.raises(ValueError, match="compares y, vx"):
+        found.plot(name="x")
+
+
+def test_what_is_wrong_is_said():
+    """Catches a message without the name of what is meant."""
+    data = {"t": [0.0, 0.1], "x": [1.0, 0.9]}
+    with pytest.raises(ValueError, match="as many numbers"):
+        snaprod.fit(SWING, {"t": [0.0], "x": [1.0, 2.0]}, {"body.mass": (1, 2)})
+    with pytest.raises(snaprod.SceneError, match="FROM is not below TO"):
+        snaprod.fit(SWING, data, {"body.mass": (2, 1)})
+    with pytest.raises(ValueError, match="starts = 0"):
+        snaprod.fit(SWING, data, {"body.mass": (1, 2)}, starts=0)
+    both = snaprod.fit(
+        SWING, {OMEGA: [1.7, 1.8, 1.75]}, {"body.mass": (0.5, 2), "rod.bending_stiffness": (0.5, 2)}, starts=1
+    )
+    assert both.standard_errors == {"body.mass": None, "rod.bending_stiffness": None} and both.remarks

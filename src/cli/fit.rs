@@ -1,0 +1,244 @@
+//! `snaprod fit SCENE DATA.csv --free PATH=FROM:TO ..`: the values of fields for which a scene comes nearest to measured data.
+
+use super::check::SceneArgs;
+use super::files::{print, print_error, print_json};
+use super::output::{FigureArgs, Output};
+use super::progress::Progress;
+use super::{Ending, Refusal, signals};
+use clap::Args;
+use rayon::prelude::*;
+use snaprod::plot::{self, FitFigure, FittedCurve};
+use snaprod::study::fit::Found;
+use snaprod::study::{Data, Fit, FitRecord, Hooks, Values, Vary};
+use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+#[derive(Args)]
+pub struct FitArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The data, CSV with a line of names: a column t and columns of the trajectory, or a row for each scene with quantities as `sweep --column` has them, or
+    /// modes.angular_frequencies.0. Empty cells were not measured.
+    #[arg(value_name = "DATA")]
+    data: PathBuf,
+    /// A field whose value is searched: PATH=FROM:TO or PATH=log:FROM:TO; may be repeated.
+    #[arg(long, value_name = "PATH=RANGE", required = true)]
+    free: Vec<String>,
+    /// A column of the data that is a field of the scene, set row by row, as loads.force.0; may be repeated.
+    #[arg(long, value_name = "COLUMN")]
+    given: Vec<String>,
+    /// The standard deviation of the noise of a column, as x=1e-3; without it the noise is estimated from what is left. May be repeated.
+    #[arg(long, value_name = "COLUMN=SIGMA")]
+    noise: Vec<String>,
+    /// How many searches: the first from the middle of the ranges, the others from anywhere in them.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    starts: usize,
+    /// The seed of their places.
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Where to write; default out/ and the name of the scene with -fit.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print what was found as one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors; no progress bar.
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    figures: FigureArgs,
+}
+
+const FILES: &[&str] = &["fit.*", "curve.csv"];
+
+/// Searches from all starts, on all cores, and tells the best end.
+pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
+    let fit = planned(args)?;
+    let directory = args.out.clone().unwrap_or_else(|| {
+        let mut name = args.scene.directory().into_os_string();
+        name.push("-fit");
+        name.into()
+    });
+    let out = Output::open(Some(&directory), FILES, args.figures)?;
+    signals::watch();
+    let starts = args.starts.max(1);
+    let tally = Tally {
+        done: AtomicUsize::new(0),
+        all: starts,
+        progress: Mutex::new(Progress::new(!args.quiet && !args.json)),
+    };
+    let searched: snaprod::Result<Vec<Option<Found>>> = (0..starts)
+        .into_par_iter()
+        .map(|k| {
+            let found = fit.search(&fit.start(k, args.seed), &mut Asked);
+            tally.count();
+            found
+        })
+        .collect();
+    if let Ok(progress) = tally.progress.lock() {
+        progress.finish();
+    }
+    let best = searched.and_then(|searched| {
+        let found = searched.into_iter().flatten().collect();
+        fit.best(found, starts, &mut Asked)
+    });
+    if signals::interrupted() {
+        print_error("interrupted: a search that is not at its end has no result");
+        return Ok(Ending::Short);
+    }
+    let record = best?;
+    let json = serde_json::to_string_pretty(&record.summary())
+        .map_err(|e| Refusal(format!("fit.json: {e}")))?;
+    out.write("fit.json", json.as_bytes())?;
+    out.write("fit.csv", record.table().csv().as_bytes())?;
+    if let Some(curve) = record.curve() {
+        out.write("curve.csv", curve.csv().as_bytes())?;
+    }
+    out.figure("fit", || Ok(figure(&record)), plot::fit);
+    out.finish()?;
+    if args.json {
+        print_json(record.summary());
+    } else if !args.quiet {
+        let mut text = report(&record);
+        let _ = writeln!(text, "written to {}", directory.display());
+        print(&text);
+    }
+    Ok(Ending::Done)
+}
+
+fn planned(args: &FitArgs) -> Result<Fit, Refusal> {
+    let read = |path: &PathBuf| {
+        fs::read_to_string(path)
+            .map_err(|e| Refusal(format!("cannot read {}: {e}", path.display())))
+    };
+    let scene = read(&args.scene.path)?;
+    let data = Data::parse(&read(&args.data)?)
+        .map_err(|e| Refusal(format!("{}: {e}", args.data.display())))?;
+    let free: snaprod::Result<Vec<Vary>> = args.free.iter().map(|text| Vary::free(text)).collect();
+    let noise: Result<Vec<(String, f64)>, Refusal> = args
+        .noise
+        .iter()
+        .map(|text| {
+            let parts = text.split_once('=');
+            let noise =
+                parts.and_then(|(name, x)| Some((name.trim().to_owned(), x.trim().parse().ok()?)));
+            noise
+                .ok_or_else(|| Refusal(format!("--noise {text}: write COLUMN=SIGMA, as in x=1e-3")))
+        })
+        .collect();
+    let set = args.scene.set.clone();
+    Ok(Fit::new(scene, set, free?, data, &args.given, &noise?)?)
+}
+
+/// Nobody is told of single runs; signals interrupt.
+struct Asked;
+
+impl Hooks for Asked {
+    fn interrupted(&mut self) -> bool {
+        signals::interrupted()
+    }
+}
+
+/// How many searches have ended.
+struct Tally {
+    done: AtomicUsize,
+    all: usize,
+    progress: Mutex<Progress>,
+}
+
+impl Tally {
+    fn count(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        // Another thread shows it already.
+        if let Ok(mut progress) = self.progress.try_lock() {
+            progress.progress(done as f64 / self.all as f64, done as f64);
+        }
+    }
+}
+
+fn figure(record: &FitRecord) -> FitFigure {
+    let with_unit = |name: &str, unit: &str| match unit {
+        "" => name.to_owned(),
+        unit => format!("{name} ({unit})"),
+    };
+    let along = &record.along;
+    let curves = record.columns.iter().map(|one| FittedCurve {
+        label: with_unit(&one.name, &one.unit),
+        data: one.data.clone(),
+        model: one.model.clone(),
+        curve: one.curve.clone(),
+    });
+    FitFigure {
+        title: String::new(),
+        x_label: with_unit(&along.name, &along.unit),
+        x: match &along.values {
+            Values::Reals(x) => x.clone(),
+            _ => Vec::new(),
+        },
+        between: record.between.clone(),
+        curves: curves.collect(),
+    }
+}
+
+/// What is printed. Nothing fails in memory.
+fn report(record: &FitRecord) -> String {
+    let mut text = String::new();
+    for one in &record.parameters {
+        let _ = write!(text, "{} = {:.8}", one.path, Short(one.value));
+        if let (Some(error), Some([low, high])) = (one.standard_error, one.interval) {
+            let _ = write!(
+                text,
+                ", standard error {:.2e}, 95 % between {:.6} and {:.6}",
+                error,
+                Short(low),
+                Short(high)
+            );
+        }
+        text.push('\n');
+    }
+    for one in &record.columns {
+        let noise = if one.known { "given" } else { "estimated" };
+        let _ = writeln!(
+            text,
+            "{}: {} numbers, differences {:.2e} in the mean (rms), noise {:.2e} ({noise})",
+            one.name,
+            one.data.iter().filter(|x| !x.is_nan()).count(),
+            one.rms,
+            one.noise
+        );
+    }
+    if let Some(square) = record.chi_squared {
+        let _ = writeln!(
+            text,
+            "chi squared {square:.1} with {} degrees of freedom",
+            record.freedom
+        );
+    }
+    let [starts, agreeing, runs] = record.effort;
+    let _ = writeln!(
+        text,
+        "{agreeing} of {starts} searches ended here; {runs} runs"
+    );
+    for remark in &record.remarks {
+        let _ = writeln!(text, "remark: {remark}");
+    }
+    text
+}
+
+/// A number with so many digits, not so many decimals.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = f.precision().unwrap_or(6);
+        let rounded = format!("{:.*e}", digits.saturating_sub(1), self.0);
+        match rounded.parse::<f64>() {
+            Ok(x) if x == 0.0 || (1e-4..1e6).contains(&x.abs()) => write!(f, "{x}"),
+            Ok(x) => write!(f, "{x:e}"),
+            Err(_) => f.write_str(&rounded),
+        }
+    }
+}

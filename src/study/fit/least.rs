@@ -1,0 +1,150 @@
+//! Least squares in a box: the method of Levenberg and Marquardt, with steps that stay inside.
+
+use crate::error::{Error, Result};
+use nalgebra::{DMatrix, DVector};
+
+/// The step of the central differences, in parts of the range: a model that is right to 1e-9 has derivatives to 1e-5, and so has one whose third
+/// derivatives are not above 1e3.
+const DIFFERENCE: f64 = 1e-4;
+/// Most steps.
+const STEPS: usize = 100;
+/// A step, in parts of the ranges, and a relative gain of the sum of squares, below which nothing is left to be gained.
+const STEP: f64 = 1e-9;
+const GAIN: f64 = 1e-12;
+/// The damping at first, relative to the squares of the columns, and where no step gains anything.
+const DAMPING: f64 = 1e-3;
+const MOST_DAMPING: f64 = 1e12;
+
+/// Residuals at a point of the box [0, 1]^n; None where the model has none.
+pub(super) type Residuals<'r> = dyn FnMut(&[f64]) -> Result<Option<DVector<f64>>> + 'r;
+
+/// A point with the least sum of squares around it.
+#[derive(Debug, Clone)]
+pub(super) struct Least {
+    pub at: Vec<f64>,
+    pub residuals: DVector<f64>,
+    /// Their derivatives by the point.
+    pub slopes: DMatrix<f64>,
+    /// False if the steps came to an end before.
+    pub settled: bool,
+}
+
+impl Least {
+    /// Goes down from a point of the box; None if the model has no residuals there.
+    ///
+    /// # Errors
+    /// Those of the residuals.
+    pub fn from(start: &[f64], of: &mut Residuals) -> Result<Option<Self>> {
+        let Some(residuals) = of(start)? else {
+            return Ok(None);
+        };
+        let slopes = derivatives(start, &residuals, of)?;
+        let mut here = Self {
+            at: start.to_vec(),
+            residuals,
+            slopes,
+            settled: false,
+        };
+        let mut damping = DAMPING;
+        for _ in 0..STEPS {
+            if !here.step(&mut damping, of)? {
+                here.settled = true;
+                break;
+            }
+        }
+        Ok(Some(here))
+    }
+
+    /// The sum of squares.
+    pub fn square(&self) -> f64 {
+        self.residuals.norm_squared()
+    }
+
+    /// One step that gains; false if there is none.
+    fn step(&mut self, damping: &mut f64, of: &mut Residuals) -> Result<bool> {
+        let gradient = self.slopes.tr_mul(&self.residuals);
+        // A point at a wall that the sum falls behind stays there.
+        let free: Vec<usize> = (0..self.at.len())
+            .filter(|&i| {
+                let (x, down) = (self.at[i], -gradient[i]);
+                down != 0.0 && !(x <= 0.0 && down < 0.0 || x >= 1.0 && down > 0.0)
+            })
+            .collect();
+        if free.is_empty() {
+            return Ok(false);
+        }
+        let slopes = self.slopes.select_columns(&free);
+        let sizes: Vec<f64> = slopes.column_iter().map(|column| column.norm()).collect();
+        let mut growth = 2.0;
+        while *damping < MOST_DAMPING {
+            // The damped problem as one of least squares: its normal equations would square the condition.
+            let (rows, columns) = slopes.shape();
+            let mut matrix = DMatrix::zeros(rows + columns, columns);
+            matrix.rows_mut(0, rows).copy_from(&slopes);
+            for (j, size) in sizes.iter().enumerate() {
+                matrix[(rows + j, j)] = damping.sqrt() * size;
+            }
+            let mut right = DVector::zeros(rows + columns);
+            right.rows_mut(0, rows).copy_from(&-&self.residuals);
+            let qr = matrix.qr();
+            let step = qr.r().solve_upper_triangular(&qr.q().tr_mul(&right));
+            let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else {
+                *damping *= growth;
+                growth *= 2.0;
+                continue;
+            };
+            let mut trial = self.at.clone();
+            for (i, x) in free.iter().zip(step.iter()) {
+                trial[*i] = (trial[*i] + x).clamp(0.0, 1.0);
+            }
+            let moved = (0..trial.len()).map(|i| trial[i] - self.at[i]);
+            let moved = DVector::from_iterator(trial.len(), moved);
+            if moved.amax() < STEP {
+                return Ok(false);
+            }
+            let promised = self.square() - (&self.residuals + &self.slopes * &moved).norm_squared();
+            if let Some(residuals) = of(&trial)?
+                && residuals.norm_squared() < self.square()
+            {
+                let gain = self.square() - residuals.norm_squared();
+                let done = gain < GAIN * self.square();
+                // Nielsen's rule: the better the promise was held, the less damping.
+                let held = (gain / promised.max(f64::MIN_POSITIVE)).min(2.0);
+                *damping *= (1.0 - (2.0 * held - 1.0).powi(3)).max(1.0 / 3.0);
+                *damping = damping.max(1e-14);
+                self.slopes = derivatives(&trial, &residuals, of)?;
+                self.at = trial;
+                self.residuals = residuals;
+                return Ok(!done);
+            }
+            if promised < GAIN * self.square() {
+                return Ok(false);
+            }
+            *damping *= growth;
+            growth *= 2.0;
+        }
+        Ok(false)
+    }
+}
+
+/// Derivatives by differences, inside the box.
+fn derivatives(at: &[f64], here: &DVector<f64>, of: &mut Residuals) -> Result<DMatrix<f64>> {
+    let mut slopes = DMatrix::zeros(here.len(), at.len());
+    for j in 0..at.len() {
+        let mut side = |x: f64| -> Result<Option<(f64, DVector<f64>)>> {
+            let mut there = at.to_vec();
+            there[j] = x.clamp(0.0, 1.0);
+            Ok(of(&there)?.map(|residuals| (there[j], residuals)))
+        };
+        let own = || (at[j], here.clone());
+        let (low, below) = side(at[j] - DIFFERENCE)?.unwrap_or_else(own);
+        let (high, above) = side(at[j] + DIFFERENCE)?.unwrap_or_else(own);
+        if high == low {
+            return Err(Error::domain(
+                "on both sides of a value that is searched the scene cannot be run",
+            ));
+        }
+        slopes.set_column(j, &((above - below) / (high - low)));
+    }
+    Ok(slopes)
+}

@@ -1,0 +1,496 @@
+//! Fits: the values of some fields of a scene for which it comes nearest to measured data, in the sense of least squares.
+//!
+//! Data with a column `t` are compared with the trajectory of one run at these times. In others every row is a scene of its own: columns
+//! that are `given` are set in it, and the rest are quantities of what comes of it, named as in a sweep (`end.x`, `events.-1.t`), or, with
+//! `modes.` before, of its small motions (`modes.angular_frequencies.0`).
+
+mod confidence;
+mod data;
+mod least;
+mod record;
+
+pub use data::Data;
+pub use record::{FitColumn, FitRecord, Parameter};
+
+use super::sweep::{Vary, cell, chance, outcome};
+use super::{Cell, Column, Hooks, Table, Values, any, modes};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use least::Least;
+use nalgebra::DVector;
+
+/// The column of data over time.
+const TIME: &str = "t";
+/// What comes before the names of quantities of small motions.
+const MODES: &str = "modes.";
+/// Rounds in which the noise of several columns is estimated from what is left of them.
+const ROUNDS: usize = 8;
+/// They end when the estimates change by less than this, relatively.
+const SETTLED: f64 = 1e-2;
+/// Least noise of a column, relative to its spread: data without noise are no reason to divide by 0.
+const NOISE: f64 = 1e-9;
+/// Intervals of the drawn model over time.
+const FINE: usize = 400;
+/// Two ends of a search are one if the sums of squares differ by less than this, relatively.
+const ALIKE: f64 = 1e-3;
+
+/// A fit that is asked for.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    scene: String,
+    set: Vec<String>,
+    free: Vec<Vary>,
+    data: Data,
+    /// The columns that are set, with their fields.
+    given: Vec<(usize, String)>,
+    /// The columns that are compared.
+    compared: Vec<Compared>,
+    /// The column of times.
+    time: Option<usize>,
+}
+
+/// A column that is compared with what the scene says.
+#[derive(Debug, Clone)]
+struct Compared {
+    place: usize,
+    /// Standard deviation of its noise, where it is known.
+    noise: Option<f64>,
+    /// Standard deviation of its values.
+    spread: f64,
+}
+
+/// One end of the search.
+#[derive(Debug, Clone)]
+pub struct Found {
+    least: Least,
+    noise: Vec<f64>,
+    evaluations: usize,
+}
+
+impl Fit {
+    /// A fit of the fields `free` of a scene given as text, with `set` set in it first, to `data`. `given`: names of columns that are fields of the
+    /// scene, as `loads.force.0`; `noise`: standard deviations of columns, as (`x`, 1e-3).
+    ///
+    /// # Errors
+    /// Nothing that is free, or a field twice; data in which a name is missing, with no column to compare or fewer numbers than free fields;
+    /// a noise that is not positive; columns that are given beside `t`.
+    pub fn new(
+        scene: String,
+        set: Vec<String>,
+        free: Vec<Vary>,
+        data: Data,
+        given: &[String],
+        noise: &[(String, f64)],
+    ) -> Result<Self> {
+        let refuse = |why: String| Err(Error::domain(why));
+        if free.is_empty() {
+            return refuse("a fit has something free: give --free PATH=FROM:TO".to_owned());
+        }
+        for (i, one) in free.iter().enumerate() {
+            if free[..i].iter().any(|other| other.path == one.path) {
+                return refuse(format!("--free: {} is free twice", one.path));
+            }
+            if one.number(0.5).is_none() {
+                return refuse(format!("--free: {} needs a range FROM:TO", one.path));
+            }
+        }
+        let known = data.names.join(", ");
+        let place = |option: &str, name: &str| {
+            data.place(name).ok_or_else(|| {
+                Error::domain(format!(
+                    "{option} {name}: the data have no such column; they have {known}"
+                ))
+            })
+        };
+        let time = data.place(TIME);
+        if let (Some(_), Some(name)) = (time, given.first()) {
+            return refuse(format!(
+                "--given {name}: data over time t are of one run, in which nothing is set row by row; leave out the column t, or --given"
+            ));
+        }
+        let given: Result<Vec<(usize, String)>> = given
+            .iter()
+            .map(|name| Ok((place("--given", name)?, Vary::path_of(name))))
+            .collect();
+        let given = given?;
+        let mut known_noise = vec![None; data.names.len()];
+        for (name, sigma) in noise {
+            if !(*sigma > 0.0 && sigma.is_finite()) {
+                return refuse(format!(
+                    "--noise {name}={sigma}: a standard deviation is > 0"
+                ));
+            }
+            known_noise[place("--noise", name)?] = Some(*sigma);
+        }
+        let others =
+            (0..data.names.len()).filter(|i| Some(*i) != time && given.iter().all(|(j, _)| j != i));
+        let mut compared = Vec::new();
+        for i in others {
+            let values: Vec<f64> = data.column(i).filter(|x| x.is_finite()).collect();
+            if values.is_empty() {
+                return refuse(format!(
+                    "column {} of the data has no number",
+                    data.names[i]
+                ));
+            }
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            let spread = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+            // A single number, or the same one in every row, is measured by its size.
+            let spread = match spread.sqrt() {
+                spread if spread > 1e-12 * mean.abs() => spread,
+                _ if mean != 0.0 => mean.abs(),
+                _ => 1.0,
+            };
+            compared.push(Compared {
+                place: i,
+                noise: known_noise[i],
+                spread,
+            });
+        }
+        if compared.is_empty() {
+            return refuse(format!(
+                "the data have nothing to compare: their columns are {known}"
+            ));
+        }
+        let needed = time.into_iter().chain(given.iter().map(|(i, _)| *i));
+        for i in needed {
+            if let Some(row) = data.column(i).position(|x| x.is_nan()) {
+                return refuse(format!(
+                    "row {} of the data has no {}, which every row needs",
+                    row + 1,
+                    data.names[i]
+                ));
+            }
+        }
+        let fit = Self {
+            scene,
+            set,
+            free,
+            data,
+            given,
+            compared,
+            time,
+        };
+        match fit.points() {
+            points if points < fit.free.len() => refuse(format!(
+                "{points} numbers are measured and {} fields are free: there are more unknowns than numbers",
+                fit.free.len()
+            )),
+            _ => Ok(fit),
+        }
+    }
+
+    /// How many numbers are compared.
+    pub fn points(&self) -> usize {
+        let each = self.compared.iter();
+        each.map(|one| self.data.column(one.place).filter(|x| !x.is_nan()).count())
+            .sum()
+    }
+
+    /// What is free.
+    pub fn free(&self) -> &[Vary] {
+        &self.free
+    }
+
+    /// Where the search number `k` begins, in parts of the ranges: the first in their middle, the others anywhere.
+    pub fn start(&self, k: usize, seed: u64) -> Vec<f64> {
+        let all = 0..self.free.len();
+        match k {
+            0 => vec![0.5; self.free.len()],
+            _ => all.map(|i| chance(seed, k as u64, i as u64)).collect(),
+        }
+    }
+
+    /// Searches from a start; None if the scene cannot be run there.
+    ///
+    /// # Errors
+    /// An interrupt; columns of the data that the scene does not have.
+    pub fn search(&self, start: &[f64], hooks: &mut dyn Hooks) -> Result<Option<Found>> {
+        let noise = self.compared.iter();
+        let noise = noise.map(|one| one.noise.unwrap_or(one.spread)).collect();
+        self.descend(start, noise, hooks)
+    }
+
+    fn descend(
+        &self,
+        start: &[f64],
+        noise: Vec<f64>,
+        hooks: &mut dyn Hooks,
+    ) -> Result<Option<Found>> {
+        let mut evaluations = 0;
+        let least = Least::from(start, &mut |at| {
+            evaluations += 1;
+            match self.model(at, hooks) {
+                Ok(model) => Ok(Some(self.residuals(&model, &noise))),
+                Err(Fault::Fatal(error)) => Err(error),
+                Err(Fault::NoRun(_)) => Ok(None),
+            }
+        })?;
+        Ok(least.map(|least| Found {
+            least,
+            noise,
+            evaluations,
+        }))
+    }
+
+    /// The best of what was found. Where the noise of several columns is not known, each is weighted by what is left of it, and the search goes on from there.
+    ///
+    /// # Errors
+    /// Nothing was found: then it says why the scene cannot be run in the middle of the ranges; an interrupt.
+    pub fn best(
+        &self,
+        found: Vec<Found>,
+        starts: usize,
+        hooks: &mut dyn Hooks,
+    ) -> Result<FitRecord> {
+        let mut evaluations: usize = found.iter().map(|one| one.evaluations).sum();
+        let square = |one: &Found| one.least.square();
+        let best = found.iter().min_by(|a, b| square(a).total_cmp(&square(b)));
+        let Some(mut best) = best.cloned() else {
+            let why = match self.model(&self.start(0, 0), hooks) {
+                Err(Fault::Fatal(error)) => return Err(error),
+                Err(Fault::NoRun(why)) => why,
+                Ok(_) => "elsewhere it can".to_owned(),
+            };
+            return Err(Error::domain(format!(
+                "from no start of the search the scene can be run; in the middle of the ranges: {why}"
+            )));
+        };
+        let agreeing = found
+            .iter()
+            .filter(|one| square(one) <= square(&best) * (1.0 + ALIKE))
+            .count();
+        let unknown = self.compared.iter().filter(|one| one.noise.is_none());
+        if unknown.count() > 0 && self.compared.len() > 1 {
+            for _ in 0..ROUNDS {
+                let noise = self.noise_left(&best);
+                let mut changes = noise.iter().zip(&best.noise);
+                if changes.all(|(new, old)| (new / old - 1.0).abs() < SETTLED) {
+                    break;
+                }
+                let start = best.least.at.clone();
+                if let Some(better) = self.descend(&start, noise, hooks)? {
+                    evaluations += better.evaluations;
+                    best = better;
+                }
+            }
+        }
+        let model = match self.model(&best.least.at, hooks) {
+            Ok(model) => model,
+            Err(Fault::Fatal(error)) => return Err(error),
+            Err(Fault::NoRun(why)) => return Err(Error::domain(why)),
+        };
+        let between = self.between(&best.least.at, hooks);
+        let effort = [starts, agreeing, evaluations + 2];
+        self.record(&best, model, between.as_ref(), effort)
+    }
+
+    /// Standard deviations of what is left of each column, or what is known of its noise.
+    fn noise_left(&self, found: &Found) -> Vec<f64> {
+        let mut left = found.least.residuals.iter();
+        let each = self.compared.iter().zip(&found.noise);
+        each.map(|(one, sigma)| {
+            let count = self.data.column(one.place).filter(|x| !x.is_nan()).count();
+            let square: f64 = left.by_ref().take(count).map(|r| (r * sigma).powi(2)).sum();
+            let rms = (square / count as f64).sqrt();
+            one.noise.unwrap_or(rms.max(NOISE * one.spread))
+        })
+        .collect()
+    }
+
+    /// (model - data)/noise, column by column, where something was measured.
+    fn residuals(&self, model: &[Vec<f64>], noise: &[f64]) -> DVector<f64> {
+        let mut all = Vec::with_capacity(self.points());
+        for ((one, values), sigma) in self.compared.iter().zip(model).zip(noise) {
+            let pairs = self.data.column(one.place).zip(values);
+            all.extend(
+                pairs
+                    .filter(|(x, _)| !x.is_nan())
+                    .map(|(x, m)| (m - x) / sigma),
+            );
+        }
+        DVector::from_vec(all)
+    }
+
+    /// What the scene says of every column that is compared, row by row; NaN where nobody asks.
+    fn model(
+        &self,
+        at: &[f64],
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<Vec<Vec<f64>>, Fault> {
+        if hooks.interrupted() {
+            return Err(Fault::interrupted());
+        }
+        let free = self.values(at);
+        let Some(time) = self.time else {
+            return self.by_rows(&free, hooks);
+        };
+        let times: Vec<f64> = self.data.column(time).collect();
+        let table = self.trajectory(&free, &times, hooks)?;
+        let columns = self.over_time(&table).map_err(Fault::Fatal)?;
+        Ok(columns.into_iter().map(|(_, x)| x.to_vec()).collect())
+    }
+
+    /// The free fields at a point, as overrides.
+    fn values(&self, at: &[f64]) -> Vec<String> {
+        let each = self.free.iter().zip(at);
+        each.map(|(one, part)| format!("{}={}", one.path, one.at(*part)))
+            .collect()
+    }
+
+    /// The model between the measurements, for a figure: over time the trajectory of the end of the search, at FINE times and those of the data.
+    fn between(&self, at: &[f64], hooks: &mut dyn Hooks) -> Option<Table> {
+        let measured = self.data.column(self.time?);
+        let (low, high) = measured
+            .clone()
+            .fold((f64::MAX, f64::MIN), |(a, b), t| (a.min(t), b.max(t)));
+        let evenly = (0..=FINE).map(|k| low + (high - low) * k as f64 / FINE as f64);
+        let mut times: Vec<f64> = evenly.chain(measured).map(|t| t.clamp(low, high)).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        self.trajectory(&self.values(at), &times, hooks).ok()
+    }
+
+    fn scene(&self, free: &[String]) -> std::result::Result<Scene, Fault> {
+        let all: Vec<&str> = self.set.iter().chain(free).map(String::as_str).collect();
+        Scene::parse_with(&self.scene, &all).map_err(|faults| Fault::NoRun(faults.to_string()))
+    }
+
+    /// The trajectory at these times.
+    fn trajectory(
+        &self,
+        free: &[String],
+        times: &[f64],
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<Table, Fault> {
+        let mut scene = self.scene(free)?;
+        if let Some(run) = &mut scene.run {
+            let last = times.iter().copied().fold(0.0, f64::max);
+            run.duration = last.max(f64::MIN_POSITIVE);
+        }
+        let table = any::samples(&scene, times, &mut Asked(hooks));
+        if hooks.interrupted() {
+            return Err(Fault::interrupted());
+        }
+        table.map_err(|e| Fault::NoRun(e.to_string()))
+    }
+
+    /// The columns of a trajectory that are compared.
+    fn over_time<'t>(&self, table: &'t Table) -> Result<Vec<(&'t str, &'t [f64])>> {
+        let each = self.compared.iter().map(|one| {
+            let name = &self.data.names[one.place];
+            let column = table.columns.iter().find(|column| column.name == *name);
+            if let Some(Column {
+                unit,
+                values: Values::Reals(values),
+                ..
+            }) = column
+            {
+                return Ok((&**unit, values.as_slice()));
+            }
+            let numbers = table.columns.iter();
+            let numbers = numbers.filter(|c| matches!(c.values, Values::Reals(_)));
+            let names: Vec<&str> = numbers.map(|c| &*c.name).collect();
+            Err(Error::domain(format!(
+                "column {name} of the data: the trajectory has no such numbers; it has {}; leave the column out, or give it that name",
+                names.join(", ")
+            )))
+        });
+        each.collect()
+    }
+
+    fn by_rows(
+        &self,
+        free: &[String],
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<Vec<Vec<f64>>, Fault> {
+        let mut model = vec![Vec::with_capacity(self.data.rows.len()); self.compared.len()];
+        // Rows with the same settings, as those of repeated measurements, are one scene.
+        let mut made: Vec<(Vec<String>, Vec<f64>)> = Vec::new();
+        for row in &self.data.rows {
+            let mut set = free.to_vec();
+            set.extend(
+                self.given
+                    .iter()
+                    .map(|(i, path)| format!("{path}={:e}", row[*i])),
+            );
+            let values = match made.iter().find(|(own, _)| *own == set) {
+                Some((_, values)) => values.clone(),
+                None => {
+                    let values = self.quantities(&self.scene(&set)?, hooks)?;
+                    made.push((set, values.clone()));
+                    values
+                }
+            };
+            for (column, x) in model.iter_mut().zip(values) {
+                column.push(x);
+            }
+        }
+        Ok(model)
+    }
+
+    /// The quantities of a scene that the data name.
+    fn quantities(
+        &self,
+        scene: &Scene,
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<Vec<f64>, Fault> {
+        let names = || {
+            self.compared
+                .iter()
+                .map(|one| self.data.names[one.place].as_str())
+        };
+        let no_run = |e: Error| Fault::NoRun(e.to_string());
+        let small = match names().any(|name| name.starts_with(MODES)) {
+            true => Some(modes(scene).map_err(no_run)?.summary()),
+            false => None,
+        };
+        let summary = match names().all(|name| name.starts_with(MODES)) {
+            true => None,
+            false => Some(outcome(scene.clone(), &mut Asked(hooks)).map_err(no_run)?),
+        };
+        if hooks.interrupted() {
+            return Err(Fault::interrupted());
+        }
+        let each = names().map(|name| {
+            let found = match name.strip_prefix(MODES) {
+                Some(path) => small.as_ref().map(|small| cell(small, path)),
+                None => summary.as_ref().map(|summary| cell(summary, name)),
+            };
+            match found {
+                Some(Cell::Real(x)) => Ok(x),
+                Some(Cell::Integer(n)) => Ok(n as f64),
+                // A run that ended early has no such event, another may have it.
+                _ => Err(Fault::NoRun(format!(
+                    "what comes of the scene has no number {name}; names are those of summary.json, `events.` of events.json and `modes.` of \
+                     `snaprod modes --json`; a column that is a field of the scene is named by --given"
+                ))),
+            }
+        });
+        each.collect()
+    }
+}
+
+/// Why there is no model at a point.
+enum Fault {
+    /// The search goes elsewhere.
+    NoRun(String),
+    /// The search ends.
+    Fatal(Error),
+}
+
+impl Fault {
+    fn interrupted() -> Self {
+        Self::Fatal(Error::domain("the fit was interrupted"))
+    }
+}
+
+/// The hooks of a fit within one run: asked, but not told of its steps.
+struct Asked<'a>(&'a mut dyn Hooks);
+
+impl Hooks for Asked<'_> {
+    fn interrupted(&mut self) -> bool {
+        self.0.interrupted()
+    }
+}

@@ -1,0 +1,292 @@
+//! What a fit found.
+
+use super::{Fit, Found, TIME};
+use crate::error::Result;
+use crate::study::fit::confidence::quantile;
+use crate::study::{Cell, Column, Table, Values};
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
+
+/// The probability of the intervals.
+const CONFIDENCE: f64 = 0.95;
+/// A direction of the parameters whose effect is smaller than this, relative to the largest, is not seen in the data.
+const SEEN: f64 = 1e-8;
+/// A value is at an end of its range within this part of it.
+const WALL: f64 = 1e-6;
+
+/// A field that was free.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Its path in the scene.
+    pub path: String,
+    /// Its best value.
+    pub value: f64,
+    /// The standard error of the value, to first order; None where the data do not tell it, or there are as many free fields as numbers.
+    pub standard_error: Option<f64>,
+    /// The interval that holds the true value with a probability of 95 %, where the model is right, the noise is normal and the model nearly linear over it.
+    pub interval: Option<[f64; 2]>,
+    /// True if it lies at an end of its range: a better value may lie outside.
+    pub at_bound: bool,
+}
+
+/// A column that was compared.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitColumn {
+    /// Its name.
+    pub name: String,
+    /// The numbers of the scene, row by row.
+    pub model: Vec<f64>,
+    /// Those that were measured; NaN where none was.
+    pub data: Vec<f64>,
+    /// Their unit, where it is known.
+    pub unit: String,
+    /// The model at the places of [`FitRecord::between`].
+    pub curve: Vec<f64>,
+    /// Root of the mean square of their differences.
+    pub rms: f64,
+    /// Standard deviation of its noise: as it was given, or as it was estimated by what is left.
+    pub noise: f64,
+    /// True if it was given.
+    pub known: bool,
+}
+
+/// What a fit found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitRecord {
+    /// The fields that were free.
+    pub parameters: Vec<Parameter>,
+    /// Correlations of their errors; 0 where there is no standard error.
+    pub correlations: Vec<Vec<f64>>,
+    /// The columns that were compared.
+    pub columns: Vec<FitColumn>,
+    /// What stands along the rows: `t`, or the first column that was given, or their number.
+    pub along: Column,
+    /// Where the model is known between the data: over time, closely; else nowhere.
+    pub between: Vec<f64>,
+    /// Sum of (model - data)^2/noise^2, where the noise of every column was given: near `freedom` if model and noise are right.
+    pub chi_squared: Option<f64>,
+    /// Numbers that were compared, less free fields.
+    pub freedom: usize,
+    /// Searches, those that ended here, runs of the scene (or of all its rows).
+    pub effort: [usize; 3],
+    /// What is to be said of it.
+    pub remarks: Vec<String>,
+}
+
+impl Fit {
+    /// The record of an end of the search, where the scene says `model`.
+    pub(super) fn record(
+        &self,
+        found: &Found,
+        model: Vec<Vec<f64>>,
+        between: Option<&Table>,
+        effort: [usize; 3],
+    ) -> Result<FitRecord> {
+        let least = &found.least;
+        let freedom = self.points() - self.free.len();
+        let known = self.compared.iter().all(|one| one.noise.is_some());
+        // Noise that is known is not estimated once more.
+        let variance = match (known, freedom) {
+            (true, _) => Some(1.0),
+            (false, 0) => None,
+            (false, freedom) => Some(least.square() / freedom as f64),
+        };
+        let width = match known {
+            true => quantile(CONFIDENCE, 1_000_000),
+            false => quantile(CONFIDENCE, freedom.max(1)),
+        };
+        let covariance = variance.and_then(|variance| Some(covariance(&least.slopes)? * variance));
+        let mut remarks = Vec::new();
+        let mut parameters = Vec::new();
+        for (i, (one, part)) in self.free.iter().zip(&least.at).enumerate() {
+            let [value, by] = one.number(*part).unwrap_or([f64::NAN; 2]);
+            let error = covariance.as_ref().map(|c| c[(i, i)].sqrt());
+            let at_bound = !(WALL..=1.0 - WALL).contains(part);
+            if at_bound {
+                remarks.push(format!(
+                    "{} lies at an end of its range: a better value may lie outside, and its interval says nothing",
+                    one.path
+                ));
+            }
+            // Of logarithms: what is symmetric in them is not in the value.
+            let end = |side: f64| one.number(part + side * width * error?).map(|[x, _]| x);
+            parameters.push(Parameter {
+                path: one.path.clone(),
+                value,
+                standard_error: error.map(|error| error * by.abs()),
+                interval: end(-1.0).zip(end(1.0)).map(|(low, high)| [low, high]),
+                at_bound,
+            });
+        }
+        if covariance.is_none() {
+            remarks.push(match freedom {
+                0 => "there are as many free fields as numbers: nothing is left from which the noise could be estimated; give it by --noise".to_owned(),
+                _ => "the data do not tell the free fields apart: a change of them leaves the model as it is; free fewer of them".to_owned(),
+            });
+        }
+        if !least.settled {
+            remarks.push("the search had not settled when its steps were used up: begin nearer, by narrower ranges".to_owned());
+        }
+        let [starts, agreeing, _] = effort;
+        if starts > 1 && agreeing == 1 {
+            remarks.push(format!(
+                "only one of {starts} searches ended here: there may be a better end; give more --starts"
+            ));
+        }
+        let count = self.free.len();
+        let correlation = |i: usize, j: usize| {
+            let of = |c: &DMatrix<f64>| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt();
+            covariance.as_ref().map_or(0.0, of)
+        };
+        let left = self.noise_left(found);
+        let curves = match between {
+            Some(table) => self.over_time(table)?,
+            None => vec![("", [].as_slice()); self.compared.len()],
+        };
+        let columns = self.compared.iter().zip(model).zip(&left).zip(curves);
+        let columns = columns.map(|(((one, model), noise), (unit, curve))| {
+            let data: Vec<f64> = self.data.column(one.place).collect();
+            let pairs = data.iter().zip(&model).filter(|(x, _)| !x.is_nan());
+            let squares: Vec<f64> = pairs.map(|(x, m)| (m - x).powi(2)).collect();
+            FitColumn {
+                name: self.data.names[one.place].clone(),
+                rms: (squares.iter().sum::<f64>() / squares.len() as f64).sqrt(),
+                noise: *noise,
+                known: one.noise.is_some(),
+                unit: unit.to_owned(),
+                curve: curve.to_vec(),
+                model,
+                data,
+            }
+        });
+        let along = match (self.time, self.given.first()) {
+            (Some(i), _) => {
+                let unit = between.and_then(|table| table.column(TIME));
+                let unit = unit.map_or("".into(), |t| t.unit.clone());
+                (i, Column::reals(TIME, unit, "time of the measurement"))
+            }
+            (None, Some((i, _))) => {
+                let name = self.data.names[*i].clone();
+                (*i, Column::reals(name, "", "as it was set"))
+            }
+            (None, None) => (
+                usize::MAX,
+                Column::reals("row", "", "number of the row, from 1"),
+            ),
+        };
+        let places = match along.0 {
+            usize::MAX => (1..=self.data.rows.len()).map(|k| k as f64).collect(),
+            i => self.data.column(i).collect(),
+        };
+        let along = Column {
+            values: Values::Reals(places),
+            ..along.1
+        };
+        Ok(FitRecord {
+            parameters,
+            correlations: (0..count)
+                .map(|i| (0..count).map(|j| correlation(i, j)).collect())
+                .collect(),
+            columns: columns.collect(),
+            along,
+            chi_squared: known.then(|| least.square()),
+            freedom,
+            between: between.map_or(Vec::new(), |table| table.reals(TIME).to_vec()),
+            effort,
+            remarks,
+        })
+    }
+}
+
+/// (J^T J)^-1 by the singular values of J; None if a direction of the parameters is not seen in the residuals.
+fn covariance(slopes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let svd = slopes.clone().svd(false, true);
+    let v = svd.v_t?.transpose();
+    let values = svd.singular_values;
+    let largest = values.max();
+    if !(values.min() > SEEN * largest) {
+        return None;
+    }
+    let inverse = DMatrix::from_diagonal(&values.map(|s| 1.0 / (s * s)));
+    Some(&v * inverse * v.transpose())
+}
+
+impl FitRecord {
+    /// All of it, as fit.json has it.
+    pub fn summary(&self) -> Value {
+        let parameters = self.parameters.iter().map(|one| {
+            json!({
+                "path": one.path,
+                "value": one.value,
+                "standard_error": one.standard_error,
+                "interval": one.interval,
+                "at_bound": one.at_bound,
+            })
+        });
+        let columns = self.columns.iter().map(|one| {
+            json!({
+                "name": one.name,
+                "points": one.data.iter().filter(|x| !x.is_nan()).count(),
+                "rms": one.rms,
+                "noise": one.noise,
+                "noise_known": one.known,
+            })
+        });
+        let [starts, agreeing, runs] = self.effort;
+        json!({
+            "parameters": parameters.collect::<Vec<_>>(),
+            "confidence": CONFIDENCE,
+            "correlations": self.correlations,
+            "columns": columns.collect::<Vec<_>>(),
+            "chi_squared": self.chi_squared,
+            "degrees_of_freedom": self.freedom,
+            "starts": starts,
+            "agreeing": agreeing,
+            "runs": runs,
+            "remarks": self.remarks,
+        })
+    }
+
+    /// The model between the data, where it is known there.
+    pub fn curve(&self) -> Option<Table> {
+        let reals = |list: &Vec<f64>| Values::Reals(list.clone());
+        let along = Column {
+            values: reals(&self.between),
+            ..self.along.clone()
+        };
+        let each = self.columns.iter().map(|one| Column {
+            values: reals(&one.curve),
+            ..Column::reals(one.name.clone(), one.unit.clone(), "as the scene has it")
+        });
+        let columns = std::iter::once(along).chain(each).collect();
+        (!self.between.is_empty()).then(|| Table::new("curve", columns))
+    }
+
+    /// Data, model and what is left, row by row.
+    pub fn table(&self) -> Table {
+        let mut columns = vec![Column {
+            values: Values::Reals(Vec::new()),
+            ..self.along.clone()
+        }];
+        for one in &self.columns {
+            let name = |part: &str| format!("{}.{part}", one.name);
+            columns.extend([
+                Column::reals(name("data"), one.unit.clone(), "as it was measured"),
+                Column::reals(name("model"), one.unit.clone(), "as the scene has it"),
+                Column::reals(name("left"), one.unit.clone(), "model less data"),
+            ]);
+        }
+        let mut table = Table::new("fit", columns);
+        for k in 0..self.columns.first().map_or(0, |one| one.data.len()) {
+            let numbers = self.columns.iter().flat_map(|one| {
+                let (x, m) = (one.data[k], one.model[k]);
+                [x, m, m - x]
+            });
+            let place = std::iter::once(self.along.cell(k));
+            let cells: Vec<Cell> = place.chain(numbers.map(Cell::Real)).collect();
+            // Nothing fails in memory.
+            let _ = table.push(&cells);
+        }
+        table
+    }
+}

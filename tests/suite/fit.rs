@@ -1,0 +1,292 @@
+//! Fits: the values that closed forms give, what data cannot tell, and what is refused.
+
+use nalgebra::DVector;
+use snaprod::study::{Data, Fit, FitRecord, Silent, Vary};
+
+/// A cantilever with a heavy end: across it swings at omega^2 = 3 EI/(m L^3).
+const SWING: &str = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+[body]
+mass = 1.0
+[start]
+rest = "straight"
+[run]
+duration = 1.0
+"#;
+
+/// A bent rod whose end is let go.
+const SCENE: &str = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+[body]
+mass = 1.0
+[start]
+lambda = 3.0
+p = 0.5
+[loads]
+drag = 0.2
+[run]
+duration = 2.0
+"#;
+
+fn fit(scene: &str, data: &str, free: &[&str], given: &[&str], noise: &[(&str, f64)]) -> FitRecord {
+    let names: Vec<String> = given.iter().map(|name| (*name).to_owned()).collect();
+    let noise: Vec<(String, f64)> = noise.iter().map(|(n, x)| ((*n).to_owned(), *x)).collect();
+    let free = free.iter().map(|text| Vary::free(text).unwrap()).collect();
+    let data = Data::parse(data).unwrap();
+    let fit = Fit::new(scene.to_owned(), Vec::new(), free, data, &names, &noise).unwrap();
+    let found = (0..3).filter_map(|k| fit.search(&fit.start(k, 7), &mut Silent).unwrap());
+    let found = found.collect();
+    fit.best(found, 3, &mut Silent).unwrap()
+}
+
+/// Frequencies at five masses with errors that are written out: omega = x g with x = sqrt(EI) is linear in x, so that the best x and its standard
+/// error are those of a regression through the origin. Catches a wrong weight, Jacobian, variance or degree of freedom.
+#[test]
+fn frequencies_give_the_stiffness_of_the_regression() {
+    let errors = [0.011, -0.007, 0.004, -0.012, 0.009];
+    let masses = [0.5, 1.0, 2.0, 3.0, 5.0];
+    let length: f64 = 1.0;
+    let g = masses.map(|m: f64| (3.0 / (m * length.powi(3))).sqrt());
+    let omega: Vec<f64> = (0..5).map(|i| 1.3 * g[i] + errors[i]).collect();
+    let (g, omega) = (DVector::from_row_slice(&g), DVector::from_vec(omega));
+    let x = g.dot(&omega) / g.norm_squared();
+    let variance = (&omega - &g * x).norm_squared() / 4.0;
+    let error = (variance / g.norm_squared()).sqrt();
+    let mut data = "body.mass,modes.angular_frequencies.0\n".to_owned();
+    for (m, omega) in masses.iter().zip(&omega) {
+        data += &format!("{m},{omega:.17}\n");
+    }
+    for range in [
+        "rod.bending_stiffness=0.5:4",
+        "rod.bending_stiffness=log:0.5:4",
+    ] {
+        let found = fit(SWING, &data, &[range], &["body.mass"], &[]);
+        let stiffness = &found.parameters[0];
+        assert!(
+            (stiffness.value / (x * x) - 1.0).abs() < 1e-7,
+            "{}",
+            stiffness.value
+        );
+        // d EI = 2 x d x.
+        let own = stiffness.standard_error.unwrap();
+        assert!((own / (2.0 * x * error) - 1.0).abs() < 1e-5, "{own}");
+        // Student's t for 4 degrees of freedom.
+        let half = 2.776_445_105 * own;
+        let [low, high] = stiffness.interval.unwrap();
+        if range.contains("log") {
+            let factor = (half / stiffness.value).exp();
+            assert!((high / (stiffness.value * factor) - 1.0).abs() < 1e-6);
+        } else {
+            assert!(((high - low) / (2.0 * half) - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(found.freedom, 4);
+    }
+    // With the noise known the error is that noise, whatever is left; the same measurement twice counts twice.
+    let twice = data.clone() + data.split_once('\n').unwrap().1;
+    let noise = [("modes.angular_frequencies.0", 0.02)];
+    let free = ["rod.bending_stiffness=0.5:4"];
+    let found = fit(SWING, &twice, &free, &["body.mass"], &noise);
+    let own = found.parameters[0].standard_error.unwrap();
+    let expected = 2.0 * x * 0.02 / (2.0 * g.norm_squared()).sqrt();
+    assert!((own / expected - 1.0).abs() < 1e-5, "{own}, {expected}");
+    let square = 2.0 * (&omega - &g * x).norm_squared() / 0.02f64.powi(2);
+    assert!((found.chi_squared.unwrap() / square - 1.0).abs() < 1e-6);
+}
+
+/// Catches false certainty: frequencies tell EI/m alone, and a range without the best value ends at its wall.
+#[test]
+fn what_the_data_do_not_tell_is_said() {
+    let data = "modes.angular_frequencies.0\n1.9\n1.91\n1.92\n";
+    let both = ["rod.bending_stiffness=0.5:4", "body.mass=0.5:2"];
+    let found = fit(SWING, data, &both, &[], &[]);
+    assert!(
+        found
+            .parameters
+            .iter()
+            .all(|one| one.standard_error.is_none())
+    );
+    assert!(
+        found.remarks.iter().any(|remark| remark.contains("apart")),
+        "{:?}",
+        found.remarks
+    );
+    let found = fit(SWING, data, &["rod.bending_stiffness=2:4"], &[], &[]);
+    let one = &found.parameters[0];
+    assert!(one.at_bound && one.value == 2.0, "{one:?}");
+    assert!(
+        found
+            .remarks
+            .iter()
+            .any(|remark| remark.contains("end of its range"))
+    );
+}
+
+/// A trajectory without noise gives back what made it, where cells are missing and rows stand in any order: catches columns or rows that are mixed up.
+#[test]
+fn a_trajectory_gives_back_what_made_it() {
+    let scene =
+        snaprod::scene::Scene::parse(&SCENE.replace("stiffness = 1.0", "stiffness = 1.7")).unwrap();
+    let prepared = snaprod::study::run::Prepared::new(&scene).unwrap();
+    let times: Vec<f64> = (0..21).map(|k| 0.03 * f64::from((8 * k) % 21)).collect();
+    let table = snaprod::study::run::samples(&prepared, &times, &mut Silent).unwrap();
+    let mut data = "# from above\nvy,t,x\n".to_owned();
+    for (k, t) in times.iter().enumerate() {
+        let (vy, x) = (table.reals("vy")[k], table.reals("x")[k]);
+        assert!((table.reals("t")[k] - t).abs() <= 1e-15);
+        match k % 5 {
+            2 => data += &format!(",{t:e},{x:e}\n"),
+            3 => data += &format!("{vy:e},{t:e},nan\n\n"),
+            _ => data += &format!("{vy:e},{t:e},{x:e}\n"),
+        }
+    }
+    let free = ["rod.bending_stiffness=1:3", "loads.drag=log:0.05:0.5"];
+    let found = fit(SCENE, &data, &free, &[], &[]);
+    for (one, truth) in found.parameters.iter().zip([1.7, 0.2]) {
+        assert!((one.value / truth - 1.0).abs() < 1e-6, "{one:?}");
+    }
+    assert_eq!(
+        found.columns[0].data.iter().filter(|x| x.is_nan()).count(),
+        4
+    );
+}
+
+/// Catches a message that does not say which line, column or option is meant.
+#[test]
+fn bad_data_are_refused_by_name() {
+    let read = |text: &str| Data::parse(text).unwrap_err().to_string();
+    let cases = [
+        (read(""), "empty"),
+        (read("1,2\n3,4\n"), "line of names"),
+        (read("t,x\n"), "no rows"),
+        (read("t,x,t\n0,1,2\n"), "two columns t"),
+        (read("t,x\n0,1\n0.5\n"), "line 3"),
+        (read("t,x\n0,one\n"), "x = one"),
+    ];
+    for (message, part) in cases {
+        assert!(message.contains(part), "{message}");
+    }
+    let free = |text: &str| Vary::free(text).unwrap_err().to_string();
+    for text in [
+        "rod.length",
+        "rod.length=1",
+        "rod.length=2:1",
+        "rod.length=1:2:3",
+        "rod.length=[1, 2]",
+        "rod.length=log:0:1",
+    ] {
+        let message = free(text);
+        assert!(
+            message.contains(&format!("--free {text}:")) && message.contains("PATH=FROM:TO"),
+            "{message}"
+        );
+    }
+    let made = |data: &str, free: &[&str], given: &[&str], noise: &[(&str, f64)]| {
+        let names: Vec<String> = given.iter().map(|name| (*name).to_owned()).collect();
+        let noise: Vec<(String, f64)> = noise.iter().map(|(n, x)| ((*n).to_owned(), *x)).collect();
+        let free = free.iter().map(|text| Vary::free(text).unwrap()).collect();
+        let data = Data::parse(data).unwrap();
+        let fit = Fit::new(SCENE.to_owned(), Vec::new(), free, data, &names, &noise)?;
+        let found = fit.search(&fit.start(0, 0), &mut Silent)?;
+        fit.best(found.into_iter().collect(), 1, &mut Silent)
+            .map(drop)
+    };
+    let one = ["rod.bending_stiffness=1:2"];
+    let cases = [
+        (made("t,x\n0,1\n", &[], &[], &[]), "--free"),
+        (made("t,x\n0,1\n", &[one[0], one[0]], &[], &[]), "twice"),
+        (made("t,x\n0,1\n", &one, &["x"], &[]), "--given x"),
+        (made("x\n1\n", &one, &["y"], &[]), "--given y"),
+        (
+            made("t,x\n0,1\n", &one, &[], &[("x", -1.0)]),
+            "--noise x=-1",
+        ),
+        (made("t,x\n0,1\n", &one, &[], &[("z", 1.0)]), "--noise z"),
+        (made("t,x\n,1\n", &one, &[], &[]), "has no t"),
+        (made("t\n1\n", &one, &[], &[]), "nothing to compare"),
+        (made("t,x\n0,\n", &one, &[], &[]), "no number"),
+        (
+            made(
+                "x\n1\n",
+                &["rod.bending_stiffness=1:2", "body.mass=1:2"],
+                &[],
+                &[],
+            ),
+            "2 fields are free",
+        ),
+        (made("t,height\n0,1\n", &one, &[], &[]), "height"),
+        (made("end.height\n1\n", &one, &[], &[]), "end.height"),
+        (
+            made("t,x\n0,1\n", &["rod.bending_stiffness=-2:-1"], &[], &[]),
+            "bending_stiffness",
+        ),
+    ];
+    for (result, part) in cases {
+        let message = result.unwrap_err().to_string();
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
+/// Catches files that are missing, an exit code that hides a refusal, and a scene whose free field is no field.
+#[cfg(feature = "cli")]
+#[test]
+fn the_program_fits_and_refuses() {
+    let place = crate::program::Place::new("fit");
+    place.write("bent.toml", SCENE);
+    let film = [
+        "run.samples=9",
+        "run.duration=0.4",
+        "rod.bending_stiffness=1.2",
+    ];
+    let set: Vec<&str> = film.iter().flat_map(|text| ["--set", text]).collect();
+    let run = [&["run", "bent.toml", "--out", "film"][..], &set].concat();
+    place.run(&run).text();
+    let table = crate::program::Table::parse(&place.read("film/trajectory.csv"));
+    let [t, x, y] = ["t", "x", "y"].map(|name| table.texts(name));
+    let mut film = "t,x,y\n".to_owned();
+    for k in 0..t.len() {
+        let x = if k == 3 { "" } else { &x[k] };
+        film += &format!("{},{x},{}\n", t[k], y[k]);
+    }
+    place.write("film.csv", &film);
+    let free = "rod.bending_stiffness=0.5:3";
+    let answer = place.run(&[
+        "fit",
+        "bent.toml",
+        "film.csv",
+        "--free",
+        free,
+        "--starts",
+        "2",
+        "--noise",
+        "x=1e-3",
+    ]);
+    let text = answer.text();
+    assert!(
+        text.contains("rod.bending_stiffness = 1.2, standard error")
+            && text.contains("noise 1.00e-3 (given)"),
+        "{text}"
+    );
+    assert_eq!(
+        place.files("out/bent-fit"),
+        ["curve.csv", "fit.csv", "fit.json", "fit.svg"]
+    );
+    let found: serde_json::Value =
+        serde_json::from_str(&place.read("out/bent-fit/fit.json")).unwrap();
+    assert_eq!(found["columns"][0]["points"], 8);
+    let figure = place.read("out/bent-fit/fit.svg");
+    assert!(figure.contains("measured") && figure.contains("data - model"));
+    let refused = place.run(&[
+        "fit",
+        "bent.toml",
+        "film.csv",
+        "--free",
+        "rod.stiffnes=0.5:3",
+    ]);
+    assert!(refused.refusal().contains("stiffnes"), "{refused:?}");
+}
