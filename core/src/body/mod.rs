@@ -7,11 +7,12 @@ mod rigid;
 mod spline;
 mod support;
 
+pub use crate::math::frame::Frame;
 pub use end_body::{EndBody, EndLinear, EndMotion};
 pub use groove::Groove;
 pub use history::{Block, Custom, History, Pulse, Ramp, Sine};
 pub use rigid::RigidBody;
-pub use support::{Frame, Support};
+pub use support::Support;
 
 use crate::error::{Error, Result};
 use crate::manifold::RodMass;

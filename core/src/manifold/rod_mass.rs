@@ -1,6 +1,6 @@
 //! The mass of a light rod, as the body at its end feels it.
 
-use crate::body::Frame;
+use crate::math::frame::Frame;
 use nalgebra::{SMatrix, SVector};
 use std::fmt::Debug;
 

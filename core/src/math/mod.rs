@@ -3,6 +3,7 @@
 pub(crate) mod carlson;
 mod domain;
 pub mod elliptic;
+pub mod frame;
 pub mod gauss;
 pub mod jacobi;
 pub mod order;

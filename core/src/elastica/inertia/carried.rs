@@ -6,9 +6,9 @@
 //! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
 
 use super::{RodInertia, Turning, dot};
-use crate::body::Frame;
 use crate::elastica::along::Real;
 use crate::manifold::Felt;
+use crate::math::frame::Frame;
 use nalgebra::{Matrix2, Vector2};
 
 /// What a unit of the rod's mass adds where the clamp moves.
