@@ -64,7 +64,7 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     });
     let out = Output::open(Some(&directory), FILES, args.figures)?;
     signals::watch();
-    let starts = args.starts.max(1);
+    let starts = args.starts;
     let tally = Tally {
         done: AtomicUsize::new(0),
         all: starts,
@@ -129,6 +129,11 @@ fn planned(args: &FitArgs) -> Result<Fit, Refusal> {
                 .ok_or_else(|| Refusal(format!("--noise {text}: write COLUMN=SIGMA, as in x=1e-3")))
         })
         .collect();
+    if args.starts == 0 {
+        return Err(Refusal(
+            "--starts 0: how many searches, at least 1".to_owned(),
+        ));
+    }
     let set = args.scene.set.clone();
     Ok(Fit::new(scene, set, free?, data, &args.given, &noise?)?)
 }

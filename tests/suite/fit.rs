@@ -118,7 +118,10 @@ fn what_the_data_do_not_tell_is_said() {
     );
     let found = fit(SWING, data, &["rod.bending_stiffness=2:4"], &[], &[]);
     let one = &found.parameters[0];
-    assert!(one.at_bound && one.value == 2.0, "{one:?}");
+    assert!(
+        one.at_bound && one.value == 2.0 && one.interval.is_none(),
+        "{one:?}"
+    );
     assert!(
         found
             .remarks
@@ -130,6 +133,7 @@ fn what_the_data_do_not_tell_is_said() {
 /// A trajectory without noise gives back what made it, where cells are missing and rows stand in any order: catches columns or rows that are mixed up.
 #[test]
 fn a_trajectory_gives_back_what_made_it() {
+    let noise = [("x", 1e-3), ("vy", 1e-3)];
     let scene =
         snaprod::scene::Scene::parse(&SCENE.replace("stiffness = 1.0", "stiffness = 1.7")).unwrap();
     let prepared = snaprod::study::run::Prepared::new(&scene).unwrap();
@@ -150,6 +154,23 @@ fn a_trajectory_gives_back_what_made_it() {
     for (one, truth) in found.parameters.iter().zip([1.7, 0.2]) {
         assert!((one.value / truth - 1.0).abs() < 1e-6, "{one:?}");
     }
+    // A drag that its range keeps too large is held at the end of it: the stiffness and its error are those with this drag.
+    let walled = fit(SCENE, &data, &[free[0], "loads.drag=0.3:0.5"], &[], &noise);
+    let alone = fit(
+        &SCENE.replace("drag = 0.2", "drag = 0.3"),
+        &data,
+        &free[..1],
+        &[],
+        &noise,
+    );
+    assert!(walled.parameters[1].at_bound && walled.parameters[1].interval.is_none());
+    let [own, other] = [&walled, &alone].map(|found| &found.parameters[0]);
+    assert!(
+        (own.value / other.value - 1.0).abs() < 1e-6,
+        "{own:?}, {other:?}"
+    );
+    let ratio = own.standard_error.unwrap() / other.standard_error.unwrap();
+    assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     assert_eq!(
         found.columns[0].data.iter().filter(|x| x.is_nan()).count(),
         4

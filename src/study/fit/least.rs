@@ -117,7 +117,8 @@ impl Least {
                 self.residuals = residuals;
                 return Ok(!done);
             }
-            if promised < GAIN * self.square() {
+            // Cut off at a wall a step may promise a loss: a shorter one does not.
+            if (0.0..GAIN * self.square()).contains(&promised) {
                 return Ok(false);
             }
             *damping *= growth;

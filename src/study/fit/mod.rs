@@ -313,7 +313,7 @@ impl Fit {
         DVector::from_vec(all)
     }
 
-    /// What the scene says of every column that is compared, row by row; NaN where nobody asks.
+    /// What the scene says of every column that is compared, row by row.
     fn model(
         &self,
         at: &[f64],

@@ -21,7 +21,8 @@ pub struct Parameter {
     pub path: String,
     /// Its best value.
     pub value: f64,
-    /// The standard error of the value, to first order; None where the data do not tell it, or there are as many free fields as numbers.
+    /// The standard error of the value, to first order; None where the data do not tell it, it lies at an end of its range,
+    /// or there are as many free fields as numbers.
     pub standard_error: Option<f64>,
     /// The interval that holds the true value with a probability of 95 %, where the model is right, the noise is normal and the model nearly linear over it.
     pub interval: Option<[f64; 2]>,
@@ -95,16 +96,25 @@ impl Fit {
             true => quantile(CONFIDENCE, 1_000_000),
             false => quantile(CONFIDENCE, freedom.max(1)),
         };
-        let covariance = variance.and_then(|variance| Some(covariance(&least.slopes)? * variance));
+        // A value at an end of its range is held there: it has no error of its own, and the others have theirs beside it.
+        let inside = |part: &f64| (WALL..=1.0 - WALL).contains(part);
+        let moving: Vec<usize> = (0..self.free.len())
+            .filter(|&i| inside(&least.at[i]))
+            .collect();
+        let slopes = least.slopes.select_columns(&moving);
+        let covariance = variance.and_then(|variance| Some(covariance(&slopes)? * variance));
+        let place = |i: usize| moving.iter().position(|k| *k == i);
         let mut remarks = Vec::new();
         let mut parameters = Vec::new();
         for (i, (one, part)) in self.free.iter().zip(&least.at).enumerate() {
             let [value, by] = one.number(*part).unwrap_or([f64::NAN; 2]);
-            let error = covariance.as_ref().map(|c| c[(i, i)].sqrt());
-            let at_bound = !(WALL..=1.0 - WALL).contains(part);
+            let error = covariance
+                .as_ref()
+                .and_then(|c| place(i).map(|k| c[(k, k)].sqrt()));
+            let at_bound = !inside(part);
             if at_bound {
                 remarks.push(format!(
-                    "{} lies at an end of its range: a better value may lie outside, and its interval says nothing",
+                    "{} lies at an end of its range: a better value may lie outside; it was held there for the errors of the others",
                     one.path
                 ));
             }
@@ -135,8 +145,10 @@ impl Fit {
         }
         let count = self.free.len();
         let correlation = |i: usize, j: usize| {
-            let of = |c: &DMatrix<f64>| c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt();
-            covariance.as_ref().map_or(0.0, of)
+            let (Some(c), Some(i), Some(j)) = (&covariance, place(i), place(j)) else {
+                return 0.0;
+            };
+            c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()
         };
         let left = self.noise_left(found);
         let curves = match between {
@@ -200,6 +212,9 @@ impl Fit {
 
 /// (J^T J)^-1 by the singular values of J; None if a direction of the parameters is not seen in the residuals.
 fn covariance(slopes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if slopes.ncols() == 0 {
+        return Some(DMatrix::zeros(0, 0));
+    }
     let svd = slopes.clone().svd(false, true);
     let v = svd.v_t?.transpose();
     let values = svd.singular_values;
