@@ -145,7 +145,7 @@ assert abs(found.values["rod.damping"] / 5e-4 - 1) < 1e-2''',
 figure, (above, below) = plt.subplots(2, sharex=True)
 found.plot(above, name="y")
 below.axhline(0.0, color="grey", lw=0.8)
-below.plot(found["t"], -found["y.left"], ".")
+below.plot(found["t"], found["y.left"], ".")
 below.set(xlabel="t (s)", ylabel="data - model (m)")''',
     """The same by the natural frequency with several masses: every row is a scene of its own. Frequencies alone tell stiffness over mass; free both,
 and the fit says that it cannot tell them apart.""",

@@ -29,7 +29,7 @@ def test_a_fit_by_rows_is_the_regression(tmp_path):
     assert found.standard_errors[path] == pytest.approx(2 * root * error, rel=1e-5)
     low, high = found.intervals[path]
     assert low < found.values[path] < high
-    np.testing.assert_allclose(found[f"{OMEGA}.left"], root * g - omega, atol=1e-7)
+    np.testing.assert_allclose(found[f"{OMEGA}.left"], omega - root * g, atol=1e-7)
     file = tmp_path / "data.csv"
     lines = [f"{m!r},{w!r}" for m, w in zip(masses.tolist(), omega.tolist())]
     file.write_text("# measured\nbody.mass," + OMEGA + "\n" + "\n".join(lines) + "\n")

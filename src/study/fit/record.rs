@@ -288,14 +288,14 @@ impl FitRecord {
             columns.extend([
                 Column::reals(name("data"), one.unit.clone(), "as it was measured"),
                 Column::reals(name("model"), one.unit.clone(), "as the scene has it"),
-                Column::reals(name("left"), one.unit.clone(), "model less data"),
+                Column::reals(name("left"), one.unit.clone(), "data less model"),
             ]);
         }
         let mut table = Table::new("fit", columns);
         for k in 0..self.columns.first().map_or(0, |one| one.data.len()) {
             let numbers = self.columns.iter().flat_map(|one| {
                 let (x, m) = (one.data[k], one.model[k]);
-                [x, m, m - x]
+                [x, m, x - m]
             });
             let place = std::iter::once(self.along.cell(k));
             let cells: Vec<Cell> = place.chain(numbers.map(Cell::Real)).collect();
