@@ -12,6 +12,8 @@ mod bar_laws;
 mod bar_scenes;
 mod bar_schemes;
 mod bar_waves;
+#[cfg(feature = "scene")]
+mod branch_folds;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;

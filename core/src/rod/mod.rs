@@ -5,6 +5,7 @@ mod branch;
 mod chart;
 mod closed_form;
 mod equilibrium;
+mod fold;
 mod follow;
 mod free_end;
 mod index;

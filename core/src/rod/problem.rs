@@ -335,21 +335,28 @@ impl Problem {
         Vector6::new(first.x, first.y, first.z, second.x, second.y, second.z)
     }
 
-    /// The equations and their derivatives by the base wrench at a trial.
-    pub(super) fn equations(&self, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
-        let half = |row: usize| Matrix3x6::from_fn(|i, j| trial.tangent[row + i][j]);
-        let (d_phi, d_r) = (half(0), half(3));
-        let (m, n) = (trial.m, trial.n);
+    /// The derivatives of couple and force at the end by the base wrench, at a trial.
+    pub(super) fn resultants_by(&self, trial: &Trial) -> [Matrix3x6<f64>; 2] {
+        let d_r = Matrix3x6::from_fn(|i, j| trial.tangent[3 + i][j]);
         let mut d_n = Matrix3x6::zeros();
         d_n.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
         // m(1) = m(0) - r x n(1) - w(1), n(1) = n(0) - int f.
-        let mut d_m = n.cross_matrix() * d_r - trial.r.cross_matrix() * d_n;
+        let mut d_m = trial.n.cross_matrix() * d_r - trial.r.cross_matrix() * d_n;
         for i in 0..3 {
             d_m[(i, i)] += 1.0;
         }
         if self.weight.is_some() {
             d_m += Matrix3x6::from_fn(|i, j| trial.taken[i][j]);
         }
+        [d_m, d_n]
+    }
+
+    /// The equations and their derivatives by the base wrench at a trial.
+    pub(super) fn equations(&self, trial: &Trial) -> (Vector6<f64>, Matrix6<f64>) {
+        let half = |row: usize| Matrix3x6::from_fn(|i, j| trial.tangent[row + i][j]);
+        let (d_phi, d_r) = (half(0), half(3));
+        let (m, n) = (trial.m, trial.n);
+        let [d_m, d_n] = self.resultants_by(trial);
         let value = self.residual(trial);
         let (first, second) = if self.end.follower {
             let back = trial.rotation.transpose();

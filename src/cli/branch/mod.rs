@@ -136,6 +136,9 @@ fn line(text: &mut String, at: &SpecialPoint) {
         Some(why) => writeln!(text, " (a guess: {why})"),
         None => writeln!(text),
     };
+    if let Some(fold) = &at.fold {
+        let _ = writeln!(text, "      {}", fold.text());
+    }
 }
 
 /// A bound with one digit, never less than it is.

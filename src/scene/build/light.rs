@@ -100,8 +100,8 @@ pub(crate) struct StandingRod {
     pub link: Link,
     /// Its chart point.
     pub chart: Wrench,
-    /// sqrt(m L^3/B), the unit of time, m being the mass of the rod.
-    pub time: f64,
+    /// Its units in those of the scene.
+    pub scales: Scales,
 }
 
 impl Scene {
@@ -144,7 +144,7 @@ impl Scene {
             massive,
             link: tied(pose)?,
             chart,
-            time: scales.time,
+            scales,
         }))
     }
 }

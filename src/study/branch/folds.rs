@@ -140,7 +140,11 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     Ok(CurveSet {
         points: record::table(scene, wanted, Some(second), subject, &this.rows)?,
         curves: this.curves,
-        specials: this.located.iter().map(|at| at.record(first(at))).collect(),
+        specials: this
+            .located
+            .iter()
+            .map(|at| at.record(first(at), None))
+            .collect(),
     })
 }
 

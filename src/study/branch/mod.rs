@@ -20,9 +20,10 @@ use crate::rod::{
     BothEnds, Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Taken, Wrench,
 };
 use crate::scene::{Continue, Parameter, Scene};
+use crate::solve::special::SpecialKind;
 use assembled::Assembled;
 use folds::fold_curves;
-use follow::{Study, Watch};
+use follow::{Located, Study, Watch};
 use nalgebra::DVector;
 use rod::SingleRod;
 use subject::Subject;
@@ -235,6 +236,10 @@ fn followed(
         }),
         None => None,
     };
+    let fold = |at: &Located| match at.special.kind {
+        SpecialKind::Fold => subject.fold((scene, wanted), &at.special.point),
+        _ => None,
+    };
     Ok(Some(BranchRecord {
         parameter: wanted.parameter,
         units: scene.units,
@@ -242,7 +247,11 @@ fn followed(
         taken: None,
         branches: CurveSet {
             points: record::table(scene, wanted, None, subject, &study.rows)?,
-            specials: study.located.iter().map(|at| at.record(None)).collect(),
+            specials: study
+                .located
+                .iter()
+                .map(|at| at.record(None, fold(at)))
+                .collect(),
             curves: study.curves,
         },
         fold_curves,

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::rod::{RodSection, Taken};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
 use crate::solve::special::{SpecialKind, Status};
-use crate::study::mass::SmallMass;
+use crate::study::mass::{FoldAtRest, SmallMass};
 use crate::study::record::{Cell, Column, Table};
 use serde_json::{Value, json};
 
@@ -95,6 +95,8 @@ pub struct SpecialPoint {
     pub arclength_precision: f64,
     /// Morse index before and after, in the direction of growing arclength.
     pub index: [Option<usize>; 2],
+    /// Of a fold of a branch, how a rod of known mass leaves it.
+    pub fold: Option<FoldAtRest>,
 }
 
 /// What deflation looked at.
@@ -230,7 +232,11 @@ pub(super) fn table(
 
 impl Located {
     /// As plain data; on a fold curve the second parameter is the one that was followed, and the first is given with its bound.
-    pub(super) fn record(&self, first: Option<(f64, f64)>) -> SpecialPoint {
+    pub(super) fn record(
+        &self,
+        first: Option<(f64, f64)>,
+        fold: Option<FoldAtRest>,
+    ) -> SpecialPoint {
         let special = &self.special;
         let along = |s: f64| signed(self.backward, s);
         let (a, b) = special.interval;
@@ -254,6 +260,7 @@ impl Located {
                 true => [after, before],
                 false => [before, after],
             },
+            fold,
         }
     }
 }
@@ -297,6 +304,9 @@ impl SpecialPoint {
                     json!({ "parameter": self.precision, "arclength": self.arclength_precision });
                 object["index_before"] = self.index[0].into();
                 object["index_after"] = self.index[1].into();
+                if let Some(fold) = &self.fold {
+                    object["fold"] = fold.json();
+                }
             }
         }
         object

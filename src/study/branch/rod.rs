@@ -1,15 +1,19 @@
 //! Branches of a single rod.
 
+use super::FINEST;
 use super::follow::TYPICAL;
 use super::subject::{State, Subject};
 use crate::error::{Message, Quantity, Result};
 use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical};
-use crate::scene::{Parameter, Scene};
+use crate::scene::{Continue, Parameter, Scene};
+use crate::solve::arclength::Point;
 use crate::solve::family::Family;
-use crate::study::mass::{SmallMass, standing};
+use crate::study::mass::{FoldAtRest, SmallMass, standing};
 use crate::study::{Column, space};
 use nalgebra::DVector;
 
+/// The step from the unknowns of a fold along its branch by which its critical direction is found.
+const ASIDE: f64 = 1e-4;
 /// Sections of a shape.
 const SECTIONS: usize = 121;
 
@@ -62,6 +66,31 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         scene.rod.mass()?;
         let state = self.at(&scene.problem().ok()?, x).ok()?;
         standing(scene, &state.base)
+    }
+
+    /// The branch turns at a fold, so that its tangent there is the critical direction.
+    fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Option<FoldAtRest> {
+        scene.rod.mass()?;
+        let mut scene = scene.clone();
+        scene.solve.tolerance = FINEST;
+        let parameter = wanted.parameter;
+        let problem = |p: f64| scene.with(&parameter, p).problem();
+        let here = problem(at.p).ok()?;
+        let state = self.at(&here, &at.x).ok()?;
+        if here.is_taut(&state.base, &state.end) {
+            return None;
+        }
+        let b = here.rod().inward(&state.base);
+        let wrench = |step: f64| {
+            self.chart
+                .wrench(&here, &(&at.x + &at.tangent_x * step))
+                .ok()
+        };
+        let z = (wrench(ASIDE)? - wrench(-ASIDE)?).normalize();
+        let span = wanted.to - wanted.from;
+        let family = RodFamily::new(problem, parameter.changes_rod(), span);
+        let form = family.fold_form((&b, &z), at.p).ok()?;
+        FoldAtRest::new(&scene.with(&parameter, at.p), &state.base, &z, form)
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {

@@ -2,10 +2,11 @@
 
 use crate::error::Result;
 use crate::rod::RodSection;
-use crate::scene::{Parameter, Scene};
+use crate::scene::{Continue, Parameter, Scene};
+use crate::solve::arclength::Point;
 use crate::solve::family::Family;
 use crate::study::Column;
-use crate::study::mass::SmallMass;
+use crate::study::mass::{FoldAtRest, SmallMass};
 use nalgebra::DVector;
 
 /// The equilibrium at a point of a branch, as its row shows it.
@@ -32,6 +33,11 @@ pub trait Subject {
 
     /// What the mass of the rods changes there; None where no mass is known, or all of it is to be followed.
     fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass>;
+
+    /// The normal form of a fold of the branch; None where no mass is known, and of an assembly.
+    fn fold(&self, _task: (&Scene, &Continue), _at: &Point) -> Option<FoldAtRest> {
+        None
+    }
 
     /// The columns before and after that of the index.
     fn columns(&self) -> (Vec<Column>, Column);

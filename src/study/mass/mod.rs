@@ -1,10 +1,12 @@
 //! What the mass of light rods changes: numbers of rods at rest, and of one run (theory 2.8, 2.9, 3.9).
 
+mod fold_at_rest;
 mod folds;
 mod plane;
 mod space;
 mod validity;
 
+pub use fold_at_rest::FoldAtRest;
 pub use folds::{FoldPassed, Follows};
 pub(in crate::study) use folds::{Followed, passed};
 pub(in crate::study) use plane::{Light, viscosity};

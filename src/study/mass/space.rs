@@ -10,7 +10,7 @@ use crate::scene::{AssemblySetup, Scales, Scene};
 use crate::study::modes::resting;
 
 /// Tolerance of the integration along the rods.
-const ALONG: f64 = 1e-13;
+pub(super) const ALONG: f64 = 1e-13;
 
 /// A rod of known mass.
 #[derive(Debug, Clone)]
@@ -43,8 +43,8 @@ pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMa
         rods: vec![RodMass {
             rod: None,
             eps: None,
-            frequency: mode.frequency().map(|omega| omega / rod.time),
-            decay: Some(mode.decay / rod.time),
+            frequency: mode.frequency().map(|omega| omega / rod.scales.time),
+            decay: Some(mode.decay / rod.scales.time),
             followed: false,
         }],
     })

@@ -38,7 +38,7 @@ impl Link {
 
     /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of the columns of `rates`: each has the twist of the base
     /// in the world above the rates of the chart.
-    fn metric(
+    pub(crate) fn metric(
         &self,
         sections: &SectionMass,
         (q, point): (&Wrench, &LinkPoint),

@@ -53,6 +53,8 @@ const CONVERGED: f64 = 1e-9;
 const FOLDED: f64 = 1e-3;
 /// Tolerance of the shape.
 const ALONG: f64 = 1e-13;
+/// The step of derivatives along a chart, relative to 1 + its point.
+const ASIDE: f64 = 1e-3;
 /// Motions of the end smaller than this part of the largest are none: a straight rod without stretch does not move along itself.
 const IDLE: f64 = 1e-10;
 /// What the strains leave of a balance is that of no equilibrium, relative to 1 and the wrench.
@@ -107,13 +109,6 @@ pub fn held_modes(
         body: None,
         diameter: None,
     };
-    let seen = link.facing(&point.base.pose.rotation);
-    let (held, length) = (point.held(), link.rod().length());
-    let strains = |places: &[f64]| -> Result<Vec<Strain>> {
-        let at: Vec<f64> = places.iter().map(|s| s * length).collect();
-        let sections = seen.shape(q, &held, &at, ALONG)?;
-        Ok(sections.iter().map(|section| section.strain).collect())
-    };
     let [_, on_tip] = point.wrenches();
     let (couple, force) = halves(&on_tip);
     let end = -joined(&(back * couple), &(back * force));
@@ -123,7 +118,7 @@ pub fn held_modes(
     loop {
         let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
         let size = grid.len() * given.law.active().len();
-        let strains = strains(grid.nodes())?;
+        let strains = strains((link, q, point), grid.nodes())?;
         let (found, left) = at_nodes(&given, grid, &strains, (&end, link.joint()), count)?;
         let squares: Vec<f64> = found.iter().map(|mode| mode.square).collect();
         if last.as_ref().is_some_and(|last| alike(last, &squares)) {
@@ -142,6 +137,58 @@ pub fn held_modes(
         }
         last = Some(squares);
     }
+}
+
+/// The strains at places in [0, 1], in growing order.
+fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Result<Vec<Strain>> {
+    let seen = link.facing(&point.base.pose.rotation);
+    let length = link.rod().length();
+    let at: Vec<f64> = places.iter().map(|s| s * length).collect();
+    let sections = seen.shape(q, &point.held(), &at, ALONG)?;
+    Ok(sections.iter().map(|section| section.strain).collect())
+}
+
+/// (M0, D0) of a motion of the rod along its equilibria, its chart point changing at the rate `z` and its base standing: twice its kinetic energy,
+/// per unit of its mass, and the power that friction in proportion to the stiffness takes, per Kelvin-Voigt time. Whatever the end does is
+/// allowed, so that it serves at folds of held and of free ends.
+///
+/// # Errors
+/// As [`Link::shape`]; a chart point that is none of this section law; a rod that is not resolved.
+pub fn resistance(
+    massive: &Massive,
+    (link, q, point): (&Link, &Wrench, &LinkPoint),
+    z: &Wrench,
+) -> Result<[f64; 2]> {
+    let outside = || Error::domain("the strains of the rod are outside its section law");
+    let standing = [(Vector6::zeros(), *z)];
+    let mass = link
+        .metric(&massive.sections, (q, point), &standing, ALONG)
+        .ok_or_else(outside)?[(0, 0)];
+    let step = ASIDE * (1.0 + q.norm()) / z.norm();
+    let breaks = massive.law.breaks();
+    let mut nodes = FIRST;
+    let mut last = f64::INFINITY;
+    while nodes <= MOST {
+        let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+        let at = |part: f64| strains((link, &(q + z * (part * step)), point), grid.nodes());
+        let [here, after, before, far, back] = [0.0, 1.0, -1.0, 2.0, -2.0].map(at);
+        let (here, after, before, far, back) = (here?, after?, before?, far?, back?);
+        let mut friction = 0.0;
+        for (i, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
+            let rate = ((after[i] - before[i]) * 8.0 - (far[i] - back[i])) / (12.0 * step);
+            let section = massive.law.stiffness(*s, &here[i], &Strain::zeros());
+            let section = section.ok_or_else(outside)?;
+            friction += weight * rate.dot(&(section.by_strain * rate));
+        }
+        if (friction - last).abs() <= CONVERGED * friction {
+            return Ok([mass / massive.sections.mass, friction]);
+        }
+        last = friction;
+        nodes = more(nodes);
+    }
+    Err(Error::ill_conditioned(
+        "the strains of the rod are not resolved",
+    ))
 }
 
 /// The normal form of the fold that the rod is at, its attachments moving as `point` says (theory 2.8, 3.9), and the Kelvin-Voigt time whose

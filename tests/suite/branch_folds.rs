@@ -1,0 +1,237 @@
+//! How rods of known mass leave the folds of branches: against closed forms, small motions of rods with all of their mass, and folds nearby.
+
+use nalgebra::Vector2;
+use serde_json::Value;
+use snaprod::elastica::folds::fold_at;
+use snaprod::elastica::{
+    Passage,
+    inertia::{INERTIAL_ESCAPE, VISCOUS_ESCAPE},
+};
+use snaprod::scene::Scene;
+use snaprod::study::{self, BranchRecord, Silent, branch, mass::FoldAtRest};
+
+fn near(found: f64, expected: f64, tolerance: f64) {
+    let error = (found / expected - 1.0).abs();
+    assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
+}
+
+/// A rod that is stiff out of the plane in which it is bent.
+const FLAT: &str = r#"
+[rod]
+model = "cosserat"
+length = 1.0
+mass = 1.0
+[rod.section]
+bending = [40.0, 1.0]
+torsion = 40.0
+"#;
+
+fn followed(text: &str, set: &[&str]) -> BranchRecord {
+    branch(&Scene::parse_with(text, set).unwrap(), &mut Silent).unwrap()
+}
+
+/// The first fold, and the parameter there.
+fn fold(record: &BranchRecord) -> (f64, FoldAtRest) {
+    let mut all = record.branches.specials.iter();
+    let found = all.find_map(|at| Some((at.parameter, at.fold.clone()?)));
+    found.unwrap_or_else(|| panic!("no fold of {}", record.summary()))
+}
+
+/// The limit of what is known at the distances d, d/4, d/16, up to the third power of sqrt(d).
+fn at_the_fold(of: [f64; 3]) -> f64 {
+    let [a, b] = [2.0 * of[1] - of[0], 2.0 * of[2] - of[1]];
+    (4.0 * b - a) / 3.0
+}
+
+/// Catches a wrong drive, bend, mass, friction, null vector or unit: with its end held the planar rod has its normal form in closed form (theory 2.8),
+/// and delays do not depend on the length of the critical direction.
+#[test]
+fn held_ends_have_the_normal_form_of_the_plane() {
+    // The point of the first fold curve at x = 0.6.
+    let gap = |p: f64| fold_at(1, p).unwrap().equilibrium.x - 0.6;
+    let (mut low, mut high) = (0.3, 1.5);
+    assert!(gap(low) * gap(high) < 0.0, "{} {}", gap(low), gap(high));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if gap(middle) * gap(low) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let at = fold_at(1, low).unwrap().equilibrium;
+    let (length, mass, stiffness) = (2.0, 0.3, 1.5);
+    let time = f64::sqrt(mass * length * length * length / stiffness);
+    let v = Vector2::new(0.0, time / length);
+    let expected = Passage::new(at.p, at.w, &v).unwrap();
+    let end = r#"
+[end]
+position = [0.6, 0.0, 1.2]
+[continue]
+parameter = "end.position.x"
+to = -1.4
+back = true
+max_step = 0.02
+points = 400
+"#;
+    let set = [
+        "rod.length=2.0",
+        "rod.mass=0.3",
+        "rod.section.bending=[60.0, 1.5]",
+    ];
+    let (p, fold) = fold(&followed(&format!("{FLAT}{end}"), &set));
+    near(p.abs(), length * at.y.abs(), 1e-9);
+    let inertial = INERTIAL_ESCAPE * expected.inertial(1.0) * time;
+    let viscous = VISCOUS_ESCAPE * expected.viscous(1.0 / time) * time;
+    near(fold.inertial_delay, inertial, 1e-7);
+    near(fold.viscous_delay, viscous, 1e-7);
+    let ratio = expected.friction / (expected.mass * time * time);
+    near(fold.form.friction / fold.form.mass, ratio, 1e-7);
+}
+
+/// Pushed beyond its buckling, and across until it snaps over.
+const LOADED: &str = r#"
+[end]
+force = [0.5, 0.0, -4.0]
+[continue]
+parameter = "end.force.x"
+to = -2.0
+back = true
+"#;
+
+/// Catches a critical direction, a work of the load or a mass that is not that of the free end. Next to the fold, where the load is short of it by d,
+/// omega^2 = 2 sqrt(A B d)/M0 of the rod with all of its mass, the body at its end having a millionth of it, and friction tau damps it at the rate
+/// tau D0/(2 M0), both up to the order of sqrt(d), which two loads rule out.
+#[test]
+fn free_ends_vibrate_as_the_normal_form_says() {
+    const TAU: f64 = 1e-3;
+    let (at, fold) = fold(&followed(&format!("{FLAT}{LOADED}"), &[]));
+    let ways = [1e-3, 2.5e-4, 6.25e-5];
+    let [squares, decays] = {
+        let stops = ways.map(|d| at + d);
+        let stops = format!("continue.at={stops:?}");
+        let record = followed(&format!("{FLAT}{LOADED}"), &[&stops]);
+        let points = &record.branches.points;
+        let heavy = FLAT.replace(
+            "mass = 1.0",
+            "mass = 1.0
+inertia = \"full\"
+damping = { proportional = 1e-3 }
+section_inertia = [1e-9, 1e-9, 1e-9]",
+        );
+        let small = ways.map(|d| {
+            let row = (0..points.rows()).find(|i| {
+                (points.reals("parameter")[*i] - at - d).abs() < 1e-12
+                    && points.integers("index")[*i] == Some(0)
+            });
+            let place = ["x", "y", "z"].map(|name| points.reals(name)[row.unwrap()]);
+            let text = format!(
+                "{heavy}
+[body]
+mass = 1e-6
+joint = \"ball\"
+[loads]
+dead = [{}, 0.0, -4.0]
+[start]
+pose = {{ position = {place:?} }}
+[run]
+duration = 0.1
+",
+                at + d
+            );
+            let scene = Scene::parse(&text).unwrap();
+            let motions = study::modes(&scene).unwrap().motions;
+            let omega = motions.angular_frequencies()[0];
+            (
+                omega * omega / d.sqrt(),
+                -motions.eigenvalues.unwrap()[0].re,
+            )
+        });
+        [small.map(|of| of.0), small.map(|of| of.1)]
+    };
+    let Passage {
+        drive,
+        bend,
+        mass,
+        friction,
+        ..
+    } = fold.form;
+    near(
+        at_the_fold(squares),
+        2.0 * (drive * bend).sqrt() / mass,
+        2e-5,
+    );
+    near(at_the_fold(decays), TAU * friction / (2.0 * mass), 2e-5);
+}
+
+/// Catches a wrong work of the pose that is held, or of its turn: a rod welded at both ends, bent and twisted in space while its end is turned, has
+/// vibrations of the held rod whose omega^2 comes to 2 sqrt(A B d)/M0 at the distance d from the fold.
+#[test]
+fn welded_ends_vibrate_as_the_normal_form_says() {
+    let text = r#"
+[rod]
+model = "cosserat"
+length = 2.0
+mass = 0.5
+[rod.section]
+bending = [1.0, 1.6]
+torsion = 0.8
+[end]
+position = [0.6, 0.1, 1.2]
+rotation = { axis = [0.2, 1.0, 0.1], angle = 0.6 }
+[continue]
+parameter = "end.rotation.angle"
+to = -4.0
+back = true
+"#;
+    let (at, fold) = fold(&followed(text, &[]));
+    let squares = [1e-3, 2.5e-4, 6.25e-5].map(|d: f64| {
+        let record = followed(text, &[&format!("continue.to={}", at + d)]);
+        let last = record.masses.last().unwrap();
+        near(last.parameter, at + d, 1e-12);
+        let omega = last.mass.rods[0].frequency.unwrap();
+        omega * omega / d.sqrt()
+    });
+    let form = &fold.form;
+    let expected = 2.0 * (form.drive * form.bend).sqrt() / form.mass;
+    near(at_the_fold(squares), expected, 1e-4);
+}
+
+/// Catches a work of a couple that is not that of the turn of the end, and numbers that depend on the chart: force and couple reach the same fold, with
+/// the same B, M0, D0, and along the curve of folds A_force dforce + A_couple dcouple = 0.
+#[test]
+fn couples_reach_the_fold_of_a_force() {
+    let by_force = |couple: f64| {
+        let set = [format!("end.couple=[0.0, {couple:e}, 0.0]")];
+        fold(&followed(&format!("{FLAT}{LOADED}"), &[&set[0]]))
+    };
+    let (at, force) = by_force(0.0);
+    let h = 1e-3;
+    let slope = (by_force(h).0 - by_force(-h).0) / (2.0 * h);
+    let set = [
+        format!("end.force=[{at:e}, 0.0, -4.0]"),
+        "end.couple=[0.0, 0.5, 0.0]".to_owned(),
+        "continue.parameter=\"end.couple.y\"".to_owned(),
+        format!("start.wrench=[0.0, 2.5, 0.0, {at:e}, 0.0, -4.0]"),
+    ];
+    let set: Vec<&str> = set.iter().map(String::as_str).collect();
+    let (zero, couple) = fold(&followed(&format!("{FLAT}{LOADED}"), &set));
+    assert!(zero.abs() < 1e-8, "{zero}");
+    near(couple.form.drive / force.form.drive, slope.abs(), 1e-5);
+    near(couple.form.bend, force.form.bend, 1e-6);
+    near(couple.form.mass, force.form.mass, 1e-6);
+    near(couple.form.friction, force.form.friction, 1e-6);
+}
+
+/// Catches numbers without a mass, and a summary that has others.
+#[test]
+fn folds_without_a_mass_are_left_as_they_were() {
+    let record = followed(&format!("{FLAT}{LOADED}"), &[]);
+    let (_, told) = fold(&record);
+    let found = |record: &BranchRecord| -> Value { record.summary()["special_points"][0].clone() };
+    assert_eq!(found(&record)["fold"]["M0"], told.form.mass);
+    let text = FLAT.replace("mass = 1.0\n", "");
+    let bare = found(&followed(&format!("{text}{LOADED}"), &[]));
+    assert_eq!(bare["kind"], "fold");
+    assert!(bare.get("fold").is_none(), "{bare}");
+}
