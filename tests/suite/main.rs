@@ -52,6 +52,8 @@ mod grooves;
 mod heavy_assemblies;
 #[cfg(feature = "scene")]
 mod heavy_grooves;
+#[cfg(feature = "scene")]
+mod heavy_memory;
 mod heavy_rods;
 #[cfg(feature = "scene")]
 mod heavy_scenes;

@@ -68,6 +68,10 @@ impl HeavySpace {
         Ok(HeavyAssemblyStart {
             bodies: vec![body],
             rods: vec![RodStart {
+                relaxed: self.relaxed.as_ref().map(|field| {
+                    let of = move |s| self.scaled(field, s);
+                    Box::new(of) as Box<dyn Fn(f64) -> Strain + '_>
+                }),
                 base: UnitQuaternion::identity(),
                 strain: Box::new(|s| self.strain_at(s)),
                 rate: Box::new(|s| self.rate_at(s)),

@@ -2,7 +2,7 @@
 
 use super::clamp::{self, words};
 use super::grooved;
-use super::in_space::InSpace;
+use super::in_space::{InSpace, SpaceField};
 use super::loads::point_mass;
 use super::planar::start;
 use super::viscous::Field;
@@ -33,6 +33,8 @@ pub struct HeavyPlane {
     pub given: Given,
     /// The curvature at the start, or near it.
     pub curvature: Field,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<Field>,
     /// Its rate; None: as the rod without mass would follow its end.
     pub rate: Option<Vec<f64>>,
     /// True: at the stable equilibrium under all loads.
@@ -49,6 +51,8 @@ pub struct HeavySpace {
     pub common: InSpace,
     /// The rod, its body and their loads.
     pub given: Given,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<SpaceField>,
     /// Rates of the strains, in units of the rod; None: as the rod without mass would follow its end.
     pub rate: Option<StrainField>,
     /// True: at the equilibrium under all loads, without a groove the stable one.
@@ -62,7 +66,8 @@ fn law(rod: &Rod, measures: Measures, active: &[usize]) -> Result<Law> {
     let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) = match &rod.damping {
         Some(_) => {
             let section = rod.viscoelastic()?.measured(measures);
-            (section.elastic, Some(section.rate))
+            let law = Law::new(section.elastic, Some(section.rate), active)?;
+            return Ok(law.with_branches(section.branches));
         }
         None if rod.model == Model::Elastica => (Arc::new(Linear::diagonal([1.0; 2], 1.0)?), None),
         None => (rod.unclamped()?.measured(measures).law().clone(), None),
@@ -162,6 +167,7 @@ impl HeavyPlane {
         Ok(Self {
             given,
             curvature,
+            relaxed: Field::relaxed(&plain.start.relaxed)?,
             rate,
             settled,
             velocity,
@@ -198,8 +204,13 @@ impl MotionModel for HeavyPlane {
             strain[5] = 0.0;
             strain
         };
+        let relaxed = self
+            .relaxed
+            .as_ref()
+            .map(|field| |s: f64| bent(field.at(s)[0]));
         let start = HeavyStart {
             strain: &|s| bent(self.curvature.at(s)[0]),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
             rate: match self.rate {
                 Some(_) => HeavyRate::Strain(&rate),
                 None => HeavyRate::End(self.velocity),
@@ -288,6 +299,7 @@ impl HeavySpace {
                 Some(StrainRate::Strain(rate)) => Some(rate.clone()),
                 _ => None,
             },
+            relaxed: common.relaxed(scene),
             settled,
             groove,
             common,
@@ -296,8 +308,13 @@ impl HeavySpace {
 
     /// All strains of the start at s in [0, 1], in units of the rod; NaN where there are none.
     pub(super) fn strain_at(&self, s: f64) -> Strain {
+        self.scaled(&self.common.strain, s)
+    }
+
+    /// Strains of this field at s in [0, 1], in units of the rod; NaN where there are none.
+    pub(super) fn scaled(&self, field: &SpaceField, s: f64) -> Strain {
         let measures = self.common.scales.measures();
-        let strain = self.common.strain.at(s).map(|e| measures.strain_in(&e));
+        let strain = field.at(s).map(|e| measures.strain_in(&e));
         strain.unwrap_or(Strain::repeat(f64::NAN))
     }
 
@@ -336,8 +353,13 @@ impl MotionModel for HeavySpace {
             Some(assembly) => HeavyRun::of_assembly(&assembly, &self.assembly_start()?, options),
             None => {
                 let rate = |s: f64| self.rate_at(s);
+                let relaxed = self
+                    .relaxed
+                    .as_ref()
+                    .map(|field| |s: f64| self.scaled(field, s));
                 let start = HeavyStart {
                     strain: &|s| self.strain_at(s),
+                    relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
                     rate: match self.rate {
                         Some(_) => HeavyRate::Strain(&rate),
                         None => HeavyRate::End(self.common.velocity),

@@ -14,7 +14,8 @@ use crate::motion::creep::MOST_NODES;
 use crate::motion::reduction::Carried;
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Dimensionless, EndLoad, EndPose, Force, Joint, Place, Scales, Scene, StrainField, StrainName,
+    Dimensionless, EndLoad, EndPose, Force, Joint, Place, Relaxed, Scales, Scene, StrainField,
+    StrainName,
 };
 use crate::section::Strain;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -43,6 +44,19 @@ pub struct InSpace {
 }
 
 impl InSpace {
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub(super) fn relaxed(&self, scene: &Scene) -> Option<SpaceField> {
+        let given = match &scene.start.relaxed {
+            Relaxed::Start => return None,
+            Relaxed::Strain(given) => given.clone(),
+            Relaxed::Unloaded | Relaxed::Curvature(_) => StrainField::default(),
+        };
+        Some(SpaceField::Polynomial {
+            given,
+            rod: Box::new(self.rod.clone()),
+        })
+    }
+
     /// Finds the start and scales everything; `breaks` are the places in [0, 1] at which the section is not smooth.
     ///
     /// # Errors

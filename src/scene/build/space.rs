@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::motion::creep::{Moving, ViscousStart, in_space};
 use crate::motion::reduction::{ReducedStart, Reduction, Refusal};
 use crate::motion::{Motion, Options};
-use crate::scene::{Relaxed, Scene, StrainField};
+use crate::scene::Scene;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 
@@ -43,19 +43,10 @@ impl ViscousSpace {
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
         let common = InSpace::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
-        let field = |given: &StrainField| SpaceField::Polynomial {
-            given: given.clone(),
-            rod: Box::new(common.rod.clone()),
-        };
-        let relaxed = match &scene.start.relaxed {
-            Relaxed::Start => None,
-            Relaxed::Strain(given) => Some(field(given)),
-            Relaxed::Unloaded | Relaxed::Curvature(_) => Some(field(&StrainField::default())),
-        };
         Ok(Self {
             strains: Moving::of(section.elastic.rigid())?,
             section,
-            relaxed,
+            relaxed: common.relaxed(scene),
             common,
         })
     }

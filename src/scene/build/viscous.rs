@@ -57,6 +57,23 @@ pub enum Field {
 }
 
 impl Field {
+    /// Where the Maxwell branches of a planar rod are relaxed at the start, if not there.
+    ///
+    /// # Errors
+    /// Strains, which are for a rod in space.
+    pub(super) fn relaxed(relaxed: &Relaxed) -> Result<Option<Self>> {
+        Ok(match relaxed {
+            Relaxed::Start => None,
+            Relaxed::Unloaded => Some(Self::Polynomial(vec![0.0])),
+            Relaxed::Curvature(curvature) => Some(Self::Polynomial(curvature.clone())),
+            Relaxed::Strain(_) => {
+                return Err(Error::domain(
+                    "start.relaxed: strains are for a rod in space",
+                ));
+            }
+        })
+    }
+
     /// The curvature at s.
     pub fn at(&self, s: f64) -> Local<1> {
         Vector1::new(match self {
@@ -128,16 +145,7 @@ impl ViscousPlane {
                 }
             },
         };
-        let relaxed = match plain.start.relaxed.clone() {
-            Relaxed::Start => None,
-            Relaxed::Unloaded => Some(Field::Polynomial(vec![0.0])),
-            Relaxed::Curvature(curvature) => Some(Field::Polynomial(curvature)),
-            Relaxed::Strain(_) => {
-                return Err(Error::domain(
-                    "start.relaxed: strains are for a rod in space",
-                ));
-            }
-        };
+        let relaxed = Field::relaxed(&plain.start.relaxed)?;
         let seen = Seen(clamp::planar(&plain.clamp)?);
         let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
         Ok(Self {

@@ -67,8 +67,6 @@ pub(super) static TOP: Spec = Spec {
 const RATES: &str =
     "at rest there are no rates; a scene of motion has [body] and [run] in place of [end]";
 
-const ELASTIC: &str = "rods of an assembly have no Maxwell branches; one rod with such is a scene of its own, [rod] and [body]";
-
 #[rustfmt::skip]
 pub(super) static ROD: Spec = Spec {
     name: "rod",
@@ -96,7 +94,7 @@ pub(super) static ROD: Spec = Spec {
             "Internal friction: the viscosity eta of the couple EI theta' + eta theta'_t, or a table; without it, or 0, the rod is elastic."),
         field("damping", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6), Table(&DAMPING)]), "", No,
             "Internal friction: six viscosities in the order u1 u2 u3 v1 v2 v3, six such rows, or a table; without it the rod is elastic. In an assembly with inertia = \"full\" only."),
-        field("relaxation", MOTION, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
+        field("relaxation", MOTION | ASSEMBLY, Array(&Table(&MAXWELL)), "", No, "Maxwell branches (a Prony series), at most 32, beside a damping > 0."),
         field("nodes", MOTION | ASSEMBLY, Count(4, 400), "", No, "A fixed number of strain nodes; without it the program chooses and adapts it. Only with damping, or with inertia = \"full\"."),
         field("mass", MOTION | ASSEMBLY, Number(&SIZE), "kg", No, "Mass of the whole rod; without it density * area * length of a material and a shape. Its weight mass * loads.gravity acts along the rod; what its inertia does `inertia` says."),
         field("inertia", MOTION, Word(&["none", "full", "first-order"]), "", No,
@@ -121,7 +119,6 @@ pub(super) static ROD: Spec = Spec {
     ],
     barred: &[
         (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
-        (ASSEMBLY, "relaxation", ELASTIC),
     ],
 };
 
@@ -233,9 +230,9 @@ pub(super) static DAMPING: Spec = spec("damping", &[
 #[rustfmt::skip]
 pub(super) static MAXWELL: Spec = spec("relaxation", &[
     field("stiffness", PLANE, Number(&NON_NEGATIVE), "N m²", Yes("stiffness = 0.5"), "What the branch adds to the bending stiffness at once."),
-    field("stiffness", SPACE, OneOf(&[Numbers(6), Rows(6), Table(&PROPORTIONAL)]), "", Yes("stiffness = { proportional = 0.5 }"),
+    field("stiffness", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6), Table(&PROPORTIONAL)]), "", Yes("stiffness = { proportional = 0.5 }"),
         "What the branch adds to the stiffnesses at once, in the order u1 u2 u3 v1 v2 v3."),
-    field("time", MOTION, Number(&POSITIVE), "s", Yes("time = 2.0"), "Its relaxation time."),
+    field("time", MOTION | ASSEMBLY, Number(&POSITIVE), "s", Yes("time = 2.0"), "Its relaxation time."),
 ]);
 #[rustfmt::skip]
 pub(super) static PROPORTIONAL: Spec = spec("proportional", &[

@@ -25,9 +25,6 @@ pub(super) struct Memory {
     pub light: bool,
 }
 
-/// What rules out a rod with mass.
-const HEAVY: &str = "left out where inertia = \"full\"";
-
 impl Memory {
     /// True if its strains are a field of their own, whatever its end.
     pub fn has_strains(self) -> bool {
@@ -143,7 +140,7 @@ pub(super) fn rod(table: &Table) -> Parts {
         ASSEMBLY => match light_is_elastic(table) {
             true => (
                 friction::damping(table, rigid),
-                Some(Vec::new()),
+                friction::branches(table, rigid),
                 nodes(table),
             ),
             false => (None, Some(Vec::new()), None),
@@ -187,12 +184,12 @@ pub(super) fn rod(table: &Table) -> Parts {
 
 /// Reports what is told of a rod of an assembly that only one with mass can have.
 fn light_is_elastic(rod: &Table) -> bool {
-    let told = rod.given(&["damping", "nodes"]);
+    let told = rod.given(&["damping", "relaxation", "nodes"]);
     if Memory::of(rod).heavy || told.is_empty() {
         return true;
     }
     for name in told {
-        let hint = "rods of an assembly without mass are elastic; with mass and inertia = \"full\" they can have friction, and one rod with \
+        let hint = "rods of an assembly without mass are elastic; with mass and inertia = \"full\" they can have friction and Maxwell branches, and one rod with \
                     damping is a scene of its own, [rod] and [body]";
         let allowed = "left out where inertia is not \"full\"";
         rod.fault(FaultKind::Conflict, name, allowed, hint);
@@ -223,10 +220,6 @@ fn inertia(
             }
         }
         Inertia::Full => {}
-    }
-    if Memory::of(rod).relaxes {
-        let hint = "Maxwell branches of a rod with mass are not followed: leave out one of the two";
-        return refuse("relaxation", HEAVY, hint);
     }
     let dense = matches!(
         material,

@@ -32,6 +32,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     still.start.rate = None;
     // Its friction makes the vibrations decay.
     still.rod.damping.clone_from(&scene.rod.damping);
+    still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
     let (given, clamp, strain): (Given, _, Box<dyn Fn(f64) -> Strain>) = match still.is_planar() {
         true => {

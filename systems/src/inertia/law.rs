@@ -1,7 +1,7 @@
 //! A section, elastic or with friction, seen through those of its strains that can change.
 
 use crate::error::{Error, Result};
-use crate::section::rate::RateLaw;
+use crate::section::rate::{Maxwell, RateLaw};
 use crate::section::{SectionLaw, Strain};
 use nalgebra::{DMatrix, Matrix6};
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use std::sync::Arc;
 pub struct Law {
     elastic: Arc<dyn SectionLaw>,
     friction: Option<Arc<dyn RateLaw>>,
+    branches: Vec<Maxwell>,
     active: Vec<usize>,
     length: f64,
     rest: Strain,
@@ -21,12 +22,14 @@ pub struct Law {
 /// What the section answers to strains and rates.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer {
-    /// Stored energy per length.
+    /// Stored energy per length, with that of the springs of Maxwell branches.
     pub energy: f64,
-    /// dW/de.
+    /// dW/de, with the springs of Maxwell branches.
     pub elastic: Strain,
     /// D(e, e_t).
     pub friction: Strain,
+    /// Energy lost per length and time, in the dashpots of Maxwell branches too.
+    pub loss: f64,
 }
 
 /// Derivatives of dW/de + D(e, e_t).
@@ -58,6 +61,7 @@ impl Law {
             rest: elastic.unloaded(0.0)?,
             elastic,
             friction: None,
+            branches: Vec::new(),
             length: 1.0,
             active: active.to_vec(),
             viscosity: None,
@@ -78,6 +82,18 @@ impl Law {
         self
     }
 
+    /// The same with Maxwell branches beside it.
+    #[must_use]
+    pub fn with_branches(mut self, branches: Vec<Maxwell>) -> Self {
+        self.branches = branches;
+        self
+    }
+
+    /// Its Maxwell branches.
+    pub fn branches(&self) -> &[Maxwell] {
+        &self.branches
+    }
+
     /// Length of the rod.
     pub fn length(&self) -> f64 {
         self.length
@@ -90,7 +106,7 @@ impl Law {
 
     /// True if the section loses energy.
     pub fn is_damped(&self) -> bool {
-        self.friction.is_some()
+        self.friction.is_some() || !self.branches.is_empty()
     }
 
     /// Where the law is not smooth, in (0, 1).
@@ -130,8 +146,9 @@ impl Law {
         all
     }
 
-    /// Energy and resultants; None outside the law's domain.
-    pub fn answer(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Answer> {
+    /// Energy and resultants, with the strains of the springs of the Maxwell branches: none where these carry nothing. None outside the
+    /// law's domain.
+    pub fn answer(&self, s: f64, e: &Strain, rate: &Strain, springs: &[Strain]) -> Option<Answer> {
         let s = s * self.length;
         let free = self.elastic.free(s, e).ok()?;
         let friction = match (&self.viscosity, &self.friction) {
@@ -139,14 +156,23 @@ impl Law {
             (None, Some(law)) => law.overstress(s, e, rate).ok()?,
             (None, None) => Strain::zeros(),
         };
-        Some(Answer {
+        let mut answer = Answer {
             energy: free.energy,
             elastic: free.resultants,
+            loss: friction.dot(rate),
             friction,
-        })
+        };
+        for (branch, spring) in self.branches.iter().zip(springs) {
+            let pull = branch.modulus * spring;
+            let twice = spring.dot(&pull);
+            answer.elastic += pull;
+            answer.energy += 0.5 * twice;
+            answer.loss += twice / branch.time;
+        }
+        Some(answer)
     }
 
-    /// Derivatives of the resultants; None outside the law's domain.
+    /// Derivatives of the resultants, but for those of Maxwell branches; None outside the law's domain.
     pub fn stiffness(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Stiffness> {
         let s = s * self.length;
         let mut by_strain = self.elastic.free(s, e).ok()?.tangent;

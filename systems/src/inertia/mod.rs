@@ -10,6 +10,7 @@
 //!
 //! * [`law`]: the section, seen through the strains that can change.
 //! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
+//! * `memory`: Maxwell branches, which implicit steps eliminate node by node.
 //! * `spins`: how sections in space turn with the strains, exactly as their rotations by collocation do.
 //! * [`mass`]: what hangs at a section: a piece of the rod, or the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
@@ -24,6 +25,7 @@ pub mod frames;
 pub mod held;
 pub mod law;
 pub mod mass;
+mod memory;
 pub mod rod;
 mod spins;
 pub mod statics;

@@ -4,8 +4,9 @@
 //! that does ([`Held`]), all vectors are along the axes of the world, and the derivatives have six rows and columns more for the base.
 
 use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
-use super::law::Law;
+use super::law::{Answer, Law};
 use super::mass::{Mass, MassLinear};
+use super::memory::Memory;
 use crate::assembly::Tube;
 use crate::body::{Body, RigidBody};
 use crate::creep::grid::Grid;
@@ -47,6 +48,8 @@ pub struct HeavyRod {
     pub sections: Sections,
     /// What hangs at them, the body last.
     masses: Vec<Mass>,
+    /// Its Maxwell branches.
+    pub(super) memory: Memory,
     hinge: Option<Hinge>,
 }
 
@@ -94,6 +97,8 @@ pub struct Moving {
     pub flow: Flow,
     /// Angular velocity of the base.
     spin: Vector3<f64>,
+    /// Strains of the springs of Maxwell branches, all of a node in a row; none where they carry nothing.
+    springs: Vec<Strain>,
 }
 
 /// What holds a rod of an assembly. By default its base stands and its end is free.
@@ -134,7 +139,7 @@ pub struct Balance {
 /// Derivatives of the residual.
 #[derive(Debug, Clone)]
 pub struct Derivatives {
-    /// By the strains.
+    /// By the strains, Maxwell branches left out: as if these carried nothing.
     pub by_strain: DMatrix<f64>,
     /// By the rates.
     pub by_rate: DMatrix<f64>,
@@ -192,6 +197,7 @@ impl HeavyRod {
         masses.extend(given.body.clone());
         let sections = Sections::new(grid, given.law.active(), given.curve, given.law.length());
         Ok(Self {
+            memory: Memory::new(&given.law, sections.weights()),
             given,
             sections,
             masses,
@@ -285,7 +291,28 @@ impl HeavyRod {
             shape,
             flow,
             spin: twist.fixed_rows::<3>(0).into_owned(),
+            springs: Vec::new(),
         })
+    }
+
+    /// The state with the dashpots of its Maxwell branches at these strains.
+    #[must_use]
+    pub fn remembering(&self, at: Moving, q: &[f64], z: &[f64]) -> Moving {
+        Moving {
+            springs: self.memory.springs(q, z),
+            ..at
+        }
+    }
+
+    /// Strains of the dashpots of every Maxwell branch at the nodes.
+    pub fn dashpots(&self, at: &Moving) -> Vec<Vec<Strain>> {
+        let branches = self.given.law.branches().len();
+        let of = |k: usize| {
+            let springs = at.springs.iter().skip(k).step_by(branches);
+            let pairs = at.strains.iter().zip(springs);
+            pairs.map(|(e, spring)| e - spring).collect()
+        };
+        (0..branches).map(of).collect()
     }
 
     /// The balance at time `t`, with the second derivatives `a` of the coordinates; None outside the law's domain.
@@ -324,8 +351,8 @@ impl HeavyRod {
         let count = active.len();
         let nodes = sections.grid.nodes().iter();
         for (j, (s, weight)) in nodes.zip(sections.weights()).enumerate() {
-            let answer = self.given.law.answer(*s, &at.strains[j], &at.rates[j])?;
-            powers[0] += weight * answer.friction.dot(&at.rates[j]);
+            let answer = self.answer(j, *s, at)?;
+            powers[0] += weight * answer.loss;
             let all = answer.elastic + answer.friction;
             for (a, k) in active.iter().enumerate() {
                 residual[j * count + a] += weight * all[*k];
@@ -341,6 +368,14 @@ impl HeavyRod {
             change,
             powers,
         })
+    }
+
+    /// What the section of a node answers.
+    fn answer(&self, node: usize, s: f64, at: &Moving) -> Option<Answer> {
+        let branches = at.springs.len() / at.strains.len();
+        let springs = &at.springs[node * branches..(node + 1) * branches];
+        let law = &self.given.law;
+        law.answer(s, &at.strains[node], &at.rates[node], springs)
     }
 
     fn seen(&self, at: &Moving, i: usize) -> (Isometry3<f64>, Vector6<f64>) {
@@ -529,9 +564,9 @@ impl HeavyRod {
         let mut energy = 0.0;
         let mut lost = Vec::with_capacity(grid.len());
         for (j, (s, weight)) in grid.nodes().iter().zip(self.sections.weights()).enumerate() {
-            let answer = self.given.law.answer(*s, &at.strains[j], &at.rates[j])?;
+            let answer = self.answer(j, *s, at)?;
             energy += weight * answer.energy;
-            lost.push(answer.friction.dot(&at.rates[j]));
+            lost.push(answer.loss);
         }
         Some((energy, lost))
     }

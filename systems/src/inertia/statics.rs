@@ -111,7 +111,8 @@ impl HeavyRod {
         let found = found.ok_or_else(|| {
             Error::domain("the strains of the equilibrium are outside the law's domain")
         })?;
-        Ok(decaying(&modes, [&found.by_strain, &found.by_rate], count))
+        let matrices = [&found.by_strain, &found.by_rate];
+        Ok(decaying(&modes, matrices, &self.memory.moduli(), count))
     }
 
     /// 1/sqrt(weight) for every coordinate, so that norms are means over the rod.
@@ -158,7 +159,7 @@ impl HeavyRod {
             let answer = self
                 .given
                 .law
-                .answer(*s, &at.strains[j], &still)
+                .answer(*s, &at.strains[j], &still, &[])
                 .ok_or_else(wrong)?;
             for (a, k) in active.iter().enumerate() {
                 resultants[j * active.len() + a] = weight * answer.elastic[*k];
@@ -291,10 +292,12 @@ pub(super) fn slowest(
 }
 
 /// Eigenvalues s of the `count` slowest motions exp(s t), Im s >= 0, the smallest ones by Im s, within the space of these vibrations
-/// of mass 1, under this stiffness and damping.
+/// of mass 1, under this stiffness and damping and with Maxwell branches of these moduli and times. With these the
+/// `count` slowest are told of those that oscillate, and all that creep in the shapes of the `count` slowest vibrations.
 pub(super) fn decaying(
     modes: &[Vibration],
     [stiffness, damping]: [&DMatrix<f64>; 2],
+    branches: &[(DMatrix<f64>, f64)],
     count: usize,
 ) -> Vec<Complex<f64>> {
     let n = modes.len();
@@ -312,7 +315,9 @@ pub(super) fn decaying(
     // Of a stable equilibrium 1/s, from (Omega x, x')' = [0, Omega; -Omega, -C] (Omega x, x') turned round: slow motions then keep
     // their digits beside the fast ones.
     let turned = !followed && modes.iter().all(|mode| mode.square > 0.0);
-    let mut whole = DMatrix::zeros(2 * n, 2 * n);
+    let branches: Vec<_> = branches.iter().map(|(e, time)| (inner(e), *time)).collect();
+    let size = (2 + branches.len()) * n;
+    let mut whole = DMatrix::zeros(size, size);
     if turned {
         let slow: Vec<f64> = modes.iter().map(|mode| 1.0 / mode.square.sqrt()).collect();
         for j in 0..n {
@@ -322,16 +327,73 @@ pub(super) fn decaying(
             whole[(j, n + j)] = -slow[j];
             whole[(n + j, j)] = slow[j];
         }
+        // The strains z of dashpots, z' = (x - z)/tau, as Omega z.
+        for (k, (modulus, time)) in branches.iter().enumerate() {
+            let first = (2 + k) * n;
+            for j in 0..n {
+                for i in 0..n {
+                    whole[(i, first + j)] = -time * modulus[(i, j)] * slow[i] * slow[j];
+                }
+            }
+        }
+        for k in 2..2 + branches.len() {
+            let above = whole.rows(0, n).into_owned();
+            whole.rows_mut(k * n, n).copy_from(&above);
+        }
+        for (k, (_, time)) in branches.iter().enumerate() {
+            for i in (2 + k) * n..(3 + k) * n {
+                whole[(i, i)] -= time;
+            }
+        }
     } else {
         whole.view_mut((0, n), (n, n)).fill_with_identity();
-        whole.view_mut((n, 0), (n, n)).copy_from(&-push);
-        whole.view_mut((n, n), (n, n)).copy_from(&-friction);
+        whole.view_mut((n, 0), (n, n)).copy_from(&-&push);
+        whole.view_mut((n, n), (n, n)).copy_from(&-&friction);
+        for (k, (modulus, time)) in branches.iter().enumerate() {
+            let first = (2 + k) * n;
+            let mut held = whole.view_mut((n, 0), (n, n));
+            held -= modulus;
+            whole.view_mut((n, first), (n, n)).copy_from(modulus);
+            for i in 0..n {
+                whole[(first + i, i)] = 1.0 / time;
+                whole[(first + i, first + i)] = -1.0 / time;
+            }
+        }
     }
     let found = whole.complex_eigenvalues();
     let all = found.iter().map(|x| if turned { x.inv() } else { *x });
     let mut upper: Vec<Complex<f64>> = all.filter(|s| s.im >= 0.0 && s.re.is_finite()).collect();
     sort_few(&mut upper, |s| s.norm());
-    upper.truncate(count);
+    if branches.is_empty() {
+        upper.truncate(count);
+    } else {
+        // Rates of the dashpots of the fast vibrations lie densely beside each other: those of the slow ones are told.
+        let scale = |i: usize| 1.0 / modes[i].square.abs().sqrt().max(f64::MIN_POSITIVE);
+        let led_by = |s: f64| {
+            let balance = DMatrix::from_fn(n, n, |i, j| {
+                let own = if i == j { s * s } else { 0.0 };
+                let springs = branches
+                    .iter()
+                    .map(|(e, tau)| e[(i, j)] * s * tau / (1.0 + s * tau));
+                let sum = push[(i, j)] + s * friction[(i, j)] + own + springs.sum::<f64>();
+                sum * scale(i) * scale(j)
+            });
+            let found = balance.svd(false, true);
+            let shape = found
+                .v_t
+                .map(|rows| rows.row(found.singular_values.imin()).transpose());
+            shape.map_or(0, |shape| shape.iamax())
+        };
+        let mut left = count;
+        upper.retain(|s| match s.im == 0.0 {
+            true => led_by(s.re) < count,
+            false => {
+                let told = left > 0;
+                left = left.saturating_sub(1);
+                told
+            }
+        });
+    }
     sort_eigenvalues(&mut upper);
     upper
 }

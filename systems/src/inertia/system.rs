@@ -1,6 +1,6 @@
 //! The differential equations of a rod with mass, for explicit and implicit steps.
 //!
-//! State: strains q, their rates w; time, energy lost to friction, work of the loads without potential, loss to drag; and the second
+//! State: strains q, their rates w, the dashpots z of Maxwell branches; time, energy lost to friction, work of the loads without potential, loss to drag; and the second
 //! derivatives a of the strains, which implicit steps keep as unknowns beside the others:
 //! ```text
 //! q' = w,   w' = a,   0 = G(q, w, a, t),         G = M(q) a + ...
@@ -9,6 +9,7 @@
 //! sigma^2 M + sigma dG/dw + dG/dq, in which the stiff parts (rates k^2/sqrt(eps), friction k^4/eps at mode k) are of the size of
 //! the stiffness of the rod. Explicit steps solve for a by Cholesky factors of M.
 
+use super::memory::Memory;
 use super::rod::{Derivatives, HeavyRod, Moving};
 use crate::solve::system::{Factor, Linearised, System};
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
@@ -19,22 +20,24 @@ pub const INTEGRALS: usize = 4;
 impl HeavyRod {
     /// Where time stands in a state; dissipated energy, work and loss to drag follow.
     pub fn time(&self) -> usize {
-        2 * self.size()
+        2 * self.size() + self.memory.numbers()
     }
 
-    /// The state of these coordinates and rates at time 0.
+    /// The state of these coordinates and rates at time 0, in which Maxwell branches carry nothing.
     pub fn state(&self, q: &[f64], w: &[f64]) -> DVector<f64> {
         let m = self.size();
-        let mut y = DVector::zeros(3 * m + INTEGRALS);
+        let mut y = DVector::zeros(self.time() + INTEGRALS + m);
         y.as_mut_slice()[..m].copy_from_slice(q);
         y.as_mut_slice()[m..2 * m].copy_from_slice(w);
+        y.as_mut_slice()[2 * m..self.time()].copy_from_slice(&self.memory.relaxed(q));
         y
     }
 
     /// Strains and velocities of a state.
     pub fn at(&self, y: &DVector<f64>) -> Option<Moving> {
         let m = self.size();
-        self.moving(&y.as_slice()[..m], &y.as_slice()[m..2 * m])
+        let (q, w) = (&y.as_slice()[..m], &y.as_slice()[m..2 * m]);
+        Some(self.remembering(self.moving(q, w)?, q, &y.as_slice()[2 * m..self.time()]))
     }
 
     /// The second derivatives of the strains that balance a state.
@@ -84,7 +87,10 @@ impl System for HeavyRod {
         let a = self.accelerations(t, &at)?;
         let balance = HeavyRod::balance(self, t, &at, a.as_slice())?;
         let derivatives = self.derivatives(t, &at, &balance)?;
-        Some(HeavyLinear { derivatives })
+        Some(HeavyLinear {
+            derivatives,
+            memory: self.memory.clone(),
+        })
     }
 
     /// Strains in the mean over the rod relative to 1 + their size; rates likewise; energies.
@@ -98,6 +104,7 @@ impl System for HeavyRod {
             }
         }
         let time = self.time();
+        sum += self.memory.mean_square(|i| part(2 * m + i));
         sum += (time + 1..time + INTEGRALS).map(part).sum::<f64>();
         sum / 3.0
     }
@@ -117,6 +124,8 @@ impl HeavyRod {
         let slots = out.as_mut_slice();
         slots[..m].copy_from_slice(&y.as_slice()[m..2 * m]);
         slots[m..2 * m].copy_from_slice(a);
+        let (q, z) = (&y.as_slice()[..m], &y.as_slice()[2 * m..time]);
+        self.memory.rates(q, z, &mut slots[2 * m..time]);
         slots[time] = 1.0;
         slots[time + 1..time + INTEGRALS].copy_from_slice(&balance.powers);
         slots[time + INTEGRALS..].copy_from_slice(balance.residual.as_slice());
@@ -128,12 +137,14 @@ impl HeavyRod {
 #[derive(Debug, Clone)]
 pub struct HeavyLinear {
     derivatives: Derivatives,
+    memory: Memory,
 }
 
 /// sigma^2 M + sigma dG/dw + dG/dq, factored.
 #[derive(Debug)]
 pub struct HeavyFactor<T: ComplexField> {
     derivatives: Derivatives,
+    memory: Memory,
     sigma: T,
     lu: LU<T, Dyn, Dyn>,
     scale: Vec<f64>,
@@ -152,6 +163,7 @@ impl Linearised for HeavyLinear {
                 + sigma * real(d.by_rate[(i, j)])
                 + real(d.by_strain[(i, j)])
         });
+        self.memory.stiffen(sigma, &mut matrix);
         // Rows and columns are scaled to a diagonal of size 1: nodes have weights, strains have stiffnesses.
         let scale: Vec<f64> = (0..m)
             .map(|i| 1.0 / matrix[(i, i)].modulus().sqrt())
@@ -166,22 +178,30 @@ impl Linearised for HeavyLinear {
         }
         Some(HeavyFactor {
             derivatives: d.clone(),
+            memory: self.memory.clone(),
             sigma,
             lu: matrix.lu(),
             scale,
         })
     }
 
-    /// (q, w) alone; second derivatives follow from them.
+    /// (q, w, z) alone; second derivatives follow from them.
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
         let d = &self.derivatives;
         let m = d.mass.nrows();
         let mut out = DVector::zeros(x.len());
         let (q, w) = (x.rows(0, m), x.rows(m, m));
         out.rows_mut(0, m).copy_from(&w);
-        let push = -(&d.by_strain * q + &d.by_rate * w);
+        let mut push = &d.by_strain * q + &d.by_rate * w;
+        let (q, z) = (
+            q.as_slice(),
+            &x.as_slice()[2 * m..2 * m + self.memory.numbers()],
+        );
+        self.memory.push(q, z, push.as_mut_slice());
+        let moved = &mut out.as_mut_slice()[2 * m..2 * m + z.len()];
+        self.memory.rates(q, z, moved);
         match d.mass.clone().cholesky() {
-            Some(factors) => out.rows_mut(m, m).copy_from(&factors.solve(&push)),
+            Some(factors) => out.rows_mut(m, m).copy_from(&-factors.solve(&push)),
             None => out.fill(f64::INFINITY),
         }
         out
@@ -190,7 +210,7 @@ impl Linearised for HeavyLinear {
 
 impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyFactor<T> {
     /// dq = (dw + b_q)/sigma, da = sigma dw - b_w leave, with b_a on the right of the balance,
-    /// (sigma^2 M + sigma G_w + G_q) dw/sigma = -b_a - G_q b_q/sigma + M b_w.
+    /// (sigma^2 M + sigma G_w + G_q) dw/sigma = -b_a - G_q b_q/sigma + M b_w, to which Maxwell branches add (`memory`).
     ///
     /// Solved for dq it would lose the digits of dw that M, whose smallest eigenvalues are near rounding, leaves to b_q.
     fn solve(&self, b: &mut DVector<T>) -> bool {
@@ -206,7 +226,12 @@ impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyFactor<T> {
                 right[i] += x * real(d.by_strain[(i, j)]) + y * real(d.mass[(i, j)]);
             }
         }
-        let first = 2 * m + INTEGRALS;
+        let time = 2 * m + self.memory.numbers();
+        let first = time + INTEGRALS;
+        let dashpots = &b.as_slice()[2 * m..time];
+        let springs = (q.as_slice(), dashpots);
+        self.memory
+            .eliminate(self.sigma, springs, right.as_mut_slice());
         for i in 0..m {
             right[i] = (right[i] - b[first + i]) * real(self.scale[i]);
         }
@@ -219,7 +244,10 @@ impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyFactor<T> {
             b[m + i] = dw;
             b[first + i] = dw * self.sigma - w[i];
         }
-        for i in 2 * m..first {
+        let moved = b.rows(0, m).into_owned();
+        let dashpots = &mut b.as_mut_slice()[2 * m..time];
+        self.memory.follow(self.sigma, &moved, dashpots);
+        for i in time..first {
             b[i] /= self.sigma;
         }
         b.iter().all(|x| x.is_finite())

@@ -30,6 +30,8 @@ pub struct RodStart<'a> {
     pub base: UnitQuaternion<f64>,
     /// All strains at s in [0, 1].
     pub strain: Box<dyn Fn(f64) -> Strain + 'a>,
+    /// Strains to which its Maxwell branches are relaxed; None: those of the start.
+    pub relaxed: Option<Box<dyn Fn(f64) -> Strain + 'a>>,
     /// How fast they change; not asked for where rods follow.
     pub rate: Box<dyn Fn(f64) -> Strain + 'a>,
 }
@@ -87,6 +89,11 @@ impl HeavyAssemblyStart<'_> {
             let twists: Vec<_> = self.bodies.iter().map(|place| place.twist).collect();
             y = assembly.following(&y, &twists)?;
         }
+        let relaxed = rods().map(|(link, at)| {
+            let strain = at.relaxed.as_ref()?;
+            Some(field(&link.rod, &**strain))
+        });
+        let y = assembly.relaxed(y, &relaxed.collect::<Vec<_>>());
         Ok((assembly, y))
     }
 }

@@ -107,13 +107,18 @@ impl Judged {
 fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Demand) {
     let grid = &rod.sections.grid;
     let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
-    let fields: [&[Local<6>]; 2] = [&moving.strains, &moving.rates];
+    let dashpots = rod.dashpots(moving);
+    let strains: Vec<&[Local<6>]> = std::iter::once(&moving.strains)
+        .chain(&dashpots)
+        .map(Vec::as_slice)
+        .collect();
+    let rates: [&[Local<6>]; 1] = [&moving.rates];
     let defect = moving.shape.defect;
-    let (tail, _) = demand(grid, &fields[..1], bound);
-    let (spill, _) = demand(grid, &fields[1..], bound);
+    let (tail, _) = demand(grid, &strains, bound);
+    let (spill, _) = demand(grid, &rates, bound);
     // Rates of waves that pass are rougher than the strains, and enter by less.
-    let (_, of_rates) = demand(grid, &fields[1..], 10.0 * bound);
-    let (_, of_strains) = demand(grid, &fields[..1], bound);
+    let (_, of_rates) = demand(grid, &rates, 10.0 * bound);
+    let (_, of_strains) = demand(grid, &strains, bound);
     let demand = match (of_strains, of_rates) {
         (Demand::More(a), Demand::More(b)) => {
             Demand::More(a.iter().zip(&b).map(|(a, b)| *a.max(b)).collect())

@@ -19,6 +19,8 @@ pub struct HeavyStart<'a> {
     pub strain: &'a dyn Fn(f64) -> Strain,
     /// How fast they change.
     pub rate: HeavyRate<'a>,
+    /// Strains to which Maxwell branches are relaxed; None: those of the start.
+    pub relaxed: Option<&'a dyn Fn(f64) -> Strain>,
     /// True: at the stable equilibrium under all loads at the time 0, of which `strain` is near.
     pub settled: bool,
 }
@@ -61,9 +63,14 @@ impl Model for Arc<HeavyRod> {
         let old = &self.sections.grid;
         let grid = Grid::new(&old.breaks(), counts);
         let [strains, rates] = [&at.strains, &at.rates].map(|field| old.carried(field, &grid));
-        let next = HeavyRod::new(self.given.clone(), grid).ok()?;
+        let next = HeavyRod::new(self.given.clone(), grid.clone()).ok()?;
         let mut state = next.state(&next.coordinates(&strains), &next.coordinates(&rates));
         let (from, to) = (HeavyRod::time(self), next.time());
+        let dashpots = self.dashpots(&at);
+        let dashpots = dashpots
+            .iter()
+            .map(|z| next.coordinates(&old.carried(z, &grid)));
+        write_dashpots(&next, &mut state, &dashpots.collect::<Vec<_>>().concat());
         state
             .rows_mut(to, INTEGRALS)
             .copy_from(&y.rows(from, INTEGRALS));
@@ -84,6 +91,11 @@ impl Model for Arc<HeavyRod> {
         let at = self.at(y)?;
         near.now(&[self.tube(&at, 0, vec![None])?])
     }
+}
+
+/// Writes the strains of the dashpots of Maxwell branches, which follow strains and rates in a state.
+fn write_dashpots(rod: &HeavyRod, y: &mut DVector<f64>, z: &[f64]) {
+    y.as_mut_slice()[2 * rod.size()..rod.time()].copy_from_slice(z);
 }
 
 /// The rod at so many nodes at the start.
@@ -117,6 +129,15 @@ pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> 
             "the rates of the strains at the start must be finite",
         ));
     }
-    let y = rod.state(&q, &w);
+    let mut y = rod.state(&q, &w);
+    if let Some(relaxed) = start.relaxed {
+        let at = rod.coordinates(&field(relaxed));
+        write_dashpots(&rod, &mut y, &at.repeat(given.law.branches().len()));
+    }
+    if !y.iter().all(|x| x.is_finite()) {
+        return Err(Error::domain(
+            "the strains to which the Maxwell branches are relaxed must be finite",
+        ));
+    }
     Ok((Box::new(Arc::new(rod)), y))
 }

@@ -107,6 +107,7 @@ impl AssemblySetup {
                 let strain = self.strain_of(k, start, s);
                 strain.unwrap_or(Strain::repeat(f64::NAN))
             }),
+            relaxed: None,
             rate: Box::new(|_| Strain::zeros()),
         });
         Ok(HeavyAssemblyStart {

@@ -7,6 +7,7 @@
 //! ```
 
 use super::{BodyNow, HeavyAssembly, HeavyBalance, HeavyState};
+use crate::inertia::memory::Memory;
 use crate::inertia::rod::Derivatives;
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 use std::sync::Arc;
@@ -70,6 +71,8 @@ struct RodFactor<T: ComplexField> {
 pub(super) struct Mix<'a, T> {
     pub balance: &'a [(T, usize)],
     pub ends: &'a [(T, usize)],
+    /// The Maxwell branches of the rods, which answer to displacements at this rate; None: they carry nothing.
+    pub memory: Option<(T, &'a [Memory])>,
 }
 
 impl HeavyAssembly {
@@ -249,6 +252,7 @@ impl Blocks {
         self.factored(&Mix {
             balance: &last,
             ends: &last,
+            memory: None,
         })
     }
 
@@ -281,6 +285,9 @@ impl Blocks {
                 sum
             };
             let mut own = sum(mix.balance, |part| &part.own);
+            if let Some((sigma, memory)) = mix.memory {
+                memory[k].stiffen(sigma, &mut own);
+            }
             // Rows and columns are scaled to a diagonal of size 1: nodes have weights, strains have stiffnesses.
             let scale: Vec<f64> = (0..m).map(|i| 1.0 / own[(i, i)].modulus().sqrt()).collect();
             if !scale.iter().all(|x| x.is_finite()) {

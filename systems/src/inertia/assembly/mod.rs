@@ -78,6 +78,8 @@ struct Layout {
     free: usize,
     strains: Vec<Range<usize>>,
     rates: Vec<Range<usize>>,
+    /// Of Maxwell branches.
+    dashpots: Vec<Range<usize>>,
     time: usize,
     /// Among the accelerations: of the strains, and the multipliers.
     second: Vec<Range<usize>>,
@@ -211,7 +213,7 @@ impl HeavyAssembly {
     }
 
     /// The state at time 0 of these places of the bodies, turns of the bases in the world (of rods on a ball joint there), strains
-    /// and rates.
+    /// and rates, in which Maxwell branches carry nothing.
     pub fn state(
         &self,
         bodies: &[Place],
@@ -228,11 +230,25 @@ impl HeavyAssembly {
         for (k, link) in self.links.iter().enumerate() {
             slots[layout.strains[k].clone()].copy_from_slice(&strains[k]);
             slots[layout.rates[k].clone()].copy_from_slice(&rates[k]);
+            let relaxed = link.rod.memory.relaxed(&strains[k]);
+            slots[layout.dashpots[k].clone()].copy_from_slice(&relaxed);
             if link.from.turns() {
                 let p = bases[k].quaternion();
                 let start = layout.turns[k].start;
                 slots[start..start + 4].copy_from_slice(&[p.w, p.i, p.j, p.k]);
             }
+        }
+        y
+    }
+
+    /// The state whose Maxwell branches are relaxed at other strains than its own, where these are given: as coordinates, rod by rod.
+    #[must_use]
+    pub fn relaxed(&self, mut y: DVector<f64>, at: &[Option<Vec<f64>>]) -> DVector<f64> {
+        for (k, (link, range)) in self.links.iter().zip(&self.layout.dashpots).enumerate() {
+            let own = || self.strains(&y, k).to_vec();
+            let at = at.get(k).cloned().flatten().unwrap_or_else(own);
+            let relaxed = link.rod.memory.relaxed(&at);
+            y.as_mut_slice()[range.clone()].copy_from_slice(&relaxed);
         }
         y
     }
@@ -263,6 +279,10 @@ impl HeavyAssembly {
                 .map(|field| link.rod.coordinates(&old.carried(field, grid)));
             slots[self.layout.strains[k].clone()].copy_from_slice(&q);
             slots[self.layout.rates[k].clone()].copy_from_slice(&w);
+            let dashpots = from.links[k].rod.dashpots(moving);
+            let dashpots = dashpots.iter().map(|field| old.carried(field, grid));
+            let z: Vec<f64> = dashpots.flat_map(|z| link.rod.coordinates(&z)).collect();
+            slots[self.layout.dashpots[k].clone()].copy_from_slice(&z);
         }
         let (from, to) = (from.layout.time, self.layout.time);
         slots[to..to + INTEGRALS].copy_from_slice(&y.as_slice()[from..from + INTEGRALS]);
@@ -290,7 +310,9 @@ impl HeavyAssembly {
             let to = link.to.as_ref();
             let to = to.map(|tie| self.seat(t, &tie.on, None, &bodies));
             let [q, w] = [&layout.strains[k], &layout.rates[k]].map(|r| &numbers[r.clone()]);
-            rods.push(link.rod.moving_from(&from.pose, &from.twist, q, w)?);
+            let moving = link.rod.moving_from(&from.pose, &from.twist, q, w)?;
+            let dashpots = &numbers[layout.dashpots[k].clone()];
+            rods.push(link.rod.remembering(moving, q, dashpots));
             seats.push((from, to));
         }
         Some(HeavyState {
@@ -485,6 +507,8 @@ impl Layout {
         let turns = links.iter().map(|link| range(spare(link, 7))).collect();
         let strains = links.iter().map(|link| range(link.rod.size())).collect();
         let rates = links.iter().map(|link| range(link.rod.size())).collect();
+        let dashpots = links.iter().map(|link| range(link.rod.memory.numbers()));
+        let dashpots = dashpots.collect();
         let time = next;
         let mut free = 0;
         let velocities = carriers.iter().map(|carrier| {
@@ -513,6 +537,7 @@ impl Layout {
             free,
             strains,
             rates,
+            dashpots,
             time,
             second,
             wrenches,

@@ -72,7 +72,24 @@ impl HeavyAssembly {
         let most = modes.iter().map(|mode| (damping * &mode.shape).amax());
         let most = most.fold(0.0, f64::max);
         modes.retain(|mode| mode.square != 0.0 || (damping * &mode.shape).amax() > UNFELT * most);
-        Ok(decaying(&modes, [stiffness, damping], count))
+        let branches = self.moduli(stiffness.nrows());
+        Ok(decaying(&modes, [stiffness, damping], &branches, count))
+    }
+
+    /// Moduli, at the weights of the nodes, and times of the Maxwell branches of all rods, among so many coordinates.
+    fn moduli(&self, size: usize) -> Vec<(DMatrix<f64>, f64)> {
+        let mut all = Vec::new();
+        let mut first = 0;
+        for link in &self.links {
+            for (modulus, time) in link.rod.memory.moduli() {
+                let mut whole = DMatrix::zeros(size, size);
+                let at = (first, first);
+                whole.view_mut(at, modulus.shape()).copy_from(&modulus);
+                all.push((whole, time));
+            }
+            first += link.rod.size();
+        }
+        all
     }
 
     fn within(

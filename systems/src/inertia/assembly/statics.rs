@@ -116,7 +116,7 @@ impl HeavyAssembly {
         change
     }
 
-    /// Adds displacements of bodies, bases and strains.
+    /// Adds displacements of bodies, bases and strains; what Maxwell branches carry stays.
     pub(super) fn displace(&self, y: &mut DVector<f64>, change: &Sides<f64>, part: f64) {
         let places = self.places(y);
         let slots = y.as_mut_slice();
@@ -135,6 +135,12 @@ impl HeavyAssembly {
                 *x += dx * part;
             }
         }
+        for (range, change) in places.dashpots.iter().zip(&change.rods) {
+            let slots = &mut slots[range.clone()];
+            for (z, dx) in slots.iter_mut().zip(change.iter().cycle()) {
+                *z += dx * part;
+            }
+        }
     }
 
     /// Adds velocities and rates.
@@ -151,7 +157,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// The state at rest.
+    /// The state at rest, Maxwell branches relaxed.
     pub(super) fn still(&self, y: &DVector<f64>) -> DVector<f64> {
         let mut y = y.clone();
         let places = self.places(&y);
@@ -161,7 +167,7 @@ impl HeavyAssembly {
         for range in &places.rates {
             y.rows_mut(range.start, range.len()).fill(0.0);
         }
-        y
+        self.relaxed(y, &[])
     }
 
     /// An equilibrium near the state `y` under the loads at its time, the weight of the rods included, at rest; by Newton's method.
@@ -199,6 +205,7 @@ impl HeavyAssembly {
             let matrix = blocks.factored(&Mix {
                 balance: &[(1.0, 0)],
                 ends: &[(1.0, 2)],
+                memory: None,
             });
             if !matrix.ok_or_else(rigid)?.solve(&mut change) {
                 return Err(rigid());

@@ -1,6 +1,7 @@
 //! The differential equations of an assembly of rods with mass, for explicit and implicit steps.
 //!
-//! State: the bodies; quaternion and spin of every base that turns by itself; strains q, their rates w; time, energy lost to friction, work,
+//! State: the bodies; quaternion and spin of every base that turns by itself; strains q, their rates w, the dashpots of Maxwell
+//! branches; time, energy lost to friction, work,
 //! loss to drag; then accelerations z', q'' and multipliers l, which implicit steps keep as unknowns:
 //! ```text
 //! places' = z,   z' = z',   q' = w,   w' = q'',   0 = G(places, z, q, w, z', q'', l, t).
@@ -9,6 +10,7 @@
 use super::blocks::{Factored, Mix, Shared, Sides};
 use super::{HeavyAssembly, HeavyBalance, HeavyState, INTEGRALS};
 use crate::assembly::Carrier;
+use crate::inertia::memory::Memory;
 use crate::math::se3::{spin, unit};
 use crate::solve::system::{Factor, Linearised, System};
 use nalgebra::{ComplexField, DVector, Matrix4x3, Vector3, Vector4};
@@ -26,6 +28,7 @@ pub(super) struct Places {
     pub velocities: Vec<(usize, Range<usize>)>,
     pub strains: Vec<Range<usize>>,
     pub rates: Vec<Range<usize>>,
+    pub dashpots: Vec<Range<usize>>,
     time: usize,
     free: usize,
     unknowns: usize,
@@ -47,6 +50,7 @@ impl HeavyAssembly {
             velocities: Vec::new(),
             strains: layout.strains.clone(),
             rates: layout.rates.clone(),
+            dashpots: layout.dashpots.clone(),
             time: layout.time,
             free: layout.free,
             unknowns: layout.unknowns,
@@ -152,6 +156,11 @@ impl HeavyAssembly {
             slots[q.clone()].copy_from_slice(&y.as_slice()[w.clone()]);
             slots[w.clone()].copy_from_slice(&unknowns[second.clone()]);
         }
+        let rods = self.links.iter().zip(&places.strains);
+        for ((link, q), z) in rods.zip(&places.dashpots) {
+            let (q, rates) = (&y.as_slice()[q.clone()], &mut out.as_mut_slice()[z.clone()]);
+            link.rod.memory.rates(q, &y.as_slice()[z.clone()], rates);
+        }
         let (time, slots) = (places.time, out.as_mut_slice());
         slots[time] = 1.0;
         slots[time + 1..time + INTEGRALS].copy_from_slice(&powers);
@@ -197,6 +206,11 @@ impl System for HeavyAssembly {
             blocks,
             mass,
             places: self.places(y),
+            memory: self
+                .links
+                .iter()
+                .map(|link| link.rod.memory.clone())
+                .collect(),
         })
     }
 
@@ -215,6 +229,8 @@ impl System for HeavyAssembly {
                     sum += weight * (part(q + i) + part(w + i)) / count as f64;
                 }
             }
+            let first = layout.dashpots[k].start;
+            sum += link.rod.memory.mean_square(|i| part(first + i));
         }
         sum += (layout.time + 1..layout.time + INTEGRALS)
             .map(part)
@@ -229,6 +245,7 @@ pub struct HeavyAssemblyLinear {
     blocks: Shared,
     mass: Factored<f64>,
     places: Places,
+    memory: Arc<[Memory]>,
 }
 
 /// sigma^2 G_a + sigma G_w + G_q with the multipliers, factored.
@@ -236,6 +253,7 @@ pub struct HeavyAssemblyLinear {
 pub struct HeavyAssemblyFactor<T: ComplexField> {
     blocks: Shared,
     places: Places,
+    memory: Arc<[Memory]>,
     sigma: T,
     factored: Factored<T>,
 }
@@ -327,10 +345,12 @@ impl Linearised for HeavyAssemblyLinear {
         let factored = self.blocks.factored(&Mix {
             balance: &levels,
             ends: &levels,
+            memory: Some((sigma, &self.memory)),
         })?;
         Some(HeavyAssemblyFactor {
             blocks: self.blocks.clone(),
             places: self.places.clone(),
+            memory: self.memory.clone(),
             sigma,
             factored,
         })
@@ -341,11 +361,16 @@ impl Linearised for HeavyAssemblyLinear {
         let places = &self.places;
         let (moved, faster) = (places.displacements(x), places.velocities(x));
         let [mut push, more] = [(0, &moved), (1, &faster)].map(|(j, x)| self.blocks.times(j, x));
-        push.free = -(push.free + more.free);
-        for (push, more) in push.rods.iter_mut().zip(more.rods) {
-            *push = -(&*push + more);
-        }
         let mut out = DVector::zeros(x.len());
+        push.free = -(push.free + more.free);
+        for (k, (push, more)) in push.rods.iter_mut().zip(more.rods).enumerate() {
+            *push += more;
+            let (q, z) = (moved.rods[k].as_slice(), places.dashpots[k].clone());
+            let dashpots = &x.as_slice()[z.clone()];
+            self.memory[k].push(q, dashpots, push.as_mut_slice());
+            self.memory[k].rates(q, dashpots, &mut out.as_mut_slice()[z]);
+            *push = -&*push;
+        }
         if !self.mass.solve(&mut push) {
             out.fill(f64::INFINITY);
             return out;
@@ -389,7 +414,7 @@ impl Places {
 
 impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyAssemblyFactor<T> {
     /// With x the displacements, dx = (dv + b_x)/sigma and da = sigma dv - b_v leave, with b_a on the right of the balance,
-    /// (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a b_v.
+    /// (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a b_v, to which Maxwell branches add (`memory`).
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let (places, sigma) = (&self.places, self.sigma);
         let over = T::one() / sigma;
@@ -406,6 +431,11 @@ impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyAssemblyFactor<
         let rods = by_place.rods.iter().zip(&by_second.rods);
         for (b, (place, second)) in found.rods.iter_mut().zip(rods) {
             right(b, place, second);
+        }
+        let rods = found.rods.iter_mut().zip(&moved.rods).zip(&self.memory[..]);
+        for (((out, q), memory), z) in rods.zip(&places.dashpots) {
+            let springs = (q.as_slice(), &b.as_slice()[z.clone()]);
+            memory.eliminate(sigma, springs, out.as_mut_slice());
         }
         if !self.factored.solve(&mut found) {
             return false;
@@ -446,6 +476,10 @@ impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyAssemblyFactor<
             b[held + i] = *x;
         }
         places.write(b, &moved, &next);
+        let rods = self.memory.iter().zip(&places.dashpots);
+        for ((memory, z), q) in rods.zip(&moved.rods) {
+            memory.follow(sigma, q, &mut b.as_mut_slice()[z.clone()]);
+        }
         for ((slot, ..), part) in places.turns.iter().zip(grown) {
             for (i, x) in part.into_iter().enumerate() {
                 b[slot + i] += x * over;

@@ -1,0 +1,304 @@
+//! Rods with mass and Maxwell branches: against the closed form of a beam, the light rod with the same branches, a rod that is stiffer or
+//! rubs more, the same rod written otherwise, and the energy.
+
+use snaprod::scene::Scene;
+use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
+use snaprod::study::run::{Fields, Prepared, RunRecord, run};
+use snaprod::study::{Silent, Table, modes};
+
+/// A bent planar rod that was straight until just now, let go under its weight.
+const PLANE: &str = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+damping = 0.02
+relaxation = [{ stiffness = 0.7, time = 0.15 }, { stiffness = 0.3, time = 1.5 }]
+mass = 0.2
+inertia = "full"
+[body]
+mass = 1.0
+[loads]
+gravity = [0.0, -0.4]
+[start]
+curvature = [0.9, -0.9]
+relaxed = false
+[run]
+duration = 0.4
+tolerance = 1e-9
+samples = 5
+"#;
+
+/// The same rod in space, bent in a plane across e1, its body on a ball joint.
+const SPACE: &str = r#"
+[rod]
+model = "cosserat"
+length = 1.0
+section = { bending = [1.0, 1.3], torsion = 0.8 }
+damping = { proportional = 0.02 }
+relaxation = [{ stiffness = { proportional = 0.7 }, time = 0.15 }, { stiffness = { proportional = 0.3 }, time = 1.5 }]
+mass = 0.2
+inertia = "full"
+section_inertia = [1e-9, 1e-9, 2e-9]
+[body]
+mass = 1.0
+joint = "ball"
+[loads]
+gravity = [0.0, 0.4, 0.0]
+[start]
+strain = { u1 = [0.9, -0.9] }
+relaxed = false
+[run]
+duration = 0.4
+tolerance = 1e-9
+samples = 5
+"#;
+
+fn ran(text: &str) -> (RunRecord, Table) {
+    let scene = Scene::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    let mut tables: Vec<Table> = Vec::new();
+    let prepared = Prepared::new(&scene).unwrap();
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
+    assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
+    (record, tables.swap_remove(0))
+}
+
+fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    })
+}
+
+/// What a column holds at the end.
+fn last(table: &Table, name: &str) -> f64 {
+    *table.reals(name).last().unwrap()
+}
+
+/// The place of the end of a planar run at its end.
+fn end(text: &str) -> [f64; 2] {
+    let (_, table) = ran(text);
+    ["x", "y"].map(|name| last(&table, name))
+}
+
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Small motions of a straight clamped rod with a heavy end are those of a beam of modulus E(s) = 1 + eta s + E tau s/(1 + tau s): for every
+/// k with 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0 the roots of eps s^2 + k^4 E(s) = 0. Catches a branch that small
+/// motions lack, a modulus or a time in other units, a creeping motion that is left out.
+#[test]
+fn small_motions_are_those_of_a_beam_with_memory() {
+    let straight = replaced(
+        PLANE,
+        &[
+            ("gravity = [0.0, -0.4]", "gravity = [0.0, 0.0]"),
+            ("curvature = [0.9, -0.9]\nrelaxed = false", "settled = true"),
+            (", { stiffness = 0.3, time = 1.5 }", ""),
+        ],
+    );
+    let (eta, modulus, tau, eps) = (0.02, 0.7, 0.15, 0.2);
+    let found = modes::modes(&Scene::parse(&straight).unwrap()).unwrap();
+    let found = found.motions.eigenvalues.unwrap();
+    let held = |k: f64| {
+        let free = 1.0 + k.cosh() * k.cos();
+        free + k / eps * (k.cos() * k.sinh() - k.sin() * k.cosh())
+    };
+    for (from, to) in [(0.5, 2.0), (3.5, 4.5), (6.5, 7.5)] {
+        let k = bisected(held, from, to);
+        let stiffness = k.powi(4);
+        // eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4 (eta + tau + E tau) s + k^4 = 0, with what s of the program leaves of it.
+        let c = [
+            stiffness,
+            stiffness * (eta + tau + modulus * tau),
+            eps + stiffness * eta * tau,
+            eps * tau,
+        ];
+        let mut told = 0;
+        for s in &found {
+            let terms = [
+                *s * 0.0 + c[0],
+                *s * c[1],
+                *s * *s * c[2],
+                *s * *s * *s * c[3],
+            ];
+            let left = terms.iter().sum::<nalgebra::Complex<f64>>().norm();
+            let size = terms.iter().map(|term| term.norm()).fold(0.0, f64::max);
+            told += usize::from(left < 1e-7 * size);
+        }
+        let root = bisected(
+            |s| c[0] + s * (c[1] + s * (c[2] + s * c[3])),
+            -1.0 / tau,
+            0.0,
+        );
+        let nearest = found.iter().map(|s| (*s - root).norm());
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-7 * root.abs(), "{root} {found:?}");
+        assert!(told >= 2, "k = {k}: {found:?}");
+    }
+}
+
+fn bisected(f: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
+    assert!(f(from) * f(to) < 0.0);
+    for _ in 0..200 {
+        let middle = 0.5 * (from + to);
+        match f(from) * f(middle) > 0.0 {
+            true => from = middle,
+            false => to = middle,
+        }
+    }
+    0.5 * (from + to)
+}
+
+/// Energies of body and rod, springs among them, and what dashpots and friction lost stay in sum; in the plane, in space, and with the body in a groove,
+/// where the rod runs as an assembly. Catches a spring without energy, a loss that is not the dashpots', dashpots that do not follow.
+#[test]
+fn energy_is_kept_with_memory() {
+    let grooved = replaced(
+        SPACE,
+        &[
+            (
+                "joint = \"ball\"",
+                "inertia = [0.03, 0.02, 0.04]\ngroove = { circle = { centre = [0.5, 0.1, 0.9], axis = [0.3, 1.0, 0.2], radius = 0.5 } }",
+            ),
+            ("torsion = 0.8", "torsion = 0.8, axial = 90.0"),
+            ("1e-9, 1e-9, 2e-9", "1e-3, 1e-3, 2e-3"),
+            ("strain = { u1 = [0.9, -0.9] }", "settled = true"),
+            ("duration = 0.4", "duration = 0.1"),
+        ],
+    );
+    for text in [PLANE, SPACE, &grooved] {
+        let (record, table) = ran(text);
+        let error = &record.summary()["energy_error"]["absolute"];
+        assert!(error.as_f64().unwrap().abs() < 1e-8, "{error}");
+        assert!(last(&table, "dissipated") > 1e-3);
+    }
+}
+
+/// The planar rod in space, its softer axis across the plane, moves as it does in the plane. Catches branches of other strains.
+#[test]
+fn a_planar_motion_in_space_remembers_alike() {
+    let (_, table) = ran(SPACE);
+    let space = ["z", "y"].map(|name| last(&table, name));
+    let plane = end(PLANE);
+    assert!(
+        apart([space[0], -space[1]], plane) < 1e-7,
+        "{space:?} {plane:?}"
+    );
+}
+
+/// The rod of an assembly of one rod and one body moves, rings down and loses energy as the single rod. Catches a branch that an assembly
+/// leaves out, or takes for another rod's.
+#[test]
+fn the_rod_of_an_assembly_remembers_alike() {
+    let kicked = replaced(
+        SPACE,
+        &[
+            (
+                "strain = { u1 = [0.9, -0.9] }\nrelaxed = false",
+                "settled = true\nvelocity = [0.8, 0.5, 0.0]",
+            ),
+            ("1e-9, 1e-9, 2e-9", "1e-3, 1e-3, 2e-3"),
+            ("gravity = [0.0, 0.4, 0.0]", "gravity = [0.0, 0.0, 0.0]"),
+            (
+                "torsion = 0.8 }\n",
+                "torsion = 0.8 }\nrest = { curvature = [0.6, 0.2], twist = 0.5 }\n",
+            ),
+        ],
+    );
+    let several = replaced(
+        &kicked,
+        &[
+            (
+                "[rod]\n",
+                "[[rod]]\nname = \"r\"\nfrom = { position = [0.0, 0.0, 0.0] }\nto = { body = \"b\", joint = \"ball\" }\n",
+            ),
+            (
+                "[body]\n",
+                "[[body]]\nname = \"b\"\nvelocity = [0.8, 0.5, 0.0]\n",
+            ),
+            ("joint = \"ball\"\n[loads]", "[loads]"),
+            ("[start]\nsettled = true\nvelocity = [0.8, 0.5, 0.0]\n", ""),
+        ],
+    );
+    let (_, single) = ran(&kicked);
+    let scene = Scene::parse(&several).unwrap_or_else(|why| panic!("{why}\n{several}"));
+    let prepared = AssemblyPrepared::new(&scene).unwrap();
+    let mut tables: Vec<Table> = Vec::new();
+    let begun = prepared.motion().unwrap();
+    run_assembly(&prepared, begun, &mut tables, &mut Silent).unwrap();
+    for (name, other) in [
+        ("x", "b.x"),
+        ("y", "b.y"),
+        ("z", "b.z"),
+        ("elastic", "elastic"),
+        ("dissipated", "dissipated"),
+    ] {
+        let (a, b) = (last(&single, name), last(&tables[0], other));
+        assert!((a - b).abs() < 1e-7 * (1.0 + a.abs()), "{name}: {a} {b}");
+    }
+    let all = [&kicked, &several].map(|text| {
+        let found = modes::modes(&Scene::parse(text).unwrap()).unwrap();
+        found.motions.eigenvalues.unwrap()
+    });
+    assert_eq!(all[0].len(), all[1].len());
+    for (a, b) in all[0].iter().zip(&all[1]).filter(|(a, _)| a.im > 0.0) {
+        assert!((a - b).norm() < 1e-6 * a.norm(), "{a} {b}");
+    }
+}
+
+/// Without mass the rod with the same branches moves as the light one, up to the first power of the mass. Catches dashpots that begin
+/// elsewhere, or a resultant of a branch that is not the light rod's.
+#[test]
+fn the_light_rod_with_memory_is_the_limit() {
+    let light = PLANE.replace("mass = 0.2\ninertia = \"full\"\n", "");
+    let calm = |text: &str| replaced(text, &[("gravity = [0.0, -0.4]", "dead = [0.0, -0.4]")]);
+    let limit = end(&calm(&light));
+    let errors = [0.01, 0.005, 0.0025].map(|mass: f64| {
+        let mass = format!("mass = {mass}\ninertia");
+        apart(
+            end(&calm(&replaced(PLANE, &[("mass = 0.2\ninertia", &mass)]))),
+            limit,
+        )
+    });
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((0.8..1.2).contains(&order), "{errors:?}");
+    }
+}
+
+/// Dashpots that follow at once are not felt, those that never follow are springs (1 + E) about the shape to which they are relaxed: with
+/// errors of the first power of tau and of 1/tau. Catches a time that is another's, a spring that forgets its rest.
+#[test]
+fn fast_branches_rub_and_slow_ones_are_springs() {
+    let both = "relaxation = [{ stiffness = 0.7, time = 0.15 }, { stiffness = 0.3, time = 1.5 }]\n";
+    let one = |time: f64| {
+        let branch = format!("relaxation = [{{ stiffness = 0.7, time = {time:e} }}]\n");
+        end(&replaced(
+            PLANE,
+            &[
+                (both, &branch),
+                ("relaxed = false", "relaxed = true"),
+                ("curvature = [0.9, -0.9]", "curvature = [0.0]"),
+            ],
+        ))
+    };
+    let plain = |stiffness: &str| {
+        let stiffness = format!("bending_stiffness = {stiffness}");
+        end(&replaced(
+            PLANE,
+            &[
+                (both, ""),
+                ("bending_stiffness = 1.0", &stiffness),
+                ("relaxed = false\n", ""),
+                ("curvature = [0.9, -0.9]", "curvature = [0.0]"),
+            ],
+        ))
+    };
+    for (times, other) in [([1e3, 2e3], plain("1.7")), ([2e-4, 1e-4], plain("1.0"))] {
+        let errors = times.map(|time| apart(one(time), other));
+        let order = (errors[0] / errors[1]).log2();
+        assert!((0.9..1.1).contains(&order), "{times:?}: {errors:?}");
+    }
+}
