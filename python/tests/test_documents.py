@@ -1,4 +1,4 @@
-"""The programs of docs/python.md and README are run as they stand."""
+"""The programs of README, docs/tutorial.md and docs/python.md are run as they stand."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/python.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/tutorial.md", "docs/python.md"])
 def test_the_programs_run(name, tmp_path, monkeypatch):
     """Catches documentation that no longer runs: all blocks of a document, one after the other."""
     blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / name).read_text(encoding="utf-8"), re.M | re.S)

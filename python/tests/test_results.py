@@ -87,7 +87,7 @@ def test_equilibria_broadcast_and_hold_the_end():
 
 
 def test_statics_modes_and_memory():
-    """Catches studies that are asked for the wrong scene: Euler's load, 3 EI/L^3, the dashpot of README."""
+    """Catches studies that are asked for the wrong scene: Euler's load, 3 EI/L^3, the dashpot of docs/tutorial.md."""
     column = {
         "rod": {"model": "cosserat", "length": 1.0, "section": {"bending": [1.5, 1.0], "torsion": 0.8}},
         "end": {"force": [0.0, 0.0, -1.0]},

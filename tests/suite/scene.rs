@@ -611,7 +611,7 @@ fn scales_that_overflow_are_a_fault() {
     }
 }
 
-/// The strip of the README: steel, 0.3 m x 20 mm x 0.5 mm, straight.
+/// The strip of README and tutorial: steel, 0.3 m x 20 mm x 0.5 mm, straight.
 const STRIP: &str = r#"[rod]
 model = "elastica"
 length = 0.3
