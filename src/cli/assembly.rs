@@ -6,7 +6,7 @@ use super::files::{json_text, number, print, print_json, rounded};
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs};
-use super::run_text::{chosen, mass, unit};
+use super::run_text::{chosen, heavy_folds, mass, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, signals};
 use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
@@ -144,6 +144,9 @@ fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
         }
         branch_text(record, branch, &mut line);
     }
+    if let Some(why) = record.untold() {
+        line(format!("note: {why}"));
+    }
     if let Some(validity) = &record.validity {
         line(mass(validity));
     }
@@ -173,6 +176,9 @@ fn branch_text(
     let count = branch.all_snaps().count();
     if count > SHOWN {
         line(format!("... and {} more snaps", count - SHOWN));
+    }
+    for fold in heavy_folds(&record.folds, branch.stem.id, u) {
+        line(fold);
     }
     let last = &branch.last;
     line(match branch.outcome.is_complete() {

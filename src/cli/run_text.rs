@@ -4,7 +4,7 @@ use super::files::{number, rounded};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
-use snaprod::study::mass::{Follows, Validity};
+use snaprod::study::mass::{FoldPassed, Follows, Validity};
 use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
 use std::path::Path;
 
@@ -51,7 +51,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         if passages.len() > SHOWN {
             lines.push(format!("... and {} more of these", passages.len() - SHOWN));
         }
-        lines.extend(heavy_folds(record, branch));
+        lines.extend(heavy_folds(&record.folds, branch.id, u));
         lines.push(format!(
             "t = {}{}: {}; {}",
             number(match branch.outcome {
@@ -71,6 +71,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         lines.extend(cost(record, branch));
     }
     lines.extend(bounces(record));
+    lines.extend(record.untold().map(|why| format!("note: {why}")));
     lines.extend(record.validity.as_ref().map(mass));
     if let Some(out) = out {
         lines.push(match record.strain_stride {
@@ -183,24 +184,29 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
     ]
 }
 
-/// The folds of the light rod that a rod with mass passed, and where the energy went.
-fn heavy_folds(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
-    let u = record.units;
-    let folds = record.folds.iter().filter(|fold| fold.branch == branch.id);
+/// The folds of light rods that rods with mass passed in a branch, and where the energy went.
+pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String> {
+    let folds = folds.iter().filter(|fold| fold.branch == branch);
     let told = folds
         .filter(|fold| fold.follows == Follows::Mass)
         .take(SHOWN);
     let text = told.filter_map(|fold| {
         let ledger = fold.changes?;
+        let (of, gains) = match &fold.rod {
+            Some(rod) => (format!("the light rod {rod}"), ["bodies gain", "rods'"]),
+            None => ("the light rod".to_owned(), ["body gains", "rod's"]),
+        };
         Some(format!(
-            "fold of the light rod passed at t = {}{}: it would release {}{}; in the time {} after it the body gains {}, the rod's motion {}, \
+            "fold of {of} passed at t = {}{}: it would release {}{}; in the time {} after it the {} {}, the {} motion {}, \
              friction {}",
             rounded(fold.t, 9),
             unit(u.time()),
             rounded(fold.released, 6),
             unit(u.energy()),
             rounded(fold.until_next, 6),
+            gains[0],
             rounded(ledger.kinetic, 6),
+            gains[1],
             rounded(ledger.rod_kinetic, 6),
             rounded(ledger.dissipated, 6),
         ))

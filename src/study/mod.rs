@@ -7,6 +7,7 @@
 pub mod any;
 pub mod assembly;
 pub mod bar;
+mod beside;
 pub mod branch;
 pub mod elastica;
 pub mod equilibrium;

@@ -44,6 +44,8 @@ mod first_order_space;
 #[cfg(feature = "scene")]
 mod fit;
 #[cfg(feature = "scene")]
+mod folds_in_assemblies;
+#[cfg(feature = "scene")]
 mod folds_in_space;
 #[cfg(feature = "cli")]
 mod free_ends;

@@ -14,6 +14,7 @@ use super::{Ledger, State};
 use crate::assembly::{Configuration, Place};
 use crate::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
+use std::fmt;
 
 /// Tolerance of the light rod while it is followed, and of its folds.
 const FOLLOWED: f64 = 1e-9;
@@ -57,8 +58,57 @@ pub struct Crossed {
     pub ledger: Ledger,
 }
 
+/// A time in which the light rod is not known, so that the folds that it passes are not told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lost {
+    /// The number of its rod in an assembly.
+    pub rod: usize,
+    /// Since when.
+    pub from: f64,
+    /// When it was found again; None: it was not.
+    pub until: Option<f64>,
+    /// Why.
+    pub why: Loss,
+}
+
+/// Why a light rod is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loss {
+    /// No equilibrium is like the rod at the start.
+    Unlike,
+    /// Neither the next equilibrium nor a fold was found.
+    Unfollowed,
+    /// Where it lands from its fold was not found.
+    NoLanding,
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unlike => "no stable equilibrium was found whose shape is like that of the rod",
+            Self::Unfollowed => {
+                "neither its next equilibrium nor a fold was found, as where a rod is pulled straight"
+            }
+            Self::NoLanding => "it passes a fold from which no landing was found",
+        })
+    }
+}
+
 /// A rod without mass and friction, whose end is held at a place seen from its clamp, by its equilibria.
 pub trait Light {
+    /// Its number in an assembly.
+    fn number(&self) -> usize {
+        0
+    }
+
+    /// Its end seen from its clamp.
+    fn end(&self, state: &dyn State) -> Place {
+        Place {
+            pose: state.pose(),
+            twist: state.twist(),
+        }
+    }
+
     /// Its end under the chart point `q`, to this tolerance; None outside the chart.
     fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held>;
 
@@ -99,11 +149,12 @@ pub struct Held {
     pub other: bool,
 }
 
-/// The light rod beside another, in the frame of a clamp that stands.
+/// The light rod beside another, seen from its clamp.
 pub struct Beside {
     rod: Box<dyn Light>,
     /// None while it is lost, as next to a straight rod in the plane.
     at: Option<At>,
+    lost: Vec<Lost>,
     last: Seen,
     patience: usize,
 }
@@ -128,7 +179,7 @@ impl At {
 
     /// The equilibrium that is like the rod in this state.
     fn like(rod: &dyn Light, state: &dyn State) -> Option<Self> {
-        Self::new(rod, rod.like(state)?, &Seen::new(state).place)
+        Self::new(rod, rod.like(state)?, &rod.end(state))
     }
 }
 
@@ -141,13 +192,10 @@ struct Seen {
 }
 
 impl Seen {
-    fn new(state: &dyn State) -> Self {
+    fn new(rod: &dyn Light, state: &dyn State) -> Self {
         Self {
             t: state.time(),
-            place: Place {
-                pose: state.pose(),
-                twist: state.twist(),
-            },
+            place: rod.end(state),
             ledger: state.ledger(),
         }
     }
@@ -181,34 +229,60 @@ impl Seen {
 impl Beside {
     /// The light `rod` beside one in this state.
     pub fn new(rod: Box<dyn Light>, state: &dyn State) -> Self {
-        Self {
+        let mut beside = Self {
             at: At::like(&*rod, state),
+            lost: Vec::new(),
+            last: Seen::new(&*rod, state),
             rod,
-            last: Seen::new(state),
             patience: PATIENCE,
+        };
+        if beside.at.is_none() {
+            beside.lose(state.time(), Loss::Unlike);
         }
+        beside
+    }
+
+    /// When it was not known.
+    pub fn lost(&self) -> &[Lost] {
+        &self.lost
+    }
+
+    fn lose(&mut self, from: f64, why: Loss) {
+        self.patience = PATIENCE;
+        self.lost.push(Lost {
+            rod: self.rod.number(),
+            from,
+            until: None,
+            why,
+        });
     }
 
     /// The equilibrium that the rod has come to be in, where that is known.
     pub fn land(&mut self, state: &dyn State) {
-        if let Some(like) = At::like(&*self.rod, state) {
-            self.at = Some(like);
+        let Some(like) = At::like(&*self.rod, state) else {
+            return;
+        };
+        if self.at.is_none()
+            && let Some(lost) = self.lost.last_mut()
+        {
+            lost.until = Some(state.time());
         }
+        self.at = Some(like);
     }
 
     /// Follows the end through a step to `state`; the folds that were passed in it.
     pub fn step(&mut self, state: &dyn State) -> Vec<Crossed> {
-        let next = Seen::new(state);
+        let next = Seen::new(&*self.rod, state);
         let last = std::mem::replace(&mut self.last, next);
         let mut passed = Vec::new();
-        if self.at.is_none() {
+        let Some(mut at) = self.at.take() else {
             self.patience = self.patience.saturating_sub(1);
             if self.patience == 0 {
                 self.patience = PATIENCE;
-                self.at = At::like(&*self.rod, state);
+                self.land(state);
             }
             return passed;
-        }
+        };
         let way = Way {
             rod: &*self.rod,
             ends: (last, next),
@@ -216,23 +290,16 @@ impl Beside {
         let length = self.rod.apart(&last.place, &next.place);
         let pieces = (length / PIECE).ceil().clamp(1.0, PIECES);
         for k in 0..pieces as usize {
-            let [from, to] = [k as f64 / pieces, (k + 1) as f64 / pieces];
-            let Some(at) = self.at.take() else { break };
-            self.at = way.followed(&at, to);
-            if self.at.is_some() {
-                continue;
-            }
-            match way.passed(at, from, to) {
-                Some(Passed::Before(at)) => self.at = Some(at),
-                Some(Passed::Fold(fold, x)) => {
-                    if let Some((crossed, landed)) = way.crossed(&fold, x) {
-                        passed.push(crossed);
-                        self.at = way.followed(&landed, to);
-                    }
+            let piece = [k as f64 / pieces, (k + 1) as f64 / pieces];
+            match way.over(at, piece, &mut passed) {
+                Ok(there) => at = there,
+                Err((x, why)) => {
+                    self.lose(last.t + x * (next.t - last.t), why);
+                    return passed;
                 }
-                None => {}
             }
         }
+        self.at = Some(at);
         passed
     }
 }
@@ -254,6 +321,27 @@ struct Way<'a> {
 impl Way<'_> {
     fn place(&self, x: f64) -> Place {
         self.ends.0.towards(&self.ends.1, x)
+    }
+
+    /// The equilibrium at the end of a piece of the way, and the folds that are passed on it; else where it was lost, and why.
+    fn over(
+        &self,
+        at: At,
+        [from, to]: [f64; 2],
+        passed: &mut Vec<Crossed>,
+    ) -> Result<At, (f64, Loss)> {
+        if let Some(there) = self.followed(&at, to) {
+            return Ok(there);
+        }
+        match self.passed(at, from, to) {
+            Some(Passed::Before(there)) => Ok(there),
+            Some(Passed::Fold(fold, x)) => {
+                let (crossed, landed) = self.crossed(&fold, x).ok_or((x, Loss::NoLanding))?;
+                passed.push(crossed);
+                self.followed(&landed, to).ok_or((x, Loss::Unfollowed))
+            }
+            None => Err((from, Loss::Unfollowed)),
+        }
     }
 
     /// The equilibrium at the fraction `to` of the way on the same sheet as one before it.
@@ -385,7 +473,7 @@ impl Way<'_> {
             released: before - after,
             from,
             to,
-            rod: 0,
+            rod: self.rod.number(),
             choices: None,
             moving: moving.map(Box::new),
         };

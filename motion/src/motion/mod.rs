@@ -27,7 +27,7 @@ mod state;
 mod straight;
 
 pub use crate::error::{Cause, Stuck};
-pub use beside::{Beside, Crossed, Light, LightInSpace};
+pub use beside::{Beside, Crossed, Light, LightInSpace, Loss, Lost};
 pub use drive::{Motion, Observer, Resolution, drive};
 pub use event::{Bounce, Event, Outcome};
 pub use ledger::{Closing, Ledger};

@@ -77,8 +77,13 @@ pub trait State {
         0.0
     }
 
-    /// The six strains at places in [0, 1], in growing order.
-    fn strains_at(&self, places: &[f64]) -> Vec<Strain>;
+    /// The six strains of a rod of an assembly at places in [0, 1], in growing order; those of the one rod there is, whatever the number.
+    fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain>;
+
+    /// The same of the first rod.
+    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
+        self.strains_of(0, places)
+    }
 
     /// Dissipation per length and time at places in [0, 1], in growing order.
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64>;
@@ -187,7 +192,7 @@ impl State for Sample<2> {
         })
     }
 
-    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
+    fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
         let rod = self.rod();
         let curvature = |s: &f64| {
             rod.and_then(|rod| rod.section(*s).ok())
@@ -255,7 +260,7 @@ impl State for ViscousSample<Plane, 1, 2> {
         })
     }
 
-    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
+    fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
         let strains = self.strains_at(places);
         strains.iter().map(|e| bent(e[0])).collect()
     }
@@ -332,7 +337,7 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
         None
     }
 
-    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
+    fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
         let active: Vec<Local<M>> = self.strains_at(places);
         let space = Space::<M, D>::new();
         active.iter().map(|e| space.strain(e)).collect()

@@ -13,8 +13,8 @@ use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
 use crate::inertia::assembly::HeavyAssembly;
 use crate::math::se3::{halves, joined};
-use crate::motion::Motion;
 use crate::motion::assembly::AssemblyRun;
+use crate::motion::{LightInSpace, Motion};
 use crate::rod::{Distributed, RodSection, Wrench};
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, LoadAlong, Place as Shape, Scales, Scene, Site,
@@ -228,6 +228,18 @@ impl AssemblySetup {
         self.heavy.is_some()
     }
 
+    /// The light rods beside those with all of their mass, which bear nothing along them; none beside a rod that bears more than its weight, nor beside
+    /// one with Maxwell branches.
+    pub fn light_rods(&self, scene: &Scene) -> Vec<LightInSpace> {
+        let given = scene.assembly.iter().flat_map(|given| &given.rods);
+        let links = self.assembly.links().iter().zip(&self.reversed);
+        let all = given.zip(links).enumerate();
+        all.filter(|(_, (given, _))| self.is_heavy() && given.distributed.is_zero())
+            .filter(|(_, (given, _))| given.rod.relaxation.is_empty())
+            .map(|(k, (_, (link, reversed)))| LightInSpace::in_assembly(k, link, *reversed))
+            .collect()
+    }
+
     /// The wrench (couple, force) at the base of every rod, `from`, in the world and the scene's units.
     ///
     /// # Errors
@@ -259,8 +271,18 @@ impl AssemblySetup {
         q: &Wrench,
         base: &UnitQuaternion<f64>,
     ) -> Result<Vector6<f64>> {
-        let link = &self.assembly.links()[rod];
-        let link = link.facing(base);
+        self.wrench_of(rod, &self.assembly.links()[rod].facing(base), q)
+    }
+
+    /// The same of the light rod beside rod `rod` ([`AssemblySetup::light_rods`]).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn light_wrench(&self, rod: usize, q: &Wrench) -> Result<Vector6<f64>> {
+        self.wrench_of(rod, &self.assembly.links()[rod].alone(), q)
+    }
+
+    fn wrench_of(&self, rod: usize, link: &Link, q: &Wrench) -> Result<Vector6<f64>> {
         let end = link.end(q, FINE)?;
         let (m, n) = match self.reversed[rod] {
             false => halves(&q.component_mul(&link.units())),

@@ -3,11 +3,12 @@
 use super::equilibrium::pose_json;
 use crate::assembly::Contact;
 use crate::math::se3::halves;
-use crate::motion::{Closing, Ledger, Outcome, Resolution, Snap, SnapEnd};
+use crate::motion::{Closing, Crossed, Ledger, Lost, Outcome, Resolution, Snap, SnapEnd};
 use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
-use crate::study::mass::Validity;
+use crate::study::beside;
+use crate::study::mass::{FoldPassed, Validity};
 use crate::study::run::Bounds;
 use crate::study::run::record::at_time;
 use crate::study::run::summary::{elastic_cost, object};
@@ -47,6 +48,8 @@ pub struct AssemblyRunRecord {
     pub start_index: Option<usize>,
     /// What is done with the mass of the rods, of those where it is known.
     pub masses: Vec<RodMassNote>,
+    /// The folds that rods of known mass passed.
+    pub folds: Vec<FoldPassed>,
     /// Whether leaving out the mass of rods was right, where one is known and not all of it was followed.
     pub validity: Option<Validity>,
 }
@@ -79,6 +82,12 @@ pub struct AssemblyRunBranch {
     /// Of each of [`AssemblyRunBranch::all_snaps`] the wrench (couple, force) at the base of its rod before and after, along the directors there, in the scene's
     /// units.
     pub snap_wrenches: Vec<[Vector6<f64>; 2]>,
+    /// Folds that the light rods beside those with mass pass, in the units of the rod.
+    pub crossed: Vec<Crossed>,
+    /// Their wrenches, as those of snaps.
+    pub crossed_wrenches: Vec<[Vector6<f64>; 2]>,
+    /// When those rods were not known, in the units of the rod.
+    pub lost: Vec<Lost>,
     /// How well its ledger closes, in the scene's units.
     pub closing: Closing,
 }
@@ -184,6 +193,12 @@ impl AssemblyRunRecord {
         ))
     }
 
+    /// When and why folds that light rods pass are not told; None where all are, or there is none.
+    pub fn untold(&self) -> Option<String> {
+        let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
+        beside::note(&lost, &self.rods, (&self.scales, self.units))
+    }
+
     /// What came of the run.
     pub fn summary(&self) -> Value {
         let (k, reason, last) = (&self.scales, self.reason(), self.last());
@@ -226,6 +241,9 @@ impl AssemblyRunRecord {
         if let Some(warning) = self.warning() {
             summary.insert("warning".to_owned(), json!(warning));
         }
+        if let Some(untold) = self.untold() {
+            summary.insert("light_rod_lost".to_owned(), json!(untold));
+        }
         if self.branches.len() > 1 {
             let branches: Vec<Value> = self.branches.iter().map(|b| self.branch(b)).collect();
             summary.insert("branches".to_owned(), json!(branches));
@@ -251,11 +269,7 @@ impl AssemblyRunRecord {
         for branch in &self.branches {
             for (snap, wrenches) in branch.all_snaps().zip(&branch.snap_wrenches) {
                 let mut event = object(self.snap(snap, wrenches));
-                let t = snap.t * self.scales.time;
-                let folds = self.validity.iter().flat_map(|validity| &validity.folds);
-                let mut here = folds.filter(|fold| fold.branch == branch.stem.id);
-                let rod = self.rods.get(snap.rod);
-                if let Some(fold) = here.find(|fold| fold.t == t && fold.rod.as_ref() == rod) {
+                if let Some(fold) = self.fold_of(snap, branch) {
                     event.insert("mass".to_owned(), fold.json());
                 }
                 if let Some(choices) = snap.choices {
@@ -267,6 +281,7 @@ impl AssemblyRunRecord {
                 }
                 events.push(Value::Object(event));
             }
+            events.extend(self.passages_of(branch));
             if let Some(touching) = &branch.touching {
                 events.push(json!({
                     "kind": "self_contact",
@@ -277,6 +292,30 @@ impl AssemblyRunRecord {
             }
         }
         events
+    }
+
+    fn fold_of(&self, snap: &Snap, branch: &AssemblyRunBranch) -> Option<&FoldPassed> {
+        let (t, rod) = (snap.t * self.scales.time, self.rods.get(snap.rod));
+        let mut here = self.folds.iter().filter(|f| f.branch == branch.stem.id);
+        here.find(|fold| fold.t == t && fold.rod.as_ref() == rod)
+    }
+
+    /// Folds of light rods that rods with mass passed without a jump, and when those were not known, by their times.
+    fn passages_of(&self, branch: &AssemblyRunBranch) -> Vec<Value> {
+        let k = &self.scales;
+        let lost = branch.lost.iter();
+        let lost = lost.map(|l| (l.from * k.time, beside::event(l, &self.rods, k)));
+        let mut all: Vec<(f64, Value)> = lost.collect();
+        for (Crossed { snap, .. }, wrenches) in branch.crossed.iter().zip(&branch.crossed_wrenches)
+        {
+            let fold = self.fold_of(snap, branch);
+            all.push((
+                snap.t * k.time,
+                FoldPassed::event(fold, self.snap(snap, wrenches)),
+            ));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().map(|(_, event)| event).collect()
     }
 
     fn snap(&self, snap: &Snap, [before, after]: &[Vector6<f64>; 2]) -> Value {

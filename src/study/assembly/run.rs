@@ -3,9 +3,12 @@
 use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
 use crate::assembly::{Contact, Place};
 use crate::error::{Error, Result};
-use crate::motion::{Closing, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive};
-use crate::scene::{AssemblyBody, AssemblySetup, Run, Scene, Units};
-use crate::study::mass::{Follows, Resting, SmallMass, Validity, passed};
+use crate::motion::{
+    Beside, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive,
+};
+use crate::scene::{AssemblyBody, AssemblySetup, Run, Scales, Scene, Units};
+use crate::study::beside::LightRods;
+use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
 use crate::study::run::shapes::{Shapes, at_times};
@@ -89,6 +92,13 @@ impl AssemblyPrepared {
         let poses = shapes.into_iter();
         let poses = poses.map(|rod| rod.into_iter().map(|(_, pose)| pose).collect());
         Ok(poses.collect())
+    }
+
+    /// The light rods beside those with all of their mass in their first state.
+    fn beside(&self, first: &dyn State) -> LightRods {
+        let rods = self.setup.light_rods(&self.scene).into_iter();
+        let rods = rods.map(|rod| Beside::new(Box::new(rod), first));
+        LightRods::new(rods.collect())
     }
 
     /// Names of the rods, in the order of their shapes: those with a free end last.
@@ -247,15 +257,18 @@ pub fn run(
             trajectory,
             closing,
             snaps: Vec::new(),
+            beside: prepared.beside(&*motion.now()),
             track: Thinned::new(KEPT),
         };
         let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
         let Recorder {
             mut closing,
             snaps,
+            beside,
             track,
             ..
         } = recorder;
+        let (crossed, lost) = beside.told();
         let last = motion.now();
         closing.look(&last.ledger());
         let wrench = |snap: &Snap, end: &SnapEnd| {
@@ -264,8 +277,18 @@ pub fn run(
         };
         let all = stem.entered.iter().chain(&snaps);
         let wrenches = all.map(|snap| Ok([wrench(snap, &snap.from)?, wrench(snap, &snap.to)?]));
+        let light = |end: &SnapEnd, rod: usize| {
+            let q = Vector6::from_column_slice(end.q.as_slice());
+            prepared.setup.light_wrench(rod, &q)
+        };
+        let of = |Crossed { snap, .. }: &Crossed| {
+            Ok([light(&snap.from, snap.rod)?, light(&snap.to, snap.rod)?])
+        };
         let branch = AssemblyRunBranch {
             snap_wrenches: wrenches.collect::<Result<_>>()?,
+            crossed_wrenches: crossed.iter().map(of).collect::<Result<_>>()?,
+            crossed,
+            lost,
             stem,
             first,
             last: prepared.moment(&*last),
@@ -293,28 +316,25 @@ pub fn run(
         };
         Ok((branch, outcome))
     })?;
-    let resting = match prepared.setup.is_heavy() {
-        true => None,
-        false => Resting::assembly(&prepared.scene, &prepared.setup),
+    let heavy = prepared.setup.is_heavy();
+    // Of rods with all of their mass no more is asked than the folds that they pass.
+    let asked = !heavy || branches.iter().any(|branch| !branch.crossed.is_empty());
+    let resting = match asked {
+        false => None,
+        true => Resting::assembly(&prepared.scene, &prepared.setup),
     };
-    let folds = |resting: &Resting| {
-        let of = |branch: &AssemblyRunBranch| {
-            let snaps: Vec<_> = branch.all_snaps().map(|snap| (snap, None)).collect();
-            let branch_of = (branch.stem.id, Follows::Jump);
-            let last = (branch.last.t, branch.last.ledger);
-            let rest = (&scales, &resting.mass);
-            passed(branch_of, &snaps, last, rest, |snap| resting.passed(snap))
-        };
-        branches.iter().flat_map(of).collect()
-    };
-    let validity = resting.map(|resting| Validity {
-        folds: folds(&resting),
+    let folds = resting
+        .as_ref()
+        .map_or(Vec::new(), |resting| folds(resting, &branches, &scales));
+    let validity = resting.filter(|_| !heavy).map(|resting| Validity {
+        folds: folds.clone(),
         rest: resting.mass,
         bounces: Vec::new(),
         damped: false,
     });
     Ok(AssemblyRunRecord {
         validity,
+        folds,
         units: prepared.scene.units,
         scales,
         scene,
@@ -334,6 +354,25 @@ pub fn run(
         start_index,
         masses: prepared.scene.mass_notes(),
     })
+}
+
+/// The folds that the rods passed in the branches of a run: their snaps, or those of the light rods beside them.
+fn folds(resting: &Resting, branches: &[AssemblyRunBranch], scales: &Scales) -> Vec<FoldPassed> {
+    let of = |branch: &AssemblyRunBranch| {
+        let last = (branch.last.t, branch.last.ledger);
+        let rest = (scales, &resting.mass);
+        let snaps: Vec<_> = branch.all_snaps().map(|snap| (snap, None)).collect();
+        let jumps = (branch.stem.id, Follows::Jump);
+        let mut all = passed(jumps, &snaps, last, rest, |snap| resting.passed(snap));
+        let crossed = branch.crossed.iter();
+        let crossed = crossed.map(|c| (&c.snap, Some(c.ledger.scaled(scales.energy))));
+        let crossed: Vec<_> = crossed.collect();
+        let heavy = (branch.stem.id, Follows::Mass);
+        let alone = |snap: &Snap| resting.passed_alone(snap);
+        all.extend(passed(heavy, &crossed, last, rest, alone));
+        all
+    };
+    branches.iter().flat_map(of).collect()
 }
 
 /// The trajectory, without rows.
@@ -386,6 +425,7 @@ struct Recorder<'r> {
     trajectory: usize,
     closing: Closing,
     snaps: Vec<Snap>,
+    beside: LightRods,
     track: Thinned<AssemblyMoment>,
 }
 
@@ -399,6 +439,11 @@ impl Observer for Recorder<'_> {
     }
 
     fn event(&mut self, event: &Event, motion: &dyn Motion<'_>) -> Result<()> {
+        if let Event::Step { .. } = event
+            && motion.resolution().is_some()
+        {
+            self.beside.step(&*motion.now());
+        }
         if let Event::Snap(snap) = event {
             self.snaps.push(snap.clone());
             for state in [motion.before_snap(), Some(motion.now())]

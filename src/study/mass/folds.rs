@@ -5,6 +5,7 @@ use crate::elastica::Passage;
 use crate::elastica::inertia::{INERTIAL_ESCAPE, VISCOUS_ESCAPE};
 use crate::motion::{Ledger, Snap};
 use crate::scene::Scales;
+use crate::study::run::summary::object;
 use serde_json::{Value, json};
 
 /// Delays above this part of the time to the next event are not short.
@@ -168,8 +169,21 @@ impl FoldPassed {
         })
     }
 
+    /// The event of a fold that a rod passes without a jump, from that of the `snap` of the light rod beside it.
+    pub(in crate::study) fn event(fold: Option<&Self>, snap: Value) -> Value {
+        let mut event = object(snap);
+        event.remove("time_error");
+        event.insert("kind".to_owned(), json!("fold"));
+        if let Some(fold) = fold {
+            event.insert("mass".to_owned(), fold.json());
+            event.insert("form".to_owned(), fold.form());
+            event.insert("energy".to_owned(), json!(fold.energies()));
+        }
+        Value::Object(event)
+    }
+
     /// How the energies change until the next fold, where the run follows the rod through the snap.
-    pub(in crate::study) fn energies(&self) -> Option<Value> {
+    fn energies(&self) -> Option<Value> {
         let ledger = self.changes?;
         Some(json!({
             "kinetic": ledger.kinetic,

@@ -1,7 +1,7 @@
 //! Rods in space at rest, single ones and those of assemblies.
 
 use super::{Followed, RodMass, SmallMass};
-use crate::assembly::{Assembly, Configuration};
+use crate::assembly::{Assembly, Configuration, Link};
 use crate::error::Result;
 use crate::inertia::held::{Massive, fold_form, held_modes};
 use crate::motion::{LightInSpace, Snap};
@@ -153,9 +153,25 @@ impl Resting {
     /// The fold of a snap, or one that a rod with friction or mass passes; None where the mass of the rod is not known, or the fold has no
     /// normal form.
     pub fn passed(&self, snap: &Snap) -> Option<Followed> {
-        let rod = self.rods.get(snap.rod)?.as_ref()?;
         let now = snap.moving.as_ref()?;
-        let (link, q) = (&self.assembly.links()[snap.rod], now.charts.get(snap.rod)?);
+        let link = self.assembly.links().get(snap.rod)?;
+        self.form(snap, now, (link, now.charts.get(snap.rod)?))
+    }
+
+    /// The same of a fold of the light rod beside one of an assembly ([`LightInSpace::in_assembly`]).
+    pub fn passed_alone(&self, snap: &Snap) -> Option<Followed> {
+        let now = snap.moving.as_ref()?;
+        let link = self.assembly.links().get(snap.rod)?.alone();
+        self.form(snap, now, (&link, now.charts.first()?))
+    }
+
+    fn form(
+        &self,
+        snap: &Snap,
+        now: &Configuration,
+        (link, q): (&Link, &Wrench),
+    ) -> Option<Followed> {
+        let rod = self.rods.get(snap.rod)?.as_ref()?;
         let point = link.point(snap.t, &now.bodies, q, ALONG).ok()?;
         let (form, eta) = fold_form(&rod.massive, (link, q, &point)).ok()?;
         Some(Followed {

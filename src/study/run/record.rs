@@ -4,11 +4,13 @@ use super::ModelKind;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
-use crate::motion::{Bounce, Closing, Crossed, Labels, Ledger, Motion, Outcome, Resolution, Snap};
+use crate::motion::{
+    Bounce, Closing, Crossed, Labels, Ledger, Lost, Motion, Outcome, Resolution, Snap,
+};
 use crate::scene::{RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
-use crate::study::Solid;
 use crate::study::mass::{FoldPassed, Validity};
+use crate::study::{Solid, beside};
 use nalgebra::{Isometry3, Vector3};
 
 /// A run that has ended, or, under landing = "all", the runs into which it branched.
@@ -159,6 +161,8 @@ pub struct RunBranch {
     pub layers: Vec<Layer>,
     /// Folds that the light rod beside a rod with friction or mass passes, in the units of the rod.
     pub crossed: Vec<Crossed>,
+    /// When that rod was not known, in the units of the rod.
+    pub lost: Vec<Lost>,
     /// Bounces of a taut rod, in the units of the rod: the first of them.
     pub bounces: Vec<Bounce>,
     /// How many there were.
@@ -198,6 +202,7 @@ impl RunBranch {
             snaps: Vec::new(),
             layers: Vec::new(),
             crossed: Vec::new(),
+            lost: Vec::new(),
             bounces: Vec::new(),
             bounce_count: 0,
             hardest: None,
@@ -319,6 +324,12 @@ impl RunRecord {
     /// What is to be said of an unstable start, or of strain rates that the nodes do not hold.
     pub fn warning(&self) -> Option<String> {
         self.unresolved().or_else(|| self.unstable())
+    }
+
+    /// When and why folds that the light rod passes are not told; None where all are, or there is none.
+    pub fn untold(&self) -> Option<String> {
+        let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
+        beside::note(&lost, &[], (&self.scales, self.units))
     }
 
     fn unresolved(&self) -> Option<String> {

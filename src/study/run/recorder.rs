@@ -8,8 +8,9 @@ use super::{Fields, places};
 use crate::error::Result;
 use crate::motion::creep::Layer;
 use crate::motion::{
-    Beside, Bounce, Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
+    Bounce, Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
 };
+use crate::study::beside::LightRods;
 use crate::study::thinned::Thinned;
 use crate::study::{Cell, Hooks, Sink};
 use nalgebra::Isometry3;
@@ -40,8 +41,7 @@ pub(super) struct Recorder<'r> {
     closing: Closing,
     snaps: Vec<Snap>,
     layers: Vec<Layer>,
-    beside: Option<Beside>,
-    crossed: Vec<Crossed>,
+    beside: LightRods,
     bounces: Vec<Bounce>,
     bounce_count: usize,
     hardest: Option<Bounce>,
@@ -122,8 +122,7 @@ impl<'r> Recorder<'r> {
             closing,
             snaps: Vec::new(),
             layers: Vec::new(),
-            beside: prepared.beside(rest, first),
-            crossed: Vec::new(),
+            beside: LightRods::new(prepared.beside(rest, first).into_iter().collect()),
             bounces: Vec::new(),
             bounce_count: 0,
             hardest: None,
@@ -140,6 +139,11 @@ impl<'r> Recorder<'r> {
         self.end_passage();
         self.end_axes(&*last);
         self.closing.look(&last.ledger());
+        let (crossed, lost) = self.beside.told();
+        let outward = |crossed: Crossed| Crossed {
+            snap: self.prepared.snap(&crossed.snap),
+            ..crossed
+        };
         RunBranch {
             outcome: audited(
                 branch.outcome,
@@ -149,7 +153,8 @@ impl<'r> Recorder<'r> {
             ),
             snaps: self.snaps,
             layers: self.layers,
-            crossed: self.crossed,
+            crossed: crossed.into_iter().map(outward).collect(),
+            lost,
             bounces: self.bounces,
             bounce_count: self.bounce_count,
             hardest: self.hardest,
@@ -234,12 +239,7 @@ impl<'r> Recorder<'r> {
     /// The end of a step of a rod with strains. (On a sheet a state would have to be made to be looked at.)
     fn step(&mut self, now: &dyn State) {
         self.closing.look(&now.ledger());
-        if let Some(beside) = &mut self.beside {
-            for crossed in beside.step(now) {
-                let snap = self.prepared.snap(&crossed.snap);
-                self.crossed.push(Crossed { snap, ..crossed });
-            }
-        }
+        self.beside.step(now);
         if self.prepared.kind() != ModelKind::Planar {
             return;
         }
@@ -297,9 +297,7 @@ impl Observer for Recorder<'_> {
             Event::Layer(layer) => {
                 let k = &self.prepared.scales;
                 self.layers.push(layer.scaled(k.time, k.energy));
-                if let Some(beside) = &mut self.beside {
-                    beside.land(&*motion.now());
-                }
+                self.beside.land(&*motion.now());
             }
             Event::Bounce(bounce) => {
                 self.bounce_count += 1;

@@ -7,6 +7,7 @@ use crate::elastica::Equilibrium;
 use crate::motion::creep::Layer;
 use crate::motion::{Bounce, Outcome, Snap, SnapEnd};
 use crate::solve::cost::Cost;
+use crate::study::beside;
 use crate::study::mass::FoldPassed;
 use nalgebra::DVector;
 use serde_json::{Map, Value, json};
@@ -77,6 +78,9 @@ impl RunRecord {
         if let Some(warning) = self.warning() {
             add("warning", json!(warning));
         }
+        if let Some(untold) = self.untold() {
+            add("light_rod_lost", json!(untold));
+        }
         if let (count, Some(hardest)) = self.bounces() {
             let listed = self.branches.iter().flat_map(|b| &b.bounces);
             let listed: Vec<Value> = listed.map(|bounce| self.bounce(bounce)).collect();
@@ -129,16 +133,16 @@ impl RunRecord {
         let mut all: Vec<(f64, Value)> = branch.layers.iter().map(|l| (l.from, layer(l))).collect();
         for crossed in &branch.crossed {
             let t = crossed.snap.t * self.scales.time;
-            let mut event = object(self.snap(&crossed.snap));
-            event.remove("time_error");
-            event.insert("kind".to_owned(), json!("fold"));
-            if let Some(fold) = self.passed(branch.id).find(|fold| fold.t == t) {
-                event.insert("mass".to_owned(), fold.json());
-                event.insert("form".to_owned(), fold.form());
-                event.insert("energy".to_owned(), json!(fold.energies()));
-            }
-            all.push((t, Value::Object(event)));
+            let fold = self.passed(branch.id).find(|fold| fold.t == t);
+            all.push((t, FoldPassed::event(fold, self.snap(&crossed.snap))));
         }
+        let lost = branch.lost.iter();
+        all.extend(lost.map(|l| {
+            (
+                l.from * self.scales.time,
+                beside::event(l, &[], &self.scales),
+            )
+        }));
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all.into_iter().map(|(_, event)| event).collect()
     }

@@ -42,6 +42,18 @@ impl Place {
             twist: Vector6::zeros(),
         }
     }
+
+    /// The same seen from `base`, along its directors: pose, and twist relative to it.
+    pub fn seen_from(&self, base: &Self) -> Self {
+        let back = base.pose.rotation.inverse();
+        let (turning, moving) = (halves(&base.twist), halves(&self.twist));
+        let arm = self.pose.translation.vector - base.pose.translation.vector;
+        let v = back * (moving.1 - turning.1 - turning.0.cross(&arm));
+        Self {
+            pose: base.pose.inv_mul(&self.pose),
+            twist: joined(&(back * (moving.0 - turning.0)), &v),
+        }
+    }
 }
 
 impl Carrier {

@@ -239,6 +239,19 @@ impl Link {
         &self.to
     }
 
+    /// The attachment of its end seen from that of its base, at time `t`.
+    pub fn end_place(&self, t: f64, bodies: &[Place]) -> Place {
+        self.to.at(t, bodies).seen_from(&self.from.at(t, bodies))
+    }
+
+    /// The rod alone: from the ground at the origin to a body at its end, without a load along it. Its equilibria are those that it has between its
+    /// attachments where they stand so to each other.
+    pub fn alone(&self) -> Self {
+        let [origin, end] = [Attachment::ground, |place| Attachment::body(0, place)]
+            .map(|on: fn(Isometry3<f64>) -> Attachment| on(Isometry3::identity()));
+        Self::new(self.rod.clone(), origin, end, self.joint)
+    }
+
     /// How its end is held.
     pub fn joint(&self) -> Joint {
         self.joint
@@ -454,11 +467,7 @@ fn along_chord(
 impl LinkPoint {
     /// The twist of the end attachment relative to that of the base, along the base's directors.
     pub fn relative_twist(&self) -> Vector6<f64> {
-        let back = self.base.pose.rotation.inverse();
-        let (turning, moving) = (halves(&self.base.twist), halves(&self.tip.twist));
-        let arm = self.tip.pose.translation.vector - self.base.pose.translation.vector;
-        let v = back * (moving.1 - turning.1 - turning.0.cross(&arm));
-        joined(&(back * (moving.0 - turning.0)), &v)
+        self.tip.seen_from(&self.base).twist
     }
 
     /// What the chart follows: jacobian . q' = drive.

@@ -121,8 +121,8 @@ impl State for AssemblySample {
         self.assembly.groove_forces(&self.at)
     }
 
-    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
-        self.rod_sections(0, places)
+    fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {
+        self.rod_sections(rod, places)
             .iter()
             .map(|section| section.strain)
             .collect()

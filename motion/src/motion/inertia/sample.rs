@@ -103,11 +103,15 @@ impl HeavySample {
         })
     }
 
-    fn first(&self) -> (&HeavyRod, &Moving) {
+    fn rod(&self, k: usize) -> (&HeavyRod, &Moving) {
         match &self.of {
             Of::Rod(rod, at) => (rod, at),
-            Of::Assembly(several) => (&several.assembly.links[0].rod, &several.at.rods[0]),
+            Of::Assembly(several) => (&several.assembly.links[k].rod, &several.at.rods[k]),
         }
+    }
+
+    fn first(&self) -> (&HeavyRod, &Moving) {
+        self.rod(0)
     }
 
     fn several(&self) -> Option<&Several> {
@@ -179,8 +183,8 @@ impl State for HeavySample {
         self.several().map_or(0.0, |several| several.drift)
     }
 
-    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
-        let (rod, at) = self.first();
+    fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {
+        let (rod, at) = self.rod(rod);
         rod.sections.grid.at_each(&at.strains, places)
     }
 

@@ -1,0 +1,94 @@
+//! The light rods beside those with friction or mass, in a run.
+
+use super::exact;
+use crate::motion::{Beside, Crossed, Lost, State};
+use crate::scene::{Scales, Units};
+use serde_json::{Value, json};
+
+/// The light rods that a run follows.
+pub(super) struct LightRods {
+    rods: Vec<Beside>,
+    crossed: Vec<Crossed>,
+}
+
+impl LightRods {
+    pub fn new(rods: Vec<Beside>) -> Self {
+        Self {
+            rods,
+            crossed: Vec::new(),
+        }
+    }
+
+    /// Follows them through a step to `state`.
+    pub fn step(&mut self, state: &dyn State) {
+        for rod in &mut self.rods {
+            self.crossed.extend(rod.step(state));
+        }
+    }
+
+    /// They are where the rods of a state near equilibrium are.
+    pub fn land(&mut self, state: &dyn State) {
+        for rod in &mut self.rods {
+            rod.land(state);
+        }
+    }
+
+    /// The folds that were passed, and when a rod was not known, by their times.
+    pub fn told(mut self) -> (Vec<Crossed>, Vec<Lost>) {
+        self.crossed.sort_by(|a, b| a.snap.t.total_cmp(&b.snap.t));
+        let lost = self.rods.iter().flat_map(Beside::lost).copied();
+        let mut lost: Vec<Lost> = lost.collect();
+        lost.sort_by(|a, b| a.from.total_cmp(&b.from));
+        (self.crossed, lost)
+    }
+}
+
+/// When and why folds are not told, in one sentence; `names` are those of the rods of an assembly.
+pub(super) fn note(
+    lost: &[&Lost],
+    names: &[String],
+    (scales, units): (&Scales, Units),
+) -> Option<String> {
+    let [first, more @ ..] = lost else {
+        return None;
+    };
+    let unit = match units.time() {
+        "" => String::new(),
+        symbol => format!(" {symbol}"),
+    };
+    // Six digits tell where.
+    let short = |t: f64| format!("{t:.5e}").parse().map_or_else(|_| exact(t), exact);
+    let at = |t: f64| format!("t = {}{unit}", short(t * scales.time));
+    let rod = match names.get(first.rod) {
+        Some(name) => format!("rod {name:?}"),
+        None => "the rod".to_owned(),
+    };
+    let until = match first.until {
+        Some(t) => format!("up to {}", at(t)),
+        None => "from there on".to_owned(),
+    };
+    let again = match more.len() {
+        0 => String::new(),
+        1 => "; so once more (events.json)".to_owned(),
+        n => format!("; so {n} times more (events.json)"),
+    };
+    Some(format!(
+        "at {} the light rod beside {rod} is lost: {}; folds that it passes {until} are not told{again}",
+        at(first.from),
+        first.why
+    ))
+}
+
+/// The same as an event.
+pub(super) fn event(lost: &Lost, names: &[String], scales: &Scales) -> Value {
+    let mut event = json!({
+        "kind": "light_rod_lost",
+        "t": lost.from * scales.time,
+        "until": lost.until.map(|t| t * scales.time),
+        "reason": lost.why.to_string(),
+    });
+    if let Some(name) = names.get(lost.rod) {
+        event["rod"] = name.as_str().into();
+    }
+    event
+}
