@@ -7,7 +7,7 @@ use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs};
 use super::run_text::{chosen, heavy_folds, mass, unit};
-use super::{Ending, Refusal, equilibrium, rod_figures, signals};
+use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
@@ -45,6 +45,11 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let draw = |out: &Output| {
         out.figure("shapes", || Ok(moments(&record)), rod_shapes);
         out.figure("energies", || Ok(ledger(&record)), plot::energies);
+        if args.html {
+            out.page("run", |figures| {
+                run_page::several(args, &prepared, &record, figures)
+            });
+        }
     };
     let words = || run_text(&record, directory.as_deref());
     ran.reported(args, (&out, directory.as_deref()), draw, words)
@@ -120,7 +125,7 @@ fn figure(rods: Vec<SpaceRod>, units: Units) -> RodShapes {
     }
 }
 
-fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
+pub fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let mut line = |line: String| {

@@ -18,6 +18,11 @@ const SNAPSHOTS: usize = 6;
 
 /// Runs the scene.
 pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
+    if args.html {
+        return Err(Refusal(
+            "--html: a bar stays straight, and a page of it would not move; leave it out, and see waves.svg and snapshots.svg".to_owned(),
+        ));
+    }
     let prepared = BarPrepared::new(scene).map_err(|e| no_start(&args.scene.path, &e))?;
     let directory = args.directory();
     let out = Output::open(directory.as_deref(), FILES, args.figures)?;

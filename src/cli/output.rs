@@ -4,6 +4,7 @@
 //! whose disk fills up, leaves the files of the run before it whole. A lock keeps a second run out of the directory.
 
 use super::files::print_error;
+use super::page::Page;
 use super::{Refusal, signals};
 use clap::Args;
 use snaprod::study::{Cell, Csv, Sink, Table};
@@ -53,6 +54,8 @@ struct Place {
     owned: &'static [&'static str],
     /// Names of the files that are written aside and whole.
     written: RefCell<Vec<String>>,
+    /// Figures that were drawn, for a page that shows them.
+    drawn: RefCell<Vec<(String, String)>>,
     _lock: Option<Lock>,
 }
 
@@ -134,9 +137,30 @@ impl Output {
             }
         };
         self.write(&format!("{name}.svg"), svg.as_bytes())?;
+        if let Some(place) = &self.place {
+            place.drawn.borrow_mut().push((name.to_owned(), svg));
+        }
         match raster {
             Some(bytes) => self.write(&format!("{name}.png"), &bytes),
             None => Ok(()),
+        }
+    }
+
+    /// Writes the page `name.html`, if anything is written at all; it is given the figures drawn so far. Whatever hinders it is a warning,
+    /// as for a figure.
+    pub fn page(
+        &self,
+        name: &str,
+        page: impl FnOnce(Vec<(String, String)>) -> Result<Page, Refusal>,
+    ) {
+        let Some(place) = &self.place else {
+            return;
+        };
+        let page = page(place.drawn.take());
+        let file = format!("{name}.html");
+        let written = page.and_then(|page| self.write(&file, page.html().as_bytes()));
+        if let Err(Refusal(why)) = written {
+            print_error(&format!("warning: {file} is missing: {why}"));
         }
     }
 
@@ -167,6 +191,7 @@ impl Place {
             directory: directory.to_owned(),
             owned,
             written: RefCell::default(),
+            drawn: RefCell::default(),
             _lock: Lock::take(directory)?,
         };
         place.sweep();

@@ -5,7 +5,7 @@ use super::files::{json_text, print, print_error, print_json, toml_text};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
 use super::run_figures::{RunFigure, run_figures};
-use super::{Ending, Refusal, assembly, bar, check, run_text, signals};
+use super::{Ending, Refusal, assembly, bar, check, run_page, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
@@ -30,6 +30,9 @@ pub struct RunArgs {
     /// Write all samples into strain.csv, not only some 400 of them.
     #[arg(long, conflicts_with = "no_strain")]
     pub all_strain: bool,
+    /// Write run.html, a page that plays the motion; it is one file and needs no network.
+    #[arg(long)]
+    pub html: bool,
     #[command(flatten)]
     pub figures: FigureArgs,
 }
@@ -64,6 +67,7 @@ pub const FILES: &[&str] = &[
     "path.*",
     "poincare.*",
     "waves.*",
+    "run.html",
 ];
 
 /// Runs the scene.
@@ -102,6 +106,11 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
             for (name, figure) in run_figures(&record) {
                 out.figure(&name, || Ok(figure?), RunFigure::draw);
             }
+        }
+        if args.html {
+            out.page("run", |figures| {
+                run_page::single(args, &prepared, &record, figures)
+            });
         }
     };
     let words = || run_text::text(&record, directory.as_deref());

@@ -152,7 +152,7 @@ fn labels(units: scene::Units, length: f64, natural: bool) -> AxisUnits {
 ///
 /// # Errors
 /// As [`fold_curve`].
-fn first_folds(length: f64) -> Result<Vec<Curve>> {
+pub fn first_folds(length: f64) -> Result<Vec<Curve>> {
     let half = fold_curve(1, 0.02, 6.0, 0.05)?;
     let fold = |side: f64| {
         let points = half.iter();

@@ -78,6 +78,8 @@ mod messages;
 #[cfg(feature = "cli")]
 mod modes;
 mod motion_in_space;
+#[cfg(feature = "cli")]
+mod pages;
 mod pins;
 #[cfg(feature = "plot")]
 mod plot;

@@ -56,11 +56,53 @@ pub(super) fn settle(
     q: &Vector2<f64>,
     leaving: &Vector2<f64>,
 ) -> Result<Vector2<f64>> {
+    flow(rods, q, leaving, &mut |_, _, _| ())
+}
+
+/// A shape on the way through the layer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerShape {
+    /// Time since the departure, in units of the viscosity of flexure over the bending stiffness.
+    pub time: f64,
+    /// Stored energy.
+    pub elastic: f64,
+    /// The clamp, sections at the Gauss nodes, and the end: (x, y, theta).
+    pub sections: Vec<[f64; 3]>,
+}
+
+/// The shapes of [`settle`] after every step, and the landing.
+///
+/// # Errors
+/// As there.
+pub(super) fn shapes(
+    rods: &impl Multivalued<2>,
+    q: &Vector2<f64>,
+    leaving: &Vector2<f64>,
+) -> Result<(Vec<LayerShape>, Vector2<f64>)> {
+    let mut shapes = Vec::new();
+    let landed = flow(rods, q, leaving, &mut |rod, u, time| {
+        shapes.push(LayerShape {
+            time,
+            elastic: 0.5 * rod.mean(u, u),
+            sections: rod.sections(u),
+        });
+    })?;
+    Ok((shapes, landed))
+}
+
+/// The flow; `seen` is shown the curvature after every step, and the time.
+fn flow(
+    rods: &impl Multivalued<2>,
+    q: &Vector2<f64>,
+    leaving: &Vector2<f64>,
+    seen: &mut dyn FnMut(&Rod, &Field, f64),
+) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
     let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
     let origin = rod.curvature(&start)?;
     let mut u = rod.departed(q, leaving, &origin)?;
-    let mut h = 0.1;
+    let (mut h, mut time) = (0.1, 0.0);
+    seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {
         let (rate, n) = rod.rate(&u);
         let (size, speed) = (u.norm(), rate.norm());
@@ -80,7 +122,8 @@ pub(super) fn settle(
         };
         let ratio = error / (TOLERANCE * size);
         if ratio <= 1.0 {
-            u = next;
+            (u, time) = (next, time + h);
+            seen(&rod, &u, time);
         }
         let factor = 0.9 / ratio.max(1e-8).sqrt();
         h *= if factor > 0.2 { factor.min(5.0) } else { 0.2 };
@@ -169,6 +212,17 @@ impl Rod {
         let (cos, sin) = (theta.map(f64::cos), theta.map(f64::sin));
         let tip = Vector2::new(self.weights.dot(&cos), self.weights.dot(&sin));
         (&self.outer * sin, -(&self.outer * cos), tip, theta)
+    }
+
+    /// (x, y, theta) at the clamp, the nodes and the end of the rod of this curvature.
+    fn sections(&self, u: &Field) -> Vec<[f64; 3]> {
+        let theta = &self.integrate * u;
+        let (cos, sin) = (theta.map(f64::cos), theta.map(f64::sin));
+        let (x, y) = (&self.integrate * &cos, &self.integrate * &sin);
+        let nodes = (0..u.len()).map(|i| [x[i], y[i], theta[i]]);
+        let tip = [&cos, &sin, u].map(|f| self.weights.dot(f));
+        let ends = std::iter::once([0.0; 3]).chain(nodes).chain([tip]);
+        ends.collect()
     }
 
     /// int a b.

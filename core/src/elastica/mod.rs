@@ -25,6 +25,7 @@ pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use held::{HeldMode, held_modes};
 pub use inertia::{LightRod, Passage, RodInertia};
 pub use inversion::{Found, equilibria_at};
+pub use layer::LayerShape;
 pub use model::Elastica;
 pub use settled::settled;
 pub use stable::{FoldLine, StableRegion};

@@ -2,6 +2,7 @@
 
 use super::chart::{ChartPoint, P_MAX, amplitude};
 use super::equilibrium::sheet;
+use super::layer::LayerShape;
 use super::{folds, inversion, layer, near};
 use crate::error::{Error, Result};
 use crate::manifold::{
@@ -23,6 +24,21 @@ const TAUT_LAMBDA: f64 = 20.0;
 
 /// A motion is not followed where lam is known from w to worse than this.
 const LOST: f64 = 1e-8;
+
+impl Elastica {
+    /// The shapes through which the rod passes when it leaves the fold `q` along `leaving` with its end held and a little friction, step
+    /// by step, and the equilibrium on which it lands (theory 2.6): the way to what [`Multivalued::settle`] gives.
+    ///
+    /// # Errors
+    /// A flow that does not come to rest.
+    pub fn layer(
+        &self,
+        q: &Vector2<f64>,
+        leaving: &Vector2<f64>,
+    ) -> Result<(Vec<LayerShape>, Vector2<f64>)> {
+        layer::shapes(self, q, leaving)
+    }
+}
 
 impl EquilibriumManifold<2> for Elastica {
     #[inline]

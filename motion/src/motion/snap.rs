@@ -1,9 +1,11 @@
 //! The jump at a fold: r and v stay, the rod falls to another equilibrium (theory 2.6).
 
+use super::state::planar;
 use crate::assembly::Configuration;
+use crate::elastica::{Elastica, LayerShape};
 use crate::error::Result;
 use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
-use nalgebra::{DVector, SVector, UnitQuaternion};
+use nalgebra::{DVector, Isometry3, SVector, UnitQuaternion};
 
 /// Where a rod lands that has run out of its sheet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -93,6 +95,31 @@ pub struct Snap {
     pub choices: Option<usize>,
     /// The bodies and charts of an assembly at the fold; None in a plane.
     pub moving: Option<Box<Configuration>>,
+}
+
+/// A layer belongs to a snap if it lands as near as this to where the snap did, in the chart.
+const SAME: f64 = 1e-6;
+
+impl Snap {
+    /// The shapes through which a planar elastica falls in this snap, each with its stored energy, in the frame of its clamp and its own
+    /// units; None of other rods, and where another rule than the layer chose the landing.
+    pub fn layer(&self) -> Option<Vec<(f64, Vec<Isometry3<f64>>)>> {
+        self.from.sheet?;
+        let [from, to] = [&self.from, &self.to].map(|end| match end.q.as_slice() {
+            [p, w] => Some(SVector::from([*p, *w])),
+            _ => None,
+        });
+        let (from, to) = (from?, to?);
+        let (leaving, _) = fold_sides(&Elastica, &from).ok()?;
+        let (shapes, landed) = Elastica.layer(&from, &leaving).ok()?;
+        let placed = |shape: LayerShape| {
+            let sections = shape.sections.iter();
+            let sections = sections.map(|[x, y, theta]| planar(*x, *y, *theta));
+            (shape.elastic, sections.collect())
+        };
+        let same = (landed - to).norm() < SAME * (1.0 + to.norm());
+        same.then(|| shapes.into_iter().map(placed).collect())
+    }
 }
 
 /// Change of the force, relative to it, at which the two sides of a fold are told apart.

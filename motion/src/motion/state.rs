@@ -133,7 +133,7 @@ impl Labels {
 }
 
 /// A section in the plane with its tangent at the angle `theta` to x: directors (z, d2, tangent).
-fn planar(x: f64, y: f64, theta: f64) -> Isometry3<f64> {
+pub(super) fn planar(x: f64, y: f64, theta: f64) -> Isometry3<f64> {
     let (sin, cos) = theta.sin_cos();
     let directors = Matrix3::new(0.0, sin, cos, 0.0, -cos, sin, 1.0, 0.0, 0.0);
     let turn = Rotation3::from_matrix_unchecked(directors);

@@ -29,8 +29,8 @@ pub type AssemblyMotion = (Box<dyn Motion<'static>>, Option<usize>);
 
 /// A scene of an assembly in motion made ready to run.
 pub struct AssemblyPrepared {
-    setup: AssemblySetup,
-    scene: Scene,
+    pub(in crate::study) setup: AssemblySetup,
+    pub(in crate::study) scene: Scene,
     run: Run,
 }
 
@@ -58,6 +58,14 @@ impl AssemblyPrepared {
 
     /// A state in the world and the scene's units.
     fn moment(&self, state: &dyn State) -> AssemblyMoment {
+        AssemblyMoment {
+            index: state.index(),
+            ..self.passing(state)
+        }
+    }
+
+    /// The same without its index, which costs more than all else.
+    pub(in crate::study) fn passing(&self, state: &dyn State) -> AssemblyMoment {
         let (k, ledger) = (&self.setup.scales, state.ledger());
         let mut grooves = state.groove_forces().into_iter();
         let body = |place: &Place| {
@@ -75,12 +83,12 @@ impl AssemblyPrepared {
             bodies: state.bodies().iter().map(body).collect(),
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
-            index: state.index(),
+            index: None,
         }
     }
 
     /// Every rod now, from base to end.
-    fn shapes(&self, state: &dyn State, points: usize) -> Result<Shapes> {
+    pub(in crate::study) fn shapes(&self, state: &dyn State, points: usize) -> Result<Shapes> {
         let Some(now) = state.configuration() else {
             let mut curves = state.curves(points);
             for pose in curves.iter_mut().flatten() {
@@ -119,13 +127,13 @@ impl AssemblyPrepared {
         rods.map(|rod| rod.rod.thickness()).collect()
     }
 
-    fn body_names(&self) -> Vec<String> {
+    pub(in crate::study) fn body_names(&self) -> Vec<String> {
         let given = self.scene.assembly.iter();
         let bodies = given.flat_map(|given| &given.bodies);
         bodies.map(|body| body.name.clone()).collect()
     }
 
-    fn solids(&self) -> Vec<Solid> {
+    pub(in crate::study) fn solids(&self) -> Vec<Solid> {
         let given = self.scene.assembly.iter();
         let bodies = given.flat_map(|given| &given.bodies);
         let solid = |body: &AssemblyBody| match &body.extent {

@@ -36,7 +36,7 @@ pub struct Prepared {
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
     pub(super) thickness: Option<f64>,
     /// The body as figures show it.
-    pub(super) solid: Solid,
+    pub(in crate::study) solid: Solid,
     /// Whether the body slides in a groove.
     pub(super) grooved: bool,
 }
@@ -282,7 +282,16 @@ impl Prepared {
     }
 
     /// A state in the world frame and the scene's units.
-    pub(super) fn moment(&self, state: &dyn State) -> Moment {
+    pub(in crate::study) fn moment(&self, state: &dyn State) -> Moment {
+        Moment {
+            labels: state.equilibrium(),
+            index: state.index(),
+            ..self.passing(state)
+        }
+    }
+
+    /// The same without the equilibrium that the rod is in, or near, and its index, which cost more than all else.
+    pub(in crate::study) fn passing(&self, state: &dyn State) -> Moment {
         let (k, ledger, pose) = (&self.scales, state.ledger(), state.pose());
         let clamp = self.setup.model.clamp(state.time());
         let (frame, end) = (clamp.of_poses(), pose.translation.vector);
@@ -303,13 +312,17 @@ impl Prepared {
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
             friction: state.friction() * k.energy,
-            labels: state.equilibrium(),
-            index: state.index(),
+            labels: None,
+            index: None,
         }
     }
 
     /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
-    pub(super) fn sections(&self, state: &dyn State, points: usize) -> Vec<Isometry3<f64>> {
+    pub(in crate::study) fn sections(
+        &self,
+        state: &dyn State,
+        points: usize,
+    ) -> Vec<Isometry3<f64>> {
         let sections = state.sections(points);
         let clamp = self.setup.model.clamp(state.time()).pose();
         let outward = |pose| self.outward(&clamp, pose);

@@ -1,0 +1,403 @@
+// A motion: the rods and bodies, the energies, the phase plane, the sheet with the path on it.
+
+const { units, flat, length } = data;
+const rods = data.rods.map((rod) => ({ ...rod, at: reals(rod.at), d1: rod.d1 && unitVectors(rod.d1) }));
+const bodies = data.bodies.map((body) => ({
+  ...body,
+  at: body.at.map(reals),
+  velocity: body.velocity.map(reals),
+  turn: body.turn.map(reals),
+  way: body.way.map(reals),
+  speed: body.speed.map(reals),
+}));
+const energies = data.energies.map((one) => ({ ...one, values: reals(one.values), trace: reals(one.trace) }));
+// Curves have points of their own, closer than the pictures; up to each picture so many of them.
+const trace = reals(data.trace);
+const upTo = Array.from(data.t, (t, i) => {
+  const last = data.place[i] === "f" || data.place[i] === "y";
+  let k = trace.findIndex((other) => other > t + 1e-9 * Math.abs(t));
+  if (k < 0) k = trace.length;
+  return last ? k - 1 : k;
+});
+const axes = flat ? ["x", "y"] : ["x", "y", "z"];
+const lengths = axes.map((name) => labelled(name, units.length));
+
+/** Section k of a rod in picture i. */
+function section(rod, i, k) {
+  const n = axes.length, from = (i * rod.sections + k) * n;
+  return Array.from(rod.at.subarray(from, from + n));
+}
+
+/** The rod in picture i, section by section. */
+function shape(rod, i) {
+  return Array.from({ length: rod.sections }, (_, k) => section(rod, i, k));
+}
+
+const place = (body, i) => axes.map((_, k) => body.at[k][i]);
+const turn = (body, i) => unit4([0, 1, 2, 3].map((k) => body.turn[k][i]));
+const unit4 = (q) => q.map((x) => x / (Math.hypot(...q) || 1));
+/** The middle of mass of a body, and from it to the middles of three faces. */
+const middle = (body, i) => plus(place3(body, i), 1, turned(turn(body, i), body.offset));
+const place3 = (body, i) => [0, 1, 2].map((k) => body.at[k][i]);
+const edges = (body, i) => [0, 3, 6].map((k) => turned(turn(body, i), body.edges.slice(k, k + 3)));
+const isPoint = (body) => body.edges.every((x) => x === 0);
+/** The corners of the faces of a box, each seen from outside against the clock. */
+const FACES = [0, 1, 2].flatMap((axis) => [1, -1].map((side) => [axis, side]));
+function faces(body, i) {
+  const c = middle(body, i), e = edges(body, i);
+  return FACES.map(([axis, side]) => {
+    const [u, v] = [e[(axis + 1) % 3], e[(axis + 2) % 3]], m = plus(c, side, e[axis]);
+    return [[1, 1], [-side, side], [-1, -1], [side, -side]].map(([a, b]) => plus(plus(m, a, u), b, v));
+  });
+}
+
+/** What the picture of the rods spans, on every axis. */
+const bounds = axes.map((_, k) => {
+  const of = rods.map((rod) => range(rod.at.filter((_, j) => j % axes.length === k)));
+  const bulk = bodies.flatMap((body) => {
+    const reach = Math.hypot(...body.offset) + Math.hypot(...body.edges);
+    const [a, b] = range(body.at[k]);
+    return isPoint(body) ? [[a, b]] : [[a - reach, b + reach]];
+  });
+  return [...of, ...bulk].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
+});
+
+/** Ends of rods that never move are on the ground. */
+const grounds = rods.flatMap((rod) => [0, rod.sections - 1].filter((k) => {
+  const first = section(rod, 0, k);
+  return data.t.every((_, i) => Math.hypot(...section(rod, i, k).map((x, j) => x - first[j])) < 2e-4 * length);
+}).map((k) => ({ rod, k })));
+
+const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.3 }, BODY = "#3d3d3d";
+const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
+const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 };
+const hasFolds = data.place.includes("f"), hasLayers = data.place.includes("y");
+
+/** Pictures whose shapes stand behind that of picture i: some ten from the last second and a half, by what they show. */
+function past(i) {
+  const step = Math.max(1, Math.round(data.t.length / 50)), found = [];
+  for (let k = i - step; k >= 0 && found.length < 12; k -= step) if (data.place[k] === ".") found.push([k, 0.8 * (1 - found.length / 12)]);
+  return found.reverse();
+}
+
+/** The last snap up to picture i: the picture before it, those of its layer up to i, and that of its landing if it is past. */
+function lastSnap(i) {
+  const fold = data.place.lastIndexOf("f", i);
+  if (fold < 0) return null;
+  const landing = data.place.indexOf("l", fold);
+  return { fold, layer: [...data.place.slice(fold + 1, Math.min(i + 1, landing))].map((_, k) => fold + 1 + k), landing: landing >= 0 && landing <= i ? landing : null, fresh: i - landing < 0.12 * data.t.length };
+}
+
+/** The rods in the plane. */
+class FlatView {
+  constructor(board) {
+    let [x, y] = bounds.map((of) => wider(of));
+    const folds = (data.folds ?? []).map((fold) => ({ x: reals(fold.x), y: reals(fold.y) }));
+    this.folds = folds;
+    const least = 0.25 * length;
+    [x, y] = [x, y].map(([a, b]) => (b - a < least ? [(a + b - least) / 2, (a + b + least) / 2] : [a, b]));
+    this.axes = new Axes(board, { x, y, xLabel: lengths[0], yLabel: lengths[1], equal: true });
+  }
+
+  draw(i, ghosts) {
+    const at = this.axes, g = at.begin();
+    for (const fold of this.folds) at.line(fold.x, fold.y, { colour: AMBER, width: 1.2, dash: [6, 3, 1, 3] });
+    const rod = (one, k, style) => {
+      const points = shape(one, k);
+      at.line(points.map((p) => p[0]), points.map((p) => p[1]), style);
+    };
+    if (ghosts) for (const [k, alpha] of past(i)) for (const one of rods) rod(one, k, { ...GHOST, alpha });
+    for (const body of bodies) at.line(body.way[0], body.way[1], WAY, 0, upTo[i]);
+    const snap = ghosts && lastSnap(i);
+    if (snap && (snap.fresh || snap.landing === null)) {
+      for (const one of rods) {
+        for (const k of snap.layer) rod(one, k, FALL);
+        rod(one, snap.fold, BEFORE);
+        if (snap.landing !== null) rod(one, snap.landing, AFTER);
+      }
+    }
+    for (const one of rods) rod(one, i, ROD);
+    for (const { rod: one, k } of grounds) this.ground(one, k);
+    for (const body of bodies) this.body(body, i);
+    at.end();
+  }
+
+  ground(rod, k) {
+    const [x, y] = section(rod, 0, k), next = section(rod, 0, k ? k - 1 : 1), g = this.axes.g;
+    g.save();
+    g.translate(this.axes.px(x), this.axes.py(y));
+    g.rotate(-Math.atan2(next[1] - y, next[0] - x));
+    g.strokeStyle = INK;
+    g.lineWidth = 2;
+    g.beginPath();
+    g.moveTo(0, -12);
+    g.lineTo(0, 12);
+    g.stroke();
+    g.lineWidth = 1;
+    g.beginPath();
+    for (let v = -12; v < 12; v += 5) {
+      g.moveTo(0, v);
+      g.lineTo(-6, v + 6);
+    }
+    g.stroke();
+    g.restore();
+  }
+
+  body(body, i) {
+    if (isPoint(body)) return this.axes.dot(body.at[0][i], body.at[1][i], BODY, 8);
+    const g = this.axes.g, c = middle(body, i);
+    // A body that moves in the plane shows one face, whichever of its axes is across.
+    for (const face of faces(body, i)) {
+      g.beginPath();
+      face.forEach(([x, y], k) => (k ? g.lineTo : g.moveTo).call(g, this.axes.px(x), this.axes.py(y)));
+      g.closePath();
+      g.fillStyle = "#6e6e6e";
+      g.fill();
+      g.strokeStyle = INK;
+      g.lineWidth = 1;
+      g.stroke();
+    }
+    this.axes.dot(c[0], c[1], BODY, 3.5);
+  }
+}
+
+/** The rods in space: strips whose sides are told apart, bodies as boxes. */
+class SpaceView {
+  constructor(board) {
+    const [low, high] = [0, 1].map((side) => bounds.map((of) => wider(of, 0.04)[side]));
+    // No box is flatter than a part of its longest edge.
+    const longest = Math.max(...low.map((a, k) => high[k] - a));
+    low.forEach((a, k) => {
+      const short = 0.2 * longest - (high[k] - a);
+      if (short > 0) [low[k], high[k]] = [a - short / 2, high[k] + short / 2];
+    });
+    this.space = new Space(board, { low, high, labels: lengths });
+    this.half = 0.016 * longest;
+    this.directors = false;
+  }
+
+  draw(i, ghosts) {
+    const space = this.space;
+    space.begin();
+    space.box();
+    if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(shape(rod, k), { ...GHOST, alpha });
+    for (const body of bodies) {
+      // Of a body its middle, which the trace does not tell.
+      const way = isPoint(body) ? Array.from({ length: upTo[i] }, (_, k) => body.way.map((of) => of[k])) : Array.from({ length: i + 1 }, (_, k) => middle(body, k));
+      space.line(way, WAY);
+      // The shadow on the floor tells depth.
+      space.line(way.map(([x, y]) => [x, y, space.low[2]]), { colour: "#cfcfcf", width: 1 });
+    }
+    const snap = ghosts && lastSnap(i);
+    for (const rod of rods) {
+      if (snap && (snap.fresh || snap.landing === null)) space.line(shape(rod, snap.fold), BEFORE);
+      this.strip(rod, i);
+    }
+    for (const { rod, k } of grounds) space.dot(section(rod, 0, k), INK, 5);
+    for (const body of bodies) {
+      if (!isPoint(body)) for (const face of faces(body, i)) space.face(face, "#a8a8a8", "#a8a8a8", { rim: 0.4, alpha: 0.6 });
+      space.dot(middle(body, i), BODY, isPoint(body) ? 7 : 3, isPoint(body) ? 0 : 0.02);
+    }
+    space.paint();
+  }
+
+  strip(rod, i) {
+    const points = shape(rod, i);
+    const across = points.map((_, k) => Array.from(rod.d1.subarray(3 * (i * rod.sections + k), 3 * (i * rod.sections + k) + 3)));
+    for (let k = 1; k < points.length; k++) {
+      const side = (j, w) => plus(points[j], w * this.half, across[j]);
+      this.space.face([side(k - 1, 1), side(k, 1), side(k, -1), side(k - 1, -1)], "#3d9be0", "#f0b264", { rim: 0.5 });
+    }
+    this.space.line(points, { colour: "#0d3b5e", width: 1.2 }, 0.004);
+    if (!this.directors) return;
+    for (let k = 0; k < points.length; k += 5) {
+      const tangent = unit(plus(points[Math.min(k + 1, points.length - 1)], -1, points[Math.max(k - 1, 0)]));
+      const frame = [across[k], cross(tangent, across[k]), tangent];
+      [ORANGE, GREEN, BLUE].forEach((colour, j) => this.space.line([points[k], plus(points[k], 4 * this.half, frame[j])], { colour, width: 2 }, 0.01));
+    }
+  }
+}
+
+/** The energies over time, with a cursor. */
+class EnergyView {
+  constructor(board) {
+    const looks = {
+      kinetic: { colour: BLUE }, "rod kinetic": { colour: SKY, dash: [6, 3] }, elastic: { colour: ORANGE }, potential: { colour: GREEN, dash: [8, 3] },
+      dissipated: { colour: PINK, dash: [3, 3] }, work: { colour: AMBER, dash: [9, 3, 2, 3] }, total: { colour: INK, dash: [1, 4], width: 2 },
+    };
+    // Where gravity's constant would hide all else, what it adds is told from the start on.
+    const potential = energies.find(({ name }) => name === "potential");
+    const others = energies.filter(({ name }) => name !== "potential" && name !== "total").flatMap(({ trace }) => range(trace));
+    const base = potential && Math.abs(potential.trace[0]) > 5 * Math.max(...others.map(Math.abs)) ? potential.trace[0] : 0;
+    const less = ({ name }) => (name === "potential" || name === "total" ? base : 0);
+    this.lines = energies.map((one) => ({
+      values: one.values.map((x) => x - less(one)),
+      trace: one.trace.map((x) => x - less(one)),
+      style: { width: 1.8, ...looks[one.name] },
+    }));
+    energies.forEach((one, k) => board.key(less(one) ? `${one.name} − ${told(base)}` : one.name, this.lines[k].style));
+    const of = this.lines.map(({ trace }) => range(trace));
+    const y = wider([Math.min(0, ...of.map((r) => r[0])), Math.max(...of.map((r) => r[1]))]);
+    this.axes = new Axes(board, { x: [data.t[0], data.t.at(-1)], y, xLabel: labelled("t", units.time), yLabel: labelled("energy", units.energy) });
+  }
+
+  draw(i) {
+    const at = this.axes;
+    at.begin();
+    for (const t of data.marks) at.line([t, t], at.y, { colour: ORANGE, width: 1, alpha: 0.5 });
+    for (const line of this.lines) at.line(trace, line.trace, line.style);
+    at.line([data.t[i], data.t[i]], at.y, { colour: INK, width: 1 });
+    for (const { values, style } of this.lines) at.dot(data.t[i], values[i], style.colour, 3.5);
+    at.end();
+  }
+}
+
+/** Velocity over place, of one component of one body. */
+class PhaseView {
+  constructor(board) {
+    this.board = board;
+    this.choices = bodies.flatMap((body) => ["x", "y", "z"].map((name, k) => ({ body, name, k })));
+    const span = ({ body, k }) => range(body.way[k])[1] - range(body.way[k])[0];
+    this.choices = this.choices.filter((one) => span(one) > 1e-7 * length);
+    if (!this.choices.length) this.choices = [{ body: bodies[0], name: "x", k: 0 }];
+    const best = this.choices.reduce((a, b) => (span(b) > span(a) ? b : a));
+    const select = document.createElement("select");
+    select.setAttribute("aria-label", "component in the phase plane");
+    this.choices.forEach((one, k) => select.add(new Option(one.body.name && bodies.length > 1 ? `${one.body.name}.${one.name}` : one.name, k, false, one === best)));
+    select.addEventListener("change", () => {
+      this.choose(this.choices[select.value]);
+      this.draw(this.i);
+    });
+    board.legend.append("phase plane of ", select);
+    this.choose(best);
+  }
+
+  choose({ body, name, k }) {
+    [this.xs, this.vs, this.x, this.v] = [body.way[k], body.speed[k], body.at[k], body.velocity[k]];
+    const of = bodies.length > 1 ? `${body.name}.` : "";
+    this.axes = new Axes(this.board, {
+      x: wider(range(this.xs)), y: wider(range(this.vs)), xLabel: labelled(of + name, units.length), yLabel: labelled(`${of}v${name}`, units.velocity),
+    });
+  }
+
+  draw(i) {
+    this.i = i;
+    const at = this.axes;
+    at.begin();
+    at.line(this.xs, this.vs, { colour: FAINT, width: 1, alpha: 0.7 });
+    at.line(this.xs, this.vs, WAY, upTo[Math.max(0, i - 60)], upTo[i]);
+    data.place.split("").forEach((letter, k) => letter === "l" && at.dot(this.x[k], this.v[k], ORANGE, 4));
+    at.dot(this.x[i], this.v[i], BODY, 5.5);
+    at.end();
+  }
+}
+
+/** The stable sheets of the elastica over the places of the end, with the path on them. */
+class SheetView {
+  constructor(board) {
+    this.patches = data.sheet.patches.map((patch) => ({ ...patch, at: patch.at.map(reals) }));
+    this.path = data.sheet.path.map(reals);
+    const of = (k) => [...this.patches.map((patch) => range(patch.at[k])), range(this.path[k])].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
+    const [low, high] = [0, 1].map((side) => [of(0)[side], of(1)[side], of(2)[side]]);
+    // The angle counts as a length so that the box is a cube.
+    const scale = [1, 1, (high[0] - low[0]) / (high[2] - low[2])];
+    this.space = new Space(board, { low, high, labels: [labelled("x", units.length), labelled("y", units.length), "θ(L) (rad)"], scale, azimuth: -52, elevation: 24 });
+    this.picture = document.createElement("canvas");
+    this.space.changed = () => {
+      this.drawn = null;
+      this.draw(this.i);
+    };
+    board.key("κ > 0", { colour: "#3d9be0", width: 6 });
+    board.key("κ < 0", { colour: "#f0b264", width: 6 });
+    board.key("path", WAY);
+  }
+
+  point = (k) => this.path.map((of) => of[k]);
+
+  draw(i) {
+    this.i = i;
+    const canvas = this.space.board.canvas, size = `${canvas.clientWidth} ${canvas.clientHeight} ${window.devicePixelRatio}`;
+    this.space.begin();
+    // Sheets and path change with the camera alone.
+    if (this.drawn !== size) {
+      this.surface();
+      this.drawn = size;
+      [this.picture.width, this.picture.height] = [canvas.width, canvas.height];
+      this.picture.getContext("2d").drawImage(canvas, 0, 0);
+    } else {
+      const g = this.space.g;
+      g.save();
+      g.setTransform(1, 0, 0, 1, 0, 0);
+      g.drawImage(this.picture, 0, 0);
+      g.restore();
+    }
+    this.space.dot(this.point(i), BODY, 6);
+    this.space.paint();
+  }
+
+  surface() {
+    const space = this.space;
+    space.box();
+    this.patches.forEach(({ rows, columns, at }, k) => {
+      const node = (r, c) => at.map((of) => of[r * columns + c]);
+      for (let r = 1; r < rows; r++) {
+        for (let c = 1; c < columns; c++) {
+          const four = [node(r - 1, c - 1), node(r - 1, c), node(r, c), node(r, c - 1)];
+          const colour = k ? "#f0b264" : "#3d9be0";
+          if (four.every((p) => p.every((x) => x === x))) space.face(four, colour, colour, { alpha: 0.82 });
+        }
+      }
+    });
+    let from = 0;
+    for (let k = 1; k <= data.t.length; k++) {
+      if (k < data.t.length && data.place[k] !== "l") continue;
+      // From landing to fold on the sheet; between them a jump.
+      const to = data.place.lastIndexOf("f", k - 1) >= from ? data.place.lastIndexOf("f", k - 1) + 1 : k;
+      space.line(Array.from({ length: to - from }, (_, j) => this.point(from + j)), { colour: "#8f2f6b", width: 2 }, 0.03);
+      if (k < data.t.length) space.line([this.point(to - 1), this.point(k)], { colour: INK, width: 1.4, dash: [4, 3] }, 0.03);
+      from = k;
+    }
+    space.paint();
+  }
+}
+
+const about = `${data.t.length} pictures of the motion from t = ${told(data.t[0])} to ${told(data.t.at(-1))}${units.time && ` ${units.time}`}; every shape is one of the library's, none is drawn between two.`;
+document.getElementById("about").textContent = about;
+let views = [];
+const player = new Player((i) => views.forEach((view) => view.draw(i, player.ghosts)));
+const stage = new Board("motion", "the rods and bodies");
+stage.key(rods.length > 1 ? "rods" : "rod", ROD);
+stage.key(bodies.length > 1 ? "paths of the bodies" : "path of the body", WAY);
+if (hasFolds) stage.key("before the snap", BEFORE);
+if (hasLayers) stage.key("falling", FALL);
+if (hasFolds && flat) stage.key("after it", AFTER);
+if (data.folds) stage.key("first fold", { colour: AMBER, dash: [6, 3, 1, 3] });
+const picture = flat ? new FlatView(stage) : new SpaceView(stage);
+views = [picture, new EnergyView(new Board("wide", "energies over time"))];
+views.push(new PhaseView(new Board(data.sheet ? "half" : "wide low", "phase plane")));
+if (data.sheet) views.push(new SheetView(new Board("half", "the sheet of equilibria with the path on it")));
+const spaces = views.map((view) => view.space).filter(Boolean);
+if (!flat) picture.space.changed = () => picture.draw(player.frame, player.ghosts);
+const more = spaces.length ? [["A D W S", "turn the picture in space, or drag it"], ["+ −", "nearer, farther"]] : [];
+if (!flat) more.push(["F", "directors"]);
+keys([...KEYS, ...more]);
+document.addEventListener("keydown", (e) => {
+  if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+  const turns = { a: [8, 0], d: [-8, 0], w: [0, 8], s: [0, -8] }[e.key.toLowerCase()];
+  if (turns) spaces.forEach((space) => space.turn(...turns));
+  if (e.key === "+" || e.key === "-") spaces.forEach((space) => space.near(e.key === "+" ? 1.2 : 1 / 1.2));
+  if (e.key.toLowerCase() === "f" && !flat) {
+    picture.directors = !picture.directors;
+    picture.space.changed();
+  }
+});
+function fit() {
+  player.mark();
+  player.draw();
+}
+window.addEventListener("resize", fit);
+// A page opened as run.html#120 stands still at that picture.
+const asked = parseInt(location.hash.slice(1), 10);
+if (asked >= 0) player.frame = Math.min(asked, data.t.length - 1);
+fit();
+if (!(asked >= 0) && !matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);

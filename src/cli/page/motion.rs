@@ -1,0 +1,232 @@
+//! The data of a motion: pictures of rods and bodies, energies, the sheet under a planar elastica.
+
+use super::numbers::{coarse, short, units};
+use nalgebra::{Isometry3, Vector3};
+use serde_json::{Value, json};
+use snaprod::Result;
+use snaprod::elastica::stable_grid;
+use snaprod::manifold::Sign;
+use snaprod::motion::Ledger;
+use snaprod::plot::Curve;
+use snaprod::scene::Units;
+use snaprod::study::Solid;
+use snaprod::study::film::{Film, Place, Still, Traced};
+
+/// Sections of a rod, fewer of many rods; in all pictures together no more than this, in the plane and in space.
+const SECTIONS: usize = 41;
+const FEWEST: usize = 9;
+const IN_ALL: [usize; 2] = [17_000, 12_000];
+/// Points of the sheets, along p and along lam.
+const GRID: [usize; 2] = [36, 26];
+/// A motion is in the plane if no section leaves it by more than this, in lengths of the rod.
+const FLAT: f64 = 1e-7;
+
+/// What stands around a motion.
+pub struct Scenery {
+    /// The scene's units.
+    pub units: Units,
+    /// Length of the rod, of an assembly that of its first one.
+    pub length: f64,
+    /// Names of the rods; the one rod of a scene has none.
+    pub rods: Vec<String>,
+    /// Names of the bodies and what they look like.
+    pub bodies: Vec<(String, Solid)>,
+    /// Times of snaps, or of the passages of a rod with friction.
+    pub marks: Vec<f64>,
+    /// True of a planar elastica with a point mass: its sheets are drawn, and where it can leave them.
+    pub elastica: bool,
+    /// True if the rod is on its sheets, not only near.
+    pub exact: bool,
+    /// The first fold, in the frame of the clamp.
+    pub folds: Vec<Curve>,
+}
+
+/// The data of the page of a motion.
+///
+/// # Errors
+/// Those of the sheets: none in practice.
+pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
+    let stills = &film.stills;
+    let flat = is_flat(stills, around.length);
+    let u = around.units;
+    let mut data = json!({
+        "kind": "motion",
+        "units": { "length": u.length(), "time": u.time(), "energy": u.energy(), "velocity": u.velocity() },
+        "length": around.length,
+        "flat": flat,
+        "exact": around.exact,
+        "t": stills.iter().map(|at| short(at.now.t)).collect::<Vec<_>>(),
+        "place": stills.iter().map(letter).collect::<String>(),
+        "marks": around.marks.iter().map(|t| short(*t)).collect::<Vec<_>>(),
+        "rods": rods(stills, around, flat),
+        "bodies": bodies(film, around),
+        "energies": energies(film),
+        "trace": coarse(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
+        "on": names(stills),
+    });
+    if around.elastica {
+        data["folds"] = folds(&around.folds);
+        data["sheet"] = sheet(stills, around.length)?;
+    }
+    Ok(data)
+}
+
+fn letter(still: &Still) -> char {
+    match still.place {
+        Place::Way => '.',
+        Place::Fold => 'f',
+        Place::Layer => 'y',
+        Place::Landing => 'l',
+    }
+}
+
+fn is_flat(stills: &[Still], length: f64) -> bool {
+    let sections = stills.iter().flat_map(|at| at.rods.iter().flatten());
+    let bodies = stills.iter().flat_map(|at| &at.now.bodies);
+    let places = sections.chain(bodies.map(|(pose, _)| pose));
+    places
+        .map(|at| at.translation.z.abs())
+        .all(|z| z < FLAT * length)
+}
+
+/// Each rod: the sections of all pictures on one lattice, and across them in space the director d1.
+fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
+    let all = stills.len() * around.rods.len();
+    let count = (IN_ALL[usize::from(!flat)] / all.max(1)).clamp(FEWEST, SECTIONS);
+    let chosen = |rod: &[Isometry3<f64>]| -> Vec<Isometry3<f64>> {
+        let at = |k: usize| (k * (rod.len() - 1) + (count - 1) / 2) / (count - 1);
+        (0..count).map(|k| rod[at(k)]).collect()
+    };
+    let axes = if flat { 2 } else { 3 };
+    let rod = |(k, name): (usize, &String)| {
+        let rods = stills.iter().map(|still| chosen(&still.rods[k]));
+        let sections: Vec<Isometry3<f64>> = rods.flatten().collect();
+        let places = sections.iter().flat_map(|at| {
+            let place = at.translation.vector;
+            (0..axes).map(move |i| place[i])
+        });
+        let mut value = json!({
+            "name": name,
+            "sections": count,
+            "at": coarse(&places.collect::<Vec<f64>>()),
+        });
+        if !flat {
+            let across = sections.iter().map(|at| at.rotation * Vector3::x());
+            value["d1"] = units(across.flat_map(|d| [d.x, d.y, d.z])).into();
+        }
+        value
+    };
+    around.rods.iter().enumerate().map(rod).collect()
+}
+
+/// Each body: its frame's place, turn and velocity in all pictures, and place and velocity along the trace; a range for each component.
+fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
+    let body = |(k, (name, solid)): (usize, &(String, Solid))| {
+        let stills: Vec<&Traced> = film.stills.iter().map(|at| &at.now).collect();
+        let trace: Vec<&Traced> = film.trace.iter().collect();
+        type Part = fn(&(Isometry3<f64>, Vector3<f64>), usize) -> f64;
+        let part = |of: &[&Traced], part: Part, i: usize| {
+            let all = of.iter().map(|at| part(&at.bodies[k], i));
+            coarse(&all.collect::<Vec<f64>>())
+        };
+        let place: Part = |(pose, _), i| pose.translation.vector[i];
+        let velocity: Part = |(_, velocity), i| velocity[i];
+        let turn: Part = |(pose, _), i| pose.rotation.coords[i];
+        let turns = [0, 1, 2, 3].map(|i| part(&stills, turn, i));
+        let three = |of: &[&Traced], which: Part| [0, 1, 2].map(|i| part(of, which, i));
+        json!({
+            "name": name,
+            "at": three(&stills, place),
+            "velocity": three(&stills, velocity),
+            // x, y, z, w.
+            "turn": turns,
+            "way": three(&trace, place),
+            "speed": three(&trace, velocity),
+            "offset": solid.offset.as_slice(),
+            "edges": solid.half_edges.as_slice(),
+        })
+    };
+    around.bodies.iter().enumerate().map(body).collect()
+}
+
+/// The terms of the ledger that are not zero throughout, with their sum: in all pictures, and along the trace.
+fn energies(film: &Film) -> Vec<Value> {
+    type Term = fn(&Ledger) -> f64;
+    let terms: [(&str, Term); 7] = [
+        ("kinetic", |l| l.kinetic),
+        ("rod kinetic", |l| l.rod_kinetic),
+        ("elastic", |l| l.elastic),
+        ("potential", |l| l.potential),
+        ("dissipated", |l| l.dissipated),
+        ("work", |l| l.work),
+        ("total", Ledger::total),
+    ];
+    let value = |(name, term): (&str, Term)| {
+        let stills = film.stills.iter().map(|at| term(&at.now.ledger));
+        let (values, trace) = (
+            stills.collect::<Vec<_>>(),
+            film.trace
+                .iter()
+                .map(|at| term(&at.ledger))
+                .collect::<Vec<_>>(),
+        );
+        let used = name == "total" || values.iter().chain(&trace).any(|x| *x != 0.0);
+        used.then(|| json!({ "name": name, "values": coarse(&values), "trace": coarse(&trace) }))
+    };
+    terms.into_iter().filter_map(value).collect()
+}
+
+/// The sheets that the rod is on, or near: their names, and which of them in each picture; -1 for none.
+fn names(stills: &[Still]) -> Value {
+    let mut names: Vec<String> = Vec::new();
+    let of = stills.iter().map(|at| {
+        let name = at.labels?.sheet.to_string();
+        let known = names.iter().position(|known| *known == name);
+        Some(known.unwrap_or_else(|| {
+            names.push(name);
+            names.len() - 1
+        }))
+    });
+    let of: Vec<Option<usize>> = of.collect();
+    json!({ "names": names, "of": of })
+}
+
+fn folds(folds: &[Curve]) -> Value {
+    let fold = |fold: &Curve| json!({ "x": coarse(&fold.x), "y": coarse(&fold.y) });
+    folds.iter().map(fold).collect()
+}
+
+/// The stable sheets of the elastica over the places of its end, height theta(1), and the path on them, in the frame of the clamp.
+fn sheet(stills: &[Still], length: f64) -> Result<Value> {
+    let [rows, columns] = GRID;
+    let patch = |side| -> Result<Value> {
+        let grid = stable_grid(side, rows, columns)?;
+        let part = |of: fn(&snaprod::elastica::GridPoint) -> f64, by: f64| {
+            coarse(&grid.iter().map(|q| by * of(q)).collect::<Vec<_>>())
+        };
+        Ok(json!({
+            "rows": rows,
+            "columns": columns,
+            "at": [part(|q| q.x, length), part(|q| q.y, length), part(|q| q.theta1, 1.0)],
+        }))
+    };
+    let path: Vec<[f64; 3]> = stills.iter().map(|at| lifted(&at.rods[0])).collect();
+    let part = |i: usize| coarse(&path.iter().map(|p| p[i]).collect::<Vec<_>>());
+    Ok(json!({
+        "patches": [patch(Sign::Plus)?, patch(Sign::Minus)?],
+        "path": [part(0), part(1), part(2)],
+    }))
+}
+
+/// The place of the end and how far the rod turns, seen from the clamp of a rod in the plane.
+fn lifted(rod: &[Isometry3<f64>]) -> [f64; 3] {
+    let tangent = |at: &Isometry3<f64>| at.rotation * Vector3::z();
+    let normal = rod[0].rotation * Vector3::x();
+    let turns = rod.windows(2).map(|pair| {
+        let (a, b) = (tangent(&pair[0]), tangent(&pair[1]));
+        normal.dot(&a.cross(&b)).atan2(a.dot(&b))
+    });
+    let way = rod[rod.len() - 1].translation.vector - rod[0].translation.vector;
+    let along = tangent(&rod[0]);
+    [way.dot(&along), way.dot(&normal.cross(&along)), turns.sum()]
+}

@@ -1,0 +1,167 @@
+// Boards to draw on, and axes in the plane.
+
+/** A figure of the stage: a canvas as sharp as the screen, under a legend. */
+class Board {
+  constructor(kind, label) {
+    this.figure = document.createElement("figure");
+    this.figure.className = `board ${kind}`;
+    this.legend = document.createElement("figcaption");
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", label);
+    this.figure.append(this.legend, this.canvas);
+    document.getElementById("stage").append(this.figure);
+    this.g = this.canvas.getContext("2d", { willReadFrequently: true });
+  }
+
+  /** Takes on its size on the screen and begins anew: the width and the height in pixels of the page. */
+  begin() {
+    const { clientWidth: w, clientHeight: h } = this.canvas, sharp = window.devicePixelRatio || 1;
+    const [wide, high] = [Math.round(w * sharp), Math.round(h * sharp)];
+    if (this.canvas.width !== wide || this.canvas.height !== high) {
+      this.canvas.width = wide;
+      this.canvas.height = high;
+    }
+    this.g.setTransform(sharp, 0, 0, sharp, 0, 0);
+    this.g.clearRect(0, 0, w, h);
+    this.g.font = '12px system-ui, "DejaVu Sans", sans-serif';
+    this.g.lineJoin = this.g.lineCap = "round";
+    return [w, h];
+  }
+
+  /** Adds an entry to the legend: a line of this style, or a dot. */
+  key(name, { colour, dash = [], width = 2, dot = false }) {
+    const entry = document.createElement("span");
+    entry.className = "key";
+    const mark = dot
+      ? `<circle cx="13" cy="6" r="4.5" fill="${colour}"/>`
+      : `<path d="M1 6H25" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash.join(" ")}"/>`;
+    entry.innerHTML = `<svg width="26" height="12" aria-hidden="true">${mark}</svg>`;
+    entry.append(name);
+    this.legend.append(entry);
+  }
+}
+
+/** Round values between two, some `count` of them, and their text. */
+function ticks([low, high], count) {
+  const rough = (high - low) / Math.max(count, 1);
+  if (!(rough > 0)) return [];
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough * 0.999);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  const text = (x) => {
+    if (x === 0) return "0";
+    const plain = largest < 1e5 && digits <= 4;
+    return (plain ? x.toFixed(digits) : x.toExponential(Math.max(0, Math.ceil(Math.log10(largest / step))))).replace("-", "−");
+  };
+  const found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push([k * step, text(k * step)]);
+  return found;
+}
+
+/** A little more than a range, so that nothing lies on its border. */
+function wider([low, high], part = 0.05) {
+  const by = high > low ? part * (high - low) : 0.5 * Math.abs(low) || 0.5;
+  return [low - by, high + by];
+}
+
+/** Axes on a board. */
+class Axes {
+  constructor(board, { x, y, xLabel, yLabel, equal = false }) {
+    Object.assign(this, { board, x, y, xLabel, yLabel, equal });
+  }
+
+  /** Draws the frame; afterwards `px` and `py` tell where a point is. */
+  begin() {
+    const [w, h] = this.board.begin(), g = this.g = this.board.g;
+    let [left, top, wide, high] = [64, 10, w - 64 - 14, h - 10 - 42];
+    let [x, y] = [this.x, this.y];
+    if (this.equal) {
+      const scale = Math.min(wide / (x[1] - x[0]), high / (y[1] - y[0]));
+      const grown = ([a, b], pixels) => [(a + b) / 2 - pixels / scale / 2, (a + b) / 2 + pixels / scale / 2];
+      [x, y] = [grown(x, wide), grown(y, high)];
+    }
+    this.px = (v) => left + ((v - x[0]) / (x[1] - x[0])) * wide;
+    this.py = (v) => top + high - ((v - y[0]) / (y[1] - y[0])) * high;
+    this.box = [left, top, wide, high];
+    g.lineWidth = 1;
+    g.fillStyle = INK;
+    g.textAlign = "center";
+    g.textBaseline = "top";
+    for (const [v, text] of ticks(x, wide / 75)) {
+      this.rule(this.px(v), top, this.px(v), top + high);
+      g.fillText(text, this.px(v), top + high + 6);
+    }
+    g.textAlign = "right";
+    g.textBaseline = "middle";
+    for (const [v, text] of ticks(y, high / 45)) {
+      this.rule(left, this.py(v), left + wide, this.py(v));
+      g.fillText(text, left - 6, this.py(v));
+    }
+    g.strokeStyle = FAINT;
+    g.strokeRect(left, top, wide, high);
+    g.textAlign = "center";
+    g.textBaseline = "bottom";
+    g.fillText(this.xLabel, left + wide / 2, h - 3);
+    g.save();
+    g.translate(4, top + high / 2);
+    g.rotate(-Math.PI / 2);
+    g.textBaseline = "top";
+    g.fillText(this.yLabel, 0, 0);
+    g.restore();
+    g.save();
+    g.beginPath();
+    g.rect(left, top, wide, high);
+    g.clip();
+    return g;
+  }
+
+  /** Lets go of the frame, within which all was drawn. */
+  end() {
+    this.g.restore();
+  }
+
+  rule(x0, y0, x1, y1) {
+    const g = this.g;
+    g.strokeStyle = "#ececec";
+    g.beginPath();
+    g.moveTo(x0, y0);
+    g.lineTo(x1, y1);
+    g.stroke();
+  }
+
+  /** A line through points from `from` to before `to`; it breaks where there is none. */
+  line(xs, ys, { colour, width = 1.5, dash = [], alpha = 1 }, from = 0, to = xs.length) {
+    const g = this.g;
+    g.strokeStyle = colour;
+    g.lineWidth = width;
+    g.globalAlpha = alpha;
+    g.setLineDash(dash);
+    g.beginPath();
+    let on = false;
+    for (let i = from; i < to; i++) {
+      const known = xs[i] === xs[i] && ys[i] === ys[i];
+      if (known) on ? g.lineTo(this.px(xs[i]), this.py(ys[i])) : g.moveTo(this.px(xs[i]), this.py(ys[i]));
+      on = known;
+    }
+    g.stroke();
+    g.setLineDash([]);
+    g.globalAlpha = 1;
+  }
+
+  /** A dot with a light rim. */
+  dot(x, y, colour, radius = 4.5) {
+    dot(this.g, this.px(x), this.py(y), colour, radius);
+  }
+}
+
+function dot(g, x, y, colour, radius) {
+  g.beginPath();
+  g.arc(x, y, radius, 0, 2 * Math.PI);
+  g.fillStyle = colour;
+  g.fill();
+  g.strokeStyle = "#fff";
+  g.lineWidth = 1.2;
+  g.stroke();
+}

@@ -1,0 +1,244 @@
+//! Pages: what is in the file, and what a browser makes of it.
+
+use crate::program::Place;
+use serde_json::Value;
+use std::process::Command;
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+
+/// The page of a scene, run into `out`, after it was looked at as text: one file, small, that asks for nothing.
+fn page(place: &Place, command: &str, scene: &str, more: &[&str]) -> String {
+    let given = [command, scene, "--out", "out", "--html"];
+    let answer = place.run(&[&given, more].concat());
+    assert_eq!((answer.code, answer.stderr.as_str()), (0, ""));
+    let text = place.read(&format!("out/{command}.html"));
+    assert!(text.len() < 300_000, "{} bytes", text.len());
+    for outside in [
+        "http:", "https:", "src=", "url(", "@import", "fetch(", "import(",
+    ] {
+        assert!(!text.contains(outside), "{outside}");
+    }
+    assert_eq!(text.matches("</script>").count(), 2);
+    text
+}
+
+/// The data of a page.
+fn data(page: &str) -> Value {
+    let begin = "<script type=\"application/json\" id=\"data\">";
+    let (_, rest) = page.split_once(begin).unwrap();
+    let (text, _) = rest.split_once("</script>").unwrap();
+    serde_json::from_str(text).unwrap()
+}
+
+/// Numbers as the page has them, and how fine they are.
+fn reals(value: &Value) -> (Vec<f64>, f64) {
+    let (mid, step) = (
+        value["mid"].as_f64().unwrap(),
+        value["step"].as_f64().unwrap(),
+    );
+    let bytes = decoded(value["q"].as_str().unwrap());
+    let whole = bytes
+        .chunks(2)
+        .map(|two| i16::from_le_bytes([two[0], two[1]]));
+    (whole.map(|q| mid + step * f64::from(q)).collect(), step)
+}
+
+fn decoded(text: &str) -> Vec<u8> {
+    const LETTERS: &str = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let bits = text
+        .trim_end_matches('=')
+        .chars()
+        .map(|c| LETTERS.find(c).unwrap());
+    let (mut bytes, mut held, mut count) = (Vec::new(), 0, 0);
+    for six in bits {
+        (held, count) = (held << 6 | six, count + 6);
+        if count >= 8 {
+            count -= 8;
+            bytes.push((held >> count) as u8);
+        }
+    }
+    bytes
+}
+
+/// Catches pictures that are not states of the motion: an end that is not on the mass, a rod of another length, a snap without its
+/// two sides, a layer that does not fall from one to the other, or words of the scene that end the page.
+#[test]
+fn a_page_holds_the_motion() {
+    let place = Place::new("page");
+    let scene = std::fs::read_to_string(format!("{SCENES}/snap.toml")).unwrap();
+    place.write("snap.toml", &format!("# </script> @@data@@ <b>\n{scene}"));
+    let text = page(&place, "run", "snap.toml", &[]);
+    assert!(text.contains("# &lt;/script&gt; @@data@@ &lt;b&gt;"));
+    assert!(text.contains("<title>snap") && text.contains("snapshots.svg"));
+    let data = data(&text);
+
+    let t: Vec<f64> = serde_json::from_value(data["t"].clone()).unwrap();
+    assert!((380..440).contains(&t.len()) && t[0] == 0.0 && t[t.len() - 1] == 3.0);
+    let letters = data["place"].as_str().unwrap();
+    assert_eq!(letters.len(), t.len());
+    let (fold, landing) = (letters.find('f').unwrap(), letters.find('l').unwrap());
+    assert!(landing - fold > 8 && letters[fold + 1..landing].chars().all(|c| c == 'y'));
+    let snap = place.json("out/events.json")[0].clone();
+    assert!((fold..=landing).all(|i| (t[i] - snap["t"].as_f64().unwrap()).abs() < 1e-11));
+    // Pictures stand closer around the snap than elsewhere.
+    let close = t.iter().filter(|t| **t < 0.1).count();
+    assert!(close > 2 * t.len() / 30, "{close}");
+
+    let rod = &data["rods"][0];
+    let sections = rod["sections"].as_u64().unwrap() as usize;
+    let (places, fine) = reals(&rod["at"]);
+    let body = &data["bodies"][0]["at"];
+    let [x, y] = [0, 1].map(|i| reals(&body[i]));
+    assert!(fine < 1e-4 && x.1 < 1e-4);
+    let (mut longest, mut shortest) = (0.0_f64, 2.0_f64);
+    for (i, rod) in places.chunks(2 * sections).enumerate() {
+        let end = &rod[2 * sections - 2..];
+        let off = (end[0] - x.0[i]).hypot(end[1] - y.0[i]);
+        // In the layer the end of a rod is held to the tolerance of its steps.
+        let held = if letters[i..].starts_with('y') {
+            2e-3
+        } else {
+            0.0
+        };
+        assert!(off <= 2.0 * fine + held, "picture {i}: {off:e}");
+        let pairs = rod.chunks(2).zip(rod.chunks(2).skip(1));
+        let long: f64 = pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum();
+        (longest, shortest) = (longest.max(long), shortest.min(long));
+    }
+    assert!(
+        longest < 1.0 + 1e-3 && shortest > 0.99,
+        "{shortest} {longest}"
+    );
+
+    let energy = |name: &str| {
+        let all = data["energies"].as_array().unwrap();
+        reals(&all.iter().find(|one| one["name"] == name).unwrap()["values"])
+    };
+    let ((elastic, fine), (total, _)) = (energy("elastic"), energy("total"));
+    assert!((fold..landing).all(|i| elastic[i + 1] < elastic[i]));
+    let released = elastic[fold] - elastic[landing];
+    assert!((released - snap["released"].as_f64().unwrap()).abs() < 2.0 * fine);
+    assert!(total.iter().all(|e| (e - total[0]).abs() < 1e-6));
+    // The path lies on the sheets: the end is where it is on the plane.
+    let path = [0, 1].map(|i| reals(&data["sheet"]["path"][i]).0);
+    assert!((0..t.len()).all(|i| letters[i..].starts_with('y')
+        || (path[0][i] - x.0[i]).hypot(path[1][i] - y.0[i]) < 1e-4));
+}
+
+/// What a page does in a browser: it is given a script that looks at every canvas, plays, and writes what it found.
+const LOOK: &str = r#"<script>
+const report = { errors: window.faults, drawn: [], end: 0 };
+const inked = (canvas) => {
+  const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let count = 0;
+  for (let k = 0; k < pixels.length; k += 4) if (pixels[k + 3] && pixels[k] + pixels[k + 1] + pixels[k + 2] < 600) count++;
+  return count;
+};
+// The end of the one rod on the one body; of several the scene says what is where.
+const off = (i) => {
+  if (rods.length + bodies.length > 2) return 0;
+  const rod = rods[0], body = bodies[0], end = section(rod, i, rod.sections - 1);
+  return Math.hypot(...end.map((x, k) => x - body.at[k][i]));
+};
+for (let i = 0; i < data.t.length; i++) if (!"y".includes(data.place[i])) report.end = Math.max(report.end, off(i));
+const canvases = [...document.querySelectorAll(".board canvas")];
+const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+press("End"); report.last = player.frame;
+press("Home"); report.first = player.frame;
+press("]"); report.snap = player.frame;
+press("ArrowRight"); report.next = player.frame;
+press("d"); press("+"); press("g");
+report.drawn = canvases.map(inked);
+press("Home"); press(" ");
+setTimeout(() => {
+  report.frame = player.frame;
+  report.requests = performance.getEntriesByType("resource").length;
+  const pre = document.createElement("pre");
+  pre.id = "report"; pre.textContent = JSON.stringify(report);
+  document.body.append(pre);
+}, 1800);
+</script></body>"#;
+
+/// Where a browser is installed: what the page reports of itself there. None, with a word on the error stream, elsewhere.
+fn looked_at(place: &Place, page: &str) -> Option<Value> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let paths = std::env::var_os("PATH")?;
+    let found = std::env::split_paths(&paths)
+        .flat_map(|directory| names.map(|name| directory.join(name)))
+        .find(|path| path.is_file());
+    let Some(browser) = found else {
+        eprintln!("no Chromium is installed: the page was not looked at");
+        return None;
+    };
+    let watch = "<head><script>window.faults = []; addEventListener(\"error\", (e) => window.faults.push(e.message));</script>";
+    let watched = page
+        .replacen("<head>", watch, 1)
+        .replacen("</body>", LOOK, 1);
+    place.write("looked.html", &watched);
+    let out = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+        ])
+        .args([
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+        ])
+        .args([
+            "--enable-logging=stderr",
+            "--virtual-time-budget=2500",
+            "--dump-dom",
+        ])
+        .arg(format!(
+            "--user-data-dir={}",
+            place.join("browser").display()
+        ))
+        .arg(format!("file://{}", place.join("looked.html").display()))
+        .output()
+        .unwrap();
+    let (dom, log) = (
+        String::from_utf8_lossy(&out.stdout),
+        String::from_utf8_lossy(&out.stderr),
+    );
+    let said: Vec<&str> = log
+        .lines()
+        .filter(|line| line.contains("CONSOLE"))
+        .collect();
+    assert!(said.is_empty(), "{said:?}");
+    let (_, rest) = dom
+        .split_once("<pre id=\"report\">")
+        .expect("no report: the script broke off");
+    let (report, _) = rest.split_once("</pre>").unwrap();
+    Some(serde_json::from_str(report).unwrap())
+}
+
+/// Catches scripts that fail, ask for files, draw nothing, do not move, or leave the end of the rod aside of the mass.
+#[test]
+fn a_browser_plays_the_page() {
+    let place = Place::new("browser");
+    for (scene, boards) in [("snap", 4), ("platform", 3)] {
+        let scene = format!("{SCENES}/{scene}.toml");
+        let text = page(&place, "run", &scene, &["--no-figures"]);
+        let Some(report) = looked_at(&place, &text) else {
+            return;
+        };
+        let number = |name: &str| report[name].as_f64().unwrap();
+        assert_eq!(report["errors"], serde_json::json!([]), "{report}");
+        assert_eq!(
+            (number("requests"), number("first")),
+            (0.0, 0.0),
+            "{report}"
+        );
+        let inked: Vec<u64> = serde_json::from_value(report["drawn"].clone()).unwrap();
+        assert_eq!(inked.len(), boards);
+        assert!(inked.iter().all(|n| *n > 400), "{report}");
+        assert!(number("end") < 1e-4 && number("last") > 300.0, "{report}");
+        let next = (number("snap") + 1.0).min(number("last"));
+        assert_eq!(number("next"), next, "{report}");
+        assert!(number("frame") > 0.0, "{report}");
+    }
+}
