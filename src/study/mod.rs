@@ -48,6 +48,12 @@ pub trait Hooks {
     /// Told after every step of the work: the fraction that is done, in [0, 1], and the time or the parameter reached, in
     /// the scene's units.
     fn progress(&mut self, _fraction: f64, _at: f64) {}
+
+    /// Asked by a study of branches: of how many points it shall have the shapes beside the few of every record; special points come
+    /// beside them.
+    fn pictures(&mut self) -> usize {
+        0
+    }
 }
 
 /// Hooks of a caller who waits for the end.

@@ -125,42 +125,88 @@ fn a_page_holds_the_motion() {
         || (path[0][i] - x.0[i]).hypot(path[1][i] - y.0[i]) < 1e-4));
 }
 
-/// What a page does in a browser: it is given a script that looks at every canvas, plays, and writes what it found.
+/// Catches shapes that are not those of the points: an end that is not where the parameter holds it, or a special point without a shape.
+#[test]
+fn a_page_holds_the_branch() {
+    let place = Place::new("branch-page");
+    let text = page(&place, "branch", &format!("{SCENES}/lateral.toml"), &[]);
+    let data = data(&text);
+    let rows: Vec<usize> = serde_json::from_value(data["pictures"]["rows"].clone()).unwrap();
+    let rod = &data["pictures"]["rods"][0];
+    let sections = rod["sections"].as_u64().unwrap() as usize;
+    let ((places, fine), (parameter, step)) = (reals(&rod["at"]), reals(&data["at"]));
+    assert_eq!(places.len(), 3 * sections * rows.len());
+    for (row, rod) in rows.iter().zip(places.chunks(3 * sections)) {
+        let end = &rod[3 * sections - 3..];
+        assert!((end[0] - parameter[*row]).abs() < fine + step, "row {row}");
+        assert!(end[1].abs() < fine && (end[2] - 0.6).abs() < fine);
+    }
+    let specials = data["specials"].as_array().unwrap();
+    let kinds: Vec<&str> = specials
+        .iter()
+        .map(|at| at["kind"].as_str().unwrap())
+        .collect();
+    assert_eq!(kinds, ["stability change", "fold"]);
+    let shown = |at: &Value| rows.contains(&(at["row"].as_u64().unwrap() as usize));
+    assert!(specials.iter().all(shown));
+    let fold = specials[1]["row"].as_u64().unwrap() as usize;
+    assert!((parameter[fold] + 0.612021928).abs() < step);
+}
+
+/// What every page does in a browser: it is given a script that looks at every canvas and writes what it found.
 const LOOK: &str = r#"<script>
-const report = { errors: window.faults, drawn: [], end: 0 };
+const report = { errors: window.faults };
 const inked = (canvas) => {
   const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
   let count = 0;
   for (let k = 0; k < pixels.length; k += 4) if (pixels[k + 3] && pixels[k] + pixels[k + 1] + pixels[k + 2] < 600) count++;
   return count;
 };
+const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+const drawn = () => [...document.querySelectorAll(".board canvas")].map(inked);
+const done = () => {
+  report.requests = performance.getEntriesByType("resource").length;
+  const pre = document.createElement("pre");
+  pre.id = "report"; pre.textContent = JSON.stringify(report);
+  document.body.append(pre);
+};
+"#;
+
+/// A page of a motion is stepped, turned and played.
+const PLAY: &str = r#"
 // The end of the one rod on the one body; of several the scene says what is where.
 const off = (i) => {
   if (rods.length + bodies.length > 2) return 0;
   const rod = rods[0], body = bodies[0], end = section(rod, i, rod.sections - 1);
   return Math.hypot(...end.map((x, k) => x - body.at[k][i]));
 };
+report.end = 0;
 for (let i = 0; i < data.t.length; i++) if (!"y".includes(data.place[i])) report.end = Math.max(report.end, off(i));
-const canvases = [...document.querySelectorAll(".board canvas")];
-const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
 press("End"); report.last = player.frame;
 press("Home"); report.first = player.frame;
 press("]"); report.snap = player.frame;
 press("ArrowRight"); report.next = player.frame;
 press("d"); press("+"); press("g");
-report.drawn = canvases.map(inked);
+report.drawn = drawn();
 press("Home"); press(" ");
-setTimeout(() => {
-  report.frame = player.frame;
-  report.requests = performance.getEntriesByType("resource").length;
-  const pre = document.createElement("pre");
-  pre.id = "report"; pre.textContent = JSON.stringify(report);
-  document.body.append(pre);
-}, 1800);
-</script></body>"#;
+setTimeout(() => { report.frame = player.frame; done(); }, 1800);
+"#;
+
+/// A page of branches is stepped from special point to special point, and pointed at.
+const POINT: &str = r#"
+press("Home"); press("]"); report.snap = chosen;
+press("]"); report.next = chosen;
+press("d"); press("f");
+report.drawn = drawn();
+const canvas = diagram.board.canvas, box = canvas.getBoundingClientRect();
+const [x, y] = [diagram.axes.px(at[rows[5]]) + box.left + 1, diagram.axes.py(diagram.column.values[rows[5]]) + box.top];
+canvas.dispatchEvent(new PointerEvent("pointerdown", { clientX: x, clientY: y }));
+report.pointed = chosen;
+done();
+"#;
 
 /// Where a browser is installed: what the page reports of itself there. None, with a word on the error stream, elsewhere.
-fn looked_at(place: &Place, page: &str) -> Option<Value> {
+fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let paths = std::env::var_os("PATH")?;
     let found = std::env::split_paths(&paths)
@@ -171,9 +217,11 @@ fn looked_at(place: &Place, page: &str) -> Option<Value> {
         return None;
     };
     let watch = "<head><script>window.faults = []; addEventListener(\"error\", (e) => window.faults.push(e.message));</script>";
-    let watched = page
-        .replacen("<head>", watch, 1)
-        .replacen("</body>", LOOK, 1);
+    let watched = page.replacen("<head>", watch, 1).replacen(
+        "</body>",
+        &format!("{LOOK}{{{act}}}</script></body>"),
+        1,
+    );
     place.write("looked.html", &watched);
     let out = Command::new(browser)
         .args([
@@ -216,29 +264,49 @@ fn looked_at(place: &Place, page: &str) -> Option<Value> {
     Some(serde_json::from_str(report).unwrap())
 }
 
-/// Catches scripts that fail, ask for files, draw nothing, do not move, or leave the end of the rod aside of the mass.
+/// Catches scripts that fail, ask for files, or draw nothing on a board.
+#[track_caller]
+fn is_sound(report: &Value, boards: usize) {
+    assert_eq!(report["errors"], serde_json::json!([]), "{report}");
+    assert_eq!(report["requests"], 0, "{report}");
+    let inked: Vec<u64> = serde_json::from_value(report["drawn"].clone()).unwrap();
+    assert_eq!(inked.len(), boards);
+    assert!(inked.iter().all(|n| *n > 400), "{report}");
+}
+
+/// Catches pages of motions that do not move, or leave the end of the rod aside of the mass.
 #[test]
 fn a_browser_plays_the_page() {
     let place = Place::new("browser");
     for (scene, boards) in [("snap", 4), ("platform", 3)] {
         let scene = format!("{SCENES}/{scene}.toml");
         let text = page(&place, "run", &scene, &["--no-figures"]);
-        let Some(report) = looked_at(&place, &text) else {
+        let Some(report) = looked_at(&place, &text, PLAY) else {
             return;
         };
+        is_sound(&report, boards);
         let number = |name: &str| report[name].as_f64().unwrap();
-        assert_eq!(report["errors"], serde_json::json!([]), "{report}");
-        assert_eq!(
-            (number("requests"), number("first")),
-            (0.0, 0.0),
-            "{report}"
-        );
-        let inked: Vec<u64> = serde_json::from_value(report["drawn"].clone()).unwrap();
-        assert_eq!(inked.len(), boards);
-        assert!(inked.iter().all(|n| *n > 400), "{report}");
+        assert_eq!(number("first"), 0.0, "{report}");
         assert!(number("end") < 1e-4 && number("last") > 300.0, "{report}");
         let next = (number("snap") + 1.0).min(number("last"));
         assert_eq!(number("next"), next, "{report}");
         assert!(number("frame") > 0.0, "{report}");
     }
+}
+
+/// Catches pages of branches that do not find their special points, or the point that is pointed at.
+#[test]
+fn a_browser_points_at_the_branch() {
+    let place = Place::new("browser-branch");
+    let scene = format!("{SCENES}/lateral.toml");
+    let text = page(&place, "branch", &scene, &["--no-figures"]);
+    let Some(report) = looked_at(&place, &text, POINT) else {
+        return;
+    };
+    is_sound(&report, 2);
+    assert!(
+        report["snap"].as_u64() < report["next"].as_u64(),
+        "{report}"
+    );
+    assert_eq!(report["pointed"], 5, "{report}");
 }

@@ -14,8 +14,8 @@ const MOST_NAMES: usize = 8;
 const MOST_LABELS: usize = 16;
 
 /// The component of the end's position, or of a body's, that shows most beside the parameter itself, or else of a base couple: its
-/// name, and its value on all rows.
-fn measure(record: &BranchRecord) -> (String, &[f64]) {
+/// name in figures, and its column.
+pub fn measure(record: &BranchRecord) -> (String, &str) {
     let (table, units) = (&record.branches.points, record.units);
     let ps = table.reals("parameter");
     let own = record
@@ -48,7 +48,7 @@ fn measure(record: &BranchRecord) -> (String, &[f64]) {
         let (of, name) = parts(column);
         let of = of.unwrap_or_else(|| "the end".to_owned());
         let label = Units::label(&format!("{name} of {of}"), units.length());
-        return (label, table.reals(column));
+        return (label, column);
     }
     let (_, column) = best(["base_mx", "base_my", "base_mz"]);
     let (of, name) = parts(column);
@@ -56,7 +56,7 @@ fn measure(record: &BranchRecord) -> (String, &[f64]) {
     if let Some(of) = of {
         label = format!("{label} of {of}");
     }
-    (Units::label(&label, units.couple()), table.reals(column))
+    (Units::label(&label, units.couple()), column)
 }
 
 fn span(values: &[f64]) -> f64 {
@@ -123,7 +123,8 @@ fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> B
 pub fn diagram(record: &BranchRecord) -> BranchDiagram {
     let set = &record.branches;
     let ps = set.points.reals("parameter");
-    let (measured, values) = measure(record);
+    let (measured, column) = measure(record);
+    let values = set.points.reals(column);
     let energy = Units::label("stored energy", record.units.energy());
     BranchDiagram {
         title: String::new(),

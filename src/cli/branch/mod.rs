@@ -5,11 +5,12 @@ mod figures;
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{exact, json_text, print, print_json};
 use super::output::{FigureArgs, Output};
+use super::page::{Kind, Page, branch_data, name, scene_text};
 use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
 use snaprod::plot::{branch_diagram, rod_shapes};
-use snaprod::study::{self, BranchRecord, branch::CurveSet, branch::SpecialPoint};
+use snaprod::study::{self, BranchRecord, Hooks, branch::CurveSet, branch::SpecialPoint};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -23,8 +24,30 @@ pub struct BranchArgs {
     /// Print the special points as one JSON object.
     #[arg(long)]
     pub json: bool,
+    /// Write branch.html, a page that shows the shape at every point; it is one file and needs no network.
+    #[arg(long)]
+    pub html: bool,
     #[command(flatten)]
     pub figures: FigureArgs,
+}
+
+/// Points whose shapes a page has.
+const PICTURES: usize = 240;
+
+/// The signals, and what a page asks for.
+struct Wishes {
+    signals: Signals,
+    pictures: usize,
+}
+
+impl Hooks for Wishes {
+    fn interrupted(&mut self) -> bool {
+        self.signals.interrupted()
+    }
+
+    fn pictures(&mut self) -> usize {
+        self.pictures
+    }
 }
 
 /// What the command writes.
@@ -38,8 +61,11 @@ const FILES: &[&str] = &[
 /// Follows the branch of the scene, and what was asked beside it, and writes them.
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
-    let record = study::branch(&scene, &mut Signals::watched())
-        .map_err(|e| no_start(&args.scene.path, &e))?;
+    let mut wishes = Wishes {
+        signals: Signals::watched(),
+        pictures: if args.html { PICTURES } else { 0 },
+    };
+    let record = study::branch(&scene, &mut wishes).map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
     let directory = args.out.clone().unwrap_or_else(|| args.scene.directory());
     let out = Output::open(Some(&directory), FILES, args.figures)?;
@@ -54,6 +80,9 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
         let curves = || Ok(figures::fold_curves(&record, folds));
         out.figure("fold_curve", curves, branch_diagram);
     }
+    if args.html {
+        out.page("branch", |figures| Ok(page(args, &record, figures)));
+    }
     out.finish()?;
     if args.json {
         print_json(summary);
@@ -67,6 +96,20 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     } else {
         Ending::Short
     })
+}
+
+fn page(args: &BranchArgs, record: &BranchRecord, mut figures: Vec<(String, String)>) -> Page {
+    // The diagram is drawn by the page itself.
+    figures.retain(|(name, _)| name != "branch");
+    Page {
+        name: name(&args.scene),
+        kind: Kind::Branch,
+        data: branch_data(record, figures::measure(record).1),
+        words: text(record),
+        events: Vec::new(),
+        figures,
+        scene: scene_text(&args.scene),
+    }
 }
 
 fn text(record: &BranchRecord) -> String {

@@ -1,8 +1,10 @@
 //! Pages: one HTML file that holds its data, its drawing and its words, and asks for nothing else.
 
+mod branch;
 mod motion;
 mod numbers;
 
+pub use branch::branch_data;
 pub use motion::{Scenery, motion_data};
 
 use super::check::SceneArgs;
@@ -42,12 +44,15 @@ const SHARED: [&str; 3] = [
 pub enum Kind {
     /// It plays a motion.
     Motion,
+    /// It shows branches and the shapes along them.
+    Branch,
 }
 
 impl Kind {
     fn scripts(self) -> &'static [&'static str] {
         match self {
             Self::Motion => &[include_str!("player.js"), include_str!("motion.js")],
+            Self::Branch => &[include_str!("branch.js")],
         }
     }
 }

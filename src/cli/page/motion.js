@@ -164,13 +164,7 @@ class FlatView {
 /** The rods in space: strips whose sides are told apart, bodies as boxes. */
 class SpaceView {
   constructor(board) {
-    const [low, high] = [0, 1].map((side) => bounds.map((of) => wider(of, 0.04)[side]));
-    // No box is flatter than a part of its longest edge.
-    const longest = Math.max(...low.map((a, k) => high[k] - a));
-    low.forEach((a, k) => {
-      const short = 0.2 * longest - (high[k] - a);
-      if (short > 0) [low[k], high[k]] = [a - short / 2, high[k] + short / 2];
-    });
+    const { low, high, longest } = roomy(bounds);
     this.space = new Space(board, { low, high, labels: lengths });
     this.half = 0.016 * longest;
     this.directors = false;
@@ -191,7 +185,7 @@ class SpaceView {
     const snap = ghosts && lastSnap(i);
     for (const rod of rods) {
       if (snap && (snap.fresh || snap.landing === null)) space.line(shape(rod, snap.fold), BEFORE);
-      this.strip(rod, i);
+      space.strip(shape(rod, i), threes(rod.d1, i * rod.sections, rod.sections), this.half, this.directors);
     }
     for (const { rod, k } of grounds) space.dot(section(rod, 0, k), INK, 5);
     for (const body of bodies) {
@@ -199,22 +193,6 @@ class SpaceView {
       space.dot(middle(body, i), BODY, isPoint(body) ? 7 : 3, isPoint(body) ? 0 : 0.02);
     }
     space.paint();
-  }
-
-  strip(rod, i) {
-    const points = shape(rod, i);
-    const across = points.map((_, k) => Array.from(rod.d1.subarray(3 * (i * rod.sections + k), 3 * (i * rod.sections + k) + 3)));
-    for (let k = 1; k < points.length; k++) {
-      const side = (j, w) => plus(points[j], w * this.half, across[j]);
-      this.space.face([side(k - 1, 1), side(k, 1), side(k, -1), side(k - 1, -1)], "#3d9be0", "#f0b264", { rim: 0.5 });
-    }
-    this.space.line(points, { colour: "#0d3b5e", width: 1.2 }, 0.004);
-    if (!this.directors) return;
-    for (let k = 0; k < points.length; k += 5) {
-      const tangent = unit(plus(points[Math.min(k + 1, points.length - 1)], -1, points[Math.max(k - 1, 0)]));
-      const frame = [across[k], cross(tangent, across[k]), tangent];
-      [ORANGE, GREEN, BLUE].forEach((colour, j) => this.space.line([points[k], plus(points[k], 4 * this.half, frame[j])], { colour, width: 2 }, 0.01));
-    }
   }
 }
 
@@ -378,18 +356,12 @@ views.push(new PhaseView(new Board(data.sheet ? "half" : "wide low", "phase plan
 if (data.sheet) views.push(new SheetView(new Board("half", "the sheet of equilibria with the path on it")));
 const spaces = views.map((view) => view.space).filter(Boolean);
 if (!flat) picture.space.changed = () => picture.draw(player.frame, player.ghosts);
-const more = spaces.length ? [["A D W S", "turn the picture in space, or drag it"], ["+ −", "nearer, farther"]] : [];
-if (!flat) more.push(["F", "directors"]);
-keys([...KEYS, ...more]);
+keys([...KEYS, ...(spaces.length ? TURNING : []), ...(flat ? [] : [["F", "directors"]])]);
+turnByKeys(spaces);
 document.addEventListener("keydown", (e) => {
-  if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
-  const turns = { a: [8, 0], d: [-8, 0], w: [0, 8], s: [0, -8] }[e.key.toLowerCase()];
-  if (turns) spaces.forEach((space) => space.turn(...turns));
-  if (e.key === "+" || e.key === "-") spaces.forEach((space) => space.near(e.key === "+" ? 1.2 : 1 / 1.2));
-  if (e.key.toLowerCase() === "f" && !flat) {
-    picture.directors = !picture.directors;
-    picture.space.changed();
-  }
+  if (flat || e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT" || e.key.toLowerCase() !== "f") return;
+  picture.directors = !picture.directors;
+  picture.space.changed();
 });
 function fit() {
   player.mark();

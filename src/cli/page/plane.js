@@ -165,3 +165,11 @@ function dot(g, x, y, colour, radius) {
   g.lineWidth = 1.2;
   g.stroke();
 }
+
+/** The keys in words. */
+function keys(list) {
+  const words = document.createElement("p");
+  words.className = "keys";
+  words.innerHTML = "Keys: " + list.map(([key, what]) => `${key.split(" ").map((k) => `<kbd>${k}</kbd>`).join(" ")} ${what}`).join("; ") + ".";
+  document.getElementById("stage").append(words);
+}

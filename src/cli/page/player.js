@@ -158,11 +158,3 @@ class Player {
     for (const i of this.snaps) g.fillRect(inset + (i / (this.count - 1)) * (canvas.width - 2 * inset) - sharp, 0, 2 * sharp, canvas.height);
   }
 }
-
-/** The keys in words. */
-function keys(list) {
-  const words = document.createElement("p");
-  words.className = "keys";
-  words.innerHTML = "Keys: " + list.map(([key, what]) => `${key.split(" ").map((k) => `<kbd>${k}</kbd>`).join(" ")} ${what}`).join("; ") + ".";
-  document.getElementById("stage").append(words);
-}

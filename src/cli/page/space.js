@@ -84,6 +84,21 @@ class Space {
     }
   }
 
+  /** A rod as a strip along its director d1, whose sides are told apart; with directors if they are wanted. */
+  strip(points, across, half, directors) {
+    const side = (j, w) => plus(points[j], w * half, across[j]);
+    for (let k = 1; k < points.length; k++) {
+      this.face([side(k - 1, 1), side(k, 1), side(k, -1), side(k - 1, -1)], "#3d9be0", "#f0b264", { rim: 0.5 });
+    }
+    this.line(points, { colour: "#0d3b5e", width: 1.2 }, 0.004);
+    if (!directors) return;
+    for (let k = 0; k < points.length; k += 5) {
+      const tangent = unit(plus(points[Math.min(k + 1, points.length - 1)], -1, points[Math.max(k - 1, 0)]));
+      const frame = [across[k], cross(tangent, across[k]), tangent];
+      [ORANGE, GREEN, BLUE].forEach((colour, j) => this.line([points[k], plus(points[k], 4 * half, frame[j])], { colour, width: 2 }, 0.01));
+    }
+  }
+
   dot(p, colour, radius, lift = 0) {
     const at = this.place(p);
     this.things.push({ depth: at[2] + lift * this.radius, at: [at], colour, radius });
@@ -179,6 +194,33 @@ class Space {
     const far = 20 + widest * Math.abs(away[0]) + 6 * Math.abs(away[1]);
     g.fillText(this.labels[axis], (from[0] + to[0]) / 2 + far * away[0], (from[1] + to[1]) / 2 + far * away[1]);
   }
+}
+
+/** Three numbers at a time of a list, from the first on. */
+function threes(list, from, count) {
+  return Array.from({ length: count }, (_, k) => Array.from(list.subarray(3 * (from + k), 3 * (from + k) + 3)));
+}
+
+/** A box of space that is not flatter than a part of its longest edge. */
+function roomy(bounds, part = 0.2) {
+  const [low, high] = [0, 1].map((side) => bounds.map((of) => wider(of, 0.04)[side]));
+  const longest = Math.max(...low.map((a, k) => high[k] - a));
+  low.forEach((a, k) => {
+    const short = part * longest - (high[k] - a);
+    if (short > 0) [low[k], high[k]] = [a - short / 2, high[k] + short / 2];
+  });
+  return { low, high, longest };
+}
+
+/** Keys that turn boxes of space. */
+const TURNING = [["A D W S", "turn the picture in space, or drag it"], ["+ −", "nearer, farther"]];
+function turnByKeys(spaces) {
+  document.addEventListener("keydown", (e) => {
+    if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
+    const turns = { a: [8, 0], d: [-8, 0], w: [0, 8], s: [0, -8] }[e.key.toLowerCase()];
+    if (turns) spaces.forEach((space) => space.turn(...turns));
+    if (e.key === "+" || e.key === "-") spaces.forEach((space) => space.near(e.key === "+" ? 1.2 : 1 / 1.2));
+  });
 }
 
 /** "#rrggbb" with so much of its light. */

@@ -45,7 +45,7 @@ pub struct Located {
 
 /// The caller's hooks, and whether they have asked to stop.
 pub struct Watch<'a> {
-    hooks: &'a mut dyn Hooks,
+    pub hooks: &'a mut dyn Hooks,
     from: f64,
     to: f64,
     pub interrupted: bool,

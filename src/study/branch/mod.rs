@@ -240,6 +240,8 @@ fn followed(
         SpecialKind::Fold => subject.fold((scene, wanted), &at.special.point),
         _ => None,
     };
+    let pictures = study.watch.hooks.pictures();
+    let shapes = |chosen| record::shapes((scene, wanted), subject, &study.rows, chosen);
     Ok(Some(BranchRecord {
         parameter: wanted.parameter,
         units: scene.units,
@@ -257,7 +259,8 @@ fn followed(
         fold_curves,
         deflation,
         masses: record::masses((scene, wanted), subject, &study.rows),
-        shapes: record::shapes((scene, wanted), subject, &study.rows),
+        shapes: shapes(record::even(subject.shown(), &study.rows)),
+        pictures: shapes(record::even_and_special(pictures, &study.rows)),
         remarks: study.remarks,
         interrupted: study.watch.interrupted,
     }))

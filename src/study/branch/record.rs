@@ -29,6 +29,8 @@ pub struct BranchRecord {
     pub deflation: Option<DeflationRecord>,
     /// The rods at a few points of the branches, evenly chosen.
     pub shapes: Vec<ShapeRecord>,
+    /// The same at so many points as the caller asked for ([`Hooks::pictures`](crate::study::Hooks::pictures)) and at the special ones.
+    pub pictures: Vec<ShapeRecord>,
     /// What the mass of the rods changes at the first and the last stable point of every branch, where it is known.
     pub masses: Vec<BranchMass>,
     /// What else is to be known, in sentences.
@@ -153,6 +155,8 @@ pub(super) fn masses(
 /// A rod at one point of a branch; an assembly has one for each of its rods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeRecord {
+    /// The row of the point in the table.
+    pub row: usize,
     /// Value of the parameter.
     pub parameter: f64,
     /// True if the equilibrium is known to be unstable.
@@ -161,24 +165,45 @@ pub struct ShapeRecord {
     pub sections: Vec<RodSection>,
 }
 
-/// Shapes of evenly chosen rows. They are for the eye: one that cannot be had is left out.
+/// So many of the rows, evenly chosen.
+pub(super) fn even(count: usize, rows: &[Row]) -> Vec<usize> {
+    let shown = count.min(rows.len());
+    let row = |k: usize| k * (rows.len() - 1) / (shown - 1).max(1);
+    (0..shown).map(row).collect()
+}
+
+/// So many of the rows, evenly chosen, and those of special points; none if none are asked for.
+pub(super) fn even_and_special(count: usize, rows: &[Row]) -> Vec<usize> {
+    if count == 0 {
+        return Vec::new();
+    }
+    let special = |k: &usize| !rows[*k].label.is_empty();
+    let mut chosen = even(count, rows);
+    chosen.extend((0..rows.len()).filter(special));
+    chosen.sort_unstable();
+    chosen.dedup();
+    chosen
+}
+
+/// Shapes at these rows. They are for the eye: one that cannot be had is left out.
 pub(super) fn shapes(
     (scene, wanted): (&Scene, &Continue),
     subject: &dyn Subject,
     rows: &[Row],
+    chosen: Vec<usize>,
 ) -> Vec<ShapeRecord> {
-    let shown = subject.shown().min(rows.len());
     let shapes = |k: usize| {
-        let row = &rows[k * (rows.len() - 1) / (shown - 1).max(1)];
+        let row = &rows[k];
         let rods = subject.shapes(&scene.with(&wanted.parameter, row.p), &row.x);
-        let record = |sections| ShapeRecord {
+        let record = move |sections| ShapeRecord {
+            row: k,
             parameter: row.p,
             unstable: row.index.is_some_and(|i| i > 0),
             sections,
         };
         rods.unwrap_or_default().into_iter().map(record)
     };
-    (0..shown).flat_map(shapes).collect()
+    chosen.into_iter().flat_map(shapes).collect()
 }
 
 /// The rows of branches, or of fold curves over a second parameter.
