@@ -242,3 +242,23 @@ fn the_mass_of_a_critical_shape_is_below_one() {
     }
     assert!(folds > 300, "{folds}");
 }
+
+/// Catches a rule with too few nodes for what a run allows, as for poles of the pendulum that are nearer than supposed.
+#[test]
+fn integrals_along_the_rod_are_as_good_as_asked() {
+    let (v, still) = (Vector2::new(0.7, -0.3), Vector2::zeros());
+    for part in [1e-4, 1e-6, 1e-8, 1e-10] {
+        for p in [0.1, 0.4, 0.9, 1.6, 2.6, 4.0, 9.0, 18.0] {
+            for lam in [1.4, 3.0, 5.3, 8.0, 10.0, 14.0, 25.0] {
+                let [rough, fine] = [part, 1e-12].map(|part| {
+                    let rod = RodInertia::at_load(p, lam).unwrap().to_part(part);
+                    rod.added(&v, &still).unwrap()
+                });
+                let mass = (rough.mass - fine.mass).norm() / fine.mass.norm();
+                let force = (rough.force - fine.force).norm() / fine.force.norm();
+                let off = mass.max(force) / part;
+                assert!(off < 10.0, "p {p} lam {lam} part {part:e}: {off}");
+            }
+        }
+    }
+}

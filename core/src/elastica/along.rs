@@ -10,186 +10,13 @@
 
 use super::chart::{Integrals, Modulus};
 use super::curvature::Swing;
-use std::f64::consts::{FRAC_2_PI, LN_2, LOG2_E, PI};
-use std::ops::{Add, Mul, Sub};
-use wide::f64x2;
+use super::lanes::{Lanes, Real};
+use pulp::Simd;
+use std::f64::consts::{LN_2, PI};
 
-/// Numbers at two places, which are worked on at once.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Two(f64x2);
-
-/// What formulas of the pendulum are made of.
-pub(super) trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self>
-{
-    fn both(x: f64) -> Self;
-    fn inverse(self) -> Self;
-}
-
-impl Real for f64 {
-    fn both(x: f64) -> Self {
-        x
-    }
-
-    fn inverse(self) -> Self {
-        1.0 / self
-    }
-}
-
-impl Real for Two {
-    #[inline(always)]
-    fn both(x: f64) -> Self {
-        Self(f64x2::splat(x))
-    }
-
-    #[inline(always)]
-    fn inverse(self) -> Self {
-        Self(f64x2::splat(1.0) / self.0)
-    }
-}
-
-impl Two {
-    #[inline(always)]
-    pub fn of(values: [f64; 2]) -> Self {
-        Self(f64x2::new(values))
-    }
-
-    /// Sines and cosines of 0 <= v < 100 (Cephes' polynomials on [-pi/4, pi/4]).
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        let quarter = nearest(self * FRAC_2_PI);
-        let r = (self - quarter * HALF_PI[0]) - quarter * HALF_PI[1];
-        let r2 = r * r;
-        let sum = |p: &[f64; 6]| {
-            let first = Self::both(p[5]);
-            p[..5]
-                .iter()
-                .rev()
-                .fold(first, |sum, c| sum * r2 + Self::both(*c))
-        };
-        let sin = r + r * r2 * sum(&SINE);
-        let cos = Self::both(1.0) - r2 * 0.5 + r2 * r2 * sum(&COSINE);
-        // Quarter turns: an odd one, +-1 or 0, and half turns, each of which changes the signs.
-        let half = nearest(quarter * 0.5);
-        let odd = quarter - half * 2.0;
-        let rest = half - nearest(half * 0.5) * 2.0;
-        let sign = Self::both(1.0) - rest * rest * 2.0;
-        let even = (Self::both(1.0) - odd * odd) * sign;
-        let odd = odd * sign;
-        (sin * even + cos * odd, cos * even - sin * odd)
-    }
-
-    /// e^v, |v| < 100.
-    #[inline(always)]
-    fn exp(self) -> Self {
-        let twos = nearest(self * LOG2_E);
-        let r = (self - twos * LOG_2[0]) - twos * LOG_2[1];
-        // Odd and even powers side by side.
-        let r2 = r * r;
-        let sum = |p: &[f64; 7]| {
-            let first = Self::both(p[6]);
-            p[..6]
-                .iter()
-                .rev()
-                .fold(first, |sum, c| sum * r2 + Self::both(*c))
-        };
-        // Powers of two by their exponents.
-        let power = |k: f64| f64::from_bits(((k as i64 + 1023) as u64) << 52);
-        let [first, second] = twos.0.to_array();
-        (sum(&EVEN) + r * sum(&ODD)) * Self::of([power(first), power(second)])
-    }
-
-    #[inline(always)]
-    pub fn sum(self) -> f64 {
-        self.0.reduce_add()
-    }
-}
-
-/// The nearest integers, of |x| < 2^50.
-#[inline(always)]
-fn nearest(x: Two) -> Two {
-    // Beyond 2^52 there are integers only.
-    const BIG: f64 = 6_755_399_441_055_744.0;
-    (x + Two::both(BIG)) - Two::both(BIG)
-}
-
-/// pi/2 and log 2 in two parts, the first with few enough bits to be multiplied without rounding.
-const HALF_PI: [f64; 2] = [1.570_796_310_901_641_8, 1.589_325_477_352_819_6e-8];
-const LOG_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_2e-6];
-/// 1/(2k)! and 1/(2k + 1)!.
-const EVEN: [f64; 7] = [
-    1.0,
-    1.0 / 2.0,
-    1.0 / 24.0,
-    1.0 / 720.0,
-    1.0 / 40_320.0,
-    1.0 / 3_628_800.0,
-    1.0 / 479_001_600.0,
-];
-const ODD: [f64; 7] = [
-    1.0,
-    1.0 / 6.0,
-    1.0 / 120.0,
-    1.0 / 5_040.0,
-    1.0 / 362_880.0,
-    1.0 / 39_916_800.0,
-    1.0 / 6_227_020_800.0,
-];
-/// (sin r - r)/r^3 and (cos r - 1 + r^2/2)/r^4 in r^2.
-const SINE: [f64; 6] = [
-    -1.666_666_666_666_663e-1,
-    8.333_333_333_322_118e-3,
-    -1.984_126_982_958_954e-4,
-    2.755_731_362_138_572_5e-6,
-    -2.505_074_776_285_780_7e-8,
-    1.589_623_015_765_465_7e-10,
-];
-const COSINE: [f64; 6] = [
-    4.166_666_666_666_659_3e-2,
-    -1.388_888_888_887_305_6e-3,
-    2.480_158_728_885_170_5e-5,
-    -2.755_731_417_929_674e-7,
-    2.087_570_084_197_473e-9,
-    -1.135_853_652_138_768_2e-11,
-];
-
-impl Add for Two {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0)
-    }
-}
-
-impl Sub for Two {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0)
-    }
-}
-
-impl Mul for Two {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(self.0 * other.0)
-    }
-}
-
-impl Mul<f64> for Two {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, factor: f64) -> Self {
-        Self(self.0 * f64x2::splat(factor))
-    }
-}
-
-/// A place of a rod, or two, as [`Integrals`](super::chart::Integrals) has it at u = lam part.
+/// A place of a rod, or several, as [`Integrals`](super::chart::Integrals) has it at u = lam part.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Places<T> {
-    /// The part of the rod beyond it.
-    pub part: T,
     pub u: T,
     pub s: T,
     pub c: T,
@@ -214,8 +41,9 @@ pub(super) struct Along {
     /// dv/du, and the nome.
     pace: f64,
     nome: f64,
-    /// (sin v, cos v) in the middle of the rod, or (e^v, e^-v).
-    middle: [f64; 2],
+    /// v at the clamp, and (sin v, cos v) or (e^v, e^-v) there.
+    whole: f64,
+    end: [f64; 2],
     /// True if v goes beyond half a period.
     winds: bool,
     /// P1 .. P4 and P3'/(sin v cos v), with the factors that s, c, d and b have.
@@ -274,22 +102,23 @@ impl Along {
                 (left - kc * kc) * over_k2,
             )
         };
-        let (by_2, by_4) = if real { (by_c, by_d) } else { (by_d, by_c) };
-        let half = 0.5 * lam * pace;
-        let middle = if real {
-            let (sin, cos) = half.sin_cos();
+        let whole = lam * pace;
+        let end = if real {
+            let (sin, cos) = whole.sin_cos();
             [sin, cos]
         } else {
-            let e = half.exp();
+            let e = whole.exp();
             [e, 1.0 / e]
         };
+        let (by_2, by_4) = if real { (by_c, by_d) } else { (by_d, by_c) };
         Self {
             lam,
             real,
             pace,
             nome: q,
-            middle,
-            winds: !real && middle[0].powi(4) * q > 1.0,
+            whole,
+            end,
+            winds: !real && end[0] * end[0] * q > 1.0,
             p1: [
                 1.0 - 3.0 * q2 + 5.0 * q6 - 7.0 * q12,
                 4.0 * q2 - 20.0 * q6 + 56.0 * q12,
@@ -328,19 +157,29 @@ impl Along {
         }
     }
 
-    /// The nodes of a Gauss rule that integrates along this rod to the part `error`. The poles of the pendulum lie K' away from the rod, so that
-    /// the error falls like rho^-2n, log rho = asinh(z), z = 2 K'/lam (Bernstein's ellipse); the factor before it is measured, and logarithms
-    /// and 1/asinh z = 1/z + Z[0] z/(z + Z[1]) are rough.
+    /// The nodes of a Gauss rule that integrates along this rod to the part `error`. The poles of the pendulum lie at odd multiples of K, K' away from
+    /// the rod, so that the error falls like rho^-2n, rho the sum of the axes of Bernstein's ellipse through the nearest: sinh log rho = z. A pole
+    /// beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before it is measured, and logarithms and
+    /// 1/asinh z = 1/z + Z[0] z/(z + Z[1]) are rough.
     #[inline(always)]
     pub fn nodes(&self, error: f64) -> usize {
         const Z: [f64; 2] = [0.25, 0.8];
-        // K'/K = log(1/q)/pi.
         let quarter = 0.5 * PI / self.pace;
-        let away = match self.real {
-            true => quarter * (binary_digits(self.nome) * (LN_2 / PI)).min(FARTHEST),
-            false => quarter,
+        // K'/K = log(1/q)/pi, or K/K'.
+        let other = quarter * binary_digits(self.nome) * (LN_2 / PI);
+        let (k, away) = match self.real {
+            true => (quarter, other.min(FARTHEST * quarter)),
+            false => (other, quarter),
         };
-        let z = 2.0 * away / self.lam;
+        let per = 2.0 / self.lam;
+        let (x, y) = ((k * per - 1.0).min(1.0), away * per);
+        let z = if x > 0.0 {
+            let [more, less] = [1.0 + x, 1.0 - x].map(|x| (x * x + y * y).sqrt());
+            let half = 0.5 * (more + less);
+            (half * half - 1.0).sqrt()
+        } else {
+            y
+        };
         let over = 1.0 / z + Z[0] * z / (z + Z[1]);
         let digits = binary_digits(error);
         let nodes = (NODES + 0.5 * LN_2 * digits) * over;
@@ -350,16 +189,14 @@ impl Along {
     /// The chart's integrals of the whole rod, whose modulus this is.
     #[inline(always)]
     pub fn clamp(&self, modulus: &Modulus) -> Integrals {
-        // At twice the angle of the middle.
-        let [sin, cos] = self.middle;
         let (turned, wound) = match self.real {
-            true => ((2.0 * sin * cos, 1.0 - 2.0 * sin * sin), Wound::default()),
+            true => (self.end.into(), [0.0, 1.0]),
             false => {
-                let (e, wound) = self.unwound(sin * sin);
-                (halves(e, 1.0 / e), wound)
+                let [e, turns, sign] = self.unwound(self.end[0]);
+                (halves(e, 1.0 / e), [turns, sign])
             }
         };
-        let Places { s, c, d, b, .. } = self.place(1.0, turned, [wound.turns, wound.sign]);
+        let Places { s, c, d, b, .. } = self.place(1.0, turned, wound);
         Integrals {
             kap: modulus.kap,
             kap_c: modulus.kap_c,
@@ -371,57 +208,40 @@ impl Along {
         }
     }
 
-    /// e^v with whole periods 2K taken off, exp(-2K dv/du) = q.
-    fn unwound(&self, mut e: f64) -> (f64, Wound) {
-        let mut wound = Wound::default();
+    /// e^v with whole periods 2K taken off, exp(-2K dv/du) = q; how many, and the sign of what changes it with each.
+    #[inline(always)]
+    fn unwound(&self, mut e: f64) -> [f64; 3] {
+        let (mut turns, mut sign) = (0.0, 1.0);
         while e * e * self.nome > 1.0 {
             e *= self.nome;
-            wound.turns += 1.0;
-            wound.sign = -wound.sign;
+            turns += 1.0;
+            sign = -sign;
         }
-        (e, wound)
+        [e, turns, sign]
     }
 
-    /// At u = lam (1 + x)/2 and at u = lam (1 - x)/2, for two x at once.
+    /// At u = lam part.
     #[inline(always)]
-    pub fn at(&self, x: Two) -> (Places<Two>, Places<Two>) {
-        let part = x * 0.5;
-        let parts = (Two::both(0.5) + part, Two::both(0.5) - part);
-        let off = x * (0.5 * self.lam * self.pace);
-        let [a, b] = self.middle;
-        let still = [Two::both(0.0), Two::both(1.0)];
+    pub fn at<S: Simd>(&self, part: Lanes<S>) -> Places<Lanes<S>> {
+        let v = part * self.whole;
+        let still = [part.all(0.0), part.all(1.0)];
         if self.real {
-            let (s, c) = off.sin_cos();
-            let more = (c * a + s * b, c * b - s * a);
-            let less = (c * a - s * b, c * b + s * a);
-            return (
-                self.place(parts.0, more, still),
-                self.place(parts.1, less, still),
-            );
+            return self.place(part, v.sin_cos(), still);
         }
-        let up = off.exp();
-        let down = up.inverse();
-        let (more, less) = ((up * a, down * b), (down * a, up * b));
-        if self.winds {
-            let (more, wound) = self.unwound_two(more.0);
-            let first = self.place(parts.0, more, wound);
-            let (less, wound) = self.unwound_two(less.0);
-            return (first, self.place(parts.1, less, wound));
+        let up = v.exp();
+        if !self.winds {
+            return self.place(part, halves(up, up.inverse()), still);
         }
-        (
-            self.place(parts.0, halves(more.0, more.1), still),
-            self.place(parts.1, halves(less.0, less.1), still),
-        )
-    }
-
-    /// (sinh v, cosh v) of two e^v at once, with what was taken off.
-    fn unwound_two(&self, up: Two) -> ((Two, Two), [Two; 2]) {
-        let [first, second] = up.0.to_array();
-        let ((a, wound_a), (b, wound_b)) = (self.unwound(first), self.unwound(second));
-        let up = Two::of([a, b]);
-        let turns = Two::of([wound_a.turns, wound_b.turns]);
-        let sign = Two::of([wound_a.sign, wound_b.sign]);
-        (halves(up, up.inverse()), [turns, sign])
+        let (mut up, mut wound) = (up, still);
+        let [turns, sign] = &mut wound;
+        for (e, (turns, sign)) in up
+            .each()
+            .iter_mut()
+            .zip(turns.each().iter_mut().zip(sign.each()))
+        {
+            [*e, *turns, *sign] = self.unwound(*e);
+        }
+        self.place(part, halves(up, up.inverse()), wound)
     }
 
     /// The place with this part of the rod beyond it from (sin v, cos v), or (sinh v, cosh v); `turns` whole periods have been taken off v, which
@@ -429,21 +249,19 @@ impl Along {
     #[inline(always)]
     fn place<T: Real>(&self, part: T, (sin, cos): (T, T), [turns, sign]: [T; 2]) -> Places<T> {
         let square = sin * sin * if self.real { 1.0 } else { -1.0 };
-        let two = |p: &[f64; 3]| (square * p[2] + T::both(p[1])) * square + T::both(p[0]);
-        let three = |p: &[f64; 4]| {
-            ((square * p[3] + T::both(p[2])) * square + T::both(p[1])) * square + T::both(p[0])
-        };
-        let over = three(&self.p3).inverse();
-        let (p2, p4) = (cos * three(&self.p2) * over, three(&self.p4) * over);
+        let over = square.series(&self.p3).inverse();
+        let (p2, p4) = (
+            cos * square.series(&self.p2) * over,
+            square.series(&self.p4) * over,
+        );
         let (c, d) = if self.real { (p2, p4) } else { (p4, p2) };
         let u = part * self.lam;
         Places {
-            part,
             u,
-            s: sin * three(&self.p1) * over * sign,
+            s: sin * square.series(&self.p1) * over * sign,
             c: c * sign,
             d,
-            b: u * self.linear + sin * cos * two(&self.slope) * over + turns * self.turns,
+            b: u * self.linear + sin * cos * square.series(&self.slope) * over + turns * self.turns,
         }
     }
 }
@@ -460,21 +278,6 @@ fn halves<T: Real>(up: T, down: T) -> (T, T) {
     ((up - down) * 0.5, (up + down) * 0.5)
 }
 
-/// Periods that have been taken off.
-struct Wound {
-    turns: f64,
-    sign: f64,
-}
-
-impl Default for Wound {
-    fn default() -> Self {
-        Self {
-            turns: 0.0,
-            sign: 1.0,
-        }
-    }
-}
-
 /// Half the logarithm of the factor before the power of the ellipse.
 const NODES: f64 = 3.0;
 /// Slightly loaded rods bend by polynomials.
@@ -484,6 +287,7 @@ const FARTHEST: f64 = 6.0;
 
 #[cfg(test)]
 mod tests {
+    use super::super::lanes::{InLanes, sums};
     use super::*;
 
     /// Catches a wrong coefficient, nome or period: Carlson's integrals and Jacobi's functions by the ladder are another way to the same.
@@ -493,30 +297,30 @@ mod tests {
             for lam in [0.1, 1.4, 4.6, 9.0, 29.0] {
                 let modulus = Modulus::new(p);
                 let along = Along::new(&modulus, lam);
-                for x in [[0.03, 0.41], [0.77, 0.999]] {
-                    let found = along.at(Two::of(x));
-                    for (side, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                        let found = [&found.0, &found.1][side];
-                        let part = found.part.0.to_array()[k];
-                        let expected = 0.5 + [0.5, -0.5][side] * x[k];
-                        assert!((part - expected).abs() < 1e-15);
-                        let at = Integrals::at_load(p, lam * part).unwrap();
-                        let both = [
-                            (found.s, at.s),
-                            (found.c, at.c),
-                            (found.d, at.d),
-                            (found.b, at.b),
-                        ];
-                        for (found, expected) in both {
-                            let error = (found.0.to_array()[k] - expected).abs();
-                            assert!(
-                                error < 2e-14 * (1.0 + at.lam),
-                                "p {p} lam {lam} x {x:?}: {error:e}"
-                            );
-                        }
+                let places = [0.0005, 0.115, 0.295, 0.515, 0.705, 0.885, 0.9995, 1.0];
+                for (k, part) in places.iter().enumerate() {
+                    let at = Integrals::at_load(p, lam * part).unwrap();
+                    let mut only = [0.0; 8];
+                    only[k] = 1.0;
+                    let found = sums(&Pendulum(&along), &places, &only);
+                    for (found, expected) in found.iter().zip([at.s, at.c, at.d, at.b]) {
+                        let error = (found - expected).abs();
+                        assert!(
+                            error < 2e-14 * (1.0 + at.lam),
+                            "p {p} lam {lam} part {part}: {error:e}"
+                        );
                     }
                 }
             }
+        }
+    }
+
+    struct Pendulum<'a>(&'a Along);
+
+    impl InLanes<4> for Pendulum<'_> {
+        fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; 4] {
+            let at = self.0.at(part);
+            [at.s, at.c, at.d, at.b]
         }
     }
 }

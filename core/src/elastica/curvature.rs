@@ -1,7 +1,7 @@
 //! Second derivatives of the tip over (p, lam), in closed form: what cusps and error bounds need.
 
-use super::along::Real;
 use super::chart::{ChartPoint, Integrals, Modulus};
+use super::lanes::Real;
 
 /// First and second derivatives of the tip (x, y) with respect to p and lam, in the turned axes of
 /// [`ChartPoint`] (rotate with `to_fixed`).
@@ -46,12 +46,6 @@ impl Swing {
         };
         Self::at(&modulus, i.lam, [i.s, i.c, i.d, i.b])
     }
-
-    /// At the tip.
-    #[inline(always)]
-    pub fn start(modulus: &Modulus) -> Self {
-        Self::at(modulus, 0.0, [0.0, 1.0, modulus.kap_c, 0.0])
-    }
 }
 
 impl<T: Real> Swing<T> {
@@ -63,11 +57,11 @@ impl<T: Real> Swing<T> {
         let c_over = c * d.inverse();
         let cd = c * d;
         // G = kap t.
-        let t = b + s * c_over;
+        let t = s.times_plus(c_over, b);
         let (g, st, sb) = (t * kap, s * t, s * b);
         let dg = d * g;
         let c_dg = c * dg;
-        let rate = s * (T::both(kap2) - d * d) + cd * b * kap2;
+        let rate = s.times_plus(s.all(kap2) - d * d, cd * b * kap2);
         // At fixed u: c_p = s D G, s_p = -c D G.
         let d_p = c * (c_over * (-kap * kc2) - st * (kap * kap2));
         let gap = u - b;
@@ -80,10 +74,12 @@ impl<T: Real> Swing<T> {
         // kap B_p at fixed u, free of the division by kap.
         let kap_b_p = (gap - t) * kc2 - s * st * kap2;
         let d_p_g = d_p * g;
-        let bent = d_p_g + d * g_p;
+        let bent = d.times_plus(g_p, d_p_g);
         let z_pp = [
             less * (4.0 * kap2 - 2.0 * kc2) + kap_b_p * (2.0 * kc2) - d * (bent + d_p_g) * 2.0,
-            s * (-4.0 * kap * kc2) - c_dg * (4.0 * kc2) - (s * dg * dg + c * bent) * (2.0 * kap),
+            s * (-4.0 * kap * kc2)
+                - c_dg * (4.0 * kc2)
+                - c.times_plus(bent, s * dg * dg) * (2.0 * kap),
         ];
         let twice = cd * (2.0 * kap);
         let across = s * (2.0 * kap);
@@ -104,6 +100,7 @@ impl<T: Real> Swing<T> {
     }
 
     /// dZ/du.
+    #[inline(always)]
     pub fn z_u(&self) -> [T; 2] {
         [self.cos_psi, self.sin_psi]
     }

@@ -11,15 +11,21 @@
 //! Units: length 1, bending stiffness 1.
 
 mod carried;
+mod passage;
 
-use super::along::{Along, Real, Two};
+use passage::fold_function;
+pub use passage::{INERTIAL_ESCAPE, Passage, VISCOUS_ESCAPE};
+
+use super::along::Along;
 use super::chart::{ChartPoint, Integrals, Modulus};
 use super::curvature::{Swing, TipDerivatives};
+use super::lanes::{self, InLanes, Lanes, Real, WIDEST};
 use crate::error::{Error, Result};
 use crate::manifold::{Felt, RodMass};
 use crate::math::frame::Frame;
 use crate::math::gauss::Rule;
 use nalgebra::{Matrix2, Vector2};
+use pulp::Simd;
 use std::sync::OnceLock;
 
 /// A rod pulled harder than this is left out: its bends are narrower than what any mass of the rod bears.
@@ -40,6 +46,8 @@ pub struct RodInertia {
     along: Along,
     /// Part of the integrals along the rod by which they may be off.
     error: f64,
+    /// [`RodInertia::field`] of the end.
+    end: [[f64; 2]; 3],
     /// lam d r(1)/d(p, lam), in the axes of [`ChartPoint::turned`].
     by: Matrix2<f64>,
 }
@@ -95,9 +103,11 @@ impl RodInertia {
             clamp: Swing::new(&integrals),
             along,
             error: EXACT,
+            end: [[0.0; 2]; 3],
             by: Matrix2::zeros(),
         };
-        let [_, by_p, by_l] = rod.field(0.0, &Swing::start(&modulus));
+        rod.end = rod.field_of_end();
+        let [_, by_p, by_l] = rod.end;
         rod.by = Matrix2::new(by_p[0], by_l[0], by_p[1], by_l[1]);
         rod
     }
@@ -133,19 +143,33 @@ impl RodInertia {
     fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let (clamp, inv) = (&self.clamp, 1.0 / self.integrals.lam);
         let (z_u, here_u) = (clamp.z_u(), here.z_u());
-        let less = |x: f64, y: T| T::both(x) - y;
         let w = [less(clamp.z[0], here.z[0]), less(clamp.z[1], here.z[1])];
         let w_p = [
             less(clamp.z_p[0], here.z_p[0]),
             less(clamp.z_p[1], here.z_p[1]),
         ];
         let w_l = [
-            less(z_u[0], part * here_u[0] + w[0] * inv),
-            less(z_u[1], part * here_u[1] + w[1] * inv),
+            less(z_u[0], part.times_plus(here_u[0], w[0] * inv)),
+            less(z_u[1], part.times_plus(here_u[1], w[1] * inv)),
         ];
-        // alpha = -psi at the clamp.
-        let turned = |v: [T; 2], a: f64| [v[0] - w[1] * a, v[1] + w[0] * a];
-        [w, turned(w_p, -clamp.psi_p), turned(w_l, -clamp.psi_u)]
+        self.along_chart(w, w_p, w_l)
+    }
+
+    /// The same of the end, where the pendulum begins.
+    #[inline(always)]
+    fn field_of_end(&self) -> [[f64; 2]; 3] {
+        let (clamp, inv) = (&self.clamp, 1.0 / self.integrals.lam);
+        let (w, z_u) = (clamp.z, clamp.z_u());
+        let w_l = [z_u[0] - w[0] * inv, z_u[1] - w[1] * inv];
+        self.along_chart(w, clamp.z_p, w_l)
+    }
+
+    /// The place w with its derivatives by p and lam, from those at fixed alpha = -psi at the clamp.
+    #[inline(always)]
+    fn along_chart<T: Real>(&self, w: [T; 2], w_p: [T; 2], w_l: [T; 2]) -> [[T; 2]; 3] {
+        let (a_p, a_l) = (-self.clamp.psi_p, -self.clamp.psi_u);
+        let by_p = [w_p[0] - w[1] * a_p, w_p[1] + w[0] * a_p];
+        [w, by_p, [w_l[0] - w[1] * a_l, w_l[1] + w[0] * a_l]]
     }
 
     /// lam times the second derivative of such a place in time, while p and lam change at constant rates: what `Turning` has, applied to a
@@ -159,58 +183,55 @@ impl RodInertia {
         field: &[[T; 2]; 3],
     ) -> [T; 2] {
         let [p, l] = turning.rate;
-        let slower = 2.0 * l / self.integrals.lam;
-        let [w, by_p, by_l] = field;
         let [cos, sin] = here.z_u();
         let along = (here.psi_p * (2.0 * p * l) + part * here.psi_u * (l * l)) * part;
         let z = [
             here.z_pp[0] * (p * p) - sin * along,
             here.z_pp[1] * (p * p) + cos * along,
         ];
-        // r = Rot(alpha) w, whose rate w' + alpha' J w the field has.
-        let (turn, spin) = (turning.first, turning.second);
-        let rate = [by_p[0] * p + by_l[0] * l, by_p[1] * p + by_l[1] * l];
-        let own = [rate[0] + w[1] * turn, rate[1] - w[0] * turn];
-        let less = |i: usize| T::both(turning.z[i]) - z[i] - own[i] * slower;
-        [
-            less(0) - rate[1] * (2.0 * turn) - w[1] * spin + w[0] * (turn * turn),
-            less(1) + rate[0] * (2.0 * turn) + w[0] * spin + w[1] * (turn * turn),
-        ]
+        let drawn = [less(turning.z[0], z[0]), less(turning.z[1], z[1])];
+        self.accelerated(turning, drawn, field)
     }
 
     /// The same of the end.
     #[inline(always)]
     fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
-        let tip = Swing::start(&self.modulus);
-        self.second(turning, 0.0, &tip, &self.field(0.0, &tip))
-            .into()
+        self.accelerated(turning, turning.z, &self.end).into()
     }
 
-    /// Sums over nodes along the rod.
+    /// The same from the second derivative of lam w, w the place seen from the turned axes.
     #[inline(always)]
-    fn sums<const K: usize>(&self, each: impl Fn(Two, &Swing<Two>) -> [Two; K]) -> [f64; K] {
-        let mut sums = [Two::both(0.0); K];
-        for (x, weight) in fours(self.along.nodes(self.error)) {
-            let (more, less) = self.along.at(*x);
-            let more = each(more.part, &more.swing(&self.modulus));
-            let less = each(less.part, &less.swing(&self.modulus));
-            for k in 0..K {
-                sums[k] = sums[k] + (more[k] + less[k]) * *weight;
-            }
-        }
-        sums.map(Two::sum)
+    fn accelerated<T: Real>(
+        &self,
+        turning: &Turning,
+        drawn: [T; 2],
+        [w, by_p, by_l]: &[[T; 2]; 3],
+    ) -> [T; 2] {
+        let [p, l] = turning.rate;
+        let slower = 2.0 * l / self.integrals.lam;
+        // r = Rot(alpha) w, whose rate w' + alpha' J w the field has.
+        let (turn, spin) = (turning.first, turning.second);
+        let rate = [by_p[0] * p + by_l[0] * l, by_p[1] * p + by_l[1] * l];
+        let own = [rate[0] + w[1] * turn, rate[1] - w[0] * turn];
+        let drawn = [drawn[0] - own[0] * slower, drawn[1] - own[1] * slower];
+        [
+            drawn[0] - rate[1] * (2.0 * turn) - w[1] * spin + w[0] * (turn * turn),
+            drawn[1] + rate[0] * (2.0 * turn) + w[0] * spin + w[1] * (turn * turn),
+        ]
+    }
+
+    /// Integrals along the rod.
+    #[inline(always)]
+    fn integrals<const K: usize>(&self, each: &impl AtSection<K>) -> [f64; K] {
+        let (places, weights) = nodes(self.along.nodes(self.error));
+        lanes::sums(&Sections { rod: self, each }, places, weights)
     }
 
     /// What the end feels of a unit of mass of the rod while it moves with `v` and gravity g acts on the rod; None at a fold.
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = Turning::new(&self.clamp, rate.into());
-        let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y] = self.sums(|part, here| {
-            let field = self.field(part, here);
-            let [n11, n12, n22, f1, f2] = self.pushed(&turning, part, here, &field);
-            let [w, p, l] = field;
-            [n11, n12, n22, f1, f2, p[0], p[1], l[0], l[1], w[0], w[1]]
-        });
+        let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y] = self.integrals(&Heavy(&turning));
         let g = self.turned(gravity);
         let weight = Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y);
         let (mass, force) = self.felt(&inverse, &turning, [n11, n12, n22, f1, f2], &weight)?;
@@ -226,10 +247,7 @@ impl RodInertia {
     fn added_weightless(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = Turning::new(&self.clamp, rate.into());
-        let sums = self.sums(|part, here| {
-            let field = self.field(part, here);
-            self.pushed(&turning, part, here, &field)
-        });
+        let sums = self.integrals(&Weightless(&turning));
         self.felt(&inverse, &turning, sums, &Vector2::zeros())
     }
 
@@ -276,20 +294,7 @@ impl RodInertia {
     /// dissipation by Kelvin-Voigt friction of the time 1, of the rates q'.
     pub fn metric(&self) -> (Matrix2<f64>, Matrix2<f64>) {
         let lam = self.integrals.lam;
-        let [n11, n12, n22, r11, r12, r22] = self.sums(|part, here| {
-            let [_, by_p, by_l] = self.field(part, here);
-            // theta' = -lam psi_u at u = lam (1 - s).
-            let p = here.psi_pu * -lam;
-            let l = here.psi_u * -1.0 - part * here.psi_uu * lam;
-            [
-                dot(by_p, by_p),
-                dot(by_p, by_l),
-                dot(by_l, by_l),
-                p * p,
-                p * l,
-                l * l,
-            ]
-        });
+        let [n11, n12, n22, r11, r12, r22] = self.integrals(&Still);
         (
             Matrix2::new(n11, n12, n12, n22) / (lam * lam),
             Matrix2::new(r11, r12, r12, r22),
@@ -314,22 +319,76 @@ fn pulled(lam: f64) -> Result<f64> {
     Ok(lam)
 }
 
-/// The Gauss rule on [-1, 1] of at least so many nodes, a multiple of four: those > 0, two by two, and their weights on [0, 1].
-fn fours(least: usize) -> &'static [(Two, Two)] {
+/// The nodes and weights on [0, 1] of the Gauss rule of at least so many nodes that fill all lanes.
+fn nodes(least: usize) -> (&'static [f64], &'static [f64]) {
     const RULES: usize = 128;
-    static KEPT: [OnceLock<Vec<(Two, Two)>>; RULES] = [const { OnceLock::new() }; RULES];
-    let quarter = least.div_ceil(4).clamp(1, RULES);
-    KEPT[quarter - 1].get_or_init(|| {
-        let rule = Rule::new(4 * quarter);
-        let node = |i: usize| 2.0 * rule.nodes[i] - 1.0;
-        let right = (2 * quarter..4 * quarter).step_by(2);
-        right
-            .map(|i| {
-                let weights = [rule.weights[i], rule.weights[i + 1]];
-                (Two::of([node(i), node(i + 1)]), Two::of(weights))
-            })
-            .collect()
-    })
+    static KEPT: [OnceLock<Rule>; RULES] = [const { OnceLock::new() }; RULES];
+    let full = least.div_ceil(WIDEST).clamp(1, RULES);
+    let rule = KEPT[full - 1].get_or_init(|| Rule::new(WIDEST * full));
+    (&rule.nodes, &rule.weights)
+}
+
+/// What is integrated along a rod: K numbers at the section with `part` of the rod beyond it, where the pendulum is at `here`.
+trait AtSection<const K: usize> {
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; K];
+}
+
+struct Sections<'a, E> {
+    rod: &'a RodInertia,
+    each: &'a E,
+}
+
+impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; K] {
+        let here = self.rod.along.at(part).swing(&self.rod.modulus);
+        self.each.at(self.rod, part, &here)
+    }
+}
+
+/// [`RodInertia::pushed`].
+struct Weightless<'a>(&'a Turning);
+
+impl AtSection<5> for Weightless<'_> {
+    #[inline(always)]
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 5] {
+        rod.pushed(self.0, part, here, &rod.field(part, here))
+    }
+}
+
+/// The same, then lam times the derivatives of the place by p and lam, and the place.
+struct Heavy<'a>(&'a Turning);
+
+impl AtSection<11> for Heavy<'_> {
+    #[inline(always)]
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 11] {
+        let field = rod.field(part, here);
+        let [n11, n12, n22, f1, f2] = rod.pushed(self.0, part, here, &field);
+        let [w, p, l] = field;
+        [n11, n12, n22, f1, f2, p[0], p[1], l[0], l[1], w[0], w[1]]
+    }
+}
+
+/// lam^2 of r_q^T r_q, and theta'_q theta'_q^T.
+struct Still;
+
+impl AtSection<6> for Still {
+    #[inline(always)]
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 6] {
+        let lam = rod.integrals.lam;
+        let [_, by_p, by_l] = rod.field(part, here);
+        // theta' = -lam psi_u at u = lam (1 - s).
+        let p = here.psi_pu * -lam;
+        let l = here.psi_u * -1.0 - part * here.psi_uu * lam;
+        [
+            dot(by_p, by_p),
+            dot(by_p, by_l),
+            dot(by_l, by_l),
+            p * p,
+            p * l,
+            l * l,
+        ]
+    }
 }
 
 /// How the turned axes move.
@@ -362,14 +421,15 @@ impl Turning {
     }
 }
 
+/// x - y.
 #[inline(always)]
-fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
-    a[0] * b[0] + a[1] * b[1]
+fn less<T: Real>(x: f64, y: T) -> T {
+    y.all(x) - y
 }
 
-/// x^T H x of second derivatives (11, 12, 22).
-fn quadratic(second: &[Vector2<f64>; 3], x: &Vector2<f64>) -> Vector2<f64> {
-    second[0] * (x[0] * x[0]) + second[1] * (2.0 * x[0] * x[1]) + second[2] * (x[1] * x[1])
+#[inline(always)]
+fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
+    a[0].times_plus(b[0], a[1] * b[1])
 }
 
 /// A planar elastica of small mass whose shapes stay equilibria.
@@ -382,98 +442,6 @@ pub struct LightRod {
     pub mass: f64,
     /// Gravity, in the world.
     pub gravity: Vector2<f64>,
-}
-
-/// The normal form of a fold that the motion runs into: A t + B a^2 moves the amplitude a of the critical shape (theory 2.8).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passage {
-    /// A = |l . v|, l = -df(z), with z the null vector of dr(1)/d(p, w), of length 1: how fast the body drives the rod over the fold.
-    pub drive: f64,
-    /// B = |l . D^2 r \[z, z\]| / 2.
-    pub bend: f64,
-    /// M0 = z^T N z, per unit of the rod's mass.
-    pub mass: f64,
-    /// D0 = z^T R z, per unit of its Kelvin-Voigt time.
-    pub friction: f64,
-    /// The distance from the fold in a, along the critical direction z; 0 at the fold, > 0 before it.
-    pub ahead: f64,
-}
-
-/// More than M0 of any fold: along z, of length 1, the rod moves less than that. Of folds it is at most 0.17, of other points 0.79 (measured, |p| < 6, w < 40).
-const MOST: f64 = 1.0;
-
-/// The time in which inertia lets a rod go from a fold, in units of T_i: the first pole of y'' = t + y^2.
-pub const INERTIAL_ESCAPE: f64 = 3.411_684_340;
-/// The time in which friction does, in units of T_v: the first zero of Airy's function.
-pub const VISCOUS_ESCAPE: f64 = 2.338_107_410;
-
-impl Passage {
-    /// At a chart point on a fold or next to it, of an end that moves with `v`. The numbers are those of the fold itself up to the distance
-    /// from it.
-    ///
-    /// # Errors
-    /// As [`RodInertia::new`].
-    pub fn new(p: f64, w: f64, v: &Vector2<f64>) -> Result<Self> {
-        Ok(Self::of(&RodInertia::new(p, w)?, v))
-    }
-
-    fn of(rod: &RodInertia, v: &Vector2<f64>) -> Self {
-        let (mut passage, z) = Self::ahead_of(rod, v);
-        let (n, r) = rod.metric();
-        passage.mass = z.dot(&(n * z));
-        passage.friction = z.dot(&(r * z));
-        passage
-    }
-
-    /// The same but for D0, and with the bound 1 of M0 in its place; and z, by (p, lam).
-    fn ahead_of(rod: &RodInertia, v: &Vector2<f64>) -> (Self, Vector2<f64>) {
-        let (at, i) = (rod.point(), &rod.integrals);
-        let swing = &rod.clamp;
-        let svd = rod.by.svd(false, true);
-        let right = svd.v_t.expect("asked for");
-        let z = right.row(svd.singular_values.imin()).transpose();
-        // Of length 1 in (p, w), lam_w = 1/D.
-        let z = z / z[0].hypot(i.d * (z[1] - i.lam_p() * z[0]));
-        let along = Vector2::new(at.cos_alpha, at.sin_alpha);
-        let aside = Vector2::new(-at.sin_alpha, at.cos_alpha);
-        // f = lam^2 (cos alpha, sin alpha), alpha = -psi at the clamp.
-        let turn = -(swing.psi_p * z[0] + swing.psi_u * z[1]);
-        let ell = -(along * (2.0 * i.lam * z[1]) + aside * (i.lam * i.lam * turn));
-        let end = TipDerivatives::new(&at);
-        let second = [end.pp, end.pl, end.ll].map(|d| Vector2::from(at.to_fixed(d)));
-        let (fold, gradient) = fold_function(&end, i);
-        let passage = Self {
-            drive: ell.dot(v).abs(),
-            bend: 0.5 * ell.dot(&quadratic(&second, &z)).abs(),
-            mass: MOST,
-            friction: 0.0,
-            ahead: (fold / gradient.dot(&z)).abs(),
-        };
-        (passage, z)
-    }
-
-    /// The time until the fold, A t = B a^2.
-    pub fn time_ahead(&self) -> f64 {
-        self.bend * self.ahead * self.ahead / self.drive
-    }
-
-    /// T_i, the time scale of a rod of mass `mass` that inertia holds back.
-    pub fn inertial(&self, mass: f64) -> f64 {
-        (mass * self.mass).powf(0.4) * (self.drive * self.bend).powf(-0.2)
-    }
-
-    /// T_v, that of a rod that friction of the Kelvin-Voigt time `eta` holds back.
-    pub fn viscous(&self, eta: f64) -> f64 {
-        ((eta * self.friction).powi(2) / (self.drive * self.bend)).cbrt()
-    }
-}
-
-/// det d r(1)/d(p, lam) / kap^2, which vanishes at folds alone, and its gradient.
-fn fold_function(end: &TipDerivatives, i: &Integrals) -> (f64, Vector2<f64>) {
-    let (det, gradient) = end.det_with_gradient();
-    let kap2 = i.kap * i.kap;
-    let by_p = (gradient[0] - 2.0 * det * i.kap_c * i.kap_c / i.kap) / kap2;
-    (det / kap2, Vector2::new(by_p, gradient[1] / kap2))
 }
 
 /// No rod lighter loaded than lam = 5.766 is at a fold (`folds.rs`); nor, with room to spare for what leads there, next to one.

@@ -10,6 +10,7 @@ pub mod folds;
 mod held;
 pub mod inertia;
 pub mod inversion;
+mod lanes;
 mod layer;
 pub mod model;
 mod near;

@@ -517,9 +517,9 @@ fn with_rod<const N: usize>(
 ) -> Option<()> {
     let (frame, mass) = (body.support().map(|support| support.at(y.t)), body.mass());
     let felt = rod.added(frame.as_ref(), [&y.q, &y.v], force, error)?;
-    let all = (felt.mass + SMatrix::identity() * mass).cholesky()?;
+    let all = (felt.mass + SMatrix::identity() * mass).try_inverse()?;
     let alone = action.acceleration;
-    action.acceleration = all.solve(&(alone * mass + felt.force));
+    action.acceleration = all * (alone * mass + felt.force);
     if let Some(frame) = frame {
         let borne = (action.acceleration - alone) * mass;
         action.power +=

@@ -5,8 +5,9 @@
 //! So the end feels the force int P^T (g - those accelerations) ds, and the clamp has the power
 //! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
 
-use super::{RodInertia, Turning, dot};
-use crate::elastica::along::Real;
+use super::{AtSection, RodInertia, Turning, dot};
+use crate::elastica::curvature::Swing;
+use crate::elastica::lanes::Real;
 use crate::manifold::Felt;
 use crate::math::frame::Frame;
 use nalgebra::{Matrix2, Vector2};
@@ -38,6 +39,7 @@ impl CarriedRod {
 }
 
 /// a x b.
+#[inline(always)]
 fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0] * b[1] - a[1] * b[0]
 }
@@ -45,6 +47,41 @@ fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
 /// J a.
 fn aside(a: &Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-a.y, a.x)
+}
+
+/// What a clamp that moves asks of the sections beside what the end feels.
+struct Moved<'a>(&'a Turning);
+
+impl AtSection<20> for Moved<'_> {
+    #[inline(always)]
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 20] {
+        let field = rod.field(part, here);
+        let second = rod.second(self.0, part, here, &field);
+        let [n11, n12, n22, f1, f2] = rod.pushed(self.0, part, here, &field);
+        let [w, p, l] = field;
+        [
+            n11,
+            n12,
+            n22,
+            f1,
+            f2,
+            p[0],
+            p[1],
+            l[0],
+            l[1],
+            w[0],
+            w[1],
+            second[0],
+            second[1],
+            dot(w, w),
+            dot(p, w),
+            dot(l, w),
+            cross(p, w),
+            cross(l, w),
+            cross(p, l),
+            cross(w, second),
+        ]
+    }
 }
 
 impl RodInertia {
@@ -57,34 +94,7 @@ impl RodInertia {
     ) -> Option<CarriedRod> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = Turning::new(&self.clamp, rate.into());
-        let sums = self.sums(|part, here| {
-            let field = self.field(part, here);
-            let second = self.second(&turning, part, here, &field);
-            let [n11, n12, n22, f1, f2] = self.pushed(&turning, part, here, &field);
-            let [w, p, l] = field;
-            [
-                n11,
-                n12,
-                n22,
-                f1,
-                f2,
-                p[0],
-                p[1],
-                l[0],
-                l[1],
-                w[0],
-                w[1],
-                second[0],
-                second[1],
-                dot(w, w),
-                dot(p, w),
-                dot(l, w),
-                cross(p, w),
-                cross(l, w),
-                cross(p, l),
-                cross(w, second),
-            ]
-        });
+        let sums = self.integrals(&Moved(&turning));
         let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
         let [.., ww, pw, lw, p_w, l_w, p_l, w_a] = sums;
         let per = 1.0 / self.integrals.lam;
