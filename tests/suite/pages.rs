@@ -6,12 +6,19 @@ use std::process::Command;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 
-/// The page of a scene, run into `out`, after it was looked at as text: one file, small, that asks for nothing.
+/// The page of a scene, run into `out`, after it was looked at as text.
 fn page(place: &Place, command: &str, scene: &str, more: &[&str]) -> String {
     let given = [command, scene, "--out", "out", "--html"];
     let answer = place.run(&[&given, more].concat());
     assert_eq!((answer.code, answer.stderr.as_str()), (0, ""));
     let text = place.read(&format!("out/{command}.html"));
+    is_one_file(&text);
+    text
+}
+
+/// Small, and it asks for nothing.
+#[track_caller]
+fn is_one_file(text: &str) {
     assert!(text.len() < 300_000, "{} bytes", text.len());
     for outside in [
         "http:", "https:", "src=", "url(", "@import", "fetch(", "import(",
@@ -19,7 +26,6 @@ fn page(place: &Place, command: &str, scene: &str, more: &[&str]) -> String {
         assert!(!text.contains(outside), "{outside}");
     }
     assert_eq!(text.matches("</script>").count(), 2);
-    text
 }
 
 /// The data of a page.
@@ -40,7 +46,11 @@ fn reals(value: &Value) -> (Vec<f64>, f64) {
     let whole = bytes
         .chunks(2)
         .map(|two| i16::from_le_bytes([two[0], two[1]]));
-    (whole.map(|q| mid + step * f64::from(q)).collect(), step)
+    let real = |q: i16| match q {
+        i16::MIN => f64::NAN,
+        q => mid + step * f64::from(q),
+    };
+    (whole.map(real).collect(), step)
 }
 
 fn decoded(text: &str) -> Vec<u8> {
@@ -152,6 +162,56 @@ fn a_page_holds_the_branch() {
     let fold = specials[1]["row"].as_u64().unwrap() as usize;
     assert!((parameter[fold] + 0.612021928).abs() < step);
 }
+
+/// Catches rods that are not those of their nodes, and counts that are not those of the map.
+#[test]
+fn a_page_holds_the_sheets() {
+    let place = Place::new("sheets-page");
+    let answer = place.run(&["sheets", "--html", "--out", "out"]);
+    assert!(answer.text().contains("sheets.html"));
+    let text = place.read("out/sheets.html");
+    is_one_file(&text);
+    let data = data(&text);
+    let sheets = data["nodes"].as_array().unwrap();
+    assert_eq!(sheets.len(), 4);
+    for sheet in sheets {
+        let part = |name: &str| reals(&sheet[name]);
+        let ((shape, fine), (x, _), (y, _)) = (part("shape"), part("x"), part("y"));
+        let sections = sheet["sections"].as_u64().unwrap() as usize;
+        assert_eq!(shape.len(), 2 * sections * x.len());
+        let off = shape
+            .chunks(2 * sections)
+            .zip(x.iter().zip(&y))
+            .map(|(rod, end)| {
+                let tip = &rod[2 * sections - 2..];
+                (tip[0] - end.0).abs().max((tip[1] - end.1).abs())
+            });
+        let held = off.clone().filter(|off| *off < 2.0 * fine).count();
+        // Of a rod with a tiny loop no shape is told.
+        assert!(
+            held + 1 >= x.len() && off.clone().count() == x.len(),
+            "{held}"
+        );
+    }
+    let counts = decoded(data["map"]["counts"].as_str().unwrap());
+    let n = data["map"]["points"].as_u64().unwrap() as usize;
+    // (0.3, 0.2) and (-0.5, 0): three stable equilibria and two.
+    assert_eq!((counts[n * 72 + 78], counts[n * 60 + 30]), (3, 2));
+    let Some(report) = looked_at(&place, &text, WALK) else {
+        return;
+    };
+    is_sound(&report, 4);
+    assert_eq!(report["walked"], serde_json::json!([1, 14]), "{report}");
+}
+
+/// A page of sheets is walked over, with keys.
+const WALK: &str = r#"
+show({ sheet: 0, node: 0 });
+["ArrowRight", "ArrowUp", "ArrowRight", "]", "w", "-"].forEach(press);
+report.walked = [chosen.sheet, chosen.node];
+report.drawn = drawn();
+done();
+"#;
 
 /// What every page does in a browser: it is given a script that looks at every canvas and writes what it found.
 const LOOK: &str = r#"<script>

@@ -3,9 +3,11 @@
 mod branch;
 mod motion;
 mod numbers;
+mod sheets;
 
 pub use branch::branch_data;
 pub use motion::{Scenery, motion_data};
+pub use sheets::sheets_data;
 
 use super::check::SceneArgs;
 use super::files::rounded;
@@ -46,6 +48,8 @@ pub enum Kind {
     Motion,
     /// It shows branches and the shapes along them.
     Branch,
+    /// It shows the solution sheets of the elastica.
+    Sheets,
 }
 
 impl Kind {
@@ -53,6 +57,7 @@ impl Kind {
         match self {
             Self::Motion => &[include_str!("player.js"), include_str!("motion.js")],
             Self::Branch => &[include_str!("branch.js")],
+            Self::Sheets => &[include_str!("sheets.js")],
         }
     }
 }
@@ -65,7 +70,10 @@ impl Page {
             "" => String::new(),
             _ => format!("<section><h2>{heading}</h2>{inner}</section>\n"),
         };
-        let text = |text: &str| format!("<pre>{}</pre>", escaped(text.trim_end()));
+        let text = |text: &str| match text.trim_end() {
+            "" => String::new(),
+            text => format!("<pre>{}</pre>", escaped(text)),
+        };
         let words = section("What came of it", &text(&self.words));
         let events = section("Events", &self.event_table());
         let scene = section("Scene", &text(&self.scene));

@@ -36,7 +36,7 @@ fn patch(grid: &SheetGrid, place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
 }
 
 /// The fold curves on the sheets of a mode, both halves of each; broken where they leave them.
-fn folds_on(
+pub fn folds_on(
     mode: u32,
     folds: &[FoldLine],
     place: impl Fn(&GridPoint) -> [f64; 3],
@@ -113,7 +113,7 @@ fn title(mode: u32) -> String {
 }
 
 /// Fold curve and mirror image over the disc.
-fn halves(fold: &FoldLine) -> Vec<Curve> {
+pub fn halves(fold: &FoldLine) -> Vec<Curve> {
     [-1.0, 1.0]
         .map(|side| Curve::new(fold.points.iter().map(|q| [q.x, side * q.y])))
         .into()

@@ -1,9 +1,10 @@
 //! `snaprod sheets`: the figures of the elastica's solution sheets.
 
-mod figures;
+pub mod figures;
 
 use super::files::{print, print_json};
 use super::output::{FigureArgs, Output};
+use super::page::{Kind, Page, sheets_data};
 use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
@@ -27,6 +28,9 @@ pub struct SheetsArgs {
     /// Where to write.
     #[arg(long, default_value = "figures")]
     pub out: PathBuf,
+    /// Write sheets.html, a page whose sheets can be turned and show the rod at every node; it is one file and needs no network.
+    #[arg(long)]
+    pub html: bool,
     /// Write a PNG beside every figure (needs the feature `png`).
     #[arg(long)]
     pub png: bool,
@@ -44,7 +48,10 @@ const FILES: &[&str] = &[
     "sheets_over_disc.*",
     "fold_map.*",
     "energy_landscape.*",
+    "sheets.html",
 ];
+/// How many of them are figures.
+const FIGURES: usize = FILES.len() - 1;
 
 /// Writes the figures.
 pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
@@ -78,6 +85,22 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
         let landscape = || Ok(figures::landscape(stable, &record.folds));
         out.figure("energy_landscape", landscape, energy_landscape);
     }
+    if args.html {
+        out.page("sheets", |figures| {
+            if record.interrupted {
+                return Err(Refusal("it was interrupted".to_owned()));
+            }
+            Ok(Page {
+                name: "sheets".to_owned(),
+                kind: Kind::Sheets,
+                data: sheets_data(&record)?,
+                words: String::new(),
+                events: Vec::new(),
+                figures,
+                scene: String::new(),
+            })
+        });
+    }
     let files = out.finish()?;
     if args.json {
         print_json(json!({ "out": args.out, "files": files }));
@@ -86,7 +109,7 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
             print(&format!("{}\n", args.out.join(file).display()));
         }
     }
-    Ok(match files.len() < FILES.len() {
+    Ok(match files.len() < FIGURES {
         true => Ending::Short,
         false => Ending::Done,
     })
