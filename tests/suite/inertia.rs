@@ -366,7 +366,7 @@ fn a_round_rod_keeps_its_momentum() {
     let q = loaded.settled(0.0, &vec![0.0; loaded.size()]).unwrap();
     let still = loaded.moving(&q, &vec![0.0; q.len()]).unwrap();
     let twist = Vector6::new(0.1, 0.05, 0.6, 0.8, 0.0, 0.0);
-    let w = loaded.following(&still, &twist).unwrap();
+    let w = loaded.following(0.0, &still, &twist).unwrap();
     let free = weld(Vector3::zeros());
     let rod = HeavyRod::new(
         Given {

@@ -191,11 +191,6 @@ fn what_is_not_covered_is_said() {
             "[start]\ncurvature = [1.0]\ncurvature_rate = [0.0]\nvelocity = [0.0, 1.0]",
             "start.curvature_rate",
         ),
-        (
-            "inertia = \"full\"",
-            "inertia = \"first-order\"\n[loads]\ndistributed = [0.0, 1.0]",
-            "loads.distributed",
-        ),
     ] {
         let faults = Scene::parse(&base.replace(from, to))
             .unwrap_err()

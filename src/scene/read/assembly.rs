@@ -47,7 +47,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     };
     let motion = top.has("run");
     let loads = default(part(top, &LOADS), Loads::default(), |table| {
-        loads(table, None, None, (false, None))
+        loads(table, None, (false, None))
     });
     let solve = default(part(top, &SOLVE), Solve::default(), solve);
     let bodies = body_tables.as_deref().map(|tables| {

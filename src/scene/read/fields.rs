@@ -396,7 +396,7 @@ pub(super) static LOADS: Spec = Spec {
     field("load", REST, Number(&VALUE), "", Or("1.0"), "Common factor of gravity and distributed, for branches."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
-    field("distributed", PLANE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s. Not with inertia = \"first-order\"."),
+    field("distributed", PLANE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
     field("distributed", SPACE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
     field("couple", SPACE, LOAD, "N m", Or("[0.0, 0.0, 0.0]"), "Couple on a welded body: constant, in the world; or in time or turning with the body, tables that are added up."),
     field("drag", MOTION, Number(&NON_NEGATIVE), "N s/m", Or("0.0"), "Force -drag * velocity of the centre of mass."),

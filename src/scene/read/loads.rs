@@ -4,7 +4,6 @@ use super::along::ROUNDING;
 use super::ends::{direction, growing, sine};
 use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
 use super::reader::Reader;
-use super::rod::Memory;
 use super::rule::{FINITE, VALUE};
 use super::table::{Absent, Table};
 use super::words::Short;
@@ -16,7 +15,6 @@ use toml::de::{DeArray, DeValue};
 pub(super) fn loads(
     table: &Table,
     weld: Option<bool>,
-    memory: Option<Memory>,
     (massless, length): (bool, Option<f64>),
 ) -> Option<Loads> {
     if table.reader.kind.get() == REST {
@@ -31,11 +29,6 @@ pub(super) fn loads(
     }
     let (gravity, dead) = (table.vector("gravity"), table.vector("dead"));
     let distributed = distributed(table, length);
-    if table.has("distributed") && memory.is_some_and(|memory| memory.light) {
-        let hint = "the correction to first order has the weight of the rod and no other load along it; write inertia = \"full\" or \"none\"";
-        let allowed = "left out where inertia = \"first-order\"";
-        table.fault(FaultKind::Conflict, "distributed", allowed, hint);
-    }
     let drag = table.number("drag");
     let (couple, rotational_drag) = match table.reader.kind.get() {
         SPACE => (couple(table, weld), rotational_drag(table, weld)),

@@ -123,11 +123,11 @@ impl HeavyRod {
     }
 
     /// The rates of the strains at which the end of the rod moves at `velocity` (angular first; that of a point mass is the velocity
-    /// alone) while the massless rod would stay in equilibrium under a wrench on its end.
+    /// alone) while a rod without inertia would stay in equilibrium under its loads at time `t` and a wrench on its end.
     ///
     /// # Errors
     /// A velocity that the rod cannot follow: a straight inextensible rod cannot be stretched.
-    pub fn following(&self, at: &Moving, velocity: &Vector6<f64>) -> Result<Vec<f64>> {
+    pub fn following(&self, t: f64, at: &Moving, velocity: &Vector6<f64>) -> Result<Vec<f64>> {
         let m = self.size();
         let wrong = || Error::domain("the strains at the start are outside the law's domain");
         let turned = self.sections.turned(&at.shape, false);
@@ -146,30 +146,15 @@ impl HeavyRod {
         let d = moves.len();
         let gather = DMatrix::from_fn(d, m, |i, j| moves[i].0[j]);
         let wanted = DVector::from_fn(d, |i, _| moves[i].1);
-        // The wrench under which the rod is, or is nearest to, an equilibrium: J^T f = -(resultants).
-        let mut resultants = DVector::zeros(m);
-        let mut slope = DMatrix::zeros(m, m);
-        let mut none = DMatrix::zeros(m, m);
-        self.add_section(at, &mut slope, &mut none)
-            .ok_or_else(wrong)?;
-        let active = self.given.law.active();
-        let grid = &self.sections.grid;
-        for (j, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
-            let still = Vector6::zeros();
-            let answer = self
-                .given
-                .law
-                .answer(*s, &at.strains[j], &still, &[])
-                .ok_or_else(wrong)?;
-            for (a, k) in active.iter().enumerate() {
-                resultants[j * active.len() + a] = weight * answer.elastic[*k];
-            }
-        }
+        // The wrench on the end, beside the loads, under which the rod is, or is nearest to, an equilibrium: J^T f = -residual.
+        let balance = self.balance(t, at, &vec![0.0; m]).ok_or_else(wrong)?;
+        let small = self.derivatives(t, at, &balance).ok_or_else(wrong)?;
+        let (residual, mut slope) = (balance.residual, small.by_strain);
         let scale = self.norm_weights();
         let scaled = DMatrix::from_fn(m, d, |i, k| gather[(k, i)] * scale[i]);
         let wrench = scaled
             .svd(true, true)
-            .solve(&(-resultants.component_mul(&scale)), 1e-12)
+            .solve(&(-residual.component_mul(&scale)), 1e-12)
             .map_err(|_| wrong())?;
         let mut end = Vector6::zeros();
         let mut at_row = 0;

@@ -121,7 +121,7 @@ pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> 
             let at = rod.moving(&q, &still).ok_or_else(|| {
                 Error::domain("the strains at the start are too large for a shape of the rod")
             })?;
-            rod.following(&at, twist)?
+            rod.following(0.0, &at, twist)?
         }
     };
     if !w.iter().all(|x| x.is_finite()) {
