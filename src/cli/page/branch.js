@@ -107,10 +107,9 @@ class Shapes {
       const of = [...rods.map((rod) => rod.at.filter((_, j) => j % 3 === k)), ...bodies.map((body) => body.at[k])].map(range);
       return of.reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
     });
-    const { low, high, longest } = roomy(bounds);
-    const flat = bounds[1][1] - bounds[1][0] < 1e-4 * longest;
+    const { low, high, longest, camera } = roomy(bounds);
     const labels = ["x", "y", "z"].map((name) => labelled(name, data.units.length));
-    this.space = new Space(board, { low, high, labels, azimuth: flat ? -88 : -60, elevation: flat ? 4 : 20 });
+    this.space = new Space(board, { low, high, labels, ...camera });
     this.half = 0.014 * longest;
     this.directors = false;
     board.key("rod at the point", { colour: "#3d9be0", width: 6 });

@@ -62,8 +62,8 @@ const bounds = axes.map((_, k) => {
   return [...of, ...bulk].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
 });
 
-/** Ends of rods that never move are on the ground. */
-const grounds = rods.flatMap((rod) => [0, rod.sections - 1].filter((k) => {
+/** Ends of rods that never move are on the ground; the end of a single rod carries the body. */
+const grounds = rods.flatMap((rod) => (rods.length === 1 ? [0] : [0, rod.sections - 1]).filter((k) => {
   const first = section(rod, 0, k);
   return data.t.every((_, i) => Math.hypot(...section(rod, i, k).map((x, j) => x - first[j])) < 2e-4 * length);
 }).map((k) => ({ rod, k })));
@@ -164,8 +164,8 @@ class FlatView {
 /** The rods in space: strips whose sides are told apart, bodies as boxes. */
 class SpaceView {
   constructor(board) {
-    const { low, high, longest } = roomy(bounds);
-    this.space = new Space(board, { low, high, labels: lengths });
+    const { low, high, longest, camera } = roomy(bounds);
+    this.space = new Space(board, { low, high, labels: lengths, ...camera });
     this.half = 0.016 * longest;
     this.directors = false;
   }

@@ -86,6 +86,7 @@ class Space {
 
   /** A rod as a strip along its director d1, whose sides are told apart; with directors if they are wanted. */
   strip(points, across, half, directors) {
+    [points, across] = [rounded(points), rounded(across)];
     const side = (j, w) => plus(points[j], w * half, across[j]);
     for (let k = 1; k < points.length; k++) {
       this.face([side(k - 1, 1), side(k, 1), side(k, -1), side(k - 1, -1)], "#3d9be0", "#f0b264", { rim: 0.5 });
@@ -201,6 +202,15 @@ function threes(list, from, count) {
   return Array.from({ length: count }, (_, k) => Array.from(list.subarray(3 * (from + k), 3 * (from + k) + 3)));
 }
 
+/** A curve of few sections drawn round: between two of them a point of the cubic through four. */
+function rounded(points) {
+  if (points.length > 24 || points.length < 4) return points;
+  const last = points.length - 1, at = (k) => points[k];
+  const beyond = (a, b, c) => a.map((x, i) => 3 * x - 3 * b[i] + c[i]);
+  const all = [beyond(at(0), at(1), at(2)), ...points, beyond(at(last), at(last - 1), at(last - 2))];
+  return points.flatMap((p, k) => (k === last ? [p] : [p, p.map((_, i) => (9 * (all[k + 1][i] + all[k + 2][i]) - all[k][i] - all[k + 3][i]) / 16)]));
+}
+
 /** A box of space that is not flatter than a part of its longest edge. */
 function roomy(bounds, part = 0.2) {
   const [low, high] = [0, 1].map((side) => bounds.map((of) => wider(of, 0.04)[side]));
@@ -209,7 +219,10 @@ function roomy(bounds, part = 0.2) {
     const short = part * longest - (high[k] - a);
     if (short > 0) [low[k], high[k]] = [a - short / 2, high[k] + short / 2];
   });
-  return { low, high, longest };
+  // What lies in a plane is seen from the side.
+  const thin = bounds.map(([a, b]) => b - a < 0.02 * longest);
+  const camera = thin[1] ? { azimuth: -80, elevation: 10 } : thin[0] ? { azimuth: -10, elevation: 10 } : { azimuth: -60, elevation: 22 };
+  return { low, high, longest, camera };
 }
 
 /** Keys that turn boxes of space. */
