@@ -2,6 +2,8 @@
 
 use crate::program::Place;
 use serde_json::Value;
+use snaprod::scene::Scene;
+use snaprod::study::{Silent, film, run};
 use std::process::Command;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
@@ -133,6 +135,53 @@ fn a_page_holds_the_motion() {
     let path = [0, 1].map(|i| reals(&data["sheet"]["path"][i]).0);
     assert!((0..t.len()).all(|i| letters[i..].starts_with('y')
         || (path[0][i] - x.0[i]).hypot(path[1][i] - y.0[i]) < 1e-4));
+}
+
+/// Catches pictures that another motion would give: states that looking has changed, ends of rods without their body, too many or too
+/// few of them, gaps in the trace, an energy that is lost on the way.
+#[test]
+fn a_film_is_the_motion() {
+    for name in ["snap", "viscous", "flywheel"] {
+        let text = std::fs::read_to_string(format!("{SCENES}/{name}.toml")).unwrap();
+        let prepared = run::Prepared::new(&Scene::parse(&text).unwrap()).unwrap();
+        let motion = prepared.motion().unwrap();
+        let found = film::film(&prepared, motion, &[], &[], [60, 200], &mut Silent).unwrap();
+        assert!(
+            (45..85).contains(&found.stills.len()),
+            "{}",
+            found.stills.len()
+        );
+        assert!(
+            (140..230).contains(&found.trace.len()),
+            "{}",
+            found.trace.len()
+        );
+        let times: Vec<f64> = found.stills.iter().map(|at| at.now.t).collect();
+        assert!(times.is_sorted() && found.trace.is_sorted_by(|a, b| a.t <= b.t));
+        let last = times[times.len() - 1];
+        assert_eq!(found.trace[found.trace.len() - 1].t, last);
+        let total = found.trace[0].ledger.total();
+        for at in &found.trace {
+            assert!((at.ledger.total() - total).abs() < 1e-7 * total, "{name}");
+        }
+        // At a snap the study of shapes gives one of its two sides.
+        let way = found.stills.iter();
+        let way = way.filter(|at| at.place == film::Place::Way);
+        let way: Vec<_> = way.step_by(9).collect();
+        let asked: Vec<f64> = way.iter().map(|at| at.now.t).collect();
+        let shapes = run::shapes(&prepared, &asked, 41, &mut Silent).unwrap();
+        for (still, shape) in way.iter().zip(&shapes) {
+            let (rod, other) = (&still.rods[0], &shape[0]);
+            assert_eq!(rod.len(), other.len());
+            for (a, b) in rod.iter().zip(other) {
+                let off = (a.translation.vector - b.translation.vector).norm();
+                assert!(off < 1e-8, "{name} at t = {}: {off:e}", still.now.t);
+            }
+            let end = rod[rod.len() - 1].translation.vector;
+            let off = (end - still.now.bodies[0].0.translation.vector).norm();
+            assert!(off < 1e-8, "{name}: the end is {off:e} from the body");
+        }
+    }
 }
 
 /// Catches shapes that are not those of the points: an end that is not where the parameter holds it, or a special point without a shape.

@@ -34,12 +34,22 @@ class Space {
   turn(by, up) {
     this.azimuth += by;
     this.elevation = Math.min(90, Math.max(-90, this.elevation + up));
-    this.changed();
+    this.soon();
   }
 
   near(by) {
     this.zoom = Math.min(20, Math.max(0.3, this.zoom * by));
-    this.changed();
+    this.soon();
+  }
+
+  /** Draws with the next picture of the screen, however often it is turned until then. */
+  soon() {
+    if (this.waits) return;
+    this.waits = true;
+    requestAnimationFrame(() => {
+      this.waits = false;
+      this.changed();
+    });
   }
 
   /** Begins a picture; `place` then tells where a point is on the screen, and how near. */
