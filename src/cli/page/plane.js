@@ -60,6 +60,13 @@ function ticks([low, high], count) {
   return found;
 }
 
+/** What is subtracted from the ticks of a range that is small beside its values, and the words that say so. */
+function base([low, high]) {
+  if (high - low > 1e-4 * Math.max(Math.abs(low), Math.abs(high))) return [0, ""];
+  const digits = 1 - Math.floor(Math.log10(high - low)), text = ((low + high) / 2).toFixed(Math.min(15, digits));
+  return [Number(text), `, less ${text.replace("-", "−")}`];
+}
+
 /** A little more than a range, so that nothing lies on its border. */
 function wider([low, high], part = 0.05) {
   const by = high > low ? part * (high - low) : 0.5 * Math.abs(low) || 0.5;
@@ -89,26 +96,27 @@ class Axes {
     g.fillStyle = INK;
     g.textAlign = "center";
     g.textBaseline = "top";
-    for (const [v, text] of ticks(x, wide / 75)) {
-      this.rule(this.px(v), top, this.px(v), top + high);
-      g.fillText(text, this.px(v), top + high + 6);
+    const [[x0, xLess], [y0, yLess]] = [base(x), base(y)];
+    for (const [v, text] of ticks(x.map((v) => v - x0), wide / 75)) {
+      this.rule(this.px(v + x0), top, this.px(v + x0), top + high);
+      g.fillText(text, this.px(v + x0), top + high + 6);
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
-    for (const [v, text] of ticks(y, high / 45)) {
-      this.rule(left, this.py(v), left + wide, this.py(v));
-      g.fillText(text, left - 6, this.py(v));
+    for (const [v, text] of ticks(y.map((v) => v - y0), high / 45)) {
+      this.rule(left, this.py(v + y0), left + wide, this.py(v + y0));
+      g.fillText(text, left - 6, this.py(v + y0));
     }
     g.strokeStyle = FAINT;
     g.strokeRect(left, top, wide, high);
     g.textAlign = "center";
     g.textBaseline = "bottom";
-    g.fillText(this.xLabel, left + wide / 2, h - 3);
+    g.fillText(this.xLabel + xLess, left + wide / 2, h - 3);
     g.save();
     g.translate(4, top + high / 2);
     g.rotate(-Math.PI / 2);
     g.textBaseline = "top";
-    g.fillText(this.yLabel, 0, 0);
+    g.fillText(this.yLabel + yLess, 0, 0);
     g.restore();
     g.save();
     g.beginPath();
