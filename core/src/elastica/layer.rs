@@ -11,13 +11,14 @@ use crate::error::{Error, Result};
 use crate::manifold::{Multivalued, invert_near};
 use crate::math::gauss::Rule;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use std::f64::consts::PI;
 
 type Field = DVector<f64>;
 
 /// Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
-/// exp(-pi n/lam); it must stay below the force of order exp(-lam) that moves a loop.
+/// exp(-pi n/lam); it must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
 fn nodes(lam: f64) -> usize {
-    ((24.0 + 2.0 * lam + lam * lam / 3.0) as usize).min(120)
+    ((8.0 + lam * (lam + 9.0) / PI) as usize).min(120)
 }
 
 /// Departure along the kernel, as a change of u relative to u: far enough to leave the fold soon,
@@ -29,8 +30,11 @@ const STEERED: f64 = 1e-10;
 /// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
-/// Error per step, relative to u; it chooses the basin, no more: the landing itself is polished.
-const TOLERANCE: f64 = 5e-4;
+/// Error per step, relative to u, where only the landing counts: it chooses the basin, no more, and stays below the departure. The landing itself is
+/// polished.
+const TOLERANCE: f64 = 2e-3;
+/// The same where the shapes on the way are looked at.
+const SHOWN: f64 = 5e-4;
 /// A landing is tried when |u_T| is below this multiple of |u|.
 const SLOW: f64 = 1e-5;
 /// Below this the flow rests, also if that is next to where it began (a fold on the verge of a cusp).
@@ -56,7 +60,7 @@ pub(super) fn settle(
     q: &Vector2<f64>,
     leaving: &Vector2<f64>,
 ) -> Result<Vector2<f64>> {
-    flow(rods, q, leaving, &mut |_, _, _| ())
+    flow(rods, (q, leaving), TOLERANCE, &mut |_, _, _| ())
 }
 
 /// A shape on the way through the layer.
@@ -80,7 +84,7 @@ pub(super) fn shapes(
     leaving: &Vector2<f64>,
 ) -> Result<(Vec<LayerShape>, Vector2<f64>)> {
     let mut shapes = Vec::new();
-    let landed = flow(rods, q, leaving, &mut |rod, u, time| {
+    let landed = flow(rods, (q, leaving), SHOWN, &mut |rod, u, time| {
         shapes.push(LayerShape {
             time,
             elastic: 0.5 * rod.mean(u, u),
@@ -90,11 +94,11 @@ pub(super) fn shapes(
     Ok((shapes, landed))
 }
 
-/// The flow; `seen` is shown the curvature after every step, and the time.
+/// The flow, with this error per step; `seen` is shown the curvature after every step, and the time.
 fn flow(
     rods: &impl Multivalued<2>,
-    q: &Vector2<f64>,
-    leaving: &Vector2<f64>,
+    (q, leaving): (&Vector2<f64>, &Vector2<f64>),
+    tolerance: f64,
     seen: &mut dyn FnMut(&Rod, &Field, f64),
 ) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
@@ -104,7 +108,8 @@ fn flow(
     let (mut h, mut time) = (0.1, 0.0);
     seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {
-        let (rate, n) = rod.rate(&u);
+        let bent = rod.bent(&u);
+        let (rate, n) = rod.rate(&u, &bent);
         let (size, speed) = (u.norm(), rate.norm());
         if !(speed.is_finite() && (1e-12..LONGEST).contains(&h)) {
             break;
@@ -116,11 +121,11 @@ fn flow(
         {
             return Ok(landed);
         }
-        let Some((next, error)) = rod.step(&u, &rate, n, h) else {
+        let Some((next, error)) = rod.step(&u, &bent, (&rate, n), h) else {
             h *= 0.1;
             continue;
         };
-        let ratio = error / (TOLERANCE * size);
+        let ratio = error / (tolerance * size);
         if ratio <= 1.0 {
             (u, time) = (next, time + h);
             seen(&rod, &u, time);
@@ -151,6 +156,17 @@ struct Rod {
     integrate: DMatrix<f64>,
     /// (outer f)_i = int_0^{s_i} f - int_0^1 f.
     outer: DMatrix<f64>,
+    /// integrate . outer.
+    twice: DMatrix<f64>,
+}
+
+/// A shape of the rod.
+struct Bent {
+    cos: Field,
+    sin: Field,
+    /// q(s) = J (r(1) - r(s)) by components.
+    lever: [Field; 2],
+    tip: Vector2<f64>,
 }
 
 impl Rod {
@@ -159,8 +175,10 @@ impl Rod {
         let (integrate, _) = rule.matrices();
         let s = Field::from_vec(rule.nodes);
         let weights = Field::from_vec(rule.weights);
+        let outer = DMatrix::from_fn(nodes, nodes, |i, j| integrate[(i, j)] - weights[j]);
         Self {
-            outer: DMatrix::from_fn(nodes, nodes, |i, j| integrate[(i, j)] - weights[j]),
+            twice: &integrate * &outer,
+            outer,
             held,
             s,
             weights,
@@ -191,7 +209,9 @@ impl Rod {
             };
             let change = (&shape - origin).norm() / (wanted * origin.norm());
             if (0.5..2.0).contains(&change) {
-                if wanted > 0.15 || self.rate(&shape).0.norm() > STEERED * shape.norm() {
+                if wanted > 0.15
+                    || self.rate(&shape, &self.bent(&shape)).0.norm() > STEERED * shape.norm()
+                {
                     return Ok(shape);
                 }
                 wanted *= 2.0;
@@ -206,12 +226,15 @@ impl Rod {
         )))
     }
 
-    /// q(s) = J (r(1) - r(s)) by components, the tip, and theta.
-    fn lever(&self, u: &Field) -> (Field, Field, Vector2<f64>, Field) {
+    fn bent(&self, u: &Field) -> Bent {
         let theta = &self.integrate * u;
         let (cos, sin) = (theta.map(f64::cos), theta.map(f64::sin));
-        let tip = Vector2::new(self.weights.dot(&cos), self.weights.dot(&sin));
-        (&self.outer * sin, -(&self.outer * cos), tip, theta)
+        Bent {
+            lever: [&self.outer * &sin, -(&self.outer * &cos)],
+            tip: Vector2::new(self.weights.dot(&cos), self.weights.dot(&sin)),
+            cos,
+            sin,
+        }
     }
 
     /// (x, y, theta) at the clamp, the nodes and the end of the rod of this curvature.
@@ -230,39 +253,49 @@ impl Rod {
         (0..a.len()).map(|i| self.weights[i] * a[i] * b[i]).sum()
     }
 
-    /// One step of the Rosenbrock method ROS2 (order 2, L-stable), with the change against its
+    /// One step of the Rosenbrock method ROS2 (order 2, L-stable) from u with this rate and resultant, with the change against its
     /// embedded first-order result. Linearised at constant q . u_T, the flow is
-    /// k -> dq(k) . n - k + q . nu with int q k contracting at rate 1: a bordered system.
-    fn step(&self, u: &Field, rate: &Field, n: Vector2<f64>, h: f64) -> Option<(Field, f64)> {
-        let (q_x, q_y, _, theta) = self.lever(u);
+    /// k -> dq(k) . n - k + q . nu with int q k contracting at rate 1, dq = outer (n . (cos, sin) phi), phi = integrate k. What is solved for is phi,
+    /// whose matrix is made without a product of matrices, and nu.
+    fn step(
+        &self,
+        u: &Field,
+        bent: &Bent,
+        (rate, n): (&Field, Vector2<f64>),
+        h: f64,
+    ) -> Option<(Field, f64)> {
         let gamma = h * (1.0 - std::f64::consts::FRAC_1_SQRT_2);
         let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
-        // dq = outer (n . (cos, sin) theta'), theta' = integrate k.
         let nodes = u.len();
-        let mut turned = self.integrate.clone();
-        for (i, mut row) in turned.row_iter_mut().enumerate() {
-            row *= -share * (n[0] * theta[i].cos() + n[1] * theta[i].sin());
+        let along = (&bent.cos * n[0] + &bent.sin * n[1]) * share;
+        let mut matrix = DMatrix::identity(nodes + 2, nodes + 2);
+        for (j, along) in along.iter().enumerate() {
+            let (mut column, twice) = (matrix.column_mut(j), self.twice.column(j));
+            column.rows_mut(0, nodes).axpy(-along, &twice, 1.0);
         }
-        let mut matrix = DMatrix::zeros(nodes + 2, nodes + 2);
-        matrix
-            .view_mut((0, 0), (nodes, nodes))
-            .copy_from(&(&self.outer * turned));
-        for i in 0..nodes {
-            matrix[(i, i)] += 1.0;
-            for (j, lever) in [q_x[i], q_y[i]].into_iter().enumerate() {
-                matrix[(i, nodes + j)] = -lever;
-                matrix[(nodes + j, i)] = self.weights[i] * lever;
+        for (j, lever) in bent.lever.iter().enumerate() {
+            let at = nodes + j;
+            let swept = &self.integrate * lever;
+            matrix.view_mut((0, at), (nodes, 1)).copy_from(&-swept);
+            let weighed = self.outer.tr_mul(&lever.component_mul(&self.weights));
+            let row = weighed.component_mul(&along).transpose();
+            matrix.view_mut((at, 0), (1, nodes)).copy_from(&row);
+            for (l, other) in bent.lever.iter().enumerate() {
+                matrix[(at, nodes + l)] = self.mean(lever, other);
             }
         }
         let lu = matrix.lu();
         let solve = |b: Field| {
-            let ends = [self.mean(&q_x, &b), self.mean(&q_y, &b)];
-            let mut right = b.push(ends[0]).push(ends[1]) * damped;
-            lu.solve_mut(&mut right)
-                .then(|| right.rows(0, nodes).into_owned())
+            let b = b * damped;
+            let mut found = (&self.integrate * &b).push(0.0).push(0.0);
+            let solved = lu.solve_mut(&mut found);
+            let bends = found.rows(0, nodes).component_mul(&along);
+            let ends = &bent.lever[0] * found[nodes] + &bent.lever[1] * found[nodes + 1];
+            solved.then(|| b + &self.outer * bends + ends)
         };
         let k1 = solve(rate.clone())?;
-        let k2 = solve(self.rate(&(u + &k1 * h)).0 - &k1 * 2.0)?;
+        let beyond = u + &k1 * h;
+        let k2 = solve(self.rate(&beyond, &self.bent(&beyond)).0 - &k1 * 2.0)?;
         let error = 0.5 * h * (&k1 + &k2).norm();
         error
             .is_finite()
@@ -270,13 +303,11 @@ impl Rod {
     }
 
     /// (u_T, n): the flow and the resultant that holds the end.
-    fn rate(&self, u: &Field) -> (Field, Vector2<f64>) {
-        let (q_x, q_y, tip, _) = self.lever(u);
-        let xx = self.mean(&q_x, &q_x);
-        let xy = self.mean(&q_x, &q_y);
-        let yy = self.mean(&q_y, &q_y);
+    fn rate(&self, u: &Field, bent: &Bent) -> (Field, Vector2<f64>) {
+        let [q_x, q_y] = &bent.lever;
+        let [xx, xy, yy] = [(q_x, q_x), (q_x, q_y), (q_y, q_y)].map(|(a, b)| self.mean(a, b));
         // r_T(1) = int q u_T = held - tip: the end is drawn back to where it is held.
-        let demand = Vector2::new(self.mean(&q_x, u), self.mean(&q_y, u)) + (self.held - tip);
+        let demand = Vector2::new(self.mean(q_x, u), self.mean(q_y, u)) + (self.held - bent.tip);
         let n = Matrix2::new(xx, xy, xy, yy)
             .try_inverse()
             .map_or_else(Vector2::zeros, |inverse| inverse * demand);
