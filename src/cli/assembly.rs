@@ -149,6 +149,9 @@ pub fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
         }
         branch_text(record, branch, &mut line);
     }
+    if let Some(bounces) = record.bounces() {
+        line(bounces);
+    }
     if let Some(why) = record.untold() {
         line(format!("note: {why}"));
     }

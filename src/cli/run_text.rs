@@ -70,7 +70,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         ));
         lines.extend(cost(record, branch));
     }
-    lines.extend(bounces(record));
+    lines.extend(record.bounces());
     lines.extend(record.untold().map(|why| format!("note: {why}")));
     lines.extend(record.validity.as_ref().map(mass));
     if let Some(out) = out {
@@ -222,23 +222,6 @@ pub fn mass(validity: &Validity) -> String {
         _ => format!("the rods have up to {eps:.2e} of a body's mass"),
     };
     format!("{of}: {}", validity.verdict())
-}
-
-/// What friction would do to the bounces of an elastic rod.
-fn bounces(record: &RunRecord) -> Option<String> {
-    let (count, hardest) = record.bounces();
-    let hardest = hardest?;
-    let units = match record.units {
-        Units::Dimensionless => "",
-        Units::Si => " N m^2 s",
-    };
-    Some(format!(
-        "{count} {} of the taut rod, lambda up to {:.3e}: friction changes them unless the rod's viscosity is far below {:.1e}{units}, at which \
-         the hardest one would lose its energy",
-        if count == 1 { "bounce" } else { "bounces" },
-        hardest.lambda,
-        hardest.viscosity() * record.scales.viscosity(),
-    ))
 }
 
 /// The spring and dashpot that the rod is.

@@ -9,7 +9,7 @@ use snaprod::body::{Body, History, RigidBody, Support};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
-use snaprod::motion::{Event, Motion, Options, Outcome, Run, Snap, State};
+use snaprod::motion::{Bounce, Event, Motion, Options, Outcome, Run, Snap, State};
 use snaprod::rod::Rod;
 use snaprod::section::{Linear, Varying};
 
@@ -103,11 +103,12 @@ fn clamp() -> Attachment {
     Attachment::ground(Isometry3::identity())
 }
 
-/// A run to its end: the states at the given times, the snaps, the largest change of the ledger's total and the largest gap
+/// A run to its end: the states at the given times, the snaps and bounces, the largest change of the ledger's total and the largest gap
 /// between charts and poses.
 struct Course {
     samples: Vec<AssemblySample>,
     snaps: Vec<Snap>,
+    bounces: Vec<Bounce>,
     opened: f64,
     drift: f64,
 }
@@ -122,6 +123,7 @@ fn course(assembly: Assembly, start: &Configuration, times: &[f64]) -> Course {
     let mut course = Course {
         samples: Vec::new(),
         snaps: Vec::new(),
+        bounces: Vec::new(),
         opened: 0.0,
         drift: 0.0,
     };
@@ -137,6 +139,7 @@ fn course(assembly: Assembly, start: &Configuration, times: &[f64]) -> Course {
                 }
             }
             Event::Snap(snap) => course.snaps.push(snap),
+            Event::Bounce(bounce) => course.bounces.push(bounce),
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
             other => panic!("{other:?}"),
         }
@@ -479,10 +482,11 @@ fn a_planar_start_in_space_moves_as_the_elastica() {
         options,
     )
     .expect("a run");
-    let mut snaps = Vec::new();
+    let (mut snaps, mut bounces) = (Vec::new(), Vec::new());
     for event in &mut plane {
         match event {
             Event::Snap(snap) => snaps.push(snap),
+            Event::Bounce(bounce) => bounces.push(bounce),
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
             _ => {}
         }
@@ -518,6 +522,18 @@ fn a_planar_start_in_space_moves_as_the_elastica() {
             "released {} and {}",
             space.released,
             plane.released
+        );
+    }
+    assert_eq!((course.bounces.len(), bounces.len()), (1, 1));
+    let (space, flat) = (&course.bounces[0], &bounces[0]);
+    for (space, flat) in [
+        (space.t, flat.t),
+        (space.lambda, flat.lambda),
+        (space.elastic, flat.elastic),
+    ] {
+        assert!(
+            (space / flat - 1.0).abs() < 1e-8,
+            "bounce: {space}, not {flat}"
         );
     }
     let (sample, last) = (&course.samples[0], plane.now());

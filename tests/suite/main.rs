@@ -12,6 +12,7 @@ mod bar_laws;
 mod bar_scenes;
 mod bar_schemes;
 mod bar_waves;
+mod bounces_space;
 #[cfg(feature = "scene")]
 mod branch_folds;
 mod clamps;

@@ -6,7 +6,7 @@ use super::layer::LayerShape;
 use super::{folds, inversion, layer, near};
 use crate::error::{Error, Result};
 use crate::manifold::{
-    EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet, Sign, invert_near,
+    EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet, Sign, TAUT, invert_near,
 };
 use crate::math::order::sort_few;
 use nalgebra::{Matrix2, Vector2};
@@ -18,9 +18,6 @@ pub struct Elastica;
 
 /// Load below which the search for stable equilibria is exhaustive.
 const STABLE_LAMBDA: f64 = 14.0;
-
-/// Load above which a rod that is bent at the clamp alone counts as taut.
-const TAUT_LAMBDA: f64 = 20.0;
 
 /// A motion is not followed where lam is known from w to worse than this.
 const LOST: f64 = 1e-8;
@@ -81,15 +78,15 @@ impl Multivalued<2> for Elastica {
     /// exp(-2 lam) (theory 2.3); those with loops have w within exp(p - lam) of a multiple of pi.
     fn tautness(&self, patch: Patch, q: &Vector2<f64>) -> Option<f64> {
         if let Patch::Near(side) = patch {
-            return near::lambda(side, q).filter(|lam| *lam > TAUT_LAMBDA);
+            return near::lambda(side, q).filter(|lam| *lam > TAUT);
         }
         let (p, w) = (q[0], q[1]);
         // The logarithm is below 3.4: lam is only asked for where it can be large.
-        if !(p.abs() > TAUT_LAMBDA - 3.4 && w < 3.0) {
+        if !(p.abs() > TAUT - 3.4 && w < 3.0) {
             return None;
         }
         let lam = ChartPoint::new(p, w).integrals.lam;
-        (lam > TAUT_LAMBDA).then_some(lam)
+        (lam > TAUT).then_some(lam)
     }
 
     fn better_patch(&self, patch: Patch, q: &Vector2<f64>) -> Patch {

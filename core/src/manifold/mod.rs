@@ -12,6 +12,9 @@ pub use rod_mass::{Felt, RodMass};
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};
 
+/// lambda = sqrt(tension L^2/B) above which a rod that is bent at its ends alone counts as taut: a body that it turns round there bounces.
+pub const TAUT: f64 = 20.0;
+
 /// All that the chart gives at one point, for a chart and a pose of dimension `N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ManifoldPoint<const N: usize> {

@@ -193,7 +193,10 @@ impl Rod {
     }
 
     /// True if the unloaded section cannot be stretched or sheared at the clamp.
-    fn is_inextensible(&self) -> Result<bool> {
+    ///
+    /// # Errors
+    /// What the law refuses there.
+    pub fn is_inextensible(&self) -> Result<bool> {
         let c = self
             .law
             .inverse(0.0, &Vector6::zeros())?

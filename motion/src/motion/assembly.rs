@@ -6,6 +6,7 @@
 //!
 //! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`); implicit ones leave a fold to explicit ones.
 
+mod bounce;
 mod charts;
 mod implicit;
 mod light;
@@ -17,14 +18,13 @@ pub use sample::AssemblySample;
 use step::Progress;
 
 use super::drive::Motion;
-use super::event::{Event, Outcome};
+use super::event::{Bounce, Event, Outcome};
 use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
 use crate::assembly::{
-    Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
-    Slowed,
+    Assembly, Carrier, Configuration, Evaluated, Integrals, Nearness, Seen as Chart, Sight, Slowed,
 };
 use crate::error::{Cause, Error, Result};
 use crate::rod::Wrench;
@@ -34,6 +34,7 @@ use crate::solve::gauss::Reversible;
 use crate::solve::integrator::Method;
 use crate::solve::stepper::{Inside, Stepper, Taken};
 use nalgebra::DVector;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Rods up to so many times as far from their folds as one for which time is slowed, by det J against its largest, keep it company.
@@ -131,6 +132,10 @@ pub struct AssemblyRun {
     first: AssemblySample,
     /// The end of the last step, where a rod is taut.
     seen: Option<AssemblySample>,
+    /// Of every rod, while one is taut: whether its ends move apart against its pull. Empty while none is.
+    parting: Vec<Option<bool>>,
+    /// Bounces that are still to be told.
+    bounces: VecDeque<Bounce>,
     before_snap: Option<AssemblySample>,
     stopped: bool,
     interrupted: bool,
@@ -225,6 +230,8 @@ impl AssemblyRun {
             near,
             first,
             seen: None,
+            parting: Vec::new(),
+            bounces: VecDeque::new(),
             before_snap: None,
             stopped: false,
             interrupted: false,
@@ -269,15 +276,6 @@ impl AssemblyRun {
         self.describe(&self.assembly, &self.solver.state().0)
             .or_else(|| self.seen.clone())
             .unwrap_or_else(|| self.first.clone())
-    }
-
-    /// Keeps the state at the end of a step if a rod is taut.
-    fn keep(&mut self) {
-        let taut = |link: &Link| link.seen() == Chart::Taut;
-        if self.assembly.links().iter().any(taut) {
-            self.seen = self.describe(&self.assembly, &self.solver.state().0);
-            self.extra.evaluations += 1;
-        }
     }
 
     /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
@@ -447,6 +445,9 @@ impl<'a> Motion<'a> for AssemblyRun {
         if self.stopped {
             return None;
         }
+        if let Some(bounce) = self.bounces.pop_front() {
+            return Some(Event::Bounce(bounce));
+        }
         match self.pending.take() {
             None => {}
             Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
@@ -484,7 +485,7 @@ impl<'a> Motion<'a> for AssemblyRun {
                  friction (damping)",
             ));
         };
-        self.keep();
+        self.look_back(from);
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);
             let (reason, remedy) = match self.assembly.links()[link].distributed() {

@@ -20,48 +20,59 @@ pub enum Event {
     Snap(Snap),
     /// A viscoelastic rod passed from one equilibrium to the neighbourhood of another, or came to rest near one.
     Layer(Layer),
-    /// The body was thrown back by an elastic rod that had become taut, within the last step.
+    /// A body was thrown back by an elastic rod that had become taut, within the last step.
     Bounce(Bounce),
     /// The end; nothing follows.
     Stop(Outcome),
 }
 
-/// The body thrown back at the end of its tether: a taut rod turned its outward motion round.
+/// What a rod holds is thrown back at the end of its tether: the taut rod turned its outward motion round.
 ///
-/// The rod is bent over a length 1/lambda near the clamp alone, and there fast: friction that the elastic rod leaves out
-/// matters more than anywhere else. See [`Bounce::loss`].
+/// The rod is bent over a length 1/lambda next to its welded ends alone, and there fast: friction that the elastic rod leaves out
+/// matters more than anywhere else. See [`Bounce::loss`]; what the mass of the rod does, [`Bounce::inertia`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounce {
-    /// When the body was farthest out.
+    /// The rod, by its number in an assembly.
+    pub rod: usize,
+    /// When its end was farthest out.
     pub t: f64,
-    /// Pose there.
+    /// Place of its end there: in a plane x, y, in space x, y, z along the directors of its base.
     pub pose: DVector<f64>,
     /// Velocity there, across the pull.
     pub velocity: DVector<f64>,
-    /// lambda = sqrt(|force|) there, its largest value.
+    /// The pull there, its largest value.
+    pub tension: f64,
+    /// sqrt(tension L^2/B).
     pub lambda: f64,
-    /// Stored energy there: the kinetic energy of the radial motion, m v^2/2.
+    /// Stored energy there, in space that of the bent ends, tension times what they take of the rod's reach: the kinetic energy of the radial
+    /// motion, m v^2/2.
     pub elastic: f64,
-    /// The body's mass.
+    /// The mass m that the pull has to turn round: the body's, in an assembly all that resists it at both ends.
     pub mass: f64,
 }
 
 impl Bounce {
-    /// Radial speed v with which the body came: m v^2/2 is all stored where it turns round.
+    /// Radial speed v with which the ends parted: m v^2/2 is all stored where they are turned round.
     pub fn speed(&self) -> f64 {
         (2.0 * self.elastic / self.mass).sqrt()
     }
 
-    /// What a Kelvin-Voigt rod of viscosity `eta` loses in this bounce, relative to the energy m v^2/2 of the radial
-    /// motion: (16/15) eta lambda^2/(m v), to leading order where it is small, and up to a factor of 1.2 for pulls across
+    /// What a Kelvin-Voigt rod, whose viscosities are its stiffnesses times `eta`, loses in this bounce, relative to the energy m v^2/2 of the
+    /// radial motion: (16/15) eta tension/(m v), to leading order where it is small, and up to a factor of 1.2 for pulls across
     /// the clamp (theory 2.8). The elastic bounce is physical only if this is far below 1.
     pub fn loss(&self, eta: f64) -> f64 {
         eta / self.viscosity()
     }
 
-    /// The viscosity at which [`Bounce::loss`] is 1: eta* = m v/((16/15) lambda^2).
+    /// The viscosity, over the stiffness, at which [`Bounce::loss`] is 1: eta* = m v/((16/15) tension).
     pub fn viscosity(&self) -> f64 {
-        self.mass * self.speed() / (16.0 / 15.0 * self.lambda * self.lambda)
+        self.mass * self.speed() / (16.0 / 15.0 * self.tension)
+    }
+
+    /// The number of a rod of this mass and length: the time in which a wave runs along it under the tension over that of the bounce,
+    /// (L/c)/(d/v), d the reach that its ends take, c^2 = tension L/mass (theory 2.8). The rod's mass takes no part where it is small.
+    pub fn inertia(&self, mass: f64, length: f64) -> f64 {
+        (mass * length * self.tension).sqrt() * self.speed() / self.elastic
     }
 }
 

@@ -340,9 +340,11 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let lambda = self.manifold.tautness(Patch::Global, &there.q)?;
         let at = self.manifold.point(&there.q)?;
         Some(Bounce {
+            rod: 0,
             t: there.t,
             pose: dynamic(&at.pose),
             velocity: dynamic(&there.v),
+            tension: lambda * lambda,
             lambda,
             elastic: at.energy,
             mass: self.body.mass(),

@@ -3,17 +3,18 @@
 use super::equilibrium::pose_json;
 use crate::assembly::Contact;
 use crate::math::se3::halves;
-use crate::motion::{Closing, Crossed, Ledger, Lost, Outcome, Resolution, Snap, SnapEnd};
+use crate::motion::{Bounce, Closing, Crossed, Ledger, Lost, Outcome, Resolution, Snap, SnapEnd};
 use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
 use crate::study::beside;
 use crate::study::mass::{FoldPassed, Validity};
-use crate::study::run::Bounds;
+use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
 use crate::study::run::summary::{elastic_cost, object};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::Stem;
+use crate::study::run::{Bounces, Bounds};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use serde_json::{Map, Value, json};
 
@@ -79,6 +80,8 @@ pub struct AssemblyRunBranch {
     pub resolution: Option<Resolution>,
     /// Its own snaps, in the units of the rod.
     pub snaps: Vec<Snap>,
+    /// Bounces of its taut rods, the places of their ends along the directors of their bases.
+    pub bounces: Bounces,
     /// Of each of [`AssemblyRunBranch::all_snaps`] the wrench (couple, force) at the base of its rod before and after, along the directors there, in the scene's
     /// units.
     pub snap_wrenches: Vec<[Vector6<f64>; 2]>,
@@ -234,6 +237,10 @@ impl AssemblyRunRecord {
         if let Some(validity) = &self.validity {
             summary.insert("validity".to_owned(), validity.json());
         }
+        let bounces = self.branches.iter().map(|branch| &branch.bounces);
+        if let Some(bounces) = Bounces::json(bounces, |bounce| self.bounce(bounce)) {
+            summary.insert("bounces".to_owned(), bounces);
+        }
         if let Some(nodes) = last.resolution {
             let nodes = json!({ "most": nodes.most_nodes, "tail": nodes.tail, "rate_tail": nodes.rate_tail });
             summary.insert("nodes".to_owned(), nodes);
@@ -249,6 +256,17 @@ impl AssemblyRunRecord {
             summary.insert("branches".to_owned(), json!(branches));
         }
         Value::Object(summary)
+    }
+
+    /// What is to be said of the bounces of the rods; None where there was none.
+    pub fn bounces(&self) -> Option<String> {
+        let all = self.branches.iter().map(|branch| &branch.bounces);
+        Bounces::text(all, (&self.scales, self.units), false)
+    }
+
+    fn bounce(&self, bounce: &Bounce) -> Value {
+        let rod = object(json!({ "rod": self.rods.get(bounce.rod) }));
+        Value::Object(bounce_json(bounce, &self.scales, rod))
     }
 
     fn branch(&self, branch: &AssemblyRunBranch) -> Value {

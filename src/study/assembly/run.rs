@@ -9,6 +9,7 @@ use crate::motion::{
 use crate::scene::{AssemblyBody, AssemblySetup, Run, Scales, Scene, Units};
 use crate::study::beside::LightRods;
 use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
+use crate::study::run::Bounces;
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
 use crate::study::run::shapes::{Shapes, at_times};
@@ -265,6 +266,7 @@ pub fn run(
             trajectory,
             closing,
             snaps: Vec::new(),
+            bounces: Bounces::default(),
             beside: prepared.beside(&*motion.now()),
             track: Thinned::new(KEPT),
         };
@@ -272,6 +274,7 @@ pub fn run(
         let Recorder {
             mut closing,
             snaps,
+            bounces,
             beside,
             track,
             ..
@@ -320,6 +323,7 @@ pub fn run(
             cost: motion.cost(),
             resolution: motion.resolution(),
             snaps,
+            bounces,
             closing: closing.scaled(scales.energy),
         };
         Ok((branch, outcome))
@@ -335,9 +339,13 @@ pub fn run(
         .as_ref()
         .map_or(Vec::new(), |resting| folds(resting, &branches, &scales));
     let validity = resting.filter(|_| !heavy).map(|resting| Validity {
+        bounces: branches
+            .iter()
+            .flat_map(|branch| &branch.bounces.first)
+            .filter_map(|bounce| resting.bounced(bounce))
+            .collect(),
         folds: folds.clone(),
         rest: resting.mass,
-        bounces: Vec::new(),
         damped: false,
     });
     Ok(AssemblyRunRecord {
@@ -433,6 +441,7 @@ struct Recorder<'r> {
     trajectory: usize,
     closing: Closing,
     snaps: Vec<Snap>,
+    bounces: Bounces,
     beside: LightRods,
     track: Thinned<AssemblyMoment>,
 }
@@ -451,6 +460,9 @@ impl Observer for Recorder<'_> {
             && motion.resolution().is_some()
         {
             self.beside.step(&*motion.now());
+        }
+        if let Event::Bounce(bounce) = event {
+            self.bounces.add(bounce.clone());
         }
         if let Event::Snap(snap) = event {
             self.snaps.push(snap.clone());

@@ -11,6 +11,7 @@ pub use folds::{FoldPassed, Follows};
 pub(in crate::study) use folds::{Followed, passed};
 pub(in crate::study) use plane::{Light, viscosity};
 pub(in crate::study) use space::{Resting, standing};
+pub(in crate::study) use validity::BouncingRod;
 pub use validity::{BouncePassed, Validity};
 
 use crate::scene::Units;

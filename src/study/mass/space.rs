@@ -1,10 +1,10 @@
 //! Rods in space at rest, single ones and those of assemblies.
 
-use super::{Followed, RodMass, SmallMass};
+use super::{BouncePassed, BouncingRod, Followed, RodMass, SmallMass};
 use crate::assembly::{Assembly, Configuration, Link};
 use crate::error::Result;
 use crate::inertia::held::{Massive, fold_form, held_modes};
-use crate::motion::{LightInSpace, Snap};
+use crate::motion::{Bounce, LightInSpace, Snap};
 use crate::rod::Wrench;
 use crate::scene::{AssemblySetup, Scales, Scene};
 use crate::study::modes::resting;
@@ -156,6 +156,19 @@ impl Resting {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?;
         self.form(snap, now, (link, now.charts.get(snap.rod)?))
+    }
+
+    /// The bounce of a rod; None where its mass is not known.
+    pub fn bounced(&self, bounce: &Bounce) -> Option<BouncePassed> {
+        let rod = self.rods.get(bounce.rod)?.as_ref()?;
+        let of = BouncingRod {
+            name: rod.told.rod.clone(),
+            mass: rod.massive.sections.mass,
+            length: self.assembly.links()[bounce.rod].rod().length(),
+            // Rods that bounce have no friction.
+            eta: 0.0,
+        };
+        Some(BouncePassed::new(bounce, of, self.time))
     }
 
     /// The same of a fold of the light rod beside one of an assembly ([`LightInSpace::in_assembly`]).

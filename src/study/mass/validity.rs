@@ -17,33 +17,45 @@ pub struct Validity {
     pub rest: SmallMass,
     /// The folds that were passed.
     pub folds: Vec<FoldPassed>,
-    /// The bounces of a taut planar rod that were kept.
+    /// The bounces of taut rods of known mass that were kept.
     pub bounces: Vec<BouncePassed>,
     /// True if a rod has friction.
     pub(in crate::study) damped: bool,
 }
 
 /// A bounce.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct BouncePassed {
+    /// The name of its rod in an assembly.
+    pub rod: Option<String>,
     /// Its time.
     pub t: f64,
     /// eta lam^2/(m v): friction takes no part of the energy where it is small.
     pub number: f64,
-    /// sqrt(eps) v/(4 sin^2(gam/4)): the mass of the rod takes no part where it is small.
+    /// sqrt(eps) v/(4 sin^2(gam/4)), in space [`Bounce::inertia`]: the mass of the rod takes no part where it is small.
     pub inertia: f64,
 }
 
+/// A rod that bounces, in the library's units.
+pub(in crate::study) struct BouncingRod {
+    /// Its name in an assembly.
+    pub name: Option<String>,
+    /// Its mass.
+    pub mass: f64,
+    /// Its length.
+    pub length: f64,
+    /// Kelvin-Voigt time.
+    pub eta: f64,
+}
+
 impl BouncePassed {
-    /// Of a rod of mass `eps` and Kelvin-Voigt time `eta`. All that moves along the pull is in the rod where it is hardest:
-    /// E = m v^2/2 = 4 S^2 lam, S = sin(gam/4).
-    pub(in crate::study) fn new(bounce: &Bounce, eps: f64, eta: f64, time: f64) -> Self {
-        let (energy, lam) = (bounce.elastic, bounce.lambda);
-        let v = (2.0 * energy).sqrt();
+    /// `time` is the unit of time in the scene's.
+    pub(in crate::study) fn new(bounce: &Bounce, rod: BouncingRod, time: f64) -> Self {
         Self {
             t: bounce.t * time,
-            number: eta * lam * lam / v,
-            inertia: eps.sqrt() * v * lam / energy,
+            number: rod.eta * bounce.tension / (bounce.mass * bounce.speed()),
+            inertia: bounce.inertia(rod.mass, rod.length),
+            rod: rod.name,
         }
     }
 }
@@ -155,10 +167,13 @@ impl Validity {
             json["inertial_delay"] = fold.inertial_delay.into();
             json
         });
-        let bounces = self
-            .bounces
-            .iter()
-            .map(|b| json!({ "t": b.t, "number": b.number, "inertia_number": b.inertia }));
+        let bounces = self.bounces.iter().map(|b| {
+            let mut json = json!({ "t": b.t, "number": b.number, "inertia_number": b.inertia });
+            if let Some(rod) = &b.rod {
+                json["rod"] = rod.as_str().into();
+            }
+            json
+        });
         let mut json = self.rest.json();
         json["verdict"] = self.verdict().into();
         json["folds"] = folds.collect();

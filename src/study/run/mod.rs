@@ -1,5 +1,6 @@
 //! Runs a scene of motion, and under landing = "all" every run into which it branches.
 
+pub(super) mod bounces;
 mod line;
 mod prepared;
 pub(super) mod record;
@@ -11,6 +12,7 @@ pub(super) mod table;
 pub(super) mod tree;
 
 pub use crate::scene::ModelKind;
+pub use bounces::Bounces;
 pub use line::Line;
 pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};

@@ -10,8 +10,8 @@ use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Uni
 use crate::section::Strain;
 use crate::study::Solid;
 use crate::study::mass::{
-    BouncePassed, FoldPassed, Followed, Follows, Light as Planar, Resting, SmallMass, Validity,
-    passed, viscosity,
+    BouncePassed, BouncingRod, FoldPassed, Followed, Follows, Light as Planar, Resting, SmallMass,
+    Validity, passed, viscosity,
 };
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
 
@@ -221,21 +221,27 @@ impl Prepared {
         branches: &[RunBranch],
         folds: &[FoldPassed],
     ) -> Validity {
-        let bounces = branches.iter().flat_map(|b| &b.bounces);
-        let (bounces, damped) = match rest {
-            Rest::Plane(light, _) => (
-                bounces
-                    .map(|b| BouncePassed::new(b, light.eps, light.eta, self.scales.time))
-                    .collect(),
-                light.eta > 0.0,
-            ),
-            Rest::Space(_) => (Vec::new(), !self.kind().is_elastic()),
+        let bounces = branches.iter().flat_map(|b| &b.bounces.first);
+        let passed = |bounce| match rest {
+            Rest::Plane(light, _) => {
+                let rod = BouncingRod {
+                    name: None,
+                    mass: light.eps,
+                    length: 1.0,
+                    eta: light.eta,
+                };
+                Some(BouncePassed::new(bounce, rod, self.scales.time))
+            }
+            Rest::Space(resting) => resting.bounced(bounce),
         };
         Validity {
             rest: rest.mass().clone(),
             folds: folds.to_vec(),
-            bounces,
-            damped,
+            bounces: bounces.filter_map(passed).collect(),
+            damped: match rest {
+                Rest::Plane(light, _) => light.eta > 0.0,
+                Rest::Space(_) => !self.kind().is_elastic(),
+            },
         }
     }
 

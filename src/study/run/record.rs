@@ -1,12 +1,11 @@
 //! What a run leaves behind, in the scene's units.
 
 use super::ModelKind;
+use super::bounces::Bounces;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
-use crate::motion::{
-    Bounce, Closing, Crossed, Labels, Ledger, Lost, Motion, Outcome, Resolution, Snap,
-};
+use crate::motion::{Closing, Crossed, Labels, Ledger, Lost, Motion, Outcome, Resolution, Snap};
 use crate::scene::{RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::mass::{FoldPassed, Validity};
@@ -163,12 +162,8 @@ pub struct RunBranch {
     pub crossed: Vec<Crossed>,
     /// When that rod was not known, in the units of the rod.
     pub lost: Vec<Lost>,
-    /// Bounces of a taut rod, in the units of the rod: the first of them.
-    pub bounces: Vec<Bounce>,
-    /// How many there were.
-    pub bounce_count: usize,
-    /// The bounce that friction would change most.
-    pub hardest: Option<Bounce>,
+    /// Bounces of a taut rod.
+    pub bounces: Bounces,
     /// How well its ledger closes, in the scene's units.
     pub closing: Closing,
     /// Samples for figures, thinned, with both sides of every snap.
@@ -203,9 +198,7 @@ impl RunBranch {
             layers: Vec::new(),
             crossed: Vec::new(),
             lost: Vec::new(),
-            bounces: Vec::new(),
-            bounce_count: 0,
-            hardest: None,
+            bounces: Bounces::default(),
             track: Vec::new(),
             passage: Vec::new(),
             axes: Vec::new(),
@@ -355,12 +348,11 @@ impl RunRecord {
         })
     }
 
-    /// How many bounces there were, and the one that friction would change most.
-    pub fn bounces(&self) -> (usize, Option<&Bounce>) {
-        let count = self.branches.iter().map(|b| b.bounce_count).sum();
-        let hardest = self.branches.iter().filter_map(|b| b.hardest.as_ref());
-        let hardest = hardest.min_by(|a, b| a.viscosity().total_cmp(&b.viscosity()));
-        (count, hardest)
+    /// What is to be said of the bounces of an elastic rod; None where there was none.
+    pub fn bounces(&self) -> Option<String> {
+        let planar = self.kind == ModelKind::Sheet;
+        let all = self.branches.iter().map(|b| &b.bounces);
+        Bounces::text(all, (&self.scales, self.units), planar)
     }
 
     /// Layers that ended next to equilibrium with less elastic energy: the snaps of a rod with friction.

@@ -1,6 +1,7 @@
 //! Watches a motion: writes the tables, keeps what figures show.
 
 use super::ModelKind;
+use super::bounces::Bounces;
 use super::prepared::{Prepared, Rest};
 use super::record::{Frame, RunBranch};
 use super::table;
@@ -8,7 +9,7 @@ use super::{Fields, places};
 use crate::error::Result;
 use crate::motion::creep::Layer;
 use crate::motion::{
-    Bounce, Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
+    Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
 };
 use crate::study::beside::LightRods;
 use crate::study::thinned::Thinned;
@@ -25,8 +26,6 @@ const AXES: usize = 10;
 const AWAY: f64 = 1e-3;
 /// Points of a drawn axis.
 const CURVE: usize = 60;
-/// Bounces that are kept one by one.
-const BOUNCES: usize = 1000;
 /// Samples of which the strain field is written, unless all are asked for.
 const INSTANTS: usize = 401;
 
@@ -42,9 +41,7 @@ pub(super) struct Recorder<'r> {
     snaps: Vec<Snap>,
     layers: Vec<Layer>,
     beside: LightRods,
-    bounces: Vec<Bounce>,
-    bounce_count: usize,
-    hardest: Option<Bounce>,
+    bounces: Bounces,
     track: Thinned<Frame>,
     axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
     passage: Thinned<Frame>,
@@ -123,9 +120,7 @@ impl<'r> Recorder<'r> {
             snaps: Vec::new(),
             layers: Vec::new(),
             beside: LightRods::new(prepared.beside(rest, first).into_iter().collect()),
-            bounces: Vec::new(),
-            bounce_count: 0,
-            hardest: None,
+            bounces: Bounces::default(),
             track: Thinned::new(kept),
             axes: Thinned::new(AXES),
             passage: Thinned::new(KEPT_OF_PASSAGE),
@@ -156,8 +151,6 @@ impl<'r> Recorder<'r> {
             crossed: crossed.into_iter().map(outward).collect(),
             lost,
             bounces: self.bounces,
-            bounce_count: self.bounce_count,
-            hardest: self.hardest,
             closing: self.closing.scaled(self.prepared.scales.energy),
             track: self.track.list,
             passage: self.best,
@@ -299,16 +292,7 @@ impl Observer for Recorder<'_> {
                 self.layers.push(layer.scaled(k.time, k.energy));
                 self.beside.land(&*motion.now());
             }
-            Event::Bounce(bounce) => {
-                self.bounce_count += 1;
-                let softer = |other: &Bounce| other.viscosity() <= bounce.viscosity();
-                if !self.hardest.as_ref().is_some_and(softer) {
-                    self.hardest = Some(self.prepared.bounce(bounce));
-                }
-                if self.bounces.len() < BOUNCES {
-                    self.bounces.push(self.prepared.bounce(bounce));
-                }
-            }
+            Event::Bounce(bounce) => self.bounces.add(self.prepared.bounce(bounce)),
             Event::Step { .. } | Event::Stop(_) => {}
         }
         Ok(())

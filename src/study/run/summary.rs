@@ -1,6 +1,7 @@
 //! A run's record as JSON: summary.json and events.json.
 
 use super::ModelKind;
+use super::bounces::{Bounces, bounce_json};
 use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
@@ -81,13 +82,9 @@ impl RunRecord {
         if let Some(untold) = self.untold() {
             add("light_rod_lost", json!(untold));
         }
-        if let (count, Some(hardest)) = self.bounces() {
-            let listed = self.branches.iter().flat_map(|b| &b.bounces);
-            let listed: Vec<Value> = listed.map(|bounce| self.bounce(bounce)).collect();
-            add(
-                "bounces",
-                json!({ "count": count, "hardest": self.bounce(hardest), "first": listed }),
-            );
+        let bounces = self.branches.iter().map(|branch| &branch.bounces);
+        if let Some(bounces) = Bounces::json(bounces, |bounce| self.bounce(bounce)) {
+            add("bounces", bounces);
         }
         if self.branches.len() > 1 {
             let branches: Vec<Value> = self.branches.iter().map(|b| self.branch(b)).collect();
@@ -222,15 +219,8 @@ impl RunRecord {
             ));
             Value::Object(end)
         };
-        let along = |names: [&str; 3], values: &DVector<f64>, unit: f64| {
-            let named = names.iter().zip(values.iter());
-            named
-                .map(|(name, x)| ((*name).to_string(), json!(x * unit)))
-                .collect::<Map<_, _>>()
-        };
         let mut event = object(json!({ "kind": "snap", "t": snap.t * k.time }));
-        event.extend(along(["x", "y", "z"], &snap.pose, k.length));
-        event.extend(along(["vx", "vy", "vz"], &snap.velocity, k.velocity));
+        event.extend(self.place(&snap.pose, &snap.velocity));
         event.extend(object(json!({
             "from": end(&snap.from),
             "to": end(&snap.to),
@@ -243,19 +233,29 @@ impl RunRecord {
         Value::Object(event)
     }
 
+    /// Where the end is and how it moves, in two or three components.
+    fn place(&self, pose: &DVector<f64>, velocity: &DVector<f64>) -> Map<String, Value> {
+        let k = &self.scales;
+        let named = |names: [&'static str; 3], values: &DVector<f64>, unit: f64| {
+            let values: Vec<f64> = values.iter().map(|x| x * unit).collect();
+            let named = names.into_iter().zip(values);
+            named.map(|(name, x)| (name.to_owned(), json!(x)))
+        };
+        named(["x", "y", "z"], pose, k.length)
+            .chain(named(["vx", "vy", "vz"], velocity, k.velocity))
+            .collect()
+    }
+
     fn bounce(&self, bounce: &Bounce) -> Value {
         let k = &self.scales;
-        json!({
-            "kind": "bounce",
-            "t": bounce.t * k.time,
-            "x": bounce.pose[0] * k.length,
-            "y": bounce.pose[1] * k.length,
-            "vx": bounce.velocity[0] * k.velocity,
-            "vy": bounce.velocity[1] * k.velocity,
-            "lam": bounce.lambda,
-            "elastic": bounce.elastic * k.energy,
-            "viscosity": bounce.viscosity() * k.viscosity(),
-        })
+        let mut told = bounce_json(bounce, k, self.place(&bounce.pose, &bounce.velocity));
+        if self.kind == ModelKind::Sheet {
+            told.insert(
+                "viscosity".to_owned(),
+                json!(bounce.viscosity() * k.viscosity()),
+            );
+        }
+        Value::Object(told)
     }
 
     fn cost(&self) -> Value {

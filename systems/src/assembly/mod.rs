@@ -25,6 +25,7 @@ mod state;
 mod statics;
 mod stiffness;
 mod taut;
+mod tether;
 
 pub use branch::{AssemblyFamily, AssemblyState};
 pub use carrier::{Carrier, Mass, Place};
@@ -38,6 +39,7 @@ pub use state::{Configuration, Evaluated, Integrals, Sight, Slowed};
 pub use statics::{AssemblyEquilibrium, AssemblyRoute};
 pub use stiffness::Stiffness;
 pub use taut::Seen;
+pub use tether::Tether;
 
 use crate::error::{Error, Result};
 

@@ -1,6 +1,6 @@
 //! What a state of an assembly shows.
 
-use crate::assembly::{Assembly, Configuration, Evaluated};
+use crate::assembly::{Assembly, Configuration, Evaluated, Tether};
 use crate::math::se3::{halves, joined};
 use crate::motion::ledger::Ledger;
 use crate::motion::state::{Labels, State};
@@ -57,6 +57,19 @@ impl AssemblySample {
         let held = point.held();
         let q = &self.at.now.charts[link];
         rod.shape(q, &held, &at, SHAPE).unwrap_or_default()
+    }
+
+    /// Rod `link` as a tether ([`Link::tether`](crate::assembly::Link::tether)).
+    pub fn tether(&self, link: usize) -> Option<Tether> {
+        self.assembly
+            .links()
+            .get(link)?
+            .tether(self.at.points.get(link)?)
+    }
+
+    /// What resists it ([`Assembly::resistance`]).
+    pub(super) fn resistance(&self, link: usize, tether: &Tether) -> Option<f64> {
+        self.assembly.resistance(link, &self.at, &tether.along)
     }
 
     /// How far the ends of rods are from their attachments.

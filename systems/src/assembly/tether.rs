@@ -1,0 +1,59 @@
+//! Rods as tethers: what a rod that can neither stretch nor shear does to its attachments where it is pulled straight (theory 2.8).
+
+use super::{Assembly, Evaluated, Joint, Link, LinkPoint};
+use crate::math::se3::{halves, joined};
+use nalgebra::Vector3;
+
+/// The pull of a rod.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tether {
+    /// Its size n.
+    pub tension: f64,
+    /// sqrt(n L^2/B).
+    pub lambda: f64,
+    /// What the bent ends take of the rod's reach, d = L - r(1).n/|n|; n d is the energy stored in them.
+    pub slack: f64,
+    /// Minus the power of the pull, n.r(1)': above 0 while the attachments move apart against it.
+    pub parting: f64,
+    /// The direction of the pull from base to end, in the world.
+    pub along: Vector3<f64>,
+}
+
+impl Link {
+    /// The rod of `point` as a tether; None of one that stretches or shears, that is not pulled, or that is between two ball joints, where nothing
+    /// is bent.
+    pub fn tether(&self, point: &LinkPoint) -> Option<Tether> {
+        if self.joint() == Joint::Pins || !self.rod().is_inextensible().ok()? {
+            return None;
+        }
+        let n = point.end.force;
+        let tension = n.norm();
+        let along = n.try_normalize(f64::MIN_POSITIVE)?;
+        let reach = along.dot(&point.end.pose.translation.vector);
+        (reach > 0.0).then(|| Tether {
+            tension,
+            lambda: (tension / self.units()[3]).sqrt(),
+            slack: self.rod().length() - reach,
+            parting: n.dot(&halves(&point.relative_twist()).1),
+            along: point.base.pose.rotation * along,
+        })
+    }
+}
+
+impl Assembly {
+    /// The mass that resists where the attachments of rod `k` are pushed apart along a direction of the world: 1/m is their acceleration apart by
+    /// a unit force on each. Infinite between attachments of which no body moves that way.
+    pub fn resistance(&self, k: usize, at: &Evaluated, along: &Vector3<f64>) -> Option<f64> {
+        let bodies = &at.now.bodies;
+        let wrenches = self.wrenches(bodies, &at.points);
+        let mut give = 0.0;
+        for (body, arm) in self.links().get(k)?.levers(bodies).into_iter().flatten() {
+            let (carrier, pose) = (&self.carriers()[body], &bodies[body].pose);
+            let [mass, ..] = carrier.linear_own(at.integrals.time, pose, &wrenches[body])?;
+            let pushed = joined(&arm.cross(along), along);
+            let pushed = carrier.own_twists(pose).tr_mul(&pushed);
+            give += pushed.dot(&mass.cholesky()?.solve(&pushed));
+        }
+        Some(1.0 / give)
+    }
+}
