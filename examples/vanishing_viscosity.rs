@@ -245,7 +245,7 @@ impl Viscous {
 /// Points of the rod's axis.
 fn axis(sample: &Sample) -> Vec<[f64; 2]> {
     let sections = sample.sections(60);
-    let points = sections.iter().map(|at| at.translation);
+    let points = sections.iter().map(|(_, at)| at.translation);
     points.map(|r| [r.x, r.y]).collect()
 }
 

@@ -103,7 +103,7 @@ fn shapes<'py>(
     let counts: Vec<Vec<usize>> = counts.collect();
     let all = found.iter().flatten().flatten();
     let numbers: Vec<f64> = all
-        .flat_map(|pose| pose.translation.vector.data.0[0])
+        .flat_map(|(_, pose)| pose.translation.vector.data.0[0])
         .collect();
     Ok((names, counts, PyArray1::from_vec(py, numbers)))
 }

@@ -5,7 +5,7 @@ use super::equilibrium::EquilibriumArgs;
 use super::files::{json_text, number, print, print_json, rounded};
 use super::output::Output;
 use super::progress::Progress;
-use super::run::{FILES, Ran, RunArgs};
+use super::run::{FILES, Ran, RunArgs, written_again};
 use super::run_text::{chosen, heavy_folds, mass, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
@@ -37,6 +37,11 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
+    if args.follows_again() {
+        let last = record.branches[0].last.t;
+        let motion = prepared.motion()?.0;
+        written_again(args, &out, (&prepared, &prepared.names()), motion, last)?;
+    }
     let ran = Ran {
         summary: record.summary(),
         events: record.events(),
@@ -235,7 +240,7 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
     if let Some(directory) = &args.out {
         let out = Output::open(Some(directory), equilibrium::FILES, args.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
-        out.write("shape.csv", record.shape()?.csv().as_bytes())?;
+        out.table(&record.shape()?)?;
         let unstable = record.conservative && record.index > 0;
         let names = record.rods.iter().map(|(name, _)| name.clone());
         let poses = record

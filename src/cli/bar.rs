@@ -23,6 +23,11 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
             "--html: a bar stays straight, and a page of it would not move; leave it out, and see waves.svg and snapshots.svg".to_owned(),
         ));
     }
+    if args.vtk {
+        return Err(Refusal(
+            "--vtk: a bar stays straight and has no shapes to write; leave it out, its places over time are in waves.csv, with --npz in waves.npz".to_owned(),
+        ));
+    }
     let prepared = BarPrepared::new(scene).map_err(|e| no_start(&args.scene.path, &e))?;
     let directory = args.directory();
     let out = Output::open(directory.as_deref(), FILES, args.figures)?;

@@ -41,7 +41,7 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     if let Some(directory) = &args.out {
         let out = Output::open(Some(directory), FILES, args.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
-        out.write("shape.csv", record.shape()?.csv().as_bytes())?;
+        out.table(&record.shape()?)?;
         out.figure("equilibrium", || Ok(rod_figures::state(&record)), rod_state);
         out.finish()?;
     }

@@ -93,9 +93,9 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     let json = serde_json::to_string_pretty(&record.summary())
         .map_err(|e| Refusal(format!("fit.json: {e}")))?;
     out.write("fit.json", json.as_bytes())?;
-    out.write("fit.csv", record.table().csv().as_bytes())?;
+    out.table(&record.table())?;
     if let Some(curve) = record.curve() {
-        out.write("curve.csv", curve.csv().as_bytes())?;
+        out.table(&curve)?;
     }
     out.figure("fit", || Ok(figure(&record)), plot::fit);
     out.finish()?;

@@ -35,7 +35,7 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
     if let Some(directory) = &args.out {
         let out = Output::open(Some(directory), FILES, args.figures)?;
         out.write("summary.json", json_text(record.summary()).as_bytes())?;
-        out.write("modes.csv", record.table()?.csv().as_bytes())?;
+        out.table(&record.table()?)?;
         out.figure("modes", || Ok(shapes(&record)), mode_shapes);
         out.finish()?;
     }

@@ -7,6 +7,7 @@ use super::files::print_error;
 use super::page::Page;
 use super::{Refusal, signals};
 use clap::Args;
+use snaprod::study::export::{Array, npz};
 use snaprod::study::{Cell, Csv, Sink, Table};
 use std::cell::RefCell;
 use std::fs::{self, File, TryLockError};
@@ -18,7 +19,7 @@ use std::time::Duration;
 /// Draws a figure from data of its own.
 type Drawing = Box<dyn FnOnce() -> snaprod::Result<String> + Send>;
 
-/// What figures to draw.
+/// What figures to draw, and in which form tables are written.
 #[derive(Args, Debug, Clone, Copy, Default)]
 pub struct FigureArgs {
     /// Write a PNG beside every figure (needs the feature `png`).
@@ -27,6 +28,9 @@ pub struct FigureArgs {
     /// Draw no figures.
     #[arg(long, conflicts_with = "png")]
     pub no_figures: bool,
+    /// Write every table as NPZ, too, for NumPy, MATLAB and others.
+    #[arg(long)]
+    pub npz: bool,
 }
 
 impl FigureArgs {
@@ -50,7 +54,7 @@ pub struct Output {
 /// The directory.
 struct Place {
     directory: PathBuf,
-    /// Names of the files that the command may write, with at most one `*` each.
+    /// Names of the files that the command may write, with at most one `*` each; a CSV stands for its NPZ, too.
     owned: &'static [&'static str],
     /// Names of the files that are written aside and whole.
     written: RefCell<Vec<String>>,
@@ -82,7 +86,25 @@ impl Output {
         Tables {
             output: self,
             open: Vec::new(),
+            kept: Vec::new(),
         }
+    }
+
+    /// Writes a table as `name.csv`, with `--npz` as `name.npz`, too.
+    pub fn table(&self, table: &Table) -> Result<(), Refusal> {
+        self.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;
+        match self.figures.npz {
+            true => self.arrays(&table.name, &table.arrays()),
+            false => Ok(()),
+        }
+    }
+
+    /// Writes arrays as `name.npz`.
+    pub fn arrays(&self, name: &str, arrays: &[Array]) -> Result<(), Refusal> {
+        if self.place.is_none() {
+            return Ok(());
+        }
+        self.write(&format!("{name}.npz"), &npz(arrays)?)
     }
 
     /// True if figures are to be drawn.
@@ -205,7 +227,12 @@ impl Place {
     }
 
     fn owns(&self, name: &str) -> bool {
-        self.owned.iter().any(|pattern| matches(pattern, name))
+        let as_npz = |pattern: &str| {
+            let stem = pattern.strip_suffix(".csv");
+            stem.is_some_and(|stem| matches(&format!("{stem}.npz"), name))
+        };
+        let mut owned = self.owned.iter();
+        owned.any(|pattern| matches(pattern, name) || as_npz(pattern))
     }
 
     /// Removes what a run that was killed had written aside.
@@ -252,6 +279,8 @@ fn matches(pattern: &str, name: &str) -> bool {
 pub struct Tables<'o> {
     output: &'o Output,
     open: Vec<(String, Csv<BufWriter<File>>)>,
+    /// What becomes NPZ, where that is asked for.
+    kept: Vec<Table>,
 }
 
 impl Sink for Tables<'_> {
@@ -262,11 +291,17 @@ impl Sink for Tables<'_> {
                 .and_then(|file| Csv::new(BufWriter::new(file), &table))
                 .map_err(|e| broken(&name, e))?;
             self.open.push((name, csv));
+            if self.output.figures.npz {
+                self.kept.push(table);
+            }
         }
         Ok(self.open.len().saturating_sub(1))
     }
 
     fn row(&mut self, table: usize, cells: &[Cell]) -> snaprod::Result<()> {
+        if let Some(kept) = self.kept.get_mut(table) {
+            kept.push(cells)?;
+        }
         match self.open.get_mut(table) {
             None => Ok(()),
             Some((name, csv)) => csv.row(cells).map_err(|e| broken(name, e)),
@@ -282,6 +317,9 @@ impl Tables<'_> {
             if let Some(place) = &self.output.place {
                 place.written.borrow_mut().push(name);
             }
+        }
+        for table in &self.kept {
+            self.output.arrays(&table.name, &table.arrays())?;
         }
         Ok(())
     }

@@ -8,6 +8,9 @@ use super::run_figures::{RunFigure, run_figures};
 use super::{Ending, Refusal, assembly, bar, check, run_page, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
+use snaprod::motion::Motion;
+use snaprod::study::export::{posed, shape_arrays, vtk_collection, vtk_frame};
+use snaprod::study::film::Filmed;
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
 use std::path::{Path, PathBuf};
 
@@ -33,11 +36,19 @@ pub struct RunArgs {
     /// Write run.html, a page that plays the motion; it is one file and needs no network.
     #[arg(long)]
     pub html: bool,
+    /// Write the rods and bodies at every sample for ParaView: run.pvd and run-0000.vtu, ...
+    #[arg(long)]
+    pub vtk: bool,
     #[command(flatten)]
     pub figures: FigureArgs,
 }
 
 impl RunArgs {
+    /// True if shapes of the rods are written, for which the motion is followed once more.
+    pub fn follows_again(&self) -> bool {
+        self.directory().is_some() && (self.figures.npz || self.vtk)
+    }
+
     /// Where to write; None: nowhere.
     pub fn directory(&self) -> Option<PathBuf> {
         match &self.out {
@@ -68,6 +79,8 @@ pub const FILES: &[&str] = &[
     "poincare.*",
     "waves.*",
     "run.html",
+    "run.pvd",
+    "run-*.vtu",
 ];
 
 /// Runs the scene.
@@ -96,6 +109,11 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let record = run_scene(&prepared, fields, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
+    if args.follows_again() {
+        let last = record.branches[0].last.t;
+        let of = (&prepared as &dyn Filmed, &[String::new()][..]);
+        written_again(args, &out, of, prepared.motion()?, last)?;
+    }
     let ran = Ran {
         summary: record.summary(),
         events: record.events(),
@@ -115,6 +133,44 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     };
     let words = || run_text::text(&record, directory.as_deref());
     ran.reported(args, (&out, directory.as_deref()), draw, words)
+}
+
+/// Sections of a light rod, and of an element of one with strains of its own, in files for other programs.
+const SECTIONS: usize = 61;
+
+/// Follows the motion of rods with these names once more to `last`, and writes shapes.npz and the files of ParaView.
+pub(super) fn written_again<'m>(
+    args: &RunArgs,
+    out: &Output,
+    (of, names): (&dyn Filmed, &[String]),
+    motion: Box<dyn Motion<'m> + 'm>,
+    last: f64,
+) -> Result<(), Refusal> {
+    let scene = check::read(&args.scene)?;
+    let run = scene.run()?;
+    let steps = run.samples - 1;
+    let even = (0..=steps).map(|k| run.duration * k as f64 / steps as f64);
+    let mut times: Vec<f64> = even.filter(|t| *t <= last).collect();
+    // A run that ended short has its last state, too.
+    if times.last().is_none_or(|t| last - t > 1e-9 * last) {
+        times.push(last);
+    }
+    let mut progress = Progress::new(!args.quiet && !args.json);
+    let moments = posed(of, motion, &times, SECTIONS, &mut progress)?;
+    progress.finish();
+    if args.figures.npz {
+        out.arrays("shapes", &shape_arrays(names, &moments))?;
+    }
+    if args.vtk {
+        let mut files = Vec::new();
+        for (k, moment) in moments.iter().enumerate() {
+            let name = format!("run-{k:04}.vtu");
+            out.write(&name, vtk_frame(moment).as_bytes())?;
+            files.push((moment.now.t, name));
+        }
+        out.write("run.pvd", vtk_collection(&files).as_bytes())?;
+    }
+    Ok(())
 }
 
 /// What came of a run.

@@ -110,6 +110,9 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     }
     let rows = sweep.rows()?;
     out.write("sweep.csv", &rows.csv)?;
+    if args.figures.npz {
+        out.arrays("sweep", &rows.arrays())?;
+    }
     if let Some(columns) = mapped {
         out.figure(
             "map",

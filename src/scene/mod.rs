@@ -87,7 +87,7 @@ pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
 pub use build::{
     AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, InSpace, ModelKind,
-    MotionModel, RodCurve, Setup, SpaceField, ViscousPlane, ViscousSpace,
+    MotionModel, Setup, SpaceField, ViscousPlane, ViscousSpace,
 };
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,

@@ -2,7 +2,7 @@
 
 use super::Hooks;
 use super::assembly::AssemblyPrepared;
-use super::run::{Prepared, shapes::Shapes};
+use super::run::{Prepared, Shapes, shapes::poses};
 use crate::error::{Error, Result};
 use crate::motion::{Event, Labels, Ledger, Motion, Outcome, Snap, State};
 use nalgebra::{Isometry3, Vector3};
@@ -47,7 +47,7 @@ pub struct Still {
     /// Time, bodies and energies.
     pub now: Traced,
     /// Each rod, from its base to its end.
-    pub rods: Shapes,
+    pub rods: Vec<Vec<Isometry3<f64>>>,
     /// The equilibrium of the elastica that a planar rod is in, or near.
     pub labels: Option<Labels>,
     /// Where in the motion it stands.
@@ -93,7 +93,7 @@ impl Filmed for Prepared {
     }
 
     fn rods(&self, state: &dyn State, sections: usize) -> Result<Shapes> {
-        Ok(vec![self.sections(state, sections)])
+        Ok(vec![self.curve(state, sections)])
     }
 
     fn scales(&self) -> [f64; 3] {
@@ -274,15 +274,16 @@ impl Camera<'_> {
         let mut places: Vec<Vector3<f64>> = now.bodies.iter().flat_map(seen).collect();
         if self.whole {
             let rods = self.of.rods(state, 9)?;
-            places.extend(rods.iter().flatten().map(|at| at.translation.vector));
+            places.extend(rods.iter().flatten().map(|(_, at)| at.translation.vector));
         }
         Ok(Glimpse { t: now.t, places })
     }
 
     fn still(&self, state: &dyn State, place: Place) -> Result<Still> {
+        let rods = self.of.rods(state, SECTIONS)?;
         Ok(Still {
             now: self.of.traced(state),
-            rods: self.of.rods(state, SECTIONS)?,
+            rods: rods.into_iter().map(poses).collect(),
             labels: state.equilibrium(),
             place,
         })

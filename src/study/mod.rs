@@ -11,6 +11,7 @@ mod beside;
 pub mod branch;
 pub mod elastica;
 pub mod equilibrium;
+pub mod export;
 pub mod film;
 pub mod fit;
 pub mod folds;

@@ -48,13 +48,14 @@ fn a_run_writes_its_files() {
 
     let table = Table::parse(&place.read("out/snap/trajectory.csv"));
     assert_eq!(table.columns.join(","), TRAJECTORY);
-    assert_eq!(table.rows.len(), 400);
+    // The samples, and the two sides of the snap.
+    assert_eq!(table.rows.len(), 402);
     let t = table.column("t");
-    assert_eq!((t[0], t[399]), (0.0, 3.0));
+    assert_eq!((t[0], t[401]), (0.0, 3.0));
     let total = table.column("total");
     assert!(total.iter().all(|e| (e - total[0]).abs() < 1e-8));
     let lost = table.column("dissipated");
-    assert!(lost[0] == 0.0 && (lost[399] - 10.263064640).abs() < 1e-8);
+    assert!(lost[0] == 0.0 && (lost[401] - 10.263064640).abs() < 1e-8);
     let terms = ["kinetic", "elastic", "potential", "dissipated"].map(|name| table.column(name));
     let work = table.column("work");
     for (i, row) in table.rows.iter().enumerate() {
@@ -130,7 +131,7 @@ fn a_run_writes_its_files() {
     // Defaults are filled in.
     assert_eq!(summary["scene"]["run"]["max_steps"], 10_000_000);
     for name in TRAJECTORY.split(',') {
-        let last = &table.rows[399][table.columns.iter().position(|c| c == name).unwrap()];
+        let last = &table.rows[401][table.columns.iter().position(|c| c == name).unwrap()];
         match &summary["end"][name] {
             Value::String(sign) => assert_eq!(sign, last),
             number => assert_eq!(number.as_f64().unwrap(), last.parse::<f64>().unwrap()),

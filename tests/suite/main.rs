@@ -80,6 +80,8 @@ mod messages;
 mod modes;
 mod motion_in_space;
 #[cfg(feature = "cli")]
+mod outputs;
+#[cfg(feature = "cli")]
 mod pages;
 mod pins;
 #[cfg(feature = "plot")]

@@ -174,7 +174,7 @@ fn a_film_is_the_motion() {
             let (rod, other) = (&still.rods[0], &shape[0]);
             assert_eq!(rod.len(), other.len());
             for (a, b) in rod.iter().zip(other) {
-                let off = (a.translation.vector - b.translation.vector).norm();
+                let off = (a.translation.vector - b.1.translation.vector).norm();
                 assert!(off < 1e-8, "{name} at t = {}: {off:e}", still.now.t);
             }
             let end = rod[rod.len() - 1].translation.vector;

@@ -4,6 +4,7 @@ use super::Ledger;
 use super::creep::{ViscousSample, near_equilibrium};
 use super::run::Sample;
 use crate::assembly::{Configuration, Place};
+use crate::creep::grid::Grid;
 use crate::creep::kinematics::{Kinematics, Local};
 use crate::creep::plane::Plane;
 use crate::creep::space::{Curve, Space};
@@ -62,7 +63,7 @@ pub trait State {
 
     /// The rods of an assembly that have strains of their own, each as [`State::sections`], in the world; none where the configuration
     /// tells them.
-    fn curves(&self, _points: usize) -> Vec<Vec<Isometry3<f64>>> {
+    fn curves(&self, _points: usize) -> Vec<RodCurve> {
         Vec::new()
     }
 
@@ -90,8 +91,11 @@ pub trait State {
 
     /// Sections from the clamp to the end, `points` of them for a rod on a sheet, `points` on every element beside the two
     /// ends for one with strains; empty if the strains give no shape.
-    fn sections(&self, points: usize) -> Vec<Isometry3<f64>>;
+    fn sections(&self, points: usize) -> RodCurve;
 }
+
+/// Sections of a rod from its base to its end, each by its arclength in the unstrained rod and its pose.
+pub type RodCurve = Vec<(f64, Isometry3<f64>)>;
 
 /// A state that a motion keeps, or has made to be seen.
 pub enum Seen<'a> {
@@ -208,11 +212,11 @@ impl State for Sample<2> {
         vec![0.0; places.len()]
     }
 
-    fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
+    fn sections(&self, points: usize) -> RodCurve {
         let curve = self.rod().map_or(Vec::new(), |rod| rod.curve(points));
         curve
             .iter()
-            .map(|at| planar(at.x, at.y, at.theta))
+            .map(|at| (at.s, planar(at.x, at.y, at.theta)))
             .collect()
     }
 }
@@ -269,7 +273,7 @@ impl State for ViscousSample<Plane, 1, 2> {
         self.dissipation_at(places)
     }
 
-    fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
+    fn sections(&self, points: usize) -> RodCurve {
         let fine = self.grid.finer(points.max(8));
         let strains = self.grid.carried(&self.configuration.strains, &fine);
         let Some(shape) = Plane.shape(&fine, &strains) else {
@@ -277,10 +281,8 @@ impl State for ViscousSample<Plane, 1, 2> {
         };
         let inner = shape.positions().iter().zip(shape.tangents());
         let inner = inner.map(|(r, tangent)| planar(r.x, r.y, tangent.y.atan2(tangent.x)));
-        std::iter::once(planar(0.0, 0.0, 0.0))
-            .chain(inner)
-            .chain([planar(shape.end().x, shape.end().y, shape.end_angle())])
-            .collect()
+        let end = planar(shape.end().x, shape.end().y, shape.end_angle());
+        with_ends(&fine, planar(0.0, 0.0, 0.0), inner, end)
     }
 }
 
@@ -347,15 +349,15 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
         self.dissipation_at(places)
     }
 
-    fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
+    fn sections(&self, points: usize) -> RodCurve {
         let fine = self.grid.finer(points.max(8));
         let strains = self.grid.carried(&self.configuration.strains, &fine);
-        framed(Space::<M, D>::new().shape(&fine, &strains))
+        framed(&fine, Space::<M, D>::new().shape(&fine, &strains))
     }
 }
 
 /// The sections of a curve, with those at its ends.
-fn framed(curve: Option<Curve>) -> Vec<Isometry3<f64>> {
+fn framed(grid: &Grid, curve: Option<Curve>) -> RodCurve {
     let Some(curve) = curve else {
         return Vec::new();
     };
@@ -363,8 +365,19 @@ fn framed(curve: Option<Curve>) -> Vec<Isometry3<f64>> {
     let inner = nodes.map(|(r, frame)| {
         Isometry3::from_parts((*r).into(), Rotation3::from_matrix_unchecked(*frame).into())
     });
-    std::iter::once(Isometry3::identity())
-        .chain(inner)
-        .chain([*curve.end()])
+    with_ends(grid, Isometry3::identity(), inner, *curve.end())
+}
+
+/// The poses at the nodes of a grid on [0, 1] and at its two ends.
+fn with_ends(
+    grid: &Grid,
+    base: Isometry3<f64>,
+    inner: impl Iterator<Item = Isometry3<f64>>,
+    end: Isometry3<f64>,
+) -> RodCurve {
+    let nodes = grid.nodes().iter().copied();
+    std::iter::once((0.0, base))
+        .chain(nodes.zip(inner))
+        .chain([(1.0, end)])
         .collect()
 }

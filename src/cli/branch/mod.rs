@@ -69,14 +69,14 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let summary = record.summary();
     let directory = args.out.clone().unwrap_or_else(|| args.scene.directory());
     let out = Output::open(Some(&directory), FILES, args.figures)?;
-    out.write("branch.csv", record.branches.points.csv().as_bytes())?;
+    out.table(&record.branches.points)?;
     out.write("special_points.json", json_text(summary.clone()).as_bytes())?;
     out.figure("branch", || Ok(figures::diagram(&record)), branch_diagram);
     out.figure("shapes", || Ok(figures::shapes(&record)), rod_shapes);
     if let Some(folds) = &record.fold_curves
         && folds.curves.points.rows() > 0
     {
-        out.write("fold_curve.csv", folds.curves.points.csv().as_bytes())?;
+        out.table(&folds.curves.points)?;
         let curves = || Ok(figures::fold_curves(&record, folds));
         out.figure("fold_curve", curves, branch_diagram);
     }

@@ -51,10 +51,7 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
         let entries = entries(&response, &times);
         let out = Output::open(Some(out), FILES, args.figures)?;
         out.write("memory.json", json_text(object.clone()).as_bytes())?;
-        out.write(
-            "kernel.csv",
-            table(&response, &times, &entries).csv().as_bytes(),
-        )?;
+        out.table(&table(&response, &times, &entries))?;
         let data = || Ok(figure::data(&response, &times, &entries));
         out.figure("kernel", data, kernel);
         out.finish()?;

@@ -26,7 +26,7 @@ pub struct SheetsArgs {
     )]
     pub modes: Vec<String>,
     /// Where to write.
-    #[arg(long, default_value = "figures")]
+    #[arg(long, default_value = "out/sheets")]
     pub out: PathBuf,
     /// Write sheets.html, a page whose sheets can be turned and show the rod at every node; it is one file and needs no network.
     #[arg(long)]

@@ -14,7 +14,7 @@ use crate::error::{Error, Quantity, Result};
 use crate::inertia::assembly::HeavyAssembly;
 use crate::math::se3::{halves, joined};
 use crate::motion::assembly::AssemblyRun;
-use crate::motion::{LightInSpace, Motion};
+use crate::motion::{LightInSpace, Motion, RodCurve};
 use crate::rod::{Distributed, RodSection, Wrench};
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, LoadAlong, Place as Shape, Scales, Scene, Site,
@@ -26,9 +26,6 @@ use std::f64::consts::PI;
 const FINEST: f64 = 1e-13;
 /// Tolerance of the rods of a guess, and of those that are drawn.
 const FINE: f64 = 1e-10;
-
-/// A rod from base to end: arclengths of the unloaded rod, with the poses of the sections there.
-pub type RodCurve = Vec<(f64, Isometry3<f64>)>;
 
 /// An assembly made from a scene, in the units of its first rod and its first body, with the way back.
 #[derive(Debug, Clone)]

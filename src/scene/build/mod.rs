@@ -15,7 +15,7 @@ mod section;
 mod space;
 mod viscous;
 
-pub use assembly::{AssemblySetup, RodCurve};
+pub use assembly::AssemblySetup;
 pub use elastic_space::ElasticSpace;
 pub(in crate::scene) use heavy::in_space as heavy_in_space;
 pub use heavy::{HeavyPlane, HeavySpace};

@@ -2,7 +2,8 @@
 
 use crate::error::Result;
 use crate::math::se3::halves;
-use crate::scene::{AssemblySetup, RodCurve, Scene, Units};
+use crate::motion::RodCurve;
+use crate::scene::{AssemblySetup, Scene, Units};
 use crate::study::space::upward;
 use crate::study::{Cell, Column, Table};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};

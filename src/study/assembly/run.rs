@@ -12,13 +12,13 @@ use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, pass
 use crate::study::run::Bounces;
 use crate::study::run::Bounds;
 use crate::study::run::recorder::audited;
-use crate::study::run::shapes::{Shapes, at_times};
+use crate::study::run::shapes::{Shapes, at_times, poses};
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::tree;
 use crate::study::thinned::Thinned;
 use crate::study::{Cell, Column, Hooks, Sink, Solid, Table};
-use nalgebra::Vector6;
+use nalgebra::{Isometry3, Vector6};
 
 /// Most samples kept for figures; beyond, every second one is dropped.
 const KEPT: usize = 4000;
@@ -92,15 +92,23 @@ impl AssemblyPrepared {
     pub(in crate::study) fn shapes(&self, state: &dyn State, points: usize) -> Result<Shapes> {
         let Some(now) = state.configuration() else {
             let mut curves = state.curves(points);
-            for pose in curves.iter_mut().flatten() {
+            for (s, pose) in curves.iter_mut().flatten() {
+                *s *= self.setup.scales.length;
                 pose.translation.vector *= self.setup.scales.length;
             }
             return Ok(curves);
         };
-        let shapes = self.setup.shapes(state.time(), now, points)?;
-        let poses = shapes.into_iter();
-        let poses = poses.map(|rod| rod.into_iter().map(|(_, pose)| pose).collect());
-        Ok(poses.collect())
+        self.setup.shapes(state.time(), now, points)
+    }
+
+    /// The poses of their sections alone.
+    pub(in crate::study) fn sections(
+        &self,
+        state: &dyn State,
+        points: usize,
+    ) -> Result<Vec<Vec<Isometry3<f64>>>> {
+        let curves = self.shapes(state, points)?;
+        Ok(curves.into_iter().map(poses).collect())
     }
 
     /// The light rods beside those with all of their mass in their first state.
@@ -254,7 +262,7 @@ pub fn run(
     let (branches, cut) = tree(motion, most, |stem, motion| {
         let (first, first_shapes) = {
             let now = motion.now();
-            (prepared.moment(&*now), prepared.shapes(&*now, SECTIONS)?)
+            (prepared.moment(&*now), prepared.sections(&*now, SECTIONS)?)
         };
         let mut closing = Closing::new(total);
         closing.look(&motion.now().ledger());
@@ -304,7 +312,7 @@ pub fn run(
             first,
             last: prepared.moment(&*last),
             first_shapes,
-            last_shapes: prepared.shapes(&*last, SECTIONS)?,
+            last_shapes: prepared.sections(&*last, SECTIONS)?,
             touching: match &outcome {
                 Outcome::SelfContact(contact) => Some(Contact {
                     at: [0, 1].map(|i| prepared.setup.arclength(contact.rods[i], contact.at[i])),
@@ -471,6 +479,8 @@ impl Observer for Recorder<'_> {
                 .flatten()
             {
                 self.closing.look(&state.ledger());
+                let row = self.prepared.row(&self.prepared.moment(&*state));
+                self.sink.row(self.trajectory, &row)?;
             }
         }
         Ok(())

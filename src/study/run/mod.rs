@@ -74,7 +74,8 @@ pub fn places() -> Vec<f64> {
 /// let prepared = run::Prepared::new(&scene)?;
 /// let record = run::run(&prepared, run::Fields::Some, &mut tables, &mut Silent)?;
 /// assert!((record.branches[0].snaps[0].t - 0.025570197858).abs() < 1e-10);
-/// assert_eq!(tables[0].rows(), 400);
+/// // The samples, and the two sides of the snap.
+/// assert_eq!(tables[0].rows(), 402);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

@@ -1,11 +1,12 @@
 //! A scene of motion made ready to run, whichever model it is of.
 
 use super::record::{Moment, RunBranch};
+use super::shapes::poses;
 use super::spring::Spring;
 use crate::elastica::{Elastica, Passage};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::motion::{Beside, Bounce, Ledger, Light, Motion, Snap, State};
+use crate::motion::{Beside, Bounce, Ledger, Light, Motion, RodCurve, Snap, State};
 use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
 use crate::section::Strain;
 use crate::study::Solid;
@@ -324,15 +325,20 @@ impl Prepared {
     }
 
     /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
+    pub(in crate::study) fn curve(&self, state: &dyn State, points: usize) -> RodCurve {
+        let sections = state.sections(points);
+        let clamp = self.setup.model.clamp(state.time()).pose();
+        let outward = |(s, pose): &(f64, _)| (s * self.scales.length, self.outward(&clamp, pose));
+        sections.iter().map(outward).collect()
+    }
+
+    /// The poses alone.
     pub(in crate::study) fn sections(
         &self,
         state: &dyn State,
         points: usize,
     ) -> Vec<Isometry3<f64>> {
-        let sections = state.sections(points);
-        let clamp = self.setup.model.clamp(state.time()).pose();
-        let outward = |pose| self.outward(&clamp, pose);
-        sections.iter().map(outward).collect()
+        poses(self.curve(state, points))
     }
 
     /// Each of the strains that move at places in [0, 1], in growing order, in the scene's units.

@@ -3,7 +3,7 @@
 use super::ModelKind;
 use super::bounces::Bounces;
 use super::prepared::{Prepared, Rest};
-use super::record::{Frame, RunBranch};
+use super::record::{Frame, Moment, RunBranch};
 use super::table;
 use super::{Fields, places};
 use crate::error::Result;
@@ -202,6 +202,20 @@ impl<'r> Recorder<'r> {
         Ok(())
     }
 
+    /// Writes the row of an event, but not between the points of a stroboscopic section.
+    fn write_event(&mut self, state: &dyn State) -> Result<()> {
+        if self.prepared.run.strobe.is_some() {
+            return Ok(());
+        }
+        self.write(&self.prepared.moment(state))
+    }
+
+    fn write(&mut self, moment: &Moment) -> Result<()> {
+        let prepared = self.prepared;
+        let row = table::row((prepared.kind(), prepared.is_heavy()), moment);
+        self.sink.row(self.trajectory, &row)
+    }
+
     /// The last axis in its place, or instead of one that is near in time.
     fn end_axes(&mut self, last: &dyn State) {
         if !self.prepared.kind().in_space() {
@@ -251,8 +265,7 @@ impl Observer for Recorder<'_> {
         let prepared = self.prepared;
         let moment = prepared.moment(state);
         let t = moment.t;
-        let row = table::row((prepared.kind(), prepared.is_heavy()), &moment);
-        self.sink.row(self.trajectory, &row)?;
+        self.write(&moment)?;
         self.closing.measure(state);
         let mut frame = None;
         if let Some(strain) = &mut self.strain {
@@ -285,6 +298,7 @@ impl Observer for Recorder<'_> {
                 {
                     self.closing.look(&state.ledger());
                     self.track.keep(self.frame(&*state));
+                    self.write_event(&*state)?;
                 }
             }
             Event::Layer(layer) => {

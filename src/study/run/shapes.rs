@@ -2,12 +2,17 @@
 
 use super::{Prepared, table};
 use crate::error::{Error, Result};
-use crate::motion::{Event, Motion, State};
+use crate::motion::{Event, Motion, RodCurve, State};
 use crate::study::{Hooks, Table};
 use nalgebra::Isometry3;
 
-/// The rods at one time: poses of sections of each, from its base to its end, in the world and the scene's units.
-pub type Shapes = Vec<Vec<Isometry3<f64>>>;
+/// The rods at one time: sections of each from its base to its end, by arclength and pose, in the world and the scene's units.
+pub type Shapes = Vec<RodCurve>;
+
+/// The poses of sections.
+pub(in crate::study) fn poses(curve: RodCurve) -> Vec<Isometry3<f64>> {
+    curve.into_iter().map(|(_, pose)| pose).collect()
+}
 
 /// The rod of a scene at these `times`, in the scene's units and in any order: at each a list of one rod, of no sections where its
 /// strains give no shape.
@@ -47,7 +52,7 @@ pub fn shapes(
     points: usize,
     hooks: &mut dyn Hooks,
 ) -> Result<Vec<Shapes>> {
-    let mut shape = |state: &dyn State| Ok(vec![prepared.sections(state, points)]);
+    let mut shape = |state: &dyn State| Ok(vec![prepared.curve(state, points)]);
     at_times(
         &mut *prepared.motion()?,
         times,

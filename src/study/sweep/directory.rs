@@ -5,6 +5,7 @@
 
 use super::{Interrupted, Sweep, fields};
 use crate::error::{Error, Result};
+use crate::study::export::Array;
 use crate::study::{Csv, Hooks, json_text};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -167,6 +168,22 @@ impl Rows {
         self.cells
             .iter()
             .filter_map(move |row| Some(row[place?].as_str()))
+    }
+
+    /// The columns as arrays: reals, NaN where a cell is empty, if all others are numbers; words otherwise.
+    pub fn arrays(&self) -> Vec<Array> {
+        let array = |(k, name): (usize, &String)| {
+            let cells = self.cells.iter().map(|row| row[k].as_str());
+            let number = |cell: &str| match cell {
+                "" => Some(f64::NAN),
+                _ => cell.parse().ok(),
+            };
+            match cells.clone().map(number).collect::<Option<Vec<f64>>>() {
+                Some(reals) => Array::reals(name, &[reals.len()], &reals),
+                None => Array::words(name, &cells.collect::<Vec<_>>()),
+            }
+        };
+        self.names.iter().enumerate().map(array).collect()
     }
 
     /// How often each outcome came.

@@ -3,7 +3,7 @@
 use crate::assembly::{Assembly, Configuration, Evaluated, Tether};
 use crate::math::se3::{halves, joined};
 use crate::motion::ledger::Ledger;
-use crate::motion::state::{Labels, State};
+use crate::motion::state::{Labels, RodCurve, State};
 use crate::rod::RodSection;
 use crate::section::Strain;
 use nalgebra::{Isometry3, Vector3, Vector6};
@@ -145,12 +145,12 @@ impl State for AssemblySample {
         vec![0.0; places.len()]
     }
 
-    fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
+    fn sections(&self, points: usize) -> RodCurve {
         let last = points.max(2) - 1;
         let places: Vec<f64> = (0..=last).map(|k| k as f64 / last as f64).collect();
         self.rod_sections(0, &places)
             .iter()
-            .map(RodSection::pose)
+            .map(|section| (section.s, section.pose()))
             .collect()
     }
 }

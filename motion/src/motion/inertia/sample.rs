@@ -7,7 +7,7 @@ use crate::inertia::assembly::{HeavyAssembly, HeavyState};
 use crate::inertia::frames::{Curve, Sections};
 use crate::inertia::rod::{HeavyRod, Moving};
 use crate::math::se3::joined;
-use crate::motion::{Labels, Ledger, State};
+use crate::motion::{Labels, Ledger, RodCurve, State};
 use crate::section::Strain;
 use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
 use std::sync::Arc;
@@ -164,7 +164,7 @@ impl State for HeavySample {
         self.several().map_or(&[], |several| &several.places)
     }
 
-    fn curves(&self, points: usize) -> Vec<Vec<Isometry3<f64>>> {
+    fn curves(&self, points: usize) -> Vec<RodCurve> {
         let Some(Several { assembly, at, .. }) = self.several() else {
             return Vec::new();
         };
@@ -194,7 +194,7 @@ impl State for HeavySample {
         values.iter().map(|d| d[0].max(0.0)).collect()
     }
 
-    fn sections(&self, points: usize) -> Vec<Isometry3<f64>> {
+    fn sections(&self, points: usize) -> RodCurve {
         let (rod, at) = self.first();
         let base = match self.several() {
             Some(several) => several.at.base(0),
@@ -206,12 +206,7 @@ impl State for HeavySample {
 
 /// Sections of a rod with these strains at its nodes that begins at `base`: that one, `points` on every element, the end; none if the
 /// strains are too large for a shape.
-fn curve(
-    rod: &HeavyRod,
-    base: &Isometry3<f64>,
-    strains: &[Strain],
-    points: usize,
-) -> Vec<Isometry3<f64>> {
+fn curve(rod: &HeavyRod, base: &Isometry3<f64>, strains: &[Strain], points: usize) -> RodCurve {
     let grid = &rod.sections.grid;
     let fine = Grid::clone(&grid.finer(points.max(8)));
     let strains = grid.carried(strains, &fine);
@@ -229,6 +224,10 @@ fn curve(
         }
         Curve::Space => *base,
     };
+    let nodes = fine.grid.nodes().iter().map(|x| x * law.length());
+    let places = nodes.chain([law.length()]);
     let sections = (0..shape.positions.len()).map(|i| shape.pose(i));
-    std::iter::once(first).chain(sections).collect()
+    std::iter::once((0.0, first))
+        .chain(places.zip(sections))
+        .collect()
 }

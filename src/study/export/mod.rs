@@ -1,0 +1,79 @@
+//! A motion for other programs: bodies and shapes of the rods at given times, as arrays of NumPy and as files of ParaView.
+
+mod npz;
+mod vtk;
+
+pub use npz::{Array, npz};
+pub use vtk::{vtk_collection, vtk_frame};
+
+use super::Hooks;
+use super::film::{Filmed, Traced};
+use super::run::{Shapes, shapes::at_times};
+use crate::error::Result;
+use crate::motion::{Motion, State};
+
+/// Bodies and rods at one time, in the world and the scene's units.
+#[derive(Debug, Clone)]
+pub struct Posed {
+    /// Time, bodies and energies.
+    pub now: Traced,
+    /// Each rod, from its base to its end.
+    pub rods: Shapes,
+}
+
+/// Bodies and rods at these `times`, in any order, as [`run::shapes`](super::run::shapes) gives the rods: exactly there, with
+/// `points` sections of a light rod, or `points` on every element of one that has strains of its own. The motion is followed once more.
+///
+/// # Errors
+/// A time that the motion, or its trunk, does not reach; rods without a shape; an interrupt.
+pub fn posed(
+    of: &dyn Filmed,
+    mut motion: Box<dyn Motion<'_> + '_>,
+    times: &[f64],
+    points: usize,
+    hooks: &mut dyn Hooks,
+) -> Result<Vec<Posed>> {
+    let [_, unit, _] = of.scales();
+    let mut seen = |state: &dyn State| {
+        let (now, rods) = (of.traced(state), of.rods(state, points)?);
+        Ok(Posed { now, rods })
+    };
+    at_times(&mut *motion, times, unit, hooks, &mut seen)
+}
+
+/// Arrays of the shapes: `time` (T), and of every rod, with its name and a point before each where it has one, `s` (T, S), the arclength in
+/// the unstrained rod, `position` (T, S, 3) and `directors` (T, S, 3, 3), d1, d2, d3 in the rows. Where a moment has fewer sections
+/// than another its last places are NaN.
+pub fn shape_arrays(names: &[String], moments: &[Posed]) -> Vec<Array> {
+    let times: Vec<f64> = moments.iter().map(|at| at.now.t).collect();
+    let mut arrays = vec![Array::reals("time", &[times.len()], &times)];
+    for (k, name) in names.iter().enumerate() {
+        let rods = || moments.iter().map(|at| at.rods.get(k));
+        let most = rods().flatten().map(Vec::len).max().unwrap_or(0);
+        let (mut s, mut position, mut directors) = (Vec::new(), Vec::new(), Vec::new());
+        for rod in rods() {
+            let rod = rod.map_or(&[][..], Vec::as_slice);
+            for (at, pose) in rod {
+                s.push(*at);
+                position.extend(pose.translation.vector.iter());
+                // The columns of the matrix are the directors.
+                directors.extend(pose.rotation.to_rotation_matrix().matrix().iter());
+            }
+            let missing = most - rod.len();
+            s.extend(std::iter::repeat_n(f64::NAN, missing));
+            position.extend(std::iter::repeat_n(f64::NAN, 3 * missing));
+            directors.extend(std::iter::repeat_n(f64::NAN, 9 * missing));
+        }
+        let named = |what: &str| match name.as_str() {
+            "" => what.to_owned(),
+            name => format!("{name}.{what}"),
+        };
+        let count = times.len();
+        arrays.extend([
+            Array::reals(named("s"), &[count, most], &s),
+            Array::reals(named("position"), &[count, most, 3], &position),
+            Array::reals(named("directors"), &[count, most, 3, 3], &directors),
+        ]);
+    }
+    arrays
+}
