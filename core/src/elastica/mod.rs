@@ -5,6 +5,7 @@ pub mod atlas;
 mod boxes;
 pub mod chart;
 pub mod curvature;
+mod dragged;
 pub mod equilibrium;
 pub mod folds;
 mod held;
@@ -21,6 +22,7 @@ pub mod stiffness;
 pub mod straight;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
+pub use dragged::{Dragged, DraggedSnap};
 pub use equilibrium::{Equilibrium, PlanarSection};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use held::{HeldMode, held_modes};

@@ -1,0 +1,123 @@
+//! What docs/play.html asks of the library. Answers are numbers in one buffer; each function returns how many of them it has written.
+//!
+//! Units: length of the rod 1, bending stiffness 1.
+
+use nalgebra::Vector2;
+use snaprod_core::elastica::{Dragged, DraggedSnap, Elastica, Equilibrium, FoldLine};
+use snaprod_core::manifold::Multivalued;
+use std::sync::Mutex;
+
+/// The rod in the hand, the snaps of its last move, and the last answer.
+struct Stage {
+    rod: Option<Dragged>,
+    snaps: Vec<DraggedSnap>,
+    answer: Vec<f64>,
+}
+
+static STAGE: Mutex<Stage> = Mutex::new(Stage {
+    rod: None,
+    snaps: Vec::new(),
+    answer: Vec::new(),
+});
+
+/// Writes an answer; its length, -1 where there is none.
+fn told(answer: impl FnOnce(&mut Stage) -> Option<Vec<f64>>) -> i32 {
+    // Nothing panics while it is locked.
+    let Ok(mut stage) = STAGE.lock() else {
+        return -1;
+    };
+    let Some(numbers) = answer(&mut stage) else {
+        return -1;
+    };
+    stage.answer = numbers;
+    stage.answer.len() as i32
+}
+
+/// Where the numbers of the last answer are.
+#[unsafe(no_mangle)]
+pub extern "C" fn answer() -> *const f64 {
+    STAGE
+        .lock()
+        .map_or(std::ptr::null(), |stage| stage.answer.as_ptr())
+}
+
+/// Takes the stable equilibrium (p, w) into the hand. No numbers; -1 if there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn hold(p: f64, w: f64) -> i32 {
+    told(|stage| {
+        stage.rod = Some(Dragged::new(Vector2::new(p, w)).ok()?);
+        stage.snaps.clear();
+        Some(Vec::new())
+    })
+}
+
+/// Drags the end to (x, y): for every snap on the way p, w of the fold, p, w of the landing, x, y, and the energy that is released. -1 if
+/// the rod did not get there.
+#[unsafe(no_mangle)]
+pub extern "C" fn drag(x: f64, y: f64) -> i32 {
+    told(|stage| {
+        stage.snaps = stage.rod.as_mut()?.to(&Vector2::new(x, y)).ok()?;
+        let snap = |s: &DraggedSnap| {
+            [
+                s.from[0], s.from[1], s.to[0], s.to[1], s.place[0], s.place[1], s.released,
+            ]
+        };
+        Some(stage.snaps.iter().flat_map(snap).collect())
+    })
+}
+
+/// The layer of snap `number` of the last move: how many numbers each shape has, then those of each: its energy, and x, y from clamp to end.
+#[unsafe(no_mangle)]
+pub extern "C" fn layer(number: usize) -> i32 {
+    told(|stage| {
+        let shapes = &stage.snaps.get(number)?.shapes;
+        let size = 1 + 2 * shapes.first()?.sections.len();
+        let mut numbers = vec![size as f64];
+        for shape in shapes {
+            numbers.push(shape.elastic);
+            numbers.extend(shape.sections.iter().flat_map(|[x, y, _]| [*x, *y]));
+        }
+        Some(numbers)
+    })
+}
+
+/// The rod in the hand: p, w, lambda, theta(1), x, y, energy, force (x, y), number and sign of its sheet.
+#[unsafe(no_mangle)]
+pub extern "C" fn state() -> i32 {
+    told(|stage| {
+        let q = stage.rod.as_ref()?.chart();
+        let e = Equilibrium::new(q[0], q[1]).ok()?;
+        let [fx, fy] = e.force;
+        let sheet = [f64::from(e.sheet.mode), e.sheet.sign.value()];
+        Some(vec![
+            e.p, e.w, e.lambda, e.theta1, e.x, e.y, e.energy, fx, fy, sheet[0], sheet[1],
+        ])
+    })
+}
+
+/// The shape of the equilibrium (p, w): x, y of so many sections from the clamp to the end.
+#[unsafe(no_mangle)]
+pub extern "C" fn shape(p: f64, w: f64, sections: usize) -> i32 {
+    told(|_| {
+        let curve = Equilibrium::new(p, w).ok()?.curve(sections);
+        Some(curve.iter().flat_map(|at| [at.x, at.y]).collect())
+    })
+}
+
+/// All stable equilibria with the end at (x, y): p, w of each, lowest energy first.
+#[unsafe(no_mangle)]
+pub extern "C" fn stable(x: f64, y: f64) -> i32 {
+    told(|_| {
+        let found = Elastica.stable_at(&Vector2::new(x, y)).ok()?;
+        Some(found.iter().flat_map(|q| [q[0], q[1]]).collect())
+    })
+}
+
+/// The upper half of the first fold curve over the disc: x, y of its points.
+#[unsafe(no_mangle)]
+pub extern "C" fn border() -> i32 {
+    told(|_| {
+        let line = FoldLine::new(1).ok()?;
+        Some(line.points.iter().flat_map(|q| [q.x, q.y]).collect())
+    })
+}
