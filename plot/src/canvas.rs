@@ -96,8 +96,13 @@ pub(crate) struct Canvas<'a> {
     backend: SVGBackend<'a>,
 }
 
-/// A figure of `width` by `height` pixels as SVG, painted by `paint` on white.
-pub(crate) fn draw(width: f64, height: f64, paint: impl FnOnce(&mut Canvas)) -> String {
+/// A figure of `width` by `height` pixels as SVG with a title and a description, painted by `paint` on white.
+pub(crate) fn draw(
+    width: f64,
+    height: f64,
+    words: &[String; 2],
+    paint: impl FnOnce(&mut Canvas),
+) -> String {
     let (width, height) = (width.round(), height.round());
     let size = (whole(width) as u32, whole(height) as u32);
     let mut svg = String::new();
@@ -109,21 +114,39 @@ pub(crate) fn draw(width: f64, height: f64, paint: impl FnOnce(&mut Canvas)) -> 
     paint(&mut canvas);
     canvas.backend.present().ok();
     drop(canvas);
-    tidy(&svg, size, (width, height))
+    tidy(&svg, size, (width, height), words)
 }
 
 /// Shows the tenfold drawing at its true size and drops what every SVG reader assumes anyway.
-fn tidy(svg: &str, size: (u32, u32), shown: (f64, f64)) -> String {
+fn tidy(svg: &str, size: (u32, u32), shown: (f64, f64), [title, said]: &[String; 2]) -> String {
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", size.0, size.1);
     let meant = format!(
         "<svg width=\"{}\" height=\"{}\" fill=\"none\" stroke-linejoin=\"round\" \
          stroke-linecap=\"round\"",
         shown.0, shown.1
     );
-    svg.replace(" fill=\"none\"", "")
+    let svg = svg
+        .replace(" fill=\"none\"", "")
         .replacen(&drawn, &meant, 1)
         .replace(" opacity=\"1\"", "")
-        .replace(" \"/>", "\"/>")
+        .replace(" \"/>", "\"/>");
+    let words = format!(
+        "<title>{}</title>\n<desc>{}</desc>\n",
+        escaped(title),
+        escaped(said)
+    );
+    // The first tag ends at the first line's end.
+    match svg.split_once('\n') {
+        Some((first, rest)) => format!("{first}\n{words}{rest}"),
+        None => svg,
+    }
+}
+
+/// Text between tags.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 fn whole(pixels: f64) -> i32 {

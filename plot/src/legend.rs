@@ -122,6 +122,11 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
+    /// What it names; nothing for what stands in no legend.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
     pub(crate) fn new(key: Key, text: impl Into<String>) -> Self {
         let text = text.into();
         Self { key, text }
@@ -250,6 +255,11 @@ const STRIP: f64 = 14.0;
 const TIP: f64 = 10.0;
 
 impl ColourBar {
+    /// What its colours say.
+    pub(crate) fn label(&self) -> &str {
+        &self.axis.label
+    }
+
     /// A strip whose ends are the ends of the scale, open below and on top if there are values beyond.
     pub(crate) fn new(axis: Axis, colours: Vec<Colour>, open: [bool; 2]) -> Self {
         Self {

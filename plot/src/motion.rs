@@ -50,43 +50,115 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
     let folds = data.folds.iter().enumerate();
     let name = |i: usize| if i == 0 { "fold" } else { "" };
     let folds = folds.map(|(i, fold)| Drawn::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
+    // Where a long path covers itself, its shades tell how often.
+    let pen = match way(&data.path) < LONG * data.units.radius() {
+        true => PATH,
+        false => Pen { width: 0.6, ..PATH }.alpha(0.4),
+    };
     let path = Drawn::new(
-        Key::Line(PATH),
+        Key::Line(pen),
         "path of the mass",
         &data.path.x,
         &data.path.y,
     );
     let path = data.path.has_points().then_some(path);
-    let rods = shapes.iter().map(|shape| {
+    let lines: Vec<Drawn> = folds.chain(path).collect();
+    let mut before = "before a snap";
+    let rods = shapes.iter().enumerate().map(|(i, shape)| {
         let pen = Pen::new(tones.colour(shape.time), 1.8);
-        Drawn::line_of(pen, &shape.axis.x, &shape.axis.y)
+        // Of the two at one time the first is that before the snap.
+        let snaps = shapes
+            .get(i + 1)
+            .is_some_and(|next| next.time == shape.time);
+        let (pen, name) = match snaps {
+            true => (pen.dashed(5.0, 3.0), std::mem::take(&mut before)),
+            false => (pen, ""),
+        };
+        Drawn::new(Key::Line(pen), name, &shape.axis.x, &shape.axis.y)
     });
-    let curves: Vec<Drawn> = folds.chain(path).chain(rods).collect();
+    let curves: Vec<Drawn> = lines.iter().cloned().chain(rods).collect();
     let mut entries = named(&curves);
+    let ends: Vec<(f64, f64)> = (data.path.points().next().into_iter())
+        .chain(data.path.points().next_back())
+        .collect();
+    if ends.len() == 2 {
+        entries.push(Entry::new(Key::Mark(Mark::Ring, INK), "start"));
+        entries.push(Entry::new(Key::Mark(Mark::Square, INK), "end"));
+    }
     if !data.snaps.is_empty() {
         entries.push(Entry::new(Key::Mark(Mark::Cross, ALARM), "snap"));
     }
+    let marks = |canvas: &mut Canvas, panel: &Panel| {
+        for (at, mark) in ends.iter().zip([Mark::Ring, Mark::Square]) {
+            panel.mark(canvas, panel.at(at.0, at.1), mark, 4.5, INK);
+        }
+        for snap in &data.snaps {
+            panel.mark(canvas, panel.at(snap[0], snap[1]), Mark::Cross, 4.5, ALARM);
+        }
+    };
+    let masses = |canvas: &mut Canvas, panel: &Panel| {
+        for shape in &shapes {
+            if let Some(tip) = shape.axis.points().next_back() {
+                let tip = panel.at(tip.0, tip.1);
+                panel.mark(canvas, tip, Mark::Disc, 5.0, tones.colour(shape.time));
+            }
+        }
+    };
+    let ground =
+        |canvas: &mut Canvas, panel: &Panel| disc_ground(canvas, panel, data.units.radius());
+    let close = close_axes(&data.path, &data.units);
     let (x, y) = disc_axes(&data.units);
     let mut block = Block::plane(x, y, Height::Equal(0.0, 1e3), curves)
         .without_grid()
-        .under(|canvas, panel| disc_ground(canvas, panel, data.units.radius()))
+        .under(ground)
         .over(|canvas, panel| {
-            for shape in &shapes {
-                if let Some(tip) = shape.axis.points().next_back() {
-                    let tip = panel.at(tip.0, tip.1);
-                    panel.mark(canvas, tip, Mark::Disc, 5.0, tones.colour(shape.time));
-                }
-            }
-            for snap in &data.snaps {
-                panel.mark(canvas, panel.at(snap[0], snap[1]), Mark::Cross, 4.5, ALARM);
-            }
+            masses(canvas, panel);
+            marks(canvas, panel);
             wall(canvas, panel.at(0.0, 0.0), panel.at(1.0, 0.0), 13.0);
         });
-    block.bar = Some(tones.bar(&data.units.time_of("time t")));
-    let page = Page::new("", vec![entries]);
-    Ok(page.column(Width::Panels(430.0), vec![block]).draw())
+    let mut page = Page::new("", vec![entries]);
+    let bar = Some(tones.bar(&data.units.time_of("time t")));
+    let Some((x, y)) = close else {
+        block.bar = bar;
+        return Ok(page.column(Width::Panels(430.0), vec![block]).draw());
+    };
+    // Rods and masses would hide the path, which is what this panel is for.
+    let rim = circle(data.units.radius());
+    let rim = Drawn::line_of(Pen::new(GREY, 0.9), &rim.x, &rim.y);
+    let still = lines.into_iter().chain([rim]).collect();
+    let mut near = Block::plane(x, y, Height::Equal(0.0, 1e3), still).over(marks);
+    near.title = "the path, closer";
+    near.bar = bar;
+    page = page.column(Width::Panels(430.0), vec![block]);
+    Ok(page.column(Width::Panels(430.0), vec![near]).draw())
 }
 
+/// The length of a path.
+fn way(path: &Curve) -> f64 {
+    let steps = path.x.windows(2).zip(path.y.windows(2));
+    let steps = steps.map(|(x, y)| (x[1] - x[0]).hypot(y[1] - y[0]));
+    steps.filter(|step| step.is_finite()).sum()
+}
+
+/// Axes of a square that the path fills, where it fills less than this part of the disc's.
+fn close_axes(path: &Curve, units: &AxisUnits) -> Option<(Axis, Axis)> {
+    const SMALL: f64 = 0.45;
+    let ([left, right], [low, high]) = (extent(&path.x)?.into(), extent(&path.y)?.into());
+    let reach = 0.55 * f64::max(right - left, high - low);
+    let full = 1.08 * units.radius();
+    // Below this, rounding of the numbers on the axes would show, and no motion.
+    if !(1e-9 * full..SMALL * full).contains(&reach) {
+        return None;
+    }
+    let axis = |a: f64, b: f64, name: &str| {
+        let middle = 0.5 * (a + b);
+        Axis::linear(middle - reach, middle + reach, &units.length_of(name), 5)
+    };
+    Some((axis(left, right, "x"), axis(low, high, "y")))
+}
+
+/// A path of so many lengths of the rod covers itself.
+const LONG: f64 = 60.0;
 const PATH: Pen = Pen::new(Colour(60, 60, 60), 0.9);
 const FOLD: Pen = Pen::new(ALARM, 1.0).dashed(5.0, 3.5);
 
@@ -185,7 +257,8 @@ pub fn energies(data: &Energies) -> Result<String> {
             "work" => Pen::new(category(colour), 1.5).dashed(6.0, 4.0),
             _ => Pen::new(category(colour), 1.5),
         };
-        Drawn::new(Key::Line(pen), name, &data.time, values)
+        let (time, values) = thinned(&data.time, values);
+        Drawn::new(Key::Line(pen), name, &time, &values)
     });
     let curves: Vec<Drawn> = curves.collect();
     let values = used.flat_map(|((_, values), _)| values.iter());
@@ -199,7 +272,8 @@ pub fn energies(data: &Energies) -> Result<String> {
     }
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let sizes: Vec<f64> = data.error.iter().map(|e| e.abs().max(floor)).collect();
-    let error = Drawn::line_of(Pen::new(category(0), 1.0), &data.time, &sizes);
+    let (time, sizes) = thinned(&data.time, &sizes);
+    let error = Drawn::line_of(Pen::new(category(0), 1.0), &time, &sizes);
     let snaps = |canvas: &mut Canvas, panel: &Panel| {
         for &snap in &data.snaps {
             panel.upright(canvas, snap, SNAP);
@@ -209,6 +283,27 @@ pub fn energies(data: &Energies) -> Result<String> {
     let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
     let page = Page::new("", vec![entries]);
     Ok(page.column(Width::Whole(WIDTH), vec![upper, lower]).draw())
+}
+
+/// A curve over rising times of which a drawing shows the same: where more than four points share half a pixel, the first, the least, the
+/// largest and the last of them.
+fn thinned(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    const COLUMNS: f64 = 2.0 * WIDTH;
+    let Some((start, end)) = extent(time).filter(|_| time.len() as f64 > 4.0 * COLUMNS) else {
+        return (time.to_vec(), values.to_vec());
+    };
+    let column = |t: f64| ((t - start) / (end - start) * COLUMNS).floor();
+    let points: Vec<(f64, f64)> = time.iter().copied().zip(values.iter().copied()).collect();
+    let mut kept = Vec::new();
+    for run in points.chunk_by(|a, b| column(a.0) == column(b.0)) {
+        let by = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        let mut few: Vec<&(f64, f64)> = [run.first(), run.last()].into_iter().flatten().collect();
+        few.extend(run.iter().min_by(by));
+        few.extend(run.iter().max_by(by));
+        few.sort_by(|a, b| a.0.total_cmp(&b.0));
+        kept.extend(few.into_iter().copied());
+    }
+    kept.into_iter().unzip()
 }
 
 const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);

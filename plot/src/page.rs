@@ -216,6 +216,40 @@ impl<'a> Page<'a> {
         self
     }
 
+    /// A title and a description for those who hear a figure: what is over what, and the names in the legends.
+    fn words(&self) -> [String; 2] {
+        let blocks = || self.columns.iter().flat_map(|(_, blocks)| blocks);
+        let axes = blocks().filter_map(|block| match &block.body {
+            Body::Plane { x, y, .. } => Some(match (y.label.as_str(), x.label.as_str()) {
+                (y, "") => y.to_owned(),
+                (y, x) => format!("{y} over {x}"),
+            }),
+            Body::Space { .. } => None,
+        });
+        let spaces = blocks().filter(|block| matches!(block.body, Body::Space { .. }));
+        let titles = blocks().map(|block| block.title.to_owned());
+        let panels: Vec<String> = titles
+            .chain(axes)
+            .filter(|words| !words.is_empty())
+            .collect();
+        let legends = blocks().flat_map(|block| &block.legend);
+        let entries = self.legend.iter().chain(legends).flatten();
+        let bars = blocks().filter_map(|block| block.bar.as_ref());
+        let mut named: Vec<String> = entries.map(|entry| entry.text().to_owned()).collect();
+        named.extend(bars.map(|bar| format!("colours: {}", bar.label())));
+        named.retain(|name| !name.is_empty());
+        named.dedup();
+        let mut said = panels.clone();
+        said.extend((spaces.count() > 0).then(|| "a view in perspective".to_owned()));
+        said.extend((!named.is_empty()).then(|| named.join(", ")));
+        let title = match (self.title, panels.first()) {
+            ("", Some(first)) => first.clone(),
+            ("", None) => named.first().cloned().unwrap_or_default(),
+            (title, _) => title.to_owned(),
+        };
+        [title, said.join("; ")]
+    }
+
     /// Draws everything.
     pub(crate) fn draw(mut self) -> String {
         let columns = self.columns.iter_mut();
@@ -264,7 +298,8 @@ impl<'a> Page<'a> {
                 at.place[3] = bottom - at.place[1];
             }
         }
-        draw(total, bottom, |canvas| {
+        let words = self.words();
+        draw(total, bottom, &words, |canvas| {
             let font = Type::new(TITLE, Side::Start, Side::End);
             canvas.text((left, 23.0), self.title, font);
             legend.draw(canvas, left, ABOVE_LEGEND + titled);

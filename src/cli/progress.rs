@@ -15,6 +15,7 @@ pub struct Progress {
     seen: bool,
     begun: Instant,
     shown: Instant,
+    drawn: bool,
 }
 
 impl Progress {
@@ -25,7 +26,13 @@ impl Progress {
             seen: wanted && std::io::stderr().is_terminal(),
             begun: now,
             shown: now,
+            drawn: false,
         }
+    }
+
+    /// For a run whose motion is drawn, or not.
+    pub fn of_drawn(self, drawn: bool) -> Self {
+        Self { drawn, ..self }
     }
 
     /// Takes the bar away.
@@ -39,6 +46,10 @@ impl Progress {
 impl Hooks for Progress {
     fn interrupted(&mut self) -> bool {
         signals::interrupted()
+    }
+
+    fn pictures(&mut self) -> usize {
+        usize::from(self.drawn)
     }
 
     fn progress(&mut self, fraction: f64, at: f64) {

@@ -100,7 +100,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let out = Output::open(directory.as_deref(), FILES, args.figures)?;
     signals::watch();
     let mut tables = out.tables();
-    let mut progress = Progress::new(!args.quiet && !args.json);
+    let mut progress = Progress::new(!args.quiet && !args.json).of_drawn(out.draws());
     let fields = match (args.no_strain || directory.is_none(), args.all_strain) {
         (true, _) => Fields::None,
         (_, true) => Fields::All,

@@ -1,6 +1,8 @@
 //! The committed figures are those that the program draws.
 
-use crate::program::parts;
+use crate::program::{Place, parts};
+use snaprod::scene::Scene;
+use snaprod::study::{Hooks, Silent, Table, run};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -36,7 +38,7 @@ fn sheets_are_drawn_as_committed() {
         // Where a coordinate is rounded, another machine may keep a point more.
         assert!(
             different * 500 <= drawn.lines().count(),
-            "{name} has changed in {different} lines: look at it, then run `snaprod sheets`"
+            "{name} has changed in {different} lines: look at it, then run `snaprod sheets --out figures`"
         );
     }
 }
@@ -76,6 +78,92 @@ fn bad_modes_are_named() {
         assert!(
             why.contains("--modes") && why.contains("0, 1, 2, 3"),
             "{why}"
+        );
+    }
+}
+
+/// A caller who draws.
+struct Draws;
+
+impl Hooks for Draws {
+    fn pictures(&mut self) -> usize {
+        1
+    }
+}
+
+/// Catches figures that are drawn from samples (of a mass that is thrown back ten times between two of them), that leave the motion, or go back in
+/// time; and runs that nobody draws but that pay for it.
+#[test]
+fn motions_are_drawn_closer_than_their_samples() {
+    let path = format!("{}/scenes/bounce.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap();
+    assert!(text.contains("samples = 400"));
+    let scene = Scene::parse(&text.replace("samples = 400", "samples = 5")).unwrap();
+    let prepared = run::Prepared::new(&scene).unwrap();
+    let mut tables: Vec<Table> = Vec::new();
+    let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
+    assert_eq!(record.branches[0].track.len(), 5);
+    let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Draws).unwrap();
+    let track = &record.branches[0].track;
+    assert_eq!(tables.iter().map(Table::rows).collect::<Vec<_>>(), [5, 5]);
+    assert!(
+        track
+            .windows(2)
+            .all(|two| two[0].moment.t < two[1].moment.t)
+    );
+    let apart = |two: &[run::Frame]| {
+        let [[a, b], [c, d]] = [two[0].moment.place(), two[1].moment.place()];
+        (a - c).hypot(b - d)
+    };
+    assert!(
+        track.windows(2).all(|two| apart(two) < 0.05),
+        "a way of a twentieth of the rod"
+    );
+    let some: Vec<&run::Frame> = track.iter().step_by(track.len() / 40).collect();
+    let times: Vec<f64> = some.iter().map(|frame| frame.moment.t).collect();
+    let exact = run::samples(&prepared, &times, &mut Silent).unwrap();
+    for (k, frame) in some.iter().enumerate() {
+        let [x, y] = frame.moment.place();
+        let off = (x - exact.reals("x")[k]).hypot(y - exact.reals("y")[k]);
+        assert!(off < 1e-9, "at {}: {off:e}", frame.moment.t);
+    }
+}
+
+/// Catches figures without words for those who hear them, with words that are no XML, with numbers that are none, and a small motion that is
+/// a dot in a large disc.
+#[test]
+fn figures_have_words_and_small_motions_a_panel() {
+    let place = Place::new("words");
+    for (scene, close) in [
+        ("snap", true),
+        ("oscillation", true),
+        ("three_snaps", false),
+    ] {
+        let path = format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+        let answer = place.run(&["run", &path, "--out", scene, "--quiet"]);
+        assert_eq!((answer.code, answer.stderr.as_str()), (0, ""));
+        for name in place
+            .files(scene)
+            .iter()
+            .filter(|name| name.ends_with(".svg"))
+        {
+            let svg = place.read(&format!("{scene}/{name}"));
+            for tag in ["title", "desc"] {
+                let (_, rest) = svg.split_once(&format!("<{tag}>")).expect(name);
+                let (words, _) = rest.split_once(&format!("</{tag}>")).expect(name);
+                assert!(
+                    words.len() > 5 && !words.contains(['<', '>']),
+                    "{name}: {words}"
+                );
+            }
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+        }
+        let svg = place.read(&format!("{scene}/snapshots.svg"));
+        assert_eq!(svg.contains("the path, closer"), close, "{scene}");
+        assert_eq!(
+            svg.contains("before a snap"),
+            scene != "oscillation",
+            "{scene}"
         );
     }
 }

@@ -75,6 +75,14 @@ pub trait Observer {
         Ok(())
     }
 
+    /// Of how many moments of every step, even in time and its end among them, [`Observer::look`] is told; 0: of none.
+    fn moments(&self) -> usize {
+        0
+    }
+
+    /// One of these moments, after the samples of its step.
+    fn look(&mut self, _state: &dyn State) {}
+
     /// Asked after every step; false interrupts the run.
     fn go_on(&mut self, time: f64) -> bool;
 }
@@ -112,12 +120,19 @@ pub fn drive(
                 return Ok(outcome);
             }
             event => {
-                if let Event::Step { to, .. } = event {
+                if let Event::Step { from, to } = event {
                     while next < last && time_of(next) <= to {
                         if let Some(state) = motion.sample(time_of(next)) {
                             observer.sample(&*state)?;
                         }
                         next += 1;
+                    }
+                    let moments = observer.moments();
+                    for k in 1..=moments {
+                        let t = from + (to - from) * k as f64 / moments as f64;
+                        if let Some(state) = motion.sample(t) {
+                            observer.look(&*state);
+                        }
                     }
                     if !observer.go_on(to) {
                         motion.interrupt();

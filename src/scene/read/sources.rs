@@ -126,8 +126,8 @@ impl Sources {
     }
 }
 
-/// Puts an override `path = value` into the document: the path is dotted, `loads.force[0].amplitude`, and tables on the way
-/// that are not there are made; the value is TOML. `start`: its first byte.
+/// Puts an override `path = value` into the document: the path is dotted, `loads.force[0].amplitude` or `loads.force.0.amplitude`, and
+/// tables on the way that are not there are made; the value is TOML. `start`: its first byte.
 pub(super) fn apply<'a>(
     document: &mut DeTable<'a>,
     start: usize,
@@ -147,7 +147,7 @@ pub(super) fn apply<'a>(
         ))
     })?;
     shift(&mut value, offset);
-    let steps: Vec<&str> = path.trim().split('.').map(str::trim).collect();
+    let steps = steps_of(path.trim());
     let Some((last, way)) = steps.split_last() else {
         return Err(refuse("the path is empty".to_owned()));
     };
@@ -177,15 +177,32 @@ pub(super) fn apply<'a>(
     Ok(())
 }
 
-/// `force[0]`: a name and indices, from 0; a letter of x, y, z is for the parameters of branches alone.
+/// The steps of a dotted path; a number after a point belongs to the step before it.
+fn steps_of(path: &str) -> Vec<&str> {
+    let mut steps = Vec::new();
+    let mut start = 0;
+    for (at, _) in path.match_indices('.') {
+        let next = path[at + 1..].split(['.', '[']).next().unwrap_or_default();
+        if next.is_empty() || !next.bytes().all(|b| b.is_ascii_digit()) {
+            steps.push(path[start..at].trim());
+            start = at + 1;
+        }
+    }
+    steps.push(path[start..].trim());
+    steps
+}
+
+/// `force[0]` or `force.0`: a name and indices, from 0; a letter of x, y, z is for the parameters of branches alone.
 fn step_of(step: &str) -> Option<(&str, Vec<usize>)> {
-    let (name, rest) = step.split_at(step.find('[').unwrap_or(step.len()));
+    let (name, rest) = step.split_at(step.find(['[', '.']).unwrap_or(step.len()));
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    let indices = rest
-        .split_terminator(']')
-        .map(|part| part.strip_prefix('[')?.trim().parse().ok());
+    let parts = rest.split(['.', '[', ']']).map(str::trim);
+    let indices = parts
+        .filter(|part| !part.is_empty())
+        .map(|part| part.parse().ok());
     let indices: Option<Vec<usize>> = indices.collect();
-    (!name.is_empty() && name.chars().all(bare)).then_some((name, indices?))
+    let is_whole = !rest.contains("[]");
+    (is_whole && !name.is_empty() && name.chars().all(bare)).then_some((name, indices?))
 }
 
 fn element<'t, 'a>(

@@ -16,8 +16,11 @@ use crate::study::thinned::Thinned;
 use crate::study::{Cell, Hooks, Sink};
 use nalgebra::Isometry3;
 
+/// Moments of a step that figures are drawn from, its end among them: a step of order 8 may be half an oscillation.
+const INNER: usize = 6;
 /// Most samples kept of a rod on a sheet and of one with strains; beyond, every second one is dropped.
 const KEPT_ON_SHEET: usize = 4000;
+const KEPT_TO_DRAW: usize = 24_000;
 const KEPT: usize = 1200;
 const KEPT_OF_SECTION: usize = 100_000;
 const KEPT_OF_PASSAGE: usize = 400;
@@ -46,6 +49,8 @@ pub(super) struct Recorder<'r> {
     axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
     passage: Thinned<Frame>,
     best: Vec<Frame>,
+    /// True if figures want the motion of a light rod closer than its samples.
+    dense: bool,
 }
 
 /// The strain table: of every `stride`-th sample.
@@ -104,14 +109,18 @@ impl<'r> Recorder<'r> {
                 seen: 0,
             }),
         };
+        let light = matches!(prepared.kind(), ModelKind::Sheet | ModelKind::ElasticSpace);
+        let dense = light && prepared.run.strobe.is_none() && hooks.pictures() > 0;
         let kept = match prepared.kind() {
             _ if prepared.run.strobe.is_some() => KEPT_OF_SECTION,
+            ModelKind::Sheet if dense => KEPT_TO_DRAW,
             ModelKind::Sheet => KEPT_ON_SHEET,
             ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => KEPT,
         };
         Ok(Self {
             prepared,
             sink,
+            dense,
             hooks,
             places: places(),
             trajectory,
@@ -183,6 +192,13 @@ impl<'r> Recorder<'r> {
                 .map(|at| [at.translation.x, at.translation.y])
                 .collect(),
         }
+    }
+
+    /// Keeps a state for the figures, if it is its turn; a frame that was made of it need not be made again.
+    fn show(&mut self, state: &dyn State, frame: Option<Frame>) {
+        let mut track = std::mem::replace(&mut self.track, Thinned::new(0));
+        track.show(|| frame.unwrap_or_else(|| self.frame(state)));
+        self.track = track;
     }
 
     /// Writes the strain field of a state.
@@ -281,9 +297,10 @@ impl Observer for Recorder<'_> {
         if prepared.kind().in_space() {
             self.axes.show(|| (t, prepared.sections(state, CURVE)));
         }
-        let mut track = std::mem::replace(&mut self.track, Thinned::new(0));
-        track.show(|| frame.unwrap_or_else(|| self.frame(state)));
-        self.track = track;
+        // Steps bring the others.
+        if !self.dense || self.track.list.is_empty() {
+            self.show(state, frame);
+        }
         Ok(())
     }
 
@@ -310,6 +327,14 @@ impl Observer for Recorder<'_> {
             Event::Step { .. } | Event::Stop(_) => {}
         }
         Ok(())
+    }
+
+    fn moments(&self) -> usize {
+        if self.dense { INNER } else { 0 }
+    }
+
+    fn look(&mut self, state: &dyn State) {
+        self.show(state, None);
     }
 
     fn go_on(&mut self, time: f64) -> bool {
