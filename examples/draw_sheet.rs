@@ -37,6 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             rows: grid.rows,
             columns: grid.columns,
             points: points.collect(),
+            ..Patch::default()
         };
         let data = Sheets {
             patches: vec![patch],

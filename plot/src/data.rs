@@ -273,6 +273,8 @@ pub struct Patch {
     pub columns: usize,
     /// The points, row by row: point (i, j) is `points[i * columns + j]`.
     pub points: Vec<[f64; 3]>,
+    /// For each point true if the equilibrium there is unstable; a face with such a corner is grey. Empty: nothing is said of it.
+    pub unstable: Vec<bool>,
 }
 
 impl Patch {
@@ -293,6 +295,7 @@ impl Patch {
             rows,
             columns,
             points,
+            unstable: Vec::new(),
         }
     }
 

@@ -7,7 +7,7 @@ use super::geometry::{
     Pixel, Point, area, between, contains, cross, cut, cut_segment, dot, heading, length, minus,
     norm, thin,
 };
-use super::palette::{Colour, category};
+use super::palette::{Colour, UNSTABLE, category};
 use super::stage::Stage;
 use std::collections::HashMap;
 
@@ -120,7 +120,15 @@ impl Faces {
                 if !corners.iter().flatten().all(|c| c.is_finite()) {
                     continue;
                 }
-                let colour = self.shaded(corners, base);
+                let places = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                let unstable = |(i, j): (usize, usize)| patch.unstable.get(i * patch.columns + j);
+                let greyed = places.into_iter().any(|at| unstable(at) == Some(&true));
+                let own = if greyed {
+                    base.mix(UNSTABLE, 0.6)
+                } else {
+                    base
+                };
+                let colour = self.shaded(corners, own);
                 // Sides in the order of the corners, each with the grid line it belongs to.
                 let sides = [(i, j, 1), (i + 1, j, 0), (i, j + 1, 1), (i, j, 0)];
                 let mut edges = Vec::new();

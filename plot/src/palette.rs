@@ -6,6 +6,8 @@ pub(crate) struct Colour(pub u8, pub u8, pub u8);
 
 pub(crate) const BLACK: Colour = Colour(0, 0, 0);
 pub(crate) const WHITE: Colour = Colour(255, 255, 255);
+/// What is not stable.
+pub(crate) const UNSTABLE: Colour = Colour(165, 165, 165);
 /// Text and frames.
 pub(crate) const INK: Colour = Colour(38, 38, 38);
 /// Lines that only help the eye.

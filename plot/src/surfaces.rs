@@ -9,7 +9,7 @@ use super::geometry::{Point, finite};
 use super::legend::{Entry, Key, Mark, draw_mark};
 use super::motion::circle;
 use super::page::{Block, Page, WIDTH, Width};
-use super::palette::{ALARM, BLACK, Colour, GREY, WHITE, category};
+use super::palette::{ALARM, BLACK, Colour, GREY, UNSTABLE, WHITE, category};
 use super::stage::Stage;
 use snaprod_core::error::{Error, Result};
 
@@ -241,8 +241,10 @@ fn draw_motion(canvas: &mut Canvas, scene: &Faces, motion: &PathOnSurface) {
 fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     let pale = if motion.is_some() { 0.35 } else { 0.12 };
     let fill = |patch: &Patch| Key::Fill(category(patch.colour).tint(pale));
-    let patches = panels.iter().flat_map(|sheets| &sheets.patches);
-    let patches = patches.map(|patch| (patch.name.as_str(), fill(patch)));
+    let all = || panels.iter().flat_map(|sheets| &sheets.patches);
+    let unstable = all().find(|patch| patch.unstable.contains(&true));
+    let unstable = unstable.map(|_| ("unstable", Key::Fill(UNSTABLE.tint(0.12))));
+    let patches = all().map(|patch| (patch.name.as_str(), fill(patch)));
     let curves = panels.iter().flat_map(|sheets| &sheets.curves);
     let curves = curves.map(|curve| (curve.name.as_str(), Key::Line(FOLD)));
     let moving = [
@@ -258,7 +260,7 @@ fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     });
     let mut names: Vec<&str> = vec![""];
     let mut entries = Vec::new();
-    for (name, key) in patches.chain(curves).chain(moving) {
+    for (name, key) in patches.chain(unstable).chain(curves).chain(moving) {
         if !names.contains(&name) {
             names.push(name);
             entries.push(Entry::new(key, name));

@@ -245,6 +245,7 @@ impl<'r> Drawn<'r> {
                 rows: ROWS,
                 columns: COLUMNS,
                 points: points.iter().map(|g| place(g.x, g.y, g.theta1)).collect(),
+                ..Patch::default()
             });
         }
         let mut path = Vec::new();

@@ -1,5 +1,6 @@
 //! The figures of the sheets, from their record.
 
+use snaprod::elastica::folds::index;
 use snaprod::elastica::{FoldLine, GridPoint, SheetGrid};
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::plot::{
@@ -32,6 +33,9 @@ fn patch(grid: &SheetGrid, place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
         rows: grid.rows,
         columns: grid.columns,
         points: grid.points.iter().map(place).collect(),
+        unstable: (grid.points.iter())
+            .map(|q| index(q.p, q.w).is_ok_and(|index| index > 0))
+            .collect(),
     }
 }
 
