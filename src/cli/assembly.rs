@@ -33,7 +33,7 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let out = Output::open(directory.as_deref(), FILES, args.figures)?;
     signals::watch();
     let mut tables = out.tables();
-    let mut progress = Progress::new(!args.quiet && !args.json);
+    let mut progress = Progress::new(!args.quiet && !args.json).of_drawn(out.draws());
     let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;

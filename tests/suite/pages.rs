@@ -7,6 +7,7 @@ use snaprod::elastica::{Dragged, Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, film, run};
+use std::path::Path;
 use std::process::Command;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
@@ -335,6 +336,14 @@ fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
         1,
     );
     place.write("looked.html", &watched);
+    // A browser on a machine with much to do may end before the page does; it is asked again.
+    (0..3)
+        .find_map(|_| report_of(place, &browser))
+        .or_else(|| panic!("no report: the script broke off"))
+}
+
+/// What the page that was written reports of itself; None if it was cut off.
+fn report_of(place: &Place, browser: &Path) -> Option<Value> {
     let out = Command::new(browser)
         .args([
             "--headless",
@@ -369,9 +378,7 @@ fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
         .filter(|line| line.contains("CONSOLE"))
         .collect();
     assert!(said.is_empty(), "{said:?}");
-    let (_, rest) = dom
-        .split_once("<pre id=\"report\">")
-        .expect("no report: the script broke off");
+    let (_, rest) = dom.split_once("<pre id=\"report\">")?;
     let (report, _) = rest.split_once("</pre>").unwrap();
     Some(serde_json::from_str(report).unwrap())
 }

@@ -11,7 +11,7 @@ use crate::study::beside::LightRods;
 use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounces;
 use crate::study::run::Bounds;
-use crate::study::run::recorder::audited;
+use crate::study::run::recorder::{INNER_IN_SPACE, audited};
 use crate::study::run::shapes::{Shapes, at_times, poses};
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
@@ -267,9 +267,11 @@ pub fn run(
         let mut closing = Closing::new(total);
         closing.look(&motion.now().ledger());
         let trajectory = sink.begin(prepared.trajectory(stem.id))?;
+        let dense = motion.resolution().is_none() && hooks.pictures() > 0;
         let mut recorder = Recorder {
             prepared,
             sink,
+            dense,
             hooks,
             trajectory,
             closing,
@@ -452,6 +454,8 @@ struct Recorder<'r> {
     bounces: Bounces,
     beside: LightRods,
     track: Thinned<AssemblyMoment>,
+    /// True if figures want the motion of light rods closer than its samples.
+    dense: bool,
 }
 
 impl Observer for Recorder<'_> {
@@ -459,7 +463,10 @@ impl Observer for Recorder<'_> {
         let at = self.prepared.moment(state);
         let row = self.prepared.row(&at);
         self.closing.measure(state);
-        self.track.show(|| at);
+        // Steps bring the others.
+        if !self.dense || self.track.list.is_empty() {
+            self.track.show(|| at);
+        }
         self.sink.row(self.trajectory, &row)
     }
 
@@ -479,11 +486,21 @@ impl Observer for Recorder<'_> {
                 .flatten()
             {
                 self.closing.look(&state.ledger());
-                let row = self.prepared.row(&self.prepared.moment(&*state));
-                self.sink.row(self.trajectory, &row)?;
+                let at = self.prepared.moment(&*state);
+                self.sink.row(self.trajectory, &self.prepared.row(&at))?;
+                self.track.keep(at);
             }
         }
         Ok(())
+    }
+
+    fn moments(&self) -> usize {
+        if self.dense { INNER_IN_SPACE } else { 0 }
+    }
+
+    fn look(&mut self, state: &dyn State) {
+        // Without the index, which no figure has.
+        self.track.show(|| self.prepared.passing(state));
     }
 
     fn go_on(&mut self, time: f64) -> bool {

@@ -18,6 +18,8 @@ use nalgebra::Isometry3;
 
 /// Moments of a step that figures are drawn from, its end among them: a step of order 8 may be half an oscillation.
 const INNER: usize = 6;
+/// In space, where a state between costs as much as a good part of a step.
+pub(in crate::study) const INNER_IN_SPACE: usize = 2;
 /// Most samples kept of a rod on a sheet and of one with strains; beyond, every second one is dropped.
 const KEPT_ON_SHEET: usize = 4000;
 const KEPT_TO_DRAW: usize = 24_000;
@@ -170,7 +172,11 @@ impl<'r> Recorder<'r> {
 
     fn frame(&self, state: &dyn State) -> Frame {
         let prepared = self.prepared;
-        let moment = prepared.moment(state);
+        // Without the index in space, which no figure has.
+        let moment = match prepared.kind() {
+            ModelKind::ElasticSpace => prepared.passing(state),
+            _ => prepared.moment(state),
+        };
         if prepared.kind() == ModelKind::Sheet {
             return Frame {
                 moment,
@@ -330,7 +336,11 @@ impl Observer for Recorder<'_> {
     }
 
     fn moments(&self) -> usize {
-        if self.dense { INNER } else { 0 }
+        match self.prepared.kind() {
+            _ if !self.dense => 0,
+            ModelKind::Sheet => INNER,
+            ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => INNER_IN_SPACE,
+        }
     }
 
     fn look(&mut self, state: &dyn State) {
