@@ -35,6 +35,8 @@ pub struct Snapshots {
     pub folds: Vec<Curve>,
     /// Where the rod snaps.
     pub snaps: Vec<[f64; 2]>,
+    /// The clamps: where each is, and a point ahead of it; by default the origin and along x.
+    pub walls: Vec<[[f64; 2]; 2]>,
     /// Units and the rod's length.
     pub units: AxisUnits,
 }
@@ -114,7 +116,17 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
         .over(|canvas, panel| {
             masses(canvas, panel);
             marks(canvas, panel);
-            wall(canvas, panel.at(0.0, 0.0), panel.at(1.0, 0.0), 13.0);
+            let still = [[[0.0, 0.0], [1.0, 0.0]]];
+            let walls = match data.walls.is_empty() {
+                true => &still[..],
+                false => &data.walls,
+            };
+            for [base, ahead] in walls
+                .iter()
+                .map(|both| both.map(|at| panel.at(at[0], at[1])))
+            {
+                wall(canvas, base, ahead, 13.0);
+            }
         });
     let mut page = Page::new("", vec![entries]);
     let bar = Some(tones.bar(&data.units.time_of("time t")));

@@ -222,10 +222,39 @@ impl<'r> Drawn<'r> {
         Ok(Snapshots {
             shapes: shapes?,
             path: Curve::new(self.track().iter().map(|frame| frame.moment.place())),
-            folds: first_folds(self.length())?,
+            folds: self.folds()?,
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
+            walls: {
+                let ahead = [[0.0, 0.0], [self.length(), 0.0]];
+                let walls = chosen
+                    .iter()
+                    .map(|frame| ahead.map(|at| frame.moment.placed(at)));
+                let mut walls: Vec<_> = walls.collect();
+                walls.dedup();
+                walls
+            },
             units: self.units.clone(),
         })
+    }
+
+    /// The first fold about the clamp, if that stands still.
+    fn folds(&self) -> Result<Vec<Curve>> {
+        let frames = [self.track().first(), self.track().last()];
+        let [first, last] = frames.map(|frame| frame.map(|frame| &frame.moment));
+        let (Some(first), Some(last)) = (first, last) else {
+            return Ok(Vec::new());
+        };
+        let way = first.clamp.inv_mul(&last.clamp);
+        let near = 1e-6 * self.length();
+        if way.translation.vector.norm() > near || way.rotation.angle() > 1e-6 {
+            return Ok(Vec::new());
+        }
+        let folds = first_folds(self.length())?.into_iter();
+        let placed = |curve: Curve| {
+            let points = curve.x.iter().zip(&curve.y);
+            Curve::new(points.map(|(x, y)| first.placed([*x, *y])))
+        };
+        Ok(folds.map(placed).collect())
     }
 
     /// The path over the disc on the stable part of the solution surface, height theta(1): the two halves up to the first

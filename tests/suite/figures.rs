@@ -167,3 +167,33 @@ fn figures_have_words_and_small_motions_a_panel() {
         );
     }
 }
+
+/// Catches a rod that is drawn in the frame of its clamp while its mass is drawn in the world: of a clamp that is turned, and of one that turns.
+#[test]
+fn the_rod_is_drawn_from_its_clamp_to_its_mass() {
+    let path = format!("{}/scenes/catapult.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap();
+    let given = 1.3;
+    let short = text.replace("duration = 80.0", "duration = 4.0\nsamples = 3");
+    let short = short.replace("angle = 1.5707", "angle = 1.3");
+    assert_ne!(short, text);
+    let scene = Scene::parse(&short).unwrap();
+    let prepared = run::Prepared::new(&scene).unwrap();
+    let record = run::run(&prepared, run::Fields::None, &mut Vec::new(), &mut Silent).unwrap();
+    let track = &record.branches[0].track;
+    let times: Vec<f64> = track.iter().map(|frame| frame.moment.t).collect();
+    let shapes = run::shapes(&prepared, &times, 5, &mut Silent).unwrap();
+    assert_eq!(track.len(), 3);
+    for (frame, shape) in track.iter().zip(&shapes) {
+        let axis = record.axis(frame).unwrap();
+        let off = |[x, y]: [f64; 2], [u, v]: [f64; 2]| (x - u).hypot(y - v);
+        assert!(off(axis[axis.len() - 1], frame.moment.place()) < 1e-9);
+        let base = shape[0][0].1;
+        let ahead = base * nalgebra::Point3::new(0.0, 0.0, 0.5);
+        assert!(off(axis[0], [base.translation.x, base.translation.y]) < 1e-12);
+        assert!(off(frame.moment.placed([0.5, 0.0]), [ahead.x, ahead.y]) < 1e-12);
+        // It turns from where the scene has it.
+        let angle = given + 0.004 * frame.moment.t;
+        assert!(off([ahead.x, ahead.y], [0.5 * angle.cos(), 0.5 * angle.sin()]) < 1e-12);
+    }
+}

@@ -204,6 +204,7 @@ fn bad_numbers_never_panic() {
                 path: curve.clone(),
                 folds: vec![curve.clone()],
                 snaps: vec![[bad, 0.0]],
+                walls: vec![[[bad, 0.0], [1.0, bad]]],
                 units: units.clone(),
             }),
             energies(&Energies {

@@ -371,7 +371,7 @@ pub fn snapshots_data(m: &Motion) -> Snapshots {
         path: Curve::new((0..m.t.len()).map(|i| m.r(i))),
         folds: fold_curves(1, 150).remove(0),
         snaps: vec![m.r(m.snap)],
-        units: AxisUnits::default(),
+        ..Snapshots::default()
     }
 }
 

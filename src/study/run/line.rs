@@ -4,6 +4,7 @@ use super::ModelKind;
 use super::record::{Frame, Moment, RunRecord};
 use crate::elastica::Equilibrium;
 use crate::error::Result;
+use nalgebra::Point3;
 
 /// Sections of the axis of an elastic rod.
 const SECTIONS: usize = 120;
@@ -52,7 +53,7 @@ impl RunRecord {
         line
     }
 
-    /// The axis of a rod in the plane at one of its frames.
+    /// The axis of a rod in the plane at one of its frames, in the world: a clamp may be turned, and move.
     ///
     /// # Errors
     /// An elastic rod without labels.
@@ -62,10 +63,8 @@ impl RunRecord {
         }
         let length = self.scales.length;
         let sections = frame.moment.elastica()?.curve(SECTIONS);
-        Ok(sections
-            .iter()
-            .map(|s| [s.x * length, s.y * length])
-            .collect())
+        let placed = |x: f64, y: f64| frame.moment.placed([x * length, y * length]);
+        Ok(sections.iter().map(|s| placed(s.x, s.y)).collect())
     }
 }
 
@@ -94,6 +93,12 @@ impl Moment {
     pub fn place(&self) -> [f64; 2] {
         let r = self.position();
         [r.x, r.y]
+    }
+
+    /// In the world, a point of the plane by its coordinates from the clamp, along the rod's tangent there and across it.
+    pub fn placed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let at = self.clamp * Point3::new(x, y, 0.0);
+        [at.x, at.y]
     }
 
     /// The elastica that a planar rod is in, or near.

@@ -307,6 +307,7 @@ impl Prepared {
         let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
             t: state.time() * k.time,
+            clamp: self.outward(&clamp.pose(), &Isometry3::identity()),
             pose: self.outward(&clamp.pose(), &pose),
             velocity: twist.fixed_rows::<3>(3) * k.velocity,
             angular_velocity: twist.fixed_rows::<3>(0) / k.time,

@@ -216,6 +216,8 @@ impl RunBranch {
 pub struct Moment {
     /// Time.
     pub t: f64,
+    /// The frame of the clamp, in which the coordinates of a planar equilibrium are meant.
+    pub clamp: Isometry3<f64>,
     /// Pose of the end of the rod.
     pub pose: Isometry3<f64>,
     /// Velocity of the end.
