@@ -5,7 +5,7 @@ use super::equilibrium::EquilibriumArgs;
 use super::files::{json_text, number, print, print_json, rounded};
 use super::output::Output;
 use super::progress::Progress;
-use super::run::{FILES, Ran, RunArgs, written_again};
+use super::run::{FILES, Ran, RunArgs, write_shapes};
 use super::run_text::{chosen, heavy_folds, mass, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
@@ -37,17 +37,15 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    if args.follows_again() {
-        let last = record.branches[0].last.t;
-        let motion = prepared.motion()?.0;
-        written_again(args, &out, (&prepared, &prepared.names()), motion, last)?;
-    }
     let ran = Ran {
         summary: record.summary(),
         events: record.events(),
         reason: record.reason(),
     };
     let draw = |out: &Output| {
+        write_shapes(args, out, scene, record.branches[0].last.t, || {
+            Ok((&prepared, prepared.names(), prepared.motion()?.0))
+        });
         out.figure("shapes", || Ok(moments(&record)), rod_shapes);
         out.figure("energies", || Ok(ledger(&record)), plot::energies);
         if args.html {

@@ -9,6 +9,7 @@ use super::{Ending, Refusal, assembly, bar, check, run_page, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
 use snaprod::motion::Motion;
+use snaprod::scene::Scene;
 use snaprod::study::export::{posed, shape_arrays, vtk_collection, vtk_frame};
 use snaprod::study::film::Filmed;
 use snaprod::study::run::{Fields, Prepared, run as run_scene};
@@ -109,17 +110,15 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let record = run_scene(&prepared, fields, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    if args.follows_again() {
-        let last = record.branches[0].last.t;
-        let of = (&prepared as &dyn Filmed, &[String::new()][..]);
-        written_again(args, &out, of, prepared.motion()?, last)?;
-    }
     let ran = Ran {
         summary: record.summary(),
         events: record.events(),
         reason: record.reason(),
     };
     let draw = |out: &Output| {
+        write_shapes(args, out, &scene, record.branches[0].last.t, || {
+            Ok((&prepared, vec![String::new()], prepared.motion()?))
+        });
         if out.draws() {
             for (name, figure) in run_figures(&record) {
                 out.figure(&name, || Ok(figure?), RunFigure::draw);
@@ -138,15 +137,36 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
 /// Sections of a light rod, and of an element of one with strains of its own, in files for other programs.
 const SECTIONS: usize = 61;
 
-/// Follows the motion of rods with these names once more to `last`, and writes shapes.npz and the files of ParaView.
-pub(super) fn written_again<'m>(
+/// What can be filmed, the names of its rods, and its motion from the start.
+type Moving<'p, 'm> = (&'p dyn Filmed, Vec<String>, Box<dyn Motion<'m> + 'm>);
+
+/// Follows the motion once more to `last`, and writes shapes.npz and the files of ParaView, where they are asked for. Whatever hinders it is a
+/// warning, as for a figure: the run stands.
+pub(super) fn write_shapes<'p, 'm>(
     args: &RunArgs,
     out: &Output,
-    (of, names): (&dyn Filmed, &[String]),
-    motion: Box<dyn Motion<'m> + 'm>,
+    scene: &Scene,
     last: f64,
+    moving: impl FnOnce() -> Result<Moving<'p, 'm>, Refusal>,
+) {
+    if !args.follows_again() {
+        return;
+    }
+    let written = moving().and_then(|moving| try_shapes(args, out, scene, last, moving));
+    if let Err(Refusal(why)) = written {
+        print_error(&format!(
+            "warning: the shapes of the rods are missing: {why}"
+        ));
+    }
+}
+
+fn try_shapes(
+    args: &RunArgs,
+    out: &Output,
+    scene: &Scene,
+    last: f64,
+    (of, names, motion): Moving,
 ) -> Result<(), Refusal> {
-    let scene = check::read(&args.scene)?;
     let run = scene.run()?;
     let steps = run.samples - 1;
     let even = (0..=steps).map(|k| run.duration * k as f64 / steps as f64);
@@ -159,7 +179,7 @@ pub(super) fn written_again<'m>(
     let moments = posed(of, motion, &times, SECTIONS, &mut progress)?;
     progress.finish();
     if args.figures.npz {
-        out.arrays("shapes", &shape_arrays(names, &moments))?;
+        out.arrays("shapes", &shape_arrays(&names, &moments))?;
     }
     if args.vtk {
         let mut files = Vec::new();

@@ -362,3 +362,31 @@ fn arrays_and_grids_hold_the_motion() {
     let mass = numbers(lines[61]);
     assert!((mass[0] - of("x")[6]).hypot(mass[1] - of("y")[6]) < 1e-14);
 }
+
+/// Catches a run that ends short and loses what it computed, or its shapes, because these were asked for.
+#[test]
+fn a_run_that_ends_short_keeps_its_shapes() {
+    let place = Place::new("short");
+    let scene = format!("{}/scenes/snap.toml", env!("CARGO_MANIFEST_DIR"));
+    let answer = place.run(&[
+        "run",
+        &scene,
+        "--npz",
+        "--vtk",
+        "--quiet",
+        "--no-figures",
+        "--out",
+        "out",
+        "--set",
+        "run.max_steps=40",
+    ]);
+    assert_ne!(answer.code, 0);
+    assert!(!answer.stderr.contains("warning"), "{}", answer.stderr);
+    let read = |name: &str| std::fs::read(place.join(&format!("out/{name}"))).unwrap();
+    let (shapes, trajectory) = (reals(&read("shapes.npz")), reals(&read("trajectory.npz")));
+    let end =
+        |of: &BTreeMap<String, (String, Vec<f64>)>, name: &str| of[name].1[of[name].1.len() - 1];
+    let (shown, run) = (end(&shapes, "time"), end(&trajectory, "t"));
+    assert!((shown - run).abs() < 1e-12 && run < 3.0, "{shown} {run}");
+    assert_eq!(place.json("out/summary.json")["complete"], false);
+}

@@ -34,7 +34,7 @@ fn patch(grid: &SheetGrid, place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
         columns: grid.columns,
         points: grid.points.iter().map(place).collect(),
         unstable: (grid.points.iter())
-            .map(|q| index(q.p, q.w).is_ok_and(|index| index > 0))
+            .map(|q| !index(q.p, q.w).is_ok_and(|index| index == 0))
             .collect(),
     }
 }
