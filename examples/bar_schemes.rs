@@ -5,7 +5,7 @@
 
 use snaprod::bar::{Bar, End, Material, Scheme, Snapshot, Stress, motion};
 use snaprod::body::History;
-use snaprod::plot::{Lines, Series, lines};
+use snaprod::plot::{Lines, Paper, Series, lines};
 use std::f64::consts::TAU;
 
 const LENGTH: f64 = 3.0;
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             series,
             ..Lines::default()
         };
-        std::fs::write(path, lines(&data)?)?;
+        std::fs::write(path, lines(&data, &Paper::SCREEN)?)?;
     }
     Ok(())
 }

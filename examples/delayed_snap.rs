@@ -117,7 +117,7 @@ fn main() -> Result<(), Failure> {
                 .map(|row| (row.0 - RELAXED, row.1)),
         );
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let svg = plot::lines(&figure(&near, &table, fold.factor))?;
+        let svg = plot::lines(&figure(&near, &table, fold.factor), &plot::Paper::SCREEN)?;
         std::fs::write(format!("{directory}/delayed_snap.svg"), svg)?;
     }
     Ok(())

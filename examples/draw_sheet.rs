@@ -5,7 +5,7 @@
 use snaprod::elastica::{fold_at, sheet_grid};
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::math::elliptic::{complete_e, complete_k};
-use snaprod::plot::{Patch, Sheets, sheets_over_disc};
+use snaprod::plot::{Paper, Patch, Sheets, sheets_over_disc};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sheet = Sheet {
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             patches: vec![patch],
             ..Sheets::default()
         };
-        std::fs::write(path, sheets_over_disc(&[data])?)?;
+        std::fs::write(path, sheets_over_disc(&[data], &Paper::SCREEN)?)?;
     }
     Ok(())
 }

@@ -152,7 +152,10 @@ fn main() -> Result<(), Failure> {
             ("mass_orders", error_figure(&errors)),
             ("mass_costs", cost_figure(&costs)),
         ] {
-            std::fs::write(format!("{directory}/{name}.svg"), plot::lines(&figure)?)?;
+            std::fs::write(
+                format!("{directory}/{name}.svg"),
+                plot::lines(&figure, &plot::Paper::SCREEN)?,
+            )?;
         }
     }
     Ok(())

@@ -19,47 +19,77 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(&directory)?;
     let m = motion(1.0);
     let figures = [
-        ("snapshots", snapshots(&snapshots_data(&m))?),
-        ("energies", energies(&energies_data(&m))?),
-        ("path_on_surface", path_on_surface(&path_data(&m, 40, 56))?),
-        ("phase_portrait", phase_portrait(&portrait_data())?),
+        ("snapshots", snapshots(&snapshots_data(&m), &Paper::SCREEN)?),
+        ("energies", energies(&energies_data(&m), &Paper::SCREEN)?),
+        (
+            "path_on_surface",
+            path_on_surface(&path_data(&m, 40, 56), &Paper::SCREEN)?,
+        ),
+        (
+            "phase_portrait",
+            phase_portrait(&portrait_data(), &Paper::SCREEN)?,
+        ),
         (
             "sheets_lambda_alpha",
-            sheets_lambda_alpha(&[sheets_lam(48, 32)])?,
+            sheets_lambda_alpha(&[sheets_lam(48, 32)], &Paper::SCREEN)?,
         ),
         (
             "sheets_over_disc",
-            sheets_over_disc(&[sheets_disc(48, 32)])?,
+            sheets_over_disc(&[sheets_disc(48, 32)], &Paper::SCREEN)?,
         ),
-        ("fold_map", fold_map(&fold_map_data(241, 200))?),
+        (
+            "fold_map",
+            fold_map(&fold_map_data(241, 200), &Paper::SCREEN)?,
+        ),
         (
             "energy_landscape",
-            energy_landscape(&landscape_data(241, 200))?,
+            energy_landscape(&landscape_data(241, 200), &Paper::SCREEN)?,
         ),
-        ("lines", lines(&lines_data())?),
-        ("branches", branch_diagram(&pitchfork())?),
-        ("branches_energy", branch_diagram(&pitchfork_energy())?),
-        ("rods_helix", rod_shapes(&one(helix(2.5, 241), 0.05))?),
-        ("rods_knot", rod_shapes(&one(knot(), 0.0))?),
-        ("rods_plane", rod_shapes(&family())?),
-        ("rods_twisted", rod_shapes(&twisted_family())?),
-        ("rods_floor", rod_shapes(&one(bent(2.6, 0, 1), 0.0))?),
-        ("rods_ring", rod_shapes(&one(ring(), 0.06))?),
-        ("rods_straight", rod_shapes(&one(bent(0.0, 0, 1), 0.0))?),
-        ("rod_state", rod_state(&state())?),
-        ("strain_map", strain_map(&strain_map_data(400, 60))?),
-        ("layer", layer(&layer_data())?),
-        ("convergence", lines(&convergence_data())?),
+        ("lines", lines(&lines_data(), &Paper::SCREEN)?),
+        ("branches", branch_diagram(&pitchfork(), &Paper::SCREEN)?),
+        (
+            "branches_energy",
+            branch_diagram(&pitchfork_energy(), &Paper::SCREEN)?,
+        ),
+        (
+            "rods_helix",
+            rod_shapes(&one(helix(2.5, 241), 0.05), &Paper::SCREEN)?,
+        ),
+        ("rods_knot", rod_shapes(&one(knot(), 0.0), &Paper::SCREEN)?),
+        ("rods_plane", rod_shapes(&family(), &Paper::SCREEN)?),
+        (
+            "rods_twisted",
+            rod_shapes(&twisted_family(), &Paper::SCREEN)?,
+        ),
+        (
+            "rods_floor",
+            rod_shapes(&one(bent(2.6, 0, 1), 0.0), &Paper::SCREEN)?,
+        ),
+        ("rods_ring", rod_shapes(&one(ring(), 0.06), &Paper::SCREEN)?),
+        (
+            "rods_straight",
+            rod_shapes(&one(bent(0.0, 0, 1), 0.0), &Paper::SCREEN)?,
+        ),
+        ("rod_state", rod_state(&state(), &Paper::SCREEN)?),
+        (
+            "strain_map",
+            strain_map(&strain_map_data(400, 60), &Paper::SCREEN)?,
+        ),
+        ("layer", layer(&layer_data(), &Paper::SCREEN)?),
+        ("convergence", lines(&convergence_data(), &Paper::SCREEN)?),
         (
             "dissipated_against_released",
-            dissipated_against_released(&losses_data())?,
+            dissipated_against_released(&losses_data(), &Paper::SCREEN)?,
         ),
         (
             "losses_over_time",
-            losses_over_time(&losses_over_time_data())?,
+            losses_over_time(&losses_over_time_data(), &Paper::SCREEN)?,
         ),
-        ("kernel", kernel(&kernel_data())?),
-        ("rod_state_plane", rod_state(&plane_state())?),
+        ("kernel", kernel(&kernel_data(), &Paper::SCREEN)?),
+        (
+            "rod_state_plane",
+            rod_state(&plane_state(), &Paper::SCREEN)?,
+        ),
     ];
     for (name, svg) in figures {
         println!("{name}: {} kB", svg.len() / 1000);

@@ -67,11 +67,17 @@ fn main() -> Result<(), Failure> {
     if let Some(directory) = std::env::args().nth(1) {
         let write =
             |name: &str, svg: String| std::fs::write(format!("{directory}/{name}.svg"), svg);
-        write("vanishing_viscosity", plot::lines(&convergence(&series))?)?;
-        write("layer", plot::layer(&layer(&elastic, &runs)?)?)?;
+        write(
+            "vanishing_viscosity",
+            plot::lines(&convergence(&series), &plot::Paper::SCREEN)?,
+        )?;
+        write(
+            "layer",
+            plot::layer(&layer(&elastic, &runs)?, &plot::Paper::SCREEN)?,
+        )?;
         write(
             "losses_over_time",
-            plot::losses_over_time(&losses(&elastic, &runs))?,
+            plot::losses_over_time(&losses(&elastic, &runs), &plot::Paper::SCREEN)?,
         )?;
     }
     Ok(())

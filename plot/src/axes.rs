@@ -53,6 +53,8 @@ pub(crate) struct Axis {
     /// Numbers stand at the marks.
     pub numbered: bool,
     pub ticks: Vec<Tick>,
+    /// About how many of them are marked; 0 if they are particular ones.
+    pub wanted: usize,
 }
 
 impl Axis {
@@ -69,6 +71,17 @@ impl Axis {
                 Scale::Sqrt => ticks::roots(lo, hi, wanted),
                 Scale::Log => ticks::log(lo, hi, wanted),
             },
+            wanted,
+        }
+    }
+
+    /// Marks for an axis that is so many times as long as was thought.
+    pub(crate) fn stretch(&mut self, times: f64) {
+        if self.wanted > 0 {
+            let wanted = (self.wanted as f64 * times).round().max(3.0) as usize;
+            let (numbered, label) = (self.numbered, std::mem::take(&mut self.label));
+            *self = Self::scaled(self.scale, self.lo, self.hi, &label, wanted);
+            self.numbered = numbered;
         }
     }
 
@@ -86,7 +99,8 @@ impl Axis {
     pub(crate) fn widen(&mut self, span: f64) {
         let extra = 0.5 * (span - (self.hi - self.lo));
         if extra > 1e-9 * span {
-            *self = Self::linear(self.lo - extra, self.hi + extra, &self.label, 5);
+            let wanted = self.wanted.min(5);
+            *self = Self::linear(self.lo - extra, self.hi + extra, &self.label, wanted);
         }
     }
 

@@ -7,6 +7,7 @@ use super::labels;
 use super::legend::{Entry, Key, Mark, draw_mark};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{Colour, GREY, INK, category};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// One branch of equilibria; points that are not finite break it.
@@ -106,7 +107,7 @@ pub struct BranchDiagram {
 /// them (or at one of them) and changes its style exactly there; without a special point, half-way.
 ///
 /// Errs if there is no panel, or one without a finite point.
-pub fn branch_diagram(data: &BranchDiagram) -> Result<String> {
+pub fn branch_diagram(data: &BranchDiagram, paper: &Paper) -> Result<String> {
     let nothing = |i: usize| {
         let panel = i + 1;
         Error::domain(format!(
@@ -136,7 +137,7 @@ pub fn branch_diagram(data: &BranchDiagram) -> Result<String> {
         blocks.push(block.over(|canvas, frame| paint(canvas, frame, panel)));
     }
     let page = Page::new(&data.title, legends(data));
-    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
+    page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
 /// All finite points of a panel.

@@ -96,10 +96,11 @@ pub(crate) struct Canvas<'a> {
     backend: SVGBackend<'a>,
 }
 
-/// A figure of `width` by `height` pixels as SVG with a title and a description, painted by `paint` on white.
+/// A figure of `width` by `height` pixels as SVG with a title and a description, painted by `paint` on white; each pixel is shown with so many
+/// millimetres, or else as one of the screen.
 pub(crate) fn draw(
-    width: f64,
-    height: f64,
+    [width, height]: [f64; 2],
+    millimetres: Option<f64>,
     words: &[String; 2],
     paint: impl FnOnce(&mut Canvas),
 ) -> String {
@@ -114,16 +115,20 @@ pub(crate) fn draw(
     paint(&mut canvas);
     canvas.backend.present().ok();
     drop(canvas);
-    tidy(&svg, size, (width, height), words)
+    let shown = [width, height].map(|side| match millimetres {
+        Some(pixel) => format!("{:.2}mm", side * pixel),
+        None => side.to_string(),
+    });
+    tidy(&svg, size, &shown, words)
 }
 
 /// Shows the tenfold drawing at its true size and drops what every SVG reader assumes anyway.
-fn tidy(svg: &str, size: (u32, u32), shown: (f64, f64), [title, said]: &[String; 2]) -> String {
+fn tidy(svg: &str, size: (u32, u32), shown: &[String; 2], [title, said]: &[String; 2]) -> String {
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", size.0, size.1);
     let meant = format!(
         "<svg width=\"{}\" height=\"{}\" fill=\"none\" stroke-linejoin=\"round\" \
          stroke-linecap=\"round\"",
-        shown.0, shown.1
+        shown[0], shown[1]
     );
     let svg = svg
         .replace(" fill=\"none\"", "")

@@ -6,6 +6,7 @@ use super::data::as_many;
 use super::legend::{Drawn, Key, Mark, mark, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, category};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// One quantity: what was measured, and what the model says.
@@ -39,7 +40,7 @@ pub struct FitFigure {
 /// Draws every quantity with its data as dots and the model as a line or as marks, and below what is left between them, as SVG.
 ///
 /// Errs if the lists differ in length, or if there is nothing to show.
-pub fn fit(figure: &FitFigure) -> Result<String> {
+pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
     const FIGURE: &str = "figure of a fit";
     let nothing = || Error::domain(format!("{FIGURE}: nothing to show"));
     let x = Axis::fit(&figure.x, false, &figure.x_label, 8).ok_or_else(nothing)?;
@@ -90,5 +91,5 @@ pub fn fit(figure: &FitFigure) -> Result<String> {
         return Err(nothing());
     }
     let page = Page::new(&figure.title, vec![legend]);
-    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
+    page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }

@@ -7,6 +7,7 @@ use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
 use super::legend::{ColourBar, Entry, Key};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// A strain of the rod over (t, s), and its dissipation density.
@@ -70,7 +71,7 @@ struct Layer {
 ///
 /// Errs if times or arclengths fall, are not finite or fewer than two, if the lists do not have their lengths, if no value is finite, if
 /// `strain_range`, `decades` or `window` is not a range, or if no dissipation shown is positive.
-pub fn strain_map(data: &StrainMap) -> Result<String> {
+pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
     let (first, last) = rising(FIGURE, "time", &data.time)?;
     let (low, high) = rising(FIGURE, "s", &data.s)?;
     let [start, end] = data.window.unwrap_or([first, last]);
@@ -150,7 +151,7 @@ pub fn strain_map(data: &StrainMap) -> Result<String> {
         entries.push(Entry::new(Key::Fill(GAP), "no value"));
     }
     let page = Page::new(&data.title, vec![entries]);
-    Ok(page.column(Width::Whole(700.0), blocks).draw())
+    page.column(Width::Whole(700.0), blocks).draw(paper)
 }
 
 /// The finite values of the columns shown; errs if the list does not have its lengths.

@@ -6,6 +6,7 @@ use super::data::{AxisUnits, as_many};
 use super::legend::{Drawn, Entry, Key};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, INK, category};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// One component of a matrix of functions of time.
@@ -53,7 +54,7 @@ const LIMIT: f64 = 0.5;
 ///
 /// Errs if no time is positive (two different ones), if a curve has not as many values as there are times, or
 /// if a panel has curves but no value to show.
-pub fn kernel(data: &KernelFigure) -> Result<String> {
+pub fn kernel(data: &KernelFigure, paper: &Paper) -> Result<String> {
     let count = data.time.len();
     for (field, curves) in [("relaxation", &data.relaxation), ("creep", &data.creep)] {
         for (i, curve) in curves.iter().enumerate() {
@@ -129,7 +130,7 @@ pub fn kernel(data: &KernelFigure) -> Result<String> {
         entries.push(Entry::new(Key::Line(pen), name));
     }
     let page = Page::new(&data.title, vec![entries]);
-    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
+    page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
 /// The i-th curve: dashes where the colours begin again.

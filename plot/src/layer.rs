@@ -7,6 +7,7 @@ use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark, named};
 use super::motion::{Shape, seen, wall};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
+use super::paper::Paper;
 use super::text;
 use snaprod_core::error::{Error, Result};
 
@@ -56,7 +57,7 @@ const RELEASED: Pen = Pen::new(INK, 1.1).dashed(9.0, 5.0);
 ///
 /// Errs if no shape has a finite point and time, if a list of a run has not as many entries as its `stretched`,
 /// or if the times of a run are not finite, fall or span nothing.
-pub fn layer(data: &LayerFigure) -> Result<String> {
+pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
     for (i, run) in data.runs.iter().enumerate() {
         rising(FIGURE, &format!("runs[{i}].stretched"), &run.stretched)?;
         for (name, list) in [("elastic", &run.elastic), ("dissipated", &run.dissipated)] {
@@ -133,7 +134,7 @@ pub fn layer(data: &LayerFigure) -> Result<String> {
     });
     let page = Page::new(&data.title, vec![entries]);
     let blocks = [upper].into_iter().chain(lower).collect();
-    Ok(page.column(Width::Whole(WIDTH), blocks).draw())
+    page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
 /// Elastic and dissipated energy of the i-th of n runs.

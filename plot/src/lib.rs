@@ -1,7 +1,8 @@
 //! Figures of [snaprod](https://docs.rs/snaprod) from data: each function takes plain numbers and returns an SVG document.
 //!
-//! Nothing is computed here but where ink goes. The same data give the same bytes. SVG text asks for
-//! DejaVu Sans; with the feature `png`, `plot::png` rasterises a figure with that font bundled.
+//! Nothing is computed here but where ink goes. The same data give the same bytes. Each function is told on what [`Paper`] its figure is
+//! printed; the default is a screen. SVG text asks for DejaVu Sans; with the features `png` and `pdf`, `plot::png` and `plot::pdf`
+//! turn a figure into those formats with that font bundled.
 //!
 //! | figure | shows |
 //! | --- | --- |
@@ -39,6 +40,8 @@ mod data;
 mod depth;
 mod faces;
 mod fit;
+#[cfg(any(feature = "png", feature = "pdf"))]
+mod formats;
 mod geometry;
 mod heat;
 mod kernel;
@@ -54,8 +57,7 @@ mod outcome;
 mod page;
 mod painter;
 mod palette;
-#[cfg(feature = "png")]
-mod png;
+mod paper;
 mod portrait;
 mod rods;
 mod scenery;
@@ -71,6 +73,10 @@ pub use axes::Scale;
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use data::{AxisUnits, Bounds, Curve, Field, Patch, Series, Trace, View};
 pub use fit::{FitFigure, FittedCurve, fit};
+#[cfg(feature = "pdf")]
+pub use formats::pdf;
+#[cfg(feature = "png")]
+pub use formats::png;
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};
@@ -82,8 +88,7 @@ pub use maps::{EnergyLandscape, FoldMap, energy_landscape, fold_map};
 pub use modes::{ModeShape, ModeShapes, mode_shapes};
 pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
 pub use outcome::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
-#[cfg(feature = "png")]
-pub use png::png;
+pub use paper::Paper;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};
 pub use scenery::{SpaceBody, SpaceRod};

@@ -5,6 +5,7 @@ use super::data::{Series, as_many};
 use super::geometry::Pixel;
 use super::legend::{Drawn, named};
 use super::page::{Block, Height, Page, Width};
+use super::paper::Paper;
 use super::slopes::{self, Slope};
 use snaprod_core::error::{Error, Result};
 
@@ -35,7 +36,7 @@ const FIGURE: &str = "figure of lines";
 ///
 /// Errs if a series has not as many ordinates as abscissae, if a slope is not finite, names no series or stands over an
 /// axis that is not logarithmic, or if no point can be shown.
-pub fn lines(data: &Lines) -> Result<String> {
+pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
     for (i, series) in data.series.iter().enumerate() {
         let (field, count) = (format!("series[{i}].y"), series.x.len());
         as_many(FIGURE, &field, series.y.len(), count, "abscissae")?;
@@ -77,5 +78,5 @@ pub fn lines(data: &Lines) -> Result<String> {
         );
     });
     let page = Page::new(&data.title, legend);
-    Ok(page.column(Width::Whole(600.0), vec![block]).draw())
+    page.column(Width::Whole(600.0), vec![block]).draw(paper)
 }

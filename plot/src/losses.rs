@@ -8,6 +8,7 @@ use super::labels;
 use super::legend::{Drawn, Entry, Key, mark, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{Colour, GREY, category};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// Snaps that share a name, as those of one viscosity.
@@ -46,7 +47,7 @@ const LIMIT: Pen = Pen::new(Colour(190, 190, 190), 5.0);
 /// logarithmic scale (none where they are equal).
 ///
 /// Errs if the lists of a group differ in length, or if no point is finite.
-pub fn dissipated_against_released(data: &SnapLosses) -> Result<String> {
+pub fn dissipated_against_released(data: &SnapLosses, paper: &Paper) -> Result<String> {
     const SIDE: f64 = 400.0;
     for (i, group) in data.groups.iter().enumerate() {
         let count = group.released.len();
@@ -91,7 +92,7 @@ pub fn dissipated_against_released(data: &SnapLosses) -> Result<String> {
     let lower = below.map(|y| Block::plane(x, y, Height::Pixels(120.0), marks(difference)));
     let blocks = [upper].into_iter().chain(lower).collect();
     let page = Page::new(&data.title, vec![entries]);
-    Ok(page.column(Width::Panels(SIDE), blocks).draw())
+    page.column(Width::Panels(SIDE), blocks).draw(paper)
 }
 
 /// The finite points (released, dissipated) of a group.
@@ -150,7 +151,7 @@ pub struct LossesOverTime {
 ///
 /// Errs if there is no run, if lists differ in length, if times are not finite, fall or (of a run) span nothing, or
 /// if no energy is finite.
-pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
+pub fn losses_over_time(data: &LossesOverTime, paper: &Paper) -> Result<String> {
     let count = data.snaps.len();
     as_many(FIGURE, "released", data.released.len(), count, "snaps")?;
     let sound = |v: &f64| v.is_finite();
@@ -201,5 +202,5 @@ pub fn losses_over_time(data: &LossesOverTime) -> Result<String> {
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let page = Page::new(&data.title, vec![named(&curves)]);
     let block = Block::plane(x, y, Height::Pixels(320.0), curves);
-    Ok(page.column(Width::Whole(WIDTH), vec![block]).draw())
+    page.column(Width::Whole(WIDTH), vec![block]).draw(paper)
 }

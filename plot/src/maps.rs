@@ -9,6 +9,7 @@ use super::legend::{ColourBar, Drawn, Entry, Key, Mark, named};
 use super::motion::{circle, disc_axes, wall};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, GREY, INK, WHITE, category, sequential};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// Folds over the disc and what they bound.
@@ -28,7 +29,7 @@ pub struct FoldMap {
 /// equilibria, as SVG.
 ///
 /// Errs if the counts are no grid or have no value.
-pub fn fold_map(data: &FoldMap) -> Result<String> {
+pub fn fold_map(data: &FoldMap, paper: &Paper) -> Result<String> {
     const NAMES: [&str; 6] = [
         "1st fold", "2nd fold", "3rd fold", "4th fold", "5th fold", "6th fold",
     ];
@@ -99,7 +100,7 @@ pub fn fold_map(data: &FoldMap) -> Result<String> {
             }
         });
     let page = Page::new("", vec![entries]);
-    Ok(page.column(Width::Panels(470.0), vec![block]).draw())
+    page.column(Width::Panels(470.0), vec![block]).draw(paper)
 }
 
 /// The fill of a region with `count` stable equilibria: darker for more.
@@ -167,7 +168,7 @@ pub struct EnergyLandscape {
 /// Draws the energy of equilibria over the disc as filled contours with a common colour bar, as SVG.
 ///
 /// Errs if there is no grid with a value, or the range is empty (or not positive on a logarithmic scale).
-pub fn energy_landscape(data: &EnergyLandscape) -> Result<String> {
+pub fn energy_landscape(data: &EnergyLandscape, paper: &Paper) -> Result<String> {
     const BANDS: usize = 16;
     let fields: Vec<&(String, Field)> = data.panels.iter().filter(|p| p.1.is_sound()).collect();
     let all = fields.iter().flat_map(|p| p.1.values.iter());
@@ -222,7 +223,7 @@ pub fn energy_landscape(data: &EnergyLandscape) -> Result<String> {
         }
         page = page.column(Width::Panels(side), vec![block]);
     }
-    Ok(page.draw())
+    page.draw(paper)
 }
 
 const ON_COLOUR: Pen = Pen::new(Colour(213, 60, 0), 1.3);

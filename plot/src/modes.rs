@@ -9,6 +9,7 @@ use super::motion::wall;
 use super::page::{Block, Height, Page, Width};
 use super::painter::Painter;
 use super::palette::{Colour, category};
+use super::paper::Paper;
 use super::scenery::{Scenery, SpaceRod, pen};
 use super::spread::Spread;
 use snaprod_core::error::{Error, Result};
@@ -43,7 +44,7 @@ pub struct ModeShape {
 /// Draws every mode as SVG: equilibrium as a line, displaced both ways dashed.
 ///
 /// Errs if there is no mode, or no finite point.
-pub fn mode_shapes(data: &ModeShapes) -> Result<String> {
+pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     const PANEL: f64 = 300.0;
     let none = || Error::domain("figure of modes: no mode with a finite point to show");
     let all = data
@@ -112,7 +113,7 @@ pub fn mode_shapes(data: &ModeShapes) -> Result<String> {
     let page = blocks.into_iter().fold(page, |page, blocks| {
         page.column(Width::Panels(PANEL), blocks)
     });
-    Ok(page.draw())
+    page.draw(paper)
 }
 
 fn colour(rod: &SpaceRod) -> Colour {

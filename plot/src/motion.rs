@@ -7,6 +7,7 @@ use super::geometry::{Pixel, finite, heading};
 use super::legend::{Drawn, Entry, Key, Mark, Tones, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, Colour, GREY, INK, category};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// The rod at one time.
@@ -44,7 +45,7 @@ pub struct Snapshots {
 /// Draws the rod's shapes, coloured by time, with the path of the mass, folds and snaps as SVG.
 ///
 /// Errs if there is no shape with a finite point and a finite time.
-pub fn snapshots(data: &Snapshots) -> Result<String> {
+pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let shapes = seen(&data.shapes);
     let tones = Tones::over(shapes.iter().map(|s| &s.time))
         .ok_or_else(|| Error::domain("figure of snapshots: no shape to show"))?;
@@ -132,7 +133,7 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
     let bar = Some(tones.bar(&data.units.time_of("time t")));
     let Some((x, y)) = close else {
         block.bar = bar;
-        return Ok(page.column(Width::Panels(430.0), vec![block]).draw());
+        return page.column(Width::Panels(430.0), vec![block]).draw(paper);
     };
     // Rods and masses would hide the path, which is what this panel is for.
     let rim = circle(data.units.radius());
@@ -142,7 +143,7 @@ pub fn snapshots(data: &Snapshots) -> Result<String> {
     near.title = "the path, closer";
     near.bar = bar;
     page = page.column(Width::Panels(430.0), vec![block]);
-    Ok(page.column(Width::Panels(430.0), vec![near]).draw())
+    page.column(Width::Panels(430.0), vec![near]).draw(paper)
 }
 
 /// The length of a path.
@@ -248,7 +249,7 @@ pub struct Energies {
 /// as SVG; snaps are vertical lines.
 ///
 /// Errs if there are not two finite times or no energies.
-pub fn energies(data: &Energies) -> Result<String> {
+pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     let (start, end) = extent(&data.time)
         .filter(|(start, end)| end > start)
         .ok_or_else(|| Error::domain("figure of energies: no span of time"))?;
@@ -294,7 +295,8 @@ pub fn energies(data: &Energies) -> Result<String> {
     let upper = Block::plane(x.clone(), y, Height::Pixels(250.0), curves).under(snaps);
     let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
     let page = Page::new("", vec![entries]);
-    Ok(page.column(Width::Whole(WIDTH), vec![upper, lower]).draw())
+    page.column(Width::Whole(WIDTH), vec![upper, lower])
+        .draw(paper)
 }
 
 /// A curve over rising times of which a drawing shows the same: where more than four points share half a pixel, the first, the least, the

@@ -7,6 +7,7 @@ use super::heat::{GAP, edges};
 use super::legend::{ColourBar, Entry, Key};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, category, sequential};
+use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
 /// A field that was varied.
@@ -81,7 +82,7 @@ impl SweptAxis {
 /// Draws the outcomes of a sweep as coloured cells, as SVG: words with a legend, from the one that occurs most often, numbers with a scale.
 ///
 /// Errs if an axis does not rise or fall, if there are not as many outcomes as points, or nothing came of any.
-pub fn outcome_map(data: &OutcomeMap) -> Result<String> {
+pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
     let (x, across) = data.x.placed("x")?;
     let (y, up) = data.y.placed("y")?;
     let points = data.x.values.len() * data.y.values.len();
@@ -151,7 +152,7 @@ pub fn outcome_map(data: &OutcomeMap) -> Result<String> {
         });
     block.bar = bar;
     let page = Page::new(&data.title, vec![entries]);
-    Ok(page.column(Width::Panels(470.0), vec![block]).draw())
+    page.column(Width::Panels(470.0), vec![block]).draw(paper)
 }
 
 /// The words from the one that occurs most often; of equals the first in the alphabet first.

@@ -4,7 +4,9 @@
 use super::axes::{Axis, Panel, ROOM_BELOW, TITLE, room_left};
 use super::canvas::{Canvas, Side, Type, draw};
 use super::legend::{ColourBar, Drawn, Entry, Legend};
+use super::paper::{Paper, Print};
 use super::stage::Stage;
+use snaprod_core::error::Result;
 
 /// The usual width of a figure, in pixels.
 pub(crate) const WIDTH: f64 = 640.0;
@@ -19,6 +21,10 @@ const ABOVE: f64 = 10.0;
 const GAP: f64 = 14.0;
 /// What a title takes.
 const TITLE_HEIGHT: f64 = 24.0;
+/// Columns narrower than this do not stand side by side.
+const NARROW: f64 = 230.0;
+/// Panels lose no more than this of their height where figures are narrow.
+const LOW: f64 = 0.75;
 
 type Paint<'a, T> = Box<dyn Fn(&mut Canvas, &T) + 'a>;
 type Place<'a> = Box<dyn Fn([f64; 4]) -> Stage + 'a>;
@@ -31,16 +37,18 @@ pub(crate) enum Height {
     Equal(f64, f64),
 }
 
+struct Plane<'a> {
+    x: Axis,
+    y: Axis,
+    height: Height,
+    curves: Vec<Drawn>,
+    grid: bool,
+    under: Paint<'a, Panel>,
+    over: Paint<'a, Panel>,
+}
+
 enum Body<'a> {
-    Plane {
-        x: Axis,
-        y: Axis,
-        height: Height,
-        curves: Vec<Drawn>,
-        grid: bool,
-        under: Paint<'a, Panel>,
-        over: Paint<'a, Panel>,
-    },
+    Plane(Box<Plane<'a>>),
     Space {
         height: f64,
         place: Place<'a>,
@@ -60,7 +68,7 @@ pub(crate) struct Block<'a> {
 impl<'a> Block<'a> {
     /// A panel with curves.
     pub(crate) fn plane(x: Axis, y: Axis, height: Height, curves: Vec<Drawn>) -> Self {
-        Self::new(Body::Plane {
+        Self::new(Body::Plane(Box::new(Plane {
             x,
             y,
             height,
@@ -68,7 +76,7 @@ impl<'a> Block<'a> {
             grid: true,
             under: Box::new(|_, _| ()),
             over: Box::new(|_, _| ()),
-        })
+        })))
     }
 
     /// A box of space: `place` puts it into the pixels [left, top, width, height].
@@ -96,24 +104,24 @@ impl<'a> Block<'a> {
 
     /// What is painted under the curves of a panel.
     pub(crate) fn under(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
-        if let Body::Plane { under, .. } = &mut self.body {
-            *under = Box::new(paint);
+        if let Body::Plane(plane) = &mut self.body {
+            plane.under = Box::new(paint);
         }
         self
     }
 
     /// What is painted over them.
     pub(crate) fn over(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
-        if let Body::Plane { over, .. } = &mut self.body {
-            *over = Box::new(paint);
+        if let Body::Plane(plane) = &mut self.body {
+            plane.over = Box::new(paint);
         }
         self
     }
 
     /// Leaves the grid out, for panels that are filled.
     pub(crate) fn without_grid(mut self) -> Self {
-        if let Body::Plane { grid, .. } = &mut self.body {
-            *grid = false;
+        if let Body::Plane(plane) = &mut self.body {
+            plane.grid = false;
         }
         self
     }
@@ -121,7 +129,7 @@ impl<'a> Block<'a> {
     /// The room at its left.
     fn room(&self) -> f64 {
         match &self.body {
-            Body::Plane { y, .. } => room_left(y),
+            Body::Plane(plane) => room_left(&plane.y),
             Body::Space { .. } => INSET,
         }
     }
@@ -129,17 +137,23 @@ impl<'a> Block<'a> {
     /// From its lower edge to the next block, or the end of the figure.
     fn gap(&self, shared: bool) -> f64 {
         match &self.body {
-            Body::Plane { .. } if shared => GAP,
-            Body::Plane { .. } => ROOM_BELOW,
+            Body::Plane(_) if shared => GAP,
+            Body::Plane(_) => ROOM_BELOW,
             Body::Space { .. } => 0.0,
         }
     }
 
     /// Widens the axes of a panel of this width where its height would leave its bounds.
     fn even(&mut self, width: f64) {
-        if let Body::Plane { x, y, height, .. } = &mut self.body
-            && let Height::Equal(least, most) = *height
+        if let Body::Plane(plane) = &mut self.body
+            && let Plane {
+                x,
+                y,
+                height: Height::Equal(least, most),
+                ..
+            } = plane.as_mut()
         {
+            let (least, most) = (*least, *most);
             let (across, up) = (x.hi - x.lo, y.hi - y.lo);
             let tall = (width * up / across).clamp(least, most);
             let scale = (width / across).min(tall / up);
@@ -148,26 +162,38 @@ impl<'a> Block<'a> {
         }
     }
 
+    /// Makes a panel that is so many times as wide as was thought as high in proportion, with marks that have room.
+    fn stretch(&mut self, times: f64) {
+        match &mut self.body {
+            Body::Plane(plane) => {
+                plane.x.stretch(times);
+                match &mut plane.height {
+                    Height::Pixels(height) => *height *= times.max(LOW),
+                    Height::Equal(least, most) => {
+                        (*least, *most) = (*least * times, *most * times);
+                        plane.y.stretch(times);
+                    }
+                }
+            }
+            Body::Space { height, .. } => *height *= times,
+        }
+    }
+
     fn height(&self, width: f64) -> f64 {
         match &self.body {
-            Body::Plane {
-                x,
-                y,
-                height: Height::Equal(..),
-                ..
-            } => width * (y.hi - y.lo) / (x.hi - x.lo),
-            Body::Plane {
-                height: Height::Pixels(height),
-                ..
-            }
-            | Body::Space { height, .. } => *height,
+            Body::Space { height, .. } => *height,
+            Body::Plane(plane) => match plane.height {
+                Height::Pixels(height) => height,
+                Height::Equal(..) => width * (plane.y.hi - plane.y.lo) / (plane.x.hi - plane.x.lo),
+            },
         }
     }
 
     /// True if the block below has the same horizontal axis.
     fn shares(&self, below: Option<&Self>) -> bool {
         match (&self.body, below.map(|b| &b.body)) {
-            (Body::Plane { x, .. }, Some(Body::Plane { x: other, .. })) => {
+            (Body::Plane(plane), Some(Body::Plane(other))) => {
+                let (x, other) = (&plane.x, &other.x);
                 (x.lo, x.hi, &x.label) == (other.lo, other.hi, &other.label)
             }
             _ => false,
@@ -220,7 +246,7 @@ impl<'a> Page<'a> {
     fn words(&self) -> [String; 2] {
         let blocks = || self.columns.iter().flat_map(|(_, blocks)| blocks);
         let axes = blocks().filter_map(|block| match &block.body {
-            Body::Plane { x, y, .. } => Some(match (y.label.as_str(), x.label.as_str()) {
+            Body::Plane(plane) => Some(match (plane.y.label.as_str(), plane.x.label.as_str()) {
                 (y, "") => y.to_owned(),
                 (y, x) => format!("{y} over {x}"),
             }),
@@ -250,13 +276,18 @@ impl<'a> Page<'a> {
         [title, said.join("; ")]
     }
 
-    /// Draws everything.
-    pub(crate) fn draw(mut self) -> String {
-        let columns = self.columns.iter_mut();
-        let measures: Vec<[f64; 3]> = columns
-            .map(|(width, blocks)| measure(*width, blocks))
-            .collect();
-        let total = measures.iter().map(|m| m[2]).sum();
+    /// Draws everything; errs if the paper has no room for it.
+    pub(crate) fn draw(mut self, paper: &Paper) -> Result<String> {
+        let print = paper.print()?;
+        let mut measures = self.measure();
+        if let Some(Print {
+            width: Some(width), ..
+        }) = print
+        {
+            self.fit(width.round(), &measures);
+            measures = self.measure();
+        }
+        let total: f64 = measures.iter().map(|m| m[2]).sum();
         let left = measures.first().map_or(0.0, |m| m[0]);
         let legend = Legend::new(&self.legend, total - left - ROOM_RIGHT);
         let titled = if self.title.is_empty() {
@@ -299,12 +330,55 @@ impl<'a> Page<'a> {
             }
         }
         let words = self.words();
-        draw(total, bottom, &words, |canvas| {
+        // A whole number of pixels is as wide as was asked.
+        let pixel = print.map(|print| match print.width {
+            Some(width) => print.pixel * width / total.round(),
+            None => print.pixel,
+        });
+        Ok(draw([total, bottom], pixel, &words, |canvas| {
             let font = Type::new(TITLE, Side::Start, Side::End);
             canvas.text((left, 23.0), self.title, font);
             legend.draw(canvas, left, ABOVE_LEGEND + titled);
             laid.iter().for_each(|block| block.paint(canvas));
-        })
+        }))
+    }
+
+    /// The measures of all columns.
+    fn measure(&mut self) -> Vec<[f64; 3]> {
+        let columns = self.columns.iter_mut();
+        columns
+            .map(|(width, blocks)| measure(*width, blocks))
+            .collect()
+    }
+
+    /// Gives the whole figure this width, in proportion to what its columns have; columns that would be too narrow stand one under the other.
+    fn fit(&mut self, width: f64, measures: &[[f64; 3]]) {
+        let total: f64 = measures.iter().map(|m| m[2]).sum();
+        let widest =
+            |measures: &[[f64; 3]]| measures.iter().fold(0.0, |most, m| f64::max(most, m[2]));
+        let mut parts: Vec<f64> = measures.iter().map(|m| width * m[2] / total).collect();
+        if self.columns.len() > 1 && parts.iter().any(|part| *part < NARROW) {
+            let mut columns: Vec<_> = std::mem::take(&mut self.columns)
+                .into_iter()
+                .map(|(_, blocks)| blocks.into_iter())
+                .collect();
+            let rows = columns.iter().map(|blocks| blocks.len()).max();
+            let in_order = (0..rows.unwrap_or(0)).flat_map(|_| {
+                let row: Vec<Block> = columns.iter_mut().filter_map(Iterator::next).collect();
+                row
+            });
+            let blocks = in_order.collect();
+            self.columns.push((Width::Whole(widest(measures)), blocks));
+            parts = vec![width];
+        }
+        for ((was, blocks), part) in self.columns.iter_mut().zip(parts) {
+            let [_, before, _] = measure(*was, blocks);
+            *was = Width::Whole(part);
+            let [_, after, _] = measure(*was, blocks);
+            blocks
+                .iter_mut()
+                .for_each(|block| block.stretch(after / before));
+        }
     }
 }
 
@@ -334,32 +408,25 @@ impl Laid<'_> {
         canvas.text((left, words - 5.0), self.block.title, font);
         self.legend.draw(canvas, left, words);
         match &self.block.body {
-            Body::Plane {
-                x,
-                y,
-                curves,
-                grid,
-                under,
-                over,
-                ..
-            } => {
+            Body::Plane(plane) => {
                 // Only the lowest of the panels that share an axis has its numbers and its name.
-                let x = if self.shared { x.bare() } else { x.clone() };
+                let x = &plane.x;
                 let panel = Panel {
                     left,
                     top,
                     width,
                     height,
-                    x,
-                    y: y.clone(),
+                    x: if self.shared { x.bare() } else { x.clone() },
+                    y: plane.y.clone(),
                 };
-                if *grid {
+                if plane.grid {
                     panel.grid(canvas);
                 }
-                under(canvas, &panel);
-                curves.iter().for_each(|curve| curve.line(canvas, &panel));
-                curves.iter().for_each(|curve| curve.marks(canvas, &panel));
-                over(canvas, &panel);
+                (plane.under)(canvas, &panel);
+                let curves = plane.curves.iter();
+                curves.clone().for_each(|curve| curve.line(canvas, &panel));
+                curves.for_each(|curve| curve.marks(canvas, &panel));
+                (plane.over)(canvas, &panel);
                 panel.frame(canvas);
             }
             Body::Space { place, paint, .. } => {
@@ -372,7 +439,7 @@ impl Laid<'_> {
         }
         if let Some(bar) = &self.block.bar {
             let inset = match self.block.body {
-                Body::Plane { .. } => 0.0,
+                Body::Plane(_) => 0.0,
                 Body::Space { .. } => 0.12 * height,
             };
             let right = left + width + ROOM_RIGHT;

@@ -7,6 +7,7 @@ use super::geometry::{Pixel, apart, finite, heading, tangent};
 use super::legend::{Drawn, Entry, Key, Mark};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, GREY, INK, category};
+use super::paper::Paper;
 use super::ticks::Tick;
 use snaprod_core::error::{Error, Result};
 use std::f64::consts::PI;
@@ -47,7 +48,7 @@ pub struct Portrait {
 /// Draws the phase portrait with the arcs that are solutions as SVG. AMV's Fig. 3.12.
 ///
 /// Errs if there is no orbit, separatrix or arc with a finite point.
-pub fn phase_portrait(data: &Portrait) -> Result<String> {
+pub fn phase_portrait(data: &Portrait, paper: &Paper) -> Result<String> {
     let arcs = data.arcs.iter().map(|arc| &arc.curve);
     let curves = data.orbits.iter().chain(&data.separatrix).chain(arcs);
     if !curves.into_iter().any(Curve::has_points) {
@@ -60,6 +61,7 @@ pub fn phase_portrait(data: &Portrait) -> Result<String> {
     });
     let x = Axis {
         ticks: ticks.collect(),
+        wanted: 0,
         ..Axis::linear(-1.12 * PI, 1.12 * PI, "ψ = θ − α", 5)
     };
     let y = Axis::linear(-2.45, 2.45, "ψₛ / λ", 5);
@@ -107,7 +109,7 @@ pub fn phase_portrait(data: &Portrait) -> Result<String> {
                 canvas.halo_text((at.0 + 6.0, at.1 + 6.0), "ψ = −α (clamp)", font);
             }
         });
-    Ok(page.column(Width::Panels(520.0), vec![block]).draw())
+    page.column(Width::Panels(520.0), vec![block]).draw(paper)
 }
 
 /// Draws an arc `off` pixels outside its curve, drifting outwards so that later turns are seen, with

@@ -5,6 +5,7 @@ use super::legend::{ColourBar, Entry, Key, Tones};
 use super::page::{Block, Page, WIDTH, Width};
 use super::painter::Painter;
 use super::palette::{Colour, GREY, INK, category};
+use super::paper::Paper;
 use super::scenery::{Scenery, SpaceBody, SpaceRod, pen};
 use snaprod_core::error::Result;
 
@@ -56,7 +57,7 @@ impl Default for RodShapes {
 /// not plane, throws a shadow on the floor.
 ///
 /// Errs if there is no rod with a finite point.
-pub fn rod_shapes(data: &RodShapes) -> Result<String> {
+pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     const HEIGHT: f64 = 500.0;
     let tones = Tones::over(data.rods.iter().filter_map(|rod| rod.value.as_ref()));
     let colour = |i: usize| toned(data.rods[i].value, data.rods[i].colour.unwrap_or(i), tones);
@@ -88,7 +89,7 @@ pub fn rod_shapes(data: &RodShapes) -> Result<String> {
     block.bar = tones.map(|tones| tones.bar(&data.value_label));
     let width = WIDTH + block.bar.as_ref().map_or(0.0, ColourBar::width);
     let page = Page::new(&data.title, vec![entries(data, &colour)]);
-    Ok(page.column(Width::Whole(width), vec![block]).draw())
+    page.column(Width::Whole(width), vec![block]).draw(paper)
 }
 
 fn toned(value: Option<f64>, category_of: usize, tones: Option<Tones>) -> Colour {

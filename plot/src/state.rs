@@ -8,6 +8,7 @@ use super::legend::{Drawn, Entry, Key, named};
 use super::page::{Block, Height, Page, Width};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
+use super::paper::Paper;
 use super::scenery::{Scenery, SpaceRod};
 use super::text;
 use snaprod_core::error::{Error, Result};
@@ -53,7 +54,7 @@ const ROUNDOFF: f64 = 1e-9;
 ///
 /// Errs if the rod has no finite point, if a list is not as long as `s`, or if `s` has no finite
 /// number while there is something to draw over it.
-pub fn rod_state(data: &RodState) -> Result<String> {
+pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     const LEFT: f64 = 440.0;
     const RIGHT: f64 = 420.0;
     let blocks = blocks(data)?;
@@ -109,10 +110,10 @@ pub fn rod_state(data: &RodState) -> Result<String> {
     });
     shape.legend = vec![entries];
     let page = Page::new(&data.title, Vec::new()).column(Width::Whole(LEFT), vec![shape]);
-    Ok(match blocks.len() {
-        0 => page.draw(),
-        _ => page.column(Width::Whole(RIGHT), blocks).draw(),
-    })
+    match blocks.len() {
+        0 => page.draw(paper),
+        _ => page.column(Width::Whole(RIGHT), blocks).draw(paper),
+    }
 }
 
 /// The sizes of force and couple: a couple with no force is measured against the rod's length.

@@ -10,6 +10,7 @@ use super::legend::{Entry, Key, Mark, draw_mark};
 use super::motion::circle;
 use super::page::{Block, Page, WIDTH, Width};
 use super::palette::{ALARM, BLACK, Colour, GREY, UNSTABLE, WHITE, category};
+use super::paper::Paper;
 use super::stage::Stage;
 use snaprod_core::error::{Error, Result};
 
@@ -48,8 +49,8 @@ pub struct Sheets {
 /// such triples. AMV's Fig. 3.22.
 ///
 /// Errs if there is no panel, or one without a patch with finite points.
-pub fn sheets_lambda_alpha(panels: &[Sheets]) -> Result<String> {
-    draw_panels(panels, |sheets| {
+pub fn sheets_lambda_alpha(panels: &[Sheets], paper: &Paper) -> Result<String> {
+    draw_panels(panels, paper, |sheets| {
         Ok(Frame {
             sheets,
             labels: ["λ", "α (rad)", "θ(1) (rad)"].map(String::from),
@@ -68,13 +69,14 @@ pub fn sheets_lambda_alpha(panels: &[Sheets]) -> Result<String> {
 /// are (x, y, theta(1)). AMV's Fig. 3.24.
 ///
 /// Errs if there is no panel, or one without a patch with finite points.
-pub fn sheets_over_disc(panels: &[Sheets]) -> Result<String> {
-    draw_panels(panels, Frame::over_disc)
+pub fn sheets_over_disc(panels: &[Sheets], paper: &Paper) -> Result<String> {
+    draw_panels(panels, paper, Frame::over_disc)
 }
 
 /// Panels in rows of two.
 fn draw_panels<'a>(
     panels: &'a [Sheets],
+    paper: &Paper,
     frame: impl Fn(&'a Sheets) -> Result<Frame<'a>>,
 ) -> Result<String> {
     let frames: Vec<Frame> = panels.iter().map(frame).collect::<Result<_>>()?;
@@ -89,7 +91,7 @@ fn draw_panels<'a>(
         let blocks = frames.map(|frame| frame.block(width, None)).collect();
         page = page.column(Width::Whole(width), blocks);
     }
-    Ok(page.draw())
+    page.draw(paper)
 }
 
 /// A motion on the sheets over the disc.
@@ -107,7 +109,7 @@ pub struct PathOnSurface {
 /// dotted, jumps are dashed, the start is a ring and the end a disc.
 ///
 /// Errs if there is no patch or no path with finite points.
-pub fn path_on_surface(data: &PathOnSurface) -> Result<String> {
+pub fn path_on_surface(data: &PathOnSurface, paper: &Paper) -> Result<String> {
     if !data.path.iter().any(|p| p.iter().all(|c| c.is_finite())) {
         return Err(Error::domain("figure of a path on sheets: no path to show"));
     }
@@ -115,7 +117,7 @@ pub fn path_on_surface(data: &PathOnSurface) -> Result<String> {
     let legend = entries(std::slice::from_ref(&data.sheets), Some(data));
     let page = Page::new("", vec![legend]);
     let block = frame.block(WIDTH, Some(data));
-    Ok(page.column(Width::Whole(WIDTH), vec![block]).draw())
+    page.column(Width::Whole(WIDTH), vec![block]).draw(paper)
 }
 
 /// Red for folds and snaps as in the plane figures; darker, to be seen on every sheet.

@@ -7,6 +7,7 @@ use super::files::print_error;
 use super::page::Page;
 use super::{Refusal, signals};
 use clap::Args;
+use snaprod::plot::Paper;
 use snaprod::study::export::{Array, npz};
 use snaprod::study::{Cell, Csv, Sink, Table};
 use std::cell::RefCell;
@@ -16,33 +17,82 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
+/// A figure as PNG and as PDF, where they are asked for.
+type Copies = [Option<Vec<u8>>; 2];
 /// Draws a figure from data of its own.
 type Drawing = Box<dyn FnOnce() -> snaprod::Result<String> + Send>;
 
 /// What figures to draw, and in which form tables are written.
 #[derive(Args, Debug, Clone, Copy, Default)]
 pub struct FigureArgs {
-    /// Write a PNG beside every figure (needs the feature `png`).
-    #[arg(long)]
-    pub png: bool,
+    #[command(flatten)]
+    pub print: PrintArgs,
     /// Draw no figures.
-    #[arg(long, conflicts_with = "png")]
+    #[arg(long, conflicts_with_all = ["png", "pdf", "width", "font"])]
     pub no_figures: bool,
     /// Write every table as NPZ, too, for NumPy, MATLAB and others.
     #[arg(long)]
     pub npz: bool,
 }
 
-impl FigureArgs {
-    /// Refuses `--png` where the program cannot do it.
+/// The size and the formats of figures.
+#[derive(Args, Debug, Clone, Copy, Default)]
+pub struct PrintArgs {
+    /// Write a PNG beside every figure (needs the feature `png`).
+    #[arg(long)]
+    png: bool,
+    /// Write a PDF beside every figure (needs the feature `pdf`).
+    #[arg(long)]
+    pdf: bool,
+    /// The width of every figure in print, as in 85mm, 8.5cm or 3.3in.
+    #[arg(long, value_name = "LENGTH", value_parser = millimetres)]
+    width: Option<f64>,
+    /// The size of letters in figures, as in 8pt; default 8pt if a width is given.
+    #[arg(long, value_name = "LENGTH", value_parser = points)]
+    font: Option<f64>,
+}
+
+impl PrintArgs {
+    /// Refuses formats that the program was built without, and sizes that have no room for a figure.
     fn check(self) -> Result<(), Refusal> {
-        if self.png && cfg!(not(feature = "png")) {
-            return Err(Refusal(
-                "--png: this program was built without PNG; build it with `cargo build --release --features png`, or use the SVG files".to_owned(),
-            ));
+        let formats = [
+            (self.png, cfg!(feature = "png"), "png"),
+            (self.pdf, cfg!(feature = "pdf"), "pdf"),
+        ];
+        for (asked, built, name) in formats {
+            if asked && !built {
+                return Err(Refusal(format!(
+                    "--{name}: this program was built without {}; build it with `cargo build --release --features {name}`, or use the SVG files",
+                    name.to_uppercase()
+                )));
+            }
         }
-        Ok(())
+        let paper = self.paper().check();
+        paper.map_err(|e| Refusal(format!("--width, --font: {e}")))
     }
+
+    fn paper(self) -> Paper {
+        Paper {
+            width: self.width,
+            font: self.font,
+        }
+    }
+}
+
+/// A length as print has it, in millimetres.
+fn millimetres(text: &str) -> Result<f64, String> {
+    const UNITS: [(&str, f64); 4] = [("mm", 1.0), ("cm", 10.0), ("in", 25.4), ("pt", 25.4 / 72.0)];
+    let text = text.trim();
+    let length = UNITS.iter().find_map(|(name, unit)| {
+        let number: f64 = text.strip_suffix(name)?.trim_end().parse().ok()?;
+        (number > 0.0 && number.is_finite()).then_some(number * unit)
+    });
+    length.ok_or_else(|| "give a positive length with its unit: mm, cm, in or pt".to_owned())
+}
+
+/// The same in points.
+fn points(text: &str) -> Result<f64, String> {
+    millimetres(text).map(|length| length * 72.0 / 25.4)
 }
 
 /// The files of one command, in a directory or nowhere.
@@ -73,7 +123,7 @@ impl Output {
         owned: &'static [&'static str],
         figures: FigureArgs,
     ) -> Result<Self, Refusal> {
-        figures.check()?;
+        figures.print.check()?;
         let place = directory.map(|directory| Place::open(directory, owned));
         Ok(Self {
             place: place.transpose()?,
@@ -122,33 +172,34 @@ impl Output {
         Ok(())
     }
 
-    /// Draws `name.svg` from the data, and `name.png` where asked. Whatever hinders it is a warning: the numbers are worth
+    /// Draws `name.svg` from the data, and `name.png` and `name.pdf` where asked. Whatever hinders it is a warning: the numbers are worth
     /// more than their picture. A second Ctrl-C gives it up at once.
     pub fn figure<D: Send + 'static>(
         &self,
         name: &str,
         data: impl FnOnce() -> Result<D, Refusal>,
-        draw: impl FnOnce(&D) -> snaprod::Result<String> + Send + 'static,
+        draw: impl FnOnce(&D, &Paper) -> snaprod::Result<String> + Send + 'static,
     ) {
         if !self.draws() {
             return;
         }
-        let drawing = data().map(|data| Box::new(move || draw(&data)) as Drawing);
+        let paper = self.figures.print.paper();
+        let drawing = data().map(|data| Box::new(move || draw(&data, &paper)) as Drawing);
         if let Err(Refusal(why)) = drawing.and_then(|drawing| self.try_figure(name, drawing)) {
             print_error(&format!("warning: {name}.svg is missing: {why}"));
         }
     }
 
     fn try_figure(&self, name: &str, draw: Drawing) -> Result<(), Refusal> {
-        let png = self.figures.png;
+        let asked = self.figures.print;
         let (send, receive) = channel();
         // Aside, so that a signal need not wait for it.
         std::thread::spawn(move || {
-            let drawn = draw().and_then(|svg| Ok((png.then(|| raster(&svg)).transpose()?, svg)));
+            let drawn = draw().and_then(|svg| Ok((copies(&svg, asked)?, svg)));
             // Nobody listens any more after a second Ctrl-C.
             let _ = send.send(drawn);
         });
-        let (raster, svg) = loop {
+        let (copies, svg) = loop {
             match receive.recv_timeout(Duration::from_millis(50)) {
                 Ok(drawn) => break drawn?,
                 Err(RecvTimeoutError::Timeout) if signals::hurried() => return Ok(()),
@@ -162,10 +213,12 @@ impl Output {
         if let Some(place) = &self.place {
             place.drawn.borrow_mut().push((name.to_owned(), svg));
         }
-        match raster {
-            Some(bytes) => self.write(&format!("{name}.png"), &bytes),
-            None => Ok(()),
+        for (copy, kind) in copies.into_iter().zip(["png", "pdf"]) {
+            if let Some(bytes) = copy {
+                self.write(&format!("{name}.{kind}"), &bytes)?;
+            }
         }
+        Ok(())
     }
 
     /// Writes the page `name.html`, if anything is written at all; it is given the figures drawn so far. Whatever hinders it is a warning,
@@ -386,12 +439,18 @@ impl Drop for Lock {
     }
 }
 
-#[cfg(feature = "png")]
-fn raster(svg: &str) -> snaprod::Result<Vec<u8>> {
-    snaprod::plot::png(svg, 2.0)
-}
-
-#[cfg(not(feature = "png"))]
-fn raster(_: &str) -> snaprod::Result<Vec<u8>> {
-    unreachable!("refused by FigureArgs::check")
+/// A figure in the other formats that are asked for; those that the program was built without have been refused.
+fn copies(svg: &str, asked: PrintArgs) -> snaprod::Result<Copies> {
+    #[cfg_attr(not(any(feature = "png", feature = "pdf")), allow(unused_mut))]
+    let mut copies = Copies::default();
+    #[cfg(feature = "png")]
+    if asked.png {
+        copies[0] = Some(snaprod::plot::png(svg, 2.0)?);
+    }
+    #[cfg(feature = "pdf")]
+    if asked.pdf {
+        copies[1] = Some(snaprod::plot::pdf(svg)?);
+    }
+    let _ = (svg, asked);
+    Ok(copies)
 }

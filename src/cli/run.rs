@@ -73,6 +73,7 @@ pub const FILES: &[&str] = &[
     "surface.*",
     "strain*.svg",
     "strain*.png",
+    "strain*.pdf",
     "layer.*",
     "losses.*",
     "shapes.*",

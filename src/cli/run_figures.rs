@@ -9,7 +9,7 @@ use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
 use snaprod::plot::{
-    self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Patch,
+    self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Paper, Patch,
     PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, StrainMap,
     Trace,
 };
@@ -59,16 +59,16 @@ impl RunFigure {
     ///
     /// # Errors
     /// Data without anything to show.
-    pub fn draw(&self) -> Result<String> {
+    pub fn draw(&self, paper: &Paper) -> Result<String> {
         match self {
-            Self::Snapshots(data) => plot::snapshots(data),
-            Self::Energies(data) => plot::energies(data),
-            Self::Surface(data) => plot::path_on_surface(data),
-            Self::Shapes(data) => plot::rod_shapes(data),
-            Self::Path(data) | Self::Section(data) => plot::lines(data),
-            Self::Strain(data) => plot::strain_map(data),
-            Self::Layer(data) => plot::layer(data),
-            Self::Losses(data) => plot::dissipated_against_released(data),
+            Self::Snapshots(data) => plot::snapshots(data, paper),
+            Self::Energies(data) => plot::energies(data, paper),
+            Self::Surface(data) => plot::path_on_surface(data, paper),
+            Self::Shapes(data) => plot::rod_shapes(data, paper),
+            Self::Path(data) | Self::Section(data) => plot::lines(data, paper),
+            Self::Strain(data) => plot::strain_map(data, paper),
+            Self::Layer(data) => plot::layer(data, paper),
+            Self::Losses(data) => plot::dissipated_against_released(data, paper),
         }
     }
 }

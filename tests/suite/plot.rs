@@ -7,7 +7,7 @@ use snaprod::{Error, Result};
 /// A figure's name, a way to make it, words it must contain and its largest size in kB.
 type Case = (
     &'static str,
-    Box<dyn Fn() -> Result<String>>,
+    Box<dyn Fn(&Paper) -> Result<String>>,
     &'static [&'static str],
     usize,
 );
@@ -16,7 +16,7 @@ fn cases() -> Vec<Case> {
     vec![
         (
             "snapshots",
-            Box::new(|| snapshots(&snapshots_data(&motion(0.3)))),
+            Box::new(|paper| snapshots(&snapshots_data(&motion(0.3)), paper)),
             &[
                 "x (ℓ)",
                 "y (ℓ)",
@@ -30,7 +30,7 @@ fn cases() -> Vec<Case> {
         ),
         (
             "energies",
-            Box::new(|| energies(&energies_data(&motion(0.3)))),
+            Box::new(|paper| energies(&energies_data(&motion(0.3)), paper)),
             &[
                 "energy (EI/ℓ)",
                 "|error| (EI/ℓ)",
@@ -46,43 +46,43 @@ fn cases() -> Vec<Case> {
         ),
         (
             "path_on_surface",
-            Box::new(|| path_on_surface(&path_data(&motion(0.3), 20, 24))),
+            Box::new(|paper| path_on_surface(&path_data(&motion(0.3), 20, 24), paper)),
             &["x (ℓ)", "y (ℓ)", "θ(1) (rad)", "motion", "snap"],
             1000,
         ),
         (
             "phase_portrait",
-            Box::new(|| phase_portrait(&portrait_data())),
+            Box::new(|paper| phase_portrait(&portrait_data(), paper)),
             &["ψ = θ − α", "ψₛ / λ", "ABCD: S₁⁺", "−π/2"],
             150,
         ),
         (
             "sheets_lambda_alpha",
-            Box::new(|| sheets_lambda_alpha(&[sheets_lam(48, 32)])),
+            Box::new(|paper| sheets_lambda_alpha(&[sheets_lam(48, 32)], paper)),
             &["λ", "α (rad)", "θ(1) (rad)", "S₀⁺", "S₁⁻"],
             1000,
         ),
         (
             "sheets_over_disc",
-            Box::new(|| sheets_over_disc(&[sheets_disc(48, 32)])),
+            Box::new(|paper| sheets_over_disc(&[sheets_disc(48, 32)], paper)),
             &["x (ℓ)", "y (ℓ)", "θ(1) (rad)", "S₀⁻", "S₁⁺", "fold"],
             1000,
         ),
         (
             "fold_map",
-            Box::new(|| fold_map(&fold_map_data(61, 40))),
+            Box::new(|paper| fold_map(&fold_map_data(61, 40), paper)),
             &["x (ℓ)", "y (ℓ)", "1st fold", "cusp", "2 stable equilibria"],
             300,
         ),
         (
             "energy_landscape",
-            Box::new(|| energy_landscape(&landscape_data(61, 40))),
+            Box::new(|paper| energy_landscape(&landscape_data(61, 40), paper)),
             &["x (ℓ)", "y (ℓ)", "elastic energy (EI/ℓ)", "lowest stable"],
             300,
         ),
         (
             "lines",
-            Box::new(|| lines(&lines_data())),
+            Box::new(|paper| lines(&lines_data(), paper)),
             &[
                 "evaluations of the force",
                 "error of r(1), relative",
@@ -97,8 +97,11 @@ fn cases() -> Vec<Case> {
 #[test]
 fn figures_are_deterministic_well_formed_and_labelled() {
     for (name, make, words, size) in cases() {
-        let svg = make().unwrap();
-        assert!(svg == make().unwrap(), "{name}: not the same bytes");
+        let svg = make(&Paper::SCREEN).unwrap();
+        assert!(
+            svg == make(&Paper::SCREEN).unwrap(),
+            "{name}: not the same bytes"
+        );
         assert!(svg.len() < 1000 * size, "{name}: {} bytes", svg.len());
         let document = roxmltree::Document::parse(&svg).unwrap();
         let root = document.root_element();
@@ -138,15 +141,18 @@ fn refused(result: Result<String>) {
 
 #[test]
 fn nothing_to_show_is_an_error() {
-    refused(snapshots(&Snapshots::default()));
-    refused(energies(&Energies::default()));
-    refused(path_on_surface(&PathOnSurface::default()));
-    refused(phase_portrait(&Portrait::default()));
-    refused(sheets_lambda_alpha(&[Sheets::default()]));
-    refused(sheets_over_disc(&[]));
-    refused(fold_map(&FoldMap::default()));
-    refused(energy_landscape(&EnergyLandscape::default()));
-    refused(lines(&Lines::default()));
+    refused(snapshots(&Snapshots::default(), &Paper::SCREEN));
+    refused(energies(&Energies::default(), &Paper::SCREEN));
+    refused(path_on_surface(&PathOnSurface::default(), &Paper::SCREEN));
+    refused(phase_portrait(&Portrait::default(), &Paper::SCREEN));
+    refused(sheets_lambda_alpha(&[Sheets::default()], &Paper::SCREEN));
+    refused(sheets_over_disc(&[], &Paper::SCREEN));
+    refused(fold_map(&FoldMap::default(), &Paper::SCREEN));
+    refused(energy_landscape(
+        &EnergyLandscape::default(),
+        &Paper::SCREEN,
+    ));
+    refused(lines(&Lines::default(), &Paper::SCREEN));
 }
 
 /// Numbers that must not break anything.
@@ -190,97 +196,127 @@ fn bad_numbers_never_panic() {
             values: vec![0.0, bad, 1.0, 2.0, bad, 3.0],
         };
         let figures = [
-            snapshots(&Snapshots {
-                shapes: vec![
-                    Shape {
-                        time: 0.0,
-                        axis: curve.clone(),
-                    },
-                    Shape {
-                        time: bad,
-                        axis: curve.clone(),
-                    },
-                ],
-                path: curve.clone(),
-                folds: vec![curve.clone()],
-                snaps: vec![[bad, 0.0]],
-                walls: vec![[[bad, 0.0], [1.0, bad]]],
-                units: units.clone(),
-            }),
-            energies(&Energies {
-                time: vec![0.0, 1.0, bad],
-                kinetic: vec![bad, 1.0],
-                error: vec![0.0, bad, 1.0],
-                snaps: vec![bad],
-                ..Energies::default()
-            }),
-            path_on_surface(&PathOnSurface {
-                sheets: Sheets {
-                    patches: vec![patch(2), patch(usize::MAX)],
-                    view: Some(View {
-                        azimuth: bad,
-                        elevation: bad,
-                    }),
+            snapshots(
+                &Snapshots {
+                    shapes: vec![
+                        Shape {
+                            time: 0.0,
+                            axis: curve.clone(),
+                        },
+                        Shape {
+                            time: bad,
+                            axis: curve.clone(),
+                        },
+                    ],
+                    path: curve.clone(),
+                    folds: vec![curve.clone()],
+                    snaps: vec![[bad, 0.0]],
+                    walls: vec![[[bad, 0.0], [1.0, bad]]],
                     units: units.clone(),
-                    ..Sheets::default()
                 },
-                path: vec![[0.0; 3], [bad; 3], [0.2, 0.2, 0.1]],
-                jumps: vec![[[bad; 3], [0.0; 3]]],
-            }),
-            sheets_lambda_alpha(&[Sheets {
-                patches: vec![patch(2), patch(0)],
-                bounds: Some([[0.0, bad], [0.0, 1.0], [0.0, 1.0]]),
-                ..Sheets::default()
-            }]),
-            sheets_lambda_alpha(&[Sheets {
-                patches: vec![patch(2)],
-                ..Sheets::default()
-            }]),
-            phase_portrait(&Portrait {
-                orbits: vec![curve.clone()],
-                verticals: vec![bad],
-                arcs: vec![Arc {
-                    name: String::new(),
-                    curve: curve.clone(),
+                &Paper::SCREEN,
+            ),
+            energies(
+                &Energies {
+                    time: vec![0.0, 1.0, bad],
+                    kinetic: vec![bad, 1.0],
+                    error: vec![0.0, bad, 1.0],
+                    snaps: vec![bad],
+                    ..Energies::default()
+                },
+                &Paper::SCREEN,
+            ),
+            path_on_surface(
+                &PathOnSurface {
+                    sheets: Sheets {
+                        patches: vec![patch(2), patch(usize::MAX)],
+                        view: Some(View {
+                            azimuth: bad,
+                            elevation: bad,
+                        }),
+                        units: units.clone(),
+                        ..Sheets::default()
+                    },
+                    path: vec![[0.0; 3], [bad; 3], [0.2, 0.2, 0.1]],
+                    jumps: vec![[[bad; 3], [0.0; 3]]],
+                },
+                &Paper::SCREEN,
+            ),
+            sheets_lambda_alpha(
+                &[Sheets {
+                    patches: vec![patch(2), patch(0)],
+                    bounds: Some([[0.0, bad], [0.0, 1.0], [0.0, 1.0]]),
+                    ..Sheets::default()
                 }],
-                points: vec![Named {
-                    name: "A".into(),
-                    at: [bad, bad],
+                &Paper::SCREEN,
+            ),
+            sheets_lambda_alpha(
+                &[Sheets {
+                    patches: vec![patch(2)],
+                    ..Sheets::default()
                 }],
-                ..Portrait::default()
-            }),
-            fold_map(&FoldMap {
-                counts: field.clone(),
-                folds: vec![vec![curve.clone()]; 9],
-                cusps: vec![[bad, bad]],
-                units: units.clone(),
-            }),
-            energy_landscape(&EnergyLandscape {
-                panels: vec![(String::new(), field.clone())],
-                folds: vec![curve.clone()],
-                scale: Scale::Log,
-                range: Some([bad, 2.0]),
-                units: units.clone(),
-            }),
-            lines(&Lines {
-                series: vec![Series {
-                    x: curve.x.clone(),
-                    y: curve.y.clone(),
-                    ..Series::default()
-                }],
-                equal: true,
-                ..Lines::default()
-            }),
-            lines(&Lines {
-                series: vec![Series {
-                    x: vec![1.0, 2.0],
-                    y: vec![3.0, bad],
-                    ..Series::default()
-                }],
-                x_log: true,
-                y_log: true,
-                ..Lines::default()
-            }),
+                &Paper::SCREEN,
+            ),
+            phase_portrait(
+                &Portrait {
+                    orbits: vec![curve.clone()],
+                    verticals: vec![bad],
+                    arcs: vec![Arc {
+                        name: String::new(),
+                        curve: curve.clone(),
+                    }],
+                    points: vec![Named {
+                        name: "A".into(),
+                        at: [bad, bad],
+                    }],
+                    ..Portrait::default()
+                },
+                &Paper::SCREEN,
+            ),
+            fold_map(
+                &FoldMap {
+                    counts: field.clone(),
+                    folds: vec![vec![curve.clone()]; 9],
+                    cusps: vec![[bad, bad]],
+                    units: units.clone(),
+                },
+                &Paper::SCREEN,
+            ),
+            energy_landscape(
+                &EnergyLandscape {
+                    panels: vec![(String::new(), field.clone())],
+                    folds: vec![curve.clone()],
+                    scale: Scale::Log,
+                    range: Some([bad, 2.0]),
+                    units: units.clone(),
+                },
+                &Paper::SCREEN,
+            ),
+            lines(
+                &Lines {
+                    series: vec![Series {
+                        x: curve.x.clone(),
+                        y: curve.y.clone(),
+                        ..Series::default()
+                    }],
+                    equal: true,
+                    ..Lines::default()
+                },
+                &Paper::SCREEN,
+            ),
+            lines(
+                &Lines {
+                    series: vec![Series {
+                        x: vec![1.0, 2.0],
+                        y: vec![3.0, bad],
+                        ..Series::default()
+                    }],
+                    x_log: true,
+                    y_log: true,
+                    ..Lines::default()
+                },
+                &Paper::SCREEN,
+            ),
         ];
         for svg in figures.iter().flatten() {
             assert!(roxmltree::Document::parse(svg).is_ok());
@@ -291,37 +327,89 @@ fn bad_numbers_never_panic() {
                 columns: wrong,
                 ..field.clone()
             };
-            refused(fold_map(&FoldMap {
-                counts,
-                ..FoldMap::default()
-            }));
+            refused(fold_map(
+                &FoldMap {
+                    counts,
+                    ..FoldMap::default()
+                },
+                &Paper::SCREEN,
+            ));
         }
     }
 }
 
-#[cfg(feature = "png")]
+/// Catches figures that leave their paper or have other letters than were asked for, and words that a narrow figure cuts off.
 #[test]
-fn png_has_the_size_asked_for() {
-    let svg = lines(&lines_data()).unwrap();
-    let document = roxmltree::Document::parse(&svg).unwrap();
-    let root = document.root_element();
-    let side = |a: &str| root.attribute(a).unwrap().parse::<f32>().unwrap();
-    for scale in [1.0, 2.5] {
-        let bytes = png(&svg, scale).unwrap();
-        assert_eq!(&bytes[1..4], b"PNG");
-        let word = |i: usize| u32::from_be_bytes(bytes[i..i + 4].try_into().unwrap());
-        assert_eq!(word(16), (scale * side("width")).round() as u32);
-        assert_eq!(word(20), (scale * side("height")).round() as u32);
-        // The letters are there: without a font the picture would be much smaller.
-        assert!(bytes.len() > 20_000, "{}", bytes.len());
+fn figures_have_the_size_of_their_paper() {
+    const MILLIMETRES: f64 = 25.4 / 72.0;
+    for (width, font) in [(85.0, 8.0), (120.5, 7.0), (180.0, 9.0)] {
+        let paper = Paper {
+            width: Some(width),
+            font: Some(font),
+        };
+        for (name, make, words, _) in cases() {
+            let svg = make(&paper).unwrap();
+            let document = roxmltree::Document::parse(&svg).unwrap();
+            let root = document.root_element();
+            let side = |a: &str| {
+                let side = root.attribute(a).unwrap().strip_suffix("mm").unwrap();
+                side.parse::<f64>().unwrap()
+            };
+            assert_eq!(side("width"), width, "{name}");
+            let view: Vec<f64> = (root.attribute("viewBox").unwrap().split(' '))
+                .map(|n| n.parse().unwrap())
+                .collect();
+            let shown = width / view[2];
+            assert!(
+                (side("height") / view[3] / shown - 1.0).abs() < 1e-3,
+                "{name}"
+            );
+            let number = |node: &roxmltree::Node, a: &str| -> f64 {
+                node.attribute(a).unwrap().parse().unwrap()
+            };
+            let texts = document.descendants().filter(|n| n.has_tag_name("text"));
+            let mut named = false;
+            for text in texts {
+                let size = number(&text, "font-size");
+                // Numbers are smaller and titles larger than the names of axes, whose letters are those that were asked for.
+                named |= (size * shown / MILLIMETRES / font - 1.0).abs() < 0.01;
+                let said = text.text().unwrap_or_default().trim();
+                let (x, y) = (number(&text, "x"), number(&text, "y"));
+                let held = |at: f64, side: f64| (-0.01 * side..=1.01 * side).contains(&at);
+                assert!(
+                    held(x, view[2]) && held(y, view[3]),
+                    "{name}: {said:?} at {x}, {y} of {view:?}"
+                );
+                // Letters of DejaVu Sans are on the average 0.55 of their size wide.
+                let long = 0.55 * size * said.chars().count() as f64;
+                let (from, to) = match text.attribute("text-anchor") {
+                    Some("middle") => (x - 0.5 * long, x + 0.5 * long),
+                    Some("end") => (x - long, x),
+                    _ => (x, x + long),
+                };
+                if text.attribute("transform").is_none() {
+                    assert!(
+                        held(from, 1.1 * view[2]) && to < 1.06 * view[2],
+                        "{name}: {said:?} from {from} to {to} of {view:?}"
+                    );
+                }
+            }
+            assert!(named, "{name}: no letters of {font} pt");
+            for word in words {
+                assert!(
+                    svg.contains(word) || word.starts_with('−'),
+                    "{name}: no {word:?}"
+                );
+            }
+        }
     }
-    for (svg, scale) in [
-        ("no drawing", 1.0),
-        (&svg, 0.0),
-        (&svg, f32::NAN),
-        (&svg, 1e9),
-        (&svg, -1.0),
+    for (width, font, word) in [
+        (Some(20.0), Some(10.0), "60 to 10000 mm"),
+        (Some(85.0), Some(0.5), "2 to 100 pt"),
+        (Some(f64::NAN), None, "mm"),
+        (None, Some(f64::INFINITY), "2 to 100 pt"),
     ] {
-        assert!(png(svg, scale).is_err_and(|e| e.is_domain()));
+        let refused = Paper { width, font }.check().unwrap_err();
+        assert!(refused.to_string().contains(word), "{refused}");
     }
 }

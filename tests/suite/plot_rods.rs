@@ -83,7 +83,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>)> {
     vec![
         (
             "branches",
-            branch_diagram(&pitchfork()),
+            branch_diagram(&pitchfork(), &Paper::SCREEN),
             vec![
                 "end force λ² (EI/ℓ²)",
                 "deflection x(1) (ℓ)",
@@ -106,30 +106,42 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>)> {
         ),
         (
             "two panels",
-            branch_diagram(&pitchfork_energy()),
+            branch_diagram(&pitchfork_energy(), &Paper::SCREEN),
             vec!["energy (EI/ℓ)", "deflection x(1) (ℓ)", "LP1"],
         ),
         (
             "helix",
-            rod_shapes(&one(helix(2.5, 241), 0.05)),
+            rod_shapes(&one(helix(2.5, 241), 0.05), &Paper::SCREEN),
             with(&["d₁", "d₂", "d₃"]),
         ),
-        ("knot", rod_shapes(&one(knot(), 0.0)), axes()),
+        (
+            "knot",
+            rod_shapes(&one(knot(), 0.0), &Paper::SCREEN),
+            axes(),
+        ),
         (
             "family",
-            rod_shapes(&family()),
+            rod_shapes(&family(), &Paper::SCREEN),
             with(&["stable", "unstable", "end force (EI/ℓ²)"]),
         ),
         (
             "twisted",
-            rod_shapes(&twisted_family()),
+            rod_shapes(&twisted_family(), &Paper::SCREEN),
             with(&["end rotation (deg)"]),
         ),
-        ("ring", rod_shapes(&one(ring(), 0.06)), axes()),
-        ("straight", rod_shapes(&one(bent(0.0, 0, 1), 0.0)), axes()),
+        (
+            "ring",
+            rod_shapes(&one(ring(), 0.06), &Paper::SCREEN),
+            axes(),
+        ),
+        (
+            "straight",
+            rod_shapes(&one(bent(0.0, 0, 1), 0.0), &Paper::SCREEN),
+            axes(),
+        ),
         (
             "state",
-            rod_state(&state()),
+            rod_state(&state(), &Paper::SCREEN),
             with(&[
                 "couple (EI/ℓ)",
                 "force (EI/ℓ²)",
@@ -148,7 +160,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>)> {
         ),
         (
             "plane state",
-            rod_state(&plane_state()),
+            rod_state(&plane_state(), &Paper::SCREEN),
             with(&["m₁ = m₃ = 0", "v₁ = v₂ = v₃ − 1 = 0", "end couple m = 0"]),
         ),
     ]
@@ -250,7 +262,7 @@ fn frame(drawing: &Drawing) -> [f64; 4] {
 #[test]
 fn the_fold_is_marked_and_the_style_changes_there() {
     let index = [0, 0, 0, 0, 1, 1, 1, 1].map(Some).to_vec();
-    let svg = branch_diagram(&fold_diagram(index)).unwrap();
+    let svg = branch_diagram(&fold_diagram(index), &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let drawing = Drawing::new(&document);
     let [l, t, r, b] = frame(&drawing);
@@ -284,7 +296,7 @@ fn the_fold_is_marked_and_the_style_changes_there() {
 #[test]
 fn dashes_tell_the_index() {
     let count = |index: Option<usize>, colour: &str, width: f64| {
-        let svg = branch_diagram(&fold_diagram(vec![index; 8])).unwrap();
+        let svg = branch_diagram(&fold_diagram(vec![index; 8]), &Paper::SCREEN).unwrap();
         let document = Document::parse(&svg).unwrap();
         Drawing::new(&document).lines(colour, width).len()
     };
@@ -312,7 +324,7 @@ fn crowded_labels_do_not_meet() {
             kind: SpecialKind::BranchPoint,
         })
         .collect();
-    let svg = branch_diagram(&diagram).unwrap();
+    let svg = branch_diagram(&diagram, &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let drawing = Drawing::new(&document);
     let mut at = Vec::new();
@@ -338,7 +350,7 @@ fn crowded_labels_do_not_meet() {
 fn rods_are_whole_dashed_or_broken() {
     let blue = "#0072B2";
     let strokes = |rod: SpaceRod| {
-        let svg = rod_shapes(&one(rod, 0.0)).unwrap();
+        let svg = rod_shapes(&one(rod, 0.0), &Paper::SCREEN).unwrap();
         let document = Document::parse(&svg).unwrap();
         let drawing = Drawing::new(&document);
         let ink = |n: &&Node| n.attribute("stroke") == Some(blue);
@@ -374,7 +386,7 @@ fn a_circle_stays_round() {
         azimuth: -90.0,
         elevation: 0.0,
     });
-    let svg = rod_shapes(&data).unwrap();
+    let svg = rod_shapes(&data, &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let drawing = Drawing::new(&document);
     let ink = |n: &&Node| n.attribute("stroke") == Some("#0072B2");
@@ -401,20 +413,26 @@ fn refused(result: Result<String>, word: &str) {
 
 #[test]
 fn nothing_to_show_is_an_error() {
-    refused(branch_diagram(&BranchDiagram::default()), "no panel");
+    refused(
+        branch_diagram(&BranchDiagram::default(), &Paper::SCREEN),
+        "no panel",
+    );
     let mut half = pitchfork();
     half.panels.push(BranchPanel::default());
-    refused(branch_diagram(&half), "panel 2");
-    refused(rod_shapes(&RodShapes::default()), "no rod");
+    refused(branch_diagram(&half, &Paper::SCREEN), "panel 2");
+    refused(rod_shapes(&RodShapes::default(), &Paper::SCREEN), "no rod");
     let holes = SpaceRod {
         points: vec![[f64::NAN; 3]; 3],
         ..SpaceRod::default()
     };
-    refused(rod_shapes(&one(holes, 0.0)), "no rod");
-    refused(rod_state(&RodState::default()), "no rod");
+    refused(rod_shapes(&one(holes, 0.0), &Paper::SCREEN), "no rod");
+    refused(rod_state(&RodState::default(), &Paper::SCREEN), "no rod");
     let mut short = state();
     short.forces.pop();
-    refused(rod_state(&short), "forces has 160 entries for 161");
+    refused(
+        rod_state(&short, &Paper::SCREEN),
+        "forces has 160 entries for 161",
+    );
 }
 
 /// Catches panics, endless loops and NaN on points, directors, loads and ranges that are not sound.
@@ -461,18 +479,21 @@ fn bad_numbers_never_panic() {
                 ribbon: bad,
                 ..RodShapes::default()
             };
-            figures.push(rod_shapes(&shapes));
-            figures.push(rod_shapes(&RodShapes { view, ..shapes }));
-            figures.push(rod_state(&RodState {
-                rod: rod(points),
-                end_force: Some([bad, 1.0, 0.0]),
-                end_couple: Some([bad; 3]),
-                s: vec![0.0, bad],
-                couples: vec![[bad; 3], [1.0, bad, 0.0]],
-                stretches: vec![[0.0, bad, 1.0]; 2],
-                view,
-                ..RodState::default()
-            }));
+            figures.push(rod_shapes(&shapes, &Paper::SCREEN));
+            figures.push(rod_shapes(&RodShapes { view, ..shapes }, &Paper::SCREEN));
+            figures.push(rod_state(
+                &RodState {
+                    rod: rod(points),
+                    end_force: Some([bad, 1.0, 0.0]),
+                    end_couple: Some([bad; 3]),
+                    s: vec![0.0, bad],
+                    couples: vec![[bad; 3], [1.0, bad, 0.0]],
+                    stretches: vec![[0.0, bad, 1.0]; 2],
+                    view,
+                    ..RodState::default()
+                },
+                &Paper::SCREEN,
+            ));
         }
         let mut diagram = fold_diagram(vec![Some(0), None, Some(2)]);
         diagram.x_range = Some([bad, 1.0]);
@@ -480,7 +501,7 @@ fn bad_numbers_never_panic() {
         diagram.panels[0].branches[0].x[3] = bad;
         diagram.panels[0].branches[0].y[5] = bad;
         diagram.panels[0].specials[0].y = bad;
-        figures.push(branch_diagram(&diagram));
+        figures.push(branch_diagram(&diagram, &Paper::SCREEN));
         let point = BranchPanel {
             branches: vec![BranchLine {
                 x: vec![bad],
@@ -489,10 +510,13 @@ fn bad_numbers_never_panic() {
             }],
             ..BranchPanel::default()
         };
-        figures.push(branch_diagram(&BranchDiagram {
-            panels: vec![point],
-            ..BranchDiagram::default()
-        }));
+        figures.push(branch_diagram(
+            &BranchDiagram {
+                panels: vec![point],
+                ..BranchDiagram::default()
+            },
+            &Paper::SCREEN,
+        ));
         for svg in figures.iter().flatten() {
             assert!(Document::parse(svg).is_ok());
             assert!(!svg.contains("NaN") && !svg.contains("inf"));
@@ -515,12 +539,15 @@ fn points_and_straight_rods_are_drawn() {
             points,
             ..SpaceRod::default()
         };
-        let svg = rod_shapes(&one(rod.clone(), 0.1)).unwrap();
+        let svg = rod_shapes(&one(rod.clone(), 0.1), &Paper::SCREEN).unwrap();
         assert!(svg.contains("#0072B2") && !svg.contains("NaN"));
-        rod_state(&RodState {
-            rod,
-            ..RodState::default()
-        })
+        rod_state(
+            &RodState {
+                rod,
+                ..RodState::default()
+            },
+            &Paper::SCREEN,
+        )
         .unwrap();
     }
 }

@@ -90,7 +90,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
     vec![
         (
             "strain map",
-            strain_map(&strain_map_data(400, 60)),
+            strain_map(&strain_map_data(400, 60), &Paper::SCREEN),
             vec![
                 time,
                 "arclength s (ℓ)",
@@ -107,7 +107,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "strain map, zoomed",
-            strain_map(&si),
+            strain_map(&si, &Paper::SCREEN),
             vec![
                 "A snap",
                 "time t (s)",
@@ -119,7 +119,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "layer",
-            layer(&layer_data()),
+            layer(&layer_data(), &Paper::SCREEN),
             vec![
                 "x (ℓ)",
                 "y (ℓ)",
@@ -139,7 +139,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "convergence",
-            lines(&convergence_data()),
+            lines(&convergence_data(), &Paper::SCREEN),
             vec![
                 "on the sheet",
                 "after the third fold",
@@ -155,7 +155,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "losses",
-            dissipated_against_released(&losses_data()),
+            dissipated_against_released(&losses_data(), &Paper::SCREEN),
             vec![
                 "released in the elastic limit (EI/ℓ)",
                 "dissipated in the layer (EI/ℓ)",
@@ -169,7 +169,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "losses over time",
-            losses_over_time(&losses_over_time_data()),
+            losses_over_time(&losses_over_time_data(), &Paper::SCREEN),
             vec![
                 time,
                 "energy lost so far (EI/ℓ)",
@@ -180,7 +180,7 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
         ),
         (
             "kernel",
-            kernel(&kernel_data()),
+            kernel(&kernel_data(), &Paper::SCREEN),
             vec![
                 time,
                 "relaxation function",
@@ -270,7 +270,7 @@ fn cells_have_the_colours_of_their_values() {
         snaps: vec![0.55, 9.0],
         ..StrainMap::default()
     };
-    let svg = strain_map(&data).unwrap();
+    let svg = strain_map(&data, &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let (frames, polygons) = (frames(&document), polygons(&document));
     assert_eq!(frames.len(), 2);
@@ -337,7 +337,7 @@ fn a_window_shows_its_times_alone() {
         window: Some([0.8, 2.2]),
         ..StrainMap::default()
     };
-    let svg = strain_map(&data).unwrap();
+    let svg = strain_map(&data, &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let found = words(&document);
     assert!(
@@ -361,7 +361,7 @@ fn a_window_shows_its_times_alone() {
 #[test]
 fn a_layer_keeps_its_end_and_its_energies() {
     let data = layer_data();
-    let svg = layer(&data).unwrap();
+    let svg = layer(&data, &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let frames = frames(&document);
     assert_eq!(frames.len(), 2);
@@ -407,7 +407,7 @@ fn a_layer_keeps_its_end_and_its_energies() {
 /// Catches guides with another slope than they say, and guides over data or over one another.
 #[test]
 fn guides_have_their_slopes_and_cover_nothing() {
-    let svg = lines(&convergence_data()).unwrap();
+    let svg = lines(&convergence_data(), &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let [l, t, r, b] = frames(&document)[0];
     let marks: Vec<Pixel> = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"]
@@ -442,7 +442,7 @@ fn guides_have_their_slopes_and_cover_nothing() {
 /// Catches steps of the limit at other times than its snaps, and a diagonal that is none.
 #[test]
 fn losses_step_at_snaps_and_the_diagonal_is_one() {
-    let svg = losses_over_time(&losses_over_time_data()).unwrap();
+    let svg = losses_over_time(&losses_over_time_data(), &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let [l, _, r, _] = frames(&document)[0];
     let stairs = lines_of(&document, "#BEBEBE", 50.0).pop().unwrap();
@@ -459,7 +459,7 @@ fn losses_step_at_snaps_and_the_diagonal_is_one() {
         assert!((rise - snap).abs() < 2e-3, "{rise} for {snap}");
     }
 
-    let svg = dissipated_against_released(&losses_data()).unwrap();
+    let svg = dissipated_against_released(&losses_data(), &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let [l, t, r, b] = frames(&document)[0];
     let diagonal = lines_of(&document, "#969696", 12.0).pop().unwrap();
@@ -477,7 +477,7 @@ fn losses_step_at_snaps_and_the_diagonal_is_one() {
 /// Catches limits at other heights than their curves' ends, or at the wrong side.
 #[test]
 fn limits_of_a_kernel_meet_their_curves() {
-    let svg = kernel(&kernel_data()).unwrap();
+    let svg = kernel(&kernel_data(), &Paper::SCREEN).unwrap();
     let document = Document::parse(&svg).unwrap();
     let frames = frames(&document);
     for colour in ["#0072B2", "#D55E00", "#009E73"] {
@@ -509,9 +509,12 @@ fn bad_data_are_refused_by_name() {
     let map = |change: fn(&mut StrainMap)| {
         let mut data = strain_map_data(20, 5);
         change(&mut data);
-        strain_map(&data)
+        strain_map(&data, &Paper::SCREEN)
     };
-    refused(strain_map(&StrainMap::default()), "time is empty");
+    refused(
+        strain_map(&StrainMap::default(), &Paper::SCREEN),
+        "time is empty",
+    );
     refused(map(|m| m.time[3] = f64::NAN), "time has an entry NaN");
     refused(map(|m| m.time[3] = 7.0), "time falls");
     refused(map(|m| m.s.truncate(1)), "s spans nothing");
@@ -537,11 +540,11 @@ fn bad_data_are_refused_by_name() {
         "no dissipation",
     );
 
-    refused(layer(&LayerFigure::default()), "no shape");
+    refused(layer(&LayerFigure::default(), &Paper::SCREEN), "no shape");
     let snap = |change: fn(&mut LayerFigure)| {
         let mut data = layer_data();
         change(&mut data);
-        layer(&data)
+        layer(&data, &Paper::SCREEN)
     };
     refused(
         snap(|d| d.runs[1].elastic.truncate(7)),
@@ -556,11 +559,11 @@ fn bad_data_are_refused_by_name() {
         "runs[2].stretched",
     );
 
-    refused(lines(&Lines::default()), "no point");
+    refused(lines(&Lines::default(), &Paper::SCREEN), "no point");
     let orders = |change: fn(&mut Lines)| {
         let mut data = convergence_data();
         change(&mut data);
-        lines(&data)
+        lines(&data, &Paper::SCREEN)
     };
     refused(orders(|d| d.series[2].y.truncate(3)), "series[2].y has 3");
     refused(orders(|d| d.slopes[0].order = f64::NAN), "slopes[0]");
@@ -572,13 +575,13 @@ fn bad_data_are_refused_by_name() {
     );
 
     refused(
-        dissipated_against_released(&SnapLosses::default()),
+        dissipated_against_released(&SnapLosses::default(), &Paper::SCREEN),
         "no snap",
     );
     let losses = |change: fn(&mut LossGroup)| {
         let mut data = losses_data();
         change(&mut data.groups[1]);
-        dissipated_against_released(&data)
+        dissipated_against_released(&data, &Paper::SCREEN)
     };
     refused(
         losses(|g| g.dissipated.truncate(1)),
@@ -586,11 +589,14 @@ fn bad_data_are_refused_by_name() {
     );
     refused(losses(|g| g.labels.truncate(1)), "groups[1].labels has 1");
 
-    refused(losses_over_time(&LossesOverTime::default()), "no run");
+    refused(
+        losses_over_time(&LossesOverTime::default(), &Paper::SCREEN),
+        "no run",
+    );
     let stairs = |change: fn(&mut LossesOverTime)| {
         let mut data = losses_over_time_data();
         change(&mut data);
-        losses_over_time(&data)
+        losses_over_time(&data, &Paper::SCREEN)
     };
     refused(stairs(|d| d.released.truncate(2)), "released has 2");
     refused(stairs(|d| d.snaps[1] = f64::NAN), "snaps");
@@ -598,11 +604,11 @@ fn bad_data_are_refused_by_name() {
     refused(stairs(|d| d.runs[0].x[1] = -1.0), "runs[0].x falls");
     refused(stairs(|d| d.runs[0].y.truncate(1)), "runs[0].y");
 
-    refused(kernel(&KernelFigure::default()), "time");
+    refused(kernel(&KernelFigure::default(), &Paper::SCREEN), "time");
     let memory = |change: fn(&mut KernelFigure)| {
         let mut data = kernel_data();
         change(&mut data);
-        kernel(&data)
+        kernel(&data, &Paper::SCREEN)
     };
     refused(
         memory(|d| d.creep[2].values.truncate(9)),
@@ -662,16 +668,16 @@ fn bad_numbers_never_panic() {
         let mut logged = memory.clone();
         logged.log = true;
         let figures = [
-            strain_map(&map),
-            strain_map(&late),
-            strain_map(&flat),
-            layer(&snap),
-            layer(&point),
-            lines(&orders),
-            dissipated_against_released(&losses),
-            losses_over_time(&stairs),
-            kernel(&memory),
-            kernel(&logged),
+            strain_map(&map, &Paper::SCREEN),
+            strain_map(&late, &Paper::SCREEN),
+            strain_map(&flat, &Paper::SCREEN),
+            layer(&snap, &Paper::SCREEN),
+            layer(&point, &Paper::SCREEN),
+            lines(&orders, &Paper::SCREEN),
+            dissipated_against_released(&losses, &Paper::SCREEN),
+            losses_over_time(&stairs, &Paper::SCREEN),
+            kernel(&memory, &Paper::SCREEN),
+            kernel(&logged, &Paper::SCREEN),
         ];
         for (k, figure) in figures.iter().enumerate() {
             match figure {

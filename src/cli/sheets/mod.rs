@@ -3,7 +3,7 @@
 pub mod figures;
 
 use super::files::{print, print_json};
-use super::output::{FigureArgs, Output};
+use super::output::{FigureArgs, Output, PrintArgs};
 use super::page::{Kind, Page, sheets_data};
 use super::signals::Signals;
 use super::{Ending, Refusal};
@@ -31,9 +31,8 @@ pub struct SheetsArgs {
     /// Write sheets.html, a page whose sheets can be turned and show the rod at every node; it is one file and needs no network.
     #[arg(long)]
     pub html: bool,
-    /// Write a PNG beside every figure (needs the feature `png`).
-    #[arg(long)]
-    pub png: bool,
+    #[command(flatten)]
+    pub print: PrintArgs,
     /// Print the list of files as one JSON object.
     #[arg(long)]
     pub json: bool,
@@ -57,7 +56,7 @@ const FIGURES: usize = FILES.len() - 1;
 pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
     let modes = asked_modes(&args.modes)?;
     let figures = FigureArgs {
-        png: args.png,
+        print: args.print,
         ..FigureArgs::default()
     };
     let out = Output::open(Some(&args.out), FILES, figures)?;
@@ -69,14 +68,14 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
     );
     if !record.over_load.is_empty() {
         let panels = || Ok(figures::over_load(&record));
-        out.figure("sheets_lambda_alpha", panels, |panels| {
-            sheets_lambda_alpha(panels)
+        out.figure("sheets_lambda_alpha", panels, |panels, paper| {
+            sheets_lambda_alpha(panels, paper)
         });
     }
     if !record.over_disc.is_empty() {
         let panels = || Ok(figures::over_disc(&record));
-        out.figure("sheets_over_disc", panels, |panels| {
-            sheets_over_disc(panels)
+        out.figure("sheets_over_disc", panels, |panels, paper| {
+            sheets_over_disc(panels, paper)
         });
     }
     if let Some(stable) = &record.stable {

@@ -1,0 +1,130 @@
+//! Figures in other formats than SVG.
+
+use snaprod_core::error::{Error, Result};
+use std::sync::Arc;
+
+/// DejaVu Sans, the part of it that figures use (see `assets/README.md`).
+const FONT: &[u8] = include_bytes!("../assets/DejaVuSans-subset.ttf");
+/// No picture is wider or higher than this, in pixels.
+#[cfg(feature = "png")]
+const LARGEST: f32 = 16_384.0;
+/// Pixels of SVG in an inch.
+#[cfg(feature = "pdf")]
+const PIXELS: f32 = 96.0;
+
+/// The drawing, lettered in the bundled font.
+fn drawing(svg: &str) -> Result<usvg::Tree> {
+    let mut fonts = usvg::fontdb::Database::new();
+    fonts.load_font_data(FONT.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    let options = usvg::Options {
+        font_family: "DejaVu Sans".into(),
+        fontdb: Arc::new(fonts),
+        ..usvg::Options::default()
+    };
+    usvg::Tree::from_str(svg, &options)
+        .map_err(|e| Error::domain(format!("a figure that is no drawing: {e}")))
+}
+
+/// Turns an SVG figure of this crate into PNG, `scale` pixels to each of its own (2 gives about 200 dots
+/// per inch at the intended size), lettered in the bundled font.
+///
+/// Errs if `svg` is not SVG, or if the picture would be empty or more than 16384 pixels wide or high.
+#[cfg(feature = "png")]
+pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>> {
+    use resvg::tiny_skia;
+    let tree = drawing(svg)?;
+    let (width, height) = (tree.size().width() * scale, tree.size().height() * scale);
+    let fits = |side: f32| (1.0..=LARGEST).contains(&side.round());
+    if !(fits(width) && fits(height)) {
+        return Err(Error::domain(format!(
+            "PNG: a picture of {width} x {height} pixels"
+        )));
+    }
+    tiny_skia::Pixmap::new(width.round() as u32, height.round() as u32)
+        .and_then(|mut pixels| {
+            let enlarge = tiny_skia::Transform::from_scale(scale, scale);
+            resvg::render(&tree, enlarge, &mut pixels.as_mut());
+            pixels.encode_png().ok()
+        })
+        .ok_or_else(|| Error::domain("PNG: the picture could not be encoded"))
+}
+
+/// Turns an SVG figure of this crate into PDF: one page of the size of the figure, with lines as lines and letters as letters of the bundled
+/// font, which the file holds. A figure for a screen has 96 of its pixels in an inch.
+///
+/// Errs if `svg` is not SVG.
+#[cfg(feature = "pdf")]
+pub fn pdf(svg: &str) -> Result<Vec<u8>> {
+    let page = svg2pdf::PageOptions { dpi: PIXELS };
+    svg2pdf::to_pdf(&drawing(svg)?, svg2pdf::ConversionOptions::default(), page)
+        .map_err(|e| Error::domain(format!("PDF: {e}")))
+}
+
+#[cfg(all(test, feature = "png", feature = "pdf"))]
+mod tests {
+    use super::*;
+    use crate::{Lines, Paper, Series, Trace, lines};
+
+    fn figure(paper: &Paper, [x, y, name]: [&str; 3]) -> String {
+        let series = Series {
+            name: name.into(),
+            x: vec![0.0, 1.0, 2.0],
+            y: vec![1.0, 3.0, 2.0],
+            trace: Trace::Line,
+            colour: None,
+        };
+        let data = Lines {
+            x_label: x.into(),
+            y_label: y.into(),
+            series: vec![series],
+            ..Lines::default()
+        };
+        lines(&data, paper).unwrap()
+    }
+
+    const WORDS: [&str; 3] = ["time t (√(μℓ³/EI))", "energy (EI/ℓ)", "kinetic"];
+
+    /// Catches pictures of another size, and pictures without letters.
+    #[test]
+    fn a_png_has_the_size_asked_for() {
+        let svg = figure(&Paper::SCREEN, WORDS);
+        let size = drawing(&svg).unwrap().size();
+        for scale in [1.0, 2.5] {
+            let bytes = png(&svg, scale).unwrap();
+            assert_eq!(&bytes[1..4], b"PNG");
+            let word = |i: usize| u32::from_be_bytes(bytes[i..i + 4].try_into().unwrap());
+            assert_eq!(word(16), (scale * size.width()).round() as u32);
+            assert_eq!(word(20), (scale * size.height()).round() as u32);
+        }
+        let mute = figure(&Paper::SCREEN, [""; 3]);
+        let [said, mute] = [&svg, &mute].map(|svg| png(svg, 2.0).unwrap().len());
+        assert!(said > mute + 3000, "{said} and {mute} bytes");
+        for (svg, scale) in [
+            ("no drawing", 1.0),
+            (&svg, 0.0),
+            (&svg, f32::NAN),
+            (&svg, 1e9),
+            (&svg, -1.0),
+        ] {
+            assert!(png(svg, scale).is_err_and(|e| e.is_domain()));
+        }
+    }
+
+    /// Catches pages of another size than the paper, and letters that were lost or became outlines.
+    #[test]
+    fn a_pdf_has_the_size_of_its_paper_and_the_letters_of_its_figure() {
+        let paper = Paper {
+            width: Some(85.0),
+            font: Some(8.0),
+        };
+        let bytes = pdf(&figure(&paper, WORDS)).unwrap();
+        assert!(bytes.starts_with(b"%PDF-"));
+        let text = String::from_utf8_lossy(&bytes);
+        let (_, page) = text.split_once("/MediaBox [0 0 ").expect("a page");
+        let width: f64 = page.split(' ').next().unwrap().parse().unwrap();
+        assert!((width - 85.0 * 72.0 / 25.4).abs() < 0.02, "{width}");
+        assert!(text.contains("DejaVuSans") && text.contains("/FontFile2"));
+        assert!(pdf("no drawing").is_err_and(|e| e.is_domain()));
+    }
+}
