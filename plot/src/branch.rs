@@ -136,7 +136,7 @@ pub fn branch_diagram(data: &BranchDiagram, paper: &Paper) -> Result<String> {
         let block = Block::plane(x.clone(), y, Height::Pixels(height), Vec::new());
         blocks.push(block.over(|canvas, frame| paint(canvas, frame, panel)));
     }
-    let page = Page::new(&data.title, legends(data));
+    let page = Page::new("Branches of equilibria", &data.title, legends(data));
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 

@@ -90,6 +90,10 @@ pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
     if blocks.is_empty() {
         return Err(nothing());
     }
-    let page = Page::new(&figure.title, vec![legend]);
+    let page = Page::new(
+        "Measurements and the model fitted to them",
+        &figure.title,
+        vec![legend],
+    );
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }

@@ -150,7 +150,7 @@ pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
     if gaps {
         entries.push(Entry::new(Key::Fill(GAP), "no value"));
     }
-    let page = Page::new(&data.title, vec![entries]);
+    let page = Page::new("Strain over time and arclength", &data.title, vec![entries]);
     page.column(Width::Whole(700.0), blocks).draw(paper)
 }
 

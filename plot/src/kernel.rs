@@ -129,7 +129,7 @@ pub fn kernel(data: &KernelFigure, paper: &Paper) -> Result<String> {
         let name = "instantaneous (left), relaxed (right)";
         entries.push(Entry::new(Key::Line(pen), name));
     }
-    let page = Page::new(&data.title, vec![entries]);
+    let page = Page::new("Memory of a rod", &data.title, vec![entries]);
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 

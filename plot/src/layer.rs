@@ -132,7 +132,7 @@ pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
             }
         })
     });
-    let page = Page::new(&data.title, vec![entries]);
+    let page = Page::new("A snap in stretched time", &data.title, vec![entries]);
     let blocks = [upper].into_iter().chain(lower).collect();
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }

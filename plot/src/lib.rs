@@ -8,6 +8,7 @@
 //! | --- | --- |
 //! | [`snapshots`] | the rod at several times, the path of its mass, folds and snaps |
 //! | [`energies`] | the ledger against time, and its error |
+//! | [`space_way`] | the way of a point in space, and its coordinates over time |
 //! | [`path_on_surface`] | a motion on the sheets over the disc, with its jumps |
 //! | [`phase_portrait`] | orbits of the elastica's equation and the arcs that are solutions (AMV Fig. 3.12) |
 //! | [`sheets_lambda_alpha`] | sheets in (lam, alpha, theta(1)) (AMV Fig. 3.22) |
@@ -38,12 +39,14 @@ mod cells;
 mod contour;
 mod data;
 mod depth;
+mod energies;
 mod faces;
 mod fit;
 #[cfg(any(feature = "png", feature = "pdf"))]
 mod formats;
 mod geometry;
 mod heat;
+mod history;
 mod kernel;
 mod labels;
 mod layer;
@@ -68,10 +71,12 @@ mod state;
 mod surfaces;
 mod text;
 mod ticks;
+mod way;
 
 pub use axes::Scale;
 pub use branch::{BranchDiagram, BranchLine, BranchPanel, Special, SpecialKind, branch_diagram};
 pub use data::{AxisUnits, Bounds, Curve, Field, Patch, Series, Trace, View};
+pub use energies::{Energies, energies};
 pub use fit::{FitFigure, FittedCurve, fit};
 #[cfg(feature = "pdf")]
 pub use formats::pdf;
@@ -86,7 +91,7 @@ pub use losses::{
 };
 pub use maps::{EnergyLandscape, FoldMap, energy_landscape, fold_map};
 pub use modes::{ModeShape, ModeShapes, mode_shapes};
-pub use motion::{Energies, Shape, Snapshots, energies, snapshots};
+pub use motion::{Shape, Snapshots, snapshots};
 pub use outcome::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
 pub use paper::Paper;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
@@ -97,3 +102,4 @@ pub use state::{RodState, rod_state};
 pub use surfaces::{
     PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,
 };
+pub use way::{SpaceWay, space_way};

@@ -77,6 +77,6 @@ pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
             &curves.collect::<Vec<Vec<Pixel>>>(),
         );
     });
-    let page = Page::new(&data.title, legend);
+    let page = Page::new("Curves", &data.title, legend);
     page.column(Width::Whole(600.0), vec![block]).draw(paper)
 }

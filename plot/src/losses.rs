@@ -91,7 +91,7 @@ pub fn dissipated_against_released(data: &SnapLosses, paper: &Paper) -> Result<S
         .over(|canvas, panel| labels(canvas, panel, data));
     let lower = below.map(|y| Block::plane(x, y, Height::Pixels(120.0), marks(difference)));
     let blocks = [upper].into_iter().chain(lower).collect();
-    let page = Page::new(&data.title, vec![entries]);
+    let page = Page::new("Energy dissipated and released", &data.title, vec![entries]);
     page.column(Width::Panels(SIDE), blocks).draw(paper)
 }
 
@@ -200,7 +200,7 @@ pub fn losses_over_time(data: &LossesOverTime, paper: &Paper) -> Result<String> 
         .map(|(i, run)| run.drawn(i, 1.6));
     let curves: Vec<Drawn> = stairs.into_iter().chain(runs).collect();
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
-    let page = Page::new(&data.title, vec![named(&curves)]);
+    let page = Page::new("Energy lost over time", &data.title, vec![named(&curves)]);
     let block = Block::plane(x, y, Height::Pixels(320.0), curves);
     page.column(Width::Whole(WIDTH), vec![block]).draw(paper)
 }

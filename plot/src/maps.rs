@@ -99,7 +99,7 @@ pub fn fold_map(data: &FoldMap, paper: &Paper) -> Result<String> {
                 }
             }
         });
-    let page = Page::new("", vec![entries]);
+    let page = Page::new("Folds and numbers of stable equilibria", "", vec![entries]);
     page.column(Width::Panels(470.0), vec![block]).draw(paper)
 }
 
@@ -199,7 +199,7 @@ pub fn energy_landscape(data: &EnergyLandscape, paper: &Paper) -> Result<String>
         false => Vec::new(),
     };
     let side = if last > 0 { 320.0 } else { 430.0 };
-    let mut page = Page::new("", vec![entries]);
+    let mut page = Page::new("Energy of equilibria", "", vec![entries]);
     for (i, (title, field)) in fields.into_iter().enumerate() {
         let level = |&v: &f64| axis.place(v).clamp(0.0, 1.0);
         let mut values: Vec<f64> = field.values.iter().map(level).collect();

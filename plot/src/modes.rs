@@ -109,7 +109,11 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
         };
         Entry::new(Key::Line(pen(&rod, colour(&rod))), word)
     });
-    let page = Page::new("", vec![keys.to_vec()]);
+    let page = Page::new(
+        "Small vibrations about an equilibrium",
+        "",
+        vec![keys.to_vec()],
+    );
     let page = blocks.into_iter().fold(page, |page, blocks| {
         page.column(Width::Panels(PANEL), blocks)
     });

@@ -5,8 +5,8 @@ use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, Curve};
 use super::geometry::{Pixel, finite, heading};
 use super::legend::{Drawn, Entry, Key, Mark, Tones, named};
-use super::page::{Block, Height, Page, WIDTH, Width};
-use super::palette::{ALARM, Colour, GREY, INK, category};
+use super::page::{Block, Height, Page, Width};
+use super::palette::{ALARM, Colour, GREY, INK};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
@@ -129,7 +129,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
                 wall(canvas, base, ahead, 13.0);
             }
         });
-    let mut page = Page::new("", vec![entries]);
+    let mut page = Page::new("A rod at several times", "", vec![entries]);
     let bar = Some(tones.bar(&data.units.time_of("time t")));
     let Some((x, y)) = close else {
         block.bar = bar;
@@ -216,119 +216,4 @@ pub(crate) fn wall(canvas: &mut Canvas, at: Pixel, towards: Pixel, half: f64) {
         canvas.line(&hatch, Pen::new(INK, 0.8));
     }
     canvas.line(&[point(0.0, -half), point(0.0, half)], Pen::new(INK, 2.0));
-}
-
-/// The ledger of a motion: every vector as long as `time`, or empty to leave it out.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Energies {
-    /// Times, rising; two equal ones at a snap.
-    pub time: Vec<f64>,
-    /// Kinetic energy of the mass.
-    pub kinetic: Vec<f64>,
-    /// Kinetic energy of a rod with mass.
-    pub rod_kinetic: Vec<f64>,
-    /// Elastic energy of the rod.
-    pub elastic: Vec<f64>,
-    /// Potential energy of the loads.
-    pub potential: Vec<f64>,
-    /// Energy lost in snaps and to friction so far.
-    pub dissipated: Vec<f64>,
-    /// Work of the driven clamp and of time-dependent loads so far.
-    pub work: Vec<f64>,
-    /// Kinetic, of mass and rod, + elastic + potential.
-    pub total: Vec<f64>,
-    /// Error of the ledger: what kinetic + elastic + potential + dissipated - work has changed by.
-    pub error: Vec<f64>,
-    /// Times of snaps.
-    pub snaps: Vec<f64>,
-    /// Units.
-    pub units: AxisUnits,
-}
-
-/// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale,
-/// as SVG; snaps are vertical lines.
-///
-/// Errs if there are not two finite times or no energies.
-pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
-    let (start, end) = extent(&data.time)
-        .filter(|(start, end)| end > start)
-        .ok_or_else(|| Error::domain("figure of energies: no span of time"))?;
-    let all = [
-        ("kinetic", &data.kinetic),
-        ("elastic", &data.elastic),
-        ("potential", &data.potential),
-        ("dissipated", &data.dissipated),
-        ("work", &data.work),
-        ("kinetic of the rod", &data.rod_kinetic),
-        ("total mechanical", &data.total),
-    ];
-    let used = all.into_iter().zip([0, 1, 2, 3, 4, 5, 6]);
-    let used = used.filter(|((_, values), _)| !values.is_empty());
-    let curves = used.clone().map(|((name, values), colour)| {
-        let pen = match name {
-            "total mechanical" => Pen::new(INK, 1.6),
-            "work" => Pen::new(category(colour), 1.5).dashed(6.0, 4.0),
-            _ => Pen::new(category(colour), 1.5),
-        };
-        let (time, values) = thinned(&data.time, values);
-        Drawn::new(Key::Line(pen), name, &time, &values)
-    });
-    let curves: Vec<Drawn> = curves.collect();
-    let values = used.flat_map(|((_, values), _)| values.iter());
-    let y = Axis::fit(values, false, &data.units.energy_of("energy"), 6)
-        .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
-    let (floor, error_axis) = error_scale(&data.error, &data.units);
-
-    let mut entries = named(&curves);
-    if !data.snaps.is_empty() {
-        entries.push(Entry::new(Key::Line(SNAP), "snap"));
-    }
-    let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
-    let sizes: Vec<f64> = data.error.iter().map(|e| e.abs().max(floor)).collect();
-    let (time, sizes) = thinned(&data.time, &sizes);
-    let error = Drawn::line_of(Pen::new(category(0), 1.0), &time, &sizes);
-    let snaps = |canvas: &mut Canvas, panel: &Panel| {
-        for &snap in &data.snaps {
-            panel.upright(canvas, snap, SNAP);
-        }
-    };
-    let upper = Block::plane(x.clone(), y, Height::Pixels(250.0), curves).under(snaps);
-    let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
-    let page = Page::new("", vec![entries]);
-    page.column(Width::Whole(WIDTH), vec![upper, lower])
-        .draw(paper)
-}
-
-/// A curve over rising times of which a drawing shows the same: where more than four points share half a pixel, the first, the least, the
-/// largest and the last of them.
-fn thinned(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    const COLUMNS: f64 = 2.0 * WIDTH;
-    let Some((start, end)) = extent(time).filter(|_| time.len() as f64 > 4.0 * COLUMNS) else {
-        return (time.to_vec(), values.to_vec());
-    };
-    let column = |t: f64| ((t - start) / (end - start) * COLUMNS).floor();
-    let points: Vec<(f64, f64)> = time.iter().copied().zip(values.iter().copied()).collect();
-    let mut kept = Vec::new();
-    for run in points.chunk_by(|a, b| column(a.0) == column(b.0)) {
-        let by = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
-        let mut few: Vec<&(f64, f64)> = [run.first(), run.last()].into_iter().flatten().collect();
-        few.extend(run.iter().min_by(by));
-        few.extend(run.iter().max_by(by));
-        few.sort_by(|a, b| a.0.total_cmp(&b.0));
-        kept.extend(few.into_iter().copied());
-    }
-    kept.into_iter().unzip()
-}
-
-const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
-
-/// The axis of |error|, and the size at which smaller errors (and none) are drawn.
-fn error_scale(error: &[f64], units: &AxisUnits) -> (f64, Axis) {
-    let sizes: Vec<f64> = error.iter().map(|e| e.abs()).filter(|e| *e > 0.0).collect();
-    let (lo, hi) = extent(&sizes).unwrap_or((1e-17, 1e-15));
-    // Ten decades at most: the rare step that happens to be exact says nothing.
-    let top = 10f64.powf((hi.log10() + 0.2).ceil()).clamp(1e-290, 1e300);
-    let bottom = 10f64.powf(lo.log10().floor()).max(1e-10 * top);
-    let label = units.energy_of("|error|");
-    (bottom, Axis::log(bottom, top.max(10.0 * bottom), &label, 4))
 }

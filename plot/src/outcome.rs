@@ -151,7 +151,7 @@ pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
             cells.paint(canvas, panel, &colours);
         });
     block.bar = bar;
-    let page = Page::new(&data.title, vec![entries]);
+    let page = Page::new("What comes of a sweep", &data.title, vec![entries]);
     page.column(Width::Panels(470.0), vec![block]).draw(paper)
 }
 

@@ -212,6 +212,8 @@ pub(crate) enum Width {
 
 /// A figure.
 pub(crate) struct Page<'a> {
+    /// What it shows, for those who hear it, where it has no title.
+    about: &'static str,
     title: &'a str,
     /// Each group of entries begins a row.
     legend: Vec<Vec<Entry>>,
@@ -228,8 +230,9 @@ struct Laid<'p> {
 }
 
 impl<'a> Page<'a> {
-    pub(crate) fn new(title: &'a str, legend: Vec<Vec<Entry>>) -> Self {
+    pub(crate) fn new(about: &'static str, title: &'a str, legend: Vec<Vec<Entry>>) -> Self {
         Self {
+            about,
             title,
             legend,
             columns: Vec::new(),
@@ -265,13 +268,12 @@ impl<'a> Page<'a> {
         named.extend(bars.map(|bar| format!("colours: {}", bar.label())));
         named.retain(|name| !name.is_empty());
         named.dedup();
-        let mut said = panels.clone();
+        let mut said = panels;
         said.extend((spaces.count() > 0).then(|| "a view in perspective".to_owned()));
         said.extend((!named.is_empty()).then(|| named.join(", ")));
-        let title = match (self.title, panels.first()) {
-            ("", Some(first)) => first.clone(),
-            ("", None) => named.first().cloned().unwrap_or_default(),
-            (title, _) => title.to_owned(),
+        let title = match self.title {
+            "" => self.about.to_owned(),
+            title => format!("{}: {title}", self.about),
         };
         [title, said.join("; ")]
     }

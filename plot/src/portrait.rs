@@ -68,7 +68,11 @@ pub fn phase_portrait(data: &Portrait, paper: &Paper) -> Result<String> {
     let pen = |i: usize| Pen::new(category(i), 2.2);
     let arcs = data.arcs.iter().enumerate();
     let entry = |(i, arc): (usize, &Arc)| Entry::new(Key::Line(pen(i)), arc.name.as_str());
-    let page = Page::new("", vec![arcs.map(entry).collect()]);
+    let page = Page::new(
+        "Phase plane of the elastica",
+        "",
+        vec![arcs.map(entry).collect()],
+    );
     let line = |pen: Pen| move |c: &Curve| Drawn::line_of(pen, &c.x, &c.y);
     let orbits = data
         .orbits

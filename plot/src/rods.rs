@@ -88,7 +88,7 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     });
     block.bar = tones.map(|tones| tones.bar(&data.value_label));
     let width = WIDTH + block.bar.as_ref().map_or(0.0, ColourBar::width);
-    let page = Page::new(&data.title, vec![entries(data, &colour)]);
+    let page = Page::new("Rods in space", &data.title, vec![entries(data, &colour)]);
     page.column(Width::Whole(width), vec![block]).draw(paper)
 }
 

@@ -109,7 +109,8 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
         painter.paint(canvas);
     });
     shape.legend = vec![entries];
-    let page = Page::new(&data.title, Vec::new()).column(Width::Whole(LEFT), vec![shape]);
+    let page = Page::new("An equilibrium of a rod", &data.title, Vec::new())
+        .column(Width::Whole(LEFT), vec![shape]);
     match blocks.len() {
         0 => page.draw(paper),
         _ => page.column(Width::Whole(RIGHT), blocks).draw(paper),

@@ -25,6 +25,14 @@ pub struct SpaceCurve {
     pub name: String,
     /// Its points.
     pub points: Vec<[f64; 3]>,
+    /// It holds straight rods, and is black; else it is a fold.
+    pub straight: bool,
+}
+
+impl SpaceCurve {
+    fn pen(&self) -> Pen {
+        if self.straight { STRAIGHT } else { FOLD }
+    }
 }
 
 /// Sheets of solutions as surfaces: one panel of a figure.
@@ -85,7 +93,7 @@ fn draw_panels<'a>(
     }
     let in_row = frames.len().min(2);
     let width = if in_row > 1 { BESIDE } else { WIDTH };
-    let mut page = Page::new("", vec![entries(panels, None)]);
+    let mut page = Page::new("Sheets of equilibria", "", vec![entries(panels, None)]);
     for column in 0..in_row {
         let frames = frames.iter().skip(column).step_by(in_row);
         let blocks = frames.map(|frame| frame.block(width, None)).collect();
@@ -115,13 +123,14 @@ pub fn path_on_surface(data: &PathOnSurface, paper: &Paper) -> Result<String> {
     }
     let frame = Frame::over_disc(&data.sheets)?;
     let legend = entries(std::slice::from_ref(&data.sheets), Some(data));
-    let page = Page::new("", vec![legend]);
+    let page = Page::new("A motion on the sheets of equilibria", "", vec![legend]);
     let block = frame.block(WIDTH, Some(data));
     page.column(Width::Whole(WIDTH), vec![block]).draw(paper)
 }
 
 /// Red for folds and snaps as in the plane figures; darker, to be seen on every sheet.
 const FOLD: Pen = Pen::new(Colour(150, 10, 40), 1.4);
+const STRAIGHT: Pen = Pen::new(BLACK, 1.4);
 const PATH: Pen = Pen::new(BLACK, 1.8);
 const JUMP: Pen = Pen::new(ALARM, 1.5).dashed(5.0, 3.5);
 
@@ -203,7 +212,7 @@ impl<'a> Frame<'a> {
             }
             scene.paint(canvas);
             for curve in &self.sheets.curves {
-                scene.curve(canvas, &curve.points, FOLD, behind(FOLD));
+                scene.curve(canvas, &curve.points, curve.pen(), behind(curve.pen()));
             }
             if let Some(motion) = motion {
                 draw_motion(canvas, &scene, motion);
@@ -248,7 +257,7 @@ fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     let unstable = unstable.map(|_| ("unstable", Key::Fill(UNSTABLE.tint(0.12))));
     let patches = all().map(|patch| (patch.name.as_str(), fill(patch)));
     let curves = panels.iter().flat_map(|sheets| &sheets.curves);
-    let curves = curves.map(|curve| (curve.name.as_str(), Key::Line(FOLD)));
+    let curves = curves.map(|curve| (curve.name.as_str(), Key::Line(curve.pen())));
     let moving = [
         ("motion", Key::Line(PATH)),
         ("start", Key::Mark(Mark::Ring, BLACK)),

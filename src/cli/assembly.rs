@@ -11,11 +11,12 @@ use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
-use snaprod::plot::{self, Energies, RodShapes, SpaceRod, rod_shapes};
+use snaprod::plot::{self, Energies, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way};
 use snaprod::scene::{RodMassNote, Scene, Units};
 use snaprod::study::Solid;
 use snaprod::study::assembly::{
-    self, AssemblyEquilibriumRecord, AssemblyPrepared, AssemblyRunBranch, AssemblyRunRecord,
+    self, AssemblyEquilibriumRecord, AssemblyMoment, AssemblyPrepared, AssemblyRunBranch,
+    AssemblyRunRecord,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -48,6 +49,9 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
         });
         out.figure("shapes", || Ok(moments(&record)), rod_shapes);
         out.figure("energies", || Ok(ledger(&record)), plot::energies);
+        for (i, name) in record.bodies.iter().enumerate() {
+            out.figure(&format!("path_{name}"), || Ok(way(&record, i)), space_way);
+        }
         if args.html {
             out.page("run", |figures| {
                 run_page::several(args, &prepared, &record, figures)
@@ -60,11 +64,37 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
 
 /// The ledger of the last branch over time.
 fn ledger(record: &AssemblyRunRecord) -> Energies {
-    let (k, last) = (&record.scales, record.last());
-    let states: Vec<(f64, &Ledger)> = last.track.iter().map(|at| (at.t, &at.ledger)).collect();
+    let states: Vec<(f64, &Ledger)> = record
+        .last()
+        .track
+        .iter()
+        .map(|at| (at.t, &at.ledger))
+        .collect();
     let driven = states.iter().any(|(_, ledger)| ledger.work != 0.0);
-    let snaps = last.all_snaps().map(|snap| snap.t * k.time).collect();
-    rod_figures::energies(&states, driven, snaps, rod_figures::units(record.units))
+    rod_figures::energies(
+        &states,
+        driven,
+        snap_times(record),
+        rod_figures::units(record.units),
+    )
+}
+
+/// The way of a body's centre on the last branch.
+fn way(record: &AssemblyRunRecord, body: usize) -> SpaceWay {
+    let (last, solid) = (record.last(), &record.solids[body]);
+    let centre = |at: &AssemblyMoment| solid.centre(&at.bodies[body].pose).into();
+    SpaceWay {
+        title: record.bodies[body].clone(),
+        time: last.track.iter().map(|at| at.t).collect(),
+        points: last.track.iter().map(centre).collect(),
+        snaps: snap_times(record),
+        units: rod_figures::units(record.units),
+    }
+}
+
+fn snap_times(record: &AssemblyRunRecord) -> Vec<f64> {
+    let snaps = record.last().all_snaps();
+    snaps.map(|snap| snap.t * record.scales.time).collect()
 }
 
 /// The rods and bodies at the first moment and at the last, with the ways of the bodies' centres.

@@ -10,8 +10,8 @@ use snaprod::motion::Ledger;
 use snaprod::motion::creep::Layer;
 use snaprod::plot::{
     self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Paper, Patch,
-    PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, StrainMap,
-    Trace,
+    PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, SpaceWay,
+    StrainMap, Trace,
 };
 use snaprod::scene;
 use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
@@ -42,8 +42,8 @@ pub enum RunFigure {
     Surface(PathOnSurface),
     /// The rod in space at several times.
     Shapes(RodShapes),
-    /// The position of the end of a rod in space.
-    Path(Lines),
+    /// The way of the end of a rod in space.
+    Path(SpaceWay),
     /// A Poincaré section: position and velocity at whole periods.
     Section(Lines),
     /// A strain over time and arclength.
@@ -65,7 +65,8 @@ impl RunFigure {
             Self::Energies(data) => plot::energies(data, paper),
             Self::Surface(data) => plot::path_on_surface(data, paper),
             Self::Shapes(data) => plot::rod_shapes(data, paper),
-            Self::Path(data) | Self::Section(data) => plot::lines(data, paper),
+            Self::Path(data) => plot::space_way(data, paper),
+            Self::Section(data) => plot::lines(data, paper),
             Self::Strain(data) => plot::strain_map(data, paper),
             Self::Layer(data) => plot::layer(data, paper),
             Self::Losses(data) => plot::dissipated_against_released(data, paper),
@@ -77,8 +78,8 @@ impl RunFigure {
 /// the trunk to the last branch is drawn.
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     let line = Drawn::of(record);
-    let goes_on = match (line.track().first(), line.track().last()) {
-        (Some(first), Some(last)) => first.moment.t < last.moment.t,
+    let goes_on = match (line.way().first(), line.way().last()) {
+        (Some(first), Some(last)) => first.t < last.t,
         _ => false,
     };
     if !goes_on {
@@ -179,12 +180,16 @@ impl<'r> Drawn<'r> {
         }
     }
 
+    fn way(&self) -> &[Moment] {
+        &self.line.way
+    }
+
     fn track(&self) -> &[Frame] {
         &self.line.track
     }
 
     fn times(&self) -> Vec<f64> {
-        self.track().iter().map(|frame| frame.moment.t).collect()
+        self.way().iter().map(|moment| moment.t).collect()
     }
 
     fn snap_times(&self) -> Vec<f64> {
@@ -196,52 +201,52 @@ impl<'r> Drawn<'r> {
     }
 
     fn snapshots(&self) -> Result<Snapshots> {
-        let (start, end) = (
-            self.track()[0].moment.t,
-            self.track()[self.track().len() - 1].moment.t,
-        );
-        let sheet = self.record.kind == ModelKind::Sheet;
-        let count = if sheet { SHAPES_ON_SHEET } else { SHAPES };
-        let even = |i: usize| start + (end - start) * i as f64 / (count - 1) as f64;
-        let mut chosen: Vec<&Frame> = (0..count).map(|i| self.line.at(even(i))).collect();
-        if sheet {
+        let (start, end) = (self.way()[0].t, self.way()[self.way().len() - 1].t);
+        let even = |count: usize| {
+            (0..count).map(move |i| start + (end - start) * i as f64 / (count - 1) as f64)
+        };
+        // A rod that is in equilibrium has a shape at every moment, one with strains where these were kept.
+        let mut chosen: Vec<(&Moment, Vec<[f64; 2]>)> = Vec::new();
+        if self.record.kind == ModelKind::Sheet {
+            let mut moments: Vec<&Moment> =
+                even(SHAPES_ON_SHEET).map(|t| self.line.at(t)).collect();
             for (t, _) in self.line.snaps.iter().take(SNAPS) {
-                chosen.extend(self.track().iter().filter(|frame| frame.moment.t == *t));
+                moments.extend(self.way().iter().filter(|moment| moment.t == *t));
             }
-            chosen.sort_by(|a, b| a.moment.t.total_cmp(&b.moment.t));
+            moments.sort_by(|a, b| a.t.total_cmp(&b.t));
+            for moment in moments {
+                chosen.push((moment, self.record.axis(moment)?));
+            }
+        } else {
+            for t in even(SHAPES) {
+                let next = self.track().partition_point(|frame| frame.moment.t < t);
+                let frame = self.track().get(next).or(self.track().last());
+                chosen.extend(frame.map(|frame| (&frame.moment, frame.axis.clone())));
+            }
         }
-        let shapes: Result<Vec<Shape>> = chosen
+        let ahead = [[0.0, 0.0], [self.length(), 0.0]];
+        let walls = chosen
             .iter()
-            .map(|frame| {
-                Ok(Shape {
-                    time: frame.moment.t,
-                    axis: Curve::new(self.record.axis(frame)?),
-                })
-            })
-            .collect();
+            .map(|(moment, _)| ahead.map(|at| moment.placed(at)));
+        let mut walls: Vec<_> = walls.collect();
+        walls.dedup();
+        let shape = |(moment, axis): (&Moment, Vec<[f64; 2]>)| Shape {
+            time: moment.t,
+            axis: Curve::new(axis),
+        };
         Ok(Snapshots {
-            shapes: shapes?,
-            path: Curve::new(self.track().iter().map(|frame| frame.moment.place())),
+            shapes: chosen.into_iter().map(shape).collect(),
+            path: Curve::new(self.way().iter().map(Moment::place)),
             folds: self.folds()?,
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
-            walls: {
-                let ahead = [[0.0, 0.0], [self.length(), 0.0]];
-                let walls = chosen
-                    .iter()
-                    .map(|frame| ahead.map(|at| frame.moment.placed(at)));
-                let mut walls: Vec<_> = walls.collect();
-                walls.dedup();
-                walls
-            },
+            walls,
             units: self.units.clone(),
         })
     }
 
     /// The first fold about the clamp, if that stands still.
     fn folds(&self) -> Result<Vec<Curve>> {
-        let frames = [self.track().first(), self.track().last()];
-        let [first, last] = frames.map(|frame| frame.map(|frame| &frame.moment));
-        let (Some(first), Some(last)) = (first, last) else {
+        let (Some(first), Some(last)) = (self.way().first(), self.way().last()) else {
             return Ok(Vec::new());
         };
         let way = first.clamp.inv_mul(&last.clamp);
@@ -280,7 +285,7 @@ impl<'r> Drawn<'r> {
         let mut path = Vec::new();
         let mut jumps = Vec::new();
         let mut last: Option<&Moment> = None;
-        for moment in self.track().iter().map(|frame| &frame.moment) {
+        for moment in self.way() {
             let rod = moment.elastica()?;
             let here = place(rod.x, rod.y, rod.theta1);
             // The two sides of a snap share their time.
@@ -304,8 +309,8 @@ impl<'r> Drawn<'r> {
     }
 
     fn energies(&self) -> Energies {
-        let states = self.track().iter().map(|frame| &frame.moment);
-        let states: Vec<(f64, &Ledger)> = states.map(|moment| (moment.t, &moment.ledger)).collect();
+        let states = self.way().iter().map(|moment| (moment.t, &moment.ledger));
+        let states: Vec<(f64, &Ledger)> = states.collect();
         rod_figures::energies(
             &states,
             self.record.driven,
@@ -406,13 +411,13 @@ impl<'r> Drawn<'r> {
         });
         // The body where it begins and where it ends, with the way of its centre.
         let solid = &self.record.solid;
-        let ends = [self.track().first(), self.track().last()];
+        let ends = [self.way().first(), self.way().last()];
         let bodies = ends
             .into_iter()
             .flatten()
-            .map(|frame| rod_figures::body(solid, &frame.moment.pose, Some(frame.moment.t), None));
-        let path = self.track().iter();
-        let path = path.map(|frame| solid.centre(&frame.moment.pose).into());
+            .map(|moment| rod_figures::body(solid, &moment.pose, Some(moment.t), None));
+        let path = self.way().iter();
+        let path = path.map(|moment| solid.centre(&moment.pose).into());
         RodShapes {
             rods: rods.collect(),
             bodies: bodies.collect(),
@@ -420,40 +425,27 @@ impl<'r> Drawn<'r> {
             value_label: self.time_label(),
             ribbon: 0.03 * self.length(),
             triads: false,
-            units: rod_figures::units(self.record.units),
+            units: self.units.clone(),
             ..RodShapes::default()
         }
     }
 
-    /// Position of the end over time.
-    fn path(&self) -> Lines {
-        let series = |(i, name): (usize, &str)| Series {
-            name: name.to_owned(),
-            x: self.times(),
-            y: self
-                .track()
-                .iter()
-                .map(|f| f.moment.position()[i])
-                .collect(),
-            ..Series::default()
-        };
-        Lines {
-            x_label: self.time_label(),
-            y_label: labelled("position of the end", &self.units.length),
-            series: ["x", "y", "z"]
-                .into_iter()
-                .enumerate()
-                .map(series)
-                .collect(),
-            ..Lines::default()
+    /// The way of the end.
+    fn path(&self) -> SpaceWay {
+        let way = self.way().iter();
+        SpaceWay {
+            title: String::new(),
+            time: self.times(),
+            points: way.map(|moment| moment.position().into()).collect(),
+            snaps: self.snap_times(),
+            units: self.units.clone(),
         }
     }
 
     /// Velocity against position at whole periods, of the component that moves most.
     fn section(&self, period: f64) -> Lines {
         let whole = |t: f64| (t / period - (t / period).round()).abs() < 1e-6;
-        let track = self.track().iter().map(|frame| &frame.moment);
-        let seen: Vec<&Moment> = track.filter(|moment| whole(moment.t)).collect();
+        let seen: Vec<&Moment> = self.way().iter().filter(|moment| whole(moment.t)).collect();
         let values = |i: usize| seen.iter().map(move |moment| moment.position()[i]);
         let span = |i: &usize| {
             values(*i).fold(f64::NEG_INFINITY, f64::max) - values(*i).fold(f64::INFINITY, f64::min)

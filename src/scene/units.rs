@@ -87,11 +87,11 @@ impl Units {
         }
     }
 
-    /// A label for an axis or a column: `x [m]`, or `x` if the symbol is empty.
+    /// A label for an axis or a column: `x (m)`, or `x` if the symbol is empty.
     pub fn label(name: &str, symbol: &str) -> String {
         match symbol {
             "" => name.to_owned(),
-            _ => format!("{name} [{symbol}]"),
+            _ => format!("{name} ({symbol})"),
         }
     }
 

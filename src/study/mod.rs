@@ -51,7 +51,7 @@ pub trait Hooks {
     fn progress(&mut self, _fraction: f64, _at: f64) {}
 
     /// Asked by a study of branches: of how many points it shall have the shapes beside the few of every record; special points come
-    /// beside them. Asked by a run: whether its record shall follow a light rod closer than the samples (any number but 0), for figures.
+    /// beside them. Asked by a run: whether its record shall follow the motion closer than the samples (any number but 0), for figures.
     fn pictures(&mut self) -> usize {
         0
     }

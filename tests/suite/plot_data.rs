@@ -213,6 +213,7 @@ fn fold_in_space(n: usize, samples: usize) -> Vec<SpaceCurve> {
                 SpaceCurve {
                     name: "fold".into(),
                     points: at.collect(),
+                    straight: false,
                 }
             })
         })

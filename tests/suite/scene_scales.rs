@@ -31,7 +31,7 @@ fn si_scales() {
         panic!()
     };
     close(position[0], 0.58);
-    assert_eq!(Units::label("x", scene.units.length()), "x [m]");
+    assert_eq!(Units::label("x", scene.units.length()), "x (m)");
     assert_eq!(Units::label("x", Units::Dimensionless.length()), "x");
 }
 

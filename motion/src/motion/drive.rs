@@ -75,12 +75,13 @@ pub trait Observer {
         Ok(())
     }
 
-    /// Of how many moments of every step, even in time and its end among them, [`Observer::look`] is told; 0: of none.
+    /// Of how many moments of every step, its end among them, [`Observer::look`] is told at least; 0: of none. They are the samples where these
+    /// are as many, else even in time.
     fn moments(&self) -> usize {
         0
     }
 
-    /// One of these moments, after the samples of its step.
+    /// One of these moments, in the order of time.
     fn look(&mut self, _state: &dyn State) {}
 
     /// Asked after every step; false interrupts the run.
@@ -121,15 +122,26 @@ pub fn drive(
             }
             event => {
                 if let Event::Step { from, to } = event {
+                    let moments = observer.moments();
+                    let inside = (next..last).take_while(|k| time_of(*k) <= to).count();
+                    let samples_do = inside >= moments;
+                    let mut seen = from;
                     while next < last && time_of(next) <= to {
                         if let Some(state) = motion.sample(time_of(next)) {
                             observer.sample(&*state)?;
+                            if moments > 0 && samples_do {
+                                observer.look(&*state);
+                                seen = time_of(next);
+                            }
                         }
                         next += 1;
                     }
-                    let moments = observer.moments();
-                    for k in 1..=moments {
-                        let t = from + (to - from) * k as f64 / moments as f64;
+                    let between = match samples_do {
+                        true => moments.min(1),
+                        false => moments,
+                    };
+                    for k in (1..=between).filter(|_| seen < to) {
+                        let t = from + (to - from) * k as f64 / between as f64;
                         if let Some(state) = motion.sample(t) {
                             observer.look(&*state);
                         }

@@ -55,6 +55,7 @@ pub fn folds_on(
     let curve = |points: Vec<[f64; 3]>| SpaceCurve {
         name: "fold".into(),
         points,
+        straight: false,
     };
     folds
         .iter()
@@ -98,7 +99,19 @@ pub fn over_load(record: &SheetsRecord) -> Vec<Sheets> {
         elevation: 24.0,
     };
     let place = |q: &GridPoint| [q.lambda, q.alpha, q.theta1];
-    panels(record, &record.over_load, place, bounds, Some(view))
+    let mut panels = panels(record, &record.over_load, place, bounds, Some(view));
+    // The trivial solutions: under a load along its axis the rod is straight, pressed (alpha = 0) or pulled (alpha = pi).
+    let straight = [-PI, 0.0, PI].map(|alpha| SpaceCurve {
+        name: "straight rod".into(),
+        points: (0..=200)
+            .map(|k| [record.top_load * f64::from(k) / 200.0, alpha, 0.0])
+            .collect(),
+        straight: true,
+    });
+    for panel in &mut panels {
+        panel.curves.extend(straight.iter().cloned());
+    }
+    panels
 }
 
 /// AMV Fig. 3.24, the sheets over the positions of the free end.

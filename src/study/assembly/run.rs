@@ -11,7 +11,7 @@ use crate::study::beside::LightRods;
 use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounces;
 use crate::study::run::Bounds;
-use crate::study::run::recorder::{INNER_IN_SPACE, audited};
+use crate::study::run::recorder::{INNER_IN_SPACE, STEP_ENDS, audited};
 use crate::study::run::shapes::{Shapes, at_times, poses};
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
@@ -267,11 +267,15 @@ pub fn run(
         let mut closing = Closing::new(total);
         closing.look(&motion.now().ledger());
         let trajectory = sink.begin(prepared.trajectory(stem.id))?;
-        let dense = motion.resolution().is_none() && hooks.pictures() > 0;
+        let moments = match motion.resolution() {
+            _ if hooks.pictures() == 0 => 0,
+            None => INNER_IN_SPACE,
+            Some(_) => STEP_ENDS,
+        };
         let mut recorder = Recorder {
             prepared,
             sink,
-            dense,
+            moments,
             hooks,
             trajectory,
             closing,
@@ -454,8 +458,8 @@ struct Recorder<'r> {
     bounces: Bounces,
     beside: LightRods,
     track: Thinned<AssemblyMoment>,
-    /// True if figures want the motion of light rods closer than its samples.
-    dense: bool,
+    /// Of how many moments of a step figures want to know, beside the samples.
+    moments: usize,
 }
 
 impl Observer for Recorder<'_> {
@@ -464,7 +468,7 @@ impl Observer for Recorder<'_> {
         let row = self.prepared.row(&at);
         self.closing.measure(state);
         // Steps bring the others.
-        if !self.dense || self.track.list.is_empty() {
+        if self.moments == 0 || self.track.list.is_empty() {
             self.track.show(|| at);
         }
         self.sink.row(self.trajectory, &row)
@@ -495,7 +499,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn moments(&self) -> usize {
-        if self.dense { INNER_IN_SPACE } else { 0 }
+        self.moments
     }
 
     fn look(&mut self, state: &dyn State) {

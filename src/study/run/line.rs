@@ -1,6 +1,5 @@
 //! One motion out of a record: from the start to the end of the branch that ran last.
 
-use super::ModelKind;
 use super::record::{Frame, Moment, RunRecord};
 use crate::elastica::Equilibrium;
 use crate::error::Result;
@@ -12,7 +11,9 @@ const SECTIONS: usize = 120;
 /// A motion through all branches that lead to the last one.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// Samples in the order of time, with both sides of every snap.
+    /// Moments in the order of time, with both sides of every snap.
+    pub way: Vec<Moment>,
+    /// Samples with their strains, likewise; none of an elastic rod in the plane.
     pub track: Vec<Frame>,
     /// Snaps, then passages of a rod with friction: time, and place of the end in the plane.
     pub snaps: Vec<(f64, [f64; 2])>,
@@ -27,64 +28,50 @@ impl RunRecord {
             ids.push(parent);
         }
         let mut line = Line {
+            way: Vec::new(),
             track: Vec::new(),
             snaps: Vec::new(),
         };
-        let track = &mut line.track;
         for branch in ids.iter().rev().map(|id| &self.branches[*id]) {
             for snap in branch.entered.iter().chain(&branch.snaps) {
                 let place = [snap.pose[0] * k.length, snap.pose[1] * k.length];
                 line.snaps.push((snap.t * k.time, place));
             }
             if branch.parent.is_some() {
-                track.push(Frame::bare(&branch.first));
+                line.way.push(branch.first.clone());
             }
-            track.extend_from_slice(&branch.track);
-            let last = track.last().map(|frame| frame.moment.t);
-            if self.kind == ModelKind::Sheet && last.is_none_or(|t| t < branch.last.t) {
-                track.push(Frame::bare(&branch.last));
+            line.way.extend_from_slice(&branch.way);
+            line.track.extend_from_slice(&branch.track);
+            let last = line.way.last().map(|moment| moment.t);
+            if self.strobe.is_none() && last.is_none_or(|t| t < branch.last.t) {
+                line.way.push(branch.last.clone());
             }
         }
-        if !line.track.is_empty() {
+        if !line.way.is_empty() {
             let peaks = self.passages().map(|layer| layer.peak);
-            let passed: Vec<_> = peaks.map(|t| (t, line.at(t).moment.place())).collect();
+            let passed: Vec<_> = peaks.map(|t| (t, line.at(t).place())).collect();
             line.snaps.extend(passed);
         }
         line
     }
 
-    /// The axis of a rod in the plane at one of its frames, in the world: a clamp may be turned, and move.
+    /// The axis of an elastic rod in the plane at one of its moments, in the world: a clamp may be turned, and move.
     ///
     /// # Errors
-    /// An elastic rod without labels.
-    pub fn axis(&self, frame: &Frame) -> Result<Vec<[f64; 2]>> {
-        if self.kind != ModelKind::Sheet {
-            return Ok(frame.axis.clone());
-        }
+    /// A moment without labels.
+    pub fn axis(&self, moment: &Moment) -> Result<Vec<[f64; 2]>> {
         let length = self.scales.length;
-        let sections = frame.moment.elastica()?.curve(SECTIONS);
-        let placed = |x: f64, y: f64| frame.moment.placed([x * length, y * length]);
+        let sections = moment.elastica()?.curve(SECTIONS);
+        let placed = |x: f64, y: f64| moment.placed([x * length, y * length]);
         Ok(sections.iter().map(|s| placed(s.x, s.y)).collect())
     }
 }
 
 impl Line {
-    /// The first frame from this time on, or the last one; there must be one.
-    pub fn at(&self, t: f64) -> &Frame {
-        let next = self.track.partition_point(|frame| frame.moment.t < t);
-        &self.track[next.min(self.track.len() - 1)]
-    }
-}
-
-impl Frame {
-    /// A frame of a rod that has no strains of its own.
-    fn bare(moment: &Moment) -> Self {
-        Self {
-            moment: moment.clone(),
-            strains: Vec::new(),
-            dissipation: Vec::new(),
-            axis: Vec::new(),
-        }
+    /// The first moment from this time on, or the last one; there must be one.
+    pub fn at(&self, t: f64) -> &Moment {
+        let next = self.way.partition_point(|moment| moment.t < t);
+        &self.way[next.min(self.way.len() - 1)]
     }
 }
 

@@ -166,7 +166,10 @@ pub struct RunBranch {
     pub bounces: Bounces,
     /// How well its ledger closes, in the scene's units.
     pub closing: Closing,
-    /// Samples for figures, thinned, with both sides of every snap.
+    /// Moments of the motion for figures, in the order of time, with both sides of every snap: of every step where figures are drawn, else the
+    /// samples. Thinned.
+    pub way: Vec<Moment>,
+    /// Samples with their strains, likewise; none of an elastic rod in the plane.
     pub track: Vec<Frame>,
     /// Ends of the steps of the passage through which a planar rod dissipated most, thinned.
     pub passage: Vec<Frame>,
@@ -199,6 +202,7 @@ impl RunBranch {
             crossed: Vec::new(),
             lost: Vec::new(),
             bounces: Bounces::default(),
+            way: Vec::new(),
             track: Vec::new(),
             passage: Vec::new(),
             axes: Vec::new(),

@@ -20,11 +20,14 @@ use nalgebra::Isometry3;
 const INNER: usize = 6;
 /// In space, where a state between costs as much as a good part of a step.
 pub(in crate::study) const INNER_IN_SPACE: usize = 2;
-/// Most samples kept of a rod on a sheet and of one with strains; beyond, every second one is dropped.
-const KEPT_ON_SHEET: usize = 4000;
+/// Steps of a rod with strains follow its fast decay or its waves, and are short beside what its body does.
+pub(in crate::study) const STEP_ENDS: usize = 1;
+/// Most moments kept of a motion, of one that is drawn from its steps, and of a section; beyond, every second one is dropped.
+const KEPT: usize = 4000;
 const KEPT_TO_DRAW: usize = 24_000;
-const KEPT: usize = 1200;
 const KEPT_OF_SECTION: usize = 100_000;
+/// Most samples kept with their strains.
+const KEPT_WITH_STRAINS: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
 const AXES: usize = 10;
 /// A passage is kept while the rod is farther than this from equilibrium.
@@ -47,11 +50,12 @@ pub(super) struct Recorder<'r> {
     layers: Vec<Layer>,
     beside: LightRods,
     bounces: Bounces,
+    way: Thinned<Moment>,
     track: Thinned<Frame>,
     axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
     passage: Thinned<Frame>,
     best: Vec<Frame>,
-    /// True if figures want the motion of a light rod closer than its samples.
+    /// True if figures want the motion closer than its samples.
     dense: bool,
 }
 
@@ -111,13 +115,12 @@ impl<'r> Recorder<'r> {
                 seen: 0,
             }),
         };
-        let light = matches!(prepared.kind(), ModelKind::Sheet | ModelKind::ElasticSpace);
-        let dense = light && prepared.run.strobe.is_none() && hooks.pictures() > 0;
-        let kept = match prepared.kind() {
-            _ if prepared.run.strobe.is_some() => KEPT_OF_SECTION,
-            ModelKind::Sheet if dense => KEPT_TO_DRAW,
-            ModelKind::Sheet => KEPT_ON_SHEET,
-            ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => KEPT,
+        let strobe = prepared.run.strobe.is_some();
+        let dense = !strobe && hooks.pictures() > 0;
+        let kept = match (strobe, dense) {
+            (true, _) => KEPT_OF_SECTION,
+            (_, true) => KEPT_TO_DRAW,
+            _ => KEPT,
         };
         Ok(Self {
             prepared,
@@ -132,7 +135,8 @@ impl<'r> Recorder<'r> {
             layers: Vec::new(),
             beside: LightRods::new(prepared.beside(rest, first).into_iter().collect()),
             bounces: Bounces::default(),
-            track: Thinned::new(kept),
+            way: Thinned::new(kept),
+            track: Thinned::new(KEPT_WITH_STRAINS),
             axes: Thinned::new(AXES),
             passage: Thinned::new(KEPT_OF_PASSAGE),
             best: Vec::new(),
@@ -163,6 +167,7 @@ impl<'r> Recorder<'r> {
             lost,
             bounces: self.bounces,
             closing: self.closing.scaled(self.prepared.scales.energy),
+            way: self.way.list,
             track: self.track.list,
             passage: self.best,
             axes: self.axes.list,
@@ -177,14 +182,6 @@ impl<'r> Recorder<'r> {
             ModelKind::ElasticSpace => prepared.passing(state),
             _ => prepared.moment(state),
         };
-        if prepared.kind() == ModelKind::Sheet {
-            return Frame {
-                moment,
-                strains: Vec::new(),
-                dissipation: Vec::new(),
-                axis: Vec::new(),
-            };
-        }
         let axis = match prepared.kind() {
             ModelKind::Planar => prepared.sections(state, CURVE),
             ModelKind::Sheet | ModelKind::ElasticSpace | ModelKind::Space => Vec::new(),
@@ -200,8 +197,11 @@ impl<'r> Recorder<'r> {
         }
     }
 
-    /// Keeps a state for the figures, if it is its turn; a frame that was made of it need not be made again.
+    /// Keeps a sample with its strains, if it is its turn and the rod has any; a frame that was made of it need not be made again.
     fn show(&mut self, state: &dyn State, frame: Option<Frame>) {
+        if self.prepared.kind() == ModelKind::Sheet {
+            return;
+        }
         let mut track = std::mem::replace(&mut self.track, Thinned::new(0));
         track.show(|| frame.unwrap_or_else(|| self.frame(state)));
         self.track = track;
@@ -303,9 +303,10 @@ impl Observer for Recorder<'_> {
         if prepared.kind().in_space() {
             self.axes.show(|| (t, prepared.sections(state, CURVE)));
         }
+        self.show(state, frame);
         // Steps bring the others.
-        if !self.dense || self.track.list.is_empty() {
-            self.show(state, frame);
+        if !self.dense || self.way.list.is_empty() {
+            self.way.show(|| moment);
         }
         Ok(())
     }
@@ -320,7 +321,10 @@ impl Observer for Recorder<'_> {
                     .flatten()
                 {
                     self.closing.look(&state.ledger());
-                    self.track.keep(self.frame(&*state));
+                    if self.prepared.kind() != ModelKind::Sheet {
+                        self.track.keep(self.frame(&*state));
+                    }
+                    self.way.keep(self.prepared.moment(&*state));
                     self.write_event(&*state)?;
                 }
             }
@@ -339,12 +343,19 @@ impl Observer for Recorder<'_> {
         match self.prepared.kind() {
             _ if !self.dense => 0,
             ModelKind::Sheet => INNER,
-            ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => INNER_IN_SPACE,
+            ModelKind::ElasticSpace => INNER_IN_SPACE,
+            ModelKind::Planar | ModelKind::Space => STEP_ENDS,
         }
     }
 
     fn look(&mut self, state: &dyn State) {
-        self.show(state, None);
+        self.way.show(|| match self.prepared.kind() {
+            ModelKind::Sheet => self.prepared.moment(state),
+            // Of the others no figure has the equilibrium nearby, or the index.
+            ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => {
+                self.prepared.passing(state)
+            }
+        });
     }
 
     fn go_on(&mut self, time: f64) -> bool {

@@ -1,0 +1,144 @@
+//! The energies of a motion and the error of their ledger.
+
+use super::axes::{Axis, Panel, extent};
+use super::canvas::{Canvas, Pen};
+use super::data::AxisUnits;
+use super::history::{History, thinned};
+use super::legend::{Drawn, Entry, Key, named};
+use super::page::{Block, Height, Page, WIDTH, Width};
+use super::palette::{ALARM, INK, category};
+use super::paper::Paper;
+use super::text;
+use snaprod_core::error::{Error, Result};
+
+/// The ledger of a motion: every vector as long as `time`, or empty to leave it out.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Energies {
+    /// Times, rising; two equal ones at a snap.
+    pub time: Vec<f64>,
+    /// Kinetic energy of the mass.
+    pub kinetic: Vec<f64>,
+    /// Kinetic energy of a rod with mass.
+    pub rod_kinetic: Vec<f64>,
+    /// Elastic energy of the rod.
+    pub elastic: Vec<f64>,
+    /// Potential energy of the loads.
+    pub potential: Vec<f64>,
+    /// Energy lost in snaps and to friction so far.
+    pub dissipated: Vec<f64>,
+    /// Work of the driven clamp and of time-dependent loads so far.
+    pub work: Vec<f64>,
+    /// Kinetic, of mass and rod, + elastic + potential.
+    pub total: Vec<f64>,
+    /// Error of the ledger: what kinetic + elastic + potential + dissipated - work has changed by.
+    pub error: Vec<f64>,
+    /// Times of snaps.
+    pub snaps: Vec<f64>,
+    /// Units.
+    pub units: AxisUnits,
+}
+
+/// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale,
+/// as SVG; snaps are vertical lines.
+///
+/// Errs if there are not two finite times or no energies.
+pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
+    let (start, end) = extent(&data.time)
+        .filter(|(start, end)| end > start)
+        .ok_or_else(|| Error::domain("figure of energies: no span of time"))?;
+    let all = [
+        ("kinetic", &data.kinetic),
+        ("elastic", &data.elastic),
+        ("potential", &data.potential),
+        ("dissipated", &data.dissipated),
+        ("work", &data.work),
+        ("kinetic of the rod", &data.rod_kinetic),
+        ("total mechanical", &data.total),
+    ];
+    let used = all.into_iter().zip([0, 1, 2, 3, 4, 5, 6]);
+    let used = used.filter(|((_, values), _)| !values.is_empty());
+    let histories: Vec<History> = (used.clone())
+        .map(|((name, values), colour)| {
+            let pen = match name {
+                "total mechanical" => Pen::new(INK, 1.6),
+                "work" => Pen::new(category(colour), 1.5).dashed(6.0, 4.0),
+                _ => Pen::new(category(colour), 1.5),
+            };
+            History::new(name, pen, &data.time, values)
+        })
+        .collect();
+    let curves: Vec<Drawn> = histories.iter().map(|one| one.line.clone()).collect();
+    let values = used.flat_map(|((_, values), _)| values.iter());
+    let largest = values.clone().fold(0.0, |most, v| f64::max(most, v.abs()));
+    let y = Axis::fit(values, false, &data.units.energy_of("energy"), 6)
+        .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
+    let mut entries = named(&curves);
+    if !data.snaps.is_empty() {
+        entries.push(Entry::new(Key::Line(SNAP), "snap"));
+    }
+    let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
+    let snaps = |canvas: &mut Canvas, panel: &Panel| snap_lines(canvas, panel, &data.snaps);
+    let upper = Block::plane(x.clone(), y, Height::Pixels(250.0), curves).under(|canvas, panel| {
+        histories.iter().for_each(|one| one.band(canvas, panel));
+        snaps(canvas, panel);
+    });
+    let rounding = ROUNDING * largest;
+    let error = data
+        .error
+        .iter()
+        .fold(0.0, |most, e| f64::max(most, e.abs()));
+    if error <= rounding {
+        let unit = Some(&data.units.energy).filter(|unit| !unit.is_empty());
+        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
+        let said = format!(
+            "the ledger closes to {}{unit}, its rounding",
+            text::short(rounding, 1)
+        );
+        let page = Page::new("Energies of a motion", &said, vec![entries]);
+        return page.column(Width::Whole(WIDTH), vec![upper]).draw(paper);
+    }
+    let error_axis = error_scale(&data.error, rounding, &data.units);
+    let sizes = data.error.iter().map(|e| e.abs().max(error_axis.lo));
+    let (time, sizes) = thinned(&data.time, &sizes.collect::<Vec<_>>());
+    let error = Drawn::line_of(Pen::new(category(0), 1.0), &time, &sizes);
+    let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
+    let page = Page::new("Energies of a motion", "", vec![entries]);
+    page.column(Width::Whole(WIDTH), vec![upper, lower])
+        .draw(paper)
+}
+
+const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
+/// So many snaps have a line each; of more only the ends are drawn, which leave the curves to be seen.
+const LINES: usize = 40;
+/// Errors below this part of the largest energy are the rounding of its sums.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// A line at each snap, or a short one at the upper edge if there are many.
+pub(crate) fn snap_lines(canvas: &mut Canvas, panel: &Panel, snaps: &[f64]) {
+    const SHORT: f64 = 7.0;
+    if snaps.len() <= LINES {
+        return snaps
+            .iter()
+            .for_each(|snap| panel.upright(canvas, *snap, SNAP));
+    }
+    let mut last = f64::NEG_INFINITY;
+    for snap in snaps {
+        let at = panel.at(*snap, panel.y.hi);
+        // Closer ones cover each other.
+        if panel.holds(at) && (at.0 - last).abs() > 0.3 {
+            last = at.0;
+            canvas.line(&[at, (at.0, at.1 + SHORT)], Pen { dash: None, ..SNAP });
+        }
+    }
+}
+
+/// The axis of |error|: from its rounding, or ten decades below the largest, for the rare step that happens to be exact says nothing.
+fn error_scale(error: &[f64], rounding: f64, units: &AxisUnits) -> Axis {
+    let sizes: Vec<f64> = error.iter().map(|e| e.abs()).filter(|e| *e > 0.0).collect();
+    let (lo, hi) = extent(&sizes).unwrap_or((1e-17, 1e-15));
+    let top = 10f64.powf((hi.log10() + 0.2).ceil()).clamp(1e-290, 1e300);
+    let bottom = 10f64.powf(lo.max(rounding).log10().floor());
+    let bottom = bottom.max(1e-10 * top);
+    let label = units.energy_of("|error|");
+    Axis::log(bottom, top.max(10.0 * bottom), &label, 4)
+}

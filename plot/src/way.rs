@@ -1,0 +1,147 @@
+//! The way of a point in space: where it goes, and when.
+
+use super::axes::{Axis, extent};
+use super::canvas::{Canvas, Pen};
+use super::data::{AxisUnits, as_many};
+use super::energies::snap_lines;
+use super::geometry::{Point, box_of, drawable};
+use super::history::History;
+use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark};
+use super::page::{Block, Height, Page, WIDTH, Width};
+use super::painter::Painter;
+use super::palette::{ALARM, INK, category};
+use super::paper::Paper;
+use super::spread::Spread;
+use super::stage::{Stage, size_of};
+use snaprod_core::error::{Error, Result};
+
+/// The way of a point in space over time.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SpaceWay {
+    /// Written over the figure, as whose way it is; may be empty.
+    pub title: String,
+    /// Times, rising; two equal ones at a snap.
+    pub time: Vec<f64>,
+    /// The point at each of them; one that is not finite breaks the way.
+    pub points: Vec<[f64; 3]>,
+    /// Times of snaps.
+    pub snaps: Vec<f64>,
+    /// Units.
+    pub units: AxisUnits,
+}
+
+const FIGURE: &str = "figure of a way in space";
+/// The width of the box of space, and of the panels beside it.
+const BOX: f64 = 400.0;
+const PANELS: f64 = 440.0;
+/// A way that spreads less than this part of its length across itself is a line, which needs no box.
+const LINE: f64 = 1e-3;
+/// A coordinate that moves by less than this part of the longest one is still, but for errors of the motion.
+const STILL: f64 = 1e-6;
+/// Points of the way in the box.
+const POINTS: usize = 2000;
+
+/// Draws the way in a box of its own size, coloured by time, with start, end and snaps, and beside it the three coordinates over time, each on
+/// a scale of its own, as SVG. A way along a line has no box. A coordinate that moves by less than a millionth of what another does
+/// is a level line.
+///
+/// Errs if no point is finite, if there are not as many points as times, or if the times have no span.
+pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
+    as_many(
+        FIGURE,
+        "points",
+        data.points.len(),
+        data.time.len(),
+        "times",
+    )?;
+    let nothing = || Error::domain(format!("{FIGURE}: no points to show"));
+    let bounds = box_of(&data.points).ok_or_else(nothing)?;
+    let spread = Spread::new(data.points.iter()).ok_or_else(nothing)?;
+    let (start, end) = extent(&data.time)
+        .filter(|(start, end)| end > start)
+        .ok_or_else(|| Error::domain(format!("{FIGURE}: no span of time")))?;
+    let time_label = data.units.time_of("time t");
+    let x = Axis::linear(start, end, &time_label, 6);
+    let snaps =
+        |canvas: &mut Canvas, panel: &super::axes::Panel| snap_lines(canvas, panel, &data.snaps);
+    let mut panels = Vec::new();
+    for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let values: Vec<f64> = data.points.iter().map(|p| p[i]).collect();
+        let still = bounds[i][1] - bounds[i][0] <= STILL * size_of(&bounds);
+        let level = 0.5 * (bounds[i][0] + bounds[i][1]);
+        let values = if still {
+            vec![level; values.len()]
+        } else {
+            values
+        };
+        let y = Axis::over(&values, None, &data.units.length_of(name), 4).ok_or_else(nothing)?;
+        let history = History::new("", Pen::new(category(i), 1.4), &data.time, &values);
+        let curves: Vec<Drawn> = vec![history.line.clone()];
+        let block = Block::plane(x.clone(), y, Height::Pixels(112.0), curves);
+        panels.push(block.under(move |canvas, panel| {
+            history.band(canvas, panel);
+            snaps(canvas, panel);
+        }));
+    }
+    let mut entries = Vec::new();
+    if !data.snaps.is_empty() {
+        entries.push(Entry::new(Key::Mark(Mark::Cross, ALARM), "snap"));
+    }
+    if spread.size[1] < LINE * spread.size[0].max(LINE) {
+        let page = Page::new("Way of a point in space", &data.title, vec![entries]);
+        return page.column(Width::Whole(WIDTH), panels).draw(paper);
+    }
+    entries.insert(0, Entry::new(Key::Mark(Mark::Ring, INK), "start"));
+    entries.insert(1, Entry::new(Key::Mark(Mark::Square, INK), "end"));
+    let tones = Tones::over(&data.time).ok_or_else(nothing)?;
+    let labels = ["x", "y", "z"].map(|name| data.units.length_of(name));
+    let view = spread.view();
+    let labels = &labels;
+    let place = move |place| Stage::new(bounds, labels, view, place);
+    let needed = place([0.0, 0.0, BOX, BOX]).height();
+    let mut space = Block::space(needed.clamp(200.0, BOX), place, |canvas, stage| {
+        let mut painter = Painter::new(stage, false);
+        let stride = data.points.len().div_ceil(POINTS).max(1);
+        let last = data.points.len() - 1;
+        let mut kept: Vec<usize> = (0..last).step_by(stride).collect();
+        kept.push(last);
+        for two in kept.windows(2) {
+            // A snap is a jump of the rod, not of the body: the way goes on.
+            painter.path(
+                &[data.points[two[0]], data.points[two[1]]],
+                tones.colour(data.time[two[0]]),
+            );
+        }
+        painter.paint(canvas);
+        let mark = |canvas: &mut Canvas, point: Option<&Point>, mark: Mark, colour| {
+            if let Some(point) = point {
+                draw_mark(canvas, stage.pixel(*point), mark, 4.2, colour);
+            }
+        };
+        for snap in &data.snaps {
+            let next = data.time.partition_point(|t| t < snap);
+            mark(
+                canvas,
+                data.points.get(next).filter(|p| drawable(p)),
+                Mark::Cross,
+                ALARM,
+            );
+        }
+        mark(
+            canvas,
+            data.points.iter().find(|p| drawable(p)),
+            Mark::Ring,
+            INK,
+        );
+        mark(
+            canvas,
+            data.points.iter().rfind(|p| drawable(p)),
+            Mark::Square,
+            INK,
+        );
+    });
+    space.bar = Some(tones.bar(&time_label));
+    let page = Page::new("Way of a point in space", &data.title, vec![entries]);
+    let page = page.column(Width::Whole(BOX + 60.0), vec![space]);
+    page.column(Width::Whole(PANELS), panels).draw(paper)
+}
