@@ -5,6 +5,7 @@ use super::assembly::AssemblyPrepared;
 use super::run::{Prepared, Shapes, shapes::poses};
 use crate::error::{Error, Result};
 use crate::motion::{Event, Labels, Ledger, Motion, Outcome, Snap, State};
+use crate::rod::Fallen;
 use nalgebra::{Isometry3, Vector3};
 
 /// Sections of a light rod.
@@ -209,7 +210,7 @@ pub fn film<'m>(
                 if let Some(state) = motion.before_snap() {
                     camera.keep(&*state, Place::Fold)?;
                     if snaps <= LAYERS {
-                        camera.fall(&snap);
+                        camera.fall(&snap, motion.fall(&snap));
                     }
                 }
                 last = camera.keep(&*motion.now(), Place::Landing)?;
@@ -316,12 +317,12 @@ impl Camera<'_> {
     }
 
     /// The shapes of the layer behind the picture of the fold, evenly chosen by how far they move.
-    fn fall(&mut self, snap: &Snap) {
-        let Some((seen, fold, _)) = self.pictures.kept.last() else {
+    fn fall(&mut self, snap: &Snap, shapes: Option<Vec<Fallen>>) {
+        let (Some((seen, fold, _)), Some(shapes)) = (self.pictures.kept.last(), shapes) else {
             return;
         };
         let seen = seen.clone();
-        for still in falling(snap, fold, self.of.scales()) {
+        for still in falling(snap, &shapes, fold, self.of.scales()) {
             self.pictures
                 .keep(&self.measure, (seen.clone(), still, true));
         }
@@ -334,9 +335,13 @@ impl Camera<'_> {
 }
 
 /// The shapes between the fold and the landing of a snap, evenly chosen by how far they move.
-fn falling(snap: &Snap, fold: &Still, [length, _, energy]: [f64; 3]) -> Vec<Still> {
-    let base = fold.rods.first().and_then(|rod| rod.first());
-    let (Some(shapes), Some(base)) = (snap.layer(), base) else {
+fn falling(
+    snap: &Snap,
+    shapes: &[Fallen],
+    fold: &Still,
+    [length, _, energy]: [f64; 3],
+) -> Vec<Still> {
+    let Some(base) = fold.rods.get(snap.rod).and_then(|rod| rod.first()) else {
         return Vec::new();
     };
     let apart = |a: &[Isometry3<f64>], b: &[Isometry3<f64>]| {
@@ -352,11 +357,12 @@ fn falling(snap: &Snap, fold: &Still, [length, _, energy]: [f64; 3]) -> Vec<Stil
     }
     let mut chosen: Vec<usize> = (1..FALL)
         .map(|k| ways.partition_point(|at| *at < way * k as f64 / FALL as f64))
+        .filter(|k| *k < shapes.len())
         .collect();
     chosen.dedup();
     let still = |k: usize| {
         let (elastic, sections) = &shapes[k];
-        // The first section is the clamp's.
+        // The first section is that of the base.
         let clamp = base.rotation * sections[0].rotation.inverse();
         let placed = |at: &Isometry3<f64>| {
             let place = base.translation.vector + clamp * at.translation.vector * length;
@@ -364,8 +370,10 @@ fn falling(snap: &Snap, fold: &Still, [length, _, energy]: [f64; 3]) -> Vec<Stil
         };
         let ledger = &fold.now.ledger;
         let lost = (snap.from.elastic - elastic).max(0.0) * energy;
+        let mut rods = fold.rods.clone();
+        rods[snap.rod] = sections.iter().map(placed).collect();
         Still {
-            rods: vec![sections.iter().map(placed).collect()],
+            rods,
             now: Traced {
                 ledger: Ledger {
                     elastic: ledger.elastic - lost,

@@ -1,5 +1,6 @@
 //! Twisted rods under a strong pull: through the loss of stability under their force to their fold, and down from there.
 
+use crate::support::falls;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Seen};
 use snaprod::body::RigidBody;
@@ -66,6 +67,9 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
                 assert!(opened < 1e3 * TOLERANCE, "g = {gravity}: {opened:.1e}");
             }
             Event::Snap(snap) => {
+                if snaps.is_empty() {
+                    falls(&run, &snap, snap.released);
+                }
                 let before = run.before_snap().unwrap();
                 let pose = before.pose();
                 let q = Vector6::from_column_slice(snap.from.q.as_slice());

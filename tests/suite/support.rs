@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::rod::Rod;
+use snaprod::motion::{Motion, Snap};
+use snaprod::rod::{Fallen, Rod};
 use snaprod::section::{Linear, Varying};
 
 /// Reads a JSON file of tests/data; missing or broken data fail.
@@ -103,6 +104,60 @@ pub fn rod(row: &Value) -> Rod {
         Rod::new(length, Varying::by(move |s| law(1.0 - taper * s)))
     };
     rod.expect("a rod")
+}
+
+/// The shapes through which the rod fell in the snap that `run` has just made: they begin at its fold and end at its landing, lose energy all the way,
+/// and have their ends where these are held.
+pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
+    const SECTIONS: usize = 201;
+    let shapes = run.fall(snap).expect("a layer");
+    assert!(shapes.len() > 20, "{} shapes", shapes.len());
+    for pair in shapes.windows(2) {
+        let gained = pair[1].0 - pair[0].0;
+        assert!(gained < 1e-4 * energy, "{gained:e} won");
+    }
+    let [first, last] = [&shapes[0], &shapes[shapes.len() - 1]];
+    assert!(
+        (first.0 - snap.from.elastic).abs() < 0.03 * energy,
+        "{} at the fold",
+        first.0
+    );
+    assert!(
+        (last.0 - snap.to.elastic).abs() < 1e-3 * energy,
+        "{} where it lands",
+        last.0
+    );
+    let before = run.before_snap().expect("a state before the snap");
+    let sides = [before.sections(SECTIONS), run.now().sections(SECTIONS)];
+    for ((_, shape), (side, bound)) in [first, last].into_iter().zip(sides.iter().zip([0.1, 1e-3]))
+    {
+        let rod = &side[..];
+        // A tight rod next to its fold may have no shape to tell.
+        if rod.is_empty() {
+            continue;
+        }
+        let base = rod[0].1;
+        let clamp = base.rotation * shape[0].rotation.inverse();
+        let ends = [&shape[0], &shape[shape.len() - 1]]
+            .map(|at| base.translation.vector + clamp * at.translation.vector);
+        for (end, (_, given)) in ends.iter().zip([rod[0], rod[rod.len() - 1]]) {
+            let off = (end - given.translation.vector).norm();
+            assert!(off < 0.03, "an end is {off:e} off");
+        }
+        // Every section lies on the rod as it is there.
+        for at in shape {
+            let place = base.translation.vector + clamp * at.translation.vector;
+            let near = rod
+                .iter()
+                .map(|(_, s)| (s.translation.vector - place).norm());
+            let near = near.fold(f64::INFINITY, f64::min);
+            assert!(
+                near < bound + 0.6 / SECTIONS as f64,
+                "a section is {near:e} beside the rod"
+            );
+        }
+    }
+    shapes
 }
 
 /// The scene of the reference, word by word.

@@ -36,7 +36,7 @@ pub use manifold::{BallJointed, Welded};
 pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
-pub use taut::{Derivatives, Spring, Taut, Tip};
+pub use taut::{Derivatives, Fallen, Spring, Taut, Tip};
 pub use weight::Distributed;
 
 use crate::error::{Error, Result};

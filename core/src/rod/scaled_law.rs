@@ -135,6 +135,16 @@ impl ScaledLaw {
         same.then(|| Vector3::new(rest[0], rest[1], 0.0))
     }
 
+    /// The energy of strains.
+    pub(super) fn energy(&self, s: f64, strain: &Vector6<f64>) -> Result<f64> {
+        let s = if self.sense < 0.0 { 1.0 - s } else { s };
+        let mut strain = strain * self.sense;
+        for i in 0..3 {
+            strain[i] -= self.bend[i];
+        }
+        self.law.energy(s, &strain)
+    }
+
     /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
     #[inline]
     pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {

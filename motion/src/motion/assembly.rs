@@ -24,10 +24,11 @@ use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
 use super::state::Seen;
 use crate::assembly::{
-    Assembly, Carrier, Configuration, Evaluated, Integrals, Nearness, Seen as Chart, Sight, Slowed,
+    Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
+    Slowed,
 };
 use crate::error::{Cause, Error, Result};
-use crate::rod::Wrench;
+use crate::rod::{Fallen, Wrench};
 use crate::solve::cost::Cost;
 use crate::solve::dop853::State;
 use crate::solve::gauss::Reversible;
@@ -137,6 +138,8 @@ pub struct AssemblyRun {
     /// Bounces that are still to be told.
     bounces: VecDeque<Bounce>,
     before_snap: Option<AssemblySample>,
+    /// The rod that snapped last, as it was at its fold.
+    folding: Option<Link>,
     stopped: bool,
     interrupted: bool,
 }
@@ -233,6 +236,7 @@ impl AssemblyRun {
             parting: Vec::new(),
             bounces: VecDeque::new(),
             before_snap: None,
+            folding: None,
             stopped: false,
             interrupted: false,
         };
@@ -345,6 +349,7 @@ impl AssemblyRun {
         let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
         let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
         let held = point.held();
+        let folding = rod.clone().into_owned();
         let (landed, choices) = match self.options.landing {
             LandingRule::Viscous => (vec![rod.settle(&fold, &held, along)?], None),
             rule => {
@@ -387,7 +392,7 @@ impl AssemblyRun {
         }
         let snap = snaps.swap_remove(0);
         self.land(&snap)?;
-        self.before_snap = Some(here);
+        (self.before_snap, self.folding) = (Some(here), Some(folding));
         Ok(Event::Snap(snap))
     }
 
@@ -541,6 +546,15 @@ impl<'a> Motion<'a> for AssemblyRun {
             .map(|sample| Seen::Kept(sample as _))
     }
 
+    fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
+        let held = self.before_snap.as_ref()?.at.points.get(snap.rod)?.held();
+        let fold = Wrench::from_column_slice(snap.from.q.as_slice());
+        // A taut rod is looked for from what was found last, which is to be the fold.
+        let rod = self.folding.clone()?;
+        let (shapes, landed) = rod.fall(&fold, &held, self.along()).ok()?;
+        snap.lands(landed.as_slice()).then_some(shapes)
+    }
+
     fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
         Some(Seen::Made(Box::new(self.state_at(t)?)))
     }
@@ -566,6 +580,7 @@ impl<'a> Motion<'a> for AssemblyRun {
         branch.extra = Cost::default();
         branch.stopped = false;
         branch.before_snap = None;
+        branch.folding = None;
         branch.land(snap)?;
         branch.first = branch.sample_now();
         Ok(Box::new(branch))

@@ -4,6 +4,7 @@ use super::event::{Event, Outcome};
 use super::snap::Snap;
 use super::state::{Seen, State};
 use crate::error::{Error, Result};
+use crate::rod::Fallen;
 use crate::solve::cost::Cost;
 
 /// A motion step by step, in the units of the rod: what every model offers to those who drive and record it.
@@ -20,6 +21,12 @@ pub trait Motion<'a> {
     /// The state just before the last snap, which left pose and velocity as they were.
     fn before_snap(&self) -> Option<Seen<'_>> {
         None
+    }
+
+    /// The shapes through which the rod fell in the last snap, which was this one, from its base on: sections in the directors there, in the units of the
+    /// motion. They are those of the fast viscous layer. None where another rule chose the landing.
+    fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
+        snap.fall()
     }
 
     /// The state at a time within the last step; None outside it.

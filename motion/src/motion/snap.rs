@@ -5,7 +5,8 @@ use crate::assembly::Configuration;
 use crate::elastica::{Elastica, LayerShape};
 use crate::error::Result;
 use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
-use nalgebra::{DVector, Isometry3, SVector, UnitQuaternion};
+use crate::rod::Fallen;
+use nalgebra::{DVector, SVector, UnitQuaternion};
 
 /// Where a rod lands that has run out of its sheet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -101,15 +102,14 @@ pub struct Snap {
 const SAME: f64 = 1e-6;
 
 impl Snap {
-    /// The shapes through which a planar elastica falls in this snap, each with its stored energy, in the frame of its clamp and its own
-    /// units; None of other rods, and where another rule than the layer chose the landing.
-    pub fn layer(&self) -> Option<Vec<(f64, Vec<Isometry3<f64>>)>> {
+    /// The shapes through which a planar elastica falls in this snap, in the frame of its clamp and its own units; None of other rods, and where
+    /// another rule than the layer chose the landing.
+    pub(super) fn fall(&self) -> Option<Vec<Fallen>> {
         self.from.sheet?;
-        let [from, to] = [&self.from, &self.to].map(|end| match end.q.as_slice() {
-            [p, w] => Some(SVector::from([*p, *w])),
-            _ => None,
-        });
-        let (from, to) = (from?, to?);
+        let [p, w] = *self.from.q.as_slice() else {
+            return None;
+        };
+        let from = SVector::from([p, w]);
         let (leaving, _) = fold_sides(&Elastica, &from).ok()?;
         let (shapes, landed) = Elastica.layer(&from, &leaving).ok()?;
         let placed = |shape: LayerShape| {
@@ -117,8 +117,14 @@ impl Snap {
             let sections = sections.map(|[x, y, theta]| planar(*x, *y, *theta));
             (shape.elastic, sections.collect())
         };
-        let same = (landed - to).norm() < SAME * (1.0 + to.norm());
-        same.then(|| shapes.into_iter().map(placed).collect())
+        self.lands(landed.as_slice())
+            .then(|| shapes.into_iter().map(placed).collect())
+    }
+
+    /// Whether a layer that ends in this chart point is that of the snap.
+    pub(super) fn lands(&self, landed: &[f64]) -> bool {
+        let (to, landed) = (&self.to.q, DVector::from_column_slice(landed));
+        to.len() == landed.len() && (&landed - to).norm() < SAME * (1.0 + to.norm())
     }
 }
 

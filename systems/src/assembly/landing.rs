@@ -13,18 +13,17 @@
 //! the spin about it, which nothing feels, are not in the strains. Taut rods fall by the same law in implicit steps
 //! ([`crate::rod::Rod::taut_fallen`]).
 
+use super::layer::{Layer, MOST_STEPS, split};
 use super::{Joint, Link, LinkEnd};
 use crate::creep::grid::Grid;
-use crate::creep::kinematics::{AtEnd, Kinematics, Local};
-use crate::creep::reduced::solve;
-use crate::creep::space::{Curve, Space};
+use crate::creep::kinematics::{AtEnd, Kinematics};
+use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::manifold::fold_kernel;
 use crate::math::se3::joined;
-use crate::rod::Wrench;
-use crate::section::{Measures, SectionLaw, Strain, measured};
-use crate::solve::dop853::Dop853;
-use nalgebra::{DMatrix, DVector, Isometry3, SMatrix, Vector3};
+use crate::rod::{Fallen, Wrench};
+use crate::section::{Measures, Strain, measured};
+use nalgebra::{DVector, Isometry3, Vector3};
 use std::sync::Arc;
 
 /// How far from neutral, in lengths of the rod, a rod may be taken to be at its fold.
@@ -36,35 +35,12 @@ const NODES: usize = 32;
 const PUSHES: [f64; 3] = [0.3, 0.03, 0.003];
 /// Change of the chart by which strains are differentiated.
 const ASIDE: f64 = 1e-4;
-/// Tolerance of the flow, which need not be accurate: its end is polished in the chart.
-const TOLERANCE: f64 = 1e-7;
-/// Strain rates below this are rest.
-const REST: f64 = 1e-6;
-/// The flow stands on the wrong side once it is back at this part of the push.
-const BACK: f64 = 0.5;
-/// Steps of the flow at most.
-const MOST_STEPS: usize = 5_000;
 /// Newton steps of the polish at most.
 const POLISH: usize = 30;
 /// Tolerance of the search for other landings, which the chart then makes exact.
 const SEARCH: f64 = 1e-9;
-/// Wrenches that the resultants feel by less than this part of what they feel most are left out.
-const FELT: f64 = 1e-12;
 /// A landing nearer to another or to its fold than this, relative to 1 + the chart, is that again.
 const TWIN: f64 = 1e-4;
-
-/// The layer of one rod, in its own units and in the directors of its base.
-struct Layer<const D: usize> {
-    law: Arc<dyn SectionLaw>,
-    grid: Grid,
-    held: Isometry3<f64>,
-    /// Only how far the end is from the base is held.
-    by_chord: bool,
-    /// The wrench on the end where it was last found.
-    wrench: AtEnd<D>,
-    /// The load along the rod at the nodes.
-    load: Option<Vec<Vector3<f64>>>,
-}
 
 impl Link {
     /// The chart point at which the rod comes to rest that leaves its fold `q` while its ends are held; found to
@@ -73,14 +49,38 @@ impl Link {
     /// # Errors
     /// No simple fold; a flow that does not settle.
     pub fn settle(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
+        Ok(self.fallen(q, held, tolerance, false)?.1)
+    }
+
+    /// The shapes through which it falls, seen from its base, one after every step of the layer, and the landing. Those whose end is not yet back where it
+    /// is held after the push off the fold are left out.
+    ///
+    /// # Errors
+    /// As [`Link::settle`].
+    pub fn fall(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<(Vec<Fallen>, Wrench)> {
+        self.fallen(q, held, tolerance, true)
+    }
+
+    fn fallen(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+        shown: bool,
+    ) -> Result<(Vec<Fallen>, Wrench)> {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
         if end.slack.is_some() {
-            return self.settled_taut(q, &kernel, held, tolerance);
+            return self.fallen_taut(q, &kernel, held, tolerance);
         }
         match self.joint {
-            Joint::Weld => self.settled::<6>(q, &end, &kernel, tolerance),
-            Joint::Ball | Joint::Pins => self.settled::<3>(q, &end, &kernel, tolerance),
+            Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, shown),
+            Joint::Ball | Joint::Pins => self.settled::<3>(q, (&end, &kernel), tolerance, shown),
         }
     }
 
@@ -202,14 +202,15 @@ impl Link {
             .collect())
     }
 
-    /// The rod leaves its equilibrium `q`, its end at `end`, in the direction `kernel` of the chart, or against it.
+    /// The rod leaves its equilibrium `q`, its end at `end`, in the direction `kernel` of the chart, or against it; with the shapes on the way
+    /// if they are to be shown.
     fn settled<const D: usize>(
         &self,
         q: &Wrench,
-        end: &LinkEnd,
-        kernel: &Wrench,
+        (end, kernel): (&LinkEnd, &Wrench),
         tolerance: f64,
-    ) -> Result<Wrench> {
+        shown: bool,
+    ) -> Result<(Vec<Fallen>, Wrench)> {
         let scale = self.units();
         let wrench = joined(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
         let mut layer = self.layer::<D>(&end.pose);
@@ -227,27 +228,39 @@ impl Link {
         let push = ahead? - behind?;
         let push = &push / push.amax();
         let start = layer.wrench;
-        let mut found: Option<(f64, Wrench)> = None;
+        let mut found: Option<(f64, Vec<DVector<f64>>, Wrench)> = None;
         // Where paths cross a rod that does not fall at once follows another path, along which it falls ever more slowly.
         let crossing = self.crossing(end, NEUTRAL).is_some();
         let pushes = if crossing { &PUSHES[..1] } else { &PUSHES[..] };
         for &size in pushes {
             for side in [size, -size] {
                 layer.wrench = start;
-                let Some(strains) = layer.flow(&here, &(&push * side)) else {
+                let mut way = Vec::new();
+                let mut seen = |e: &DVector<f64>| way.extend(shown.then(|| e.clone()));
+                let Some(strains) = layer.flow(&here, &(&push * side), &mut seen) else {
                     continue;
                 };
                 let q = self.charted(&layer, &strains, tolerance)?;
                 let energy = self.held(&q, &end.pose, tolerance)?.whole_energy();
-                if found.as_ref().is_none_or(|(lowest, _)| energy < *lowest) {
-                    found = Some((energy, q));
+                if found.as_ref().is_none_or(|(lowest, ..)| energy < *lowest) {
+                    found = Some((energy, way, q));
                 }
             }
             if found.is_some() {
                 break;
             }
         }
-        found.map(|(_, q)| q).ok_or_else(|| {
+        let found = found.map(|(_, way, q)| {
+            let (length, energy) = (self.rod.length(), scale[0]);
+            let outward = |(stored, mut sections): Fallen| {
+                let places = sections.iter_mut().map(|at| &mut at.translation.vector);
+                places.for_each(|place| *place *= length);
+                (stored * energy, sections)
+            };
+            let shapes = way.iter().filter_map(|e| layer.shape(e));
+            (shapes.map(outward).collect(), q)
+        });
+        found.ok_or_else(|| {
             if crossing {
                 return Error::domain(
                     "a rod between two ball joints can buckle to either side alike here, as a straight column does at Euler's load: a small \
@@ -263,25 +276,24 @@ impl Link {
     }
 
     /// The same of a taut rod.
-    fn settled_taut(
+    fn fallen_taut(
         &self,
         q: &Wrench,
         kernel: &Wrench,
         held: &Isometry3<f64>,
         tolerance: f64,
-    ) -> Result<Wrench> {
+    ) -> Result<(Vec<Fallen>, Wrench)> {
         let here = self.pulled(q, held, tolerance)?;
         let aside = kernel * (ASIDE / kernel.fixed_rows::<3>(3).norm());
         let [ahead, behind] = [1.0, -1.0].map(|side| {
             let beside = self.sought();
             beside.pulled(&(q + aside * side), held, tolerance)
         });
-        let rested = self
-            .rod
-            .taut_fallen(&here, [&*ahead?, &*behind?], tolerance)?;
+        let beside = [&*ahead?, &*behind?];
+        let (shapes, rested) = self.rod.taut_fallen(&here, beside, tolerance)?;
         let q = rested.base.component_div(&self.units());
         self.warm.keep(&Arc::new(rested));
-        Ok(q)
+        Ok((shapes, q))
     }
 
     /// The strains at the nodes, in units of 1/L, one after the other.
@@ -389,152 +401,4 @@ fn unpolished(q: &Wrench, size: f64) -> Error {
         "no equilibrium of the rod found near the base wrench {:?} (units B/L, B/L^2): its end stays {size:.1e} off",
         q.as_slice()
     ))
-}
-
-fn split(strains: &DVector<f64>) -> Vec<Local<6>> {
-    strains
-        .as_slice()
-        .chunks_exact(6)
-        .map(Local::from_column_slice)
-        .collect()
-}
-
-impl<const D: usize> Layer<D> {
-    /// The twist that leads from where the end is held to where it is.
-    fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
-        let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
-        let all = joined(
-            &turn,
-            &(end.translation.vector - self.held.translation.vector),
-        );
-        all.fixed_rows::<D>(6 - D).into_owned()
-    }
-
-    /// The direction of the chord, if that is all that is held.
-    fn chord(&self, end: &Isometry3<f64>) -> Option<AtEnd<D>> {
-        let mut along = AtEnd::<D>::zeros();
-        along
-            .fixed_rows_mut::<3>(D - 3)
-            .copy_from(&end.translation.vector);
-        self.by_chord.then(|| along / along.norm())
-    }
-
-    /// By how much the chord is longer than it is held.
-    fn stretched(&self, end: &Isometry3<f64>) -> f64 {
-        end.translation.vector.norm() - self.held.translation.vector.norm()
-    }
-
-    /// Takes the wrench for which the resultants of the strains `e` differ least from those of an equilibrium, those of strains that cannot change left out.
-    fn fit(&mut self, e: &DVector<f64>) -> Option<()> {
-        let space = Space::<6, D>::new();
-        let strains = split(e);
-        let curve = space.shape(&self.grid, &strains)?;
-        let borne = self.borne(&curve, strains.len());
-        let rigid = self.law.rigid();
-        let mut normal = SMatrix::<f64, D, D>::zeros();
-        let mut sum = AtEnd::<D>::zeros();
-        let nodes = self.grid.nodes().iter().zip(self.grid.weights());
-        for (i, (s, weight)) in nodes.enumerate() {
-            let mut transfer = space.transfer(&curve, i);
-            let mut left = self.law.free(*s, &strains[i]).ok()?.resultants - borne[i];
-            for k in (0..3).filter(|k| rigid[*k]) {
-                transfer.row_mut(3 + k).fill(0.0);
-                left[3 + k] = 0.0;
-            }
-            normal += transfer.tr_mul(&transfer) * *weight;
-            sum += transfer.tr_mul(&left) * *weight;
-        }
-        // A straight rod that cannot stretch does not feel a pull.
-        let normal = DMatrix::from_column_slice(D, D, normal.as_slice());
-        let sum = DVector::from_column_slice(sum.as_slice());
-        let svd = normal.svd(true, true);
-        let found = svd.solve(&sum, FELT * svd.singular_values.amax()).ok()?;
-        self.wrench = AtEnd::from_column_slice(found.as_slice());
-        if let Some(along) = self.chord(curve.end()) {
-            self.wrench = along * along.dot(&self.wrench);
-        }
-        Some(())
-    }
-
-    /// The resultants of the load along the rod at its nodes.
-    fn borne(&self, curve: &Curve, nodes: usize) -> Vec<Local<6>> {
-        match &self.load {
-            Some(load) => {
-                Space::<6, D>::new()
-                    .borne(&self.grid, curve, load)
-                    .resultants
-            }
-            None => vec![Local::zeros(); nodes],
-        }
-    }
-
-    /// Rates of the strains `e`; None where a law refuses.
-    fn rates(&mut self, e: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
-        let space = Space::<6, D>::new();
-        let strains = split(e);
-        let curve = space.shape(&self.grid, &strains)?;
-        let mut off = self.off(curve.end());
-        let chord = self.chord(curve.end());
-        if let Some(along) = &chord {
-            off = along * self.stretched(curve.end());
-            self.wrench = along * along.dot(&self.wrench);
-        }
-        let borne = self.borne(&curve, strains.len());
-        let nodes = self
-            .grid
-            .nodes()
-            .iter()
-            .zip(self.grid.weights())
-            .zip(&strains)
-            .enumerate();
-        let linear = self.law.uniform_linear().is_some();
-        for round in 0..20 {
-            let mut missing: AtEnd<D> = off * 2.0;
-            let mut give = SMatrix::<f64, D, D>::zeros();
-            for (i, ((s, weight), e)) in nodes.clone() {
-                let transfer = space.transfer(&curve, i);
-                let resultants = transfer * self.wrench + borne[i];
-                let asked = self.law.inverse(*s, &resultants).ok()?;
-                let rate = asked.strain - e;
-                out.fixed_rows_mut::<6>(6 * i).copy_from(&rate);
-                missing += transfer.tr_mul(&rate) * *weight;
-                give += transfer.tr_mul(&(asked.compliance.matrix() * transfer)) * *weight;
-            }
-            if let Some(along) = &chord {
-                missing = along * along.dot(&missing);
-            }
-            if round > 0 && (linear || missing.norm() < 1e-9) {
-                return out.iter().all(|x| x.is_finite()).then_some(());
-            }
-            self.wrench -= match &chord {
-                None => solve(&give, &missing)?,
-                Some(along) => missing / along.dot(&(give * along)),
-            };
-        }
-        None
-    }
-
-    /// Where the flow from `start` + `push` comes to rest; None if it falls back to `start`, or does not settle.
-    fn flow(&mut self, start: &DVector<f64>, push: &DVector<f64>) -> Option<DVector<f64>> {
-        let state = start + push;
-        let size = push.norm();
-        let mut slope = state.clone();
-        self.rates(&state, &mut slope)?;
-        let mut solver = Dop853::new(state, slope.clone(), 0.1, TOLERANCE);
-        let mut step = solver.blank();
-        for _ in 0..MOST_STEPS {
-            let taken = solver.step_into(|y, out| self.rates(y, out), 10.0, &mut step);
-            taken.ok()?;
-            let away = (solver.state() - start).norm();
-            if away < BACK * size {
-                return None;
-            }
-            if solver.slope().amax() < REST && away > 2.0 * size {
-                let last = solver.state().clone();
-                self.rates(&last, &mut slope)?;
-                return Some(last);
-            }
-        }
-        None
-    }
 }

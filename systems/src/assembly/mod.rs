@@ -18,6 +18,7 @@ mod free;
 mod implicit;
 mod inertia;
 mod landing;
+mod layer;
 mod link;
 mod modes;
 mod pins;

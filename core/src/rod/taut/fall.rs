@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::math::se3::{frame, rotation_vector};
 use crate::rod::scaled_law::Response;
 use crate::section::Strain;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::borrow::Cow;
 
 /// First steps, in units of the layer's time, and the shortest and the longest.
@@ -44,6 +44,9 @@ const TOLERANCE: f64 = 1e-7;
 const STEEPER: f64 = 1.5;
 /// The spring beside the end where the rod has come to rest, over the string's.
 const BESIDE: f64 = 16.0;
+
+/// A shape on the way through the fast layer: the stored energy, and sections from the base to the end.
+pub type Fallen = (f64, Vec<Isometry3<f64>>);
 
 /// The strains of a rod along a mesh.
 #[derive(Debug, Clone)]
@@ -184,7 +187,7 @@ impl Pulled<'_> {
     }
 
     /// The rod that comes to rest from the fold `shape` when it leaves it towards one of the rods `beside`, its end held in its place `at`
-    /// by `tip`: of two ways down the lower one.
+    /// by `tip`: of two ways down the lower one; with the shapes after every step.
     ///
     /// # Errors
     /// A law that refuses; a flow that does not settle.
@@ -194,7 +197,7 @@ impl Pulled<'_> {
         beside: [&Shape; 2],
         (tip, at): (&Tip, Vector3<f64>),
         tolerance: f64,
-    ) -> Result<(Solved, Spring)> {
+    ) -> Result<(Vec<Fallen>, Solved, Spring)> {
         let lam = (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt();
         // Sections turn by their strains, and shapes on the way may be steeper than that of the fold.
         let turning = self.strains(shape)?.steepest();
@@ -203,21 +206,21 @@ impl Pulled<'_> {
         let fold = self.strains(&here)?;
         let (ahead, behind) = (self.strains(&ahead)?, self.strains(&behind)?);
         let unit = lam / ahead.distance(&behind);
-        let mut found: Option<(Solved, Spring)> = None;
+        let mut found: Option<(Vec<Fallen>, Solved, Spring)> = None;
         for size in PUSHES {
             for side in [size, -size] {
                 let pushed = fold.plus(side * unit, &ahead, &behind);
-                let rested = self.flow(&here, (&fold, pushed), (tip, at), lam);
-                let Some(rested) =
-                    rested.and_then(|shape| self.rest(shape, tip, at, tolerance).ok())
-                else {
+                let mut way = Vec::new();
+                let rested = self.flow(&here, (&fold, pushed), (tip, at), lam, &mut way);
+                let rest = |shape| self.rest(shape, tip, at, tolerance).ok();
+                let Some((solved, spring)) = rested.and_then(rest) else {
                     continue;
                 };
                 if found
                     .as_ref()
-                    .is_none_or(|found| rested.0.energy < found.0.energy)
+                    .is_none_or(|(_, lowest, _)| solved.energy < lowest.energy)
                 {
-                    found = Some(rested);
+                    found = Some((way, solved, spring));
                 }
             }
             if found.is_some() {
@@ -267,13 +270,44 @@ impl Pulled<'_> {
         })
     }
 
-    /// Where the flow from `pushed` comes near its rest; None if it falls back to the fold, or does not settle.
+    /// A shape with these strains, in the directors of the clamp and units of the rod.
+    fn passing(&self, shape: &Shape, strains: &Strains) -> Option<Fallen> {
+        let scheme = Scheme::get();
+        let pose = |place: Vector3<f64>, at: &Section| {
+            let directors = Rotation3::from_matrix_unchecked(frame(&(at.turn / at.turn.norm())));
+            Isometry3::from_parts(
+                place.into(),
+                UnitQuaternion::from_rotation_matrix(&directors),
+            )
+        };
+        let (mut place, mut energy) = (Vector3::zeros(), 0.0);
+        let mut sections = vec![pose(place, &shape.nodes[0])];
+        let pieces = shape
+            .places
+            .windows(2)
+            .zip(&shape.stages)
+            .zip(&strains.stages);
+        for (k, ((ends, stages), strains)) in pieces.enumerate() {
+            let h = ends[1] - ends[0];
+            for (i, (at, strain)) in stages.iter().zip(strains).enumerate() {
+                let weight = h * scheme.weights[i];
+                place += frame(&at.turn) * strain.fixed_rows::<3>(3) * weight;
+                let s = ends[0] + scheme.nodes[i] * h;
+                energy += self.law.energy(s, strain).ok()? * weight;
+            }
+            sections.push(pose(place, &shape.nodes[k + 1]));
+        }
+        Some((energy, sections))
+    }
+
+    /// Where the flow from `pushed` comes near its rest, with what it passed on its `way`; None if it falls back to the fold, or does not settle.
     fn flow(
         &self,
         here: &Shape,
         (fold, pushed): (&Strains, Strains),
         (tip, at): (&Tip, Vector3<f64>),
         lam: f64,
+        way: &mut Vec<Fallen>,
     ) -> Option<Shape> {
         let held = Spring {
             stiffness: f64::INFINITY,
@@ -315,6 +349,7 @@ impl Pulled<'_> {
                 continue;
             }
             (shape, strains, rate) = (next, after, Some(now));
+            way.push(self.passing(&shape, &strains)?);
             let away = strains.distance(fold);
             if away < BACK * start {
                 return None;
@@ -325,6 +360,7 @@ impl Pulled<'_> {
                     && last.turned(&shape) < SAME
                     && (size < STILL * lam || self.is_stable(&last, tip, at))
                 {
+                    way.push(self.passing(&last, &self.strains(&last).ok()?)?);
                     return Some(last);
                 }
             }

@@ -24,6 +24,7 @@ use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow,
 use interval::{Condensed, Pulled, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
+pub use fall::Fallen;
 pub(in crate::rod) use held::{TAUT, TIGHT};
 pub(in crate::rod) use interval::Section;
 pub use pulled::Taut;

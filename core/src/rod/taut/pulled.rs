@@ -1,7 +1,7 @@
 //! Taut rods in the world and in the user's units.
 
 use super::interval::{Pulled, Section};
-use super::{Derivatives, Shape, Solved, Spring, Tip, solved};
+use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solved};
 use crate::error::Result;
 use crate::math::se3::{frame, joined};
 use crate::rod::{Rod, RodSection, Wrench};
@@ -135,16 +135,28 @@ impl Rod {
     }
 
     /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
-    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one.
+    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one. With the shapes on the way, in the
+    /// directors of the clamp.
     ///
     /// # Errors
     /// A flow that does not settle.
-    pub fn taut_fallen(&self, found: &Taut, beside: [&Taut; 2], tolerance: f64) -> Result<Taut> {
+    pub fn taut_fallen(
+        &self,
+        found: &Taut,
+        beside: [&Taut; 2],
+        tolerance: f64,
+    ) -> Result<(Vec<Fallen>, Taut)> {
         let pulled = Pulled::new(&self.law, found.shape.n);
         let beside = beside.map(|taut| &taut.shape);
         let held = (&found.tip, found.place);
-        let (rested, spring) = pulled.fallen(&found.shape, beside, held, tolerance)?;
-        self.outward_taut(rested, found.tip, spring)
+        let (mut way, rested, spring) = pulled.fallen(&found.shape, beside, held, tolerance)?;
+        for (energy, sections) in &mut way {
+            *energy *= self.units().0;
+            for at in sections {
+                at.translation.vector *= self.length;
+            }
+        }
+        Ok((way, self.outward_taut(rested, found.tip, spring)?))
     }
 
     pub(in crate::rod) fn outward_section(
