@@ -198,6 +198,34 @@ fn slight_rods_keep_their_derivatives() {
     }
 }
 
+/// Catches cusps that are lost or doubled where a curve is steep (the loads of the twentieth change by 1.8 while p changes by 0.02), and points of one curve
+/// that lie on another: each half of a fold curve has two cusps, at which its image turns back in its tracks.
+#[test]
+fn every_fold_curve_has_two_cusps() {
+    for number in [1, 2, 5, 10, 16, 17, 18, 20] {
+        let curve = fold_curve(number, 0.01, 8.0, 0.05).unwrap();
+        let cusps: Vec<f64> = (curve.iter().filter(|at| at.cusp))
+            .map(|at| at.equilibrium.p)
+            .collect();
+        assert_eq!(cusps.len(), 2, "curve {number}: {cusps:?}");
+        for p in cusps {
+            let at = |p: f64| {
+                let e = fold_at(number, p).unwrap().equilibrium;
+                Vector2::new(e.x, e.y)
+            };
+            let [before, cusp, after] = [p - 1e-4, p, p + 1e-4].map(at);
+            let [come, go] = [cusp - before, after - cusp];
+            let back = come.dot(&go) / (come.norm() * go.norm());
+            assert!(back < -0.99, "curve {number} at p = {p}: {back}");
+        }
+        for point in curve.iter().step_by(40) {
+            let e = &point.equilibrium;
+            let counted = fold_at(number, e.p).unwrap().equilibrium.lambda;
+            assert_close(e.lambda, counted, 1e-11, 0.0, "lambda of a fold");
+        }
+    }
+}
+
 /// Catches a fold in the wrong place: the curves 1 to 3, their limits as kap -> 0 and their cusps
 /// against 256-bit arithmetic, and the first against the project's first table.
 #[test]

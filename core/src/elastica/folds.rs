@@ -130,15 +130,20 @@ pub fn fold_at(number: usize, p: f64) -> Result<FoldPoint> {
     // Fold n lies below 2 (n + 1) quarter periods.
     let lam_max = (number as f64 + 1.5) * 2.0 * quarter;
     let all = brackets(q, lam_max, number)?;
-    let Some(&[low, high]) = all.get(number - 1) else {
+    let Some(&bracket) = all.get(number - 1) else {
         return Err(Error::no_convergence(format!(
             "fold curve {number} was not met on p = {p} below lambda = {lam_max}"
         )));
     };
+    fold_between(number, p, bracket)
+}
+
+/// The point of fold curve `number` on the line `p` between two loads, with the fold functions there.
+fn fold_between(number: usize, p: f64, [low, high]: [(f64, f64); 2]) -> Result<FoldPoint> {
     let mut failed = None;
     let lam = chandrupatla(
         |lam| {
-            fold_function(q, lam).unwrap_or_else(|e| {
+            fold_function(off_axis(p), lam).unwrap_or_else(|e| {
                 failed = Some(e);
                 f64::NAN
             })
@@ -186,28 +191,57 @@ pub fn fold_curve(number: usize, p_min: f64, p_max: f64, spacing: f64) -> Result
         )));
     }
     let mut here = fold_at(number, p_min)?;
+    let rises = fold_function(off_axis(p_min), here.equilibrium.lambda + 0.1)? > 0.0;
     let mut points = vec![here];
-    let (mut turn, mut along) = cusp_function(&here, [0.0, 1.0])?;
+    let (mut speed, mut way) = image_speed(&here, [0.0, 1.0])?;
     while here.equilibrium.p < p_max {
-        let next = advance(&here, spacing, p_max)?;
-        let (next_turn, next_along) = cusp_function(&next, along)?;
-        if turn * next_turn < 0.0 {
-            points.push(cusp_between(&here, turn, &next, next_turn, along)?);
+        let next = advance(&here, rises, spacing, p_max)?;
+        let (next_speed, next_way) = image_speed(&next, way)?;
+        if speed * next_speed < 0.0 {
+            points.push(cusp_between(&here, speed, &next, next_speed, way)?);
         }
         points.push(next);
-        (here, turn, along) = (next, next_turn, next_along);
+        (here, speed, way) = (next, next_speed, next_way);
+    }
+    // Every point was looked for beside the one before it. The last, counted from the straight rod on, shows that they are on one curve.
+    let counted = fold_at(number, here.equilibrium.p)?.equilibrium.lambda;
+    if !((counted - here.equilibrium.lambda).abs() < 1e-6 * counted) {
+        return Err(Error::no_convergence(format!(
+            "fold curve {number} was lost between p = {p_min} and {p_max}: give a smaller spacing than {spacing}"
+        )));
     }
     Ok(points)
 }
 
+/// The point of a fold curve on the line `p` that lies within `reach` in lambda of one on another line; None if the fold is not there. Neighbouring
+/// folds of a line lie more than 3 apart, and the fold function, which
+/// `rises` through this curve or does not, changes its sign the other way at them.
+fn fold_beside(here: &FoldPoint, rises: bool, p: f64, reach: f64) -> Result<Option<FoldPoint>> {
+    let lam = here.equilibrium.lambda;
+    let q = off_axis(p);
+    let [low, high] = [lam - reach, lam + reach];
+    let [f_low, f_high] = [fold_function(q, low)?, fold_function(q, high)?];
+    if (f_low < 0.0, f_high > 0.0) != (rises, rises) {
+        return Ok(None);
+    }
+    fold_between(here.number, p, [(low, f_low), (high, f_high)]).map(Some)
+}
+
 /// The next point: p grows along the graph; the step in p is shortened until lam follows within the
 /// spacing (the first curve drops from lam = 7.3 to 5.9 while p passes from 1.495 to 1.6).
-fn advance(here: &FoldPoint, spacing: f64, p_max: f64) -> Result<FoldPoint> {
+fn advance(here: &FoldPoint, rises: bool, spacing: f64, p_max: f64) -> Result<FoldPoint> {
     let p = here.equilibrium.p;
     let mut step = spacing.min(p_max - p);
     loop {
-        let last = p + step >= p_max;
-        let next = fold_at(here.number, if last { p_max } else { p + step })?;
+        let to = if p + step >= p_max { p_max } else { p + step };
+        let next = match fold_beside(here, rises, to, 1.5 * spacing.min(0.9))? {
+            Some(next) => next,
+            None if step > 1e-6 => {
+                step *= 0.5;
+                continue;
+            }
+            None => fold_at(here.number, to)?,
+        };
         let moved =
             (next.equilibrium.p - p).hypot(next.equilibrium.lambda - here.equilibrium.lambda);
         if moved <= 1.01 * spacing || step < 1e-9 {
@@ -217,30 +251,22 @@ fn advance(here: &FoldPoint, spacing: f64, p_max: f64) -> Result<FoldPoint> {
     }
 }
 
-/// The kernel of d(x, y)/d(p, lam) at a fold: on it the columns are parallel. Oriented along `like`.
-fn kernel(t: &TipDerivatives, like: [f64; 2]) -> [f64; 2] {
-    // c_lam t.p - c_p t.l = 0: measure both columns along the longer.
-    let along = if dot(t.p, t.p) > dot(t.l, t.l) {
+/// How fast the end (x, y) runs along the image of the fold curve as p grows, and which way it is counted: as `like` in the next point before. At a cusp it
+/// turns back in its tracks, and the speed changes its sign; the direction of the tracks is that of all columns of d(x, y)/d(p, lam), and is
+/// continuous.
+fn image_speed(at: &FoldPoint, like: [f64; 2]) -> Result<(f64, [f64; 2])> {
+    let e = &at.equilibrium;
+    let t = TipDerivatives::new(&ChartPoint::at_load(off_axis(e.p), e.lambda)?);
+    let longer = if dot(t.p, t.p) > dot(t.l, t.l) {
         t.p
     } else {
         t.l
     };
-    let k = [dot(along, t.l), -dot(along, t.p)];
-    if dot(k, like) < 0.0 {
-        [-k[0], -k[1]]
-    } else {
-        k
-    }
-}
-
-/// Zero where the kernel is tangent to the fold curve: grad det . kernel; and the kernel, to orient
-/// the next one by.
-fn cusp_function(at: &FoldPoint, like: [f64; 2]) -> Result<(f64, [f64; 2])> {
-    let e = &at.equilibrium;
-    let t = TipDerivatives::new(&ChartPoint::at_load(off_axis(e.p), e.lambda)?);
-    let k = kernel(&t, like);
+    let length = dot(longer, longer).sqrt().copysign(dot(longer, like));
+    let way = longer.map(|c| c / length);
     let (_, gradient) = t.det_with_gradient();
-    Ok((dot(gradient, k), k))
+    let slope = -gradient[0] / gradient[1];
+    Ok((dot(t.p, way) + slope * dot(t.l, way), way))
 }
 
 fn cusp_between(
@@ -254,7 +280,7 @@ fn cusp_between(
     let p = chandrupatla(
         |p| {
             fold_at(a.number, p)
-                .and_then(|at| Ok(cusp_function(&at, like)?.0))
+                .and_then(|at| Ok(image_speed(&at, like)?.0))
                 .unwrap_or_else(|e| {
                     failed = Some(e);
                     f64::NAN
