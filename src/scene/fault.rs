@@ -75,6 +75,7 @@ impl fmt::Display for Said<'_> {
         };
         f.write_str(&found)?;
         let verdict = match fault.kind {
+            FaultKind::Syntax if fault.set.is_some() => ": cannot be set: ",
             FaultKind::Syntax if found.is_empty() => "not TOML: ",
             FaultKind::Syntax => ": not TOML: ",
             FaultKind::Missing => ": missing; must be ",

@@ -136,6 +136,10 @@ mod stiff_rods;
 mod straight;
 mod straight_starts;
 #[cfg(feature = "scene")]
+mod stress;
+#[cfg(feature = "scene")]
+mod stress_scenes;
+#[cfg(feature = "scene")]
 mod studies;
 #[cfg(feature = "scene")]
 mod study_run;
