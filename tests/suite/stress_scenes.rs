@@ -418,9 +418,8 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
     if text.contains("[continue]") {
         return match branch(&scene, &mut hooks) {
             Err(e) => refused(e),
-            Ok(record) => {
-                finite(&[record.branches.points.clone()], &["p"]).map(|()| "a branch".to_owned())
-            }
+            Ok(record) => finite(std::slice::from_ref(&record.branches.points), &["p"])
+                .map(|()| "a branch".to_owned()),
         };
     }
     if text.contains("[end]") {

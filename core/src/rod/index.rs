@@ -40,16 +40,18 @@ impl Problem {
         if let Some(taut) = self.taut_at(b) {
             return self.taut_index(&taut, &Spring::NONE);
         }
-        if let Ok(rough) = self.count(b, self.tolerance.max(ROUGH))
+        if let Ok(rough) = self.count(b, ROUGH)
             && rough.noise < 1e-2
             && rough.margin > 10.0 * rough.noise
         {
             return Ok(rough.index);
         }
-        let fine = self.count(b, self.tolerance)?;
+        // A whole number is right or wrong, however loose the tolerance of the rest.
+        let tolerance = self.tolerance.min(ROUGH);
+        let fine = self.count(b, tolerance)?;
         // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign itself is as good
         // as the tolerance, and a neutral equilibrium is no error.
-        let growth = fine.noise / self.tolerance;
+        let growth = fine.noise / tolerance;
         if fine.noise > 1e-4 || (growth > 1e3 && fine.margin < fine.noise) {
             return Err(Error::ill_conditioned(format!(
                 "the rod is pulled too hard for an integration from its clamp: an error there grows {growth:.0e}-fold along \
