@@ -128,6 +128,47 @@ fn light_rods_are_followed_by_default_where_they_can_be() {
     assert!(damped.mass_notes().is_empty());
 }
 
+/// Catches a motion from the straight rod that begins without the rod's mass and goes on with it, whose ledger cannot close: it is followed without, which
+/// the run says, and refused where it is asked for.
+#[test]
+fn a_motion_from_the_straight_rod_is_not_of_first_order() {
+    let text = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+mass = 0.05
+[body]
+mass = 1.0
+[start]
+rest = "straight"
+velocity = [0.0, 0.5]
+[run]
+duration = 0.5
+tolerance = 1e-9
+"#;
+    let scene = Scene::parse(text).unwrap();
+    let [note] = &scene.mass_notes()[..] else {
+        panic!("one rod has mass")
+    };
+    assert!(note.inertia == Inertia::None && note.why.is_some_and(|why| why.contains("straight")));
+    let prepared = run::Prepared::new(&scene).unwrap();
+    let mut tables: Vec<Table> = Vec::new();
+    let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
+    assert!(record.reason().is_none(), "{:?}", record.reason());
+    let asked = Scene::parse_with(text, &["rod.inertia=\"first-order\""]);
+    let refused = asked.unwrap_err().to_string();
+    assert!(
+        refused.contains("rod.inertia") && refused.contains("straight"),
+        "{refused}"
+    );
+    let bent = [
+        "rod.inertia=\"first-order\"",
+        "start={ lambda = 2.0, kappa = 1e-3 }",
+    ];
+    assert!(Scene::parse_with(text, &bent).is_ok());
+}
+
 /// Catches an assembly that forgets the mass of a rod, its weight, or its name.
 #[test]
 fn rods_of_assemblies_are_followed_too() {

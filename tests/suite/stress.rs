@@ -16,3 +16,37 @@ fn scenes_drawn_at_random_end_in_a_stated_outcome() {
     }
     assert!(done > 30, "{done} scenes ran");
 }
+
+/// Catches what such scenes have brought to light: a mesh along a taut rod of absurd length under a couple that grew until the memory was full, and a stiffness
+/// by which all energies were rounded to nothing.
+#[test]
+fn scenes_that_went_wrong_end_in_a_stated_outcome() {
+    let long = r#"
+[rod]
+model = "cosserat"
+length = 1e16
+section = { bending = [5.85e-4, 2.78e-3], torsion = 4.16e-4, axial = 3.62e6 }
+[end]
+force = [1804.8, -4889.7, 4759.3]
+couple = [-2.27, -2.40, -3.30]
+"#;
+    let stiff = r#"
+[rod]
+model = "elastica"
+length = 7.6e-5
+bending_stiffness = 1e300
+damping = { proportional = 2e-6 }
+[body]
+mass = 1916.0
+[start]
+rest = "straight"
+velocity = [0.0, 5.35]
+[run]
+duration = 2e-4
+"#;
+    for text in [long, stiff] {
+        let word =
+            judged(text, Duration::from_secs(5)).unwrap_or_else(|why| panic!("{why}: {text}"));
+        assert!(word.starts_with("refused"), "{word}");
+    }
+}

@@ -78,9 +78,9 @@ pub(super) static ROD: Spec = Spec {
             "The Cosserat rod in space: it bends, twists, shears and stretches. \"elastica\" is a rod in the plane."),
         field("model", BAR, Word(&["bar"]), "", Yes("model = \"bar\""),
             "A bar with mass in longitudinal motion, with waves and shocks. \"elastica\" and \"cosserat\" are rods that bend and have no mass."),
-        field("length", PLANE | BAR, Number(&POSITIVE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
+        field("length", PLANE | BAR, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
         field("length", IN_SPACE, Number(&SIZE), "m", Yes("length = 1.0"), "Length of the unloaded rod."),
-        field("bending_stiffness", PLANE, Number(&POSITIVE), "N m²", Yes("bending_stiffness = 1.0"),
+        field("bending_stiffness", PLANE, Number(&SIZE), "N m²", Yes("bending_stiffness = 1.0"),
             "Bending stiffness EI, or material and section in its place; with Maxwell branches that of the rod after a long time."),
         field("material", ANY, OneOf(&[Word(&["steel", "aluminium", "nitinol", "PET", "silicone"]), Table(&MATERIAL)]), "", No,
             "What the rod is made of, by name or by its constants; the section says its shape. A name stands for (E in Pa, nu, density in kg/m³): \
@@ -280,7 +280,7 @@ pub(super) static BODY: Spec = Spec {
     name: "body",
     fields: &[
     field("name", ASSEMBLY, Name, "", Yes("name = \"m\""), "The name of the body, letters, digits, - and _; each body has another."),
-    field("mass", PLANE | BAR, Number(&POSITIVE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
+    field("mass", PLANE | BAR, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body, a point at the free end, which may turn."),
     field("mass", SPACE | ASSEMBLY, Number(&SIZE), "kg", Yes("mass = 1.0"), "Mass of the body."),
     field("joint", SPACE, Word(&["weld", "ball"]), "", Or("\"weld\""), "A rigid body welded to the end, or a point mass on an end that is free to turn."),
     field("offset", SPACE, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Centre of mass of a welded body, from the end of the rod, along the directors there."),

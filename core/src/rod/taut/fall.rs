@@ -201,7 +201,7 @@ impl Pulled<'_> {
         let lam = (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt();
         // Sections turn by their strains, and shapes on the way may be steeper than that of the fold.
         let turning = self.strains(shape)?.steepest();
-        let places = self.even_places(STEEPER * lam.max(turning), TOLERANCE);
+        let places = self.even_places(STEEPER * lam.max(turning), TOLERANCE)?;
         let [here, ahead, behind] = [shape, beside[0], beside[1]].map(|shape| shape.on(&places));
         let fold = self.strains(&here)?;
         let (ahead, behind) = (self.strains(&ahead)?, self.strains(&behind)?);

@@ -2,14 +2,17 @@
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::mesh::{first, places};
-use super::{Shape, TURNED, Tip};
-use crate::error::Result;
+use super::{INTERVALS, Shape, TURNED, Tip};
+use crate::error::{Error, Result};
 use crate::math::se3::{
     Turn, conjugate, exponential, frame, halves, identity, product, rotation_vector,
 };
 use crate::rod::line::{Wrench, sections};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::TAU;
+
+/// A guess may have more intervals than its rod, but not so many more.
+const LIMIT: usize = 10 * INTERVALS;
 
 /// Tolerance of an integration from the base.
 const FINE: f64 = 1e-12;
@@ -84,20 +87,29 @@ impl Layer {
 
 impl Pulled<'_> {
     /// The places of the nodes.
-    fn places(&self, lam: f64, tolerance: f64, longest: f64) -> Vec<f64> {
+    ///
+    /// # Errors
+    /// More of them than a rod may have.
+    fn places(&self, lam: f64, tolerance: f64, longest: f64) -> Result<Vec<f64>> {
+        if !(longest * LIMIT as f64 > 1.0) {
+            return Err(Error::no_convergence(format!(
+                "a taut rod whose sections turn so fast along it needs intervals of {longest:.0e} of its length, more than {LIMIT} of them; lower the couple on its \
+                 end, or its twist at rest"
+            )));
+        }
         let pieces = self.law.pieces();
         let breaks = pieces.iter().skip(1).map(|(from, _)| *from);
-        places(lam.max(1.0), breaks, tolerance, longest)
+        Ok(places(lam.max(1.0), breaks, tolerance, longest))
     }
 
     /// The same without layers, where sections turn at the rate `lam`.
-    pub(super) fn even_places(&self, lam: f64, tolerance: f64) -> Vec<f64> {
+    pub(super) fn even_places(&self, lam: f64, tolerance: f64) -> Result<Vec<f64>> {
         self.places(lam, tolerance, first(tolerance) / lam.max(1.0))
     }
 
     /// The rod that the base wrench leads to, if it can be followed and ends near `tip`.
     pub(super) fn followed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Option<Shape> {
-        let places = self.even_places(self.lam(0.0, b).ok()?.0, tolerance);
+        let places = self.even_places(self.lam(0.0, b).ok()?.0, tolerance).ok()?;
         let inner = &Scheme::get().nodes;
         let mut at = vec![0.0];
         for pair in places.windows(2) {
@@ -197,7 +209,7 @@ impl Pulled<'_> {
             m += first.couple(left);
             Section { turn, m }
         };
-        let places = self.places(lam, tolerance, TURNED / twist.abs());
+        let places = self.places(lam, tolerance, TURNED / twist.abs())?;
         let nodes = &Scheme::get().nodes;
         let mut shape = Shape {
             nodes: places.iter().map(|s| section(*s)).collect(),
