@@ -600,7 +600,6 @@ pub fn damaged(text: &str, edits: &[(usize, usize, usize)], fragments: &[&str]) 
 #[test]
 fn scales_that_overflow_are_a_fault() {
     let soft = example("bending_stiffness = 1.0", "bending_stiffness = 1e-30");
-    let long = example("length = 1.0", "length = 1e30");
     for (text, field) in [
         (example("length = 1.0", "length = 1e-200"), "rod.length"),
         (
@@ -613,10 +612,6 @@ fn scales_that_overflow_are_a_fault() {
         ),
         (
             soft.replace("dead = [0.0, 0.0]", "dead = [1e300, 0.0]"),
-            "rod",
-        ),
-        (
-            long.replace("bending_stiffness = 1.0", "bending_stiffness = 1e-30"),
             "rod",
         ),
     ] {

@@ -476,7 +476,9 @@ fn finite(tables: &[Table], names: &[&str]) -> Result<(), String> {
             }
         }
         let times = table.reals("t");
-        if let Some(row) = (1..times.len()).find(|k| times[*k] < times[k - 1]) {
+        if let Some(row) =
+            (1..times.len()).find(|k| times[*k] < times[k - 1] - 1e-12 * times[k - 1].abs())
+        {
             return Err(format!("time runs back in row {row} of {}", table.name));
         }
     }
