@@ -9,7 +9,7 @@
 #[path = "../tests/suite/stress_scenes.rs"]
 mod stress_scenes;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::panic::catch_unwind;
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         true => String::new(),
         false => std::fs::read_to_string(path).unwrap_or_default(),
     };
-    let done: Vec<u64> = (done.lines())
+    let done: BTreeSet<u64> = (done.lines())
         .filter_map(|line| line.split('\t').next()?.parse().ok())
         .collect();
     let log = match given.is_empty() {

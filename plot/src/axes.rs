@@ -99,7 +99,11 @@ impl Axis {
     pub(crate) fn widen(&mut self, span: f64) {
         let extra = 0.5 * (span - (self.hi - self.lo));
         if extra > 1e-9 * span {
-            let wanted = self.wanted.min(5);
+            let wanted = if self.wanted == 0 {
+                5
+            } else {
+                self.wanted.min(5)
+            };
             *self = Self::linear(self.lo - extra, self.hi + extra, &self.label, wanted);
         }
     }

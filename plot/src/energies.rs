@@ -69,7 +69,8 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
         .collect();
     let curves: Vec<Drawn> = histories.iter().map(|one| one.line.clone()).collect();
     let values = used.flat_map(|((_, values), _)| values.iter());
-    let largest = values.clone().fold(0.0, |most, v| f64::max(most, v.abs()));
+    let sizes = values.clone().filter(|v| v.is_finite());
+    let largest = sizes.fold(0.0, |most, v| f64::max(most, v.abs()));
     let y = Axis::fit(values, false, &data.units.energy_of("energy"), 6)
         .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
     let mut entries = named(&curves);
@@ -83,17 +84,12 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
         snaps(canvas, panel);
     });
     let rounding = ROUNDING * largest;
-    let error = data
-        .error
-        .iter()
-        .fold(0.0, |most, e| f64::max(most, e.abs()));
-    if error <= rounding {
-        let unit = Some(&data.units.energy).filter(|unit| !unit.is_empty());
-        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
-        let said = format!(
-            "the ledger closes to {}{unit}, its rounding",
-            text::short(rounding, 1)
-        );
+    // A NaN is no rounding.
+    if data.error.iter().all(|e| e.abs() <= rounding) {
+        let said = match data.error.is_empty() {
+            true => String::new(),
+            false => closed_to(rounding, &data.units.energy),
+        };
         let page = Page::new("Energies of a motion", &said, vec![entries]);
         return page.column(Width::Whole(WIDTH), vec![upper]).draw(paper);
     }
@@ -112,6 +108,19 @@ const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
 const LINES: usize = 40;
 /// Errors below this part of the largest energy are the rounding of its sums.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// That no error is larger, in words: a bound of one digit, rounded up.
+fn closed_to(rounding: f64, unit: &str) -> String {
+    let digit = 10f64.powf(rounding.log10().floor());
+    let bound = match rounding > 0.0 {
+        true => text::short((rounding / digit).ceil() * digit, 1),
+        false => "0".to_owned(),
+    };
+    format!("the ledger closes to {bound} {unit}")
+        .trim_end()
+        .to_owned()
+        + ", its rounding"
+}
 
 /// A line at each snap, or a short one at the upper edge if there are many.
 pub(crate) fn snap_lines(canvas: &mut Canvas, panel: &Panel, snaps: &[f64]) {

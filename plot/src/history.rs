@@ -26,11 +26,12 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// Of values over rising times.
+    /// Of values over rising times; those that are not finite break it, and a broken curve is no band.
     pub(crate) fn new(name: &str, pen: Pen, time: &[f64], values: &[f64]) -> Self {
         let key = Key::Line(pen);
         let turns = turns(values);
-        if turns <= TURNS {
+        let whole = values.iter().all(|value| value.is_finite());
+        if turns <= TURNS || !whole {
             let (time, values) = thinned(time, values);
             return Self {
                 line: Drawn::new(key, name, &time, &values),
@@ -132,11 +133,23 @@ fn columns(time: &[f64], values: &[f64], count: f64) -> Vec<Column> {
 }
 
 /// A curve over rising times of which a drawing shows the same: where more than four points share half a pixel, the first, the least, the
-/// largest and the last of them.
+/// largest and the last of them. Values that are not finite break it before and after.
 pub(crate) fn thinned(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     const COLUMNS: f64 = 2.0 * WIDTH;
     if time.len() as f64 <= 4.0 * COLUMNS {
         return (time.to_vec(), values.to_vec());
+    }
+    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        let rest = values[at..].iter().position(|value| value.is_finite());
+        let rest = rest.map_or(values.len(), |more| at + more);
+        let [before, after] =
+            [0..at, rest..values.len()].map(|part| thinned(&time[part.clone()], &values[part]));
+        let join = |mut a: Vec<f64>, b: Vec<f64>| {
+            a.push(f64::NAN);
+            a.extend(b);
+            a
+        };
+        return (join(before.0, after.0), join(before.1, after.1));
     }
     let mut kept = Vec::new();
     for Column { points, .. } in columns(time, values, COLUMNS) {
@@ -178,6 +191,19 @@ mod tests {
             let side = if k < upper { 0.5 } else { -0.5 };
             assert!((value - t - side).abs() < 0.015, "{t}: {value}");
         }
+        // Too many points for a drawing, and a break among them.
+        let time: Vec<f64> = (0..20_000).map(f64::from).collect();
+        let broken: Vec<f64> = (time.iter())
+            .map(|t| {
+                if *t == 9_000.0 {
+                    f64::NAN
+                } else {
+                    (0.001 * t).sin()
+                }
+            })
+            .collect();
+        let (_, kept) = thinned(&time, &broken);
+        assert_eq!(kept.iter().filter(|value| value.is_nan()).count(), 1);
         let noise: Vec<f64> = (0..10_000)
             .map(|k| k as f64 + 10.0 * f64::from(k % 2))
             .collect();

@@ -4,11 +4,10 @@ use super::axes::{Axis, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, as_many};
 use super::energies::snap_lines;
-use super::geometry::{Point, box_of, drawable};
+use super::geometry::{Pixel, Point, box_of, drawable, finite, thin};
 use super::history::History;
 use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark};
 use super::page::{Block, Height, Page, WIDTH, Width};
-use super::painter::Painter;
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
 use super::spread::Spread;
@@ -38,8 +37,8 @@ const PANELS: f64 = 440.0;
 const LINE: f64 = 1e-3;
 /// A coordinate that moves by less than this part of the longest one is still, but for errors of the motion.
 const STILL: f64 = 1e-6;
-/// Points of the way in the box.
-const POINTS: usize = 2000;
+/// Colours of the way in the box.
+const TONES: f64 = 64.0;
 
 /// Draws the way in a box of its own size, coloured by time, with start, end and snaps, and beside it the three coordinates over time, each on
 /// a scale of its own, as SVG. A way along a line has no box. A coordinate that moves by less than a millionth of what another does
@@ -100,19 +99,22 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     let place = move |place| Stage::new(bounds, labels, view, place);
     let needed = place([0.0, 0.0, BOX, BOX]).height();
     let mut space = Block::space(needed.clamp(200.0, BOX), place, |canvas, stage| {
-        let mut painter = Painter::new(stage, false);
-        let stride = data.points.len().div_ceil(POINTS).max(1);
-        let last = data.points.len() - 1;
-        let mut kept: Vec<usize> = (0..last).step_by(stride).collect();
-        kept.push(last);
-        for two in kept.windows(2) {
-            // A snap is a jump of the rod, not of the body: the way goes on.
-            painter.path(
-                &[data.points[two[0]], data.points[two[1]]],
-                tones.colour(data.time[two[0]]),
-            );
+        // Every point counts: of a fast motion few of them would make another way.
+        let tone = |t: f64| {
+            ((t - start) / (end - start) * TONES)
+                .floor()
+                .min(TONES - 1.0)
+        };
+        let places: Vec<Pixel> = data.points.iter().map(|p| stage.pixel(*p)).collect();
+        let mut first = 0;
+        for run in data.time.chunk_by(|a, b| tone(*a) == tone(*b)) {
+            let last = (first + run.len()).min(places.len() - 1);
+            let pen = Pen::new(tones.colour(run[0]).tint(0.2), 0.9);
+            for part in places[first..=last].split(|place| !finite(place)) {
+                canvas.line(&thin(part, 0.06), pen);
+            }
+            first += run.len();
         }
-        painter.paint(canvas);
         let mark = |canvas: &mut Canvas, point: Option<&Point>, mark: Mark, colour| {
             if let Some(point) = point {
                 draw_mark(canvas, stage.pixel(*point), mark, 4.2, colour);

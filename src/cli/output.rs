@@ -439,18 +439,30 @@ impl Drop for Lock {
     }
 }
 
-/// A figure in the other formats that are asked for; those that the program was built without have been refused.
+/// A figure in the other formats that are asked for.
 fn copies(svg: &str, asked: PrintArgs) -> snaprod::Result<Copies> {
-    #[cfg_attr(not(any(feature = "png", feature = "pdf")), allow(unused_mut))]
-    let mut copies = Copies::default();
-    #[cfg(feature = "png")]
-    if asked.png {
-        copies[0] = Some(snaprod::plot::png(svg, 2.0)?);
-    }
-    #[cfg(feature = "pdf")]
-    if asked.pdf {
-        copies[1] = Some(snaprod::plot::pdf(svg)?);
-    }
-    let _ = (svg, asked);
-    Ok(copies)
+    Ok([
+        asked.png.then(|| as_png(svg)).transpose()?,
+        asked.pdf.then(|| as_pdf(svg)).transpose()?,
+    ])
+}
+
+#[cfg(feature = "png")]
+fn as_png(svg: &str) -> snaprod::Result<Vec<u8>> {
+    snaprod::plot::png(svg, 2.0)
+}
+
+#[cfg(not(feature = "png"))]
+fn as_png(_: &str) -> snaprod::Result<Vec<u8>> {
+    unreachable!("refused by PrintArgs::check")
+}
+
+#[cfg(feature = "pdf")]
+fn as_pdf(svg: &str) -> snaprod::Result<Vec<u8>> {
+    snaprod::plot::pdf(svg)
+}
+
+#[cfg(not(feature = "pdf"))]
+fn as_pdf(_: &str) -> snaprod::Result<Vec<u8>> {
+    unreachable!("refused by PrintArgs::check")
 }

@@ -413,3 +413,34 @@ fn figures_have_the_size_of_their_paper() {
         assert!(refused.to_string().contains(word), "{refused}");
     }
 }
+
+/// Catches a claim that the ledger closes where no error, or one that is no number, was given, a bound below the errors it is to bound, and panels with no
+/// room on the narrowest paper.
+#[test]
+fn the_ledger_is_said_to_close_where_it_does() {
+    let with = |error: Vec<f64>| {
+        let data = Energies {
+            time: vec![0.0, 1.0, 2.0],
+            kinetic: vec![1.0, 2.9, 1.5],
+            error,
+            ..Energies::default()
+        };
+        energies(&data, &Paper::SCREEN).unwrap()
+    };
+    // Eight roundings of 2.9 are 5.2e-15: a bound of one digit is 6e-15.
+    let closed = with(vec![0.0, -5.1e-15, 1e-16]);
+    assert!(closed.contains("closes to 6·10⁻¹⁵ EI/ℓ, its rounding"));
+    for open in [vec![], vec![0.0, f64::NAN, 0.0], vec![0.0, 6e-15, 0.0]] {
+        let given = !open.is_empty();
+        let svg = with(open);
+        assert!(!svg.contains("closes") && svg.contains("|error|") == given);
+    }
+    let narrow = Paper {
+        width: Some(48.0),
+        font: None,
+    };
+    for (name, make, ..) in cases() {
+        let svg = make(&narrow).unwrap();
+        assert!(!svg.contains("NaN") && !svg.contains("width=\"-"), "{name}");
+    }
+}

@@ -132,8 +132,8 @@ pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
     for ((_, shape), (side, bound)) in [first, last].into_iter().zip(sides.iter().zip([0.1, 1e-3]))
     {
         let rod = &side[..];
-        // A tight rod next to its fold may have no shape to tell.
-        if rod.is_empty() {
+        // A tight rod next to its fold may have no shape to tell; where it has landed it has one.
+        if rod.is_empty() && std::ptr::eq(side, &sides[0]) {
             continue;
         }
         let base = rod[0].1;

@@ -251,9 +251,9 @@ fn advance(here: &FoldPoint, rises: bool, spacing: f64, p_max: f64) -> Result<Fo
     }
 }
 
-/// How fast the end (x, y) runs along the image of the fold curve as p grows, and which way it is counted: as `like` in the next point before. At a cusp it
-/// turns back in its tracks, and the speed changes its sign; the direction of the tracks is that of all columns of d(x, y)/d(p, lam), and is
-/// continuous.
+/// The speed d(x, y)/dp of the end along the image of the fold curve, and the direction in which it is counted as positive: the one near `like`, that of the
+/// point before. At a cusp the end turns back in its tracks and the speed changes its sign, while the direction of the tracks, which both columns of
+/// d(x, y)/d(p, lam) have at a fold, goes on continuously.
 fn image_speed(at: &FoldPoint, like: [f64; 2]) -> Result<(f64, [f64; 2])> {
     let e = &at.equilibrium;
     let t = TipDerivatives::new(&ChartPoint::at_load(off_axis(e.p), e.lambda)?);

@@ -68,7 +68,7 @@ impl ElasticSpace {
             SpaceField::Polynomial { .. } => {
                 return Err(Error::domain(
                     "[start]: an elastic rod under its weight, or another load along it, does not rest straight: start it with settled = true, from \
-                     a pose or an equilibrium; or leave out its mass",
+                     a pose or an equilibrium; or give it friction (damping), or leave out its mass",
                 ));
             }
         };

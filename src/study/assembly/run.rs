@@ -503,6 +503,13 @@ impl Observer for Recorder<'_> {
     }
 
     fn look(&mut self, state: &dyn State) {
+        // The first sample is there already.
+        let t = state.time() * self.prepared.setup.scales.time;
+        if let [only] = self.track.list.as_slice()
+            && only.t == t
+        {
+            return;
+        }
         // Without the index, which no figure has.
         self.track.show(|| self.prepared.passing(state));
     }

@@ -266,6 +266,9 @@ pub struct Frame {
     pub axis: Vec<[f64; 2]>,
 }
 
+/// What a passage releases, of the largest energy of the run, at least.
+const RELEASED: f64 = 1e-9;
+
 impl RunRecord {
     /// The branch that ran last.
     pub fn last(&self) -> &RunBranch {
@@ -361,9 +364,12 @@ impl RunRecord {
         Bounces::text(all, (&self.scales, self.units), planar)
     }
 
-    /// Layers that ended next to equilibrium with less elastic energy: the snaps of a rod with friction.
+    /// Layers that ended next to equilibrium with less elastic energy, by more than a rod at rest loses by rounding: the snaps of a rod with friction.
     pub fn passages(&self) -> impl Iterator<Item = &Layer> {
-        let layers = self.branches.iter().flat_map(|branch| &branch.layers);
-        layers.filter(|layer| layer.whole && layer.elastic_to < layer.elastic_from)
+        self.branches.iter().flat_map(|branch| {
+            let least = RELEASED * branch.closing.largest;
+            let layers = branch.layers.iter();
+            layers.filter(move |layer| layer.whole && layer.elastic_from - layer.elastic_to > least)
+        })
     }
 }

@@ -349,6 +349,13 @@ impl Observer for Recorder<'_> {
     }
 
     fn look(&mut self, state: &dyn State) {
+        // The first sample is there already.
+        let t = state.time() * self.prepared.scales.time;
+        if let [only] = self.way.list.as_slice()
+            && only.t == t
+        {
+            return;
+        }
         self.way.show(|| match self.prepared.kind() {
             ModelKind::Sheet => self.prepared.moment(state),
             // Of the others no figure has the equilibrium nearby, or the index.

@@ -76,7 +76,7 @@ impl Link {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
         if end.slack.is_some() {
-            return self.fallen_taut(q, &kernel, held, tolerance);
+            return self.fallen_taut(q, &kernel, (held, tolerance), shown);
         }
         match self.joint {
             Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, shown),
@@ -280,8 +280,8 @@ impl Link {
         &self,
         q: &Wrench,
         kernel: &Wrench,
-        held: &Isometry3<f64>,
-        tolerance: f64,
+        (held, tolerance): (&Isometry3<f64>, f64),
+        shown: bool,
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let here = self.pulled(q, held, tolerance)?;
         let aside = kernel * (ASIDE / kernel.fixed_rows::<3>(3).norm());
@@ -290,7 +290,7 @@ impl Link {
             beside.pulled(&(q + aside * side), held, tolerance)
         });
         let beside = [&*ahead?, &*behind?];
-        let (shapes, rested) = self.rod.taut_fallen(&here, beside, tolerance)?;
+        let (shapes, rested) = self.rod.taut_fallen(&here, beside, tolerance, shown)?;
         let q = rested.base.component_div(&self.units());
         self.warm.keep(&Arc::new(rested));
         Ok((shapes, q))

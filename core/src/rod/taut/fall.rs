@@ -187,7 +187,8 @@ impl Pulled<'_> {
     }
 
     /// The rod that comes to rest from the fold `shape` when it leaves it towards one of the rods `beside`, its end held in its place `at`
-    /// by `tip`: of two ways down the lower one; with the shapes after every step.
+    /// by `tip`: of two ways down the lower one; with the shapes after every step
+    /// if they are to be shown.
     ///
     /// # Errors
     /// A law that refuses; a flow that does not settle.
@@ -197,6 +198,7 @@ impl Pulled<'_> {
         beside: [&Shape; 2],
         (tip, at): (&Tip, Vector3<f64>),
         tolerance: f64,
+        shown: bool,
     ) -> Result<(Vec<Fallen>, Solved, Spring)> {
         let lam = (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt();
         // Sections turn by their strains, and shapes on the way may be steeper than that of the fold.
@@ -211,7 +213,13 @@ impl Pulled<'_> {
             for side in [size, -size] {
                 let pushed = fold.plus(side * unit, &ahead, &behind);
                 let mut way = Vec::new();
-                let rested = self.flow(&here, (&fold, pushed), (tip, at), lam, &mut way);
+                // What cannot be shown does not keep the rod from falling.
+                let mut seen = |shape: &Shape, strains: &Strains| {
+                    if shown {
+                        way.extend(self.passing(shape, strains));
+                    }
+                };
+                let rested = self.flow(&here, (&fold, pushed), (tip, at), lam, &mut seen);
                 let rest = |shape| self.rest(shape, tip, at, tolerance).ok();
                 let Some((solved, spring)) = rested.and_then(rest) else {
                     continue;
@@ -300,14 +308,14 @@ impl Pulled<'_> {
         Some((energy, sections))
     }
 
-    /// Where the flow from `pushed` comes near its rest, with what it passed on its `way`; None if it falls back to the fold, or does not settle.
+    /// Where the flow from `pushed` comes near its rest, shown its `way`, every shape with its strains; None if it falls back to the fold, or does not settle.
     fn flow(
         &self,
         here: &Shape,
         (fold, pushed): (&Strains, Strains),
         (tip, at): (&Tip, Vector3<f64>),
         lam: f64,
-        way: &mut Vec<Fallen>,
+        way: &mut dyn FnMut(&Shape, &Strains),
     ) -> Option<Shape> {
         let held = Spring {
             stiffness: f64::INFINITY,
@@ -349,7 +357,7 @@ impl Pulled<'_> {
                 continue;
             }
             (shape, strains, rate) = (next, after, Some(now));
-            way.push(self.passing(&shape, &strains)?);
+            way(&shape, &strains);
             let away = strains.distance(fold);
             if away < BACK * start {
                 return None;
@@ -360,7 +368,7 @@ impl Pulled<'_> {
                     && last.turned(&shape) < SAME
                     && (size < STILL * lam || self.is_stable(&last, tip, at))
                 {
-                    way.push(self.passing(&last, &self.strains(&last).ok()?)?);
+                    way(&last, &self.strains(&last).ok()?);
                     return Some(last);
                 }
             }

@@ -135,7 +135,7 @@ impl Rod {
     }
 
     /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
-    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one. With the shapes on the way, in the
+    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one. With the shapes on the way, if they are to be shown, in the
     /// directors of the clamp.
     ///
     /// # Errors
@@ -145,11 +145,13 @@ impl Rod {
         found: &Taut,
         beside: [&Taut; 2],
         tolerance: f64,
+        shown: bool,
     ) -> Result<(Vec<Fallen>, Taut)> {
         let pulled = Pulled::new(&self.law, found.shape.n);
         let beside = beside.map(|taut| &taut.shape);
         let held = (&found.tip, found.place);
-        let (mut way, rested, spring) = pulled.fallen(&found.shape, beside, held, tolerance)?;
+        let (mut way, rested, spring) =
+            pulled.fallen(&found.shape, beside, held, tolerance, shown)?;
         for (energy, sections) in &mut way {
             *energy *= self.units().0;
             for at in sections {
