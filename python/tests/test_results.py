@@ -161,6 +161,8 @@ def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
     with pytest.raises(ZeroDivisionError):
         snaprod.run(snap, run__duration=1e6, progress=interrupt)
     inside = len(ticks)
+    # Programs that are started in the background inherit that they ignore it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
