@@ -38,7 +38,7 @@ const SPAN: f64 = 0.8;
 const RISE: f64 = 0.9;
 
 /// The arch, with a body where the halves meet.
-fn arch() -> String {
+pub fn arch() -> String {
     let turned = |angle: f64, from_right: bool| {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2 - angle);
         let around = match from_right {

@@ -15,6 +15,7 @@ mod bar_waves;
 mod bounces_space;
 #[cfg(feature = "scene")]
 mod branch_folds;
+mod branch_folds_assemblies;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;

@@ -420,6 +420,20 @@ impl Chart for BothEnds {
         SLACK * (size / SLACK).sinh()
     }
 
+    /// Of held components of the end the change of the force that holds them, of free ones what they move by.
+    fn working(&self, problem: &Problem, [force, place]: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
+        let [couples, forces, free] = self.directions(problem);
+        let held = |direction: &Vector3<f64>| {
+            let along = free.iter().map(|free| free.dot(direction).abs());
+            along.fold(0.0, f64::max) < 1e-9
+        };
+        let first = couples.iter().map(|_| None);
+        let second = forces.iter().map(|k| held(k).then(|| k.dot(force)));
+        let third = free.iter().map(|k| Some(k.dot(place)));
+        let third = third.map(|moved| moved.filter(|_| !problem.end.follower));
+        first.chain(second).chain(third).collect()
+    }
+
     fn index(&self, problem: &Problem, x: &DVector<f64>) -> Result<usize> {
         match &self.see(problem, x)?.seen {
             Seen::Taut(beside, _) => problem.taut_index(&beside.found, &beside.spring),

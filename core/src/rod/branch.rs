@@ -6,7 +6,7 @@ use super::line::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
 use crate::solve::family::{Family, Linearised};
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 
 /// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for all of them.
 ///
@@ -78,6 +78,14 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
     {
         let problem = (self.problem)(p)?;
         self.chart.unknowns(&problem, &problem.rod.inward(base))
+    }
+
+    /// By what z does work in each equation at p, as [`Chart::working`].
+    pub(super) fn working(&self, p: f64, end: &[Vector3<f64>; 2]) -> Result<Vec<Option<f64>>>
+    where
+        C: Chart,
+    {
+        Ok(self.chart.working(&(self.problem)(p)?, end))
     }
 
     /// The derivative by p: a central difference, one-sided where one side is out of reach.

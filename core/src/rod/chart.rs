@@ -4,7 +4,7 @@ use super::RodSection;
 use super::line::{self, Wrench};
 use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
 /// Unknowns and equations of a problem, and the way from and to the base wrench.
 pub trait Chart {
@@ -40,6 +40,12 @@ pub trait Chart {
     /// How large base wrenches are whose unknowns are of this size.
     fn reach(&self, size: f64) -> f64 {
         size
+    }
+
+    /// What each equation is multiplied by in the derivative of stored energy less the work of the loads along a critical direction, which changes
+    /// (force, place) of the end by `end`, along the clamp's directors (see `fold`); None where the chart does not tell.
+    fn working(&self, _: &Problem, _end: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
+        vec![None; self.size()]
     }
 
     /// The Morse index of an equilibrium, as [`Problem::index_at`].

@@ -8,22 +8,36 @@
 //! Base wrenches make pose and wrench of the end so that d(m dphi + n dr) = 0. psi therefore has, where the end is free, what z moves it by, and
 //! where it is held, against what it is held by, the change of the wrench that holds it; and psi . F is the derivative by a of stored energy less
 //! the work of the loads.
+//!
+//! Loads without a potential, as those that follow the end, leave another motion y of the end as that against which the force is out of balance:
+//! psi has what y moves the free end by, and does not follow from z.
 
 use super::branch::RodFamily;
+use super::chart::Chart;
 use super::line::Wrench;
 use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
-use crate::math::se3::halves;
+use crate::math::se3::{halves, joined};
 use crate::solve::family::Family;
-use nalgebra::{DMatrix, DVector, Vector6};
+use crate::solve::normal_form::{normal_form, null_vectors};
+use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 
-/// The step of derivatives along z, relative to 1 + |b|: its fourth power, and the tolerance over it, is their error.
-const STEP: f64 = 2e-3;
-/// psi . F_b of what is a fold, relative to its factors.
+/// psi . F_b of loads that have a potential, relative to its factors; and what psi makes of the end of a taut rod, relative.
 const SINGULAR: f64 = 1e-4;
 
+/// A fold of a rod, in B/L.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fold {
+    /// A, per unit of the parameter.
+    pub drive: f64,
+    /// B.
+    pub bend: f64,
+    /// The motion y against which the force is out of balance, as the rate of the base wrench. Loads with a potential have z itself.
+    pub against: Wrench,
+}
+
 impl Problem {
-    /// psi at a trial, for the critical direction `z`.
+    /// psi at a trial, for the critical direction `z` of loads that have a potential.
     fn conjugate(&self, trial: &Trial, z: &Wrench) -> Vector6<f64> {
         let moved = Vector6::from_fn(|i, _| (0..6).map(|k| trial.tangent[i][k] * z[k]).sum());
         let (turn, place) = halves(&moved);
@@ -40,41 +54,90 @@ impl Problem {
             _ => self.axes[i - 3].dot(&place),
         })
     }
+
+    /// The base wrench whose rate moves the end as psi says, where it is free, and leaves it where it is held.
+    fn moved_by(&self, trial: &Trial, psi: &Vector6<f64>) -> Option<Wrench> {
+        let (first, second) = halves(psi);
+        let (turn, place) = if self.end.follower {
+            (trial.rotation * first, trial.rotation * second)
+        } else {
+            let turn = match self.orientation {
+                Some(_) => Vector3::zeros(),
+                None => first,
+            };
+            let lever = turn.cross(&self.lever(&trial.rotation));
+            let free = (0..3).filter(|i| self.end.position[*i].is_none());
+            let place = free.map(|i| self.axes[i] * (second[i] - self.axes[i].dot(&lever)));
+            (turn, place.sum())
+        };
+        let tangent = Matrix6::from_fn(|i, j| trial.tangent[i][j]);
+        tangent.lu().solve(&joined(&turn, &place))
+    }
 }
 
 impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
-    /// (A, B) of the fold at the parameter p and the base wrench `b`, along the critical direction `z` = db/da, both along the clamp's directors
-    /// in B/L and B/L^2: A in B/L per unit of the parameter, B in B/L, both taken positive.
+    /// The fold at the parameter p and the base wrench `b`, along the critical direction `z` = db/da, both along the clamp's directors
+    /// in B/L and B/L^2.
     ///
     /// # Errors
-    /// Those of the problem and of the rod; loads that have no potential, as those that follow the end and couples on an end that turns in space;
-    /// a point or a direction that is not that of a fold.
-    pub fn fold_form(&self, (b, z): (&Wrench, &Wrench), p: f64) -> Result<[f64; 2]> {
+    /// Those of the problem and of the rod; a point or a direction that is not that of a fold.
+    pub fn fold(&self, (b, z): (&Wrench, &Wrench), p: f64) -> Result<Fold> {
         let problem = self.problem(p)?;
-        if problem.end.follower {
-            return Err(Error::domain("loads that follow the end have no potential"));
-        }
-        let psi = problem.conjugate(&problem.trial(b)?, z);
-        let psi = DVector::from_column_slice(psi.as_slice());
-        let at =
-            |step: f64| self.linearised(&DVector::from_column_slice((b + z * step).as_slice()), p);
-        let here = at(0.0)?;
-        let left = here.jacobian.tr_mul(&psi).norm();
-        if !(left <= SINGULAR * here.jacobian.norm() * psi.norm()) {
-            return Err(Error::domain(
-                "the equations of the end are not singular along this direction, or its load has no potential",
-            ));
-        }
-        let h = STEP * (1.0 + b.norm()) / z.norm();
-        let slope =
-            |step: f64| -> Result<DMatrix<f64>> { Ok(at(step)?.jacobian - at(-step)?.jacobian) };
-        let change = (slope(h)? * 8.0 - slope(2.0 * h)?) / (12.0 * h);
-        let along = DVector::from_column_slice(z.as_slice());
-        let form = [psi.dot(&here.slope), 0.5 * psi.dot(&(change * along))].map(f64::abs);
-        if form.iter().all(|x| x.is_finite()) {
-            Ok(form)
+        let trial = problem.trial(b)?;
+        let [x, along] = [b, z].map(|v| DVector::from_column_slice(v.as_slice()));
+        let jacobian = self.linearised(&x, p)?.jacobian;
+        let conjugate = DVector::from_column_slice(problem.conjugate(&trial, z).as_slice());
+        let left = jacobian.tr_mul(&conjugate).norm();
+        let conservative =
+            !problem.end.follower && left <= SINGULAR * jacobian.norm() * conjugate.norm();
+        let (psi, against) = if conservative {
+            (conjugate, *z)
         } else {
-            Err(Error::domain("the fold has no normal form"))
+            let [psi, _] = null_vectors(&jacobian)?;
+            let against = problem.moved_by(&trial, &Vector6::from_column_slice(psi.as_slice()));
+            let against = against.filter(|y| y.norm() > 0.0).ok_or_else(|| {
+                Error::ill_conditioned("the end of the rod cannot move in every way")
+            })?;
+            // As long as z.
+            let unit = z.norm() / against.norm();
+            (psi * unit, against * unit)
+        };
+        let [drive, bend] = normal_form(self, (&x, p), (&psi, &along))?;
+        Ok(Fold {
+            drive,
+            bend,
+            against,
+        })
+    }
+}
+
+impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
+    /// (A, B) of the fold at (x, p) along `z` in the chart, for loads that have a potential; `end` is what z makes of the end: (force, place) per a,
+    /// along the clamp's directors, in B/L^2 and lengths of the rod.
+    ///
+    /// # Errors
+    /// As [`RodFamily::fold`]; a chart in which the work of an equation is not known; loads without a potential.
+    pub fn fold_in_chart(
+        &self,
+        (x, z): (&DVector<f64>, &DVector<f64>),
+        p: f64,
+        end: &[Vector3<f64>; 2],
+    ) -> Result<[f64; 2]> {
+        let known = self.working(p, end)?;
+        let [psi, _] = null_vectors(&self.linearised(x, p)?.jacobian)?;
+        let pairs = || {
+            let rows = known.iter().zip(psi.iter());
+            rows.filter_map(|(known, psi)| Some(((*known)?, *psi)))
+        };
+        let scale = pairs().map(|(known, psi)| known * psi).sum::<f64>()
+            / pairs().map(|(_, psi)| psi * psi).sum::<f64>();
+        let off: f64 = pairs()
+            .map(|(known, psi)| (known - scale * psi).powi(2))
+            .sum();
+        let size: f64 = pairs().map(|(known, _)| known * known).sum();
+        if !(off <= SINGULAR * SINGULAR * size) {
+            return Err(Error::domain("the loads of the end have no potential"));
         }
+        normal_form(self, (x, p), (&(psi * scale), z))
     }
 }

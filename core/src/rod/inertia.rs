@@ -33,6 +33,14 @@ pub struct SectionMass {
     pub rotary: Vector3<f64>,
 }
 
+impl SectionMass {
+    /// Those of a rod without mass.
+    pub const NONE: Self = Self {
+        mass: 0.0,
+        rotary: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
+
 /// How the rod moves, along the directors of its base as they are now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swaying {

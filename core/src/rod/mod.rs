@@ -28,6 +28,7 @@ pub use branch::{RodFamily, State, Statical};
 pub use chart::{Chart, Spatial};
 pub use closed_form::ClosedForm;
 pub use equilibrium::{Equilibrium, Route};
+pub use fold::Fold;
 pub use free_end::FreeEnd;
 pub use inertia::{Generalized, SectionMass, Swaying, Trace};
 pub use line::Wrench;

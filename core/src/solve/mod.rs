@@ -12,6 +12,7 @@ pub mod fold_curve;
 pub mod gauss;
 pub mod integrator;
 pub mod newton;
+pub mod normal_form;
 pub mod radau;
 pub mod radau7;
 mod radau_stages;

@@ -2,14 +2,16 @@
 
 use super::follow::TYPICAL;
 use super::subject::{State, Subject};
-use crate::assembly::{Assembly, AssemblyFamily};
-use crate::error::Result;
+use crate::assembly::{Assembly, AssemblyFamily, Joint, Motion};
+use crate::error::{Error, Result};
+use crate::inertia::held::{Massive, Sweep, resistance};
 use crate::math::se3::halves;
-use crate::rod::RodSection;
+use crate::rod::{RodSection, SectionMass};
 use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
+use crate::solve::arclength::Point;
 use crate::solve::family::Family;
 use crate::study::Column;
-use crate::study::mass::{Resting, SmallMass};
+use crate::study::mass::{FoldAtRest, Masses, Resting, SmallMass};
 use crate::study::space::upward;
 use nalgebra::{DVector, Isometry3};
 
@@ -132,6 +134,56 @@ impl Subject for Assembled<'_> {
         let now = self.only(&setup).state(x, 0.0).ok()?.now;
         let resting = Resting::new(scene, (setup.assembly, now), &setup.scales).ok()?;
         Some(resting.mass).filter(|mass| !mass.rods.is_empty())
+    }
+
+    /// That of bodies and rods together, where the mass of a rod is known.
+    fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>> {
+        let setup = AssemblySetup::new(&scene.with(&wanted.parameter, at.p))?;
+        let (assembly, k) = (&setup.assembly, &setup.scales);
+        let rods = 0..assembly.links().len();
+        let massive = rods.map(|i| scene.rod_of(i).massive(assembly.links()[i].rod(), k));
+        let massive: Vec<Option<Massive>> = massive.collect::<Result<_>>()?;
+        if massive.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let of = over(scene, wanted.parameter);
+        let span = wanted.to - wanted.from;
+        let fold = self
+            .from_start
+            .over(of, false, span, FINEST)
+            .fold(&at.x, at.p)?;
+        let [mut mass, mut friction] = [fold.mass, 0.0];
+        for (i, (link, massive)) in assembly.links().iter().zip(massive).enumerate() {
+            let massive = match massive {
+                Some(massive) => massive,
+                None => Massive::new(link.rod(), None, SectionMass::NONE)?,
+            };
+            let moved = |motion: &Motion, far: f64, at: &[f64]| {
+                let at: Vec<f64> = at.iter().map(|s| s * link.rod().length()).collect();
+                assembly.sections(0.0, &motion.at(assembly, far), (i, &at), FINEST)
+            };
+            let along = |far: f64, at: &[f64]| moved(&fold.along, far, at);
+            let back = fold.against.as_ref();
+            let against = |far: f64, at: &[f64]| moved(back.unwrap_or(&fold.along), far, at);
+            let other = back.map(|y| Sweep::new(&against, y.scale)).transpose()?;
+            let chord = match link.joint() {
+                Joint::Pins => {
+                    let ends = along(0.0, &[0.0, 1.0])?;
+                    let chord = ends[1].position - ends[0].position;
+                    Some([ends[0].position, chord.normalize()])
+                }
+                Joint::Weld | Joint::Ball => None,
+            };
+            let z = Sweep::new(&along, fold.along.scale)?;
+            let [m, r] = resistance(&massive, (&z, other.as_ref()), chord.as_ref())?;
+            mass += m;
+            friction += r;
+        }
+        let form = [fold.drive, fold.bend].map(|x| x * k.energy);
+        let resistances = [mass * k.energy * k.time * k.time, friction * k.energy];
+        FoldAtRest::new(form, resistances, Masses::Everything)
+            .map(Some)
+            .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {

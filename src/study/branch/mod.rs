@@ -236,10 +236,22 @@ fn followed(
         }),
         None => None,
     };
-    let fold = |at: &Located| match at.special.kind {
-        SpecialKind::Fold => subject.fold((scene, wanted), &at.special.point),
-        _ => None,
+    let mut remarks = std::mem::take(&mut study.remarks);
+    let mut fold = |at: &Located| {
+        let fold = match at.special.kind {
+            SpecialKind::Fold => subject.fold((scene, wanted), &at.special.point),
+            _ => return None,
+        };
+        fold.unwrap_or_else(|why| {
+            remarks.push(format!(
+                "how late the fold {} is left is not told: {why}",
+                at.label
+            ));
+            None
+        })
     };
+    let specials = study.located.iter();
+    let specials = specials.map(|at| at.record(None, fold(at))).collect();
     let pictures = study.watch.hooks.pictures();
     let shapes = |chosen| record::shapes((scene, wanted), subject, &study.rows, chosen);
     Ok(Some(BranchRecord {
@@ -249,11 +261,7 @@ fn followed(
         taken: None,
         branches: CurveSet {
             points: record::table(scene, wanted, None, subject, &study.rows)?,
-            specials: study
-                .located
-                .iter()
-                .map(|at| at.record(None, fold(at)))
-                .collect(),
+            specials,
             curves: study.curves,
         },
         fold_curves,
@@ -261,7 +269,7 @@ fn followed(
         masses: record::masses((scene, wanted), subject, &study.rows),
         shapes: shapes(record::even(subject.shown(), &study.rows)),
         pictures: shapes(record::even_and_special(pictures, &study.rows)),
-        remarks: study.remarks,
+        remarks,
         interrupted: study.watch.interrupted,
     }))
 }

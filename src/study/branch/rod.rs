@@ -3,12 +3,13 @@
 use super::FINEST;
 use super::follow::TYPICAL;
 use super::subject::{State, Subject};
-use crate::error::{Message, Quantity, Result};
-use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical};
-use crate::scene::{Continue, Parameter, Scene};
+use crate::error::{Error, Message, Quantity, Result};
+use crate::inertia::held::{Sweep, resistance};
+use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench};
+use crate::scene::{Continue, Parameter, Scales, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::family::Family;
-use crate::study::mass::{FoldAtRest, SmallMass, standing};
+use crate::study::mass::{FoldAtRest, Masses, SmallMass, standing};
 use crate::study::{Column, space};
 use nalgebra::DVector;
 
@@ -69,28 +70,64 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
     }
 
     /// The branch turns at a fold, so that its tangent there is the critical direction.
-    fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Option<FoldAtRest> {
-        scene.rod.mass()?;
+    fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>> {
+        if scene.rod.mass().is_none() {
+            return Ok(None);
+        }
         let mut scene = scene.clone();
         scene.solve.tolerance = FINEST;
         let parameter = wanted.parameter;
         let problem = |p: f64| scene.with(&parameter, p).problem();
-        let here = problem(at.p).ok()?;
-        let state = self.at(&here, &at.x).ok()?;
-        if here.is_taut(&state.base, &state.end) {
-            return None;
-        }
-        let b = here.rod().inward(&state.base);
-        let wrench = |step: f64| {
-            self.chart
-                .wrench(&here, &(&at.x + &at.tangent_x * step))
-                .ok()
-        };
-        let z = (wrench(ASIDE)? - wrench(-ASIDE)?).normalize();
+        let here = problem(at.p)?;
+        let rod = here.rod();
+        let state = self.at(&here, &at.x)?;
+        let in_chart = |far: f64| &at.x + &at.tangent_x * far;
+        let wrench = |far: f64| self.chart.wrench(&here, &in_chart(far));
+        let turn = (wrench(ASIDE)? - wrench(-ASIDE)?) / (2.0 * ASIDE);
         let span = wanted.to - wanted.from;
-        let family = RodFamily::new(problem, parameter.changes_rod(), span);
-        let form = family.fold_form((&b, &z), at.p).ok()?;
-        FoldAtRest::new(&scene.with(&parameter, at.p), &state.base, &z, form)
+        let there = scene.with(&parameter, at.p);
+        let massive = there.rod.massive(rod, &Scales::new(1.0, 1.0, 1.0))?;
+        let Some(massive) = massive else {
+            return Ok(None);
+        };
+        let couple = rod.units().0;
+        let scale = 1.0 + rod.inward(&state.base).norm();
+        let (form, resistances) = if here.is_taut(&state.base, &state.end) {
+            // The base wrench tells little of a taut rod: its own chart does.
+            let unit = 1.0 / turn.norm();
+            let along =
+                |far: f64, at: &[f64]| self.chart.sections(&here, &in_chart(far * unit), at);
+            let along = Sweep::new(&along, scale)?;
+            let [force, place] = along.end()?;
+            let turn = rod.clamp_pose().rotation.inverse();
+            let end = [turn * force / rod.units().1, turn * place / rod.length()];
+            let chart = self.chart.clone();
+            let family = RodFamily::in_chart(problem, parameter.changes_rod(), span, chart);
+            let form = family.fold_in_chart((&at.x, &(&at.tangent_x * unit)), at.p, &end)?;
+            let resistances = resistance(&massive, (&along, None), None)?;
+            (form, resistances)
+        } else {
+            let b = rod.inward(&state.base);
+            let z = turn.normalize();
+            let family = RodFamily::new(problem, parameter.changes_rod(), span);
+            let fold = family.fold((&b, &z), at.p)?;
+            let moved = |by: Wrench| {
+                let here = &here;
+                move |far: f64, at: &[f64]| {
+                    here.sections(&here.rod().outward_wrench(&(b + by * far)), at)
+                }
+            };
+            let (along, against) = (moved(z), moved(fold.against));
+            let along = Sweep::new(&along, scale)?;
+            let other = (fold.against != z).then(|| Sweep::new(&against, scale));
+            let other = other.transpose()?;
+            let resistances = resistance(&massive, (&along, other.as_ref()), None)?;
+            ([fold.drive, fold.bend], resistances)
+        };
+        let form = form.map(|x| x * couple);
+        FoldAtRest::new(form, resistances, Masses::Rod)
+            .map(Some)
+            .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
     }
 
     fn columns(&self) -> (Vec<Column>, Column) {

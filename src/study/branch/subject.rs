@@ -34,10 +34,11 @@ pub trait Subject {
     /// What the mass of the rods changes there; None where no mass is known, or all of it is to be followed.
     fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass>;
 
-    /// The normal form of a fold of the branch; None where no mass is known, and of an assembly.
-    fn fold(&self, _task: (&Scene, &Continue), _at: &Point) -> Option<FoldAtRest> {
-        None
-    }
+    /// The normal form of a fold of the branch; None where no mass is known.
+    ///
+    /// # Errors
+    /// A fold that has none, or of which it is not found.
+    fn fold(&self, task: (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>>;
 
     /// The columns before and after that of the index.
     fn columns(&self) -> (Vec<Column>, Column);

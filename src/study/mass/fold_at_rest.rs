@@ -1,51 +1,55 @@
-//! Folds of branches of equilibria, and how a rod leaves them whose mass is known.
+//! Folds of branches of equilibria, and how late they are left where masses are known.
 
-use super::space::ALONG;
 use crate::elastica::Passage;
 use crate::elastica::inertia::{INERTIAL_ESCAPE, VISCOUS_ESCAPE};
-use crate::inertia::held::resistance;
-use crate::rod::Wrench;
-use crate::scene::Scene;
 use serde_json::{Value, json};
 
-/// A fold of a branch, and how late a rod leaves it while its parameter is moved over it at a steady rate r:
+/// Whose mass makes a delay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Masses {
+    /// That of the only rod.
+    Rod,
+    /// Those of all bodies, and of the rods of which it is known.
+    Everything,
+}
+
+/// A fold of a branch, and how late it is left while the parameter is moved over it at a steady rate r:
 /// M0 a'' + tau D0 a' = A r t + B a^2, tau being the Kelvin-Voigt time of a friction in proportion to the stiffness (theory 2.8).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldAtRest {
     /// The numbers of its normal form in the scene's units: A an energy per unit of the parameter, B and D0 energies, M0 an energy times a time
-    /// squared, along a critical direction whose base wrench has the length 1 in B/L and B/L^2.
+    /// squared, along a critical direction whose base wrench has the length 1 in B/L and B/L^2, in an
+    /// assembly whose unknowns have.
     pub form: Passage,
-    /// Delay by the rod's mass alone at the rate 1, in the scene's units; at other rates it is by |r|^(-1/5) of it.
+    /// Delay by mass alone at the rate 1, in the scene's units; at other rates it is by |r|^(-1/5) of it.
     pub inertial_delay: f64,
     /// Delay by friction alone at the rate 1 and tau = 1; otherwise it is by (tau^2/|r|)^(1/3) of it.
     pub viscous_delay: f64,
+    /// Whose mass M0 has.
+    pub of: Masses,
 }
 
 impl FoldAtRest {
-    /// The fold of the rod of a scene of statics under this base wrench, of (A, B) along the critical direction `z`; None where the mass of the rod
-    /// is not known, or its fold has no normal form.
+    /// The numbers of a fold in the scene's units, of the motion whose sign makes the mass positive; None where friction feeds that motion, or
+    /// nothing that moves has mass.
     pub(in crate::study) fn new(
-        scene: &Scene,
-        base: &Wrench,
-        z: &Wrench,
         [drive, bend]: [f64; 2],
+        [mass, friction]: [f64; 2],
+        of: Masses,
     ) -> Option<Self> {
-        let rod = scene.standing_rod(base).ok()??;
-        let point = rod.link.point(0.0, &[], &rod.chart, ALONG).ok()?;
-        let at = (&rod.link, &rod.chart, &point);
-        let [mass, friction] = resistance(&rod.massive, at, z).ok()?;
-        let k = &rod.scales;
         let form = Passage {
-            drive: drive * k.energy,
-            bend: bend * k.energy,
-            mass: mass * k.energy * k.time * k.time,
-            friction: friction * k.energy,
+            drive: drive.abs(),
+            bend: bend.abs(),
+            mass: mass.abs(),
+            friction: friction * mass.signum(),
             ahead: 0.0,
         };
-        Some(Self {
-            form,
+        let fits = form.mass > 0.0 && form.friction > 0.0;
+        fits.then(|| Self {
             inertial_delay: INERTIAL_ESCAPE * form.inertial(1.0),
             viscous_delay: VISCOUS_ESCAPE * form.viscous(1.0),
+            form,
+            of,
         })
     }
 
@@ -59,9 +63,14 @@ impl FoldAtRest {
             ..
         } = self.form;
         format!(
-            "passed at the rate r, it is left {:.3e} |r|^(-1/5) late by the rod's mass alone, {:.3e} (tau^2/|r|)^(1/3) by friction of the \
+            "passed at the rate r, it is left {:.3e} |r|^(-1/5) late by {} alone, {:.3e} (tau^2/|r|)^(1/3) by friction of the \
              Kelvin-Voigt time tau alone (A {drive:.4e}, B {bend:.4e}, M0 {mass:.4e}, D0 {friction:.4e})",
-            self.inertial_delay, self.viscous_delay
+            self.inertial_delay,
+            match self.of {
+                Masses::Rod => "the rod's mass",
+                Masses::Everything => "the masses of bodies and rods",
+            },
+            self.viscous_delay
         )
     }
 

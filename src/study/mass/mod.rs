@@ -6,7 +6,7 @@ mod plane;
 mod space;
 mod validity;
 
-pub use fold_at_rest::FoldAtRest;
+pub use fold_at_rest::{FoldAtRest, Masses};
 pub use folds::{FoldPassed, Follows};
 pub(in crate::study) use folds::{Followed, passed};
 pub(in crate::study) use plane::{Light, viscosity};

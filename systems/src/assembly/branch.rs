@@ -88,6 +88,28 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         }
     }
 
+    /// The same with its unknowns counted from another reference.
+    pub(super) fn counted_from(
+        &self,
+        frame: Frame,
+    ) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly> + use<'_, P>> {
+        AssemblyFamily {
+            at: |p| (self.at)(p),
+            frame,
+            bodies: self.bodies,
+            rods: self.rods,
+            size: self.size,
+            changes_rods: self.changes_rods,
+            step: self.step,
+            tolerance: self.tolerance,
+        }
+    }
+
+    /// That of the integration along the rods.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// The unknowns of a configuration at p.
     ///
     /// # Errors
@@ -120,7 +142,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     }
 
     /// The assembly at p.
-    fn assembly(&self, p: f64) -> Result<Assembly> {
+    pub(super) fn assembly(&self, p: f64) -> Result<Assembly> {
         let assembly = (self.at)(p)?;
         if assembly.unknowns() == self.size {
             return Ok(assembly);
@@ -132,7 +154,11 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         )))
     }
 
-    fn configuration(&self, assembly: &Assembly, x: &DVector<f64>) -> Result<Configuration> {
+    pub(super) fn configuration(
+        &self,
+        assembly: &Assembly,
+        x: &DVector<f64>,
+    ) -> Result<Configuration> {
         if x.len() == self.size {
             return Ok(self.frame.configuration(assembly, x.as_slice()));
         }

@@ -137,6 +137,35 @@ impl Frame {
         matrix
     }
 
+    /// Twists of all bodies, in their own velocities, by the rates of the unknowns at the reference.
+    pub(super) fn twists(&self, assembly: &Assembly, x: &DVector<f64>) -> DVector<f64> {
+        let total = assembly.freedoms().1;
+        let mut twists = x.rows(0, total) * self.length;
+        for i in assembly.rotations() {
+            twists[i] = x[i];
+        }
+        twists
+    }
+
+    /// Rates of the bodies' unknowns at the reference by their twists.
+    pub(super) fn rates(&self, assembly: &Assembly, twists: &DVector<f64>) -> DVector<f64> {
+        let mut x = twists / self.length;
+        for i in assembly.rotations() {
+            x[i] = twists[i];
+        }
+        x
+    }
+
+    /// The twists against which the equations of balance, each multiplied by that in `l`, are a power.
+    pub(super) fn against(&self, assembly: &Assembly, l: &DVector<f64>) -> DVector<f64> {
+        let force = self.couple / self.length;
+        let mut twists = l.rows(0, assembly.freedoms().1) / force;
+        for i in assembly.rotations() {
+            twists[i] /= self.length;
+        }
+        twists
+    }
+
     /// Refuses unknowns that no solution is near.
     pub(super) fn check(&self, assembly: &Assembly, x: &[f64], now: &Configuration) -> Result<()> {
         let (starts, _) = assembly.freedoms();

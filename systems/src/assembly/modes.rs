@@ -240,19 +240,36 @@ impl Assembly {
         count: usize,
         tolerance: f64,
     ) -> Result<Vec<Vec<RodSection>>> {
-        let links = self.links().iter().zip(&now.charts);
-        let shape = links.map(|(link, q)| {
-            let point = link.point(t, &now.bodies, q, tolerance)?;
-            let (base, tip) = (point.base.pose, point.tip.pose);
-            let at = evenly(link.rod().length(), count);
-            let seen = link.facing(&base.rotation);
-            let sections = seen.shape(q, &base.inv_mul(&tip), &at, tolerance)?;
-            Ok(placed(sections, &base))
+        let links = 0..self.links().len();
+        let shape = links.map(|k| {
+            let at = evenly(self.links()[k].rod().length(), count);
+            self.sections(t, now, (k, &at), tolerance)
         });
         let free = self.free().iter();
         shape
             .chain(free.map(|rod| rod.shape(t, &now.bodies, count, tolerance)))
             .collect()
+    }
+
+    /// Rod `k` in the world at time `t`: its sections at arclengths in growing order.
+    ///
+    /// # Errors
+    /// As [`super::Link::end`].
+    pub fn sections(
+        &self,
+        t: f64,
+        now: &Configuration,
+        (k, at): (usize, &[f64]),
+        tolerance: f64,
+    ) -> Result<Vec<RodSection>> {
+        let (link, q) = (&self.links()[k], &now.charts[k]);
+        let point = link.point(t, &now.bodies, q, tolerance)?;
+        let (base, tip) = (point.base.pose, point.tip.pose);
+        let seen = link.facing(&base.rotation);
+        Ok(placed(
+            seen.shape(q, &base.inv_mul(&tip), at, tolerance)?,
+            &base,
+        ))
     }
 }
 

@@ -18,10 +18,10 @@ use crate::creep::grid::{Grid, more};
 use crate::elastica::Passage;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
-use crate::rod::{Rod, SectionMass, Wrench};
+use crate::rod::{Rod, RodSection, SectionMass, Wrench};
 use crate::section::Strain;
 use crate::section::rate::RateLaw;
-use nalgebra::{DMatrix, DVector, Matrix3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 use std::sync::Arc;
 
 /// A rod whose mass is known: its section law, with the strains that can change and its friction if it has any, and its mass.
@@ -53,8 +53,13 @@ const CONVERGED: f64 = 1e-9;
 const FOLDED: f64 = 1e-3;
 /// Tolerance of the shape.
 const ALONG: f64 = 1e-13;
-/// The step of derivatives along a chart, relative to 1 + its point.
-const ASIDE: f64 = 1e-3;
+/// The relative change at which what differences of the fourth order tell is good.
+const DIFFERENCES: f64 = 1e-7;
+/// The first step of derivatives along a motion, over its scale, by what it is made shorter, how often at most, and the part in which two give the same.
+const STEP: f64 = 2e-3;
+const SHORTER: f64 = 0.25;
+const STEPS: usize = 7;
+const SAME: f64 = 1e-9;
 /// Motions of the end smaller than this part of the largest are none: a straight rod without stretch does not move along itself.
 const IDLE: f64 = 1e-10;
 /// What the strains leave of a balance is that of no equilibrium, relative to 1 and the wrench.
@@ -148,47 +153,165 @@ fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Re
     Ok(sections.iter().map(|section| section.strain).collect())
 }
 
-/// (M0, D0) of a motion of the rod along its equilibria, its chart point changing at the rate `z` and its base standing: twice its kinetic energy,
-/// per unit of its mass, and the power that friction in proportion to the stiffness takes, per Kelvin-Voigt time. Whatever the end does is
-/// allowed, so that it serves at folds of held and of free ends.
+/// A motion of a rod through its equilibria: its sections, at places in [0, 1] in growing order, when it has gone so far.
+pub type Way<'a> = &'a dyn Fn(f64, &[f64]) -> Result<Vec<RodSection>>;
+
+/// A motion of a rod through its equilibria, and the step of derivatives along it.
+pub struct Sweep<'a> {
+    way: Way<'a>,
+    step: f64,
+}
+
+impl<'a> Sweep<'a> {
+    /// The longest step at which the next shorter one gives the same, or that nearest to it. `scale` is how far the rod has gone when everything
+    /// is another.
+    ///
+    /// # Errors
+    /// Those of the motion.
+    pub fn new(way: Way<'a>, scale: f64) -> Result<Self> {
+        let places = [0.2, 0.4, 0.6, 0.8, 1.0];
+        let here = way(0.0, &places)?;
+        let mut sweep = Self {
+            way,
+            step: STEP * scale,
+        };
+        let (mut best, mut apart) = (sweep.step, f64::INFINITY);
+        let mut last = sweep.rates(&here, &places)?;
+        for _ in 0..STEPS {
+            sweep.step *= SHORTER;
+            let found = sweep.rates(&here, &places)?;
+            let off: f64 = last.iter().zip(&found).map(|(a, b)| a.off(b)).sum();
+            let size: f64 = found.iter().map(|rate| rate.off(&Swept::default())).sum();
+            if off < apart * size {
+                (best, apart) = (sweep.step, off / size);
+            }
+            if apart <= SAME {
+                break;
+            }
+            last = found;
+        }
+        sweep.step = best;
+        Ok(sweep)
+    }
+
+    /// The rates of force and place at the end.
+    ///
+    /// # Errors
+    /// Those of the motion.
+    pub fn end(&self) -> Result<[Vector3<f64>; 2]> {
+        let here = (self.way)(0.0, &[1.0])?;
+        let end = self.rates(&here, &[1.0])?[0];
+        Ok([end.force, end.velocity])
+    }
+
+    /// Differences of the fourth order.
+    fn rates(&self, here: &[RodSection], places: &[f64]) -> Result<Vec<Swept>> {
+        let step = self.step;
+        let at = |part: f64| (self.way)(part * step, places);
+        let [after, before, far, back] = [at(1.0)?, at(-1.0)?, at(2.0)?, at(-2.0)?];
+        let each = (0..places.len()).map(|i| {
+            let all = [&after[i], &before[i], &far[i], &back[i]];
+            let rate = |of: fn(&RodSection) -> Vector3<f64>| {
+                let [a, b, c, d] = all.map(of);
+                ((a - b) * 8.0 - (c - d)) / (12.0 * step)
+            };
+            let [a, b, c, d] = all.map(|section| section.strain);
+            let strain = ((a - b) * 8.0 - (c - d)) / (12.0 * step);
+            let [a, b, c, d] = all.map(|section| section.directors);
+            let turned = here[i].directors.tr_mul(&((a - b) * 8.0 - (c - d))) / (12.0 * step);
+            let spin = Vector3::new(
+                turned[(2, 1)] - turned[(1, 2)],
+                turned[(0, 2)] - turned[(2, 0)],
+                turned[(1, 0)] - turned[(0, 1)],
+            ) * 0.5;
+            Swept {
+                velocity: rate(|section| section.position),
+                force: rate(|section| section.force),
+                spin,
+                strain,
+            }
+        });
+        Ok(each.collect())
+    }
+}
+
+/// y^T N z and y^T R z of motions z and y of the rod, begun where it is, y being z if it is not given: what the mass of the rod makes of their rates,
+/// and what friction in proportion to the stiffness does, per Kelvin-Voigt time. About `chord` (a place and a direction), if there is one, the rod spins without momentum.
 ///
 /// # Errors
-/// As [`Link::shape`]; a chart point that is none of this section law; a rod that is not resolved.
+/// Those of the sweeps; strains outside the section law; a rod that is not resolved.
 pub fn resistance(
     massive: &Massive,
-    (link, q, point): (&Link, &Wrench, &LinkPoint),
-    z: &Wrench,
+    (z, y): (&Sweep, Option<&Sweep>),
+    chord: Option<&[Vector3<f64>; 2]>,
 ) -> Result<[f64; 2]> {
     let outside = || Error::domain("the strains of the rod are outside its section law");
-    let standing = [(Vector6::zeros(), *z)];
-    let mass = link
-        .metric(&massive.sections, (q, point), &standing, ALONG)
-        .ok_or_else(outside)?[(0, 0)];
-    let step = ASIDE * (1.0 + q.norm()) / z.norm();
-    let breaks = massive.law.breaks();
+    let law = &massive.law;
+    let breaks = law.breaks();
     let mut nodes = FIRST;
-    let mut last = f64::INFINITY;
+    let mut last = [f64::INFINITY; 2];
     while nodes <= MOST {
         let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
-        let at = |part: f64| strains((link, &(q + z * (part * step)), point), grid.nodes());
-        let [here, after, before, far, back] = [0.0, 1.0, -1.0, 2.0, -2.0].map(at);
-        let (here, after, before, far, back) = (here?, after?, before?, far?, back?);
+        let places = grid.nodes();
+        let here = (z.way)(0.0, places)?;
+        let along = z.rates(&here, places)?;
+        let against = y.map(|y| y.rates(&here, places)).transpose()?;
+        let against = against.as_ref().unwrap_or(&along);
+        let rotary = massive.sections.rotary * law.length();
+        let kinetic = |a: &Swept, b: &Swept| {
+            massive.sections.mass * a.velocity.dot(&b.velocity)
+                + a.spin.dot(&rotary.component_mul(&b.spin))
+        };
+        // (y, z), (y, spin), (spin, z), (spin, spin).
+        let mut masses = [0.0; 4];
         let mut friction = 0.0;
-        for (i, (s, weight)) in grid.nodes().iter().zip(grid.weights()).enumerate() {
-            let rate = ((after[i] - before[i]) * 8.0 - (far[i] - back[i])) / (12.0 * step);
-            let section = massive.law.stiffness(*s, &here[i], &Strain::zeros());
+        for (i, (s, weight)) in places.iter().zip(grid.weights()).enumerate() {
+            let (y, z) = (&against[i], &along[i]);
+            let section = law.stiffness(*s, &here[i].strain, &Strain::zeros());
             let section = section.ok_or_else(outside)?;
-            friction += weight * rate.dot(&(section.by_strain * rate));
+            friction += weight * law.length() * y.strain.dot(&(section.by_strain * z.strain));
+            let spun = chord.map_or_else(Swept::default, |[place, along]| Swept {
+                velocity: along.cross(&(here[i].position - place)),
+                spin: here[i].directors.tr_mul(along),
+                ..Swept::default()
+            });
+            let pairs = [(y, z), (y, &spun), (&spun, z), (&spun, &spun)];
+            for (sum, (a, b)) in masses.iter_mut().zip(pairs) {
+                *sum += weight * kinetic(a, b);
+            }
         }
-        if (friction - last).abs() <= CONVERGED * friction {
-            return Ok([mass / massive.sections.mass, friction]);
+        let spinning = match masses[3] > IDLE * masses[0].abs() {
+            true => masses[1] * masses[2] / masses[3],
+            false => 0.0,
+        };
+        let found = [masses[0] - spinning, friction];
+        let alike = |k: usize| (found[k] - last[k]).abs() <= DIFFERENCES * found[k].abs();
+        if alike(0) && alike(1) {
+            return Ok(found);
         }
-        last = friction;
+        last = found;
         nodes = more(nodes);
     }
     Err(Error::ill_conditioned(
-        "the strains of the rod are not resolved",
+        "the motion of the rod is not resolved",
     ))
+}
+
+/// What a motion does to a section: its velocity and the rate of its force, its spin and the rate of its strains along its directors.
+#[derive(Debug, Clone, Copy, Default)]
+struct Swept {
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
+    strain: Strain,
+    force: Vector3<f64>,
+}
+
+impl Swept {
+    /// The sum of what places, turns and strains differ by.
+    fn off(&self, other: &Self) -> f64 {
+        let [a, b] = [self.velocity - other.velocity, self.spin - other.spin];
+        a.norm() + b.norm() + (self.strain - other.strain).norm()
+    }
 }
 
 /// The normal form of the fold that the rod is at, its attachments moving as `point` says (theory 2.8, 3.9), and the Kelvin-Voigt time whose

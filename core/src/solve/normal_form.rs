@@ -1,0 +1,71 @@
+//! The normal form of a fold of a family F(x, p) = 0: beside it, with x = x_f + a z,
+//! ```text
+//! l . F = A (p - p_f) + B a^2,     A = l . F_p,     B = 1/2 l . D^2 F[z, z],     F_x z = 0,   l . F_x = 0.
+//! ```
+//! What A and B are in units of is decided by the length of z, and by what l is made to be.
+
+use super::family::Family;
+use crate::error::{Error, Result};
+use nalgebra::{DMatrix, DVector};
+
+/// The first step of derivatives along z, relative to 1 + |x|, by what it is made shorter, and how often at most: their error is of its fourth power, or the
+/// noise of F_x over it. The two that are next to each other tell which serves.
+const STEP: f64 = 4e-3;
+const SHORTER: f64 = 0.25;
+const MOST: usize = 6;
+/// Derivatives that agree to this part are good.
+const ALIKE: f64 = 1e-8;
+/// l . F_x and F_x z of what is a fold, relative to their factors.
+const SINGULAR: f64 = 1e-4;
+
+/// (l, z) of length 1 of the matrix that is nearest to being singular along them.
+pub fn null_vectors(jacobian: &DMatrix<f64>) -> Result<[DVector<f64>; 2]> {
+    let svd = jacobian.clone().svd(true, true);
+    let least = svd.singular_values.imin();
+    match (svd.u, svd.v_t) {
+        (Some(u), Some(v)) => Ok([u.column(least).into_owned(), v.row(least).transpose()]),
+        _ => Err(Error::no_convergence("the null vectors of a fold")),
+    }
+}
+
+/// (A, B) at the fold (x, p) along z, by l.
+///
+/// # Errors
+/// Those of the family; a point or vectors that are not those of a fold.
+pub fn normal_form(
+    family: &dyn Family,
+    (x, p): (&DVector<f64>, f64),
+    (l, z): (&DVector<f64>, &DVector<f64>),
+) -> Result<[f64; 2]> {
+    let at = |step: f64| family.linearised(&(x + z * step), p);
+    let here = at(0.0)?;
+    let [left, right] = [here.jacobian.tr_mul(l).norm(), (&here.jacobian * z).norm()];
+    let size = here.jacobian.norm();
+    if !(left <= SINGULAR * size * l.norm() && right <= SINGULAR * size * z.norm()) {
+        return Err(Error::domain(
+            "the equations are not singular along this direction, or their loads have no potential",
+        ));
+    }
+    let slope =
+        |step: f64| -> Result<DMatrix<f64>> { Ok(at(step)?.jacobian - at(-step)?.jacobian) };
+    let mut h = STEP * (1.0 + x.norm()) / z.norm();
+    let (mut last, mut apart, mut bend) = (f64::NAN, f64::INFINITY, f64::NAN);
+    for _ in 0..MOST {
+        let change = (slope(h)? * 8.0 - slope(2.0 * h)?) / (12.0 * h);
+        let found = 0.5 * l.dot(&(change * z));
+        if (found - last).abs() < apart {
+            (apart, bend) = ((found - last).abs(), found);
+        }
+        if apart <= ALIKE * found.abs() {
+            break;
+        }
+        last = found;
+        h *= SHORTER;
+    }
+    let form = [l.dot(&here.slope), bend];
+    if form.iter().all(|x| x.is_finite()) {
+        Ok(form)
+    } else {
+        Err(Error::domain("the fold has no normal form"))
+    }
+}
