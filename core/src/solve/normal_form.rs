@@ -15,6 +15,8 @@ const SHORTER: f64 = 0.25;
 const MOST: usize = 6;
 /// Derivatives that agree to this part are good.
 const ALIKE: f64 = 1e-8;
+/// Where no two agree to this part, nothing is told: the bend is none, or noise.
+const ROUGH: f64 = 1e-4;
 /// l . F_x and F_x z of what is a fold, relative to their factors.
 const SINGULAR: f64 = 1e-4;
 
@@ -63,9 +65,11 @@ pub fn normal_form(
         h *= SHORTER;
     }
     let form = [l.dot(&here.slope), bend];
-    if form.iter().all(|x| x.is_finite()) {
+    if form.iter().all(|x| x.is_finite()) && apart <= ROUGH * bend.abs() {
         Ok(form)
     } else {
-        Err(Error::domain("the fold has no normal form"))
+        Err(Error::domain(
+            "the fold has no normal form: how it bends is zero, or is not resolved",
+        ))
     }
 }

@@ -60,6 +60,8 @@ const STEP: f64 = 2e-3;
 const SHORTER: f64 = 0.25;
 const STEPS: usize = 7;
 const SAME: f64 = 1e-9;
+/// Where no two give the same to this part, there are no derivatives.
+const ROUGH: f64 = 1e-4;
 /// Motions of the end smaller than this part of the largest are none: a straight rod without stretch does not move along itself.
 const IDLE: f64 = 1e-10;
 /// What the strains leave of a balance is that of no equilibrium, relative to 1 and the wrench.
@@ -189,6 +191,11 @@ impl<'a> Sweep<'a> {
                 break;
             }
             last = found;
+        }
+        if !(apart <= ROUGH) {
+            return Err(Error::ill_conditioned(
+                "derivatives along the motion of the rod are not resolved",
+            ));
         }
         sweep.step = best;
         Ok(sweep)
