@@ -4,9 +4,10 @@
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
 use snaprod::body::{Body, RigidBody};
+use snaprod::inertia::held::{Massive, fold_form, held_modes};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, LandingRule, Motion, Options, Outcome, Snap};
-use snaprod::rod::Rod;
+use snaprod::rod::{Rod, SectionMass};
 use snaprod::section::Linear;
 use std::f64::consts::PI;
 
@@ -365,6 +366,56 @@ fn what_else_is_stable_with_the_same_chord() {
     let back = beside(&rests[0]);
     assert_eq!(back.len(), 1);
     assert!((back[0] - chart).norm() < 1e-9 * chart.norm());
+}
+
+/// Catches a wrong scale of the null vectors, a stiffness of the couples that are no work, or a spin about the chord that has momentum: with its ends
+/// held d before the fold, and on the other branch there, the rod vibrates with squares of frequencies +-2 sqrt(A' B d)/M0, A' being A per
+/// speed of the end; with friction in proportion to its stiffness its decay is D0/(2 M0) at the fold.
+#[test]
+fn folds_between_hinges_have_the_normal_form_of_their_vibrations() {
+    let rod = &HARD;
+    let link = alone(rod.rod(1.0));
+    let sections = SectionMass {
+        mass: 1e-3,
+        rotary: Vector3::zeros(),
+    };
+    let massive = Massive::new(link.rod(), None, sections).expect("a mass");
+    let mut q = rod.chart(&link);
+    let placed = |chord: f64| {
+        let mut place = Place::at_rest(Isometry3::translation(0.0, 0.0, chord));
+        place.twist = Vector6::new(0.0, 0.0, 0.0, 0.2, -0.1, 1.0);
+        place
+    };
+    for part in 1..=24 {
+        // Towards the fold as its distance falls.
+        let off = (rod.fold - CHORD) * 0.5_f64.powi(part);
+        let held = Isometry3::translation(0.0, 0.0, rod.fold - off);
+        q = link.polished(&q, &held, 1e-13).expect("a chart");
+    }
+    let near = link
+        .point(0.0, &[placed(rod.fold)], &q, 1e-13)
+        .expect("a place");
+    let fold = link.fold((&q, &near), 1e-13).expect("a fold");
+    let (form, _) = fold_form(&massive, (&link, &q, &near)).expect("a normal form");
+    let at = 1e-8;
+    let held = Isometry3::translation(0.0, 0.0, rod.fold - at);
+    // F = A' d - B a^2.
+    let aside = (form.drive * at / form.bend).sqrt();
+    let [before, behind] = [1.0, -1.0].map(|side| {
+        let guess = fold.at + fold.along * (side * aside);
+        let q = link.polished(&guess, &held, 1e-13).expect("a chart");
+        let point = link
+            .point(0.0, &[placed(rod.fold - at)], &q, 1e-13)
+            .expect("a place");
+        held_modes(&massive, (&link, &q, &point), 1).expect("modes")[0]
+    });
+    assert!(before.square * behind.square < 0.0);
+    let found = 0.5 * (before.square - behind.square).abs();
+    let expected = 2.0 * (form.drive * form.bend * at).sqrt() / (form.mass * sections.mass);
+    assert!((found / expected - 1.0).abs() < 2e-4, "{found} {expected}");
+    let found = 0.5 * (before.proportional + behind.proportional);
+    let expected = 0.5 * form.friction / (form.mass * sections.mass);
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }
 
 /// Catches one of two rods that is lost where both fold at one instant: a mass between two of them leaves their line across, by symmetry at

@@ -175,9 +175,9 @@ impl Subject for Assembled<'_> {
                 Joint::Weld | Joint::Ball => None,
             };
             let z = Sweep::new(&along, fold.along.scale)?;
-            let [m, r] = resistance(&massive, (&z, other.as_ref()), chord.as_ref())?;
-            mass += m;
-            friction += r;
+            let found = resistance(&massive, (&z, other.as_ref()), chord.as_ref())?;
+            mass += found.mass;
+            friction += found.proportional;
         }
         let form = [fold.drive, fold.bend].map(|x| x * k.energy);
         let resistances = [mass * k.energy * k.time * k.time, friction * k.energy];

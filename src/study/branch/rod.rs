@@ -92,7 +92,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         };
         let couple = rod.units().0;
         let scale = 1.0 + rod.inward(&state.base).norm();
-        let (form, resistances) = if here.is_taut(&state.base, &state.end) {
+        let (form, against) = if here.is_taut(&state.base, &state.end) {
             // The base wrench tells little of a taut rod: its own chart does.
             let unit = 1.0 / turn.norm();
             let along =
@@ -104,8 +104,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             let chart = self.chart.clone();
             let family = RodFamily::in_chart(problem, parameter.changes_rod(), span, chart);
             let form = family.fold_in_chart((&at.x, &(&at.tangent_x * unit)), at.p, &end)?;
-            let resistances = resistance(&massive, (&along, None), None)?;
-            (form, resistances)
+            (form, resistance(&massive, (&along, None), None)?)
         } else {
             let b = rod.inward(&state.base);
             let z = turn.normalize();
@@ -121,10 +120,11 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
             let along = Sweep::new(&along, scale)?;
             let other = (fold.against != z).then(|| Sweep::new(&against, scale));
             let other = other.transpose()?;
-            let resistances = resistance(&massive, (&along, other.as_ref()), None)?;
-            ([fold.drive, fold.bend], resistances)
+            let against = resistance(&massive, (&along, other.as_ref()), None)?;
+            ([fold.drive, fold.bend], against)
         };
         let form = form.map(|x| x * couple);
+        let resistances = [against.mass, against.proportional];
         FoldAtRest::new(form, resistances, Masses::Rod)
             .map(Some)
             .ok_or_else(|| Error::domain("friction would feed the motion out of it"))

@@ -1,39 +1,127 @@
 //! What the mass of rods adds to an assembly, to first order: to its small vibrations, and at folds (theory 3.9).
 
 use super::stiffness::carried;
-use super::{Assembly, Configuration, Joint, LightRod, Link, LinkPoint, Modes};
+use super::{Assembly, Configuration, Joint, Link, LinkPoint, Modes};
+use crate::error::{Error, Result};
 use crate::math::se3::halves;
 use crate::rod::{SectionMass, Swaying, Wrench};
-use nalgebra::{DMatrix, DVector, SVector, Vector3, Vector6};
+use crate::solve::family::{Family, Linearised};
+use crate::solve::normal_form::{normal_form, null_vectors};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, SVector, Vector3, Vector6};
 
+/// Newton steps towards a fold, the step of their derivatives and how far it may be, relative to 1 + |q|.
+const NEARER: usize = 2;
+const ASIDE: f64 = 1e-3;
+const NEAR: f64 = 0.1;
 /// Squares of frequencies below this, relative to the largest and at all, are those of directions in which an equilibrium is free to move.
 const NEUTRAL: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 /// Frequencies whose squares differ by less than this part are one: their motions mix as the mass of the rods tells.
 const ONE: f64 = 1e-6;
 
+/// A fold of a rod with its ends held, reached as they move, along the critical direction of length 1 in the chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeldFold {
+    /// Its chart.
+    pub at: Wrench,
+    /// z.
+    pub along: Wrench,
+    /// A, a power.
+    pub drive: f64,
+    /// B, an energy.
+    pub bend: f64,
+}
+
+/// The equations of a rod's chart while its ends are held, the time being their parameter.
+struct AtRest<'a> {
+    link: &'a Link,
+    held: Isometry3<f64>,
+    scale: Matrix6<f64>,
+    drive: Vector6<f64>,
+    tolerance: f64,
+}
+
+impl Family for AtRest<'_> {
+    fn size(&self) -> usize {
+        6
+    }
+
+    fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
+        let q = Wrench::from_column_slice(x.as_slice());
+        let end = self.link.held(&q, &self.held, self.tolerance)?;
+        let gap = self.scale * end.gap(&self.held, self.link.joint());
+        let jacobian = self.scale * end.jacobian;
+        Ok(Linearised {
+            residual: DVector::from_column_slice((-gap).as_slice()),
+            jacobian: DMatrix::from_column_slice(6, 6, jacobian.as_slice()),
+            slope: DVector::from_column_slice((-self.drive).as_slice()),
+        })
+    }
+}
+
 impl Link {
-    /// A, B and M0 of the normal form of the fold that the rod is at, or next to, along the critical direction of length 1 in the chart
-    /// (theory 2.8, 3.9), for a rod of this mass whose attachments move as `point` says. None of a taut rod and of one between two ball joints.
-    pub fn normal_form(
-        &self,
-        sections: &SectionMass,
-        (q, point): (&Wrench, &LinkPoint),
-        tolerance: f64,
-    ) -> Option<[f64; 3]> {
-        if point.end.slack.is_some() || self.joint() == Joint::Pins {
-            return None;
-        }
-        let light = LightRod {
-            sections: *sections,
-            followed: false,
+    /// The fold of the rod with its ends held that is next to `q`, its attachments moving as `point` says (theory 2.8, 3.9), whatever its chart
+    /// stands for. The equations of the chart are J q' = drive: l . J = 0, J z = 0, and l is made dual to them by the force (and couple, at a
+    /// weld) that z makes on the end.
+    ///
+    /// # Errors
+    /// As [`Link::held`]; a rod that is at no fold, or at one without a normal form.
+    pub fn fold(&self, (q, point): (&Wrench, &LinkPoint), tolerance: f64) -> Result<HeldFold> {
+        let seen = self.facing(&point.base.pose.rotation);
+        let scale = self.gap_scale(&point.end);
+        let drive = scale * point.drive();
+        let family = AtRest {
+            link: &seen,
+            held: point.held(),
+            scale,
+            drive,
+            tolerance,
         };
-        let found = self.passage(&light, (q, point), tolerance)?;
-        found
-            .form
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some(found.form)
+        let mut x = DVector::from_column_slice(q.as_slice());
+        let [mut l, mut z] = null_vectors(&family.linearised(&x, 0.0)?.jacobian)?;
+        for _ in 0..NEARER {
+            // l . J z grows by 2 B a along z.
+            let there = |far: f64| -> Result<f64> {
+                let jacobian = family.linearised(&(&x + &z * far), 0.0)?.jacobian;
+                Ok(l.dot(&(jacobian * &z)))
+            };
+            let step = ASIDE * (1.0 + x.norm());
+            let (now, slope) = (there(0.0)?, (there(step)? - there(-step)?) / (2.0 * step));
+            let way = -now / slope;
+            if !(way.abs() <= NEAR * (1.0 + x.norm())) {
+                return Err(Error::domain("the rod is at no fold"));
+            }
+            x += &z * way;
+            [l, z] = null_vectors(&family.linearised(&x, 0.0)?.jacobian)?;
+        }
+        let at = Wrench::from_column_slice(x.as_slice());
+        let end = seen.held(&at, &family.held, tolerance)?;
+        let by = end.resultants * Wrench::from_column_slice(z.as_slice());
+        let given = scale * Wrench::from_column_slice(l.as_slice());
+        let (couple, force) = halves(&given);
+        let forces = by.fixed_rows::<3>(3);
+        let (work, size) = match (self.joint(), end.slack) {
+            (Joint::Weld, None) => (
+                forces.dot(&force) + by.fixed_rows::<3>(6).dot(&couple),
+                given.norm_squared(),
+            ),
+            (Joint::Pins, _) => {
+                let along = end.along();
+                (forces.dot(&along), force.dot(&along))
+            }
+            _ => (forces.dot(&force), force.norm_squared()),
+        };
+        let dual = work / size;
+        if !dual.is_finite() {
+            return Err(Error::domain("paths of equilibria cross here"));
+        }
+        let [drive, bend] = normal_form(&family, (&x, 0.0), (&(l * dual), &z))?;
+        Ok(HeldFold {
+            at,
+            along: Wrench::from_column_slice(z.as_slice()),
+            drive: drive.abs(),
+            bend: bend.abs(),
+        })
     }
 
     /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of the columns of `rates`: each has the twist of the base

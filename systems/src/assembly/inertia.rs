@@ -274,7 +274,6 @@ impl Link {
         let mass = z.dot(&(inertia.matrix.fixed_view::<6, 6>(3, 3) * z));
         let ahead = sigma * sigma / (4.0 * drive * bend);
         Some(Passage {
-            form: [stiffness * drive, stiffness * bend, mass],
             way: sigma / (2.0 * bend),
             ahead: if away { f64::INFINITY } else { ahead },
             inertial: mass.powf(0.4) * (stiffness * stiffness * drive * bend).powf(-0.2),
@@ -285,8 +284,6 @@ impl Link {
 /// A fold ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Passage {
-    /// A, B and M0 of its normal form, z being of length 1.
-    pub form: [f64; 3],
     /// How far in the chart.
     pub way: f64,
     /// The time until it; infinite if the rod moves away from it.

@@ -21,7 +21,7 @@ use crate::math::se3::{halves, joined};
 use crate::rod::{Rod, RodSection, SectionMass, Wrench};
 use crate::section::Strain;
 use crate::section::rate::RateLaw;
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
 use std::sync::Arc;
 
 /// A rod whose mass is known: its section law, with the strains that can change and its friction if it has any, and its mass.
@@ -242,8 +242,19 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// y^T N z and y^T R z of motions z and y of the rod, begun where it is, y being z if it is not given: what the mass of the rod makes of their rates,
-/// and what friction in proportion to the stiffness does, per Kelvin-Voigt time. About `chord` (a place and a direction), if there is one, the rod spins without momentum.
+/// What resists a motion z of a rod, against a motion y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resistance {
+    /// y^T N z, by its mass.
+    pub mass: f64,
+    /// y^T R z by a friction in proportion to the stiffness, per Kelvin-Voigt time.
+    pub proportional: f64,
+    /// y^T R z by the friction of its law.
+    pub friction: f64,
+}
+
+/// What resists motions z and y of the rod, begun where it is, y being z if it is not given. About `chord` (a place and a direction), if there is one, the
+/// rod spins without momentum.
 ///
 /// # Errors
 /// Those of the sweeps; strains outside the section law; a rod that is not resolved.
@@ -251,7 +262,7 @@ pub fn resistance(
     massive: &Massive,
     (z, y): (&Sweep, Option<&Sweep>),
     chord: Option<&[Vector3<f64>; 2]>,
-) -> Result<[f64; 2]> {
+) -> Result<Resistance> {
     let outside = || Error::domain("the strains of the rod are outside its section law");
     let law = &massive.law;
     let breaks = law.breaks();
@@ -271,12 +282,14 @@ pub fn resistance(
         };
         // (y, z), (y, spin), (spin, z), (spin, spin).
         let mut masses = [0.0; 4];
-        let mut friction = 0.0;
+        let [mut proportional, mut friction] = [0.0; 2];
         for (i, (s, weight)) in places.iter().zip(grid.weights()).enumerate() {
             let (y, z) = (&against[i], &along[i]);
             let section = law.stiffness(*s, &here[i].strain, &Strain::zeros());
             let section = section.ok_or_else(outside)?;
-            friction += weight * law.length() * y.strain.dot(&(section.by_strain * z.strain));
+            let weighted = y.strain * (weight * law.length());
+            proportional += weighted.dot(&(section.by_strain * z.strain));
+            friction += weighted.dot(&(section.by_rate * z.strain));
             let spun = chord.map_or_else(Swept::default, |[place, along]| Swept {
                 velocity: along.cross(&(here[i].position - place)),
                 spin: here[i].directors.tr_mul(along),
@@ -291,10 +304,14 @@ pub fn resistance(
             true => masses[1] * masses[2] / masses[3],
             false => 0.0,
         };
-        let found = [masses[0] - spinning, friction];
+        let found = [masses[0] - spinning, proportional];
         let alike = |k: usize| (found[k] - last[k]).abs() <= DIFFERENCES * found[k].abs();
         if alike(0) && alike(1) {
-            return Ok(found);
+            return Ok(Resistance {
+                mass: found[0],
+                proportional,
+                friction,
+            });
         }
         last = found;
         nodes = more(nodes);
@@ -322,33 +339,47 @@ impl Swept {
 }
 
 /// The normal form of the fold that the rod is at, its attachments moving as `point` says (theory 2.8, 3.9), and the Kelvin-Voigt time whose
-/// friction is that of its law there. At a fold the slowest vibration is the critical shape: K z = 0, and its decay is z^T R z/(2 z^T N z).
+/// friction is that of its law there, along the critical direction.
 ///
 /// # Errors
-/// As [`held_modes`]; a fold without a normal form ([`Link::normal_form`]).
+/// As [`Link::fold`] and [`resistance`].
 pub fn fold_form(
     massive: &Massive,
     (link, q, point): (&Link, &Wrench, &LinkPoint),
 ) -> Result<(Passage, f64)> {
-    let sections = &massive.sections;
-    let [drive, bend, mass] = link
-        .normal_form(sections, (q, point), ALONG)
-        .ok_or_else(|| Error::domain("the fold has no normal form"))?;
-    let modes = held_modes(massive, (link, q, point), 2)?;
-    let critical = modes
-        .iter()
-        .min_by(|a, b| a.square.abs().total_cmp(&b.square.abs()))
-        .ok_or_else(|| Error::domain("the rod has no strain that can change"))?;
-    let mass = mass / sections.mass;
+    let fold = link.fold((q, point), ALONG)?;
+    let seen = link.facing(&point.base.pose.rotation);
+    let (held, length) = (point.held(), link.rod().length());
+    let chord = point.end.pose.translation.vector;
+    let pins = link.joint() == Joint::Pins;
+    let along = |far: f64, at: &[f64]| {
+        let at: Vec<f64> = at.iter().map(|s| s * length).collect();
+        let whole = [&at[..], &[length]].concat();
+        let mut sections = seen.shape(&(fold.at + fold.along * far), &held, &whole, ALONG)?;
+        let end = sections.pop();
+        // The base between two ball joints turns with the chord.
+        let end = end.filter(|_| pins).map(|end| end.position);
+        if let Some(turn) = end.and_then(|end| Rotation3::rotation_between(&end, &chord)) {
+            for section in &mut sections {
+                section.position = turn * section.position;
+                section.force = turn * section.force;
+                section.directors = turn.matrix() * section.directors;
+            }
+        }
+        Ok(sections)
+    };
+    let along = Sweep::new(&along, 1.0 + fold.at.norm())?;
+    let ends = pins.then(|| [Vector3::zeros(), chord.normalize()]);
+    let against = resistance(massive, (&along, None), ends.as_ref())?;
     let form = Passage {
-        drive,
-        bend,
-        mass,
-        // Friction in proportion to the stiffness, per Kelvin-Voigt time.
-        friction: 2.0 * critical.proportional * mass * sections.mass,
+        drive: fold.drive,
+        bend: fold.bend,
+        mass: against.mass / massive.sections.mass,
+        // Per Kelvin-Voigt time.
+        friction: against.proportional,
         ahead: 0.0,
     };
-    Ok((form, critical.decay / critical.proportional))
+    Ok((form, against.friction / against.proportional))
 }
 
 /// True if the squares of the slowest frequencies are the same; next to a fold, where the first has none, relative to the second.
