@@ -17,6 +17,9 @@ pub use validity::{BouncePassed, Validity};
 use crate::scene::Units;
 use serde_json::{Value, json};
 
+/// Relative changes of a frequency that are not below this are beyond what a first order means.
+const MEANT: f64 = 0.5;
+
 /// What the mass of light rods changes where they rest, in the scene's units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmallMass {
@@ -89,7 +92,7 @@ impl SmallMass {
     pub fn text(&self, units: Units) -> String {
         let shift = self
             .frequency_shift
-            .map(|shift| format!("the lowest frequency by {}", percent(shift)));
+            .map(|shift| format!("the lowest frequency by {}", to_first_order(shift)));
         if let Some(rod) = self.single() {
             let mut parts = Vec::new();
             parts.extend(rod.eps.map(|eps| {
@@ -131,6 +134,14 @@ impl SmallMass {
                 "rods": self.rods.iter().map(RodMass::json).collect::<Vec<_>>(),
             }),
         }
+    }
+}
+
+/// The size of a relative change that is known to first order.
+fn to_first_order(change: f64) -> String {
+    match change.abs() < MEANT {
+        true => percent(change),
+        false => "more than its first order can tell".to_owned(),
     }
 }
 

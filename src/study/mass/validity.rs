@@ -1,7 +1,7 @@
 //! Whether it was right to leave out the mass of the rods in a run.
 
 use super::folds::{FoldPassed, Follows, Landing};
-use super::{SmallMass, percent};
+use super::{SmallMass, percent, to_first_order};
 use crate::motion::Bounce;
 use serde_json::{Value, json};
 
@@ -105,7 +105,8 @@ impl Validity {
         match left {
             None if eps > HEAVY => format!(
                 "{mass} is followed to first order, which is for rods of less than {HEAVY} of the body's mass: write inertia = \"full\" \
-                 (it changes the lowest frequency by {size})",
+                 (it changes the lowest frequency by {})",
+                to_first_order(shift.unwrap_or(0.5 * eps))
             ),
             None => format!(
                 "{mass} is followed to first order, which changes the lowest frequency by {size} and leaves an error of about {}",
