@@ -16,6 +16,8 @@ use track::Tracker;
 /// Times and places of the field that is written and drawn, at most.
 const FIELD_TIMES: usize = 400;
 const FIELD_PLACES: usize = 300;
+/// Steps between two looks whether the run is to end.
+const STRETCH: usize = 10_000;
 /// Characteristics that are drawn.
 const RAYS: usize = 16;
 
@@ -107,8 +109,18 @@ pub fn run(
     let stride = given.samples.div_ceil(FIELD_TIMES);
     for i in 0..=rows {
         let t = given.duration * i as f64 / rows as f64;
-        if let Err(stuck) = motion.advance(t) {
+        let gone = loop {
+            let gone = motion.go(t, STRETCH);
+            if gone.is_err() || motion.time() >= t || hooks.interrupted() {
+                break gone;
+            }
+        };
+        if let Err(stuck) = gone {
             record.stuck = Some(stuck);
+            break;
+        }
+        if motion.time() < t {
+            record.interrupted = true;
             break;
         }
         let (now, ledger) = (motion.snapshot(), motion.ledger());

@@ -10,7 +10,7 @@
 //! (Tadmor), brackets and means of the cells; their sum is the loss but for errors of the steps in time. Without slopes every D is
 //! positive, whatever the impedances.
 
-use super::{Bar, End, EndState, Extremes, Ledger, Motion, Snapshot};
+use super::{Bar, End, EndState, Extremes, Ledger, Motion, Snapshot, no_time};
 use crate::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by finite volumes.
@@ -420,12 +420,22 @@ impl Motion for FiniteVolumes {
         self.time
     }
 
-    fn advance(&mut self, until: f64) -> Result<(), Stuck> {
+    fn go(&mut self, until: f64, steps: usize) -> Result<(), Stuck> {
         let remedy = "lower the loads, or check the law at this stretch";
         let stuck = |at: f64, error| Stuck::new(at, Cause::Failed(error), remedy);
-        while self.time < until {
-            let at = self.time;
+        for _ in 0..steps {
+            if self.time >= until {
+                break;
+            }
+            let (at, stop) = (self.time, until.min(self.bar.next_break(self.time)));
             self.step(until).map_err(|error| stuck(at, error))?;
+            // A step that a break ends may be as short as it likes.
+            if self.time < stop && until + (self.time - at) == until {
+                return Err(no_time(at));
+            }
+        }
+        if self.time < until {
+            return Ok(());
         }
         self.look().map_err(|error| stuck(self.time, error))?;
         for side in 0..2 {

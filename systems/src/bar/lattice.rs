@@ -3,7 +3,7 @@
 //! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form. The stretch forms
 //! move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has the stretch of its load.
 
-use super::{Bar, End, EndState, Extremes, Ledger, Motion, Scheme, Snapshot};
+use super::{Bar, End, EndState, Extremes, Ledger, Motion, Scheme, Snapshot, no_time};
 use crate::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by one of the thesis' schemes.
@@ -359,11 +359,14 @@ impl Motion for Lattice {
         self.time
     }
 
-    fn advance(&mut self, until: f64) -> Result<(), Stuck> {
+    fn go(&mut self, until: f64, most: usize) -> Result<(), Stuck> {
         // Equal steps: nothing here knows of breaks, as in the thesis.
         let steps = ((until - self.time) / self.dt - 1e-6).ceil().max(0.0);
         let dt = (until - self.time) / steps;
-        for _ in 0..steps as usize {
+        for _ in 0..most.min(steps as usize) {
+            if until + dt == until {
+                return Err(no_time(self.time));
+            }
             self.step(dt);
             let now = self.snapshot();
             if now
@@ -377,7 +380,9 @@ impl Motion for Lattice {
                 self.extremes[side].see(self.time, now.ends[side].stress);
             }
         }
-        self.time = until;
+        if steps as usize <= most {
+            self.time = until;
+        }
         Ok(())
     }
 

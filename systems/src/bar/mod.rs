@@ -31,7 +31,7 @@ pub use spectral::Spectral;
 pub use stability::{growth, stable_limit};
 
 use crate::body::History;
-use crate::error::{Error, Result, Stuck};
+use crate::error::{Cause, Error, Result, Stuck};
 use std::fmt;
 use std::sync::Arc;
 
@@ -242,11 +242,24 @@ pub trait Motion {
     /// The time.
     fn time(&self) -> f64;
 
-    /// Goes on until the time `until`.
+    /// Goes on by at most so many steps, and not beyond the time `until`.
     ///
     /// # Errors
     /// The motion cannot go on: where, why and what would help.
-    fn advance(&mut self, until: f64) -> Result<(), Stuck>;
+    fn go(&mut self, until: f64, steps: usize) -> Result<(), Stuck>;
+
+    /// Goes on until the time `until`.
+    ///
+    /// # Errors
+    /// As [`Motion::go`].
+    fn advance(&mut self, until: f64) -> Result<(), Stuck> {
+        loop {
+            self.go(until, usize::MAX)?;
+            if self.time() >= until {
+                return Ok(());
+            }
+        }
+    }
 
     /// The state now.
     fn snapshot(&self) -> Snapshot;
@@ -256,6 +269,13 @@ pub trait Motion {
 
     /// The bounds of the stress at the two ends so far.
     fn extremes(&self) -> [Extremes; 2];
+}
+
+/// Steps that the digits of the time do not hold.
+fn no_time(at: f64) -> Stuck {
+    let why = "waves pass a cell in less than the last digit of the time";
+    let remedy = "check density and law, the units of both, or end earlier";
+    Stuck::new(at, Cause::Failed(Error::ill_conditioned(why)), remedy)
 }
 
 /// Sets a bar in motion. `cells` are cells or elements, of the spectral scheme nodes; without a `time_step` the scheme chooses.

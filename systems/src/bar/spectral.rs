@@ -168,9 +168,12 @@ impl Motion for Spectral {
         self.state()[2 * self.element.x.len() + 2]
     }
 
-    fn advance(&mut self, until: f64) -> Result<(), Stuck> {
-        while self.time() < until {
+    fn go(&mut self, until: f64, steps: usize) -> Result<(), Stuck> {
+        for _ in 0..steps {
             let t = self.time();
+            if t >= until {
+                break;
+            }
             let stop = self.element.bar.next_break(t);
             let left = until.min(stop) - t;
             let Self {
