@@ -4,6 +4,7 @@ pub mod arclength;
 mod corrector;
 pub mod cost;
 pub mod deflation;
+pub mod differences;
 pub mod dop853;
 mod dop853_tableau;
 mod elimination;

@@ -4,19 +4,17 @@
 //! ```
 //! What A and B are in units of is decided by the length of z, and by what l is made to be.
 
+use super::differences::Steps;
 use super::family::Family;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
-/// The first step of derivatives along z, relative to 1 + |x|, by what it is made shorter, and how often at most: their error is of its fourth power, or the
-/// noise of F_x over it. The two that are next to each other tell which serves.
-const STEP: f64 = 4e-3;
-const SHORTER: f64 = 0.25;
-const MOST: usize = 6;
-/// Derivatives that agree to this part are good.
-const ALIKE: f64 = 1e-8;
-/// Where no two agree to this part, nothing is told: the bend is none, or noise.
-const ROUGH: f64 = 1e-4;
+/// Steps of derivatives along z, the first relative to 1 + |x|: their error is of the fourth power of the step, or the noise of F_x over it.
+const STEPS: Steps = Steps {
+    first: 4e-3,
+    most: 6,
+    same: 1e-8,
+};
 /// l . F_x and F_x z of what is a fold, relative to their factors.
 const SINGULAR: f64 = 1e-4;
 
@@ -50,26 +48,18 @@ pub fn normal_form(
     }
     let slope =
         |step: f64| -> Result<DMatrix<f64>> { Ok(at(step)?.jacobian - at(-step)?.jacobian) };
-    let mut h = STEP * (1.0 + x.norm()) / z.norm();
-    let (mut last, mut apart, mut bend) = (f64::NAN, f64::INFINITY, f64::NAN);
-    for _ in 0..MOST {
+    let bend = |h: f64| -> Result<f64> {
         let change = (slope(h)? * 8.0 - slope(2.0 * h)?) / (12.0 * h);
-        let found = 0.5 * l.dot(&(change * z));
-        if (found - last).abs() < apart {
-            (apart, bend) = ((found - last).abs(), found);
-        }
-        if apart <= ALIKE * found.abs() {
-            break;
-        }
-        last = found;
-        h *= SHORTER;
-    }
-    let form = [l.dot(&here.slope), bend];
-    if form.iter().all(|x| x.is_finite()) && apart <= ROUGH * bend.abs() {
-        Ok(form)
-    } else {
-        Err(Error::domain(
-            "the fold has no normal form: how it bends is zero, or is not resolved",
-        ))
-    }
+        Ok(0.5 * l.dot(&(change * z)))
+    };
+    let steps = Steps {
+        first: STEPS.first * (1.0 + x.norm()) / z.norm(),
+        ..STEPS
+    };
+    let found = steps.settled(bend, |a, b| (a - b).abs() / b.abs())?;
+    let form = found.map(|(_, bend)| [l.dot(&here.slope), bend]);
+    let finite = form.filter(|form| form.iter().all(|x| x.is_finite()));
+    finite.ok_or_else(|| {
+        Error::domain("the fold has no normal form: how it bends is zero, or is not resolved")
+    })
 }

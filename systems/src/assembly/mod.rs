@@ -29,6 +29,7 @@ mod stiffness;
 mod taut;
 mod tether;
 
+pub use added::HeldFold;
 pub use branch::{AssemblyFamily, AssemblyState};
 pub use carrier::{Carrier, Mass, Place};
 pub use contact::{Contact, Nearness, Tube};

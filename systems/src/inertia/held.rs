@@ -21,6 +21,7 @@ use crate::math::se3::{halves, joined};
 use crate::rod::{Rod, RodSection, SectionMass, Wrench};
 use crate::section::Strain;
 use crate::section::rate::RateLaw;
+use crate::solve::differences::Steps;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
 use std::sync::Arc;
 
@@ -55,13 +56,12 @@ const FOLDED: f64 = 1e-3;
 const ALONG: f64 = 1e-13;
 /// The relative change at which what differences of the fourth order tell is good.
 const DIFFERENCES: f64 = 1e-7;
-/// The first step of derivatives along a motion, over its scale, by what it is made shorter, how often at most, and the part in which two give the same.
-const STEP: f64 = 2e-3;
-const SHORTER: f64 = 0.25;
-const STEPS: usize = 7;
-const SAME: f64 = 1e-9;
-/// Where no two give the same to this part, there are no derivatives.
-const ROUGH: f64 = 1e-4;
+/// Steps of derivatives along a motion, the first over its scale.
+const STEPS: Steps = Steps {
+    first: 2e-3,
+    most: 8,
+    same: 1e-9,
+};
 /// Motions of the end smaller than this part of the largest are none: a straight rod without stretch does not move along itself.
 const IDLE: f64 = 1e-10;
 /// What the strains leave of a balance is that of no equilibrium, relative to 1 and the wrench.
@@ -173,32 +173,20 @@ impl<'a> Sweep<'a> {
     pub fn new(way: Way<'a>, scale: f64) -> Result<Self> {
         let places = [0.2, 0.4, 0.6, 0.8, 1.0];
         let here = way(0.0, &places)?;
-        let mut sweep = Self {
-            way,
-            step: STEP * scale,
+        let rates = |step: f64| Self { way, step }.rates(&here, &places);
+        let apart = |a: &Vec<Swept>, b: &Vec<Swept>| {
+            let off: f64 = a.iter().zip(b).map(|(a, b)| a.off(b)).sum();
+            let size: f64 = b.iter().map(|rate| rate.off(&Swept::default())).sum();
+            off / size
         };
-        let (mut best, mut apart) = (sweep.step, f64::INFINITY);
-        let mut last = sweep.rates(&here, &places)?;
-        for _ in 0..STEPS {
-            sweep.step *= SHORTER;
-            let found = sweep.rates(&here, &places)?;
-            let off: f64 = last.iter().zip(&found).map(|(a, b)| a.off(b)).sum();
-            let size: f64 = found.iter().map(|rate| rate.off(&Swept::default())).sum();
-            if off < apart * size {
-                (best, apart) = (sweep.step, off / size);
-            }
-            if apart <= SAME {
-                break;
-            }
-            last = found;
-        }
-        if !(apart <= ROUGH) {
-            return Err(Error::ill_conditioned(
-                "derivatives along the motion of the rod are not resolved",
-            ));
-        }
-        sweep.step = best;
-        Ok(sweep)
+        let steps = Steps {
+            first: STEPS.first * scale,
+            ..STEPS
+        };
+        let (step, _) = steps.settled(rates, apart)?.ok_or_else(|| {
+            Error::ill_conditioned("derivatives along the motion of the rod are not resolved")
+        })?;
+        Ok(Self { way, step })
     }
 
     /// The rates of force and place at the end.
@@ -353,15 +341,17 @@ pub fn fold_form(
     let chord = point.end.pose.translation.vector;
     let pins = link.joint() == Joint::Pins;
     let along = |far: f64, at: &[f64]| {
-        let at: Vec<f64> = at.iter().map(|s| s * length).collect();
-        let whole = [&at[..], &[length]].concat();
-        let mut sections = seen.shape(&(fold.at + fold.along * far), &held, &whole, ALONG)?;
-        let end = sections.pop();
+        let at = at.iter().map(|s| s * length);
+        let at: Vec<f64> = at.chain(pins.then_some(length)).collect();
+        let mut sections = seen.shape(&(fold.at + fold.along * far), &held, &at, ALONG)?;
         // The base between two ball joints turns with the chord.
-        let end = end.filter(|_| pins).map(|end| end.position);
-        if let Some(turn) = end.and_then(|end| Rotation3::rotation_between(&end, &chord)) {
+        if pins
+            && let Some(end) = sections.pop()
+            && let Some(turn) = Rotation3::rotation_between(&end.position, &chord)
+        {
             for section in &mut sections {
                 section.position = turn * section.position;
+                section.couple = turn * section.couple;
                 section.force = turn * section.force;
                 section.directors = turn.matrix() * section.directors;
             }
