@@ -17,6 +17,7 @@ mod modes;
 mod new;
 mod output;
 mod page;
+mod plan;
 mod progress;
 mod rod_figures;
 mod run;
@@ -68,6 +69,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
     Modes(modes::ModesArgs),
+    /// Says what a run of a scene computes, what it leaves out and why, and what it will cost.
+    Plan(plan::PlanArgs),
     /// Checks a scene and reports every fault at once.
     Check(check::CheckArgs),
     /// Writes a commented scene to start from.
@@ -120,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::Sweep(args) => sweep::sweep(args),
         Command::Fit(args) => fit::fit(args),
         Command::Modes(args) => modes::modes(args),
+        Command::Plan(args) => plan::plan(args),
         Command::Check(args) => check::check(args),
         Command::New(args) => new::new(args),
         Command::Schema(args) => new::schema(args),

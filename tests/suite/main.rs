@@ -16,6 +16,8 @@ mod bounces_space;
 #[cfg(feature = "scene")]
 mod branch_folds;
 mod branch_folds_assemblies;
+#[cfg(feature = "scene")]
+mod cheap_paths;
 mod clamps;
 #[cfg(feature = "cli")]
 mod cli;
@@ -84,6 +86,8 @@ mod motion_in_space;
 mod outputs;
 #[cfg(feature = "cli")]
 mod pages;
+#[cfg(feature = "scene")]
+mod pairs;
 mod pins;
 #[cfg(feature = "plot")]
 mod plot;

@@ -17,7 +17,7 @@ use implicit::Implicit;
 pub use sample::AssemblySample;
 use step::Progress;
 
-use super::drive::Motion;
+use super::drive::{Carried, Motion};
 use super::event::{Bounce, Event, Outcome};
 use super::locate::Timed;
 use super::options::Options;
@@ -569,6 +569,16 @@ impl<'a> Motion<'a> for AssemblyRun {
 
     fn cost(&self) -> Cost {
         self.solver.cost() + self.extra
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        let charts = 6 * self.assembly.links().len();
+        let bodies = self.assembly.chart_slots(0).start;
+        Carried::some([
+            ("charts of the rods", charts),
+            ("places and velocities of the bodies", bodies),
+            ("time, work and loss to drag", 3),
+        ])
     }
 
     fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {

@@ -41,6 +41,9 @@ pub trait Motion<'a> {
     /// What it cost so far.
     fn cost(&self) -> Cost;
 
+    /// What it carries from step to step now, in no order.
+    fn carries(&self) -> Vec<Carried>;
+
     /// How the strains along the rod are resolved; None for a model that has no strains of its own to follow.
     fn resolution(&self) -> Option<Resolution> {
         None
@@ -52,6 +55,25 @@ pub trait Motion<'a> {
     /// A snap that is not of this motion; a model that does not branch.
     fn branch(&self, _snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
         Err(Error::domain("this motion does not branch"))
+    }
+}
+
+/// Numbers that a motion carries from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Carried {
+    /// What they are.
+    pub what: &'static str,
+    /// How many.
+    pub numbers: usize,
+}
+
+impl Carried {
+    /// These of them that there are any of.
+    pub(super) fn some<const K: usize>(parts: [(&'static str, usize); K]) -> Vec<Self> {
+        let parts = parts.into_iter().filter(|(_, numbers)| *numbers > 0);
+        parts
+            .map(|(what, numbers)| Self { what, numbers })
+            .collect()
     }
 }
 

@@ -28,7 +28,7 @@ mod straight;
 
 pub use crate::error::{Cause, Stuck};
 pub use beside::{Beside, Crossed, Light, LightInSpace, Loss, Lost};
-pub use drive::{Motion, Observer, Resolution, drive};
+pub use drive::{Carried, Motion, Observer, Resolution, drive};
 pub use event::{Bounce, Event, Outcome};
 pub use ledger::{Closing, Ledger};
 pub use options::{Nodes, Options};

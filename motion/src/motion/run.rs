@@ -1,6 +1,6 @@
 //! A run: motion on a sheet, snap at the fold, motion on the next sheet, as an iterator.
 
-use super::drive::Motion;
+use super::drive::{Carried, Motion};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
@@ -592,6 +592,14 @@ where
 
     fn cost(&self) -> Cost {
         self.cost()
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        Carried::some([
+            ("chart of the sheet", N),
+            ("velocity of the body", N),
+            ("time, work and loss to drag", 3),
+        ])
     }
 
     fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {

@@ -46,6 +46,11 @@ impl BarPrepared {
         })
     }
 
+    /// The scene of the bar.
+    pub(in crate::study) fn given(&self) -> &BarScene {
+        &self.given
+    }
+
     /// The bar.
     pub fn bar(&self) -> &Bar {
         &self.bar

@@ -269,7 +269,7 @@ impl Prepared {
     ///
     /// # Errors
     /// A start that cannot be evaluated.
-    pub(super) fn spring(&self) -> Result<Option<Result<Spring, String>>> {
+    pub(in crate::study) fn spring(&self) -> Result<Option<Result<Spring, String>>> {
         if !self.run.reduce {
             return Ok(Some(Err("[run] reduce = false".to_owned())));
         }
@@ -284,7 +284,7 @@ impl Prepared {
     }
 
     /// Names of the strains that move, with their places among (u1, .. v3).
-    pub(super) fn strains(&self) -> Vec<(&'static str, usize)> {
+    pub(in crate::study) fn strains(&self) -> Vec<(&'static str, usize)> {
         self.setup.model.strains()
     }
 

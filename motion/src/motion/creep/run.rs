@@ -10,7 +10,7 @@ use crate::creep::reduced::Reduced;
 use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use crate::creep::system::{Hold, ViscousSystem};
 use crate::error::{Cause, Error, Message, Quantity, Result};
-use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen, State};
+use crate::motion::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
 use nalgebra::DVector;
@@ -425,6 +425,24 @@ where
 
     fn cost(&self) -> Cost {
         self.cost()
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        let layout = self.system.layout();
+        Carried::some([
+            ("strains at the nodes", layout.field()),
+            (
+                "strains of the dashpots there",
+                layout.branches * layout.field(),
+            ),
+            ("velocity of the end", layout.end),
+            ("place of the end", layout.place),
+            ("wrench on the end, which implicit steps find", layout.end),
+            (
+                "time, work, dissipation and loss to drag",
+                layout.place() - layout.time(),
+            ),
+        ])
     }
 
     fn resolution(&self) -> Option<Resolution> {

@@ -8,7 +8,8 @@ use crate::creep::resolution::{Demand, MOST_NODES, Nodes};
 use crate::error::{Cause, Error, Result};
 use crate::inertia::assembly::HeavyAssembly;
 use crate::inertia::rod::Given;
-use crate::motion::{Event, Motion, Options, Outcome, Resolution, Seen, State};
+use crate::inertia::system::INTEGRALS;
+use crate::motion::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
 use nalgebra::DVector;
@@ -426,6 +427,26 @@ impl<'a> Motion<'a> for HeavyRun {
 
     fn cost(&self) -> Cost {
         self.integrator.cost()
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        let y = self.integrator.state();
+        let rods = self.model.rods(y).unwrap_or_default();
+        let strains: usize = rods.iter().map(|(rod, _)| rod.size()).sum();
+        let time = self.model.time();
+        Carried::some([
+            ("strains at the nodes", strains),
+            ("rates of the strains", strains),
+            (
+                "bodies and dashpots: places, velocities, strains",
+                time - 2 * strains,
+            ),
+            ("time, work, dissipation and loss to drag", INTEGRALS),
+            (
+                "accelerations and forces, which implicit steps find",
+                y.len() - time - INTEGRALS,
+            ),
+        ])
     }
 
     fn resolution(&self) -> Option<Resolution> {

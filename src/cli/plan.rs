@@ -1,0 +1,36 @@
+//! `snaprod plan SCENE`.
+
+use super::check::{SceneArgs, no_start, refuse};
+use super::files::{print, print_json};
+use super::{Ending, Refusal};
+use clap::Args;
+use snaprod::study;
+
+#[derive(Args)]
+pub struct PlanArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Seconds for which a motion is tried, so that its cost can be told; 0: not at all.
+    #[arg(long, default_value_t = 0.5)]
+    pub seconds: f64,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Says what a run of the scene computes, what it leaves out and why, and what it costs.
+pub fn plan(args: &PlanArgs) -> Result<Ending, Refusal> {
+    if !(0.0..=1e6).contains(&args.seconds) {
+        return Err(Refusal(format!(
+            "--seconds {}: the time of a trial must lie in [0, 1e6] seconds; 0 leaves it out",
+            args.seconds
+        )));
+    }
+    let scene = args.scene.read().map_err(refuse)?;
+    let found = study::plan(&scene, args.seconds).map_err(|e| no_start(&args.scene.path, &e))?;
+    match args.json {
+        true => print_json(found.json()),
+        false => print(&found.text()),
+    }
+    Ok(Ending::Done)
+}

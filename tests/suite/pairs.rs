@@ -1,0 +1,132 @@
+//! Scenes that both a cheap path and a more general one can run: what `snaprod plan` calls not computed must change nothing.
+
+use nalgebra::Vector3;
+use snaprod::scene::Scene;
+use snaprod::study::run::Fields;
+use snaprod::study::{Silent, Table, any};
+
+/// A scene by two paths.
+pub struct Pair {
+    /// What the cheap path leaves out.
+    pub leaves_out: &'static str,
+    /// The scene that takes it.
+    pub cheap: String,
+    /// The same motion by the general path.
+    pub general: String,
+}
+
+/// Where the body is at the end of time, and how many right-hand sides that took.
+pub fn end(scene: &str) -> (Vector3<f64>, u64) {
+    let scene = Scene::parse(scene).unwrap_or_else(|faults| panic!("{faults}\n{scene}"));
+    let mut tables: Vec<Table> = Vec::new();
+    let found = any::motion(&scene, Fields::None, &mut tables, &mut Silent).unwrap();
+    assert_eq!(found.reason, None, "the run ends early");
+    let last = |name: &str| {
+        let columns = [name.to_owned(), format!("m.{name}")];
+        let there = columns.iter().find(|name| tables[0].column(name).is_some());
+        there.map_or(0.0, |name| tables[0].reals(name)[tables[0].rows() - 1])
+    };
+    let work = found.summary["work"]["evaluations"].as_u64().unwrap();
+    (Vector3::from(["x", "y", "z"].map(last)), work)
+}
+
+/// A rod in the plane, and in space the same, its director d1 across the plane.
+const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
+const SPACE: &str = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
+const TURNED: &str = "quaternion = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]";
+const POINT: &str = "[body]\nmass = 1.0\n";
+
+/// The end of a scene: how it starts, what loads it, how long.
+fn motion(start: &str, dead: &str, duration: f64) -> String {
+    format!(
+        "[start]\n{start}\n[loads]\ndead = [{dead}]\n[run]\nduration = {duration}\ntolerance = 1e-9\nsamples = 2\n"
+    )
+}
+
+/// All of them.
+pub fn pairs() -> Vec<Pair> {
+    let (planar, spatial) = ("-0.5, -1.5", "-0.5, -1.5, 0.0");
+    let plane = motion("settled = true\nvelocity = [0.3, 0.4]", planar, 2.0);
+    let space = motion(
+        "equilibrium = { force = [-0.5, -1.5, 0.0] }\nvelocity = [0.3, 0.4, 0.0]",
+        spatial,
+        2.0,
+    );
+    let bent = motion("curvature = [0.8]", planar, 1.0);
+    let strained = motion("strain = { u1 = [0.8] }", spatial, 1.0);
+    let brief = space.replace("duration = 2", "duration = 0.2");
+    let assembly = |rod: &str, duration: f64| {
+        let section = SPACE.trim_start_matches("[rod]\n");
+        format!(
+            "[[rod]]\nname = \"r\"\n{section}{rod}from = {{ position = [0.0, 0.0, 0.0], {TURNED} }}\nto = {{ body = \"m\", joint = \"ball\" }}\n\
+             [[body]]\nname = \"m\"\nmass = 1.0\nforce = [-0.5, -1.5, 0.0]\nvelocity = [0.3, 0.4, 0.0]\n\
+             [run]\nduration = {duration}\ntolerance = 1e-9\nsamples = 2\n"
+        )
+    };
+    let laid = format!("[clamp]\n{TURNED}\n[body]\nmass = 1.0\njoint = \"ball\"\n");
+    let light = "mass = 0.02\ninertia = \"first-order\"\n";
+    let heavy = "mass = 0.1\ninertia = \"full\"\nsection_inertia = [1e-5, 1e-5, 2e-5]\nnodes = 10\ndamping = { proportional = 0.02 }\n";
+    let still = "[clamp]\nmotion = { translate = { direction = [0.0, 1.0], amplitude = 1e-40, frequency = 1.0 } }\n";
+    let pair = |leaves_out, cheap: [&str; 4], general: [&str; 4]| Pair {
+        leaves_out,
+        cheap: cheap.concat(),
+        general: general.concat(),
+    };
+    vec![
+        pair(
+            "integration along the rod, motion out of the plane",
+            [PLANE, POINT, &plane, ""],
+            [SPACE, &laid, &space, ""],
+        ),
+        pair(
+            "loads along the rod",
+            [PLANE, POINT, &plane, ""],
+            [
+                PLANE,
+                POINT,
+                &plane.replace("[loads]\n", "[loads]\ndistributed = [0.0, -1e-40]\n"),
+                "",
+            ],
+        ),
+        pair(
+            "accelerations of the clamp",
+            [PLANE, POINT, &plane, ""],
+            [PLANE, still, POINT, &plane],
+        ),
+        pair(
+            "integration along the rod, its mass to first order",
+            [PLANE, light, POINT, &plane],
+            [SPACE, light, &laid, &space],
+        ),
+        pair(
+            "other rods and bodies",
+            [SPACE, &laid, &space, ""],
+            [&assembly("", 2.0), "", "", ""],
+        ),
+        pair(
+            "motion out of the plane, with friction",
+            [PLANE, "damping = 0.02\n", POINT, &bent],
+            [
+                SPACE,
+                "damping = { proportional = 0.02 }\n",
+                &laid,
+                &strained,
+            ],
+        ),
+        pair(
+            "other rods and bodies, with all of the rod's mass",
+            [SPACE, heavy, &laid, &brief],
+            [&assembly(heavy, 0.2), "", "", ""],
+        ),
+        pair(
+            "fast decays, by implicit steps",
+            [PLANE, "damping = 1e-4\n", POINT, &bent],
+            [
+                PLANE,
+                "damping = 1e-4\n",
+                POINT,
+                &format!("{bent}method = \"explicit\"\n"),
+            ],
+        ),
+    ]
+}
