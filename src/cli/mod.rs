@@ -70,6 +70,7 @@ enum Command {
     /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
     Modes(modes::ModesArgs),
     /// Says what a run of a scene computes, what it leaves out and why, and what it will cost.
+    #[command(allow_negative_numbers = true)]
     Plan(plan::PlanArgs),
     /// Checks a scene and reports every fault at once.
     Check(check::CheckArgs),

@@ -13,6 +13,7 @@ fn cheap_paths_are_the_general_ones() {
     for pair in pairs() {
         let (cheap, general) = (end(&pair.cheap).0, end(&pair.general).0);
         let apart = (cheap - general).norm();
+        assert!(cheap.norm() > 0.1, "{}: {cheap}", pair.leaves_out);
         assert!(apart <= WITHIN, "{}: {apart:.1e} apart", pair.leaves_out);
     }
 }
@@ -57,7 +58,7 @@ fn trials_are_runs() {
     let trial = plan(&scene, 60.0).unwrap().trial.unwrap();
     assert_eq!(trial.fraction, 1.0);
     assert_eq!(trial.work.unwrap()[1], end(&pair.cheap).1);
-    assert!(trial.expected().unwrap() >= trial.seconds[0]);
+    assert_eq!(trial.expected(), Some(trial.seconds));
     let long = pair.cheap.replace("duration = 2", "duration = 2000000");
     let trial = plan(&Scene::parse(&long).unwrap(), 0.05)
         .unwrap()
@@ -65,5 +66,5 @@ fn trials_are_runs() {
         .unwrap();
     assert!(trial.fraction < 1.0 && trial.reason.is_none());
     let expected = trial.expected().unwrap();
-    assert!(expected > trial.seconds[0] && expected.is_finite());
+    assert!(expected > 10.0 * trial.seconds && expected.is_finite());
 }

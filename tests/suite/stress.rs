@@ -1,6 +1,9 @@
 //! A few of the scenes that `examples/stress.rs` draws at random.
 
 use crate::stress_scenes::{judged, scene};
+use snaprod::scene::Scene;
+use snaprod::study::run::Fields;
+use snaprod::study::{Silent, Table, any};
 use std::time::Duration;
 
 /// Catches panics, numbers that are none, time that runs back, energy that comes out of nowhere or goes unsaid, and refusals without words, over all models. A
@@ -69,4 +72,38 @@ duration = 9e-4
             judged(text, Duration::from_secs(1)).unwrap_or_else(|why| panic!("{why}: {text}"));
         assert!(word.starts_with(wanted), "{word}");
     }
+}
+
+/// Catches a motion that its tolerance does not resolve, and that ends as if all were well: with a body of 1e-16 the speeds are 2e-8 in units of the rod, the
+/// tolerance is 5e-8, and the energies are those of the steps' errors. A tolerance that resolves it closes the ledger.
+#[test]
+fn motions_below_their_tolerance_are_told() {
+    let scene = |tolerance: &str| {
+        format!(
+            r#"
+[rod]
+model = "cosserat"
+length = 5.6
+section = {{ bending = [9.0, 6.0], torsion = 7.1 }}
+rest = {{ curvature = [2e-3, -0.26] }}
+[body]
+mass = 1e-16
+joint = "ball"
+[start]
+settled = true
+velocity = [1.16, -2.19, -0.06]
+[run]
+duration = 1e-6
+samples = 41
+tolerance = {tolerance}
+"#
+        )
+    };
+    let ends = |tolerance| judged(&scene(tolerance), Duration::from_secs(60)).unwrap();
+    assert_eq!(ends("5e-8"), "below the tolerance");
+    let fine = Scene::parse(&scene("1e-12")).unwrap();
+    let found = any::motion(&fine, Fields::None, &mut Vec::<Table>::new(), &mut Silent).unwrap();
+    assert_eq!((found.reason, found.warning), (None, None));
+    let relative = found.summary["energy_error"]["relative"].as_f64();
+    assert!(relative.is_some_and(|off| off < 1e-4), "{relative:?}");
 }

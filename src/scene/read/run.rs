@@ -105,7 +105,7 @@ fn samples(table: &Table, kind: Kinds, duration: Option<f64>) -> Option<(usize, 
 fn tolerance(table: &Table, damped: bool) -> Option<f64> {
     let tolerance = table.number("tolerance")?;
     if damped && !(tolerance >= FINEST) {
-        let allowed = "a number in [1e-13, 1e-2] where the rod has damping";
+        let allowed = "a number in [1e-13, 1e-2] of a rod with damping or in space";
         return table.refuse(FaultKind::Value, "tolerance", allowed, None);
     }
     Some(tolerance)

@@ -11,6 +11,7 @@ use crate::study::beside;
 use crate::study::mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
+use crate::study::run::recorder::drowned;
 use crate::study::run::summary::{elastic_cost, object};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::Stem;
@@ -187,8 +188,13 @@ impl AssemblyRunRecord {
         self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
-    /// What is to be said of an unstable start.
+    /// What is to be said of a motion below the tolerance, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
+        let closings = self.branches.iter().map(|branch| &branch.closing);
+        drowned(closings, self.scales.energy).or_else(|| self.unstable())
+    }
+
+    fn unstable(&self) -> Option<String> {
         let index = self.start_index.filter(|index| *index > 0)?;
         Some(format!(
             "the equilibrium at the start has Morse index {index}: it is not stable, and the bodies leave it as rounding or velocities \

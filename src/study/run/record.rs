@@ -2,6 +2,7 @@
 
 use super::ModelKind;
 use super::bounces::Bounces;
+use super::recorder::drowned;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
@@ -323,9 +324,12 @@ impl RunRecord {
         })
     }
 
-    /// What is to be said of an unstable start, or of strain rates that the nodes do not hold.
+    /// What is to be said of strain rates that the nodes do not hold, of a motion below the tolerance, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
-        self.unresolved().or_else(|| self.unstable())
+        let closings = || self.branches.iter().map(|branch| &branch.closing);
+        (self.unresolved())
+            .or_else(|| drowned(closings(), self.scales.energy))
+            .or_else(|| self.unstable())
     }
 
     /// When and why folds that the light rod passes are not told; None where all are, or there is none.

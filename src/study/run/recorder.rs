@@ -94,6 +94,22 @@ pub(in crate::study) fn audited(
     ))
 }
 
+/// What is to be said of motions below what their tolerance resolves, of which one unit of energy is `energy`.
+pub(in crate::study) fn drowned<'a>(
+    closings: impl Iterator<Item = &'a Closing>,
+    energy: f64,
+) -> Option<String> {
+    let mut drowned = closings.filter(|closing| closing.is_drowned(energy));
+    let closing = drowned.next()?;
+    // Of mass 1.
+    let speed = (2.0 * closing.largest / energy).sqrt();
+    Some(format!(
+        "the motion is smaller than run.tolerance resolves, which is relative to 1 + size in units of the rod: there its speeds are some {speed:.1e}, and the \
+         energies are off by {:.1e} of the largest; lower run.tolerance to a thousandth of these speeds, or do not trust the motion beyond that it is small",
+        closing.relative()
+    ))
+}
+
 impl<'r> Recorder<'r> {
     /// A recorder of the branch `id`, whose first state is `first`; `rest` is how the rod rests; `total` is what the ledger should keep, in the units of the rod.
     pub fn new(

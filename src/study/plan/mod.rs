@@ -1,0 +1,213 @@
+//! What the program will do with a scene, before it does it: model, chart, state and steps, what is not computed and why, and what the
+//! whole will cost, from a trial of its first part.
+
+mod assembly;
+mod bar;
+mod rod;
+mod statics;
+mod trial;
+
+pub use trial::Trial;
+
+use crate::error::Result;
+use crate::motion::Carried;
+use crate::scene::{RodMassNote, Scene, Units};
+use crate::solve::integrator::Method;
+use serde_json::{Value, json};
+
+/// Something that was chosen, or is not computed, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Choice {
+    /// What.
+    pub what: String,
+    /// Why.
+    pub why: String,
+}
+
+/// What the program does with a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The model.
+    pub model: Choice,
+    /// What says where the rods are.
+    pub chart: Choice,
+    /// The numbers that are carried from step to step at the start, or solved for.
+    pub state: Vec<Carried>,
+    /// How time is stepped through, or how equilibria are solved.
+    pub method: Choice,
+    /// What is not computed.
+    pub left_out: Vec<Choice>,
+    /// What the mass of each elastic rod of known mass does; the spring and dashpot that a rod is, if it is one.
+    pub notes: Vec<String>,
+    /// A trial of a motion.
+    pub trial: Option<Trial>,
+    units: Units,
+    duration: f64,
+}
+
+fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
+    Choice {
+        what: what.into(),
+        why: why.into(),
+    }
+}
+
+/// What is done with a scene; a motion is tried for about `seconds`, not at all if that is 0.
+///
+/// ```
+/// use snaprod::scene::Scene;
+/// use snaprod::study::plan;
+/// let scene = Scene::parse(
+///     r#"
+///     [rod]
+///     model = "elastica"
+///     length = 1.0
+///     bending_stiffness = 1.0
+///     [body]
+///     mass = 1.0
+///     [start]
+///     lambda = 6.3
+///     kappa = 0.6
+///     [run]
+///     duration = 0.1
+///     "#,
+/// )?;
+/// let plan = plan(&scene, 0.0)?;
+/// assert_eq!(plan.size(), 7);
+/// assert!(plan.left_out.iter().any(|part| part.what == "the shape of the rod"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A start from which no run can go; data that make no problem; in a trial what the run itself refuses.
+pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
+    if scene.bar.is_some() {
+        return bar::plan(scene, seconds);
+    }
+    if !scene.is_motion() {
+        return statics::plan(scene);
+    }
+    let mut plan = match &scene.assembly {
+        Some(given) => assembly::plan(scene, given)?,
+        None => rod::plan(scene)?,
+    };
+    plan.trial = trial::trial(scene, seconds)?;
+    Ok(plan)
+}
+
+impl Plan {
+    /// How many numbers the state has.
+    pub fn size(&self) -> usize {
+        self.state.iter().map(|part| part.numbers).sum()
+    }
+
+    fn empty(scene: &Scene, duration: f64) -> Self {
+        Self {
+            model: choice("", ""),
+            chart: choice("", ""),
+            state: Vec::new(),
+            method: choice("", ""),
+            left_out: Vec::new(),
+            notes: scene
+                .mass_notes()
+                .iter()
+                .filter_map(RodMassNote::text)
+                .collect(),
+            trial: None,
+            units: scene.units,
+            duration,
+        }
+    }
+
+    fn leave_out(&mut self, what: &str, why: impl Into<String>) {
+        self.left_out.push(choice(what, why));
+    }
+
+    /// The same of several, if there are any.
+    fn leave_out_of<'a>(
+        &mut self,
+        names: impl Iterator<Item = &'a str>,
+        what: impl Fn(&str) -> String,
+        why: &str,
+    ) {
+        let names: Vec<&str> = names.collect();
+        if !names.is_empty() {
+            self.leave_out(&what(&names.join(", ")), why);
+        }
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> Value {
+        let one = |choice: &Choice| json!({ "what": choice.what, "why": choice.why });
+        let state = self
+            .state
+            .iter()
+            .map(|part| json!({ "what": part.what, "numbers": part.numbers }));
+        json!({
+            "model": one(&self.model),
+            "chart": one(&self.chart),
+            "state": { "size": self.size(), "parts": state.collect::<Vec<_>>() },
+            "method": one(&self.method),
+            "left_out": self.left_out.iter().map(one).collect::<Vec<_>>(),
+            "notes": self.notes,
+            "trial": self.trial.as_ref().map(Trial::json),
+        })
+    }
+
+    /// In lines.
+    pub fn text(&self) -> String {
+        let parts = self
+            .state
+            .iter()
+            .map(|part| format!("{} {}", part.numbers, part.what));
+        let parts: Vec<String> = parts.collect();
+        let mut lines = vec![
+            format!("model   {}\n          {}", self.model.what, self.model.why),
+            format!("chart   {}\n          {}", self.chart.what, self.chart.why),
+            format!("state   {} numbers: {}", self.size(), parts.join(", ")),
+            format!(
+                "method  {}\n          {}",
+                self.method.what, self.method.why
+            ),
+        ];
+        lines.extend(self.notes.iter().map(|note| format!("note    {note}")));
+        lines.push("not computed".to_owned());
+        let left_out = self.left_out.iter();
+        lines.extend(left_out.map(|part| format!("  {}\n          {}", part.what, part.why)));
+        lines.extend(
+            self.trial
+                .as_ref()
+                .map(|trial| format!("cost    {}", trial.text(self.duration, self.units))),
+        );
+        lines.join("\n") + "\n"
+    }
+}
+
+/// Steps of this kind, in the models that have explicit and implicit ones.
+fn steps(method: Method, implicit: &str) -> Choice {
+    match method {
+        Method::Auto => choice(
+            format!("explicit steps of order 8 (DOP853), {implicit} where they pay"),
+            "run.method = \"auto\": judged from step to step by what bounds the step, stability or accuracy",
+        ),
+        Method::Explicit => choice(
+            "explicit steps of order 8 (DOP853)",
+            "run.method = \"explicit\"",
+        ),
+        Method::Implicit => choice(implicit.to_owned(), "run.method = \"implicit\""),
+        Method::Symmetric => symmetric(),
+    }
+}
+
+fn symmetric() -> Choice {
+    choice(
+        "symmetric steps of order 12 (Gauss collocation)",
+        "run.method = \"symmetric\": the energy of a long motion stays near what it was",
+    )
+}
+
+/// Radau IIA, of rods with strains.
+const RADAU: &str = "implicit ones of order 5 (Radau IIA)";
+
+/// The same with seven stages, of elastic rods in space.
+const RADAU7: &str = "implicit ones of order 13 (Radau IIA with seven stages)";
