@@ -1,4 +1,4 @@
-//! Error against time: `cargo bench --bench work_precision`.
+//! Error against time: `cargo bench --bench work_precision`, or a part of it: `-- motions`, `-- ledger`, `-- mass`.
 //!
 //! For motions W, B, H (references of 30 digits) and the snap run (reference in quadruple precision): error at
 //! the end, work and time for each tolerance, and what 1e-7 costs, by interpolation. The peer, a
@@ -98,6 +98,37 @@ impl Problem {
 }
 
 fn main() {
+    let asked: Vec<String> = std::env::args().skip(1).collect();
+    let parts: [(&str, fn()); 3] = [("motions", motions), ("ledger", ledgers), ("mass", masses)];
+    let some = parts
+        .iter()
+        .any(|(name, _)| asked.iter().any(|a| a == name));
+    for (name, part) in parts {
+        if !some || asked.iter().any(|a| a == name) {
+            part();
+            println!();
+        }
+    }
+    if let Some(peak) = peak_memory() {
+        println!("peak memory of this process: {peak:.1} MB");
+    }
+}
+
+fn ledgers() {
+    for (name, body) in ledger_scenes() {
+        println!("{}", ledger(name, &body));
+    }
+}
+
+fn masses() {
+    for tolerance in [1e-8, 1e-10] {
+        for start in ROD_MASS {
+            println!("{}", rod_mass(start, tolerance));
+        }
+    }
+}
+
+fn motions() {
     let problems = [
         Problem::motion("W", [-8.0, -2.0], 8.0),
         Problem::motion("B", [0.0, 0.0], 150.0),
@@ -145,19 +176,6 @@ fn main() {
     println!();
     for note in notes {
         println!("{note}");
-    }
-    println!();
-    for (name, body) in ledger_scenes() {
-        println!("{}", ledger(name, &body));
-    }
-    println!();
-    for tolerance in [1e-8, 1e-10] {
-        for start in ROD_MASS {
-            println!("{}", rod_mass(start, tolerance));
-        }
-    }
-    if let Some(peak) = peak_memory() {
-        println!("peak memory of this process: {peak:.1} MB");
     }
 }
 

@@ -1,6 +1,5 @@
 //! What is done with the small mass of elastic rods: followed to first order where that can be, left out elsewhere.
 
-use super::start::Place;
 use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
 use crate::assembly::Joint;
 use serde_json::{Value, json};
@@ -67,11 +66,6 @@ impl Scene {
     /// Why the mass of the rod cannot be followed to first order; None where it can.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let run = self.run.as_ref()?;
-        if self.is_planar() && matches!(self.start.place, Place::Rest { .. }) {
-            return Some(
-                "a motion from the straight rod begins without it (bend the rod a little: lambda and kappa in [start])",
-            );
-        }
         // In space steps may be implicit; so they are of a planar rod under a load along it, which runs as one in space.
         let closed = self.is_planar() && self.loads.distributed.is_zero();
         if closed { None } else { by_steps(run.method) }

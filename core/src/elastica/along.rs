@@ -21,6 +21,7 @@ pub(super) struct Places<T> {
     pub s: T,
     pub c: T,
     pub d: T,
+    pub over_d: T,
     pub b: T,
 }
 
@@ -28,7 +29,11 @@ impl<T: Real> Places<T> {
     /// The pendulum there.
     #[inline(always)]
     pub fn swing(&self, modulus: &Modulus) -> Swing<T> {
-        Swing::at(modulus, self.u, [self.s, self.c, self.d, self.b])
+        Swing::at(
+            modulus,
+            self.u,
+            [self.s, self.c, self.d, self.over_d, self.b],
+        )
     }
 }
 
@@ -157,33 +162,30 @@ impl Along {
         }
     }
 
-    /// The nodes of a Gauss rule that integrates along this rod to the part `error`. The poles of the pendulum lie at odd multiples of K, K' away from
-    /// the rod, so that the error falls like rho^-2n, rho the sum of the axes of Bernstein's ellipse through the nearest: sinh log rho = z. A pole
-    /// beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before it is measured, and logarithms and
-    /// 1/asinh z = 1/z + Z[0] z/(z + Z[1]) are rough.
+    /// The Gauss rule that integrates along this rod to the part `error`: its nodes, and how far they are drawn to the clamp ([`drawn`]). The poles of the
+    /// pendulum lie at odd multiples of K, K' away from the rod, so that the error falls like rho^-2n, rho the sum of the axes of Bernstein's ellipse
+    /// through the nearest. A pole beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before the power is measured.
     #[inline(always)]
-    pub fn nodes(&self, error: f64) -> usize {
-        const Z: [f64; 2] = [0.25, 0.8];
+    pub fn rule(&self, error: f64) -> (usize, usize) {
         let quarter = 0.5 * PI / self.pace;
         // K'/K = log(1/q)/pi, or K/K'.
-        let other = quarter * binary_digits(self.nome) * (LN_2 / PI);
+        let other = quarter * rough_log(self.nome) * (-1.0 / PI);
         let (k, away) = match self.real {
             true => (quarter, other.min(FARTHEST * quarter)),
             false => (other, quarter),
         };
         let per = 2.0 / self.lam;
-        let (x, y) = ((k * per - 1.0).min(1.0), away * per);
-        let z = if x > 0.0 {
-            let [more, less] = [1.0 + x, 1.0 - x].map(|x| (x * x + y * y).sqrt());
-            let half = 0.5 * (more + less);
-            (half * half - 1.0).sqrt()
-        } else {
-            y
-        };
-        let over = 1.0 / z + Z[0] * z / (z + Z[1]);
+        let (mut slowness, mut draw) = (slow((k * per - 1.0).min(1.0), away * per), 0);
+        if self.lam > NARROW * away && self.lam < k + ABOUT * away {
+            let widths = self.lam / away;
+            let most = (DRAWS - 1) as f64;
+            draw = (rough_log(2.0 * widths) / DRAW).clamp(1.0, most) as usize;
+            let range = DRAW * draw as f64;
+            slowness = (MIRRORED[0] + MIRRORED[1] * range) * slow(1.0, PI / range);
+        }
         let digits = binary_digits(error);
-        let nodes = (NODES + 0.5 * LN_2 * digits) * over;
-        nodes.max(FEWEST[0] + FEWEST[1] * digits) as usize
+        let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
+        (nodes.max(FEWEST[0] + FEWEST[1] * digits) as usize, draw)
     }
 
     /// The chart's integrals of the whole rod, whose modulus this is.
@@ -228,9 +230,9 @@ impl Along {
         if self.real {
             return self.place(part, v.sin_cos(), still);
         }
-        let up = v.exp();
+        let (up, down) = v.exp();
         if !self.winds {
-            return self.place(part, halves(up, up.inverse()), still);
+            return self.place(part, halves(up, down), still);
         }
         let (mut up, mut wound) = (up, still);
         let [turns, sign] = &mut wound;
@@ -249,27 +251,66 @@ impl Along {
     #[inline(always)]
     fn place<T: Real>(&self, part: T, (sin, cos): (T, T), [turns, sign]: [T; 2]) -> Places<T> {
         let square = sin * sin * if self.real { 1.0 } else { -1.0 };
-        let over = square.series(&self.p3).inverse();
-        let (p2, p4) = (
-            cos * square.series(&self.p2) * over,
-            square.series(&self.p4) * over,
-        );
+        let (p2, p4) = (cos * square.series(&self.p2), square.series(&self.p4));
         let (c, d) = if self.real { (p2, p4) } else { (p4, p2) };
+        // One division for 1/P3 and 1/d.
+        let p3 = square.series(&self.p3);
+        let both = (p3 * d).inverse();
+        let (over, over_d) = (both * d, p3 * p3 * both);
+        let (c, d) = (c * over, d * over);
         let u = part * self.lam;
         Places {
             u,
             s: sin * square.series(&self.p1) * over * sign,
             c: c * sign,
             d,
+            over_d,
             b: u * self.linear + sin * cos * square.series(&self.slope) * over + turns * self.turns,
         }
     }
+}
+
+/// The part of the rod, counted from the tip, at which the node `x` of a rule on [0, 1] lies, and the derivative of that: drawn to the narrow bend at the
+/// clamp of a rod that is pulled hard, 1 - sinh(range (1 - x))/sinh(range). Seen so, its poles are a quarter turn away from the bend, however narrow it
+/// is. Even for `draw` = 0.
+pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
+    if draw == 0 {
+        return [x, 1.0];
+    }
+    let range = DRAW * draw as f64;
+    let (at, scale) = (range * (1.0 - x), 1.0 / range.sinh());
+    [1.0 - scale * at.sinh(), scale * range * at.cosh()]
+}
+
+/// Ways to draw the nodes, and the range of a step between them.
+pub(super) const DRAWS: usize = 24;
+const DRAW: f64 = 0.25;
+
+/// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, roughly: sinh log rho = z, and 1/asinh z = 1/z + Z[0] z/(z + Z[1]).
+#[inline(always)]
+fn slow(x: f64, y: f64) -> f64 {
+    const Z: [f64; 2] = [0.25, 0.8];
+    let z = if x > 0.0 {
+        let [more, less] = [1.0 + x, 1.0 - x].map(|x| (x * x + y * y).sqrt());
+        let half = 0.5 * (more + less);
+        (half * half - 1.0).sqrt()
+    } else {
+        y
+    };
+    1.0 / z + Z[0] * z / (z + Z[1])
 }
 
 /// -log_2 x, 0 < x < 1, rounded up.
 #[inline(always)]
 fn binary_digits(x: f64) -> f64 {
     1023.0 - (x.to_bits() >> 52) as f64
+}
+
+/// log x of a normal x > 0 to 0.06: the significand by a straight line.
+#[inline(always)]
+fn rough_log(x: f64) -> f64 {
+    const ONE: f64 = 4_503_599_627_370_496.0;
+    (x.to_bits() as f64 / ONE - 1023.0) * LN_2
 }
 
 /// (sinh v, cosh v) of e^v and e^-v.
@@ -284,6 +325,11 @@ const NODES: f64 = 3.0;
 const FEWEST: [f64; 2] = [3.4, 0.2];
 /// K'/K beyond which poles count as infinitely far.
 const FARTHEST: f64 = 6.0;
+/// A rod longer than this many K', and longer than K by at most so many, is straight but for a narrow bend at its clamp.
+const NARROW: f64 = 3.5;
+const ABOUT: f64 = 0.25;
+/// The poles of the bend mirrored at the tip are a little nearer to drawn nodes; measured.
+const MIRRORED: [f64; 2] = [1.0, 0.1];
 
 #[cfg(test)]
 mod tests {

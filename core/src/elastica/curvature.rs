@@ -44,17 +44,17 @@ impl Swing {
             kap: i.kap,
             kap_c: i.kap_c,
         };
-        Self::at(&modulus, i.lam, [i.s, i.c, i.d, i.b])
+        Self::at(&modulus, i.lam, [i.s, i.c, i.d, 1.0 / i.d, i.b])
     }
 }
 
 impl<T: Real> Swing<T> {
-    /// At the distance u with (s, c, d, b) of `Integrals`.
+    /// At the distance u with (s, c, d, 1/d, b) of `Integrals`.
     #[inline(always)]
-    pub fn at(modulus: &Modulus, u: T, [s, c, d, b]: [T; 4]) -> Self {
+    pub fn at(modulus: &Modulus, u: T, [s, c, d, over_d, b]: [T; 5]) -> Self {
         let (kap, kc2) = (modulus.kap, modulus.kap_c * modulus.kap_c);
         let kap2 = kap * kap;
-        let c_over = c * d.inverse();
+        let c_over = c * over_d;
         let cd = c * d;
         // G = kap t.
         let t = s.times_plus(c_over, b);

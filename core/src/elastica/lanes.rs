@@ -67,11 +67,41 @@ pub(super) fn sums<const K: usize>(
     places: &[f64],
     weights: &[f64],
 ) -> [f64; K] {
-    Arch::new().dispatch(Sums {
+    wide(Sums {
         each,
         places,
         weights,
     })
+}
+
+/// The same within what is compiled for wide registers already.
+#[inline(always)]
+pub(super) fn sums_in<S: Simd, const K: usize>(
+    simd: S,
+    each: &impl InLanes<K>,
+    places: &[f64],
+    weights: &[f64],
+) -> [f64; K] {
+    let (places, _) = S::as_simd_f64s(places);
+    let (weights, _) = S::as_simd_f64s(weights);
+    let mut sums = [simd.splat_f64s(0.0); K];
+    for (x, weight) in places.iter().zip(weights) {
+        let terms = each.at(Lanes { simd, at: *x });
+        for k in 0..K {
+            sums[k] = simd.mul_add_e_f64s(terms[k].at, *weight, sums[k]);
+        }
+    }
+    let mut all = [0.0; K];
+    for k in 0..K {
+        all[k] = simd.reduce_sum_f64s(sums[k]);
+    }
+    all
+}
+
+/// Does `work`, all of which is inlined, compiled for the widest registers that the processor has.
+#[inline(always)]
+pub(super) fn wide<W: WithSimd>(work: W) -> W::Output {
+    Arch::new().dispatch(work)
 }
 
 struct Sums<'a, E, const K: usize> {
@@ -85,20 +115,7 @@ impl<E: InLanes<K>, const K: usize> WithSimd for Sums<'_, E, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [f64; K] {
-        let (places, _) = S::as_simd_f64s(self.places);
-        let (weights, _) = S::as_simd_f64s(self.weights);
-        let mut sums = [simd.splat_f64s(0.0); K];
-        for (x, weight) in places.iter().zip(weights) {
-            let terms = self.each.at(Lanes { simd, at: *x });
-            for k in 0..K {
-                sums[k] = simd.mul_add_e_f64s(terms[k].at, *weight, sums[k]);
-            }
-        }
-        let mut all = [0.0; K];
-        for k in 0..K {
-            all[k] = simd.reduce_sum_f64s(sums[k]);
-        }
-        all
+        sums_in(simd, self.each, self.places, self.weights)
     }
 }
 
@@ -127,19 +144,27 @@ impl<S: Simd> Lanes<S> {
         (sin * even + cos * odd, cos * even - sin * odd)
     }
 
-    /// e^v, |v| < 100.
+    /// e^v and e^-v, |v| < 100.
     #[inline(always)]
-    pub fn exp(self) -> Self {
+    pub fn exp(self) -> (Self, Self) {
         let twos = (self * LOG2_E).nearest();
         let r = (self - twos * LOG_2[0]) - twos * LOG_2[1];
         // Odd and even powers side by side.
         let r2 = r * r;
-        // Powers of two by their exponents.
-        let mut power = twos;
+        let (even, odd) = (r2.series(&EVEN), r * r2.series(&ODD));
+        let up = twos.power_of_two();
+        let down = (twos * -1.0).power_of_two();
+        ((even + odd) * up, (even - odd) * down)
+    }
+
+    /// 2^k of integers |k| < 1023: the last digits of k + 1023 + 2^52 become the exponent.
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        let mut power = self + self.all(4_503_599_627_371_519.0);
         for k in power.each() {
-            *k = f64::from_bits(((*k as i64 + 1023) as u64) << 52);
+            *k = f64::from_bits(k.to_bits() << 52);
         }
-        (r2.series(&EVEN) + r * r2.series(&ODD)) * power
+        power
     }
 
     /// The nearest integers, of |x| < 2^50.

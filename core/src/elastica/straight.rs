@@ -51,7 +51,8 @@ pub struct Bent {
 
 /// The boundary value problem, discretised.
 pub struct AlmostStraight {
-    /// Weights of the Gauss nodes.
+    /// The Gauss nodes along the rod, and their weights.
+    nodes: Vec<f64>,
     weights: Field,
     /// theta' from theta'', with theta'(1) = 0.
     once: DMatrix<f64>,
@@ -69,15 +70,34 @@ impl AlmostStraight {
         let (integrate, _) = rule.matrices();
         let once = integrate.map_with_location(|_, j, value| value - rule.weights[j]);
         Self {
-            weights: rule.weights.into(),
             twice: integrate * &once,
             once,
+            nodes: rule.nodes,
+            weights: rule.weights.into(),
         }
+    }
+
+    /// (s, weight, w) at the Gauss nodes of a rod under the pull `pull`: the section s moves across by w times what the end does, w(1) = 1. None where
+    /// [`AlmostStraight::at`] has none.
+    pub fn sections(&self, pull: f64) -> Option<impl Iterator<Item = [f64; 3]>> {
+        // So small that w is that of the limit, y -> 0.
+        let y = 1e-7;
+        let (theta, _) = self.solved(pull, y)?;
+        let sin = theta.map(f64::sin);
+        let parts = (&self.once * &sin).add_scalar(self.weights.dot(&sin)) / y;
+        let at = move |k: usize| [self.nodes[k], self.weights[k], parts[k]];
+        Some((0..self.nodes.len()).map(at))
     }
 
     /// The rod under the pull `pull` > -[`EULER`] with its end at the height `y`: Newton's method from the straight rod.
     /// None if that does not converge: y is too large.
     pub fn at(&self, pull: f64, y: f64) -> Option<Bent> {
+        let (theta, across) = self.solved(pull, y)?;
+        Some(self.bent(pull, across, &theta))
+    }
+
+    /// theta at the nodes, and the cross force F.
+    fn solved(&self, pull: f64, y: f64) -> Option<(Field, f64)> {
         let (n, weights) = (self.weights.len(), &self.weights);
         let (mut theta, mut across) = (Field::zeros(n), 0.0);
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
@@ -103,14 +123,14 @@ impl AlmostStraight {
             theta += change;
             across += right[n];
             if change.amax() <= 1e-15 * theta.amax() {
-                return Some(self.bent(pull, across, &theta));
+                return Some((theta, across));
             }
             if !(theta.amax() < 1.0) {
                 return None;
             }
         }
         // Newton's method ends in rounding; what is left of it was measured against a tiny angle.
-        (theta.amax() < 1.0).then(|| self.bent(pull, across, &theta))
+        (theta.amax() < 1.0).then_some((theta, across))
     }
 
     fn bent(&self, pull: f64, across: f64, theta: &Field) -> Bent {

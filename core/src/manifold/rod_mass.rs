@@ -9,6 +9,12 @@ use std::fmt::Debug;
 /// Places, velocities and forces are seen from the clamp, along its axes; `frame` is the clamp, where it is not at rest at the origin along the
 /// axes of the world.
 pub trait RodMass<const N: usize>: Debug + Send + Sync {
+    /// Mass of the whole rod.
+    fn mass(&self) -> f64;
+
+    /// Gravity, in the world.
+    fn gravity(&self) -> SVector<f64, N>;
+
     /// What the end feels of the rod at the point `q` of the chart and the end's velocity `v`; None outside the chart and at folds. `force` is
     /// that of the rod on its end there; the mass may be off by `error`.
     fn added(

@@ -39,8 +39,8 @@ const STRETCH: u64 = 50_000;
 /// takes up to a million steps for it.
 const PATIENCE: u32 = 30;
 
-/// The state at a time before the motion's first.
-type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<Phase<N>> + 'a>;
+/// The state at a time before the motion's first, and kinetic energy and potential of the rod there.
+type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<(Phase<N>, [f64; 2])> + 'a>;
 
 /// A run in progress.
 pub struct Run<'a, M, const N: usize> {
@@ -65,8 +65,8 @@ pub struct Run<'a, M, const N: usize> {
     interrupted: bool,
     /// The state it was asked to start from.
     given: Phase<N>,
-    /// The pose there, where the chart has it only to rounding: of the straight rod.
-    given_pose: Option<SVector<f64, N>>,
+    /// The pose there, and energies of the rod, where the chart has them only to rounding: of the straight rod.
+    given_pose: Option<(SVector<f64, N>, [f64; 2])>,
     /// States before the motion's first, back to the time given: see [`Run::straight`].
     early: Option<Early<'a, N>>,
     /// True once the step over them was told.
@@ -244,20 +244,27 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// The state at a time within the last step; None outside it.
     pub fn sample(&mut self, t: f64) -> Option<Sample<N>> {
-        let phase = match &self.early {
-            Some(early) => early(t)?,
-            None => self.motion.at(t)?,
-        };
-        Some(self.describe(phase))
+        Some(match &self.early {
+            Some(early) => {
+                let (phase, of_rod) = early(t)?;
+                self.with_energies(phase, of_rod)
+            }
+            None => {
+                let phase = self.motion.at(t)?;
+                self.describe(phase)
+            }
+        })
     }
 
     /// The state that the run was given, which may lie a first small step before its motion: see
     /// [`Run::new`] on starts at folds.
     pub fn given(&self) -> Sample<N> {
-        let given = self.describe(self.given);
+        let Some((pose, of_rod)) = self.given_pose else {
+            return self.describe(self.given);
+        };
         Sample {
-            pose: self.given_pose.unwrap_or(given.pose),
-            ..given
+            pose,
+            ..self.with_energies(self.given, of_rod)
         }
     }
 
@@ -287,16 +294,22 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     }
 
     fn describe(&self, phase: Phase<N>) -> Sample<N> {
+        let of_rod = match &self.early {
+            Some(early) => early(phase.t).map(|(_, of_rod)| of_rod),
+            None => self.followed.then(|| self.of_rod(&phase)),
+        };
+        self.with_energies(phase, of_rod.unwrap_or_default())
+    }
+
+    /// The state, with kinetic energy and potential of the rod.
+    fn with_energies(&self, phase: Phase<N>, [kinetic, potential]: [f64; 2]) -> Sample<N> {
         let at = self
             .manifold
             .point(&phase.q)
             .expect("every state of a run lies in the chart");
         let mut ledger = Ledger::new(self.body, &at, &phase, self.snapped);
-        if self.followed {
-            let [kinetic, potential] = self.of_rod(&phase);
-            ledger.rod_kinetic = kinetic;
-            ledger.potential += potential;
-        }
+        ledger.rod_kinetic = kinetic;
+        ledger.potential += potential;
         Sample {
             phase,
             pose: at.pose,
@@ -449,8 +462,8 @@ impl<'a> Run<'a, Elastica, 2> {
         let given = Phase { v, ..state(0.0)? };
         let mut run = Self::start(&Elastica, body, first, options, 0.0, 0)?;
         run.given = given;
-        run.given_pose = Some(Vector2::new(1.0, 0.0));
-        run.early = Some(Box::new(move |t| opening.at(t)));
+        run.given_pose = Some((Vector2::new(1.0, 0.0), opening.of_rod(0.0)));
+        run.early = Some(Box::new(move |t| Some((opening.at(t)?, opening.of_rod(t)))));
         Ok(run)
     }
 }
@@ -502,7 +515,13 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                 to: from,
             });
         }
-        self.early = None;
+        // What energy the rod has is lost where the motion goes on without its mass.
+        if let Some(early) = self.early.take()
+            && !self.followed
+            && let Some((_, of_rod)) = early(from)
+        {
+            self.snapped += of_rod.iter().sum::<f64>();
+        }
         if from >= self.options.duration {
             return Some(self.stop(Outcome::EndOfTime));
         }

@@ -11,11 +11,15 @@
 //! N(0) = f_x + 2 c(N(0)) m v^2. (1 - x)'' and y'' are found at Gauss points of [0, until] by collocation, Newton's method
 //! with the derivative c'(N) of the law of shortening. From `until` on the chart takes over, where the shaking is slow
 //! enough to be followed, and absent.
+//!
+//! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int w^2 ds) y'' = .. + m int w (g - e) ds
+//! (theory 2.9 of a straight rod; e is the acceleration of the clamp). What of its inertia is along the rod is of the order y^2 of that, and left to the
+//! chart, so that such an opening ends where y is small.
 
 use super::sheet::Phase;
-use crate::body::Body;
+use crate::body::{Body, EndMotion};
 use crate::elastica::Equilibrium;
-use crate::elastica::straight::{AlmostStraight, Bent, EULER, MOST_PULL, unstable};
+use crate::elastica::straight::{AlmostStraight, EULER, MOST_PULL, unstable};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::math::gauss::{Rule, legendre};
 use nalgebra::{DMatrix, DVector, Vector2};
@@ -28,6 +32,9 @@ const LONGEST: f64 = 0.5;
 const TAIL: f64 = 1e-13;
 /// Newton's method is at its end when nothing changes by more than this, relative to the largest value.
 const SETTLED: f64 = 1e-13;
+/// Height of the end at which the chart takes over a rod of known mass at the latest: what is left out before is its square of the rod's mass, and the
+/// rod is bent enough for its mass to be followed.
+const HANDED_OVER: f64 = 3e-3;
 /// Rounds of Newton's method after which the derivatives c'(N) are good enough.
 const SLOPES: usize = 3;
 /// The state shown at t = 0, where the chart has none, is that of the first of these parts of the opening in which the rod has
@@ -79,6 +86,12 @@ impl Opening {
         let longest = LONGEST * body.mass().sqrt();
         let mut until = longest.min(body.next_break(0.0)).min(duration);
         let at_once = loads(0.0);
+        if body.rod().is_some() {
+            let speed = v
+                .abs()
+                .max((HANDED_OVER * at_once[1].abs() / body.mass()).sqrt());
+            until = until.min(2.0 * HANDED_OVER / speed);
+        }
         let idle = |i: usize| loads(until * i as f64 / POINTS as f64)[1] == 0.0;
         if v == 0.0 && (0..=POINTS).all(idle) {
             if at_once[0] < -EULER {
@@ -111,10 +124,15 @@ impl Opening {
             if order == 1 {
                 opening.inward.fill((pull - at_once[0]) / body.mass());
             }
-            if opening.settle().is_some() && opening.resolved() {
-                return Ok(opening);
-            }
-            until *= 0.6;
+            let part = if opening.settle().is_some() && opening.resolved() {
+                match opening.too_high() {
+                    None => return Ok(opening),
+                    Some(times) => 0.99 * times.powf(-1.0 / f64::from(order)),
+                }
+            } else {
+                0.6
+            };
+            until *= part;
         }
         Err(Error::no_convergence(
             Message::from("the motion of the straight rod under the load ")
@@ -178,9 +196,11 @@ impl Opening {
                 let y = t * (self.velocity + t * lift[i]);
                 let v = Vector2::new(-inward[i] * t.powi(n + 1), self.velocity + t * gain[i]);
                 let pose = Vector2::new(1.0 - short[i] * t.powi(n + 2), y);
-                let bent = self.bent(t, &pose, &v, self.inward[i])?;
+                let pull = self.pull(t, &pose, &v, self.inward[i])?;
+                let bent = self.rods.at(pull, y)?;
                 let force = Vector2::new(-bent.pull, -bent.across);
-                let action = self.body.action(t, &pose, &v, &force);
+                let mut action = self.body.action(t, &pose, &v, &force);
+                self.with_rod(t, (&pose, &v), bent.pull, &mut action)?;
                 across[i] = action.acceleration[1];
                 (self.power[i], self.loss[i]) = (action.power, action.loss);
                 gap[i] = short[i] - bent.one_minus_x / t.powi(n + 2);
@@ -209,14 +229,82 @@ impl Opening {
         None
     }
 
-    /// The rod at the time t, its end at `pose` and moving at v, where M = `inward`; None beyond what is served.
-    fn bent(&self, t: f64, pose: &Vector2<f64>, v: &Vector2<f64>, inward: f64) -> Option<Bent> {
+    /// The pull on the rod at the time t, its end at `pose` and moving at v, where M = `inward`; None beyond what is served.
+    fn pull(&self, t: f64, pose: &Vector2<f64>, v: &Vector2<f64>, inward: f64) -> Option<f64> {
         let loads = self.body.action(t, pose, v, &Vector2::zeros()).acceleration;
         let pull = self.body.mass() * (loads[0] + inward * t.powi(self.power_of_pull()));
-        if !(-EULER < pull && pull < MOST_PULL) {
-            return None;
+        (-EULER < pull && pull < MOST_PULL).then_some(pull)
+    }
+
+    /// The motion across of the body together with its rod, and the power of a clamp that moves on both; None beyond what is served.
+    fn with_rod(
+        &self,
+        t: f64,
+        (pose, v): (&Vector2<f64>, &Vector2<f64>),
+        pull: f64,
+        action: &mut EndMotion<2>,
+    ) -> Option<()> {
+        let Some(rod) = self.body.rod() else {
+            return Some(());
+        };
+        let (mu, m, alone) = (self.body.mass(), rod.mass(), action.acceleration);
+        let frame = self.body.support().map(|support| support.at(t));
+        let (mut inertia, mut force) = (0.0, 0.0);
+        let mut borne = Vec::new();
+        for [s, weight, w] in self.rods.sections(pull)? {
+            let place = Vector2::new(s, w * pose[1]);
+            // The acceleration of a section while that of the end is 0, less gravity, and its velocity with the clamp.
+            let (drawn, carried) = match &frame {
+                None => (-rod.gravity(), Vector2::zeros()),
+                Some(frame) => (
+                    frame.swept(&place, &Vector2::new(0.0, w * v[1]))
+                        - frame.inward(&rod.gravity()),
+                    frame.carried(&place),
+                ),
+            };
+            inertia += weight * w * w;
+            force -= weight * w * drawn[1];
+            borne.push((weight, w, drawn, carried));
         }
-        self.rods.at(pull, pose[1])
+        let across = (mu * alone[1] + m * force) / (mu + m * inertia);
+        action.acceleration[1] = across;
+        if let Some(frame) = &frame {
+            action.power += mu * (across - alone[1]) * frame.carried(pose)[1];
+            for (weight, w, drawn, carried) in borne {
+                action.power += m * weight * (drawn + Vector2::new(0.0, w * across)).dot(&carried);
+            }
+        }
+        Some(())
+    }
+
+    /// Kinetic energy of the rod at the time t, and its potential; 0 of a rod without mass, or beyond what is served.
+    pub fn of_rod(&self, t: f64) -> [f64; 2] {
+        let (Some(rod), Some((pose, v, pull))) = (self.body.rod(), self.state(t)) else {
+            return [0.0; 2];
+        };
+        let Some(sections) = self.rods.sections(pull) else {
+            return [0.0; 2];
+        };
+        let frame = self.body.support().map(|support| support.at(t));
+        let mut energies = [0.0; 2];
+        for [s, weight, w] in sections {
+            let (place, v) = (Vector2::new(s, w * pose[1]), Vector2::new(0.0, w * v[1]));
+            let (place, v) = match &frame {
+                None => (place, v),
+                Some(frame) => (frame.place(&place), frame.absolute(&place, &v)),
+            };
+            energies[0] += 0.5 * weight * v.norm_squared();
+            energies[1] -= weight * rod.gravity().dot(&place);
+        }
+        energies.map(|energy| energy * rod.mass())
+    }
+
+    /// How many times higher the end of a rod of known mass is than where the chart should take over, if it is.
+    fn too_high(&self) -> Option<f64> {
+        self.body.rod()?;
+        let (pose, ..) = self.state(self.until)?;
+        let times = pose[1].abs() / HANDED_OVER;
+        (times > 1.0).then_some(times)
     }
 
     /// True if the polynomials are of a degree high enough.
@@ -233,29 +321,36 @@ impl Opening {
         shown.into_iter().find_map(|shown| self.shown(t, shown))
     }
 
+    /// The values at the points, weighted by what they are integrated with up to the time t.
+    fn integral(&self, t: f64, values: &DVector<f64>, weight: impl Fn(f64) -> f64) -> f64 {
+        self.moment(t / self.until, weight).dot(values)
+    }
+
+    /// Place and velocity of the end at the time t, and the pull; None beyond what is served.
+    fn state(&self, t: f64) -> Option<(Vector2<f64>, Vector2<f64>, f64)> {
+        let n = self.power_of_pull();
+        let y = t * (self.velocity + t * self.integral(t, &self.across, |x| 1.0 - x));
+        let short = t.powi(n + 2) * self.integral(t, &self.inward, |x| (1.0 - x) * x.powi(n));
+        let v = Vector2::new(
+            -t.powi(n + 1) * self.integral(t, &self.inward, |x| x.powi(n)),
+            self.velocity + t * self.integral(t, &self.across, |_| 1.0),
+        );
+        let pose = Vector2::new(1.0 - short, y);
+        let inward = self.interpolate(t / self.until).dot(&self.inward);
+        Some((pose, v, self.pull(t, &pose, &v, inward)?))
+    }
+
     /// The state at the time t, its place in the chart that of the time `shown`; None where the chart has none.
     fn shown(&self, t: f64, shown: f64) -> Option<Phase<2>> {
-        let part = shown / self.until;
-        let n = self.power_of_pull();
-        let over = |values: &DVector<f64>, weight: &dyn Fn(f64) -> f64| {
-            self.moment(part, weight).dot(values)
-        };
-        let y = shown * (self.velocity + shown * over(&self.across, &|x| 1.0 - x));
-        let v = Vector2::new(
-            -t.powi(n + 1) * over(&self.inward, &|x| x.powi(n)),
-            self.velocity + t * over(&self.across, &|_| 1.0),
-        );
-        let short = shown.powi(n + 2) * over(&self.inward, &|x| (1.0 - x) * x.powi(n));
-        let inward = self.interpolate(part).dot(&self.inward);
-        let bent = self.bent(shown, &Vector2::new(1.0 - short, y), &v, inward)?;
-        let [p, w] = bent.chart();
+        let (pose, _, pull) = self.state(shown)?;
+        let [p, w] = self.rods.at(pull, pose[1])?.chart();
         Equilibrium::new(p, w).ok()?;
         Some(Phase {
             q: Vector2::new(p, w),
-            v,
+            v: self.state(t)?.1,
             t,
-            work: t * over(&self.power, &|_| 1.0),
-            drag_loss: t * over(&self.loss, &|_| 1.0),
+            work: t * self.integral(t, &self.power, |_| 1.0),
+            drag_loss: t * self.integral(t, &self.loss, |_| 1.0),
         })
     }
 }
