@@ -12,7 +12,7 @@ pub struct AssemblyScene {
     pub rods: Vec<AssemblyRod>,
     /// Those with a free end; a scene has them after the others.
     pub free: Vec<FreeRod>,
-    /// The bodies; at least one. Every one is joined to the ground by a chain of rods.
+    /// The bodies; at least one. Every one is joined to the ground by a chain of rods, or none is.
     pub bodies: Vec<AssemblyBody>,
 }
 
@@ -171,6 +171,12 @@ impl AssemblyScene {
     /// The mass of the first body, by which masses are measured.
     pub fn mass(&self) -> f64 {
         self.bodies.first().map_or(f64::NAN, |body| body.mass)
+    }
+
+    /// True if nothing holds the bodies: every rod that carries has its ends on two of them, and none slides in a groove.
+    pub fn floats(&self) -> bool {
+        let on_bodies = |rod: &AssemblyRod| rod.from.body.is_some() && rod.to.body.is_some();
+        self.rods.iter().all(on_bodies) && self.bodies.iter().all(|body| body.groove.is_none())
     }
 
     /// The number of the body that holds this end of a rod; None on the ground.

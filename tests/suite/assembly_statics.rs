@@ -599,10 +599,13 @@ fn refusals() {
         Link::new(rod, from, Attachment::body(to, at(0.0)), Joint::Weld)
     };
     let bodies = |n: usize| vec![Carrier::rigid(ball([0.1; 3])); n];
+    // Nothing holds the bodies, and one of them is pushed.
     let floating = vec![link(Attachment::body(0, at(0.0)), 1)];
+    let pushed = ball([0.1; 3]).with_dead_force(Vector3::x() * 1e-3);
+    let pair = vec![bodies(1)[0].clone(), Carrier::rigid(pushed.unwrap())];
     said(
-        &Assembly::new(bodies(2), floating).unwrap(),
-        "no chain of rods joins body 0 to the ground",
+        &Assembly::new(pair, floating).unwrap(),
+        "no equilibrium was found",
     );
     // Two straight inextensible rods that pull at each other: any tension would do.
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI);

@@ -59,6 +59,8 @@ mod heavy_assemblies;
 #[cfg(feature = "scene")]
 mod heavy_grooves;
 #[cfg(feature = "scene")]
+mod heavy_loops;
+#[cfg(feature = "scene")]
 mod heavy_memory;
 mod heavy_rods;
 #[cfg(feature = "scene")]

@@ -26,6 +26,10 @@ use std::f64::consts::PI;
 const FINEST: f64 = 1e-13;
 /// Tolerance of the rods of a guess, and of those that are drawn.
 const FINE: f64 = 1e-10;
+/// Unloaded rods that close a loop fit together up to so many radians or lengths.
+const FITS: f64 = 1e-6;
+/// What is left of a balance, relative to it, when all is turned together under loads that do not mind.
+const TURNED: f64 = 1e-9;
 
 /// An assembly made from a scene, in the units of its first rod and its first body, with the way back.
 #[derive(Debug, Clone)]
@@ -40,6 +44,8 @@ pub struct AssemblySetup {
     /// (angular velocity, velocity) of the bodies at the start of a motion.
     twists: Vec<Vector6<f64>>,
     unloaded: bool,
+    /// True of rods with all of their mass that nothing holds: they settle as they fall, where weight strains nothing.
+    falls: bool,
     tolerance: f64,
     /// The same with the mass of the rods, where that counts in full.
     heavy: Option<HeavyAssembly>,
@@ -55,12 +61,16 @@ impl AssemblySetup {
             Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
         })?;
         let scales = scene.scales()?;
-        let carriers = given.bodies.iter().map(|body| {
-            carrier(body, &scales, scene.loads.gravity)
-                .map_err(|why| why.context(format!("the body {:?}", body.name)))
-        });
-        let carriers = carriers.collect::<Result<Vec<Carrier>>>()?;
-        let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers)?;
+        let carriers = |gravity: [f64; 3]| {
+            let bodies = given.bodies.iter().map(|body| {
+                carrier(body, &scales, gravity)
+                    .map_err(|why| why.context(format!("the body {:?}", body.name)))
+            });
+            bodies.collect::<Result<Vec<Carrier>>>()
+        };
+        let gravity = scene.loads.gravity;
+        let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers(gravity)?)?;
+        let falls = heavy.is_some() && given.floats();
         let unloaded = matches!(scene.start.place, Shape::Rest { .. });
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
         let mut masses = Vec::new();
@@ -79,11 +89,11 @@ impl AssemblySetup {
             };
             let thickness = rod.rod.thickness().unwrap_or(0.0);
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
-            let borne = joints == (Joint::Ball, Joint::Ball) || unloaded;
+            let borne = joints == (Joint::Ball, Joint::Ball) || unloaded || falls;
             let load = match heavy.is_some() && borne {
                 // With mass it is borne in motion, and where the bodies settle.
                 true => None,
-                false => along(rod, scene.loads.gravity, &scales)?,
+                false => along(rod, gravity, &scales)?,
             };
             links.push(match load {
                 None => link,
@@ -95,7 +105,7 @@ impl AssemblySetup {
         }
         let free = given.free.iter().map(|rod| {
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
-            let weight = LoadAlong::default().with_weight(&rod.rod, scene.loads.gravity)?;
+            let weight = LoadAlong::default().with_weight(&rod.rod, gravity)?;
             if weight.is_some() && heavy.is_none() {
                 return Err(named(Error::domain(
                     "a rod with a free end has no weight: leave out its mass (a material by E and nu, without a density), or put a small body at \
@@ -127,7 +137,7 @@ impl AssemblySetup {
             )
         });
         Ok(Self {
-            assembly: Assembly::new(carriers, links)?
+            assembly: Assembly::new(carriers(if falls { [0.0; 3] } else { gravity })?, links)?
                 .with_names(
                     given.bodies.iter().map(|body| body.name.clone()).collect(),
                     given.rods.iter().map(|rod| rod.name.clone()).collect(),
@@ -139,6 +149,7 @@ impl AssemblySetup {
             guess: guess.collect(),
             twists: twists.collect(),
             unloaded,
+            falls,
             // Equilibria are solved a digit better than asked for.
             tolerance: (0.1 * scene.solve.tolerance).max(FINEST),
             heavy,
@@ -151,6 +162,55 @@ impl AssemblySetup {
     /// # Errors
     /// As [`Assembly::equilibrium`].
     pub fn equilibrium(&self) -> Result<AssemblyEquilibrium> {
+        match self.falls {
+            false => self.found(),
+            true => self.found().and_then(|found| self.put_back(found)).map_err(|why| {
+                why.context(
+                    "nothing holds the bodies on the ground, so that they are in equilibrium only where their loads balance each other (weight \
+                     apart: what nothing holds falls)",
+                )
+            }),
+        }
+    }
+
+    /// What nothing holds, carried as one to where the first body stands by its guess, or else in the origin; turned, too, unless the loads mind.
+    fn put_back(&self, mut found: AssemblyEquilibrium) -> Result<AssemblyEquilibrium> {
+        let origin = Isometry3::identity();
+        let wanted = self.guess.as_ref().map_or(origin, |guess| guess[0].pose);
+        let charts = &found.now.charts;
+        let carried = |by: Isometry3<f64>| -> Result<(Vec<Place>, f64)> {
+            let bodies = self.assembly.carriers().iter().zip(&found.now.bodies);
+            let places = bodies.map(|(carrier, place)| {
+                let mut pose = by * place.pose;
+                if !carrier.turns() {
+                    pose.rotation = UnitQuaternion::identity();
+                }
+                Place::at_rest(pose)
+            });
+            let places: Vec<Place> = places.collect();
+            let points = self.assembly.points(0.0, &places, charts, self.tolerance)?;
+            let forces = points.iter().flat_map(crate::assembly::LinkPoint::wrenches);
+            let most = forces.fold(0.0, |most: f64, wrench| most.max(wrench.amax()));
+            let left = self.assembly.balance(0.0, &places, &points).amax();
+            Ok((places, left / (1.0 + most)))
+        };
+        let there = found.now.bodies[0].pose;
+        let (turned, left) = carried(wanted * there.inverse())?;
+        found.now.bodies = match left <= TURNED {
+            true => turned,
+            false => {
+                let shift = wanted.translation.vector - there.translation.vector;
+                carried(Isometry3::from_parts(
+                    shift.into(),
+                    UnitQuaternion::identity(),
+                ))?
+                .0
+            }
+        };
+        Ok(found)
+    }
+
+    fn found(&self) -> Result<AssemblyEquilibrium> {
         let Some(bodies) = &self.guess else {
             return self.assembly.equilibrium(None, self.tolerance);
         };
@@ -186,7 +246,9 @@ impl AssemblySetup {
             true => {
                 let origin = vec![Place::at_rest(Isometry3::identity()); self.twists.len()];
                 let bodies = self.guess.as_ref().unwrap_or(&origin);
-                (self.assembly.let_go(bodies, FINEST)?, None)
+                let start = self.assembly.let_go(bodies, FINEST)?;
+                self.fits(&start)?;
+                (start, None)
             }
             false => {
                 let found = self.meant()?;
@@ -198,6 +260,24 @@ impl AssemblySetup {
             place.twist = *twist;
         }
         Ok((now, index))
+    }
+
+    /// An error unless unloaded rods meet their attachments where they close loops.
+    fn fits(&self, start: &Configuration) -> Result<()> {
+        let points = self
+            .assembly
+            .points(0.0, &start.bodies, &start.charts, FINEST)?;
+        for (k, (link, point)) in self.assembly.links().iter().zip(&points).enumerate() {
+            let gap = point.gap(link.joint()).amax();
+            if !(gap <= FITS) {
+                return Err(Error::domain(format!(
+                    "rest = \"straight\" in [start]: the unloaded rods do not fit together, an end of {} is {gap:.1e} (radians or lengths) away \
+                     from its attachment; leave rest out, and the bodies start at equilibrium",
+                    self.assembly.rod_name(k)
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The motion from there, and that index.

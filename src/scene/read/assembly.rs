@@ -73,13 +73,10 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     });
     let start = default(part(top, &START), settled(), |table| {
         let rods = rod_tables.iter().flatten();
-        let held = rods.filter(|rod| !has_free_end(rod)).count();
-        start(
-            table,
-            motion,
-            held,
-            body_tables.as_ref().map_or(0, Vec::len),
-        )
+        // Rods with all of their mass are looked at where they are laid out.
+        let light = rods.filter(|rod| !has_free_end(rod) && !Memory::of(rod).heavy);
+        let bodies = body_tables.as_ref().map_or(0, Vec::len);
+        start(table, motion, light.count(), bodies)
     });
     rod_tables.as_deref().map(free_come_last);
     let alike = rod_tables
@@ -569,16 +566,24 @@ fn site_motion(table: &Table, moves: bool) -> Option<Option<ClampMotion>> {
     }
 }
 
-/// Reports every body that no chain of rods joins to the ground.
+/// Reports every body that no chain of rods joins to the ground. Rods with all of their mass may leave all of them in the air.
 fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod], motion: bool) {
-    let mut joined = vec![false; tables.len()];
     let number = |site: &Site| {
         let name = site.body.as_deref()?;
         known.names.iter().position(|n| n.as_deref() == Some(name))
     };
+    let ends = |rod: &AssemblyRod| [number(&rod.from), number(&rod.to)];
+    let heavy = rods.iter().all(|rod| rod.rod.is_heavy());
+    let held = rods.iter().flat_map(ends).any(|end| end.is_none());
+    let in_air = motion && heavy && !held && !tables.iter().any(|table| table.has("groove"));
+    let mut joined = vec![false; tables.len()];
+    if in_air {
+        let on = rods.iter().flat_map(ends).flatten();
+        on.for_each(|body| joined[body] = true);
+    }
     for _ in 0..tables.len() {
         for rod in rods {
-            let ends = [number(&rod.from), number(&rod.to)];
+            let ends = ends(rod);
             if ends.iter().any(|end| end.is_none_or(|body| joined[body])) {
                 ends.iter().flatten().for_each(|body| joined[*body] = true);
             }
@@ -593,8 +598,11 @@ fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod], motion
             true => format!(
                 "no rod reaches it: write `to = {{ body = {name:?} }}` in a [[rod]], or leave the body out"
             ),
+            false if motion && heavy => "its rods lead to other bodies only, while others are held: hold one of these on the ground by a rod, leave \
+                                         all of them in the air, or start from the unloaded rods, rest = \"straight\" in [start]"
+                .to_owned(),
             false if motion => "its rods lead to other bodies only, which have no equilibrium of their own: hold one of them on the ground by a \
-                                rod, or start from the unloaded rods, rest = \"straight\" in [start]"
+                                rod, start from the unloaded rods, rest = \"straight\" in [start], or give all rods inertia = \"full\""
                 .to_owned(),
             false => "its rods lead to other bodies only: hold one of these on the ground by a rod"
                 .to_owned(),

@@ -19,8 +19,8 @@ const RIGID: usize = 6;
 struct Asked<'a> {
     given: HeavyAssembly,
     start: HeavyAssemblyStart<'a>,
-    /// Whether something holds it, so that it has an equilibrium.
-    held: bool,
+    /// Whether it is at the equilibrium under its loads.
+    settled: bool,
     /// Its frame in the world, and its units.
     outward: Outward<'a>,
     coordinates: Vec<String>,
@@ -33,7 +33,7 @@ struct Found {
     modes: Vec<Vibration>,
 }
 
-/// About the equilibrium under the loads at t = 0; of an assembly that nothing holds, about the unloaded rods.
+/// About the equilibrium under the loads at t = 0; of an assembly that nothing holds and that starts from the unloaded rods, about these.
 pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let setup = AssemblySetup::new(scene)?;
     let given = setup
@@ -41,8 +41,10 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         .ok_or_else(|| Error::domain("the rods have no inertia = \"full\""))?
         .standing();
     let light = &setup.assembly;
-    let held = light.is_held();
-    let mut now = match held {
+    let unloaded = matches!(scene.start.place, Place::Rest { .. });
+    // What nothing holds has the equilibrium of the unloaded rods where these are asked for.
+    let settled = light.is_held() || !unloaded;
+    let mut now = match settled {
         true => setup.meant()?.now,
         false => setup.start()?.0,
     };
@@ -51,21 +53,20 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     }
     let asked = Asked {
         start: HeavyAssemblyStart {
-            settled: held,
+            settled,
             following: false,
             ..setup.heavy_start(&now)?
         },
         coordinates: coordinates(&given.carriers, |body| light.name_of_body(body)),
         given,
-        held,
+        settled,
         outward: Outward {
             clamp: Isometry3::identity(),
             scales: &setup.scales,
         },
     };
     let (motions, _) = asked.described()?;
-    let of_start = !held || !matches!(scene.start.place, Place::Rest { .. });
-    Ok((motions, of_start))
+    Ok((motions, !settled || !unloaded))
 }
 
 /// The same of one rod whose body slides in a groove, which stands.
@@ -84,7 +85,7 @@ pub(super) fn in_groove(
         },
         coordinates: coordinates(&given.carriers, |_| None),
         given,
-        held: true,
+        settled: true,
         outward,
     };
     let (motions, moved) = asked.described()?;
@@ -97,7 +98,7 @@ impl Asked<'_> {
         let Self {
             given,
             start,
-            held,
+            settled,
             outward,
             ..
         } = self;
@@ -109,7 +110,7 @@ impl Asked<'_> {
             |found| &found.modes,
         )?;
         let Found { assembly, y, modes } = &found;
-        if !*held {
+        if !*settled {
             rests(&found)?;
         }
         let scales = outward.scales;
@@ -194,14 +195,14 @@ fn at_nodes(given: &HeavyAssembly, start: &HeavyAssemblyStart<'_>, nodes: usize)
     Ok(Found { assembly, y, modes })
 }
 
-/// An error unless the rods of an assembly that nothing holds keep their shapes.
+/// An error unless the unloaded rods of an assembly that nothing holds keep their shapes.
 fn rests(found: &Found) -> Result<()> {
     let strains = found.assembly.strained(&found.y, &found.modes)?;
     match strains <= BALANCED {
         true => Ok(()),
         false => Err(Error::domain(
-            "nothing holds the bodies, and the loads strain the unloaded rods: there is no equilibrium to have small motions about; hold a body \
-             on the ground by a rod, or leave out loads other than gravity",
+            "nothing holds the bodies, and the loads strain the unloaded rods, so that these are no equilibrium to have small motions about: leave \
+             rest = \"straight\" out, and the equilibrium under the loads is looked for; or leave out loads other than gravity",
         )),
     }
 }

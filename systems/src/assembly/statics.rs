@@ -75,6 +75,9 @@ const NEUTRAL: f64 = 1e-7;
 const FAR: f64 = 1e12;
 /// Steps of least length at most.
 const MOST_SETTLING: usize = 20;
+/// What is left of the equations of what nothing holds is rounding up to this many times the tolerance: under a load that nothing bears steps
+/// end, too, far away or where no step makes it less.
+const LEFT: f64 = 1e3;
 
 /// A path that led nowhere: how far it came, why no farther, and whether it was too long, as others would be.
 struct Lost {
@@ -133,15 +136,27 @@ impl Family for Statics<'_> {
     }
 }
 
+impl Statics<'_> {
+    /// False of what nothing holds where its loads are left, relative to the charts of its rods.
+    fn solves(&self, x: &DVector<f64>, tolerance: f64) -> bool {
+        let charts = x.iter().skip(self.assembly.freedoms().1);
+        let most = charts.fold(1.0, |most: f64, q| most.max(q.abs()));
+        let left = || self.linearised(x, 0.0).map(|at| at.residual.amax());
+        self.assembly.is_held() || left().is_ok_and(|left| left <= LEFT * tolerance * most)
+    }
+}
+
 impl Assembly {
     /// An equilibrium under the constant loads and those in time at t = 0, near `guess` or, without one, reached from the
     /// unloaded rods: a stable one if a few starts lead to one, otherwise that of the lowest index found.
     ///
+    /// Bodies that no chain of rods joins to the ground are in equilibrium wherever they are carried together: the search begins with the
+    /// first of them in the origin, and ends near by.
+    ///
     /// `tolerance` bounds Newton's last correction relative to the unknowns ([`AssemblyEquilibrium::correction`]).
     ///
     /// # Errors
-    /// A tolerance outside [1e-13, 1e-3]; a guess of another assembly; a body that no chain of rods joins
-    /// to the ground; no equilibrium found, with how far the best path came.
+    /// A tolerance outside [1e-13, 1e-3]; a guess of another assembly; no equilibrium found, with how far the best path came.
     pub fn equilibrium(
         &self,
         guess: Option<&Configuration>,
@@ -158,6 +173,7 @@ impl Assembly {
         let straight = std::iter::once((AssemblyRoute::Unloaded, [0.0; 3], false));
         let bent = BENDS.iter().enumerate();
         let bent = bent.map(|(k, (bend, other))| (AssemblyRoute::Bent(k), *bend, *other));
+        let origin = vec![Place::at_rest(Isometry3::identity()); self.carriers().len()];
         let mut best: Option<AssemblyEquilibrium> = None;
         let mut farthest: Option<Lost> = None;
         for (route, bend, other) in straight.chain(bent) {
@@ -166,7 +182,7 @@ impl Assembly {
                 joined(&(Vector3::from(bend) * sign), &Vector3::zeros())
             });
             match self.led(
-                &self.laid_out(charts.collect(), &[], tolerance)?,
+                &self.laid_out(charts.collect(), &origin, tolerance)?,
                 route,
                 tolerance,
             ) {
@@ -486,11 +502,14 @@ fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Result<Roo
         Ok((at.residual, at.jacobian))
     };
     match newton::solve(system, x, &options) {
-        Ok(found) => Ok(Root {
+        Ok(found) if statics.solves(&found.x, tolerance) => Ok(Root {
             x: found.x,
             correction: found.correction,
         }),
-        Err(why) => settled(statics, x, tolerance).ok_or(why),
+        found => settled(statics, x, tolerance).ok_or_else(|| match found {
+            Err(why) => why,
+            Ok(_) => Error::no_convergence("nothing bears the loads"),
+        }),
     }
 }
 
@@ -508,7 +527,9 @@ fn settled(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Option<Ro
         let fine = correction <= tolerance * (1.0 + x.norm());
         let rounding = 4.0 * f64::EPSILON * (1.0 + x.norm());
         if fine && (correction > 0.5 * last || correction <= rounding) {
-            return Some(Root { x, correction });
+            return statics
+                .solves(&x, tolerance)
+                .then_some(Root { x, correction });
         }
         if !fine && !(correction < 0.9 * last) {
             return None;

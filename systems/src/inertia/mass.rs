@@ -133,6 +133,14 @@ impl Mass {
         }
     }
 
+    /// How heavy it is.
+    pub fn mass(&self) -> f64 {
+        match self {
+            Self::Point(body) => body.mass(),
+            Self::Rigid(body) => body.mass(),
+        }
+    }
+
     /// True if it turns with the section.
     pub fn turns(&self) -> bool {
         matches!(self, Self::Rigid(_))

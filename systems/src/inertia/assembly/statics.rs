@@ -2,9 +2,10 @@
 
 use super::blocks::{Blocks, Mix, Sides};
 use super::{HeavyAssembly, HeavyState, seat};
-use crate::assembly::Place;
+use crate::assembly::{On, Place};
 use crate::error::{Error, Result};
-use nalgebra::{DMatrix, DVector, Vector6};
+use crate::inertia::mass::Mass;
+use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 
 /// Newton's steps towards an equilibrium at most.
 const STEPS: usize = 60;
@@ -20,6 +21,9 @@ const ROUNDS: usize = 3;
 const FAR: f64 = 0.1;
 /// Singular values below this, relative to the largest, are zero.
 pub(super) const DEPENDENT: f64 = 1e-11;
+/// So much of the mass is added to the stiffness of what nothing holds, for Newton's steps alone: far below the squares of its frequencies, far
+/// above rounding.
+const HOLD: f64 = 1e-2;
 
 impl HeavyAssembly {
     /// How far ends are from their attachments, at worst, in radians and lengths; and how fast they leave them.
@@ -170,7 +174,31 @@ impl HeavyAssembly {
         self.relaxed(y, &[])
     }
 
-    /// An equilibrium near the state `y` under the loads at its time, the weight of the rods included, at rest; by Newton's method.
+    /// True if a rod or a groove holds a body on the ground or on a support; if not, all of it can move as one.
+    fn is_held(&self) -> bool {
+        let ties = self.links.iter();
+        let mut ties = ties.flat_map(|link| std::iter::once(&link.from).chain(&link.to));
+        ties.any(|tie| !matches!(tie.on.on, On::Body(_)))
+            || self.carriers.iter().any(|body| body.groove().is_some())
+    }
+
+    /// Where the shifts of the bodies begin among the velocities.
+    fn shifts(&self) -> impl Iterator<Item = usize> {
+        let bodies = self.carriers.iter().zip(&self.layout.velocities);
+        bodies.map(|(carrier, start)| start + carrier.turnings())
+    }
+
+    /// How all of it accelerates as one under its loads at rest: what nothing holds falls.
+    fn fall(&self, at: &HeavyState, unknowns: &DVector<f64>) -> Option<Vector3<f64>> {
+        let left = self.balance(at, unknowns.as_slice())?.residual;
+        let force: Vector3<f64> = self.shifts().map(|i| -left.fixed_rows::<3>(i)).sum();
+        let bodies = self.masses.iter().map(Mass::mass);
+        let rods = self.links.iter().map(|link| link.rod.given.mass);
+        Some(force / bodies.chain(rods).sum::<f64>())
+    }
+
+    /// An equilibrium near the state `y` under the loads at its time, the weight of the rods included, at rest; by Newton's method. What nothing
+    /// holds is in equilibrium as it falls, and stays about where it is.
     ///
     /// # Errors
     /// A law left on the way; none found.
@@ -181,13 +209,29 @@ impl HeavyAssembly {
         let mut unknowns = self
             .accelerations(&self.at(&y).ok_or_else(outside)?)
             .ok_or_else(rigid)?;
+        let stands = self.is_held();
+        let levels: &[(f64, usize)] = match stands {
+            true => &[(1.0, 0)],
+            false => &[(1.0, 0), (HOLD, 2)],
+        };
+        let mix = Mix {
+            balance: levels,
+            ends: &[(1.0, 2)],
+            memory: None,
+        };
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let inner = self.layout.wrenches.iter().map(std::ops::Range::len);
             let held: usize = inner.sum();
-            // At rest nothing accelerates.
+            // At rest nothing accelerates but what falls.
             unknowns.rows_mut(0, self.unknowns() - held).fill(0.0);
             let at = self.at(&y).ok_or_else(outside)?;
+            if !stands {
+                let fall = self.fall(&at, &unknowns).ok_or_else(outside)?;
+                for i in self.shifts() {
+                    unknowns.fixed_rows_mut::<3>(i).copy_from(&fall);
+                }
+            }
             let balance = self.balance(&at, unknowns.as_slice()).ok_or_else(outside)?;
             let blocks = self
                 .blocks(&at, &balance, unknowns.as_slice())
@@ -202,11 +246,7 @@ impl HeavyAssembly {
                     }
                 }
             }
-            let matrix = blocks.factored(&Mix {
-                balance: &[(1.0, 0)],
-                ends: &[(1.0, 2)],
-                memory: None,
-            });
+            let matrix = blocks.factored(&mix);
             if !matrix.ok_or_else(rigid)?.solve(&mut change) {
                 return Err(rigid());
             }
