@@ -2,15 +2,18 @@
 //!
 //! Three snaps. Friction alone: half of the released energy is lost at 2.338107 T_v after the fold as the viscosity goes to 0, which is
 //! extrapolated in eta^(1/3). Mass alone: the amplitude of the critical shape crosses 0 at 0.715359 T_i as the rod's mass goes to 0, which is
-//! extrapolated in eps^(1/5).
+//! extrapolated in eps^(1/5). Last, friction alone in an assembly: of two arches with a heavy body between them, which turns on, one passes its fold.
 //!
-//! `cargo run --release --example fold_delays`, ten seconds.
+//! `cargo run --release --example fold_delays`, half a minute.
 
 use nalgebra::Vector2;
+use serde_json::Value;
 use snaprod::elastica::{Elastica, Equilibrium, Passage, RodInertia};
 use snaprod::motion::{Beside, Crossed, Event, Motion, State};
-use snaprod::scene::Scene;
+use snaprod::scene::{AssemblySetup, Scene};
+use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::run::Prepared;
+use snaprod::study::{Silent, Table};
 use std::f64::consts::LN_2;
 
 type Failure = Box<dyn std::error::Error>;
@@ -72,7 +75,102 @@ fn main() -> Result<(), Failure> {
         println!("{name} limit {limit:.4}, {ZERO:.4} by theory");
         assert!((limit / ZERO - 1.0).abs() < 0.02);
     }
+    let mut late = Vec::new();
+    for eta in VISCOSITIES {
+        let t = half_release_of_arch(eta)?;
+        println!("arch eta {eta:.0e}: half of the energy is released {t:.4} T_v after the fold");
+        late.push((eta.cbrt(), t));
+    }
+    let limit = at_zero(&late);
+    println!("arch limit {limit:.4}, {VISCOUS:.4} by theory");
+    assert!((limit / VISCOUS - 1.0).abs() < 0.03);
     Ok(())
+}
+
+/// Two arches of different length and stiffness in a row, with a heavy body between them that turns and tilts: rods of an assembly with friction have all
+/// of their mass, here next to none.
+fn arches(eta: f64) -> String {
+    let turn = "quaternion = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]";
+    let mass = 1e-4 * eta;
+    let rod = |name: &str, from: &str, to: &str, own: &str| {
+        format!(
+            "[[rod]]\nname = \"{name}\"\nmodel = \"cosserat\"\n{own}\nmass = {mass:e}\nsection_inertia = [{0:e}, {0:e}, {1:e}]\ninertia = \"full\"\n\
+             damping = {{ proportional = {eta:e} }}\nnodes = 16\nfrom = {{ {from}, {turn} }}\nto = {{ {to}, {turn} }}\n",
+            1e-4 * mass,
+            2e-4 * mass,
+        )
+    };
+    let right = "length = 1.25\nsection = { bending = [1.5625, 2.34375], torsion = 1.875 }";
+    let left = "length = 1.0\nsection = { bending = [1.0, 1.5], torsion = 1.2 }";
+    let body = "body = \"m\"";
+    let [near, far] = [
+        "position = [0.0, 0.0, 0.0]",
+        "position = [2.0475, 0.0, 0.0]",
+    ];
+    format!(
+        "{}{}[[body]]\nname = \"m\"\nmass = 1000.0\ninertia = [1000.0, 1000.0, 1000.0]\nguess = {{ position = [0.91, 0.0, 0.0] }}\n\
+         angular_velocity = [0.3, 0.0, 1.0]\n[run]\nduration = 0.5\ntolerance = 1e-6\n",
+        rod("right", body, far, right),
+        rod("left", near, body, left)
+    )
+}
+
+/// When friction has taken half of what the snap of an arch releases, after its fold, in units of T_v: both from what a run tells of the fold.
+fn half_release_of_arch(eta: f64) -> Result<f64, Failure> {
+    let scene = Scene::parse(&arches(eta))?;
+    let prepared = AssemblyPrepared::new(&scene)?;
+    let mut tables: Vec<Table> = Vec::new();
+    let record = assembly::run(&prepared, prepared.motion()?, &mut tables, &mut Silent)?;
+    let events = record.events();
+    let fold = events.iter().find(|event| event["kind"] == "fold");
+    let fold = fold.ok_or("no fold was passed")?;
+    let number = |path: &str| {
+        fold.pointer(path)
+            .and_then(Value::as_f64)
+            .ok_or("no number")
+    };
+    let (begun, released) = (number("/t")?, number("/released")?);
+    let setup = AssemblySetup::new(&scene)?;
+    let (mut motion, _) = setup.motion(&scene)?;
+    // In the units of the library.
+    let (begun, half) = (
+        begun / setup.scales.time,
+        0.5 * released / setup.scales.energy,
+    );
+    let mut before = None;
+    while let Some(event) = motion.advance() {
+        let Event::Step { from, to } = event else {
+            continue;
+        };
+        if to < begun {
+            continue;
+        }
+        let mut lost = |t: f64| {
+            motion
+                .sample(t)
+                .map(|at| at.ledger().dissipated)
+                .ok_or("outside the step")
+        };
+        let first = match before {
+            None => lost(begun)?,
+            Some(first) => first,
+        };
+        before = Some(first);
+        if lost(to)? - first < half {
+            continue;
+        }
+        let (mut low, mut high) = (from.max(begun), to);
+        for _ in 0..40 {
+            let t = 0.5 * (low + high);
+            *(if lost(t)? - first < half {
+                &mut low
+            } else {
+                &mut high
+            }) = t;
+        }
+        return Ok((high - begun) * setup.scales.time * VISCOUS / number("/mass/viscous_delay")?);
+    }
+    Err("half of the energy is not released".into())
 }
 
 /// The polynomial through all points, at x = 0.
