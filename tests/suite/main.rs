@@ -57,6 +57,8 @@ mod grooves;
 #[cfg(feature = "scene")]
 mod heavy_assemblies;
 #[cfg(feature = "scene")]
+mod heavy_bounces;
+#[cfg(feature = "scene")]
 mod heavy_grooves;
 #[cfg(feature = "scene")]
 mod heavy_loops;
