@@ -4,7 +4,7 @@
 //! extrapolated in eta^(1/3). Mass alone: the amplitude of the critical shape crosses 0 at 0.715359 T_i as the rod's mass goes to 0, which is
 //! extrapolated in eps^(1/5). Last, friction alone in an assembly: of two arches with a heavy body between them, which turns on, one passes its fold.
 //!
-//! `cargo run --release --example fold_delays`, half a minute.
+//! `cargo run --release --example fold_delays`, forty seconds.
 
 use nalgebra::Vector2;
 use serde_json::Value;
