@@ -329,7 +329,7 @@ const FARTHEST: f64 = 6.0;
 const NARROW: f64 = 3.5;
 const ABOUT: f64 = 0.25;
 /// The poles of the bend mirrored at the tip are a little nearer to drawn nodes; measured.
-const MIRRORED: [f64; 2] = [1.0, 0.1];
+const MIRRORED: [f64; 2] = [1.05, 0.1];
 
 #[cfg(test)]
 mod tests {
