@@ -13,7 +13,8 @@
 //! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along. With the velocity V of the
 //! base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v]; d'Alembert's principle asks for int Lambda^T inertia.
 //! The chart's own integration along the rod has found shape and T at the stages of its steps. The second derivative and all integrals
-//! follow there by the same Runge-Kutta formulas, as if they had been integrated with them.
+//! follow there by the same Runge-Kutta formulas, as if they had been integrated with them. Taut rods are swept from both ends
+//! ([`super::taut`]): there the rates are those of the end, or of the force.
 
 use super::Rod;
 use super::line::{LineState, Track, Wrench};
@@ -34,6 +35,11 @@ pub struct SectionMass {
 }
 
 impl SectionMass {
+    /// The inertia of its sections over its own and the square of its length `length`.
+    pub(super) fn per_mass(&self, length: f64) -> Vector3<f64> {
+        self.rotary / (self.mass * length)
+    }
+
     /// Those of a rod without mass.
     pub const NONE: Self = Self {
         mass: 0.0,
@@ -50,8 +56,18 @@ pub struct Swaying {
     pub spin: Vector3<f64>,
 }
 
+impl Swaying {
+    /// (b', Omega).
+    pub(super) fn rates(&self) -> [f64; 9] {
+        std::array::from_fn(|i| match i {
+            0..6 => self.rate[i],
+            _ => self.spin[i - 6],
+        })
+    }
+}
+
 /// The inertia of a rod in (V, b', Omega): velocity of its base, rate of the base wrench in the world, in B/L and B/L^2, and angular
-/// velocity of the base, all along the directors of the base as they are now.
+/// velocity of the base, all along the directors of the base as they are now. Of a taut rod [`Rates`](super::Rates) stand in the place of b'.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Generalized {
     /// int Lambda^T I Lambda, symmetric: twice the kinetic energy is its quadratic form.
@@ -102,33 +118,38 @@ impl Trace {
 }
 
 /// The tangent at a section: d(phi, r), and dw of a load, by b and, if K is 9, by a turn of the base.
-struct Tangent<const K: usize> {
-    by: [[f64; K]; 6],
-    taken: [[f64; K]; 3],
+pub(super) struct Tangent<const K: usize> {
+    pub by: [[f64; K]; 6],
+    pub taken: [[f64; K]; 3],
 }
 
 /// A rod in motion.
 struct Field<'a, L> {
-    law: &'a ScaledLaw,
+    sections: Strained<'a>,
     load: &'a L,
     b: &'a Wrench,
     /// (b', Omega).
     rates: [f64; 9],
     rotary: Vector3<f64>,
+}
+
+/// Sections whose strains change.
+pub(super) struct Strained<'a> {
+    law: &'a ScaledLaw,
     /// True if the compliance is the same under all resultants.
     linear: bool,
 }
 
 /// A section as it moves: shape, (omega, v), and what (omega_t, r_tt) are made of.
-struct Moving {
-    turn: Matrix3<f64>,
-    r: Vector3<f64>,
-    omega: Vector3<f64>,
-    v: Vector3<f64>,
-    m: Vector3<f64>,
-    n: Vector3<f64>,
-    m_t: Vector3<f64>,
-    n_t: Vector3<f64>,
+pub(super) struct Moving {
+    pub turn: Matrix3<f64>,
+    pub r: Vector3<f64>,
+    pub omega: Vector3<f64>,
+    pub v: Vector3<f64>,
+    pub m: Vector3<f64>,
+    pub n: Vector3<f64>,
+    pub m_t: Vector3<f64>,
+    pub n_t: Vector3<f64>,
 }
 
 impl Moving {
@@ -139,7 +160,7 @@ impl Moving {
 }
 
 /// (omega_t, r_tt), and w_tt of the load.
-type Second = SVector<f64, 9>;
+pub(super) type Second = SVector<f64, 9>;
 
 fn three(x: &Second, row: usize) -> Vector3<f64> {
     Vector3::new(x[row], x[row + 1], x[row + 2])
@@ -150,7 +171,7 @@ fn half(x: &Vector6<f64>, row: usize) -> Vector3<f64> {
 }
 
 /// Sums along the rod, in its units.
-struct Sums<const K: usize> {
+pub(super) struct Sums<const K: usize> {
     /// int T^T I T, and int T_v.
     own: [[f64; K]; K],
     mixed: [[f64; K]; 3],
@@ -163,7 +184,7 @@ struct Sums<const K: usize> {
 }
 
 impl<const K: usize> Sums<K> {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self {
             own: [[0.0; K]; K],
             mixed: [[0.0; K]; 3],
@@ -175,7 +196,7 @@ impl<const K: usize> Sums<K> {
     }
 
     /// Adds a section.
-    fn add(
+    pub fn add(
         &mut self,
         weight: f64,
         (tangent, at): (&Tangent<K>, &Moving),
@@ -225,6 +246,75 @@ impl<const K: usize> Sums<K> {
 
 /// Parts of the size of resultants by which they are moved for the derivative of the compliance of a law that is not linear.
 const ASIDE: f64 = 2e-3;
+
+impl<'a> Strained<'a> {
+    pub fn of(rod: &'a Rod) -> Self {
+        Self {
+            law: &rod.law,
+            linear: rod.section.is_linear(),
+        }
+    }
+
+    /// (omega_t', r_tt') of a section that is turned and bent on by omega_t and m_tt, under a force that changes at a constant rate.
+    pub fn second(
+        &self,
+        s: f64,
+        at: &Moving,
+        omega_t: &Vector3<f64>,
+        m_tt: &Vector3<f64>,
+    ) -> Option<[Vector3<f64>; 2]> {
+        let Moving {
+            turn,
+            omega,
+            m,
+            n,
+            m_t,
+            n_t,
+            ..
+        } = at;
+        // (R^T a)_t = R^T (a_t - omega x a), twice.
+        let once = |a: &Vector3<f64>, a_t: &Vector3<f64>| turn.tr_mul(&(a_t - omega.cross(a)));
+        let turning = |a: &Vector3<f64>, a_t: &Vector3<f64>| {
+            omega.cross(&(omega.cross(a) - a_t * 2.0)) - omega_t.cross(a)
+        };
+        let local = joined(&turn.tr_mul(m), &turn.tr_mul(n));
+        let response = self.law.inverse(s, &local).ok()?;
+        let compliance = &*response.compliance;
+        let w_t = joined(&once(m, m_t), &once(n, n_t));
+        let e_t = compliance * &w_t;
+        let w_tt = joined(
+            &turn.tr_mul(&(m_tt + turning(m, m_t))),
+            &turn.tr_mul(&turning(n, n_t)),
+        );
+        let mut e_tt = compliance * &w_tt;
+        if !self.linear {
+            e_tt += self.stiffening(s, &local, &w_t)?;
+        }
+        let tau = turn * half(&response.strain, 3);
+        let (u_t, v_t) = (turn * half(&e_t, 0), turn * half(&e_t, 3));
+        let turned = turn * half(&e_tt, 0) + omega.cross(&u_t);
+        let moved = omega_t.cross(&tau)
+            + omega.cross(&(omega.cross(&tau) + v_t * 2.0))
+            + turn * half(&e_tt, 3);
+        Some([turned, moved])
+    }
+
+    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to their fourth order.
+    fn stiffening(&self, s: f64, w: &Vector6<f64>, w_t: &Vector6<f64>) -> Option<Vector6<f64>> {
+        let speed = w_t.norm();
+        if speed == 0.0 {
+            return Some(Vector6::zeros());
+        }
+        let step = ASIDE * (1.0 + w.norm()) / speed;
+        let at = |part: f64| {
+            let there = self.law.inverse(s, &(w + w_t * (part * step))).ok()?;
+            Some(&*there.compliance * w_t)
+        };
+        let near = at(1.0)? - at(-1.0)?;
+        let far = at(2.0)? - at(-2.0)?;
+        Some((near * 8.0 - far) / (12.0 * step))
+    }
+}
 
 impl<L> Field<'_, L> {
     /// The tangent, with that by a turn of the base where the rod turns along as a whole: it then has to get its wrench back.
@@ -291,59 +381,11 @@ impl<L> Field<'_, L> {
         second: &Second,
         density: &Vector3<f64>,
     ) -> Option<Second> {
-        let Moving {
-            turn,
-            omega,
-            m,
-            n,
-            m_t,
-            n_t,
-            ..
-        } = at;
         let (omega_t, r_tt) = (three(second, 0), three(second, 3));
         let m_tt = at.couple(&r_tt, &three(second, 6));
-        // (R^T a)_t = R^T (a_t - omega x a), twice.
-        let once = |a: &Vector3<f64>, a_t: &Vector3<f64>| turn.tr_mul(&(a_t - omega.cross(a)));
-        let turning = |a: &Vector3<f64>, a_t: &Vector3<f64>| {
-            omega.cross(&(omega.cross(a) - a_t * 2.0)) - omega_t.cross(a)
-        };
-        let local = joined(&turn.tr_mul(m), &turn.tr_mul(n));
-        let response = self.law.inverse(s, &local).ok()?;
-        let compliance = &*response.compliance;
-        let w_t = joined(&once(m, m_t), &once(n, n_t));
-        let e_t = compliance * &w_t;
-        let w_tt = joined(
-            &turn.tr_mul(&(m_tt + turning(m, m_t))),
-            &turn.tr_mul(&turning(n, n_t)),
-        );
-        let mut e_tt = compliance * &w_tt;
-        if !self.linear {
-            e_tt += self.stiffening(s, &local, &w_t)?;
-        }
-        let tau = turn * half(&response.strain, 3);
-        let (u_t, v_t) = (turn * half(&e_t, 0), turn * half(&e_t, 3));
-        let turned = turn * half(&e_tt, 0) + omega.cross(&u_t);
-        let moved = omega_t.cross(&tau)
-            + omega.cross(&(omega.cross(&tau) + v_t * 2.0))
-            + turn * half(&e_tt, 3);
+        let [turned, moved] = self.sections.second(s, at, &omega_t, &m_tt)?;
         let taken = r_tt.cross(density);
         Some(Second::from_fn(|i, _| [turned, moved, taken][i / 3][i % 3]))
-    }
-
-    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to their fourth order.
-    fn stiffening(&self, s: f64, w: &Vector6<f64>, w_t: &Vector6<f64>) -> Option<Vector6<f64>> {
-        let speed = w_t.norm();
-        if speed == 0.0 {
-            return Some(Vector6::zeros());
-        }
-        let step = ASIDE * (1.0 + w.norm()) / speed;
-        let at = |part: f64| {
-            let there = self.law.inverse(s, &(w + w_t * (part * step))).ok()?;
-            Some(&*there.compliance * w_t)
-        };
-        let near = at(1.0)? - at(-1.0)?;
-        let far = at(2.0)? - at(-2.0)?;
-        Some((near * 8.0 - far) / (12.0 * step))
     }
 
     /// The inertia, in the rod's units, from the sections of `track`; None where the law refuses.
@@ -395,12 +437,15 @@ impl Rod {
                 self.whole::<9, Heavy<9>, 9>(mass, (b, &self.borne(load)), motion, way)
             }
         };
-        found.ok_or_else(|| {
-            Error::domain(format!(
-                "the motion of the rod cannot be followed along it, its section law refuses: {}",
-                self.law.told(b)
-            ))
-        })
+        found.ok_or_else(|| self.refused(b))
+    }
+
+    /// A motion that the section law refuses.
+    pub(super) fn refused(&self, b: &Wrench) -> Error {
+        Error::domain(format!(
+            "the motion of the rod cannot be followed along it, its section law refuses: {}",
+            self.law.told(b)
+        ))
     }
 
     fn borne(&self, load: Option<&Distributed>) -> Weight {
@@ -415,22 +460,18 @@ impl Rod {
         (track, end): &Tracked<J, C>,
     ) -> Option<Generalized> {
         let field = Field {
-            law: &self.law,
+            sections: Strained::of(self),
             load,
             b,
-            rates: std::array::from_fn(|i| match i {
-                0..6 => motion.rate[i],
-                _ => motion.spin[i - 6],
-            }),
-            rotary: mass.rotary / (mass.mass * self.length),
-            linear: self.section.is_linear(),
+            rates: motion.rates(),
+            rotary: mass.per_mass(self.length),
         };
         let (sums, second, couple) = field.along::<J, C, K>(track, end)?;
         Some(self.generalized(&sums, mass.mass, &second, couple))
     }
 
     /// The integrals in the user's units; `couple` is m(1)_tt.
-    fn generalized<const K: usize>(
+    pub(super) fn generalized<const K: usize>(
         &self,
         sums: &Sums<K>,
         mass: f64,

@@ -37,7 +37,7 @@ pub use manifold::{BallJointed, Welded};
 pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
-pub use taut::{Derivatives, Fallen, Spring, Taut, Tip};
+pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, Tip};
 pub use weight::Distributed;
 
 use crate::error::{Error, Result};

@@ -14,7 +14,7 @@
 //! The sum is three rows that go along and are never pivots, so that the equations of the end and of the spring decide together at last:
 //! they are regular where those of the end alone, under a given force, are not.
 
-use super::interval::Condensed;
+use super::condensed::Condensed;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// Answers to unit forces (of the spring), to unit turns (or couples) of the end, and to the residual.

@@ -7,10 +7,12 @@
 //! an unknown of its own: m(0) - r x n would lose lam^2 times rounding.
 
 mod chain;
+mod condensed;
 mod fall;
 mod guess;
 mod held;
 mod index;
+mod inertia;
 mod interval;
 mod mesh;
 mod pulled;
@@ -21,11 +23,13 @@ use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, rotation_vector};
 use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow, rest};
-use interval::{Condensed, Pulled, STAGES, Scheme, correct};
+use condensed::Condensed;
+use interval::{Pulled, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 pub use fall::Fallen;
 pub(in crate::rod) use held::{TAUT, TIGHT};
+pub use inertia::Rates;
 pub(in crate::rod) use interval::Section;
 pub use pulled::Taut;
 pub use spring::Spring;
@@ -45,7 +49,7 @@ pub enum Tip {
 }
 
 /// A taut rod, to begin another with: mesh, frames and couples.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(in crate::rod) struct Shape {
     places: Vec<f64>,
     nodes: Vec<Section>,
@@ -108,8 +112,9 @@ const TURNED: f64 = 1.5;
 /// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
 const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
-/// Derivatives are those before the last step, which must not be longer, in tolerances.
-const LINEARISED: f64 = 1e3;
+/// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a motion in short steps they would be
+/// that one's, an error that no shorter step mends.
+const LINEARISED: f64 = 1.0;
 /// The least part of the way to another rod that is tried at a time.
 const LEAST: f64 = 0.02;
 /// Finest and coarsest tolerance of a mesh.
@@ -391,9 +396,13 @@ impl Pulled<'_> {
         let mut place = Vector3::zeros();
         for (k, stages) in shape.stages.iter().enumerate() {
             let places = (shape.places[k], shape.places[k + 1]);
-            let Some(found) =
-                there.condensed(places, [&shape.nodes[k], &shape.nodes[k + 1]], stages)?
-            else {
+            let ends = [&shape.nodes[k], &shape.nodes[k + 1]];
+            let by = there.variations(places, stages)?;
+            let found = by.and_then(|by| {
+                let left = there.residual(&by, ends, stages);
+                Some(by.condensed()?.leaving(&by, &left))
+            });
+            let Some(found) = found else {
                 return Ok(None);
             };
             place += found.length;

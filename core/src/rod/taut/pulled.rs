@@ -8,7 +8,7 @@ use crate::rod::{Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// A rod under a given force with its end held as a [`Tip`] says, good at any pull.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Taut {
     /// Base wrench (m(0), n) in the world frame.
     pub base: Wrench,
@@ -25,12 +25,12 @@ pub struct Taut {
     /// Newton steps.
     pub iterations: usize,
     /// In the directors of the clamp and units of the rod.
-    tip: Tip,
-    spring: Spring,
+    pub(super) tip: Tip,
+    pub(super) spring: Spring,
     /// Place of the end, and its derivative by the force given.
     place: Vector3<f64>,
     give: Matrix3<f64>,
-    shape: Shape,
+    pub(super) shape: Shape,
 }
 
 impl Taut {

@@ -1,0 +1,442 @@
+//! An interval of a taut rod linearised, and what is left of it when its stages are eliminated.
+//!
+//! The variations (phi, mu), turns and changes of the couple over kappa, are collocated at the places of the rod's own stages ([`super::interval`]),
+//! ```text
+//! phi' = (E_uu [m] + E_uv [n]) phi + kappa E_uu mu + E_uv dn,          E = R C R^T,
+//! mu'  = ([n] rho' + [dn] r')/kappa,   rho' = (E_vu [m] + E_vv [n] - [R v]) phi + kappa E_vu mu + E_vv dn,
+//! ```
+//! and mu is eliminated first: where shear and flexure are not coupled its stages are a quadrature. On the right-hand sides stands what the rod leaves over of its
+//! own equations, or what the second derivative of a motion makes of the first.
+
+// Entries of matrices are told by their indices.
+#![allow(clippy::needless_range_loop)]
+
+use super::interval::{Pulled, STAGES, Scheme, Section, Slope};
+use crate::error::Result;
+use crate::math::se3::{Turn, conjugate, joined, product};
+use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3, Vector6};
+
+const SIZE: usize = 3 * STAGES;
+/// What an interval depends on: turn and couple at its start, the force, and 1 for the residual.
+const COLUMNS: usize = 10;
+const FORCE: usize = 6;
+const REST: usize = 9;
+
+pub(super) type Block = SMatrix<f64, 3, COLUMNS>;
+
+/// An interval with its stages eliminated: columns are turn and couple (over kappa) at its start, dn, and the residual.
+pub(super) struct Condensed {
+    pub turns: [Block; STAGES],
+    pub couples: [Block; STAGES],
+    pub end: SMatrix<f64, 6, COLUMNS>,
+    /// Change of r(1) - r(0), and that as it is.
+    pub way: Block,
+    pub length: Vector3<f64>,
+    /// Relative changes of the lengths of the stages' quaternions.
+    lengths: [f64; STAGES],
+    /// What the stages of phi solve.
+    stages: Factors,
+}
+
+/// An interval linearised at its stages.
+pub(super) struct Variations {
+    pub h: f64,
+    kappa: f64,
+    pub slopes: [Slope; STAGES],
+    /// What phi' has of phi, and rho' of phi.
+    by_turn: [Matrix3<f64>; STAGES],
+    way_by_turn: [Matrix3<f64>; STAGES],
+    /// What phi' and mu' have of dn.
+    by_force: [[Matrix3<f64>; 2]; STAGES],
+    /// [n].
+    pull: Matrix3<f64>,
+    /// The stages of mu by what mu' has of everything but mu, if shear and flexure are coupled.
+    transfer: Option<DMatrix<f64>>,
+}
+
+/// What the variations of an interval have on their right-hand sides: h times what is left over of phi', mu' and rho' at the stages, and the
+/// jumps of phi and mu at its end.
+pub(super) struct Residual {
+    pub turned: [Vector3<f64>; STAGES],
+    pub bent: [Vector3<f64>; STAGES],
+    pub moved: [Vector3<f64>; STAGES],
+    pub jump: Vector6<f64>,
+    /// Relative changes of the lengths of the stages' quaternions.
+    lengths: [f64; STAGES],
+}
+
+impl Residual {
+    pub const NONE: Self = {
+        let none = [Vector3::new(0.0, 0.0, 0.0); STAGES];
+        Self {
+            turned: none,
+            bent: none,
+            moved: none,
+            jump: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            lengths: [0.0; STAGES],
+        }
+    };
+}
+
+impl Pulled<'_> {
+    /// The interval linearised at its stages; None where those of mu are singular.
+    ///
+    /// # Errors
+    /// A law that refuses.
+    pub fn variations(
+        &self,
+        (from, to): (f64, f64),
+        stages: &[Section; STAGES],
+    ) -> Result<Option<Variations>> {
+        let (h, kappa) = (to - from, self.kappa);
+        let slopes = self.slopes((from, to), stages)?;
+        let pull = self.n.cross_matrix();
+        let zero = Matrix3::zeros();
+        let mut by_turn = [zero; STAGES];
+        let mut way_by_turn = [zero; STAGES];
+        let mut by_force = [[zero; 2]; STAGES];
+        for (i, slope) in slopes.iter().enumerate() {
+            let [uu, uv, vu, vv] = &slope.e;
+            let bend = stages[i].m.cross_matrix();
+            let along = slope.r.cross_matrix();
+            by_turn[i] = uu * bend + uv * pull;
+            way_by_turn[i] = vu * bend + vv * pull - along;
+            by_force[i] = [*uv, (pull * vv - along) / kappa];
+        }
+        let mut found = Variations {
+            h,
+            kappa,
+            slopes,
+            by_turn,
+            way_by_turn,
+            by_force,
+            pull,
+            transfer: None,
+        };
+        let coupled = found.slopes.iter().any(|slope| pull * slope.e[2] != zero);
+        if coupled {
+            found.transfer = found.transferred();
+        }
+        Ok((found.transfer.is_some() || !coupled).then_some(found))
+    }
+
+    /// What the interval from `ends[0]` to `ends[1]` leaves over of its equations.
+    pub fn residual(
+        &self,
+        by: &Variations,
+        ends: [&Section; 2],
+        stages: &[Section; STAGES],
+    ) -> Residual {
+        let scheme = Scheme::get();
+        let [first, last] = ends;
+        let mut left = Residual::NONE;
+        for (i, slope) in by.slopes.iter().enumerate() {
+            let (mut turn, mut couple) = (Turn::zeros(), Vector3::zeros());
+            for j in 0..STAGES {
+                let d = scheme.differentiate[i][j];
+                turn += (stages[j].turn - first.turn) * d;
+                couple += (stages[j].m - first.m) * d;
+            }
+            let off = product(&(slope.turn * by.h - turn), &conjugate(&stages[i].turn))
+                / stages[i].turn.norm_squared();
+            left.turned[i] = 2.0 * Vector3::new(off[1], off[2], off[3]);
+            left.bent[i] = (self.n.cross(&slope.r) * by.h - couple) / self.kappa;
+            for (length, a) in left.lengths.iter_mut().zip(&scheme.integrate) {
+                *length += a[i] * off[0];
+            }
+        }
+        let mut off = first.turn * scheme.start - last.turn;
+        let mut jump = (first.m * scheme.start - last.m) / self.kappa;
+        for (stage, d) in stages.iter().zip(&scheme.end) {
+            off += stage.turn * *d;
+            jump += stage.m * (d / self.kappa);
+        }
+        let off = product(&off, &conjugate(&last.turn)) / last.turn.norm_squared();
+        left.jump = Vector6::new(
+            2.0 * off[1],
+            2.0 * off[2],
+            2.0 * off[3],
+            jump.x,
+            jump.y,
+            jump.z,
+        );
+        left
+    }
+}
+
+impl Variations {
+    /// The inverse of what the stages of mu solve where shear and flexure are coupled.
+    fn transferred(&self) -> Option<DMatrix<f64>> {
+        let scheme = Scheme::get();
+        let mut matrix = DMatrix::zeros(SIZE, SIZE);
+        for i in 0..STAGES {
+            for j in 0..STAGES {
+                let mut block = Matrix3::identity() * scheme.differentiate[i][j];
+                if i == j {
+                    block -= self.pull * self.slopes[i].e[2] * self.h;
+                }
+                matrix
+                    .fixed_view_mut::<3, 3>(3 * i, 3 * j)
+                    .copy_from(&block);
+            }
+        }
+        matrix.try_inverse()
+    }
+
+    /// rho' at stage `i` by what the interval depends on, but for what is left over of it.
+    pub fn way_slope(&self, i: usize, by: &Condensed) -> Block {
+        let mut moved = self.way_by_turn[i] * by.turns[i];
+        if self.transfer.is_some() {
+            moved += self.slopes[i].e[2] * by.couples[i] * self.kappa;
+        }
+        let mut by_force = moved.fixed_columns_mut::<3>(FORCE);
+        by_force += self.slopes[i].e[3];
+        moved
+    }
+
+    /// The stages of mu by what mu' has of everything but mu.
+    fn through(&self, i: usize, k: usize) -> Matrix3<f64> {
+        match &self.transfer {
+            Some(whole) => whole.fixed_view::<3, 3>(3 * i, 3 * k).into_owned(),
+            None => Matrix3::identity() * Scheme::get().integrate[i][k],
+        }
+    }
+
+    /// h of what mu' at stage `k` has of phi.
+    fn pull(&self, k: usize) -> Matrix3<f64> {
+        self.pull * self.way_by_turn[k] * (self.h / self.kappa)
+    }
+
+    /// The interval with its stages eliminated, nothing left over; None where they are singular.
+    pub fn condensed(&self) -> Option<Condensed> {
+        let (scheme, h) = (Scheme::get(), self.h);
+        let coupled = self.transfer.is_some();
+        let pulls: [Matrix3<f64>; STAGES] = std::array::from_fn(|k| self.pull(k));
+        // What mu has of everything but phi: mu = T (rows mu_0 + h G phi + h B dn + residual).
+        let mut couples = [Block::zeros(); STAGES];
+        for (i, own) in couples.iter_mut().enumerate() {
+            for k in 0..STAGES {
+                let by = self.through(i, k);
+                let mut own_start = own.fixed_columns_mut::<3>(3);
+                own_start += by * scheme.rows[k];
+                let mut own_force = own.fixed_columns_mut::<3>(FORCE);
+                own_force += by * self.by_force[k][1] * h;
+            }
+        }
+        let mut system = [[0.0; SIZE + REST]; SIZE];
+        for i in 0..STAGES {
+            let gain = self.gain(i);
+            for k in 0..STAGES {
+                let mut block = if coupled {
+                    -(gain * self.through(i, k) * pulls[k])
+                } else {
+                    -(gain * pulls[k]) * scheme.integrate[i][k]
+                };
+                for a in 0..3 {
+                    block[(a, a)] += scheme.differentiate[i][k];
+                }
+                if i == k {
+                    block -= self.by_turn[i] * h;
+                }
+                for a in 0..3 {
+                    for b in 0..3 {
+                        system[3 * i + a][3 * k + b] = block[(a, b)];
+                    }
+                }
+            }
+            let mut right = gain * couples[i];
+            for a in 0..3 {
+                right[(a, a)] += scheme.rows[i];
+                for b in 0..3 {
+                    right[(a, FORCE + b)] += h * self.by_force[i][0][(a, b)];
+                }
+                for b in 0..REST {
+                    system[3 * i + a][SIZE + b] = right[(a, b)];
+                }
+            }
+        }
+        let stages = eliminated(&mut system)?;
+        let turns = std::array::from_fn(|i| {
+            Block::from_fn(|a, b| match b {
+                REST => 0.0,
+                _ => system[3 * i + a][SIZE + b],
+            })
+        });
+        let mut found = Condensed {
+            turns,
+            couples,
+            end: SMatrix::zeros(),
+            way: Block::zeros(),
+            length: Vector3::zeros(),
+            lengths: [0.0; STAGES],
+            stages,
+        };
+        for k in 0..STAGES {
+            let pull = pulls[k] * found.turns[k];
+            for (i, own) in found.couples.iter_mut().enumerate() {
+                *own += if coupled {
+                    self.through(i, k) * pull
+                } else {
+                    pull * scheme.integrate[i][k]
+                };
+            }
+        }
+        for i in 0..STAGES {
+            let (d, weight) = (scheme.end[i], h * scheme.weights[i]);
+            let mut turn = found.end.fixed_rows_mut::<3>(0);
+            turn += found.turns[i] * d;
+            let mut couple = found.end.fixed_rows_mut::<3>(3);
+            couple += found.couples[i] * d;
+            found.length += self.slopes[i].r * weight;
+            found.way += self.way_slope(i, &found) * weight;
+        }
+        for a in 0..6 {
+            found.end[(a, a)] += scheme.start;
+        }
+        Some(found)
+    }
+
+    /// h of what phi' at stage `i` has of mu.
+    fn gain(&self, i: usize) -> Matrix3<f64> {
+        self.slopes[i].e[0] * (self.h * self.kappa)
+    }
+}
+
+impl Condensed {
+    /// The same with what is left over.
+    pub fn leaving(mut self, by: &Variations, left: &Residual) -> Self {
+        let scheme = Scheme::get();
+        let through = |forces: &[Vector3<f64>; STAGES], i: usize| -> Vector3<f64> {
+            let parts = forces.iter().enumerate();
+            parts.map(|(k, force)| by.through(i, k) * force).sum()
+        };
+        let bent: [Vector3<f64>; STAGES] = std::array::from_fn(|i| through(&left.bent, i));
+        let mut turns = [0.0; SIZE];
+        for i in 0..STAGES {
+            let right = by.gain(i) * bent[i] + left.turned[i];
+            turns[3 * i..3 * i + 3].copy_from_slice(right.as_slice());
+        }
+        self.stages.solve(&mut turns);
+        let turns: [Vector3<f64>; STAGES] =
+            std::array::from_fn(|i| Vector3::from_column_slice(&turns[3 * i..3 * i + 3]));
+        let pulls = std::array::from_fn(|k| by.pull(k) * turns[k]);
+        let mut end = left.jump;
+        for i in 0..STAGES {
+            let couple = bent[i] + through(&pulls, i);
+            self.turns[i].set_column(REST, &turns[i]);
+            self.couples[i].set_column(REST, &couple);
+            end += joined(&turns[i], &couple) * scheme.end[i];
+        }
+        self.end.set_column(REST, &end);
+        let way = (0..STAGES).map(|i| {
+            let slope = by.way_slope(i, &self).column(REST) * by.h;
+            (slope + left.moved[i]) * scheme.weights[i]
+        });
+        let way: Vector3<f64> = way.sum();
+        self.way.set_column(REST, &way);
+        self.lengths = left.lengths;
+        self
+    }
+
+    /// Applies the changes of the start (turn, couple over kappa) and of the force to the stages.
+    pub fn correct(
+        &self,
+        (start, force): (&Vector6<f64>, &Vector3<f64>),
+        part: f64,
+        kappa: f64,
+        stages: &mut [Section; STAGES],
+    ) {
+        for (i, stage) in stages.iter_mut().enumerate() {
+            let of = |block: &Block| -> Vector3<f64> { moved(block, start, force) * part };
+            *stage = stage.varied(&of(&self.turns[i]), &(of(&self.couples[i]) * kappa));
+            stage.turn *= 1.0 + part * self.lengths[i];
+        }
+    }
+
+    /// The largest turn and change of couple over kappa that [`Condensed::correct`] would make.
+    pub fn change(&self, start: &Vector6<f64>, force: &Vector3<f64>) -> f64 {
+        let of = |block: &Block| moved(block, start, force).amax();
+        (0..STAGES).fold(0.0, |most: f64, i| {
+            most.max(of(&self.turns[i])).max(of(&self.couples[i]))
+        })
+    }
+}
+
+/// What a stage does that is told by `block`.
+fn moved(block: &Block, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
+    let by_force = block.fixed_columns::<3>(FORCE) * force;
+    block.fixed_columns::<6>(0) * start + by_force + block.column(REST)
+}
+
+/// Triangles of a matrix whose rows have been exchanged.
+struct Factors {
+    triangles: [[f64; SIZE]; SIZE],
+    exchanged: [usize; SIZE],
+}
+
+impl Factors {
+    fn solve(&self, x: &mut [f64; SIZE]) {
+        for (k, with) in self.exchanged.iter().enumerate() {
+            x.swap(k, *with);
+        }
+        for (i, row) in self.triangles.iter().enumerate() {
+            let known: f64 = row[..i].iter().zip(&*x).map(|(l, x)| l * x).sum();
+            x[i] -= known;
+        }
+        for (i, row) in self.triangles.iter().enumerate().rev() {
+            let known: f64 = row[i + 1..]
+                .iter()
+                .zip(&x[i + 1..])
+                .map(|(u, x)| u * x)
+                .sum();
+            x[i] = (x[i] - known) / row[i];
+        }
+    }
+}
+
+/// Solves in place for the last columns, rows exchanged for the largest pivot; None if a pivot vanishes.
+fn eliminated<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<Factors> {
+    let mut exchanged = [0; SIZE];
+    for k in 0..SIZE {
+        let (mut best, mut largest) = (k, 0.0);
+        for (i, row) in system.iter().enumerate().skip(k) {
+            if row[k].abs() > largest {
+                (best, largest) = (i, row[k].abs());
+            }
+        }
+        if !(largest > 0.0 && largest.is_finite()) {
+            return None;
+        }
+        exchanged[k] = best;
+        system.swap(k, best);
+        let (above, below) = system.split_at_mut(k + 1);
+        let pivot = &above[k];
+        let inverse = 1.0 / pivot[k];
+        for row in below {
+            let factor = row[k] * inverse;
+            row[k] = factor;
+            if factor != 0.0 {
+                for (x, p) in row[k + 1..].iter_mut().zip(&pivot[k + 1..]) {
+                    *x -= factor * p;
+                }
+            }
+        }
+    }
+    let triangles = std::array::from_fn(|i| std::array::from_fn(|j| system[i][j]));
+    for k in (0..SIZE).rev() {
+        let (above, below) = system.split_at_mut(k + 1);
+        let row = &mut above[k];
+        for (j, other) in below.iter().enumerate() {
+            let factor = row[k + 1 + j];
+            for (x, y) in row[SIZE..].iter_mut().zip(&other[SIZE..]) {
+                *x -= factor * y;
+            }
+        }
+        let inverse = 1.0 / row[k];
+        row[SIZE..].iter_mut().for_each(|x| *x *= inverse);
+    }
+    Some(Factors {
+        triangles,
+        exchanged,
+    })
+}
