@@ -45,6 +45,7 @@ mod first_order_held;
 #[cfg(feature = "scene")]
 mod first_order_scenes;
 mod first_order_space;
+mod first_order_taut;
 #[cfg(feature = "scene")]
 mod fit;
 #[cfg(feature = "scene")]

@@ -4,7 +4,7 @@ use super::stiffness::carried;
 use super::{Assembly, Configuration, Joint, Link, LinkPoint, Modes};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use crate::rod::{SectionMass, Swaying, Wrench};
+use crate::rod::{Rates, SectionMass, Swaying, Wrench};
 use crate::solve::family::{Family, Linearised};
 use crate::solve::normal_form::{normal_form, null_vectors};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, SVector, Vector3, Vector6};
@@ -124,38 +124,23 @@ impl Link {
         })
     }
 
-    /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of the columns of `rates`: each has the twist of the base
-    /// in the world above the rates of the chart.
-    pub(crate) fn metric(
+    /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of the columns of `rates`: each has the twists of base and
+    /// end in the world above the rates of the chart.
+    fn metric(
         &self,
         sections: &SectionMass,
         (q, point): (&Wrench, &LinkPoint),
-        rates: &[(Vector6<f64>, Wrench)],
+        rates: &[(SVector<f64, 12>, Wrench)],
         tolerance: f64,
     ) -> Option<DMatrix<f64>> {
         let still = Swaying {
             rate: Wrench::zeros(),
             spin: Vector3::zeros(),
         };
-        let found = self.inertia(sections, (q, point), &still, tolerance)?;
-        let back = point.base.pose.rotation.inverse();
-        let (m, n) = halves(q);
+        let found = self.inertia(sections, (q, point), (&still, Rates::End), tolerance)?;
         let columns: Vec<SVector<f64, 12>> = rates
             .iter()
-            .map(|(twist, rate)| {
-                let (spin, velocity) = halves(twist);
-                let (spin, velocity) = (back * spin, back * velocity);
-                let mut column = SVector::<f64, 12>::zeros();
-                column.fixed_rows_mut::<3>(0).copy_from(&velocity);
-                column.fixed_rows_mut::<6>(3).copy_from(rate);
-                // The base wrench in the world turns with the base.
-                let mut couple = column.fixed_rows_mut::<3>(3);
-                couple += spin.cross(&m);
-                let mut force = column.fixed_rows_mut::<3>(6);
-                force += spin.cross(&n);
-                column.fixed_rows_mut::<3>(9).copy_from(&spin);
-                column
-            })
+            .map(|(twists, rate)| self.swept((q, point), twists, rate))
             .collect();
         let count = columns.len();
         Some(DMatrix::from_fn(count, count, |i, j| {
@@ -191,18 +176,20 @@ impl Assembly {
             if link.joint() == Joint::Pins {
                 return None;
             }
-            let base = link.levers(&now.bodies)[0];
+            let levers = link.levers(&now.bodies);
             let rates = alike.iter().map(|mode| {
                 let shape = modes.shapes.column(*mode);
-                let twist = base.map_or_else(Vector6::zeros, |(body, arm)| {
-                    let rows = shape.rows(starts[body], self.carriers[body].freedoms());
-                    let rows: DVector<f64> = rows.into_owned();
-                    carried(&arm) * (&own[body] * rows)
-                });
+                let mut twists = SVector::<f64, 12>::zeros();
+                for (i, lever) in levers.iter().enumerate() {
+                    let Some((body, arm)) = lever else { continue };
+                    let rows = shape.rows(starts[*body], self.carriers[*body].freedoms());
+                    let twist = carried(arm) * (&own[*body] * rows);
+                    twists.fixed_rows_mut::<6>(6 * i).copy_from(&twist);
+                }
                 let rate = modes.charts.column(*mode);
-                (twist, rate.fixed_rows::<6>(6 * k).into_owned())
+                (twists, rate.fixed_rows::<6>(6 * k).into_owned())
             });
-            let rates: Vec<(Vector6<f64>, Wrench)> = rates.collect();
+            let rates: Vec<(SVector<f64, 12>, Wrench)> = rates.collect();
             let rod = (&now.charts[k], &points[k]);
             sum += link.metric(sections, rod, &rates, tolerance)?;
         }

@@ -161,6 +161,7 @@ impl Link {
             drive,
             chord: None,
             slack: None,
+            taut: None,
             trace,
         })
     }

@@ -6,6 +6,7 @@
 //! ```text
 //! J b'' = (what J q' is of the accelerations) - D^2(end)[(b', Omega), (b', Omega)].
 //! ```
+//! Of a taut rod the twist of its end stands in the place of b' ([`Rod::taut_inertia`](crate::rod::Rod::taut_inertia)), and nothing has to follow.
 //! So base and end feel a mass matrix of 12 x 12, which couples them, and a force; the accelerations of all bodies follow from one
 //! linear system.
 //!
@@ -16,14 +17,9 @@ use super::{Assembly, Carrier, Evaluated, Joint, Link, LinkPoint, Mass, On, Plac
 use crate::body::{Frame, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
-use crate::rod::{Generalized, SectionMass, Swaying, Wrench};
+use crate::rod::{Generalized, Rates, SectionMass, Swaying, Wrench};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::borrow::Cow;
-
-/// Times T_i before a fold within which a rod is not followed, and beyond which it is again (theory 2.8, 2.9).
-const CLEAR: [f64; 2] = [2.0, 3.0];
-/// A fold is looked for within this part of the base wrench, where the rod's normal form tells of it.
-const NEAR: f64 = 0.25;
 
 /// What is known of the mass of a rod that is followed to first order.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +62,7 @@ struct Moving {
     /// (V, b', Omega) by the twists of base and end in the world, and what they are.
     by_twists: SMatrix<f64, 12, 12>,
     now: SVector<f64, 12>,
-    /// b'' while nothing accelerates the attachments.
+    /// b'' while nothing accelerates the attachments; of a taut rod 0.
     bent: Vector6<f64>,
 }
 
@@ -94,6 +90,34 @@ impl Carrier {
 }
 
 impl Link {
+    /// (V, b', Omega) where twists of base and end in the world and rates of the chart are as given. Of a taut rod, whose base wrench tells nothing of its
+    /// end, the end's own twist stands in the place of b'.
+    pub(super) fn swept<const C: usize>(
+        &self,
+        (q, point): (&Wrench, &LinkPoint),
+        twists: &SMatrix<f64, 12, C>,
+        rates: &SMatrix<f64, 6, C>,
+    ) -> SMatrix<f64, 12, C> {
+        let back = point.base.pose.rotation.to_rotation_matrix().transpose();
+        let [spin, velocity] = [0, 3].map(|row| back.matrix() * twists.fixed_rows::<3>(row));
+        let mut swept = SMatrix::<f64, 12, C>::zeros();
+        swept.fixed_rows_mut::<3>(0).copy_from(&velocity);
+        swept.fixed_rows_mut::<3>(9).copy_from(&spin);
+        let mut own = swept.fixed_rows_mut::<6>(3);
+        if point.end.taut.is_some() {
+            own.copy_from(&(point.relative_by_twists() * twists));
+            own.fixed_rows_mut::<3>(3).unscale_mut(self.rod().length());
+        } else {
+            own.copy_from(rates);
+            let (m, n) = halves(q);
+            for (row, part) in [(0, m), (3, n)] {
+                let mut turned = own.fixed_rows_mut::<3>(row);
+                turned -= part.cross_matrix() * spin;
+            }
+        }
+        swept
+    }
+
     /// None where the chart is singular, or the law refuses.
     fn moving(
         &self,
@@ -101,22 +125,17 @@ impl Link {
         (q, point): (&Wrench, &LinkPoint),
         tolerance: f64,
     ) -> Option<Moving> {
-        let back = point.base.pose.rotation.to_rotation_matrix().transpose();
-        let factors = self.regular(&point.end)?;
         let scale = self.gap_scale(&point.end);
-        let chart = factors.solve(&(scale * point.drive_by_twists()))?;
-        let mut by_twists = SMatrix::<f64, 12, 12>::zeros();
-        let mut turned = |row: usize, column: usize, block: &Matrix3<f64>| {
-            let mut view = by_twists.fixed_view_mut::<3, 3>(row, column);
-            view += block * back.matrix();
+        // The end of a taut rod moves as its attachment does, whatever its chart.
+        let factors = match point.end.taut {
+            Some(_) => None,
+            None => Some(self.regular(&point.end)?),
         };
-        turned(0, 3, &Matrix3::identity());
-        turned(9, 0, &Matrix3::identity());
-        let (m, n) = halves(q);
-        turned(3, 0, &-m.cross_matrix());
-        turned(6, 0, &-n.cross_matrix());
-        let mut rows = by_twists.fixed_rows_mut::<6>(3);
-        rows += chart;
+        let chart = match &factors {
+            Some(factors) => factors.solve(&(scale * point.drive_by_twists()))?,
+            None => SMatrix::zeros(),
+        };
+        let by_twists = self.swept((q, point), &SMatrix::identity(), &chart);
         let mut twists = SVector::<f64, 12>::zeros();
         twists.fixed_rows_mut::<6>(0).copy_from(&point.base.twist);
         twists.fixed_rows_mut::<6>(6).copy_from(&point.tip.twist);
@@ -125,8 +144,12 @@ impl Link {
             rate: now.fixed_rows::<6>(3).into_owned(),
             spin: now.fixed_rows::<3>(9).into_owned(),
         };
-        let inertia = self.inertia(&light.sections, (q, point), &motion, tolerance)?;
-        let bent = factors.solve(&-(scale * self.second(&inertia)))?;
+        let rod = (q, point);
+        let inertia = self.inertia(&light.sections, rod, (&motion, Rates::End), tolerance)?;
+        let bent = match &factors {
+            Some(factors) => factors.solve(&-(scale * self.second(&inertia)))?,
+            None => Vector6::zeros(),
+        };
         Some(Moving {
             inertia,
             by_twists,
@@ -135,14 +158,20 @@ impl Link {
         })
     }
 
-    /// The inertia of the rod as it moves; None where its law refuses.
+    /// The inertia of the rod as it moves, of a taut one by `rates`; None where its law refuses.
     pub(super) fn inertia(
         &self,
         sections: &SectionMass,
         (q, point): (&Wrench, &LinkPoint),
-        motion: &Swaying,
+        (motion, rates): (&Swaying, Rates),
         tolerance: f64,
     ) -> Option<Generalized> {
+        if let Some(taut) = &point.end.taut {
+            return self
+                .rod()
+                .taut_inertia(sections, (taut, rates), motion)
+                .ok();
+        }
         let seen = self.facing(&point.base.pose.rotation);
         let trace = match &point.end.trace {
             Some(trace) => trace.clone(),
@@ -160,7 +189,7 @@ impl Link {
     }
 
     /// The second derivative of what its attachment holds, in the rows of the Jacobian.
-    fn second(&self, inertia: &Generalized) -> Vector6<f64> {
+    pub(super) fn second(&self, inertia: &Generalized) -> Vector6<f64> {
         let (turned, moved) = halves(&inertia.second);
         match self.joint() {
             Joint::Weld => joined(&turned, &moved),
@@ -213,83 +242,6 @@ impl Link {
         }
         drawn
     }
-
-    /// True if the mass of the rod should be followed here: no fold is so near that it cannot stay on its equilibria, and it is not taut.
-    /// `followed` tells whether it is now.
-    fn holds(
-        &self,
-        light: &LightRod,
-        (q, point): (&Wrench, &LinkPoint),
-        followed: bool,
-        tolerance: f64,
-    ) -> bool {
-        if point.end.slack.is_some() {
-            return false;
-        }
-        self.passage(light, (q, point), tolerance)
-            .is_some_and(|fold| {
-                let clear = CLEAR[usize::from(!followed)];
-                fold.way > NEAR * q.norm() || !(fold.ahead <= clear * fold.inertial)
-            })
-    }
-
-    /// The fold that the rod nears, by its normal form: with z and u the null vectors of J, scaled to u . J z = sigma, and (by the law of
-    /// reciprocity) the wrench that z makes on the end, ell = s u, the fold lies sigma/(2 B) away along z, B = |u . D^2[z, z]|/2, and is reached
-    /// after sigma^2/(4 A B), A = |u . drive|. None where that cannot be told.
-    pub(super) fn passage(
-        &self,
-        light: &LightRod,
-        (q, point): (&Wrench, &LinkPoint),
-        tolerance: f64,
-    ) -> Option<Passage> {
-        let scale = self.gap_scale(&point.end);
-        let svd = (scale * point.end.jacobian).svd(true, true);
-        let least = svd.singular_values.imin();
-        let sigma = svd.singular_values[least];
-        let u = svd.u?.column(least).into_owned();
-        let z = svd.v_t?.row(least).transpose();
-        let motion = Swaying {
-            rate: z,
-            spin: Vector3::zeros(),
-        };
-        let inertia = self.inertia(&light.sections, (q, point), &motion, tolerance)?;
-        let bend = u.dot(&(scale * self.second(&inertia)));
-        let drive = u.dot(&(scale * point.drive()));
-        let away = bend * drive >= 0.0;
-        let (drive, bend) = (drive.abs(), 0.5 * bend.abs());
-        // ell against u, where both are dual to velocities.
-        let ell = point.end.resultants * z;
-        let given = scale * u;
-        let of = |rows: usize, column: usize| {
-            let ell = ell.rows(rows, 3);
-            let u = given.rows(column, 3);
-            (ell.dot(&u), u.norm_squared())
-        };
-        let (force, couple) = (of(3, 3), of(6, 0));
-        let (along, size) = match self.joint() {
-            Joint::Weld => (force.0 + couple.0, force.1 + couple.1),
-            Joint::Ball | Joint::Pins => force,
-        };
-        let stiffness = (along / size).abs();
-        let mass = z.dot(&(inertia.matrix.fixed_view::<6, 6>(3, 3) * z));
-        let ahead = sigma * sigma / (4.0 * drive * bend);
-        Some(Passage {
-            way: sigma / (2.0 * bend),
-            ahead: if away { f64::INFINITY } else { ahead },
-            inertial: mass.powf(0.4) * (stiffness * stiffness * drive * bend).powf(-0.2),
-        })
-    }
-}
-
-/// A fold ahead.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Passage {
-    /// How far in the chart.
-    pub way: f64,
-    /// The time until it; infinite if the rod moves away from it.
-    pub ahead: f64,
-    /// T_i, the time in which inertia lets the rod go.
-    pub inertial: f64,
 }
 
 impl Assembly {
@@ -526,60 +478,4 @@ fn absolute<'a>(point: &'a LinkPoint, frame: Option<&Frame<6>>) -> Cow<'a, LinkP
         place.twist += frame.carried(&lever(place));
     }
     Cow::Owned(moved)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Attachment, Configuration, Integrals};
-    use super::*;
-    use crate::body::Body;
-    use crate::elastica::{self, Equilibrium};
-    use crate::rod::Rod;
-    use crate::section::Linear;
-    use nalgebra::{Isometry3, Vector2};
-
-    /// Catches a wrong scale of the null vectors, a wrong stiffness or a wrong mass: at the fold of the reference snap (theory 2.6) the
-    /// planar rod has its normal form in closed form, and both are right up to the distance from it.
-    #[test]
-    fn folds_ahead_are_those_of_the_plane() {
-        const EPS: f64 = 1e-3;
-        let (fold, start) = ([0.639_250_507, 6.556_218_856], [0.7, 6.3]);
-        let v = Vector2::new(0.0, -0.5);
-        for off in [1e-2, 1e-3] {
-            let [p, lam] = [0, 1].map(|k| fold[k] + off * (start[k] - fold[k]));
-            let at = Equilibrium::from_lambda_p(lam, p).unwrap();
-            let expected = elastica::Passage::new(at.p, at.w, &v).unwrap();
-            let rod = Rod::new(1.0, Linear::diagonal([1.0; 2], 1.0).unwrap()).unwrap();
-            let here = Isometry3::identity();
-            let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
-            let link = Link::new(rod, from, to, Joint::Ball);
-            let body = Carrier::point(Body::new(1.0).unwrap());
-            let light = LightRod {
-                sections: SectionMass {
-                    mass: EPS,
-                    rotary: Vector3::zeros(),
-                },
-                followed: true,
-            };
-            let assembly = Assembly::new(vec![body], vec![link]).unwrap();
-            let end = Vector3::new(at.y, 0.0, at.x);
-            let force = Vector3::new(at.alpha.sin(), 0.0, at.alpha.cos()) * -lam * lam;
-            let mut place = Place::at_rest(Isometry3::translation(end.x, end.y, end.z));
-            place.twist = joined(&Vector3::zeros(), &Vector3::new(v.y, 0.0, v.x));
-            let now = Configuration {
-                bodies: vec![place],
-                charts: vec![joined(&end.cross(&force), &force)],
-            };
-            let state = assembly.state(&now, &Integrals::default());
-            let at = assembly.evaluated(&state, 1e-12).unwrap();
-            let rod = (&at.now.charts[0], &at.points[0]);
-            let found = assembly.links[0].passage(&light, rod, 1e-12).unwrap();
-            let near = |found: f64, expected: f64| {
-                let error = (found / expected - 1.0).abs();
-                assert!(error < 10.0 * off, "{found} {expected}");
-            };
-            near(found.inertial, expected.inertial(EPS));
-            near(found.ahead, expected.time_ahead());
-        }
-    }
 }

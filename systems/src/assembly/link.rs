@@ -172,6 +172,8 @@ pub struct LinkEnd {
     pub(super) drive: Matrix6<f64>,
     /// Of a rod between two ball joints the direction of its chord, along the directors of its base.
     pub(super) chord: Option<Vector3<f64>>,
+    /// The rod, if it is taut.
+    pub(super) taut: Option<Arc<Taut>>,
     /// How the end was found, for a rod whose mass is known ([`super::Assembly::with_light_rods`]) and that its base wrench charts.
     pub(super) trace: Option<Arc<Trace>>,
     /// By how much m(0) of a taut rod differs from the couple of its chart; None for a rod that its base wrench charts.
@@ -327,6 +329,7 @@ impl Link {
             drive,
             chord,
             slack: None,
+            taut: None,
             trace,
         })
     }

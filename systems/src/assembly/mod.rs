@@ -22,6 +22,7 @@ mod landing;
 mod layer;
 mod link;
 mod modes;
+mod passage;
 mod pins;
 mod state;
 mod statics;

@@ -57,18 +57,24 @@ impl Link {
 }
 
 impl LinkPoint {
-    /// What the end attachment does as the base sees it, by twists of base and end in the world: [`LinkPoint::drive`].
-    pub(super) fn drive_by_twists(&self) -> SMatrix<f64, 6, 12> {
+    /// The twist of the end attachment seen from the base, along its directors, by twists of base and end in the world.
+    pub(super) fn relative_by_twists(&self) -> SMatrix<f64, 6, 12> {
         let turn = self.base.pose.rotation.to_rotation_matrix();
         let back = diagonal(&turn.matrix().transpose());
         let arm = self.tip.pose.translation.vector - self.base.pose.translation.vector;
-        let mut drive = SMatrix::<f64, 6, 12>::zeros();
-        drive
+        let mut relative = SMatrix::<f64, 6, 12>::zeros();
+        relative
             .fixed_view_mut::<6, 6>(0, 0)
             .copy_from(&(-back * carried(&arm)));
-        drive.fixed_view_mut::<6, 6>(0, 6).copy_from(&back);
-        let mut drive = self.end.drive * drive;
+        relative.fixed_view_mut::<6, 6>(0, 6).copy_from(&back);
+        relative
+    }
+
+    /// What the end attachment does as the base sees it, by twists of base and end in the world: [`LinkPoint::drive`].
+    pub(super) fn drive_by_twists(&self) -> SMatrix<f64, 6, 12> {
+        let mut drive = self.end.drive * self.relative_by_twists();
         if let Some(along) = &self.end.along {
+            let turn = self.base.pose.rotation.to_rotation_matrix();
             let mut turns = drive.fixed_columns_mut::<3>(0);
             turns -= along.prescribed * turn.matrix().transpose();
         }

@@ -24,9 +24,10 @@ use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3};
 use std::sync::Arc;
 
-/// (L/B) n.r(1) beyond which a rod is taut, and below which it is slack again.
-const TAUT: f64 = 100.0;
-const SLACK: f64 = 64.0;
+/// (L/B) n.r(1) beyond which a rod is taut, and below which it is slack again; and the same of one whose mass is known. What the base wrench tells of
+/// the mass is the square of what it tells of the end, and so are the digits that it loses.
+const TAUT: [f64; 2] = [100.0, 36.0];
+const SLACK: [f64; 2] = [64.0, 25.0];
 
 /// What the chart of a rod stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -103,8 +104,8 @@ impl Link {
         if self.joint == Joint::Pins || self.load.is_some() {
             return Seen::FromBase;
         }
-        let border = if self.seen == Seen::Taut { SLACK } else { TAUT };
-        if self.pull(q, held) > border {
+        let borders = if self.seen == Seen::Taut { SLACK } else { TAUT };
+        if self.pull(q, held) > borders[usize::from(self.keeps_trace)] {
             Seen::Taut
         } else {
             Seen::FromBase
@@ -116,7 +117,7 @@ impl Link {
             return false;
         }
         match self.seen {
-            Seen::ByPull => self.pull(q, held) > TAUT,
+            Seen::ByPull => self.pull(q, held) > TAUT[usize::from(self.keeps_trace)],
             seen => seen == Seen::Taut,
         }
     }
@@ -193,6 +194,7 @@ impl Link {
             chord: None,
             trace: None,
             slack: Some(m - halves(q).0 * couple),
+            taut: Some(found),
         })
     }
 

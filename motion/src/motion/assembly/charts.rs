@@ -19,14 +19,6 @@ impl AssemblyRun {
         if changed.is_empty() {
             return false;
         }
-        if changed.iter().any(|(_, rod)| rod.better == Chart::Taut) {
-            // The mass of a taut rod is not followed.
-            let taut = changed.iter().filter(|(_, rod)| rod.better == Chart::Taut);
-            let taut: Vec<usize> = taut.map(|(k, _)| *k).collect();
-            if self.let_go(&taut).is_none() {
-                return false;
-            }
-        }
         let along = self.along();
         let Some(at) = self.assembly.evaluated(&self.solver.state().0, along) else {
             return false;

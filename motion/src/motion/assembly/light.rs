@@ -43,19 +43,6 @@ impl AssemblyRun {
         self.change(&at, &changed)
     }
 
-    /// Goes on without the mass of those of these rods that is felt.
-    pub(super) fn let_go(&mut self, rods: &[usize]) -> Option<()> {
-        let felt = self.felt(None).into_iter().filter(|k| rods.contains(k));
-        let changed: Vec<(usize, bool)> = felt.map(|k| (k, false)).collect();
-        if changed.is_empty() {
-            return Some(());
-        }
-        let state = &self.solver.state().0;
-        let at = self.assembly.evaluated(state, self.along())?;
-        self.extra.evaluations += 1;
-        self.change(&at, &changed)
-    }
-
     /// Feels the mass of rods from here on, or no more. A rod whose energy cannot be told here is not begun to be followed; where one that is
     /// followed cannot be let go for that reason, None, so that no energy is lost unseen.
     fn change(&mut self, at: &Evaluated, changed: &[(usize, bool)]) -> Option<()> {
