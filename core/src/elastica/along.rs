@@ -1,7 +1,7 @@
 //! The pendulum of the rod at many places of one rod: theta functions, whose coefficients are the modulus' alone.
 //!
-//! With the nome q of the modulus, or of the complementary one if that is smaller, q <= exp(-pi) = 0.0432: four terms of each series are
-//! exact to rounding. (s, c, d, b) are those of `Integrals` at u; in x = sin^2 v, v = pi u/(2K), or x = -sinh^2 v, v = pi u/(2K'), they are polynomials:
+//! (s, c, d, b) are those of `Integrals` at u; with v = pi u/(2K) by the nome of the modulus, or v = pi u/(2K') by the complementary one, and the
+//! parts P1 .. P4 of the four functions as [`Nome`] has them, up to factors:
 //!
 //! ```text
 //! (s, c, d) = (P1 sin v, P2 cos v, P4)/P3,  or, by Jacobi's imaginary transformation,  (P1 sinh v, P4, P2 cosh v)/P3
@@ -10,7 +10,9 @@
 
 use super::chart::{Integrals, Modulus};
 use super::curvature::Swing;
-use super::lanes::{Lanes, Real};
+use super::lanes::Lanes;
+use crate::math::real::Real;
+use crate::math::theta::Nome;
 use pulp::Simd;
 use std::f64::consts::{LN_2, PI};
 
@@ -43,20 +45,20 @@ pub(super) struct Along {
     lam: f64,
     /// True where v is real: the nome is that of the modulus.
     real: bool,
-    /// dv/du, and the nome.
+    /// dv/du.
     pace: f64,
-    nome: f64,
+    nome: Nome,
     /// v at the clamp, and (sin v, cos v) or (e^v, e^-v) there.
     whole: f64,
     end: [f64; 2],
     /// True if v goes beyond half a period.
     winds: bool,
-    /// P1 .. P4 and P3'/(sin v cos v), with the factors that s, c, d and b have.
-    p1: [f64; 4],
-    p2: [f64; 4],
-    p3: [f64; 4],
-    p4: [f64; 4],
-    slope: [f64; 3],
+    /// What s, c, d and P3'/(sin v cos v) in b have as factors.
+    by_s: f64,
+    by_c: f64,
+    by_d: f64,
+    by_b: f64,
+    over_by_d: f64,
     /// b = linear u + slope.
     linear: f64,
     /// What b gains, beyond that, in a period 2K.
@@ -69,36 +71,33 @@ impl Along {
     pub fn new(modulus: &Modulus, lam: f64) -> Self {
         let (k, kc) = (modulus.kap.abs(), modulus.kap_c);
         let real = kc > k;
-        // The nome from the smaller of both moduli and the larger one.
         let (small, large) = if real { (k, kc) } else { (kc, k) };
-        let root = 1.0 + large.sqrt();
-        // Of its square: the nome over that is regular.
-        let per = 0.5 / ((1.0 + large) * (root * root));
-        let e = per * small * small;
-        let e4 = (e * e) * (e * e);
-        let scale = per * (1.0 + e4 * (2.0 + e4 * (15.0 + e4 * 150.0)));
-        let q = scale * small * small;
-        let q2 = q * q;
-        let (q4, q6) = (q2 * q2, q2 * q2 * q2);
-        let (q8, q9, q12) = (q4 * q4, q4 * q4 * q, q6 * q6);
-        let theta3 = 1.0 + 2.0 * (q + q4 + q9);
-        let theta4 = 1.0 - 2.0 * (q - q4 + q9);
-        let theta2 = 1.0 + q2 + q6 + q12;
+        let nome = Nome::new(small * small, large);
+        let Nome {
+            q,
+            over_square,
+            theta2,
+            theta3,
+            theta4,
+            ..
+        } = nome;
+        let q3 = q * q * q;
+        let q8 = q3 * q3 * (q * q);
         let (over2, over3) = (1.0 / theta2, 1.0 / theta3);
         let pace = over3 * over3;
         // (log P3)' = 2 q (..) in both; the nome of a weakly bent rod drops out against kap^2.
         let (by_s, by_c, by_d, by_b, linear) = if real {
-            let linear = pace * pace * 8.0 * scale * (1.0 + 4.0 * q * q2 + 9.0 * q8) * over3;
+            let linear = pace * pace * 8.0 * over_square * (1.0 + 4.0 * q3 + 9.0 * q8) * over3;
             (
                 theta4 * over2,
                 theta3 * over2,
                 kc.sqrt(),
-                -pace * scale,
+                -pace * over_square,
                 linear,
             )
         } else {
             let (over4, over_k2) = (1.0 / theta4, 1.0 / (k * k));
-            let left = pace * pace * q * (8.0 - 32.0 * q * q2 + 72.0 * q8) * over4;
+            let left = pace * pace * q * (8.0 - 32.0 * q3 + 72.0 * q8) * over4;
             (
                 kc * theta3 * theta3 * over2 * over4,
                 theta3 * over4,
@@ -115,48 +114,19 @@ impl Along {
             let e = whole.exp();
             [e, 1.0 / e]
         };
-        let (by_2, by_4) = if real { (by_c, by_d) } else { (by_d, by_c) };
         Self {
             lam,
             real,
             pace,
-            nome: q,
+            nome,
             whole,
             end,
             winds: !real && end[0] * end[0] * q > 1.0,
-            p1: [
-                1.0 - 3.0 * q2 + 5.0 * q6 - 7.0 * q12,
-                4.0 * q2 - 20.0 * q6 + 56.0 * q12,
-                16.0 * q6 - 112.0 * q12,
-                64.0 * q12,
-            ]
-            .map(|x| x * by_s),
-            p2: [
-                theta2,
-                -4.0 * q2 - 12.0 * q6 - 24.0 * q12,
-                16.0 * q6 + 80.0 * q12,
-                -64.0 * q12,
-            ]
-            .map(|x| x * by_2),
-            p3: [
-                theta3,
-                -4.0 * q - 16.0 * q4 - 36.0 * q9,
-                16.0 * q4 + 96.0 * q9,
-                -64.0 * q9,
-            ],
-            p4: [
-                theta4,
-                4.0 * q - 16.0 * q4 + 36.0 * q9,
-                16.0 * q4 - 96.0 * q9,
-                64.0 * q9,
-            ]
-            .map(|x| x * by_4),
-            slope: [
-                8.0 + 32.0 * q * q2 + 72.0 * q8,
-                -64.0 * q * q2 - 384.0 * q8,
-                384.0 * q8,
-            ]
-            .map(|x| x * by_b),
+            by_s,
+            by_c,
+            by_d,
+            by_b: 8.0 * by_b,
+            over_by_d: 1.0 / by_d,
             linear,
             turns: if real { 0.0 } else { 2.0 * pace / (k * k) },
         }
@@ -169,7 +139,7 @@ impl Along {
     pub fn rule(&self, error: f64) -> (usize, usize) {
         let quarter = 0.5 * PI / self.pace;
         // K'/K = log(1/q)/pi, or K/K'.
-        let other = quarter * rough_log(self.nome) * (-1.0 / PI);
+        let other = quarter * rough_log(self.nome.q) * (-1.0 / PI);
         let (k, away) = match self.real {
             true => (quarter, other.min(FARTHEST * quarter)),
             false => (other, quarter),
@@ -214,8 +184,8 @@ impl Along {
     #[inline(always)]
     fn unwound(&self, mut e: f64) -> [f64; 3] {
         let (mut turns, mut sign) = (0.0, 1.0);
-        while e * e * self.nome > 1.0 {
-            e *= self.nome;
+        while e * e * self.nome.q > 1.0 {
+            e *= self.nome.q;
             turns += 1.0;
             sign = -sign;
         }
@@ -250,22 +220,27 @@ impl Along {
     /// change the sign of s and c to `sign`.
     #[inline(always)]
     fn place<T: Real>(&self, part: T, (sin, cos): (T, T), [turns, sign]: [T; 2]) -> Places<T> {
-        let square = sin * sin * if self.real { 1.0 } else { -1.0 };
-        let (p2, p4) = (cos * square.series(&self.p2), square.series(&self.p4));
+        // 2 q cos 2v, or 2 q cosh 2v.
+        let twice = 2.0 * self.nome.q;
+        let bent = if self.real { -2.0 } else { 2.0 } * twice;
+        let z = (sin * sin).times_plus(sin.all(bent), sin.all(twice));
+        let [p1, p2, p3, p4] = self.nome.parts(z);
+        let p2 = cos * p2;
         let (c, d) = if self.real { (p2, p4) } else { (p4, p2) };
         // One division for 1/P3 and 1/d.
-        let p3 = square.series(&self.p3);
         let both = (p3 * d).inverse();
         let (over, over_d) = (both * d, p3 * p3 * both);
         let (c, d) = (c * over, d * over);
         let u = part * self.lam;
         Places {
             u,
-            s: sin * square.series(&self.p1) * over * sign,
-            c: c * sign,
-            d,
-            over_d,
-            b: u * self.linear + sin * cos * square.series(&self.slope) * over + turns * self.turns,
+            s: sin * p1 * over * sign * self.by_s,
+            c: c * sign * self.by_c,
+            d: d * self.by_d,
+            over_d: over_d * self.over_by_d,
+            b: u * self.linear
+                + sin * cos * self.nome.slope(z) * over * self.by_b
+                + turns * self.turns,
         }
     }
 }
@@ -333,10 +308,11 @@ const MIRRORED: [f64; 2] = [1.05, 0.1];
 
 #[cfg(test)]
 mod tests {
+    use super::super::chart::amplitude;
     use super::super::lanes::{InLanes, sums};
     use super::*;
 
-    /// Catches a wrong coefficient, nome or period: Carlson's integrals and Jacobi's functions by the ladder are another way to the same.
+    /// Catches a wrong coefficient, nome or period: Carlson's integrals are another way to the same, and lead from the amplitude back to the load.
     #[test]
     fn places_are_those_of_the_chart() {
         for p in [1e-3, -0.3, 0.88, -0.8815, 1.6, -3.2, 6.0, 12.0] {
@@ -346,6 +322,12 @@ mod tests {
                 let places = [0.0005, 0.115, 0.295, 0.515, 0.705, 0.885, 0.9995, 1.0];
                 for (k, part) in places.iter().enumerate() {
                     let at = Integrals::at_load(p, lam * part).unwrap();
+                    let back = Integrals::new(p, amplitude(p, at.lam).unwrap());
+                    let error = (back.lam - at.lam).abs() * at.d;
+                    assert!(
+                        error < 2e-14 * (1.0 + at.lam),
+                        "p {p} lam {lam} part {part}: back by {error:e}"
+                    );
                     let mut only = [0.0; 8];
                     only[k] = 1.0;
                     let found = sums(&Pendulum(&along), &places, &only);

@@ -7,7 +7,7 @@
 use super::slight::{SLIGHT, SlightTip};
 use crate::error::{Error, Result};
 use crate::math::carlson::{complete_kb, rf_rd};
-use crate::math::jacobi::jacobi;
+use crate::math::jacobi::Quotients;
 use std::f64::consts::{LN_2, PI};
 
 /// tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding:
@@ -327,18 +327,10 @@ fn circle_at_load(p: f64, lam: f64) -> Result<(f64, f64, f64)> {
             "p = {p} with lambda = {lam}: beyond |p| = 345 only taut rods (lambda < |p|) are served"
         )));
     }
-    let j = jacobi(lam, kap_c)?;
-    // am and w pass the odd multiples of pi/2 together; a taut rod's am is one of them to rounding
-    // though its w is not, and there the sign of the cosine tells on which side it lies.
-    let turns = j.am / PI;
-    let nearest = turns.round();
-    let half_turns = if (nearest as i64 & 1 == 0) == (j.cn >= 0.0) {
-        nearest
-    } else {
-        nearest + 1f64.copysign(turns - nearest)
-    };
-    let d = kap_c / j.dn;
-    Ok((j.sn * d, j.cn / j.dn, half_turns))
+    // lam and w pass the odd multiples of K and pi/2 together.
+    let at = Quotients::new(lam, kap_c);
+    let (sn, cn, dn) = at.functions(kap_c);
+    Ok((sn * (kap_c / dn), cn / dn, at.half_turns))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Second derivatives of the tip over (p, lam), in closed form: what cusps and error bounds need.
 
 use super::chart::{ChartPoint, Integrals, Modulus};
-use super::lanes::Real;
+use crate::math::real::Real;
 
 /// First and second derivatives of the tip (x, y) with respect to p and lam, in the turned axes of
 /// [`ChartPoint`] (rotate with `to_fixed`).

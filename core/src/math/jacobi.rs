@@ -1,20 +1,16 @@
 //! Jacobi's functions sn, cn, dn, am (and cd, sd) of a real argument, by the complementary modulus.
 //!
-//! A descending Landen ladder in (1, kc) -> ((1 + kc)/2, sqrt kc) runs until the modulus is so
-//! small that two terms of each theta function are complete; Bulirsch's recurrence climbs back with
-//! sums and products of positive terms. So each function keeps its *relative* accuracy, also where
-//! it is exponentially small, and no period is subtracted: the ladder's phase counts them.
+//! Quotients of theta functions of the nome of the modulus, or of the complementary one if that is smaller: v = pi u/(2K) is real, or with
+//! v = pi u/(2K') it is i v (Jacobi's imaginary transformation, DLMF 22.6.1), where all grows like e^v. Whole periods are taken off u before, so that |v| is
+//! at most half of one; each function keeps its *relative* accuracy, also where it is exponentially small.
 
 use super::DomainError;
-use std::f64::consts::PI;
+use super::real::Real;
+use super::theta::Nome;
+use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI};
 
-/// Stop the ladder at (a - g) <= SPREAD (a + g): the modulus of the next level. The nome there is
-/// q < SPREAD^2 / 15.9 = 5e-5, and the theta series drop only q^4 = 7e-18.
-const SPREAD: f64 = 0.028;
-/// Levels that any normal `kc` needs, and two to spare.
-const LEVELS: usize = 14;
-/// Below this |u| the functions are u, 1, 1 to half an ulp.
-const TINY: f64 = 1e-8;
+/// K is no larger, even at the least kc: e^K is still a number.
+const LOG_OF_LARGEST: f64 = 709.782_712_893_384;
 
 /// sn, cn, dn and the amplitude at one argument.
 ///
@@ -74,8 +70,7 @@ impl Jacobi {
 /// identities. Measured: docs/elliptic_accuracy.md.
 ///
 /// # Source
-/// DLMF 22.7.1-4 (descending Landen), 22.2.4-6 and 20.2 (thetas), 22.20(ii); the climb after
-/// Bulirsch, Numer. Math. 7 (1965) 78, `sncndn`.
+/// DLMF 20.2.1-4 (thetas), 22.2.2-9 (the functions by them), 22.6(iv) (imaginary arguments).
 ///
 /// # Example
 /// ```
@@ -88,34 +83,10 @@ impl Jacobi {
 /// ```
 pub fn jacobi(u: f64, kc: f64) -> Result<Jacobi, DomainError> {
     check("jacobi", u, kc)?;
-    let Some(Climbed {
-        phase,
-        cs,
-        sn,
-        cn,
-        dn,
-    }) = ladder(u, kc)
-    else {
-        let (sn, cn, dn) = (u, 1.0, 1.0);
-        return Ok(Jacobi { sn, cn, dn, am: u });
-    };
-    if phase.abs() > 1e16 {
-        return Ok(Jacobi {
-            sn,
-            cn,
-            dn,
-            am: phase,
-        });
-    }
-    // am and the phase pass each multiple of pi/2 together. The multiple of pi nearest to the
-    // phase may be off by one next to its middle; the half plane of (sn, cn) decides.
-    let mut periods = (phase / PI + 0.5f64.copysign(phase)) as i64;
-    let mut sign = if periods & 1 == 0 { 1.0 } else { -1.0 };
-    if sign * cn < 0.0 {
-        sign = -sign;
-        periods -= (sign * sn).signum() as i64;
-    }
-    let am = periods as f64 * PI + (1.0 / cs).atan();
+    let at = Quotients::new(u, kc);
+    // Half way between two multiples cn is 0 to rounding, of either sign.
+    let am = at.half_turns * PI + (at.sn / at.cn.max(0.0)).atan();
+    let (sn, cn, dn) = at.functions(kc);
     Ok(Jacobi { sn, cn, dn, am })
 }
 
@@ -128,7 +99,7 @@ pub fn jacobi(u: f64, kc: f64) -> Result<Jacobi, DomainError> {
 #[inline]
 pub fn sn_cn_dn(u: f64, kc: f64) -> Result<(f64, f64, f64), DomainError> {
     check("sn_cn_dn", u, kc)?;
-    Ok(ladder(u, kc).map_or((u, 1.0, 1.0), |at| (at.sn, at.cn, at.dn)))
+    Ok(Quotients::new(u, kc).functions(kc))
 }
 
 #[inline]
@@ -152,65 +123,117 @@ fn check(function: &'static str, u: f64, kc: f64) -> Result<(), DomainError> {
     Ok(())
 }
 
-/// The functions, and the phase pi u/(2K).
-struct Climbed {
-    phase: f64,
-    /// cn/sn.
-    cs: f64,
-    sn: f64,
-    cn: f64,
-    dn: f64,
+/// The functions of u = 2 K n + r at r, |r| <= K or a little more, not yet in their ranges.
+pub(crate) struct Quotients {
+    pub half_turns: f64,
+    pub sn: f64,
+    pub cn: f64,
+    pub dn: f64,
 }
 
-/// Down the ladder, the thetas there, and up again; `None` where |u| is tiny.
-#[inline]
-fn ladder(u: f64, kc: f64) -> Option<Climbed> {
-    if u.abs() < TINY {
-        return None;
+impl Quotients {
+    /// At a finite u, for a normal kc <= 1.
+    #[inline]
+    pub fn new(u: f64, kc: f64) -> Self {
+        let k2 = (1.0 - kc) * (1.0 + kc);
+        if kc > FRAC_1_SQRT_2 {
+            Self::real(u, &Nome::new(k2, kc))
+        } else {
+            Self::imaginary(u, kc, &Nome::new(kc * kc, k2.sqrt()))
+        }
     }
-    let mut levels = [(1.0, 1.0); LEVELS];
-    let mut n = 0;
-    let (mut a, mut g) = (1.0, kc);
-    while a - g > SPREAD * (a + g) && n < LEVELS {
-        levels[n] = (a, g);
-        n += 1;
-        (a, g) = (0.5 * (a + g), (a * g).sqrt());
+
+    /// By the nome of the modulus; the system's sine and cosine take the periods off.
+    #[inline]
+    fn real(u: f64, nome: &Nome) -> Self {
+        let v = u / nome.period;
+        let (s, c) = v.sin_cos();
+        let [p1, p2, p3, p4] = nome.parts(2.0 * nome.q * ((c - s) * (c + s)));
+        let over = 1.0 / (nome.theta2 * p4);
+        let half_turns = nearest(v * FRAC_1_PI);
+        let sign = parity(half_turns);
+        Self {
+            half_turns,
+            sn: sign * nome.theta3 * (s * p1) * over,
+            cn: sign * nome.theta4 * (c * p2) * over,
+            dn: nome.theta4 / nome.theta3 * nome.theta2 * p3 * over,
+        }
     }
-    // One level more needs no root: its modulus k = (a - g)/(a + g), m/16 = (k/4)^2, and the nome
-    // q = m/16 + 8 (m/16)^2 + 84 (m/16)^3 + 992 (m/16)^4 (19.5.5).
-    let next = 0.5 * (a + g);
-    let k4 = (a - g) / (8.0 * next);
-    let m16 = k4 * k4;
-    let q = m16 * (1.0 + m16 * (8.0 + m16 * (84.0 + m16 * 992.0)));
-    // pi/(2K) = next / theta_3(0)^2 (20.9.2), theta_3(0) = 1 + 2 q.
-    let theta3 = 1.0 + 2.0 * q;
-    let phase = u * (next / (theta3 * theta3));
-    let (sin, cos) = phase.sin_cos();
-    let cos2 = (cos - sin) * (cos + sin);
-    // cs = theta_4 theta_2(v) / (theta_3 theta_1(v)), dn = theta_4 theta_3(v) / (theta_3 theta_4(v))
-    // (22.2.4-6) with theta_2(v)/theta_1(v) = cot v (1 + 4 q^2 cos 2v).
-    let ratio = (1.0 - 2.0 * q) / theta3;
-    let mut cs = ratio * (1.0 + 4.0 * q * q * cos2) * (cos / sin);
-    let mut dn = ratio * (1.0 + 2.0 * q * cos2) / (1.0 - 2.0 * q * cos2);
-    let mut below = next;
-    let mut shift = below * (cs * cs);
-    let mut climb = |a: f64, g: f64| {
-        let (ratio, old) = (below / a, dn);
-        dn = (g + shift) / (a + shift);
-        cs *= ratio * old;
-        shift *= ratio * (old * old);
-        below = a;
-    };
-    climb(a, g);
-    for &(a, g) in levels[..n].iter().rev() {
-        climb(a, g);
+
+    /// By the nome of the complementary modulus.
+    #[inline]
+    fn imaginary(u: f64, kc: f64, nome: &Nome) -> Self {
+        let (over3, over4) = (1.0 / nome.theta3, 1.0 / nome.theta4);
+        let (mut half_turns, mut v) = (0.0, u / nome.period);
+        let mut up = v.abs().exp();
+        if nome.over_square * (kc * up) * (kc * up) > 1.0 {
+            let r;
+            (half_turns, r) = without_half_turns(u, kc, nome);
+            v = r / nome.period;
+            up = v.abs().exp();
+        }
+        let far = kc * up;
+        let down = 1.0 / up;
+        let near = kc * down;
+        let s = if v.abs() < 0.5 {
+            v * (v * v).series(&SINH)
+        } else {
+            (0.5 * (up - down)).copysign(v)
+        };
+        let c = 0.5 * (up + down);
+        let [p1, p2, p3, p4] = nome.parts(nome.over_square * (far * far + near * near));
+        let over = 1.0 / (c * p2);
+        Self {
+            half_turns,
+            sn: nome.theta3 * over4 * (s * over) * p1,
+            cn: nome.theta2 * over4 * over * p4,
+            dn: nome.theta2 * over3 * over * p3,
+        }
     }
-    let sn = (1.0 / (1.0 + cs * cs).sqrt()).copysign(sin);
-    Some(Climbed {
-        phase,
-        cs,
-        sn,
-        cn: cs * sn,
-        dn,
-    })
+
+    /// sn, cn, dn of u, in their ranges to the last digit.
+    #[inline]
+    pub fn functions(&self, kc: f64) -> (f64, f64, f64) {
+        // The sum of the squares is 1 to rounding.
+        let lengthened = 1.5 - 0.5 * (self.sn * self.sn + self.cn * self.cn);
+        let by = parity(self.half_turns) * lengthened;
+        let unit = |f: f64| (by * f).clamp(-1.0, 1.0);
+        (unit(self.sn), unit(self.cn), self.dn.clamp(kc, 1.0))
+    }
 }
+
+/// (-1)^n.
+#[inline]
+fn parity(n: f64) -> f64 {
+    f64::from_bits(1f64.to_bits() | ((n as i64 as u64) << 63))
+}
+
+/// n and r of u = 2 K n + r, |r| <= K.
+#[inline]
+fn without_half_turns(u: f64, kc: f64, nome: &Nome) -> (f64, f64) {
+    // K = -log(q) theta_3(0)^2/2, also where q is below the smallest number.
+    let half_log = -(kc * nome.over_square.sqrt()).ln();
+    let quarter = (nome.period * half_log).min(LOG_OF_LARGEST);
+    let half_turns = nearest(u / (2.0 * quarter));
+    // Beyond 1/eps periods the rest is no digit at all.
+    let rest = u - half_turns * (2.0 * quarter);
+    (half_turns, rest.clamp(-quarter, quarter))
+}
+
+/// The nearest integer; beyond 2^52 all numbers are.
+#[inline]
+fn nearest(x: f64) -> f64 {
+    const BIG: f64 = 6_755_399_441_055_744.0;
+    if x.abs() < 1e15 { (x + BIG) - BIG } else { x }
+}
+
+/// 1/(2k + 1)!.
+const SINH: [f64; 7] = [
+    1.0,
+    1.0 / 6.0,
+    1.0 / 120.0,
+    1.0 / 5_040.0,
+    1.0 / 362_880.0,
+    1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+];

@@ -7,6 +7,8 @@ pub mod frame;
 pub mod gauss;
 pub mod jacobi;
 pub mod order;
+pub(crate) mod real;
 pub mod se3;
+pub(crate) mod theta;
 
 pub use domain::DomainError;

@@ -7,9 +7,9 @@
 
 use super::{AtSection, RodInertia, Turning, dot};
 use crate::elastica::curvature::Swing;
-use crate::elastica::lanes::Real;
 use crate::manifold::Felt;
 use crate::math::frame::Frame;
+use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
 /// What a unit of the rod's mass adds where the clamp moves.
