@@ -4,10 +4,16 @@
 //! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at
 //! the centre; the third are bounded over the box by measured constants.
 
-use super::chart::ChartPoint;
+use super::along::Along;
+use super::chart::{ChartPoint, Modulus};
 use super::curvature::{TipDerivatives, cross, dot};
-use super::equilibrium::tip;
+use super::equilibrium::{closed_tip, tip};
+use super::slight::SLIGHT;
 use crate::error::Result;
+use std::f64::consts::{FRAC_PI_2, LN_2};
+
+/// Half width of a box up to which the tip is needed to a few ulp.
+const SMALL: f64 = 1e-4;
 
 /// First coordinate of a box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,57 +35,50 @@ pub(super) struct Bending {
 }
 
 impl Bending {
-    /// Bounds of the third derivatives where the first coordinate runs over [from, to] and lam below
-    /// `lam`: measured for lam <= 60 (largest values over lines of 4000 points), each constant at
-    /// least 1.2 times the largest value found. They grow like powers of lam, scale with p^2 and p
-    /// near the straight rod, and fall off with exp(lam - p) where the rod is still taut.
-    pub(super) fn third(kind: Column, from: f64, to: f64, lam: f64) -> [[f64; 2]; 4] {
-        let slight = lam.min(1.0);
-        let (x, y, scale) = match kind {
+    /// Bounds of the third derivatives over a box at whose centre the end is at the distance `radius` from the clamp: measured for lam <= 60 and
+    /// widened by at least 1.2. They grow like powers of lam and scale with p^2 and p near the straight rod. Elsewhere what bends the map is the turn of the
+    /// rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period: the n-th bend moves 2n + 1 times as fast with p as K
+    /// does, the end goes round the clamp with it, and the straight part between two bends does nothing, to exp of its length.
+    pub(super) fn third(
+        kind: Column,
+        (p, a): (f64, f64),
+        (lam, b): (f64, f64),
+        radius: f64,
+    ) -> [[f64; 2]; 4] {
+        let high = lam + b;
+        let slight = high.min(1.0);
+        let fade = [slight * slight, slight, 1.0, 1.0];
+        let powers = |r: f64, terms: [[f64; 2]; 4]| {
+            let power = [r * r * r, r * r, r, 1.0];
+            std::array::from_fn(|k: usize| terms[k][0] + terms[k][1] * power[k])
+        };
+        let (x, y): ([f64; 4], [f64; 4]) = match kind {
             Column::Log => {
-                let p = to.exp();
-                (
-                    [
-                        28.0 + 0.09 * lam.powi(3),
-                        10.0 + 0.28 * lam * lam,
-                        9.0 + 0.8 * lam,
-                        10.0,
-                    ],
-                    [
-                        6.0 + 0.09 * lam.powi(3),
-                        3.0 + 0.25 * lam * lam,
-                        3.0 + 0.8 * lam,
-                        4.0,
-                    ],
-                    [p * p, p],
-                )
+                let p = p * (1.0 + a + a * a);
+                let x = powers(
+                    p * high,
+                    [[31.0, 0.132], [11.0, 0.34], [9.6, 1.0], [10.0, 0.0]],
+                );
+                let y = powers(
+                    p * high,
+                    [[9.0, 0.155], [3.0, 0.335], [2.6, 0.88], [4.0, 0.0]],
+                );
+                (x.map(|v| v * p * p), y.map(|v| v * p))
             }
             Column::Linear => {
-                let both = [
-                    6.0 + 0.11 * lam.powi(3),
-                    4.0 + 0.4 * lam * lam,
-                    6.0 + 1.4 * lam,
-                    11.0,
-                ];
-                let taut = (4.0 * (lam - from).exp()).min(1.0);
-                (both, both, [taut * taut, taut])
+                let quarter = [p - a + LN_2, p + a + QUARTER];
+                let turns = (high / quarter[0]).max(1.0);
+                let moved = (2.0 * b + 3.0 * a * (turns + 1.0)) / lam;
+                let size = 16.4
+                    * (radius + moved + 4.0 / lam)
+                    * (-from_bends([lam - b, high], quarter)).exp();
+                let passing = powers(turns, [[0.0, size]; 4]);
+                let any = powers(high, [[8.0, 0.12], [4.0, 0.4], [6.0, 1.4], [11.7, 0.0]]);
+                let both = std::array::from_fn(|k| any[k].min(passing[k]));
+                (both, both)
             }
         };
-        let fade = [slight * slight, slight, 1.0, 1.0];
-        std::array::from_fn(|k| [x[k] * scale[0] * fade[k], y[k] * scale[1] * fade[k]])
-    }
-
-    /// Bound along the direction `e` of what the linear part leaves out over half widths (a, b).
-    fn remainder(&self, e: [f64; 2], a: f64, b: f64) -> f64 {
-        let quadratic = [a * a, 2.0 * a * b, b * b];
-        let cubic = [a * a * a, 3.0 * a * a * b, 3.0 * a * b * b, b * b * b];
-        let second: f64 = (0..3)
-            .map(|k| dot(e, self.second[k]).abs() * quadratic[k])
-            .sum();
-        let third: f64 = (0..4)
-            .map(|k| (e[0].abs() * self.third[k][0] + e[1].abs() * self.third[k][1]) * cubic[k])
-            .sum();
-        0.5 * second + third / 6.0
+        std::array::from_fn(|k| [x[k] * fade[k], y[k] * fade[k]])
     }
 
     /// Bounds of the change of the two columns of the Jacobian over half widths (a, b), as (x, y).
@@ -106,6 +105,24 @@ impl Bending {
     }
 }
 
+/// K < p + QUARTER for p > 1; it is more than p + log 2.
+const QUARTER: f64 = LN_2 + 0.25;
+/// Rods whose bends are farther from the clamp than this are not told from each other: what is left there falls off more slowly.
+const FAR: f64 = 11.0;
+
+/// The least distance in lam from an odd multiple of K, of these two intervals.
+fn from_bends([low, high]: [f64; 2], [least, most]: [f64; 2]) -> f64 {
+    // The last bend that has surely passed the clamp, and the next one.
+    let passed = ((low / most + 1.0) * 0.5).floor();
+    let behind = if passed < 1.0 {
+        FAR
+    } else {
+        low - (2.0 * passed - 1.0) * most
+    };
+    let ahead = (2.0 * passed + 1.0) * least - high;
+    behind.min(ahead).clamp(0.0, FAR)
+}
+
 /// The tip and its derivatives over the box's coordinates, as (1 - x, y).
 pub(super) struct Local {
     pub(super) tip: [f64; 2],
@@ -113,18 +130,57 @@ pub(super) struct Local {
     along_lam: [f64; 2],
 }
 
-/// The chart point of a box coordinate.
-pub(super) fn chart_point(kind: Column, first: f64, lam: f64) -> Result<(f64, ChartPoint)> {
-    let p = match kind {
+/// The chart coordinate of a box coordinate.
+fn place(kind: Column, first: f64) -> f64 {
+    match kind {
         Column::Log => first.exp(),
         Column::Linear => first,
-    };
+    }
+}
+
+/// The chart point of a box coordinate.
+pub(super) fn chart_point(kind: Column, first: f64, lam: f64) -> Result<(f64, ChartPoint)> {
+    let p = place(kind, first);
     Ok((p, ChartPoint::at_load(p, lam)?))
+}
+
+/// The tip at p, lam and the chart point there by theta functions, faster than by [`ChartPoint::at_load`] and right to 1e-14 of kap^2 and kap, by which weakly
+/// bent rods move.
+fn quick_point(p: f64, lam: f64) -> ((f64, f64), ChartPoint) {
+    let modulus = Modulus::new(p);
+    let integrals = Along::new(&modulus, lam).clamp(&modulus);
+    let at = ChartPoint::from_integrals(p, integrals);
+    (closed_tip(&at), at)
+}
+
+/// The tip (1 - x, y) at p, lam, right to 1e-14 of kap^2 and kap.
+pub(super) fn quick_tip(p: f64, lam: f64) -> [f64; 2] {
+    quick_point(p, lam).0.into()
 }
 
 impl Local {
     pub(super) fn new(kind: Column, p: f64, at: &ChartPoint) -> Self {
-        let (one_minus_x, y) = tip(p, at);
+        Self::with_tip(kind, p, at, tip(p, at))
+    }
+
+    /// At the centre of a box of this half width: of large ones 1e-14 of the tip does not count.
+    pub(super) fn at_centre(
+        kind: Column,
+        (first, lam): (f64, f64),
+        width: f64,
+    ) -> Result<(f64, ChartPoint, Self)> {
+        if width > SMALL && lam > SLIGHT {
+            let p = place(kind, first);
+            let (tip, at) = quick_point(p, lam);
+            let local = Self::with_tip(kind, p, &at, tip);
+            return Ok((p, at, local));
+        }
+        let (p, at) = chart_point(kind, first, lam)?;
+        let local = Self::new(kind, p, &at);
+        Ok((p, at, local))
+    }
+
+    fn with_tip(kind: Column, p: f64, at: &ChartPoint, (one_minus_x, y): (f64, f64)) -> Self {
         let stretch = if kind == Column::Log { p } else { 1.0 };
         let i = &at.integrals;
         let lam_p = i.lam_p();
@@ -171,26 +227,75 @@ pub(super) fn mirrored(at: &ChartPoint, v: [f64; 2]) -> [f64; 2] {
     [-x, y]
 }
 
-/// True if no point of the box can reach the target: along some direction the gap exceeds what the
-/// linear part and the remainder can make.
-pub(super) fn out_of_reach(
-    local: &Local,
-    gap: [f64; 2],
-    bending: &Bending,
-    (a, b): (f64, f64),
-) -> bool {
-    // The tip, like the target, is known to a few ulp: a target on a fold must not slip through.
-    let rounding = 1e-15 * (local.tip[0].abs() + local.tip[1].abs());
-    let beyond = |e: [f64; 2]| {
-        let reach = dot(e, local.along_first).abs() * a + dot(e, local.along_lam).abs() * b;
-        let excess = dot(e, gap).abs() - reach;
-        excess > 0.0 && excess > bending.remainder(e, a, b) + rounding * (e[0].abs() + e[1].abs())
-    };
-    beyond(gap)
-        || beyond([-local.along_lam[1], local.along_lam[0]])
-        || beyond([-local.along_first[1], local.along_first[0]])
-        || beyond([1.0, 0.0])
-        || beyond([0.0, 1.0])
+/// Where the tip can be over a box: its expansion about the centre with each coordinate in half widths of the box.
+pub(super) struct Reach {
+    along_first: [f64; 2],
+    along_lam: [f64; 2],
+    /// Half the pure second derivatives, and the mixed one.
+    bend_first: [f64; 2],
+    bend_lam: [f64; 2],
+    mixed: [f64; 2],
+    /// Bounds of the rest.
+    rest: [f64; 2],
+}
+
+impl Reach {
+    pub(super) fn new(local: &Local, bending: &Bending, (a, b): (f64, f64)) -> Self {
+        let [pp, pl, ll] = bending.second;
+        let cubic = [a * a * a, 3.0 * a * a * b, 3.0 * a * b * b, b * b * b].map(|v| v / 6.0);
+        // The tip, like the target, is known to a few ulp: a target on a fold must not slip through.
+        let rounding = 1e-15 * (local.tip[0].abs() + local.tip[1].abs());
+        let rest = |i: usize| (0..4).fold(rounding, |sum, k| sum + bending.third[k][i] * cubic[k]);
+        Self {
+            along_first: local.along_first.map(|v| v * a),
+            along_lam: local.along_lam.map(|v| v * b),
+            bend_first: pp.map(|v| v * (0.5 * a * a)),
+            bend_lam: ll.map(|v| v * (0.5 * b * b)),
+            mixed: pl.map(|v| v * (a * b)),
+            rest: [rest(0), rest(1)],
+        }
+    }
+
+    /// True if no point of the box can reach a target at this distance from the centre: along some direction it is farther than the tip can come.
+    pub(super) fn misses(&self, gap: [f64; 2]) -> bool {
+        self.beyond(gap, gap)
+            || self.beyond([-self.along_lam[1], self.along_lam[0]], gap)
+            || self.beyond([-self.along_first[1], self.along_first[0]], gap)
+            || self.beyond([1.0, 0.0], gap)
+            || self.beyond([0.0, 1.0], gap)
+    }
+
+    /// True if the target is farther along the direction `e` than the tip. Of the quadratic part, what bends the other way helps.
+    fn beyond(&self, e: [f64; 2], gap: [f64; 2]) -> bool {
+        let away = dot(e, gap);
+        let side = 1f64.copysign(away);
+        let reach = most(dot(e, self.along_first), side * dot(e, self.bend_first))
+            + most(dot(e, self.along_lam), side * dot(e, self.bend_lam))
+            + dot(e, self.mixed).abs()
+            + dot(e.map(f64::abs), self.rest);
+        away.abs() > reach
+    }
+}
+
+/// The largest value of slope t + bend t^2 for |t| <= 1.
+fn most(slope: f64, bend: f64) -> f64 {
+    let slope = slope.abs();
+    if slope + 2.0 * bend >= 0.0 {
+        slope + bend
+    } else {
+        -0.25 * slope * slope / bend
+    }
+}
+
+/// False if no rod of this load or less, p > 0, has its end at the target (1 - x, y). Below lam = pi/2 the angle of a rod grows to the tip, ever more slowly:
+/// theta'' keeps its sign and is at most lam^2 in size, so that theta <= lam^2 (s - s^2/2) <= t = lam^2/2, y <= lam^2/3, and since no concave function of s
+/// that begins at 0 has a mean square beyond 4/3 of its squared mean, 1 - x <= (2/3) (t/sin t)^2 y^2.
+pub(super) fn within_slight_load(lam: f64, [one_minus_x, y]: [f64; 2]) -> bool {
+    // t/sin t <= 1/(1 - t^2/6).
+    let (square, rounding) = (lam * lam, 1.0 + 1e-14);
+    let least = y * rounding / (1.0 - square * square / 24.0);
+    lam >= FRAC_PI_2
+        || (0.0 <= y && 3.0 * y <= square * rounding && 1.5 * one_minus_x <= least * least)
 }
 
 /// True if the map is one-to-one on the box: |J^-1 (J(q) - J)| < 1 there, in the box's own norm.
@@ -212,7 +317,7 @@ mod tests {
     use super::*;
 
     /// Catches a bound on third derivatives that does not hold: they are sampled afresh, by central
-    /// differences of the exact second ones, on pseudo-random boxes of both kinds up to lam = 60.
+    /// differences of the exact second ones, at pseudo-random places of boxes of all sizes, of both kinds, up to lam = 60.
     #[test]
     fn third_derivatives_stay_below_their_bounds() {
         let mut seed = 20_u64;
@@ -227,17 +332,27 @@ mod tests {
             Local::bending(kind, p, &at, [[0.0; 2]; 4]).second
         };
         let mut fullest = 0.0f64;
-        for i in 0..20_000 {
+        for i in 0..40_000 {
             let lam = 0.2 + 59.8 * random().powi(2);
             let (kind, first) = if i % 2 == 0 {
                 (Column::Log, -6.0 * random())
             } else {
-                (Column::Linear, 1.0 + (lam + 3.0) * random())
+                (Column::Linear, 1.0 + (lam + 3.0) * random().powi(2))
             };
+            let half = [0.6, 0.6].map(|most| most * random().powi(4));
+            let centre = [first, lam + half[1]];
+            let (p, at) = chart_point(kind, centre[0], centre[1]).unwrap();
+            let radius = at.turned[0].hypot(at.turned[1]);
+            let bound = Bending::third(kind, (p, half[0]), (centre[1], half[1]), radius);
+            let within = |k: usize, share: f64| centre[k] + half[k] * (2.0 * share - 1.0);
+            let mut first = within(0, random());
+            if kind == Column::Linear {
+                first = first.max(0.85);
+            }
+            let lam = within(1, random());
             let h = 1e-4;
             let [ahead, behind] = [h, -h].map(|h| second(kind, first + h, lam));
             let [above, below] = [h, -h].map(|h| second(kind, first, lam + h));
-            let bound = Bending::third(kind, first, first, lam);
             for k in 0..2 {
                 let slope = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3], i: usize| {
                     (a[i][k] - b[i][k]) / (2.0 * h)

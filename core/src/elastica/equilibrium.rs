@@ -243,6 +243,12 @@ pub(super) fn tip(p: f64, at: &ChartPoint) -> (f64, f64) {
     if i.lam < SLIGHT {
         return slight_tip(p, i);
     }
+    closed_tip(at)
+}
+
+/// The same by the closed form, to an ulp of kap^2 and kap.
+pub(super) fn closed_tip(at: &ChartPoint) -> (f64, f64) {
+    let i = &at.integrals;
     // 1 - (cos alpha X - sin alpha Y) with s^2 + c^2 = 1 and D^2 + kap^2 c^2 = 1 used up: what is left is
     // of the order of the result, for small kap and for small w alike.
     let (kap2, kc2, c2) = (i.kap * i.kap, i.kap_c * i.kap_c, i.c * i.c);
