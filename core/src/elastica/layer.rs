@@ -6,11 +6,12 @@
 //! rate of order exp(-lam): up to 1e9 time units. Hence a linearly implicit method, whose steps grow
 //! as the flow slows down and end as Newton's.
 
+use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
 use crate::manifold::{Multivalued, invert_near};
 use crate::math::gauss::Rule;
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix2, Vector2};
 use std::f64::consts::PI;
 
 type Field = DVector<f64>;
@@ -39,7 +40,33 @@ const SHOWN: f64 = 5e-4;
 const SLOW: f64 = 1e-5;
 /// Below this the flow rests, also if that is next to where it began (a fold on the verge of a cusp).
 const AT_REST: f64 = 1e-13;
-/// Most steps of a layer, and its longest duration; a usual one takes a hundred steps.
+/// The method's coefficients, GAMMA on the diagonal: of the stages in the shape (A) and in their sum over h (C), of the result and of its error. The fourth
+/// stage takes the flow from the third.
+const GAMMA: f64 = 0.572_82;
+const A2: f64 = 2.0;
+const A3: [f64; 2] = [1.867_943_637_803_922, 0.234_444_971_139_915_6];
+const C2: f64 = -7.137_615_036_412_31;
+const C3: [f64; 2] = [2.580_708_087_951_457, 0.651_595_007_644_797_5];
+const C4: [f64; 3] = [
+    -2.137_148_994_382_534,
+    -0.321_466_969_123_762_6,
+    -0.694_974_250_178_177_9,
+];
+const RESULT: [f64; 4] = [
+    2.255_570_073_418_735,
+    0.287_049_326_218_679_2,
+    0.435_317_943_184_018,
+    1.093_502_252_409_163,
+];
+const ERROR: [f64; 4] = [
+    -0.281_543_193_214_115_5,
+    -0.072_761_991_249_349_2,
+    -0.108_219_620_149_531_1,
+    -1.093_502_252_409_163,
+];
+/// The most that the logarithm of the speed is let grow by in a step: what grows is followed by a rational function with a pole at 1/GAMMA.
+const GROWTH: f64 = 0.9;
+/// Most steps of a layer, and its longest duration; a usual one takes forty steps.
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
 
@@ -105,7 +132,7 @@ fn flow(
     let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
     let origin = rod.curvature(&start)?;
     let mut u = rod.departed(q, leaving, &origin)?;
-    let (mut h, mut time) = (0.1, 0.0);
+    let (mut h, mut time, mut before) = (0.1, 0.0, None);
     seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {
         let bent = rod.bent(&u);
@@ -121,17 +148,23 @@ fn flow(
         {
             return Ok(landed);
         }
+        if let Some((then, step)) = before.take() {
+            let growth = f64::ln(speed / then) / step;
+            if growth * h > GROWTH {
+                h = GROWTH / growth;
+            }
+        }
         let Some((next, error)) = rod.step(&u, &bent, (&rate, n), h) else {
             h *= 0.1;
             continue;
         };
         let ratio = error / (tolerance * size);
         if ratio <= 1.0 {
-            (u, time) = (next, time + h);
+            (u, time, before) = (next, time + h, Some((speed, h)));
             seen(&rod, &u, time);
         }
-        let factor = 0.9 / ratio.max(1e-8).sqrt();
-        h *= if factor > 0.2 { factor.min(5.0) } else { 0.2 };
+        let factor = 0.9 / ratio.max(1e-12).sqrt().sqrt();
+        h *= if factor > 0.2 { factor.min(2.5) } else { 0.2 };
     }
     let lower = |l: &Vector2<f64>| {
         rods.point(l)
@@ -169,6 +202,64 @@ struct Bent {
     tip: Vector2<f64>,
 }
 
+/// The flow linearised at a shape, I - gamma h J, ready to be solved.
+struct Linearised<'a> {
+    rod: &'a Rod,
+    bent: &'a Bent,
+    /// 1/(1 + gamma h).
+    damped: f64,
+    /// n . (cos, sin), times gamma h/(1 + gamma h).
+    along: Field,
+    lu: LU<f64, Dyn, Dyn>,
+}
+
+impl<'a> Linearised<'a> {
+    fn new(rod: &'a Rod, bent: &'a Bent, (rate, n): (&Field, Vector2<f64>), gamma: f64) -> Self {
+        let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
+        let nodes = rate.len();
+        let along = (&bent.cos * n[0] + &bent.sin * n[1]) * share;
+        let turning = rod.outer.tr_mul(&rate.component_mul(&rod.weights)) * share;
+        let mut matrix = DMatrix::identity(nodes + 2, nodes + 2);
+        for (j, along) in along.iter().enumerate() {
+            let (mut column, twice) = (matrix.column_mut(j), rod.twice.column(j));
+            column.rows_mut(0, nodes).axpy(-along, &twice, 1.0);
+        }
+        for (j, (lever, turned)) in bent.lever.iter().zip([&bent.cos, &bent.sin]).enumerate() {
+            let at = nodes + j;
+            let swept = &rod.integrate * lever;
+            matrix.view_mut((0, at), (nodes, 1)).copy_from(&-swept);
+            let weighed = rod.outer.tr_mul(&lever.component_mul(&rod.weights));
+            let row = weighed.component_mul(&along) + turning.component_mul(turned);
+            matrix
+                .view_mut((at, 0), (1, nodes))
+                .copy_from(&row.transpose());
+            for (l, other) in bent.lever.iter().enumerate() {
+                matrix[(at, nodes + l)] = rod.mean(lever, other);
+            }
+        }
+        let lu = matrix.lu();
+        Self {
+            rod,
+            bent,
+            damped,
+            along,
+            lu,
+        }
+    }
+
+    /// k with (I - gamma h J) k = b.
+    fn solve(&self, b: &Field) -> Option<Field> {
+        let nodes = b.len();
+        let b = b * self.damped;
+        let mut found = (&self.rod.integrate * &b).push(0.0).push(0.0);
+        let solved = self.lu.solve_mut(&mut found);
+        let bends = found.rows(0, nodes).component_mul(&self.along);
+        let [q_x, q_y] = &self.bent.lever;
+        let ends = q_x * found[nodes] + q_y * found[nodes + 1];
+        solved.then(|| b + &self.rod.outer * bends + ends)
+    }
+}
+
 impl Rod {
     fn new(held: Vector2<f64>, nodes: usize) -> Self {
         let rule = Rule::new(nodes);
@@ -190,7 +281,7 @@ impl Rod {
     fn curvature(&self, of: &Equilibrium) -> Result<Field> {
         let mut u = Field::zeros(self.s.len());
         for (value, &s) in u.iter_mut().zip(self.s.iter()) {
-            *value = of.section(s)?.curvature;
+            *value = 2.0 * of.lambda * of.kappa * amplitude(of.p, of.lambda * (1.0 - s))?.sin();
         }
         Ok(u)
     }
@@ -253,10 +344,10 @@ impl Rod {
         (0..a.len()).map(|i| self.weights[i] * a[i] * b[i]).sum()
     }
 
-    /// One step of the Rosenbrock method ROS2 (order 2, L-stable) from u with this rate and resultant, with the change against its
-    /// embedded first-order result. Linearised at constant q . u_T, the flow is
-    /// k -> dq(k) . n - k + q . nu with int q k contracting at rate 1, dq = outer (n . (cos, sin) phi), phi = integrate k. What is solved for is phi,
-    /// whose matrix is made without a product of matrices, and nu.
+    /// One step of an L-stable Rosenbrock method of order 4 from u with this rate and resultant, with the change against its embedded result of order 3
+    /// (Hairer & Wanner, Solving ODEs II, Table IV.7.2, method 6). The flow linearised is k -> dq(k) . n - k + q . nu, dq = outer (n . (cos, sin) phi),
+    /// phi = integrate k, where nu keeps int q k contracting at rate 1 while q turns: its change is -int q k - int dq(k) . u_T. What is
+    /// solved for is phi, whose matrix is made without a product of matrices, and nu.
     fn step(
         &self,
         u: &Field,
@@ -264,42 +355,17 @@ impl Rod {
         (rate, n): (&Field, Vector2<f64>),
         h: f64,
     ) -> Option<(Field, f64)> {
-        let gamma = h * (1.0 - std::f64::consts::FRAC_1_SQRT_2);
-        let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
-        let nodes = u.len();
-        let along = (&bent.cos * n[0] + &bent.sin * n[1]) * share;
-        let mut matrix = DMatrix::identity(nodes + 2, nodes + 2);
-        for (j, along) in along.iter().enumerate() {
-            let (mut column, twice) = (matrix.column_mut(j), self.twice.column(j));
-            column.rows_mut(0, nodes).axpy(-along, &twice, 1.0);
-        }
-        for (j, lever) in bent.lever.iter().enumerate() {
-            let at = nodes + j;
-            let swept = &self.integrate * lever;
-            matrix.view_mut((0, at), (nodes, 1)).copy_from(&-swept);
-            let weighed = self.outer.tr_mul(&lever.component_mul(&self.weights));
-            let row = weighed.component_mul(&along).transpose();
-            matrix.view_mut((at, 0), (1, nodes)).copy_from(&row);
-            for (l, other) in bent.lever.iter().enumerate() {
-                matrix[(at, nodes + l)] = self.mean(lever, other);
-            }
-        }
-        let lu = matrix.lu();
-        let solve = |b: Field| {
-            let b = b * damped;
-            let mut found = (&self.integrate * &b).push(0.0).push(0.0);
-            let solved = lu.solve_mut(&mut found);
-            let bends = found.rows(0, nodes).component_mul(&along);
-            let ends = &bent.lever[0] * found[nodes] + &bent.lever[1] * found[nodes + 1];
-            solved.then(|| b + &self.outer * bends + ends)
-        };
-        let k1 = solve(rate.clone())?;
-        let beyond = u + &k1 * h;
-        let k2 = solve(self.rate(&beyond, &self.bent(&beyond)).0 - &k1 * 2.0)?;
-        let error = 0.5 * h * (&k1 + &k2).norm();
-        error
-            .is_finite()
-            .then(|| (u + k1 * (1.5 * h) + k2 * (0.5 * h), error))
+        let solver = Linearised::new(self, bent, (rate, n), GAMMA * h);
+        let solve = |b: &Field| Some(solver.solve(b)? * (GAMMA * h));
+        let flow = |u: &Field| self.rate(u, &self.bent(u)).0;
+        let u1 = solve(rate)?;
+        let u2 = solve(&(flow(&(u + &u1 * A2)) + &u1 * (C2 / h)))?;
+        let third = flow(&(u + &u1 * A3[0] + &u2 * A3[1]));
+        let u3 = solve(&(&third + &u1 * (C3[0] / h) + &u2 * (C3[1] / h)))?;
+        let u4 = solve(&(third + &u1 * (C4[0] / h) + &u2 * (C4[1] / h) + &u3 * (C4[2] / h)))?;
+        let sum = |c: &[f64; 4]| &u1 * c[0] + &u2 * c[1] + &u3 * c[2] + &u4 * c[3];
+        let error = sum(&ERROR).norm();
+        error.is_finite().then(|| (u + sum(&RESULT), error))
     }
 
     /// (u_T, n): the flow and the resultant that holds the end.
@@ -327,7 +393,7 @@ impl Rod {
         let theta1 = self.weights.dot(u);
         let half = 0.5 * (theta1 - alpha);
         let p = (half.sin() / half.cos().abs()).asinh();
-        let guess = super::chart::amplitude(p, lam).ok()?;
+        let guess = amplitude(p, lam).ok()?;
         let landed = invert_near(rods, &self.held, &Vector2::new(p, guess), 1e-15).ok()?;
         let there = Equilibrium::new(landed.q[0], landed.q[1]).ok()?;
         let shape = self.curvature(&there).ok()?;
