@@ -80,6 +80,21 @@ fn targets_on_folds_are_answered() {
     }
 }
 
+/// Catches a root dropped because Newton's method left its box: next to folds it does, and the count of roots then failed at these points.
+#[test]
+fn roots_next_to_folds_are_not_dropped() {
+    for (x, y) in [
+        (9.984242476894247e-1, -4.628972330984331e-2),
+        (3.92005237114463e-1, -1.0327234580689638e-1),
+        (-1.340991258540861e-1, -1.843776694997845e-1),
+        (4.2706951238542357e-1, -6.44231032528499e-1),
+    ] {
+        let found = equilibria_at(x, y, 14.0).unwrap();
+        assert!(found.iter().any(|f| f.index == 0), "({x}, {y})");
+        assert!(found.iter().all(|f| f.residual < 1e-13), "({x}, {y})");
+    }
+}
+
 /// Outside, on the rim, at (1, 0), NaN: each its own message.
 #[test]
 fn unreachable_positions_are_refused() {

@@ -377,4 +377,21 @@ mod tests {
         // A bound never approached would only make the search slow.
         assert!(fullest > 0.3, "{fullest}");
     }
+
+    /// Catches a slightly loaded rod that is left out unseen: no equilibrium is outside the region that is said to hold all.
+    #[test]
+    fn slightly_loaded_rods_are_within_their_region() {
+        let mut nearest = f64::INFINITY;
+        for i in 1..=60 {
+            for j in 0..=40 {
+                let (lam, p) = (FRAC_PI_2 * f64::from(i) / 60.001, 1e-3 * 1.3f64.powi(j));
+                let at = ChartPoint::at_load(p, lam).unwrap();
+                let [one_minus_x, y] = tip(p, &at).into();
+                assert!(within_slight_load(lam, [one_minus_x, y]), "{p} {lam}");
+                assert!(!within_slight_load(lam, [one_minus_x, -y]), "{p} {lam}");
+                nearest = nearest.min(lam * lam / 3.0 / y);
+            }
+        }
+        assert!(nearest < 1.5, "{nearest}");
+    }
 }
