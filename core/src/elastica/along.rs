@@ -149,7 +149,7 @@ impl Along {
         if self.lam > NARROW * away && self.lam < k + ABOUT * away {
             let widths = self.lam / away;
             let most = (DRAWS - 1) as f64;
-            draw = (rough_log(2.0 * widths) / DRAW).clamp(1.0, most) as usize;
+            draw = (rough_log(2.0 * widths) / DRAW + 0.5).clamp(1.0, most) as usize;
             let range = DRAW * draw as f64;
             slowness = (MIRRORED[0] + MIRRORED[1] * range) * slow(1.0, PI / range);
         }

@@ -11,9 +11,10 @@
 //! Units: length 1, bending stiffness 1.
 
 mod carried;
+mod light;
 mod passage;
 
-use passage::fold_function;
+pub use light::LightRod;
 pub use passage::{INERTIAL_ESCAPE, Passage, VISCOUS_ESCAPE};
 
 use super::along::{Along, DRAWS, drawn};
@@ -21,8 +22,6 @@ use super::chart::{ChartPoint, Integrals, Modulus};
 use super::curvature::{Swing, TipDerivatives};
 use super::lanes::{self, InLanes, Lanes, WIDEST};
 use crate::error::{Error, Result};
-use crate::manifold::{Felt, RodMass};
-use crate::math::frame::Frame;
 use crate::math::gauss::Rule;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
@@ -483,115 +482,6 @@ fn less<T: Real>(x: f64, y: T) -> T {
 #[inline(always)]
 fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
     a[0].times_plus(b[0], a[1] * b[1])
-}
-
-/// A planar elastica of small mass whose shapes stay equilibria.
-///
-/// Its mass is followed until twice the time T_i = (M0)^(2/5) (A B)^(-1/5) before a fold, in which inertia lets the rod go
-/// (theory 2.8), and on rods that are not pulled too hard.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LightRod {
-    /// Mass of the whole rod.
-    pub mass: f64,
-    /// Gravity, in the world.
-    pub gravity: Vector2<f64>,
-}
-
-/// No rod lighter loaded than lam = 5.766 is at a fold (`folds.rs`); nor, with room to spare for what leads there, next to one.
-const UNFOLDED: f64 = 4.5;
-/// Times T_i before a fold within which a rod is not followed, and beyond which it is again.
-const CLEAR: [f64; 2] = [2.0, 3.0];
-/// Pulls lam above which a rod is not followed, and below which it is again.
-const PULLED: [f64; 2] = [30.0, 20.0];
-/// |kap| below which a rod is as good as straight, so that its end is held along it: its mass then swings across as 1/kap.
-const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
-
-/// A vector of the world along the axes of the clamp.
-fn seen(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
-    frame.map_or(*vector, |frame| frame.inward(vector))
-}
-
-impl RodMass<2> for LightRod {
-    fn mass(&self) -> f64 {
-        self.mass
-    }
-
-    fn gravity(&self) -> Vector2<f64> {
-        self.gravity
-    }
-
-    fn added(
-        &self,
-        frame: Option<&Frame<2>>,
-        [q, v]: [&Vector2<f64>; 2],
-        force: &Vector2<f64>,
-        error: f64,
-    ) -> Option<Felt<2>> {
-        // The force is lam^2 (cos alpha, sin alpha).
-        let (p, lam, error) = (q[0], force.norm().sqrt(), error / self.mass);
-        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
-            let rod = RodInertia::at_load(p, lam).ok()?.to_part(error);
-            return Some(rod.carried(v, &self.gravity, frame)?.felt(self.mass));
-        }
-        let (mass, push) = lanes::wide(Adding {
-            p,
-            lam,
-            error,
-            v: *v,
-            gravity: seen(&self.gravity, frame),
-        })?;
-        Some(Felt {
-            mass: mass * self.mass,
-            force: push * self.mass,
-            pull: Vector2::zeros(),
-            power: 0.0,
-        })
-    }
-
-    fn energies(
-        &self,
-        frame: Option<&Frame<2>>,
-        [q, v]: [&Vector2<f64>; 2],
-        error: f64,
-    ) -> Option<[f64; 2]> {
-        let rod = RodInertia::new(q[0], q[1]).ok()?;
-        let rod = rod.to_part(error / self.mass);
-        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
-            let carried = rod.carried(v, &self.gravity, frame)?;
-            let potential = -self.gravity.dot(&frame.place(&carried.centre));
-            return Some([carried.kinetic, potential].map(|energy| energy * self.mass));
-        }
-        let added = rod.added(v, &seen(&self.gravity, frame))?;
-        let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
-        let centre = frame.map_or(added.centre, |frame| frame.place(&added.centre));
-        Some([kinetic, -self.mass * self.gravity.dot(&centre)])
-    }
-
-    fn holds(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> bool {
-        let bound = usize::from(!followed);
-        let Ok(rod) = RodInertia::new(q[0], q[1]) else {
-            return false;
-        };
-        let i = &rod.integrals;
-        let bent = STRAIGHT[bound];
-        let straight = i.kap.abs() <= bent && 1.0 - rod.place().x <= bent * bent;
-        if straight || !(i.lam < PULLED[bound]) {
-            return false;
-        }
-        if i.lam < UNFOLDED {
-            return true;
-        }
-        let Some((_, rate)) = rod.chart_rate(v) else {
-            return false;
-        };
-        let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
-        if fold * gradient.dot(&rate) >= 0.0 {
-            return true;
-        }
-        let clear = |fold: &Passage| fold.time_ahead() > CLEAR[bound] * fold.inertial(self.mass);
-        // Most folds are far away, which needs no integrals.
-        clear(&Passage::ahead_of(&rod, v).0) || clear(&Passage::of(&rod.to_part(ROUGH), v))
-    }
 }
 
 #[cfg(test)]

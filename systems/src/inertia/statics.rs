@@ -23,8 +23,10 @@ pub(super) const SUBSPACE: usize = 24;
 const STEPS: usize = 400;
 /// Shifts of an indefinite stiffness that are tried, each ten times the one before.
 const SHIFTS: i32 = 24;
-/// Its residual at the end, relative to 1 + the loads.
+/// Its residual, a couple in EI/length, with which it is at its end, and the part of 1 + the residual at its start with which it has found one: under
+/// great loads rounding is a part of these.
 const SOLVED: f64 = 1e-13;
+const FOUND: f64 = 1e-9;
 /// A part of the stiffness that is not symmetric counts from this, relative to the whole.
 const UNSYMMETRIC: f64 = 1e-9;
 
@@ -44,6 +46,7 @@ impl HeavyRod {
         let mut balance = self.balance(t, &at, &none).ok_or_else(outside)?;
         let weights = self.norm_weights();
         let size = |r: &DVector<f64>| (r.component_mul(&weights)).norm();
+        let first = size(&balance.residual);
         let mut shift = 0.0;
         for _ in 0..STEPS {
             let slope = self
@@ -87,7 +90,7 @@ impl HeavyRod {
             }
         }
         let left = size(&balance.residual);
-        match left <= 1e-9 {
+        match left <= FOUND * (1.0 + first) {
             true => Ok(q),
             false => Err(Error::unreachable(format!(
                 "no equilibrium of the rod with its weight was found: the best leaves a couple of {left:.1e} EI/length; start from \
