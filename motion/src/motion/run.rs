@@ -294,10 +294,10 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     }
 
     fn describe(&self, phase: Phase<N>) -> Sample<N> {
-        let of_rod = match &self.early {
-            Some(early) => early(phase.t).map(|(_, of_rod)| of_rod),
-            None => self.followed.then(|| self.of_rod(&phase)),
-        };
+        if let Some((phase, of_rod)) = self.early.as_ref().and_then(|early| early(phase.t)) {
+            return self.with_energies(phase, of_rod);
+        }
+        let of_rod = self.followed.then(|| self.of_rod(&phase));
         self.with_energies(phase, of_rod.unwrap_or_default())
     }
 
@@ -458,7 +458,10 @@ impl<'a> Run<'a, Elastica, 2> {
                 Error::no_convergence("the start from the straight rod has no shape")
             })
         };
-        let first = state(opening.until)?;
+        let first = match opening.handed_over() {
+            Some(first) => first,
+            None => state(opening.until)?,
+        };
         let given = Phase { v, ..state(0.0)? };
         let mut run = Self::start(&Elastica, body, first, options, 0.0, 0)?;
         run.given = given;
@@ -515,13 +518,13 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                 to: from,
             });
         }
-        // What energy the rod has is lost where the motion goes on without its mass.
-        if let Some(early) = self.early.take()
-            && !self.followed
-            && let Some((_, of_rod)) = early(from)
-        {
-            self.snapped += of_rod.iter().sum::<f64>();
+        // What the rod had until here goes to vibrations of its own, but for what the motion goes on with.
+        if let Some((phase, of_rod)) = self.early.as_ref().and_then(|early| early(from)) {
+            let before = self.with_energies(phase, of_rod).ledger.total();
+            self.early = None;
+            self.snapped += before - self.now().ledger.total();
         }
+        self.early = None;
         if from >= self.options.duration {
             return Some(self.stop(Outcome::EndOfTime));
         }

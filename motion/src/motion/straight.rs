@@ -22,7 +22,7 @@ use crate::elastica::Equilibrium;
 use crate::elastica::straight::{AlmostStraight, EULER, MOST_PULL, unstable};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::math::gauss::{Rule, legendre};
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 /// Collocation points.
 const POINTS: usize = 16;
@@ -35,6 +35,8 @@ const SETTLED: f64 = 1e-13;
 /// Height of the end at which the chart takes over a rod of known mass at the latest: what is left out before is its square of the rod's mass, and the
 /// rod is bent enough for its mass to be followed.
 const HANDED_OVER: f64 = 3e-3;
+/// By how much the mass of the rod may be off there.
+const EXACT: f64 = 1e-12;
 /// Rounds of Newton's method after which the derivatives c'(N) are good enough.
 const SLOPES: usize = 3;
 /// The state shown at t = 0, where the chart has none, is that of the first of these parts of the opening in which the rod has
@@ -275,6 +277,55 @@ impl Opening {
             }
         }
         Some(())
+    }
+
+    /// The state with which the chart takes over. The pull there is that of equilibria whose mass counts: it differs from the body's alone by a multiple of
+    /// eps y''/y, and a mass let go with another one would shake along the rod. With a pull beyond that of the body by d, 1 - x is larger by
+    /// s = (c(N + d) - c(N)) y^2, which grows as y y'' does; so v_x and v_x' are smaller by s y'/y and s y''/y, and d is what the equation of motion along
+    /// the rod then holds for. None beyond what is served.
+    pub fn handed_over(&self) -> Option<Phase<2>> {
+        let t = self.until;
+        let plain = self.at(t)?;
+        let Some(rod) = self.body.rod() else {
+            return Some(plain);
+        };
+        let (pose, v, pull) = self.state(t)?;
+        let start = self.rods.at(pull, pose[1])?;
+        let frame = self.body.support().map(|support| support.at(t));
+        let mu = self.body.mass();
+        let force = Vector2::new(-pull, -start.across);
+        let mut slaved = self.body.action(t, &pose, &v, &force);
+        self.with_rod(t, (&pose, &v), pull, &mut slaved)?;
+        let [inward, across] = slaved.acceleration.into();
+        // What is missing in the acceleration along the rod, and the state.
+        let at = |more: f64| {
+            let bent = self.rods.at(pull + more, pose[1])?;
+            let shorter = bent.one_minus_x - start.one_minus_x;
+            let pose = pose - Vector2::new(shorter, 0.0);
+            let v = v - Vector2::new(shorter * v[1] / pose[1], 0.0);
+            let (q, force) = (
+                Vector2::from(bent.chart()),
+                Vector2::new(-bent.pull, -bent.across),
+            );
+            let felt = rod.added(frame.as_ref(), [&q, &v], &force, EXACT)?;
+            let alone = self.body.action(t, &pose, &v, &force).acceleration;
+            let all = (felt.mass + Matrix2::identity() * mu).try_inverse()?;
+            let found = all * (alone * mu + felt.force);
+            let gap = found[0] - inward + shorter * across / pose[1];
+            Some((gap, Phase { q, v, ..plain }))
+        };
+        let mut before = (0.0, at(0.0)?.0);
+        let mut more = 1e-2 * (1.0 + pull.abs());
+        for _ in 0..30 {
+            let (gap, phase) = at(more)?;
+            let step = -gap * (more - before.0) / (gap - before.1);
+            if !(step.abs() > 1e-9 * (1.0 + more.abs())) {
+                return Some(phase);
+            }
+            before = (more, gap);
+            more += step;
+        }
+        None
     }
 
     /// Kinetic energy of the rod at the time t, and its potential; 0 of a rod without mass, or beyond what is served.

@@ -72,7 +72,8 @@ impl Scene {
             Place::Rest { .. } => {
                 return Err(Error::domain(
                     "[start] rest: an elastic rod under its weight, or another load along it, does not rest straight: write settled = true, a position, or \
-                     lambda and kappa; or give it friction (damping), or leave out its mass",
+                     lambda and kappa; or give it friction (damping), or leave out its mass, or follow that (inertia = \"full\", or, under its weight \
+                     alone, \"first-order\")",
                 ));
             }
             _ => {
