@@ -358,7 +358,6 @@ impl AssemblyRun {
                 (rule.chosen(stable, |_| None), Some(choices))
             }
         };
-        let body = &here.at.now.bodies[0];
         let end = |q: &Wrench, index, elastic| SnapEnd {
             q: DVector::from_column_slice(q.as_slice()),
             sheet: None,
@@ -372,8 +371,8 @@ impl AssemblyRun {
             Ok(Snap {
                 t: here.at.integrals.time,
                 time_error,
-                pose: DVector::from_column_slice(body.pose.translation.vector.as_slice()),
-                velocity: DVector::from_column_slice(&body.twist.as_slice()[3..]),
+                pose: DVector::from_column_slice(held.translation.vector.as_slice()),
+                velocity: DVector::from_column_slice(&point.relative_twist().as_slice()[3..]),
                 released: point.end.whole_energy() - landing.whole_energy(),
                 from: from.clone(),
                 to,

@@ -77,7 +77,7 @@ pub struct Snap {
     pub t: f64,
     /// Uncertainty of the time from locating the fold, without the integration's own error.
     pub time_error: f64,
-    /// Pose, the same before and after.
+    /// Pose, the same before and after; of elastic rods in space the place of the end of the rod along the directors of its base.
     pub pose: DVector<f64>,
     /// Velocity, the same before and after.
     pub velocity: DVector<f64>,

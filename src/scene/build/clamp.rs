@@ -61,14 +61,20 @@ pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
         Vector3::from(clamp.position).into(),
         rotation(&clamp.orientation),
     );
-    let Some(mut motion) = clamp.motion.clone() else {
-        let support = Support::<3>::new(place.translation.vector, &place.rotation);
-        return support.map(Some).map_err(named);
+    let support = match &clamp.motion {
+        None => Support::<3>::new(place.translation.vector, &place.rotation),
+        Some(motion) => moving(&place, &out_of_plane(motion)),
     };
+    support.map(Some).map_err(named)
+}
+
+/// The motion of the clamp of a planar rod as one in space.
+pub(super) fn out_of_plane(motion: &ClampMotion) -> ClampMotion {
+    let mut motion = motion.clone();
     if let Some(Translation::Table(rows)) = &mut motion.translate {
         rows.iter_mut().for_each(|row| row.resize(4, 0.0));
     }
-    moving(&place, &motion).map(Some).map_err(named)
+    motion
 }
 
 /// A support in space that stands at `place` and moves from there, in units of the rod.

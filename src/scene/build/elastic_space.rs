@@ -1,26 +1,28 @@
 //! An elastic rod in space.
 
-use super::in_space::{InSpace, SpaceField, bent};
+use super::in_space::{InSpace, SpaceField, bent, in_world};
 use super::light::light;
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
     Assembly, Attachment, Carrier, Configuration, Joint, LightRod, Link, Place as Held,
 };
-use crate::body::{Frame, Groove};
+use crate::body::{Frame, Groove, Support};
 use crate::error::{Error, Result};
+use crate::math::se3::joined;
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
 use crate::scene::{Place, Scene, StrainName};
-use nalgebra::{Isometry3, Vector6};
+use nalgebra::{Isometry3, Vector3, Vector6};
 
 /// Tolerance of the pose of the end at the start.
 const POSE: f64 = 1e-13;
 /// Tolerance of the equilibrium in a groove at the start.
 const SETTLED: f64 = 1e-11;
 
-/// An elastic rod in space: an assembly of one rod and one body, seen from the clamp.
+/// An elastic rod in space: an assembly of one rod and one body, seen from the clamp; in the world where a load along the rod would turn with time
+/// as a clamp sees it that turns.
 #[derive(Debug, Clone)]
 pub struct ElasticSpace {
     /// Body, clamp and start.
@@ -38,6 +40,8 @@ pub struct ElasticSpace {
     settled: bool,
     /// The mass of the rod, where it is followed to first order.
     light: Option<LightRod>,
+    /// The body as the world sees it and the clamp that turns, where the run is in the world.
+    in_world: Option<(Carried, Support<3>)>,
 }
 
 impl ElasticSpace {
@@ -72,7 +76,13 @@ impl ElasticSpace {
                 ));
             }
         };
+        let turning = common.support().filter(|support| support.turns());
+        let in_world = match turning.filter(|_| common.load().is_some()) {
+            Some(support) => Some((in_world(&scene.dimensionless()?)?, support.clone())),
+            None => None,
+        };
         let mut model = Self {
+            in_world,
             light: light(&scene.rod, &scene.scales()?)?,
             rod: common.rod.measured(measures),
             chart,
@@ -107,33 +117,46 @@ impl ElasticSpace {
         )
     }
 
-    /// The rod and the body, and where they start, in the frame of the clamp and units of the rod.
+    /// The rod and the body, and where they start, in the frame of the clamp, or in the world, and units of the rod.
     ///
     /// # Errors
     /// A start that cannot be evaluated.
     pub fn assembly(&self) -> Result<(Assembly, Configuration)> {
-        let (mut carrier, joint) = match &self.common.carried {
+        let here = Isometry3::identity();
+        let (carried, load, from, frame) = match &self.in_world {
+            None => (
+                &self.common.carried,
+                self.common.load(),
+                Attachment::ground(here),
+                Frame::standing(&here),
+            ),
+            Some((carried, support)) => (
+                carried,
+                self.common.load_in_world(),
+                Attachment::support(support.clone()),
+                support.at(0.0),
+            ),
+        };
+        let (mut carrier, joint) = match carried {
             Carried::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
             Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
         };
         if let Some(groove) = &self.groove {
             carrier = carrier.in_groove(groove.clone());
         }
-        let here = Isometry3::identity();
-        let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
+        let to = Attachment::body(0, here);
         let mut link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
-        if let Some(load) = self.common.load() {
+        if let Some(load) = load {
             link = link.with_distributed(load)?;
         }
         let pose = link.held(&self.chart, &self.end, POSE)?.pose;
-        let (pose, twist) = match joint {
-            Joint::Weld => (pose, self.common.velocity),
-            Joint::Ball | Joint::Pins => {
-                let mut twist = self.common.velocity;
-                twist.fixed_rows_mut::<3>(0).fill(0.0);
-                (pose.translation.into(), twist)
-            }
-        };
+        let lever = joined(&Vector3::zeros(), &pose.translation.vector);
+        let mut twist = frame.of_poses().absolute(&lever, &self.common.velocity);
+        let mut pose = frame.pose() * pose;
+        if joint == Joint::Ball {
+            twist.fixed_rows_mut::<3>(0).fill(0.0);
+            pose = pose.translation.into();
+        }
         let mut start = Configuration {
             bodies: vec![Held { pose, twist }],
             charts: vec![self.chart],

@@ -145,9 +145,13 @@ impl InSpace {
     /// The dead load along the rod in the frame of the clamp and the units of the rod.
     pub(super) fn load(&self) -> Option<Distributed> {
         let back = self.rod.clamp_pose().rotation.inverse();
+        Some(self.load_in_world()?.mapped(|f| back * f))
+    }
+
+    /// The same in the world.
+    pub(super) fn load_in_world(&self) -> Option<Distributed> {
         let unit = self.scales.inward(Quantity::Distributed, 1.0);
-        let load = self.load.as_ref()?;
-        Some(load.mapped(|f| back * f * unit))
+        Some(self.load.as_ref()?.mapped(|f| f * unit))
     }
 
     /// The same in the world and the scene's units.
@@ -155,13 +159,17 @@ impl InSpace {
         self.load.as_ref()
     }
 
-    /// The clamp at time `t`.
-    pub(super) fn clamp(&self, t: f64) -> Frame<3> {
-        let support = match &self.carried {
+    /// The clamp, if it moves.
+    pub(super) fn support(&self) -> Option<&Support<3>> {
+        match &self.carried {
             Carried::Welded(body) => body.support(),
             Carried::BallJoint(body) => body.support(),
-        };
-        match support {
+        }
+    }
+
+    /// The clamp at time `t`.
+    pub(super) fn clamp(&self, t: f64) -> Frame<3> {
+        match self.support() {
             Some(support) => support.at(t),
             None => {
                 let position = self.clamp.translation.vector / self.scales.length;
@@ -263,6 +271,11 @@ impl Inward {
     }
 }
 
+/// The body as the world sees it.
+pub(super) fn in_world(plain: &Dimensionless) -> Result<Carried> {
+    carried(plain, &Inward(Isometry3::identity()), None)
+}
+
 fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<Carried> {
     let loads = &plain.loads;
     // The support of a clamp that moves leads the loads inwards by itself.
@@ -341,7 +354,7 @@ fn under_followers(
     (plain, scales): (&Dimensionless, &Scales),
     tolerance: f64,
 ) -> Result<Option<SpaceField>> {
-    let Carried::Welded(body) = carried(plain, &Inward(Isometry3::identity()), None)? else {
+    let Carried::Welded(body) = in_world(plain)? else {
         return Ok(None);
     };
     if !body.is_followed(0.0) {

@@ -3,11 +3,12 @@
 //! The closed form of the planar elastica knows no load along the rod. In space such a rod is one that is stiff out of its plane: its clamp has
 //! d3 along the tangent and d1 across the plane, about which it bends.
 
+use super::clamp::{self, out_of_plane};
 use super::planar;
 use super::rod::rotation;
 use crate::error::{Error, Result};
 use crate::scene::{Diagonal, EndPose, Model, Orientation, Place, Scene, Section, Stiffness};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 /// How much stiffer it is out of its plane, and against twist.
 const STIFFER: f64 = 1e4;
@@ -64,9 +65,12 @@ impl Scene {
             shear: Stiffness::Rigid,
             axial: Stiffness::Rigid,
         });
-        let clamp = rotation(&self.clamp.orientation);
-        let q = (clamp * laid()).into_inner();
+        let q = (rotation(&self.clamp.orientation) * laid()).into_inner();
         lifted.clamp.orientation = Orientation::Quaternion([q.w, q.i, q.j, q.k]);
+        lifted.clamp.motion = self.clamp.motion.as_ref().map(out_of_plane);
+        // An equilibrium is one about the clamp as it stands at t = 0.
+        let clamp = clamp::lifted(&plain.clamp)?
+            .map_or_else(Isometry3::identity, |support| support.pose(0.0));
         match &self.start.place {
             Place::Settled { .. } => {}
             Place::Rest { .. } => {
@@ -78,15 +82,15 @@ impl Scene {
             }
             _ => {
                 if let Some(at) = planar::start(self, &plain)? {
-                    let out = |x: Vector2<f64>| clamp * Vector3::new(x.x, x.y, 0.0);
+                    let out = |x: Vector2<f64>| clamp.rotation * Vector3::new(x.x, x.y, 0.0);
                     let curvature = at.section(0.0)?.curvature;
                     let pull = Vector2::new(at.alpha.cos(), at.alpha.sin());
                     let total = self.load_along()?.total(self.rod.length);
                     let n = out(pull) * (-at.lambda.powi(2) * scales.force) + total;
                     lifted.start.wrench =
                         Some([0.0, 0.0, curvature * scales.energy, n.x, n.y, n.z]);
-                    let place = Vector3::from(self.clamp.position)
-                        + out(Vector2::new(at.x, at.y)) * self.rod.length;
+                    let place = (clamp.translation.vector + out(Vector2::new(at.x, at.y)))
+                        * self.rod.length;
                     lifted.start.place = Place::Pose {
                         pose: EndPose {
                             position: place.into(),

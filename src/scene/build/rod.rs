@@ -53,7 +53,7 @@ impl Scene {
     /// does more than weigh.
     ///
     /// # Errors
-    /// A clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
+    /// A rod with friction on a clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
     pub(in crate::scene) fn light_load(&self) -> Result<Option<Distributed>> {
         // To first order the planar rod has its weight in closed form.
         let closed = self.is_planar() && self.rod.is_light() && self.loads.distributed.is_zero();
@@ -67,10 +67,9 @@ impl Scene {
             .as_ref()
             .is_some_and(|motion| motion.turn.is_some());
         match load {
-            Some(_) if turns => Err(Error::domain(
-                "a light rod under its weight, or another load along it, on a clamp that turns is followed as an assembly: write [[rod]] with \
-                 from = { motion = .. } and [[body]]; or write inertia = \"full\" in [rod]; or leave out its mass (a material by E and nu, without a \
-                 density)",
+            Some(_) if turns && self.rod.damping.is_some() => Err(Error::domain(
+                "a rod with friction (damping) under its weight, or another load along it, on a clamp that turns is followed with all of its mass alone: \
+                 write inertia = \"full\" in [rod]; or leave out its friction, or its mass (a material by E and nu, without a density)",
             )),
             load => Ok(load),
         }

@@ -271,7 +271,7 @@ impl Assembly {
             }
             if clamp_turns && link.distributed().is_some() {
                 return refuse(
-                    "it bears a load along it, and the clamp from which it is seen turns",
+                    "it bears a load along it, and the clamp from which it is seen turns (attach it to a support)",
                 );
             }
         }

@@ -99,7 +99,7 @@ impl State for AssemblySample {
 
     fn action(&self) -> Vector6<f64> {
         let end = &self.at.points[0].end;
-        -joined(&end.couple, &end.force)
+        -joined(&end.couple, &end.tip_force())
     }
 
     fn drift(&self) -> f64 {
