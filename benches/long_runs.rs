@@ -38,6 +38,7 @@ fn assembly() -> (Assembly, Configuration) {
             twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
         }],
         charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
     };
     let carriers = vec![Carrier::rigid(body)];
     (
@@ -120,6 +121,7 @@ fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
             twist: Vector6::new(0.0, 0.0, 0.0, 9e-3, 4e-3, 0.0),
         }],
         charts: vec![q],
+        spins: Vec::new(),
     };
     let carriers = vec![Carrier::point(mass)];
     (

@@ -1,7 +1,6 @@
 //! What is done with the small mass of elastic rods: followed to first order where that can be, left out elsewhere.
 
 use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
-use crate::assembly::Joint;
 use serde_json::{Value, json};
 
 /// Rods of at least this part of the mass of a body are not light: their mass is not followed to first order unless that is asked for.
@@ -71,15 +70,9 @@ impl Scene {
         if closed { None } else { by_steps(run.method) }
     }
 
-    /// The same of rod `k` of an assembly.
-    pub(super) fn not_first_order_of(&self, k: usize) -> Option<&'static str> {
-        let (given, run) = (self.assembly.as_ref()?, self.run.as_ref()?);
-        let rod = &given.rods[k];
-        let sites = [&rod.from, &rod.to];
-        if sites.iter().all(|site| site.joint == Joint::Ball) {
-            return Some("between two ball joints it spins about its chord as it likes");
-        }
-        by_steps(run.method)
+    /// The same of the rods of an assembly.
+    pub(super) fn not_first_order_in_assembly(&self) -> Option<&'static str> {
+        by_steps(self.run.as_ref()?.method)
     }
 
     /// Follows the mass of light rods to first order where the scene does not say what it does and where that can be.
@@ -137,7 +130,10 @@ impl Scene {
             let rod = self.rod_of(k);
             let (name, why) = match &self.assembly {
                 None => (None, self.not_first_order()),
-                Some(given) => (Some(given.rods[k].name.clone()), self.not_first_order_of(k)),
+                Some(given) => (
+                    Some(given.rods[k].name.clone()),
+                    self.not_first_order_in_assembly(),
+                ),
             };
             if rod.damping.is_some() || rod.is_heavy() {
                 return None;

@@ -203,6 +203,7 @@ fn welded_bodies_move_as_another_program_has_it() {
                 twist: twist(omega, vector3(start, "velocity_of_end")),
             }],
             charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+            spins: Vec::new(),
         };
         let states = rows(case, "states", 6);
         let course = course(assembly, &now, &times(states));
@@ -239,6 +240,7 @@ fn masses_on_ball_joints_move_as_another_program_has_it() {
                 twist: twist(Vector3::zeros(), vector3(start, "velocity")),
             }],
             charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+            spins: Vec::new(),
         };
         let states = rows(case, "states", 6);
         let course = course(assembly, &now, &times(states));
@@ -289,6 +291,7 @@ fn a_rod_in_space_snaps_where_and_whither_another_program_says() {
                 twist: twist(pose.rotation * spin, vector3(start, "velocity_of_end")),
             }],
             charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+            spins: Vec::new(),
         };
         let after = rows(case, "after", 3);
         let course = course(assembly, &now, &times(after));
@@ -355,6 +358,7 @@ fn chains_and_loops_move_as_another_program_has_it() {
             charts: charts
                 .map(|(q, units)| Vector6::from_column_slice(&list(q)).component_div(units))
                 .collect(),
+            spins: Vec::new(),
         };
         let states = rows(case, "states", 5);
         let course = course(
@@ -441,6 +445,7 @@ fn supports_move_rods_as_another_program_has_it() {
         let now = Configuration {
             bodies: vec![place],
             charts: vec![chart],
+            spins: Vec::new(),
         };
         let states = rows(case, "states", 4);
         let course = course(assembly, &now, &times(states));
@@ -507,6 +512,7 @@ fn a_planar_start_in_space_moves_as_the_elastica() {
             twist: twist(Vector3::zeros(), lifted(velocity)),
         }],
         charts: vec![twist(Vector3::new(0.0, bent, 0.0), lifted(-at.force)).component_div(&units)],
+        spins: Vec::new(),
     };
     let course = course(assembly, &now, &[end]);
     assert_eq!(course.snaps.len(), snaps.len());

@@ -282,6 +282,7 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
         let now = Configuration {
             bodies: places.into_iter().map(Place::at_rest).collect(),
             charts,
+            spins: Vec::new(),
         };
         let chain = Chain {
             rods,

@@ -79,6 +79,7 @@ fn a_planar_bounce_is_the_same_in_space() {
             twist: joined(&Vector3::zeros(), &lifted(velocity)),
         }],
         charts: vec![joined(&couple, &lifted(-at.force)).component_div(&link.units())],
+        spins: Vec::new(),
     };
     let mass = Carrier::point(Body::new(1.0).unwrap());
     let assembly = Assembly::new(vec![mass], vec![link]).unwrap();
@@ -130,6 +131,7 @@ fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
             twist: joined(&Vector3::zeros(), &(n.normalize() * speed)),
         }],
         charts: vec![taut.base.component_div(&link.units())],
+        spins: Vec::new(),
     };
     let body = RigidBody::new(1.0, inertia())
         .and_then(|body| body.with_dead_force(n * borne))

@@ -42,7 +42,14 @@ fn thrown(
         });
     }
     let assembly = Assembly::new(carriers, all).expect("an assembly");
-    (assembly, Configuration { bodies, charts })
+    (
+        assembly,
+        Configuration {
+            bodies,
+            charts,
+            spins: Vec::new(),
+        },
+    )
 }
 
 /// The state in which a run of the length `end` stops, how, and the largest change of the ledger's total.

@@ -146,6 +146,7 @@ fn the_plane_is_the_assembly_of_one_rod_on_the_same_support() {
     let now = Configuration {
         bodies: vec![place_now],
         charts: vec![joined(&(back * end.cross(&force)), &(back * force))],
+        spins: Vec::new(),
     };
     let mut run = AssemblyRun::new(assembly, &now, options(duration)).unwrap();
     let first = run.now().ledger().rod_kinetic;
@@ -227,6 +228,7 @@ fn a_clamp_in_space_is_a_support() {
         let begun = |pose, twist| Configuration {
             bodies: vec![Place { pose, twist }],
             charts: vec![q],
+            spins: Vec::new(),
         };
         let lever = |pose: &Isometry3<f64>| joined(&Vector3::zeros(), &pose.translation.vector);
 

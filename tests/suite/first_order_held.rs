@@ -51,6 +51,7 @@ fn held(
             twist: Vector6::from(twist),
         }],
         charts: vec![q],
+        spins: Vec::new(),
     };
     (Carrier::rigid(body), link, now)
 }

@@ -105,6 +105,7 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
             let mut now = Configuration {
                 bodies: assembly.at_rest(&[Isometry3::identity(), a * end * b.inverse()]),
                 charts: vec![q],
+                spins: Vec::new(),
             };
             now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
             now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
@@ -178,6 +179,7 @@ fn a_tight_wire_weighs_a_third() {
             let mut now = Configuration {
                 bodies: assembly.at_rest(&[Isometry3::translation(0.0, 0.0, stretch)]),
                 charts: vec![Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, lam * lam)],
+                spins: Vec::new(),
             };
             now.bodies[0].twist[axis] = 1.0;
             let state = assembly.state(&now, &Integrals::default());
@@ -226,6 +228,7 @@ fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configurat
             twist: joined(&Vector3::new(0.2, -0.3, 0.1), &velocity),
         }],
         charts: vec![taut.base.component_div(&link.units())],
+        spins: Vec::new(),
     };
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.5, 0.4, 0.6));
     let body = RigidBody::new(1.0, inertia).unwrap();

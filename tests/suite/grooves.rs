@@ -75,6 +75,7 @@ fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
                 twist: six(Vector3::zeros(), along * number(start, "phi_rate")),
             }],
             charts: vec![wrench(&start["base_wrench"]).component_div(&units)],
+            spins: Vec::new(),
         };
         let assembly = Assembly::new(vec![carrier], vec![link]).expect("an assembly");
         let states = rows(case, "states", 5);

@@ -66,7 +66,16 @@ fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> A
         carriers.push(Carrier::point(mass.clone()));
     }
     let assembly = Assembly::new(carriers, links).expect("an assembly");
-    AssemblyRun::new(assembly, &Configuration { bodies, charts }, options).expect("a run")
+    AssemblyRun::new(
+        assembly,
+        &Configuration {
+            bodies,
+            charts,
+            spins: Vec::new(),
+        },
+        options,
+    )
+    .expect("a run")
 }
 
 /// Rods that fold at one instant, or almost, as in a symmetric assembly: neither's clock can tell the other's chart there. Each must snap when it

@@ -73,6 +73,7 @@ fn held(assembly: &Assembly, pose: Isometry3<f64>, twist: Vector6<f64>) -> Confi
     Configuration {
         bodies: now.bodies,
         charts: vec![q],
+        spins: Vec::new(),
     }
 }
 
@@ -257,6 +258,7 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
             },
         ],
         charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
     };
     let assembly = Assembly::new(carriers, vec![link]).expect("an assembly");
     let states = states(&assembly, &start, 1.5, 1e-11);

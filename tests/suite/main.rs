@@ -42,6 +42,9 @@ mod elliptic_data;
 mod figures;
 mod first_order_clamps;
 mod first_order_held;
+mod first_order_pins;
+#[cfg(feature = "scene")]
+mod first_order_pins_scenes;
 #[cfg(feature = "scene")]
 mod first_order_scenes;
 mod first_order_space;

@@ -56,6 +56,7 @@ fn laid(link: &Link, at: &Equilibrium, v: &Vector2<f64>) -> Configuration {
     Configuration {
         bodies: vec![place],
         charts: vec![joined(&end.cross(&force), &force).component_div(&link.units())],
+        spins: Vec::new(),
     }
 }
 

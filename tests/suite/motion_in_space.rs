@@ -105,6 +105,7 @@ fn bodies_that_hold_only_each_other_keep_their_momenta() {
             },
         ],
         charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
     };
     let assembly = Assembly::new(carriers, vec![link]).expect("an assembly");
     let (states, _) = states(assembly, &start, 3.0, 1e-11);
@@ -155,6 +156,7 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
             twist: Vector6::new(0.9, -1.2, 1.5, 0.5, 0.4, 0.1),
         }],
         charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
     };
     let assembly =
         Assembly::new(vec![Carrier::rigid(body.clone())], vec![link]).expect("an assembly");
@@ -200,6 +202,7 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
             twist: twist(pose.rotation * spin, Vector3::new(0.2, -0.1, 0.1)),
         }],
         charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
     };
     let [i1, i2, i3] = inertia;
     let twice_energy: f64 = inertia
@@ -264,6 +267,7 @@ fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
             twist: twist(Vector3::zeros(), Vector3::new(0.0, 1.0, 0.0)),
         }],
         charts: vec![held.base.component_div(&link.units())],
+        spins: Vec::new(),
     };
     let assembly = Assembly::new(vec![Carrier::point(mass)], vec![link]).expect("an assembly");
     let (states, _) = states(assembly, &start, 12.0, 1e-9);
@@ -292,6 +296,7 @@ fn kicked() -> (Assembly, Configuration) {
             twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
         }],
         charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
     };
     (
         Assembly::new(vec![Carrier::rigid(body)], vec![link]).expect("an assembly"),
@@ -408,6 +413,7 @@ fn the_ledger_of_assemblies_drawn_at_random_closes() {
                 twist: Vector6::from_column_slice(&kick),
             }],
             charts: vec![Vector6::zeros(); 2],
+            spins: Vec::new(),
         };
         let assembly =
             Assembly::new(vec![Carrier::rigid(body)], vec![one, two]).expect("an assembly");

@@ -224,7 +224,7 @@ const SHALLOW: Against = Against {
     fold_energy: 5.175241164644,
 };
 /// The chord in which they are bent against their rest shape.
-const CHORD: f64 = 0.9;
+pub const CHORD: f64 = 0.9;
 
 impl Against {
     fn rod(&self, length: f64) -> Rod {
@@ -251,6 +251,13 @@ impl Against {
     }
 }
 
+/// A rod from the ground to a body that is bent against its rest shape, at the chord [`CHORD`], and its chart.
+pub fn bent_against_its_rest_shape() -> (Link, Vector6<f64>) {
+    let link = alone(HARD.rod(1.0));
+    let chart = HARD.chart(&link);
+    (link, chart)
+}
+
 /// Snaps of a motion of one mass, and how it ended; the ledger is watched all along.
 fn followed(
     links: Vec<Link>,
@@ -266,6 +273,7 @@ fn followed(
     let now = Configuration {
         bodies: vec![place],
         charts,
+        spins: Vec::new(),
     };
     let options = Options::new(end)
         .and_then(|o| o.with_tolerance(1e-10))

@@ -34,6 +34,7 @@ fn hanging(stiffness: f64, pull: f64) -> (Assembly, Configuration) {
     let now = Configuration {
         bodies: vec![Place::at_rest(low)],
         charts: vec![q],
+        spins: Vec::new(),
     };
     let assembly = Assembly::new(vec![Carrier::point(mass)], vec![link]).expect("an assembly");
     (assembly, now)
@@ -153,6 +154,7 @@ fn implicit_steps_agree_with_explicit_ones() {
     let start = Configuration {
         bodies: vec![first, Place::at_rest(end * lever * end)],
         charts: vec![Vector6::zeros(); 2],
+        spins: Vec::new(),
     };
     let carriers = vec![Carrier::rigid(body); 2];
     let two = Assembly::new(carriers, links.to_vec()).expect("an assembly");

@@ -262,6 +262,7 @@ fn start(second: bool) -> (Assembly, Configuration) {
     let now = Configuration {
         charts: vec![Vector6::zeros(); links.len()],
         bodies,
+        spins: Vec::new(),
     };
     let carriers = vec![Carrier::rigid(body); links.len()];
     (Assembly::new(carriers, links).expect("an assembly"), now)
@@ -395,6 +396,7 @@ fn a_snap_in_space_is_that_of_the_plane() {
     let now = Configuration {
         bodies: vec![place],
         charts: vec![chart],
+        spins: Vec::new(),
     };
     let mass = Carrier::point(Body::new(1.0).expect("a mass"));
     let assembly = Assembly::new(vec![mass], vec![link]).expect("an assembly");

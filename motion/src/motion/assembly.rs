@@ -160,6 +160,7 @@ impl AssemblyRun {
         let mut assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
         let along = (ALONG * local).max(FINEST);
+        let start = &assembly.spun(start, along)?;
         let state = assembly.state(start, &Integrals::default());
         let at = assembly.evaluated(&state, along).ok_or_else(|| {
             Error::domain("the rods cannot be followed under the wrenches of the start")
@@ -399,7 +400,8 @@ impl AssemblyRun {
     fn land(&mut self, snap: &Snap) -> Result<()> {
         let state = self.solver.state().0.clone();
         let q = Wrench::from_column_slice(snap.to.q.as_slice());
-        let state = Numbers(self.assembly.with_chart(state, snap.rod, &q));
+        let state = self.assembly.with_chart(state, snap.rod, &q);
+        let state = Numbers(self.assembly.aligned(state, self.along()));
         self.see_anew(&state, snap.rod)?;
         self.released += snap.released;
         self.snaps += 1;
@@ -571,10 +573,12 @@ impl<'a> Motion<'a> for AssemblyRun {
     }
 
     fn carries(&self) -> Vec<Carried> {
-        let charts = 6 * self.assembly.links().len();
+        let links = self.assembly.links().len();
         let bodies = self.assembly.chart_slots(0).start;
+        let spins = self.assembly.time_slot() - self.assembly.chart_slots(links).start;
         Carried::some([
-            ("charts of the rods", charts),
+            ("charts of the rods", 6 * links),
+            ("turns and spins of rods about their chords", spins),
             ("places and velocities of the bodies", bodies),
             ("time, work and loss to drag", 3),
         ])

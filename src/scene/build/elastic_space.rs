@@ -160,6 +160,7 @@ impl ElasticSpace {
         let mut start = Configuration {
             bodies: vec![Held { pose, twist }],
             charts: vec![self.chart],
+            spins: Vec::new(),
         };
         let mut assembly = Assembly::new(vec![carrier], vec![link])?;
         if let Some(light) = &self.light {

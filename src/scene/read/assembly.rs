@@ -139,12 +139,12 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         return None;
     }
     let tables = rod_tables.as_deref().unwrap_or_default();
-    for (k, table) in tables.iter().enumerate() {
+    for table in tables {
         if table
             .get("inertia")
             .and_then(|value| value.get_ref().as_str())
             == Some("first-order")
-            && let Some(why) = scene.not_first_order_of(k)
+            && let Some(why) = scene.not_first_order_in_assembly()
         {
             let hint = format!("the mass is not followed to first order: {why}");
             return table.refuse(FaultKind::Conflict, "inertia", "\"none\" here", hint);

@@ -55,12 +55,13 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
         let rods = rods().filter(|rod| !full && chosen(rod));
         rods.map(|rod| rod.name.as_str()).collect()
     };
-    let pinned =
-        |rod: &AssemblyRod| [&rod.from, &rod.to].map(|site| site.joint) == [Joint::Ball; 2];
+    let pinned = |rod: &AssemblyRod| {
+        [&rod.from, &rod.to].map(|site| site.joint) == [Joint::Ball; 2] && !rod.rod.is_light()
+    };
     plan.leave_out_of(
         some(&pinned).into_iter(),
         |names| format!("the spin of {names} about the chord"),
-        "between two ball joints nothing feels it: the rod is a spring along its chord",
+        "between two ball joints nothing but its own mass feels it: the rod is a spring along its chord",
     );
     plan.leave_out_of(
         some(&|rod| rod.rod.mass().is_none()).into_iter(),

@@ -124,13 +124,13 @@ impl Link {
         })
     }
 
-    /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of the columns of `rates`: each has the twists of base and
-    /// end in the world above the rates of the chart.
+    /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of `motions`: each has the twists of base and end in the world
+    /// and the rates of the chart. Between two ball joints the rod turns about its chord with them as it likes.
     fn metric(
         &self,
         sections: &SectionMass,
         (q, point): (&Wrench, &LinkPoint),
-        rates: &[(SVector<f64, 12>, Wrench)],
+        motions: &[(SVector<f64, 12>, Wrench)],
         tolerance: f64,
     ) -> Option<DMatrix<f64>> {
         let still = Swaying {
@@ -138,21 +138,25 @@ impl Link {
             spin: Vector3::zeros(),
         };
         let found = self.inertia(sections, (q, point), (&still, Rates::End), tolerance)?;
-        let columns: Vec<SVector<f64, 12>> = rates
+        let size = (sections.mass, self.rod().length());
+        let matrix = match point.freedom(q, &found.matrix, size) {
+            None => found.matrix,
+            Some(free) => free.leaves(&found.matrix),
+        };
+        let swept = motions
             .iter()
-            .map(|(twists, rate)| self.swept((q, point), twists, rate))
-            .collect();
+            .map(|(twists, rates)| self.swept((q, point), twists, rates));
+        let columns: Vec<SVector<f64, 12>> = swept.collect();
         let count = columns.len();
         Some(DMatrix::from_fn(count, count, |i, j| {
-            columns[i].dot(&(found.matrix * columns[j]))
+            columns[i].dot(&(matrix * columns[j]))
         }))
     }
 }
 
 impl Assembly {
     /// The change of the lowest frequency of `modes`, relative to it, by the mass of the rods, `masses` in the order of the links: -1/2 x^T N x
-    /// for x^T M x = 1, to first order. Of several that are the lowest alike, the largest change. None where no frequency is above zero, and where
-    /// a rod with mass is between two ball joints.
+    /// for x^T M x = 1, to first order. Of several that are the lowest alike, the largest change. None where no frequency is above zero.
     pub fn shift_by_rods(
         &self,
         now: &Configuration,
@@ -173,11 +177,8 @@ impl Assembly {
         for (k, sections) in masses.iter().enumerate() {
             let Some(sections) = sections else { continue };
             let link = self.links.get(k)?;
-            if link.joint() == Joint::Pins {
-                return None;
-            }
             let levers = link.levers(&now.bodies);
-            let rates = alike.iter().map(|mode| {
+            let motions = alike.iter().map(|mode| {
                 let shape = modes.shapes.column(*mode);
                 let mut twists = SVector::<f64, 12>::zeros();
                 for (i, lever) in levers.iter().enumerate() {
@@ -186,12 +187,12 @@ impl Assembly {
                     let twist = carried(arm) * (&own[*body] * rows);
                     twists.fixed_rows_mut::<6>(6 * i).copy_from(&twist);
                 }
-                let rate = modes.charts.column(*mode);
-                (twists, rate.fixed_rows::<6>(6 * k).into_owned())
+                let rates = modes.charts.column(*mode);
+                (twists, rates.fixed_rows::<6>(6 * k).into_owned())
             });
-            let rates: Vec<(SVector<f64, 12>, Wrench)> = rates.collect();
+            let motions: Vec<(SVector<f64, 12>, Wrench)> = motions.collect();
             let rod = (&now.charts[k], &points[k]);
-            sum += link.metric(sections, rod, &rates, tolerance)?;
+            sum += link.metric(sections, rod, &motions, tolerance)?;
         }
         let most = sum.symmetric_eigenvalues().max();
         most.is_finite().then_some(-0.5 * most)

@@ -83,8 +83,9 @@ impl Link {
         }
     }
 
+    /// True if its base turns: with what carries it, or, between two ball joints, with the chord.
     pub(super) fn base_turns(&self) -> bool {
-        !matches!(self.from.on, On::Ground)
+        self.joint == Joint::Pins || !matches!(self.from.on, On::Ground)
     }
 
     /// The load along it, along the directors of its base.

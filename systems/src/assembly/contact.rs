@@ -4,7 +4,7 @@
 //! neighbours: both tangents are across the way between, or a place is an end. Neighbours on one rod are no such pair as long as
 //! the rod is nowhere bent to a radius below half its diameter.
 
-use super::{Assembly, Configuration, Link, On};
+use super::{Assembly, Configuration, Joint, Link, On};
 use crate::error::{Error, Message, Quantity};
 use crate::rod::{RodSection, Wrench};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
@@ -292,31 +292,23 @@ impl Link {
         self.diameter
     }
 
-    /// The base, and the pose of the end's attachment seen from it.
-    fn held_in(&self, t: f64, now: &Configuration) -> [Isometry3<f64>; 2] {
-        let [base, tip] = [&self.from, &self.to].map(|site| site.at(t, &now.bodies).pose);
-        [base, base.inv_mul(&tip)]
-    }
-
-    fn traced(&self, t: f64, now: &Configuration, q: &Wrench) -> Option<Curve> {
-        let [base, held] = self.held_in(t, now);
-        let sections = match self.is_taut(q, &held) || self.distributed().is_some() {
+    fn traced(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Curve> {
+        let sections = match self.is_taut(q, held) || self.distributed().is_some() {
             true => {
                 let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
                 let seen = self.facing(&base.rotation);
-                seen.shape(q, &held, &at.collect::<Vec<f64>>(), COARSE)
+                seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
             }
             false => self.rod.trace(&q.component_mul(&self.units()), COARSE),
         };
-        Some(Curve::new(&sections.ok()?, &base))
+        Some(Curve::new(&sections.ok()?, base))
     }
 
     /// The centreline exactly at a place.
-    fn jet(&self, t: f64, now: &Configuration, q: &Wrench, s: f64) -> Option<Jet> {
-        let [base, held] = self.held_in(t, now);
+    fn jet(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench, s: f64) -> Option<Jet> {
         let seen = self.facing(&base.rotation);
-        let sections = seen.shape(q, &held, &[s], FINE).ok()?;
-        Some(jet(sections.first()?, &base))
+        let sections = seen.shape(q, held, &[s], FINE).ok()?;
+        Some(jet(sections.first()?, base))
     }
 }
 
@@ -342,15 +334,29 @@ impl Assembly {
             let diameter = link.diameter?;
             of.is_none_or(|contact| contact.rods.contains(&rod))
                 .then_some(())?;
+            let held = self.held_in(t, now, rod)?;
             Some(Tube {
                 rod,
                 diameter,
                 held: vec![body(&link.from.on), body(&link.to.on)],
-                curve: link.traced(t, now, q)?,
-                exact: Box::new(move |s| link.jet(t, now, q, s)),
+                curve: link.traced(&held, q)?,
+                exact: Box::new(move |s| link.jet(&held, q, s)),
             })
         });
         tubes.collect()
+    }
+
+    /// The base of rod `k`, which between two ball joints is turned along its chord, and the pose of the end's attachment seen from it.
+    fn held_in(&self, t: f64, now: &Configuration, k: usize) -> Option<[Isometry3<f64>; 2]> {
+        let link = &self.links()[k];
+        let [base, tip] = match link.joint() {
+            Joint::Pins => {
+                let point = self.placed(t, now, k, FINE).ok()?;
+                [point.base.pose, point.tip.pose]
+            }
+            _ => [&link.from, &link.to].map(|site| site.at(t, &now.bodies).pose),
+        };
+        Some([base, base.inv_mul(&tip)])
     }
 
     /// The contact that `near` is next to, exactly; None if it is lost.

@@ -81,6 +81,7 @@ impl Frame {
                 .chunks(6)
                 .map(Vector6::from_column_slice)
                 .collect(),
+            spins: Vec::new(),
         }
     }
 

@@ -54,6 +54,7 @@ impl Motion {
         let mut now = Configuration {
             bodies: moved.collect(),
             charts: self.now.charts.clone(),
+            spins: Vec::new(),
         };
         for (q, rate) in now.charts.iter_mut().zip(self.charts.as_slice().chunks(6)) {
             q.iter_mut()

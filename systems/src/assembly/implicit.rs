@@ -25,7 +25,7 @@ pub struct Linearised {
     pub gap: f64,
     /// det J of every rod.
     pub dets: Vec<f64>,
-    /// Derivative of the bodies' accelerations by their displacements.
+    /// Derivative of the bodies' accelerations by their displacements. Spins have none: they are left to the iteration.
     pub by_place: DMatrix<f64>,
     /// The same by their velocities.
     pub by_velocity: DMatrix<f64>,
@@ -34,7 +34,8 @@ pub struct Linearised {
 }
 
 impl Assembly {
-    /// Which numbers of a state are those of the bodies' places, and which are their velocities.
+    /// Which numbers of a state are those of the bodies' places, and which are their velocities; with these stand the spins of rods, which have rates of
+    /// their own.
     pub fn slots(&self) -> (Vec<usize>, Vec<usize>) {
         let (mut places, mut velocities) = (Vec::new(), Vec::new());
         for (start, carrier) in self.starts() {
@@ -42,6 +43,7 @@ impl Assembly {
             places.extend(start..end - carrier.freedoms());
             velocities.extend(end - carrier.freedoms()..end);
         }
+        velocities.extend(self.spin_slots().flat_map(|(_, slots)| slots));
         (places, velocities)
     }
 
@@ -68,6 +70,7 @@ impl Assembly {
         let mut by_twists = DMatrix::zeros(6 * bodies.len(), 6 * bodies.len());
         let mut charts_by_twists = DMatrix::zeros(6 * at.points.len(), 6 * bodies.len());
         let (mut charts, mut gap, mut dets) = (Vec::new(), 0.0_f64, Vec::new());
+        let mut moving = Vec::new();
         for (k, (link, point)) in self.links().iter().zip(&at.points).enumerate() {
             let factors = link.regular(&point.end)?;
             let scale = link.gap_scale(&point.end);
@@ -79,6 +82,7 @@ impl Assembly {
             // The chart as it was given: the gap of a taut rod is that of its couple, too.
             let given = Wrench::from_column_slice(&state.as_slice()[self.chart_slots(k)]);
             charts.push(given + missing);
+            moving.push(factors.solve(&(scale * point.drive()))?);
             gap = gap.max(link.apart(point));
             dets.push(point.end.jacobian.determinant());
             let levers = link.levers(bodies);
@@ -114,6 +118,8 @@ impl Assembly {
         let mut by_velocity = DMatrix::zeros(total, total);
         let (mut power, mut loss) = (self.support_power(&at.points), 0.0);
         power += with_rods.as_ref().map_or(0.0, |with| with.power);
+        let spins = with_rods.as_ref().map_or(&[][..], |with| &with.spins);
+        self.write_spin_rates(state, (&at.points, &moving), (spins, 1.0), &mut rates);
         let length = self.scales().0;
         for (body, (first, carrier)) in self.starts().enumerate() {
             let (own, count) = (starts[body], carrier.freedoms());
@@ -180,17 +186,24 @@ impl Assembly {
             by_place = &together.shared * by_place;
             by_velocity = together.shared * by_velocity;
         }
+        let mut charts_by_place = charts_by_twists * twists;
+        let spinning: usize = self.spin_slots().map(|(_, slots)| slots.len()).sum();
+        let all = total + spinning;
+        for matrix in [&mut by_place, &mut by_velocity] {
+            matrix.resize_mut(all, all, 0.0);
+        }
+        charts_by_place.resize_mut(6 * at.points.len(), all, 0.0);
         let time = self.time_slot();
         rates.as_mut_slice()[time..].copy_from_slice(&[1.0, power, loss]);
         let finite = rates.iter().chain(by_place.iter()).all(|x| x.is_finite());
-        finite.then(|| Linearised {
+        finite.then_some(Linearised {
             rates,
             charts,
             gap,
             dets,
             by_place,
             by_velocity,
-            charts_by_place: charts_by_twists * twists,
+            charts_by_place,
         })
     }
 }

@@ -12,8 +12,9 @@
 //!
 //! Where bodies are seen from a clamp that moves, twists and accelerations of the attachments are those in the world, along the axes of the clamp.
 
+use super::spin::Free;
 use super::stiffness::{add, carried};
-use super::{Assembly, Carrier, Evaluated, Joint, Link, LinkPoint, Mass, On, Place};
+use super::{Assembly, Carrier, Evaluated, Joint, Link, LinkEnd, LinkPoint, Mass, On, Place};
 use crate::body::{Frame, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
@@ -46,6 +47,8 @@ pub struct Weighed {
 struct Felt {
     matrix: SMatrix<f64, 12, 12>,
     force: SVector<f64, 12>,
+    /// What a spin about the chord changes by, where the rod has one: by the accelerations, and without them.
+    spin: Option<(SVector<f64, 12>, f64)>,
 }
 
 /// The accelerations of bodies with their rods.
@@ -54,6 +57,8 @@ pub(super) struct Together {
     pub shared: DMatrix<f64>,
     /// The power of the supports that move, against the inertia of the rods.
     pub power: f64,
+    /// What the spins of rods about their chords change by, by rod.
+    pub spins: Vec<(usize, f64)>,
 }
 
 /// The rod as it moves.
@@ -62,8 +67,10 @@ struct Moving {
     /// (V, b', Omega) by the twists of base and end in the world, and what they are.
     by_twists: SMatrix<f64, 12, 12>,
     now: SVector<f64, 12>,
-    /// b'' while nothing accelerates the attachments; of a taut rod 0.
-    bent: Vector6<f64>,
+    /// b'' and Omega_t, in the same rows, while nothing accelerates the attachments; of a taut rod 0.
+    bent: SVector<f64, 12>,
+    /// The spin about its chord that a rod between two ball joints has free.
+    free: Option<Free>,
 }
 
 impl Carrier {
@@ -98,22 +105,11 @@ impl Link {
         twists: &SMatrix<f64, 12, C>,
         rates: &SMatrix<f64, 6, C>,
     ) -> SMatrix<f64, 12, C> {
-        let back = point.base.pose.rotation.to_rotation_matrix().transpose();
-        let [spin, velocity] = [0, 3].map(|row| back.matrix() * twists.fixed_rows::<3>(row));
-        let mut swept = SMatrix::<f64, 12, C>::zeros();
-        swept.fixed_rows_mut::<3>(0).copy_from(&velocity);
-        swept.fixed_rows_mut::<3>(9).copy_from(&spin);
-        let mut own = swept.fixed_rows_mut::<6>(3);
+        let mut swept = point.charted(q, twists, rates);
         if point.end.taut.is_some() {
+            let mut own = swept.fixed_rows_mut::<6>(3);
             own.copy_from(&(point.relative_by_twists() * twists));
             own.fixed_rows_mut::<3>(3).unscale_mut(self.rod().length());
-        } else {
-            own.copy_from(rates);
-            let (m, n) = halves(q);
-            for (row, part) in [(0, m), (3, n)] {
-                let mut turned = own.fixed_rows_mut::<3>(row);
-                turned -= part.cross_matrix() * spin;
-            }
         }
         swept
     }
@@ -139,23 +135,40 @@ impl Link {
         let mut twists = SVector::<f64, 12>::zeros();
         twists.fixed_rows_mut::<6>(0).copy_from(&point.base.twist);
         twists.fixed_rows_mut::<6>(6).copy_from(&point.tip.twist);
-        let now = by_twists * twists;
-        let motion = Swaying {
-            rate: now.fixed_rows::<6>(3).into_owned(),
-            spin: now.fixed_rows::<3>(9).into_owned(),
-        };
+        let mut now = by_twists * twists;
+        if let Some(along) = point.free_spin(q) {
+            now += along * point.spin;
+        }
+        let motion = swaying(&now);
         let rod = (q, point);
         let inertia = self.inertia(&light.sections, rod, (&motion, Rates::End), tolerance)?;
         let bent = match &factors {
-            Some(factors) => factors.solve(&-(scale * self.second(&inertia)))?,
-            None => Vector6::zeros(),
+            Some(factors) => {
+                let rates = factors.solve(&-(scale * self.second(&point.end, &inertia)))?;
+                point.bent(q, (rates, &motion), &halves(&inertia.second).1)
+            }
+            None => SVector::zeros(),
         };
+        let size = (light.sections.mass, self.rod().length());
+        let free = point.freedom(q, &inertia.matrix, size);
         Some(Moving {
             inertia,
             by_twists,
             now,
             bent,
+            free,
         })
+    }
+
+    /// The spin about its chord with which the rod has no momentum about it, whatever spin it has; None where it has none.
+    pub(super) fn idle_spin(
+        &self,
+        light: &LightRod,
+        (q, point): (&Wrench, &LinkPoint),
+        tolerance: f64,
+    ) -> Option<f64> {
+        let moving = self.moving(light, (q, point), tolerance)?;
+        Some(point.spin + moving.free?.idle(&moving.now))
     }
 
     /// The inertia of the rod as it moves, of a taut one by `rates`; None where its law refuses.
@@ -189,11 +202,16 @@ impl Link {
     }
 
     /// The second derivative of what its attachment holds, in the rows of the Jacobian.
-    pub(super) fn second(&self, inertia: &Generalized) -> Vector6<f64> {
+    pub(super) fn second(&self, end: &LinkEnd, inertia: &Generalized) -> Vector6<f64> {
         let (turned, moved) = halves(&inertia.second);
         match self.joint() {
             Joint::Weld => joined(&turned, &moved),
-            Joint::Ball | Joint::Pins => joined(&inertia.couple, &moved),
+            Joint::Ball => joined(&inertia.couple, &moved),
+            Joint::Pins => {
+                let along = end.along();
+                let across = inertia.couple * end.per_couple;
+                joined(&Vector3::zeros(), &(along * along.dot(&moved) + across))
+            }
         }
     }
 
@@ -207,11 +225,21 @@ impl Link {
         let moving = self.moving(light, (q, point), tolerance)?;
         let Generalized { matrix, force, .. } = &moving.inertia;
         let by_twists = &moving.by_twists;
-        let bending = matrix.fixed_columns::<6>(3) * moving.bent;
-        let matrix = by_twists.tr_mul(&(matrix * by_twists));
+        let (mut left, mut force, mut spin) = (*matrix, *force, None);
+        if let Some(free) = &moving.free {
+            let by = -by_twists.tr_mul(&free.momentum) / free.inertia;
+            let turned = point.chord_turns(&swaying(&moving.now).spin);
+            let loaded = free.along.dot(&force) / free.inertia;
+            let alone = free.idle(&moving.bent) - loaded + turned;
+            spin = Some((by, alone + by.dot(drawn)));
+            left = free.leaves(matrix);
+            force -= free.momentum * loaded;
+        }
+        let matrix = by_twists.tr_mul(&(left * by_twists));
         Some(Felt {
             matrix,
-            force: by_twists.tr_mul(&(force + bending)) + matrix * drawn,
+            force: by_twists.tr_mul(&(force + left * moving.bent)) + matrix * drawn,
+            spin,
         })
     }
 
@@ -248,7 +276,7 @@ impl Assembly {
     /// Gives rods mass that is followed to first order, one entry for each rod.
     ///
     /// # Errors
-    /// A rod between two ball joints; a mass or inertia that is not finite and positive.
+    /// A mass or inertia that is not finite and positive; a rod under a load along it, or between two ball joints, that is seen from a clamp that turns.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         let clamp_turns = self.clamp().is_some_and(Support::turns);
         for (k, light) in light.iter().enumerate() {
@@ -266,12 +294,10 @@ impl Assembly {
             if !(*mass > 0.0 && mass.is_finite() && rotary.iter().all(|j| *j >= 0.0)) {
                 return refuse("its mass must be > 0, the inertia of its sections >= 0");
             }
-            if link.joint() == Joint::Pins {
-                return refuse("between two ball joints it can spin about its chord as it likes");
-            }
-            if clamp_turns && link.distributed().is_some() {
+            let turns = link.distributed().is_some() || link.joint() == Joint::Pins;
+            if clamp_turns && turns {
                 return refuse(
-                    "it bears a load along it, and the clamp from which it is seen turns (attach it to a support)",
+                    "it bears a load along it, or spins between two ball joints, and the clamp from which it is seen turns (attach it to a support)",
                 );
             }
         }
@@ -393,7 +419,7 @@ impl Assembly {
             free.push(along);
         }
         let alone = matrix.clone();
-        let mut supported = Vec::new();
+        let mut driving = Vec::new();
         for (k, light) in self.light_rods().filter(|(_, light)| light.followed) {
             let link = &self.links[k];
             let levers = link.levers(bodies);
@@ -430,22 +456,26 @@ impl Assembly {
                     add(&mut matrix, at, &block, [&own[*body], &own[*other]]);
                 }
             }
-            if driven.iter().any(Option::is_some) {
-                supported.push((k, felt, driven));
+            if felt.spin.is_some() || driven.iter().any(Option::is_some) {
+                driving.push((k, felt, driven));
             }
         }
         let factors = matrix.cholesky()?;
         let together = factors.solve(&right);
-        let mut power = 0.0;
-        for (k, felt, driven) in supported {
-            // Wrenches of both attachments on the rod.
-            let mut wrench = felt.force;
+        let (mut power, mut spins) = (0.0, Vec::new());
+        for (k, felt, driven) in driving {
+            let mut accelerations = SVector::<f64, 12>::zeros();
             for (j, lever) in self.links[k].levers(bodies).iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
                 let rows = together.rows(starts[*body], self.carriers[*body].freedoms());
                 let twist = carried(arm) * (&own[*body] * rows);
-                wrench += felt.matrix.fixed_columns::<6>(6 * j) * twist;
+                accelerations.fixed_rows_mut::<6>(6 * j).copy_from(&twist);
             }
+            if let Some((by, alone)) = felt.spin {
+                spins.push((k, alone + by.dot(&accelerations)));
+            }
+            // Wrenches of both attachments on the rod.
+            let wrench = felt.force + felt.matrix * accelerations;
             for (i, twist) in driven.iter().enumerate() {
                 let twist = twist.unwrap_or_default();
                 power += wrench.fixed_rows::<6>(6 * i).dot(&twist);
@@ -459,7 +489,16 @@ impl Assembly {
         Some(Together {
             shared: factors.solve(&alone),
             power,
+            spins,
         })
+    }
+}
+
+/// (b', Omega) of (V, b', Omega).
+pub(super) fn swaying(motion: &SVector<f64, 12>) -> Swaying {
+    Swaying {
+        rate: motion.fixed_rows::<6>(3).into_owned(),
+        spin: motion.fixed_rows::<3>(9).into_owned(),
     }
 }
 

@@ -8,11 +8,13 @@ use crate::error::Result;
 use crate::math::se3::{halves, joined};
 use crate::rod::{EndConditions, Problem, Rod, Taut, Trace, Wrench};
 use crate::solve::warm::Warm;
-use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, Unit, UnitQuaternion, Vector3, Vector6};
 use std::sync::Arc;
 
 /// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
 const NEUTRAL: f64 = 1e-7;
+/// 1 + the cosine of the angle between directions that are opposite.
+const OPPOSITE: f64 = 1e-14;
 /// How far aside the index of a rod is counted that is neutral under its force.
 const ASIDE: f64 = 1e-6;
 
@@ -189,6 +191,8 @@ pub struct LinkPoint {
     pub tip: Place,
     /// The end of the rod itself, from the base.
     pub end: LinkEnd,
+    /// The angular velocity about its chord with which a rod with mass spins between two ball joints.
+    pub spin: f64,
 }
 
 impl Link {
@@ -308,7 +312,7 @@ impl Link {
                     .try_normalize(f64::MIN_POSITIVE)
                     .unwrap_or_else(Vector3::z);
                 chord = Some(along);
-                (jacobian, drive) = self.pins(&tangent, &couple, &section.force, &along);
+                (jacobian, drive) = self.pins(&tangent, &couple, section, &along);
                 // The base turns with the chord, and the force with it.
                 let force = along * along.transpose() * change.fixed_rows::<3>(3);
                 resultants.fixed_rows_mut::<3>(3).copy_from(&force);
@@ -347,11 +351,16 @@ impl Link {
 
     /// An end that is known between its attachments at time `t`; the base of a rod between ball joints is turned along its chord.
     pub(super) fn placed(&self, t: f64, bodies: &[Place], end: LinkEnd) -> LinkPoint {
-        let (mut base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
-        if let Some(chord) = end.chord {
-            base.pose.rotation = along_chord(&base.pose, &tip.pose, &chord);
-        }
-        LinkPoint { base, tip, end }
+        let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
+        let spin = 0.0;
+        let mut point = LinkPoint {
+            base,
+            tip,
+            end,
+            spin,
+        };
+        point.align();
+        point
     }
 
     /// A rod between two ball joints: a spring along its chord, whose force charts it (theory 3.3).
@@ -456,18 +465,26 @@ fn along_chord(
 ) -> UnitQuaternion<f64> {
     let wanted = tip.translation.vector - base.translation.vector;
     let now = base.rotation * chord;
-    let turn = UnitQuaternion::rotation_between(&now, &wanted).unwrap_or_else(|| {
-        // Opposite: half a turn about whatever is across.
+    let ahead = wanted.norm() + now.dot(&wanted);
+    let turn = if ahead > OPPOSITE * wanted.norm() {
+        // Right for small angles, too, which an arc cosine is not.
+        UnitQuaternion::from_quaternion(Quaternion::from_parts(ahead, now.cross(&wanted)))
+    } else {
+        // Half a turn about whatever is across.
         let across = now.cross(&now.zxy());
-        UnitQuaternion::from_axis_angle(
-            &nalgebra::Unit::new_normalize(across),
-            std::f64::consts::PI,
-        )
-    });
+        UnitQuaternion::from_axis_angle(&Unit::new_normalize(across), std::f64::consts::PI)
+    };
     turn * base.rotation
 }
 
 impl LinkPoint {
+    /// Turns the base of a rod between two ball joints along its chord.
+    pub(super) fn align(&mut self) {
+        if let Some(chord) = self.end.chord {
+            self.base.pose.rotation = along_chord(&self.base.pose, &self.tip.pose, &chord);
+        }
+    }
+
     /// The twist of the end attachment relative to that of the base, along the base's directors.
     pub fn relative_twist(&self) -> Vector6<f64> {
         self.tip.seen_from(&self.base).twist

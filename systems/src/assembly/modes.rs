@@ -263,7 +263,7 @@ impl Assembly {
         tolerance: f64,
     ) -> Result<Vec<RodSection>> {
         let (link, q) = (&self.links()[k], &now.charts[k]);
-        let point = link.point(t, &now.bodies, q, tolerance)?;
+        let point = self.placed(t, now, k, tolerance)?;
         let (base, tip) = (point.base.pose, point.tip.pose);
         let seen = link.facing(&base.rotation);
         Ok(placed(

@@ -1,8 +1,9 @@
 //! The fold that a rod of small mass nears, before which its mass is given up (theory 2.8, 3.9).
 
+use super::inertia::swaying;
 use super::{Joint, LightRod, Link, LinkEnd, LinkPoint};
-use crate::rod::{Rates, Swaying, Wrench};
-use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
+use crate::rod::{Rates, Wrench};
+use nalgebra::{DMatrix, Matrix6, SVector, Vector6};
 
 /// Times T_i before a fold within which a rod is not followed, and beyond which it is again (theory 2.8, 2.9).
 const CLEAR: [f64; 2] = [2.0, 3.0];
@@ -56,7 +57,8 @@ impl Link {
 
     /// The fold that the rod nears, by its normal form: with z and u the null vectors of J, scaled to u . J z = sigma, and (by the law of
     /// reciprocity) the wrench that z makes on the end, ell = s u, the fold lies sigma/(2 B) away along z, B = |u . D^2[z, z]|/2, and is reached
-    /// after sigma^2/(4 A B), A = |u . drive|. Of a taut rod J is that of its force alone: the attachment turns its end exactly. None where that cannot be told.
+    /// after sigma^2/(4 A B), A = |u . drive|. Of a taut rod J is that of its force alone: the attachment turns its end exactly. The chord of
+    /// a rod between two ball joints stands meanwhile. None where that cannot be told.
     pub(super) fn passage(
         &self,
         light: &LightRod,
@@ -65,13 +67,10 @@ impl Link {
     ) -> Option<Passage> {
         let scale = self.gap_scale(&point.end);
         let (sigma, u, z) = least(&point.end, &scale)?;
-        let motion = Swaying {
-            rate: z,
-            spin: Vector3::zeros(),
-        };
-        let rod = (q, point);
+        let along = point.charted(q, &SVector::zeros(), &z);
+        let (rod, motion) = ((q, point), swaying(&along));
         let inertia = self.inertia(&light.sections, rod, (&motion, Rates::Force), tolerance)?;
-        let bend = u.dot(&(scale * self.second(&inertia)));
+        let bend = u.dot(&(scale * self.second(&point.end, &inertia)));
         let drive = u.dot(&(scale * point.drive()));
         let away = bend * drive >= 0.0;
         let (drive, bend) = (drive.abs(), 0.5 * bend.abs());
@@ -84,12 +83,17 @@ impl Link {
             (ell.dot(&u), u.norm_squared())
         };
         let (force, couple) = (of(3, 3), of(6, 0));
-        let (along, size) = match self.joint() {
+        let (work, size) = match self.joint() {
             Joint::Weld => (force.0 + couple.0, force.1 + couple.1),
-            Joint::Ball | Joint::Pins => force,
+            Joint::Ball => force,
+            Joint::Pins => {
+                let chord = point.end.along();
+                let by = chord.dot(&ell.fixed_rows::<3>(3));
+                (by, chord.dot(&given.fixed_rows::<3>(3)))
+            }
         };
-        let stiffness = (along / size).abs();
-        let mass = z.dot(&(inertia.matrix.fixed_view::<6, 6>(3, 3) * z));
+        let stiffness = (work / size).abs();
+        let mass = along.dot(&(inertia.matrix * along));
         let ahead = sigma * sigma / (4.0 * drive * bend);
         Some(Passage {
             way: sigma / (2.0 * bend),
@@ -108,7 +112,7 @@ mod tests {
     use crate::math::se3::joined;
     use crate::rod::{Rod, SectionMass};
     use crate::section::Linear;
-    use nalgebra::{Isometry3, Vector2};
+    use nalgebra::{Isometry3, Vector2, Vector3};
 
     /// Catches a wrong scale of the null vectors, a wrong stiffness or a wrong mass, by the base wrench or from both ends: at the fold of the reference snap
     /// (theory 2.6) the planar rod has its normal form in closed form, and both are right up to the distance from it.
@@ -146,6 +150,7 @@ mod tests {
             let now = Configuration {
                 bodies: vec![place],
                 charts: vec![joined(&end.cross(&force), &force)],
+                spins: Vec::new(),
             };
             let state = assembly.state(&now, &Integrals::default());
             let at = assembly.evaluated(&state, 1e-12).unwrap();

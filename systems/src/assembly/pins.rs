@@ -6,20 +6,22 @@
 //! dm(0) = 0,       (r^ r^T) dr(1) + (L/couple) dm(1) = r^ dl,
 //! ```
 //! r^ the direction of the chord, l its length; dm(1) is across r^ where m(0) = 0. The directors of the base follow the chord, but for a
-//! spin about it, which nothing feels. A round straight rod that has buckled can spin in its own curve as well, n' = d3 x n: that
+//! spin about it, which nothing but the rod's own mass feels (`spin`). A round straight rod that has buckled can spin in its own curve as well, n' = d3 x n: that
 //! direction is held.
 
 use super::{Joint, Link, LinkEnd};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
-use crate::rod::Wrench;
+use crate::rod::{RodSection, Wrench};
 use crate::solve::deflation::{self, further};
 use crate::solve::family::{Family, Linearised};
 use crate::solve::newton;
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
-/// What a neutral spin may change, relative to what other directions do.
+/// What a neutral turn may change, relative to what other directions do.
 const NEUTRAL: f64 = 1e-8;
+/// A force is along d3 that is less than this part of it aside.
+const STRAIGHT: f64 = 1e-12;
 /// Eigenvalues of the stiffness of a base above minus this part of the largest are not negative.
 const ZERO: f64 = 1e-7;
 /// A neutral direction with less than this part along the chord is neutral whatever the chord does.
@@ -60,6 +62,39 @@ impl LinkEnd {
     pub(super) fn along(&self) -> Vector3<f64> {
         self.chord.unwrap_or_else(Vector3::z)
     }
+
+    /// The direction in which the force of a round rod can turn about the rod's base while its curve turns in itself; None of any other rod. The chart
+    /// holds it.
+    pub(super) fn own_turn(&self) -> Option<Vector3<f64>> {
+        let couple = self.resultants.fixed_rows::<3>(6).into_owned();
+        let rows = chord_rows(&self.tangent, &couple, (&self.chord?, self.per_couple));
+        let by_force = rows.fixed_columns::<3>(3).into_owned();
+        own_turn(&by_force, &self.force, &(self.couple * self.per_couple))
+    }
+}
+
+/// What the chart makes of the chord, and of m(1) in lengths.
+fn chord_rows(
+    tangent: &Matrix6<f64>,
+    couple: &SMatrix<f64, 3, 6>,
+    (along, per_couple): (&Vector3<f64>, f64),
+) -> SMatrix<f64, 3, 6> {
+    along * along.transpose() * tangent.fixed_rows::<3>(3) + couple * per_couple
+}
+
+/// The direction in which the force turns about d3, if the end of the rod turns with it, its m(1), in lengths, too.
+fn own_turn(
+    by_force: &Matrix3<f64>,
+    force: &Vector3<f64>,
+    couple: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let z = Vector3::z();
+    let turn = z.cross(force);
+    let size = turn.norm();
+    let apart = by_force * turn - z.cross(couple);
+    let is_round =
+        size > STRAIGHT * force.norm() && apart.norm() <= NEUTRAL * by_force.norm() * size;
+    is_round.then(|| turn / size)
 }
 
 impl Link {
@@ -68,28 +103,27 @@ impl Link {
         &self,
         tangent: &Matrix6<f64>,
         couple: &SMatrix<f64, 3, 6>,
-        force: &Vector3<f64>,
+        section: &RodSection,
         along: &Vector3<f64>,
     ) -> (Matrix6<f64>, Matrix6<f64>) {
         let units = self.units();
-        let (length, line) = (self.rod.length(), along * along.transpose());
+        let line = along * along.transpose();
         let mut jacobian = Matrix6::zeros();
         jacobian
             .fixed_view_mut::<3, 3>(0, 0)
             .fill_diagonal(units[0]);
-        let below = line * tangent.fixed_rows::<3>(3) + couple * (length / units[0]);
+        let per_couple = self.rod.length() / units[0];
+        let below = chord_rows(tangent, couple, (along, per_couple));
         jacobian.fixed_rows_mut::<3>(3).copy_from(&below);
         // By n alone.
         let by_force: Matrix3<f64> = below.fixed_columns::<3>(3).into_owned();
-        if let Some(spin) = Vector3::z()
-            .cross(force)
-            .try_normalize(1e-12 * force.norm())
-            && (by_force * spin).norm() <= NEUTRAL * by_force.norm()
-            && let Some(across) = spin.cross(along).try_normalize(f64::MIN_POSITIVE)
+        if let Some(turn) = own_turn(&by_force, &section.force, &(section.couple * per_couple))
+            && let Some(across) = turn.cross(along).try_normalize(f64::MIN_POSITIVE)
         {
-            let held = across * spin.transpose() * by_force.norm();
+            // In place of what the end of the rod does in its own plane across the chord, which is nothing.
+            let held = turn.transpose() * by_force.norm() - across.transpose() * by_force;
             let mut block = jacobian.fixed_view_mut::<3, 3>(3, 3);
-            block += held;
+            block += across * held;
         }
         let mut drive = Matrix6::zeros();
         drive.fixed_view_mut::<3, 3>(3, 3).copy_from(&line);

@@ -1,7 +1,7 @@
 //! States of an assembly as numbers, and how they move (theory 3.3).
 //!
-//! A state holds the place and the velocity of every body, the chart of every rod, then time, the work of loads and supports
-//! and what drag took. Poses and charts say the same thing twice: their gap is the error of the integration.
+//! A state holds the place and the velocity of every body, the chart of every rod, the spins of rods with mass between two ball joints, then time, the
+//! work of loads and supports and what drag took. Poses and charts say the same thing twice: their gap is the error of the integration.
 //!
 //! ```text
 //! place' = V,   M V' = wrenches of the rods + loads,   q_k' = J_k^-1 xi_k,
@@ -9,7 +9,7 @@
 //! xi_k the twist of the end of rod k relative to its base. Where a rod nears its fold, det J_k = 0, time itself is slowed,
 //! t' = det J_k/d, and q_k' = adj(J_k) xi_k/d: both are smooth through the fold, which is where t' = 0.
 
-use super::{Assembly, Carrier, LinkPoint, Place, Seen};
+use super::{Assembly, Carrier, LinkPoint, Place, Seen, Spin};
 use crate::manifold::adjugate_times;
 use crate::rod::Wrench;
 use nalgebra::{DVector, Isometry3, Vector3, Vector6};
@@ -22,6 +22,8 @@ pub struct Configuration {
     pub bodies: Vec<Place>,
     /// Charts of the rods.
     pub charts: Vec<Wrench>,
+    /// How rods with mass between two ball joints spin about their chords, as far as that is known; by rod, or none.
+    pub spins: Vec<Option<Spin>>,
 }
 
 /// Time slowed for rods near their folds. With x = det J/(det J where that began) for each of them, t' = 1/(the sum of 1/x): for one rod x itself,
@@ -114,7 +116,10 @@ impl Assembly {
 
     /// Where time stands in a state; work and drag follow.
     pub fn time_slot(&self) -> usize {
-        self.chart_start() + 6 * self.links().len()
+        let charts = self.chart_slots(self.links().len()).start;
+        self.spin_slots()
+            .last()
+            .map_or(charts, |(_, slots)| slots.end)
     }
 
     /// A configuration as a state.
@@ -130,6 +135,7 @@ impl Assembly {
         for (k, q) in now.charts.iter().enumerate() {
             state.as_mut_slice()[self.chart_slots(k)].copy_from_slice(q.as_slice());
         }
+        self.write_spins(now, &mut state);
         state.as_mut_slice()[time..].copy_from_slice(&[
             integrals.time,
             integrals.work,
@@ -146,10 +152,17 @@ impl Assembly {
                 .starts()
                 .map(|(start, carrier)| carrier.read(&numbers[start..start + carrier.numbers()]))
                 .collect(),
-            charts: (0..self.links().len())
-                .map(|k| Vector6::from_column_slice(&numbers[self.chart_slots(k)]))
-                .collect(),
+            charts: self.charts(state),
+            spins: self.read_spins(state),
         }
+    }
+
+    /// The numbers of a state that are those of charts.
+    fn charts(&self, state: &DVector<f64>) -> Vec<Wrench> {
+        let slots = (0..self.links().len()).map(|k| self.chart_slots(k));
+        slots
+            .map(|slots| Vector6::from_column_slice(&state.as_slice()[slots]))
+            .collect()
     }
 
     /// Time and integrals of a state.
@@ -166,9 +179,14 @@ impl Assembly {
     pub fn evaluated(&self, state: &DVector<f64>, tolerance: f64) -> Option<Evaluated> {
         let mut now = self.configuration(state);
         let integrals = self.integrals(state);
-        let points = self
-            .points(integrals.time, &now.bodies, &now.charts, tolerance)
-            .ok()?;
+        let placed = |k| self.placed(integrals.time, &now, k, tolerance).ok();
+        let points: Vec<LinkPoint> = (0..self.links().len()).map(placed).collect::<Option<_>>()?;
+        // Directors that are integrated part from the chord by the error of that.
+        for (spin, point) in now.spins.iter_mut().zip(&points) {
+            if let Some(spin) = spin {
+                spin.turn = point.base.pose.rotation;
+            }
+        }
         // The couple of a taut rod follows from its force.
         for ((link, point), q) in self.links().iter().zip(&points).zip(&mut now.charts) {
             if point.end.slack.is_some() {
@@ -239,9 +257,14 @@ impl Assembly {
         }
         let mut wrenches = self.wrenches(&now.bodies, points);
         let (mut power, mut loss) = (self.support_power(points), 0.0);
+        let mut spins = Vec::new();
         if self.feels_rods() {
-            power += self.feel_rods(&at, tolerance, &mut wrenches)?.power;
+            let together = self.feel_rods(&at, tolerance, &mut wrenches)?;
+            power += together.power;
+            spins = together.spins;
         }
+        let charts = self.charts(out);
+        self.write_spin_rates(state, (points, &charts), (&spins, rate), out);
         for ((start, carrier), wrench) in self.starts().zip(&wrenches) {
             let slots = start..start + carrier.numbers();
             let (driven, lost) = carrier.write_rates(
@@ -261,6 +284,14 @@ impl Assembly {
     /// A state with another chart of rod `k`; the bodies keep their numbers.
     pub fn with_chart(&self, mut state: DVector<f64>, k: usize, q: &Wrench) -> DVector<f64> {
         state.as_mut_slice()[self.chart_slots(k)].copy_from_slice(q.as_slice());
+        state
+    }
+
+    /// A state whose rods between two ball joints are turned along their chords, as after another chart.
+    pub fn aligned(&self, mut state: DVector<f64>, tolerance: f64) -> DVector<f64> {
+        if let Some(at) = self.evaluated(&state, tolerance) {
+            self.write_spins(&at.now, &mut state);
+        }
         state
     }
 

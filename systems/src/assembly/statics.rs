@@ -267,7 +267,11 @@ impl Assembly {
         };
         let charts = self.links().iter();
         let charts = charts.map(|link| chart(link).unwrap_or(bent)).collect();
-        Configuration { bodies, charts }
+        Configuration {
+            bodies,
+            charts,
+            spins: Vec::new(),
+        }
     }
 
     fn near(&self, guess: &Configuration, tolerance: f64) -> Result<AssemblyEquilibrium> {
@@ -486,6 +490,7 @@ impl Assembly {
         Ok(Configuration {
             bodies: bodies.collect::<Result<_>>()?,
             charts,
+            spins: Vec::new(),
         })
     }
 }

@@ -171,6 +171,7 @@ impl Light for LightInSpace {
         let now = Configuration {
             bodies: vec![*site],
             charts: vec![wrench(q)],
+            spins: Vec::new(),
         };
         let (place, velocity) = (site.pose.translation.vector, halves(&site.twist).1);
         let dynamic = |v: &nalgebra::Vector3<f64>| DVector::from_column_slice(v.as_slice());

@@ -1,0 +1,295 @@
+//! Rods with mass between two ball joints: they spin about their chords (theory 3.9).
+//!
+//! The joints leave the turn of such a rod about its chord free, and without mass nothing feels it. With mass it is a coordinate of its own:
+//! the directors Q of the base and the rate omega = Omega . c about the chord c are in the state. No couple acts along c, so that by
+//! d'Alembert's principle, with s = (0, c x b, c) the motion in (V, b', Omega) that is a spin about the chord,
+//! ```text
+//! s . (N a + h) = 0,          a = by x + s omega_t + (what the motion alone makes)
+//! ```
+//! x the accelerations of the attachments. That is eliminated: with N - (N s)(N s)^T/(s . N s) in place of N base and end feel the rod, and
+//! omega_t follows. A rod that is straight, of sections without rotary inertia, has none against its spin, which is then left as it is.
+
+use super::{Assembly, Configuration, Joint, LinkEnd, LinkPoint};
+use crate::error::Result;
+use crate::math::se3::{halves, spin, unit};
+use crate::rod::{Swaying, Wrench};
+use nalgebra::{DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
+use std::ops::Range;
+
+/// Numbers of a spin in a state: the quaternion of the directors of the base, and the rate.
+const NUMBERS: usize = 5;
+/// Inertia against a spin below this part of that of the mass of the rod at the distance of its length is none: that of a rod bent by less than a
+/// millionth.
+const STRAIGHT: f64 = 1e-12;
+
+/// How a rod between two ball joints is turned, and spins about its chord.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spin {
+    /// The directors of its base in the world.
+    pub turn: UnitQuaternion<f64>,
+    /// The angular velocity of its base along its chord.
+    pub rate: f64,
+}
+
+/// A motion of a rod that its attachments leave free.
+pub(super) struct Free {
+    /// s in (V, b', Omega).
+    pub along: SVector<f64, 12>,
+    /// N s, and s . N s.
+    pub momentum: SVector<f64, 12>,
+    pub inertia: f64,
+}
+
+impl Free {
+    /// What the inertia N becomes where the motion is left to itself.
+    pub fn leaves(&self, matrix: &SMatrix<f64, 12, 12>) -> SMatrix<f64, 12, 12> {
+        matrix - self.momentum * self.momentum.transpose() / self.inertia
+    }
+
+    /// How fast it is where it has no momentum beside this motion.
+    pub fn idle(&self, now: &SVector<f64, 12>) -> f64 {
+        -self.momentum.dot(now) / self.inertia
+    }
+}
+
+impl LinkEnd {
+    /// The angular velocity across the chord by what the end moves apart from the base.
+    fn across_chord(&self) -> Matrix3<f64> {
+        let r = self.pose.translation.vector;
+        r.cross_matrix() / r.norm_squared()
+    }
+}
+
+impl LinkPoint {
+    /// The same rod as it spins: its base directors are these, turned along the chord.
+    pub(super) fn spinning(mut self, spin: &Spin) -> Self {
+        self.base.pose.rotation = spin.turn;
+        self.align();
+        self.spin = spin.rate;
+        self
+    }
+
+    /// Omega of a rod between two ball joints, without a spin about its chord, by how fast its ends part and by the rates of its chart; of any other by
+    /// the spin of its base. All along the directors of the base.
+    fn base_turn<const C: usize>(
+        &self,
+        spin: &SMatrix<f64, 3, C>,
+        parting: &SMatrix<f64, 3, C>,
+        rates: &SMatrix<f64, 6, C>,
+    ) -> SMatrix<f64, 3, C> {
+        match self.end.chord {
+            None => *spin,
+            Some(_) => {
+                let own = self.end.tangent.fixed_rows::<3>(3) * rates;
+                self.end.across_chord() * (parting - own)
+            }
+        }
+    }
+
+    /// (V, b', Omega) along the directors of the base, of attachments with these twists (base, end) in the world and a chart q that changes at these
+    /// rates; without a spin about the chord of a rod between two ball joints.
+    pub(super) fn charted<const C: usize>(
+        &self,
+        q: &Wrench,
+        twists: &SMatrix<f64, 12, C>,
+        rates: &SMatrix<f64, 6, C>,
+    ) -> SMatrix<f64, 12, C> {
+        let turn = self.base.pose.rotation.to_rotation_matrix();
+        let seen = |row: usize| turn.matrix().tr_mul(&twists.fixed_rows::<3>(row));
+        let velocity = seen(3);
+        let spin = self.base_turn(&seen(0), &(seen(9) - velocity), rates);
+        let mut moved = SMatrix::<f64, 12, C>::zeros();
+        moved.fixed_rows_mut::<3>(0).copy_from(&velocity);
+        let mut rest = moved.fixed_rows_mut::<9>(3);
+        rest.copy_from(&in_world(q, rates, &spin));
+        moved
+    }
+
+    /// b'' and Omega_t, in the rows of (V, b', Omega), of a rod in `motion` whose chart has these second derivatives `rates` and whose end is accelerated by
+    /// `second` besides.
+    pub(super) fn bent(
+        &self,
+        q: &Wrench,
+        (mut rates, motion): (Wrench, &Swaying),
+        second: &Vector3<f64>,
+    ) -> SVector<f64, 12> {
+        if let Some(turn) = self.end.own_turn() {
+            // The chart itself does not turn that way, and b'' = q'' + Omega_t x b + 2 Omega x b' - Omega x (Omega x b).
+            let (n, rate) = (halves(q).1, halves(&motion.rate).1);
+            let turned = motion.spin.cross(&(rate * 2.0 - motion.spin.cross(&n)));
+            let mut force = rates.fixed_rows_mut::<3>(3);
+            force += turn * turn.dot(&turned);
+        }
+        let turned = self.base_turn(&Vector3::zeros(), &-second, &rates);
+        let mut bent = SVector::<f64, 12>::zeros();
+        bent.fixed_rows_mut::<9>(3)
+            .copy_from(&in_world(q, &rates, &turned));
+        bent
+    }
+
+    /// The spin about the chord in (V, b', Omega); None of a rod that its attachments hold.
+    pub(super) fn free_spin(&self, q: &Wrench) -> Option<SVector<f64, 12>> {
+        let mut along = SVector::<f64, 12>::zeros();
+        let turned = in_world(q, &Wrench::zeros(), &self.end.chord?);
+        along.fixed_rows_mut::<9>(3).copy_from(&turned);
+        Some(along)
+    }
+
+    /// What a rod of this mass and length has free, where its sections have the inertia `matrix`; None where nothing is, or has no inertia.
+    pub(super) fn freedom(
+        &self,
+        q: &Wrench,
+        matrix: &SMatrix<f64, 12, 12>,
+        (mass, length): (f64, f64),
+    ) -> Option<Free> {
+        let along = self.free_spin(q)?;
+        let momentum = matrix * along;
+        let inertia = along.dot(&momentum);
+        (inertia > STRAIGHT * mass * length * length).then_some(Free {
+            along,
+            momentum,
+            inertia,
+        })
+    }
+
+    /// What the spin changes by because the chord turns: Omega . c'.
+    pub(super) fn chord_turns(&self, spin: &Vector3<f64>) -> f64 {
+        let Some(along) = self.end.chord else {
+            return 0.0;
+        };
+        let back = self.base.pose.rotation.inverse();
+        let parting = back * (halves(&self.tip.twist).1 - halves(&self.base.twist).1);
+        let across = parting - along * along.dot(&parting);
+        spin.dot(&across) / self.end.pose.translation.vector.norm()
+    }
+
+    /// Omega in the world times `pace`, where the chart changes at `rates` times that.
+    fn turning(&self, rates: &Wrench, pace: f64) -> Vector3<f64> {
+        let turn = self.base.pose.rotation;
+        let parting = halves(&self.tip.twist).1 - halves(&self.base.twist).1;
+        let parting = turn.inverse() * parting * pace;
+        let across = self.base_turn(&Vector3::zeros(), &parting, rates);
+        let along = self.end.along() * (self.spin * pace);
+        turn * (across + along)
+    }
+}
+
+/// (b', Omega) of a chart q with these rates on a base that turns: its wrench turns along.
+fn in_world<const C: usize>(
+    q: &Wrench,
+    rates: &SMatrix<f64, 6, C>,
+    spin: &SMatrix<f64, 3, C>,
+) -> SMatrix<f64, 9, C> {
+    let (m, n) = halves(q);
+    let mut all = SMatrix::<f64, 9, C>::zeros();
+    for (row, half) in [(0, m), (3, n)] {
+        let moved = rates.fixed_rows::<3>(row) - half.cross_matrix() * spin;
+        all.fixed_rows_mut::<3>(row).copy_from(&moved);
+    }
+    all.fixed_rows_mut::<3>(6).copy_from(spin);
+    all
+}
+
+impl Configuration {
+    /// How rod `k` spins, if that is known.
+    pub fn spin(&self, k: usize) -> Option<&Spin> {
+        self.spins.get(k)?.as_ref()
+    }
+}
+
+impl Assembly {
+    /// Where the spins of rods with mass between two ball joints stand in a state.
+    pub(super) fn spin_slots(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let start = self.chart_slots(self.links.len()).start;
+        let rods = self.light_rods().map(|(k, _)| k);
+        let spinning = rods.filter(|k| self.links[*k].joint() == Joint::Pins);
+        spinning.enumerate().map(move |(i, k)| {
+            let from = start + NUMBERS * i;
+            (k, from..from + NUMBERS)
+        })
+    }
+
+    /// Rod `k` of a configuration in place.
+    ///
+    /// # Errors
+    /// As [`Link::end`](super::Link::end).
+    pub(super) fn placed(
+        &self,
+        t: f64,
+        now: &Configuration,
+        k: usize,
+        tolerance: f64,
+    ) -> Result<LinkPoint> {
+        let point = self.links[k].point(t, &now.bodies, &now.charts[k], tolerance)?;
+        Ok(match now.spin(k) {
+            None => point,
+            Some(spin) => point.spinning(spin),
+        })
+    }
+
+    /// The spins of a state.
+    pub(super) fn read_spins(&self, state: &DVector<f64>) -> Vec<Option<Spin>> {
+        let mut spins = Vec::new();
+        for (k, slots) in self.spin_slots() {
+            spins.resize(self.links.len(), None);
+            let numbers = &state.as_slice()[slots];
+            spins[k] = Some(Spin {
+                turn: unit(&Vector4::from_column_slice(&numbers[..4])),
+                rate: numbers[4],
+            });
+        }
+        spins
+    }
+
+    /// The same configuration with the spins that are not known: rods are turned along their chords by the least turn from their attachments, and have no
+    /// momentum about them, as if the bodies had been set in motion by blows.
+    ///
+    /// # Errors
+    /// As [`Link::end`](super::Link::end).
+    pub fn spun(&self, now: &Configuration, tolerance: f64) -> Result<Configuration> {
+        let mut spun = now.clone();
+        for (k, light) in self.light_rods() {
+            if self.links[k].joint() != Joint::Pins || now.spin(k).is_some() {
+                continue;
+            }
+            let point = self.placed(0.0, now, k, tolerance)?;
+            let turn = point.base.pose.rotation;
+            let idle = self.links[k].idle_spin(light, (&now.charts[k], &point), tolerance);
+            let rate = idle.unwrap_or(0.0);
+            spun.spins.resize(self.links.len(), None);
+            spun.spins[k] = Some(Spin { turn, rate });
+        }
+        Ok(spun)
+    }
+
+    /// Writes the spins of a configuration into a state; of a rod of which none is known, directors along the axes of the world and no rate.
+    pub(super) fn write_spins(&self, now: &Configuration, state: &mut DVector<f64>) {
+        for (k, slots) in self.spin_slots() {
+            let p = now
+                .spin(k)
+                .map_or_else(UnitQuaternion::identity, |spin| spin.turn);
+            let rate = now.spin(k).map_or(0.0, |spin| spin.rate);
+            state.as_mut_slice()[slots].copy_from_slice(&[p.w, p.i, p.j, p.k, rate]);
+        }
+    }
+
+    /// Writes the rates of the spins, times `pace` as those of the charts in `charts`: `changes` has omega_t of the rods whose mass is felt. A rod
+    /// whose mass is not goes on as it spins.
+    pub(super) fn write_spin_rates(
+        &self,
+        state: &DVector<f64>,
+        (points, charts): (&[LinkPoint], &[Wrench]),
+        (changes, pace): (&[(usize, f64)], f64),
+        out: &mut DVector<f64>,
+    ) {
+        for (k, slots) in self.spin_slots() {
+            let omega = points[k].turning(&charts[k], pace);
+            let p = Vector4::from_column_slice(&state.as_slice()[slots.clone()][..4]);
+            let turned = spin(&p, &(unit(&p).inverse() * omega));
+            let change = changes.iter().find(|(rod, _)| *rod == k);
+            let own = &mut out.as_mut_slice()[slots];
+            own[..4].copy_from_slice(turned.as_slice());
+            own[4] = change.map_or(0.0, |(_, change)| change * pace);
+        }
+    }
+}
