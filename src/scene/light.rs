@@ -1,14 +1,10 @@
 //! What is done with the small mass of elastic rods: followed to first order where that can be, left out elsewhere.
 
-use super::start::Place;
 use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
 use serde_json::{Value, json};
 
 /// Rods of at least this part of the mass of a body are not light: their mass is not followed to first order unless that is asked for.
 const LIGHT: f64 = 0.1;
-
-/// Why it is left out by default of a planar motion that begins at the straight rod.
-const SLOW: &str = "next to the straight rod it makes the motion slow, which may pass there again; inertia = \"first-order\" follows it";
 
 /// What a motion does with the mass of an elastic rod whose mass is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,11 +75,6 @@ impl Scene {
         by_steps(self.run.as_ref()?.method)
     }
 
-    /// True of a planar motion from the straight rod.
-    fn starts_straight(&self) -> bool {
-        self.is_planar() && matches!(self.start.place, Place::Rest { .. })
-    }
-
     /// Follows the mass of light rods to first order where the scene does not say what it does and where that can be.
     pub(super) fn choose_inertia(&mut self) {
         let light = |note: &RodMassNote| note.by_default && note.why.is_none() && note.eps < LIGHT;
@@ -138,7 +129,6 @@ impl Scene {
         (0..count).filter_map(|k| {
             let rod = self.rod_of(k);
             let (name, why) = match &self.assembly {
-                None if rod.inertia.is_none() && self.starts_straight() => (None, Some(SLOW)),
                 None => (None, self.not_first_order()),
                 Some(given) => (
                     Some(given.rods[k].name.clone()),

@@ -164,13 +164,10 @@ tolerance = 1e-9
         errors[0] < 8e-5 && (1.6..2.8).contains(&order),
         "{errors:?} {order}"
     );
-    // By default it is left out, which the run says.
+    // So it is by default, under its weight, too.
     let scene = Scene::parse_with(text, &["rod.mass=0.05"]).unwrap();
     let told = scene.mass_notes()[0].text().unwrap();
-    assert!(
-        told.contains("left out") && told.contains("straight"),
-        "{told}"
-    );
+    assert!(told.contains("is followed to first order"), "{told}");
 }
 
 /// Catches the mass of a straight rod whose energy, weight or clamp is forgotten before the chart takes over: what is left out until then is of the order
@@ -194,21 +191,40 @@ rest = "straight"
 duration = 0.4
 tolerance = 1e-9
 "#;
-    let cases: [&[&str]; 4] = [
-        &[],
-        &["start.velocity=[0.0, 0.5]"],
-        &["loads.gravity=[-1.0, 0.0]", "start.velocity=[0.0, 0.3]"],
-        &[
-            "clamp={ motion = { turn = { amplitude = 0.1, frequency = 0.8 } } }",
-            "start.with_clamp=true",
-            "run.duration=0.1",
-        ],
+    let cases: [(&[&str], f64); 5] = [
+        (&[], 1e-5),
+        (&["start.velocity=[0.0, 0.5]", "run.duration=4.0"], 3e-5),
+        (
+            &[
+                "loads.gravity=[2.0, 0.0]",
+                "start.velocity=[0.0, 0.3]",
+                "run.duration=12.0",
+            ],
+            1e-5,
+        ),
+        (
+            &["loads.gravity=[-1.0, 0.0]", "start.velocity=[0.0, 0.3]"],
+            1e-5,
+        ),
+        (
+            &[
+                "clamp={ motion = { turn = { amplitude = 0.1, frequency = 0.8 } } }",
+                "start.with_clamp=true",
+                "run.duration=4.0",
+            ],
+            3e-4,
+        ),
     ];
-    for set in cases {
+    for (set, bound) in cases {
         let ran = summary(text, set);
-        assert_eq!(ran["outcome"], "end_of_time", "{ran:#}");
+        eprintln!("CASE {set:?} {} {}", ran["outcome"], ran["work"]["steps"]);
         let off = number(&ran, "/energy_error/relative");
-        assert!(off < 3e-6, "{set:?}: {off:e}");
+        let lost = number(&ran, "/end/dissipated");
+        eprintln!("{set:?} {off:e} {lost:e} {}", ran["cost"]);
+        assert!(
+            off < 1e-8 && lost.abs() < bound,
+            "{set:?}: {off:e} {lost:e}"
+        );
     }
 }
 
@@ -286,4 +302,74 @@ fn first_order_in_space_is_off_by_the_square_of_the_mass() {
     assert!((1.6..2.3).contains(&order(0)), "{large:?} {small:?}");
     assert!((0.85..1.15).contains(&order(1)), "{large:?} {small:?}");
     assert!(large[0] < 0.05 * large[1], "{large:?}");
+}
+
+/// Catches a mass that is lost, or that shakes, where the end of the rod passes the straight one: against the rod with all of its mass, driven across to and
+/// fro, the end is off by the square of the mass. The places of the full rod at t = 2 are those of `snaprod run` of this scene with rod.inertia = "full",
+/// rod.nodes = 4 and run.tolerance = 1e-7. Without its mass the end is off by 8.3e-3 and 2.5e-3.
+#[test]
+fn a_rod_passes_the_straight_one_with_its_mass() {
+    let text = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+mass = 0.1
+inertia = "first-order"
+[body]
+mass = 1.0
+[loads]
+force = { direction = [0.0, 1.0], amplitude = 2.0, frequency = 0.8 }
+[start]
+rest = "straight"
+[run]
+duration = 2.0
+tolerance = 1e-9
+"#;
+    let full = [
+        (0.1, [0.999_972_390_287, 0.006_901_301_312]),
+        (0.03, [0.999_999_257_486, 0.001_152_710_667]),
+    ];
+    let errors = full.map(|(mass, expected)| {
+        let ran = summary(text, &[&format!("rod.mass={mass}")]);
+        let [x, y] = ["/end/x", "/end/y"].map(|path| number(&ran, path));
+        println!("PASS {mass} {}", ran["work"]["steps"]);
+        (x - expected[0]).hypot(y - expected[1])
+    });
+    let order = (errors[0] / errors[1]).ln() / (0.1_f64 / 0.03).ln();
+    println!("PASS {errors:?} {order}");
+    assert!(errors[0] < 1e-5 && order > 1.6, "{errors:?} {order}");
+    for mass in ["rod.mass=0.01", "rod.mass=0.003", "rod.mass=1e-4"] {
+        let ran = summary(text, &[mass, "run.duration=8.0", "run.max_steps=50000"]);
+        println!(
+            "PASS {mass} {} {} {}",
+            ran["outcome"], ran["end"]["dissipated"], ran["work"]["steps"]
+        );
+    }
+}
+
+/// Catches a rod whose mass is left out of small swings about the straight rod, which never leave its neighbourhood: the beam's shape swings with the end,
+/// (1 + 33/140 m) y'' = -3 y, up to the square of the deflection.
+#[test]
+fn small_swings_about_the_straight_rod_have_its_mass() {
+    let text = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+mass = 0.08
+[body]
+mass = 1.0
+[start]
+rest = "straight"
+velocity = [0.0, 1e-4]
+[run]
+duration = 40.0
+tolerance = 1e-10
+"#;
+    let ran = summary(text, &[]);
+    let rate = (3.0 / (1.0 + 33.0 / 140.0 * 0.08_f64)).sqrt();
+    let [y, expected] = [number(&ran, "/end/y"), 1e-4 / rate * (40.0 * rate).sin()];
+    assert!((y - expected).abs() < 1e-6 * 1e-4, "{y:e} {expected:e}");
+    assert!(number(&ran, "/end/dissipated").abs() < 1e-12);
 }

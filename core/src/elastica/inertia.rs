@@ -13,6 +13,7 @@
 mod carried;
 mod light;
 mod passage;
+mod straight;
 
 pub use light::LightRod;
 pub use passage::{INERTIAL_ESCAPE, Passage, VISCOUS_ESCAPE};

@@ -49,6 +49,9 @@ const NEWTON: usize = 4;
 const LENGTH: [f64; 4] = [1.0, -0.5, 0.375, -0.3125];
 const TIP: [f64; 4] = [1.0, -1.5, 1.875, -2.1875];
 
+/// Rounds of Newton's method to a rod of given deflection.
+const ROUNDS: usize = 3;
+
 /// |P| below which the moments come from their series in P, and its terms: it converges for |P| < 4 pi^2.
 const GENTLE: f64 = 3.0;
 const TERMS: usize = 18;
@@ -328,10 +331,20 @@ pub(super) fn held(pull: f64) -> Option<Held<2>> {
     })
 }
 
-/// The rod under `pull` whose end is deflected by the small `across`, to leading order. One that crosses the axis is taken a hair beside it.
+/// The rod under `pull` whose end is deflected by the small `across`. One that crosses the axis is taken a hair beside it.
 pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
-    let z = 0.5 * across.abs() / (1.0 - Moments::new(pull).m[1]);
-    Vector2::new(sigma_of(pull) * side.value(), z.max(SMALLEST).ln())
+    let height = across.abs();
+    let sigma = sigma_of(pull);
+    let z = 0.5 * height / (1.0 - Moments::new(pull).m[1]);
+    let mut ln_z = z.max(SMALLEST).ln();
+    // To leading order at first; each round squares its error, which is of order y^2.
+    for _ in 0..ROUNDS {
+        let Some(rod) = Rod::new(sigma, ln_z).filter(|_| z > SMALLEST) else {
+            break;
+        };
+        ln_z += (height - rod.tip[1]) / rod.by_ln[1];
+    }
+    Vector2::new(sigma * side.value(), ln_z)
 }
 
 /// lam of a rod under a pull; None under a push.

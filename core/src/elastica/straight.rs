@@ -51,8 +51,7 @@ pub struct Bent {
 
 /// The boundary value problem, discretised.
 pub struct AlmostStraight {
-    /// The Gauss nodes along the rod, and their weights.
-    nodes: Vec<f64>,
+    /// The weights of the Gauss nodes along the rod.
     weights: Field,
     /// theta' from theta'', with theta'(1) = 0.
     once: DMatrix<f64>,
@@ -72,21 +71,8 @@ impl AlmostStraight {
         Self {
             twice: integrate * &once,
             once,
-            nodes: rule.nodes,
             weights: rule.weights.into(),
         }
-    }
-
-    /// (s, weight, w) at the Gauss nodes of a rod under the pull `pull`: the section s moves across by w times what the end does, w(1) = 1. None where
-    /// [`AlmostStraight::at`] has none.
-    pub fn sections(&self, pull: f64) -> Option<impl Iterator<Item = [f64; 3]>> {
-        // So small that w is that of the limit, y -> 0.
-        let y = 1e-7;
-        let (theta, _) = self.solved(pull, y)?;
-        let sin = theta.map(f64::sin);
-        let parts = (&self.once * &sin).add_scalar(self.weights.dot(&sin)) / y;
-        let at = move |k: usize| [self.nodes[k], self.weights[k], parts[k]];
-        Some((0..self.nodes.len()).map(at))
     }
 
     /// The rod under the pull `pull` > -[`EULER`] with its end at the height `y`: Newton's method from the straight rod.

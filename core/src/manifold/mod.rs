@@ -7,7 +7,7 @@
 mod rod_mass;
 pub mod truss;
 
-pub use rod_mass::{Felt, RodMass};
+pub use rod_mass::{Across, Bending, Deflected, Felt, RodMass};
 
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};

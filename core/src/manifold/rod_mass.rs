@@ -25,6 +25,12 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
         error: f64,
     ) -> Option<Felt<N>>;
 
+    /// The same of the deflection alone, where the rod holds its end along a line and bends across it ([`Held`](super::Held)), and the chart has collapsed;
+    /// None beyond what is served, and in models without such a state.
+    fn beside(&self, _frame: Option<&Frame<N>>, _at: &Deflected) -> Option<Across> {
+        None
+    }
+
     /// Kinetic energy of the rod in the world, and its potential, at the point and the velocity `at`; its mass may be off by `error`.
     fn energies(
         &self,
@@ -49,4 +55,45 @@ pub struct Felt<const N: usize> {
     pub pull: SVector<f64, N>,
     /// See above.
     pub power: f64,
+}
+
+/// A rod that is all but straight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deflected {
+    /// Its pull, and the rate of that.
+    pub pull: f64,
+    /// See above.
+    pub tightening: f64,
+    /// Deflection of its end, and the rate of that.
+    pub height: f64,
+    /// See above.
+    pub speed: f64,
+}
+
+/// What the deflection of the end feels of the mass of a rod that is all but straight: its pull is that of the body alone (theory 2.9).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Across {
+    /// The mass that the rod adds to the body's.
+    pub mass: f64,
+    /// The force that its weight and its motion put on the end.
+    pub force: f64,
+    /// What the clamp does on the rod's inertia: `pull` times the acceleration of the deflection, and `power`.
+    pub pull: f64,
+    /// See above.
+    pub power: f64,
+    /// What of it bends the rod away from the beam under the pull.
+    pub bending: Bending,
+    /// Kinetic energy in the world, and potential.
+    pub energies: [f64; 2],
+}
+
+/// The rod's inertia and weight as they bend it while its end is held: along w_N, the change of its shape with the pull.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bending {
+    /// m int w w_N ds, which counts by the acceleration of the deflection.
+    pub by_rise: f64,
+    /// m int w_N e ds, e the acceleration less gravity of the sections while that of the end is zero.
+    pub rest: f64,
+    /// m int w_N^2 ds.
+    pub inertia: f64,
 }

@@ -26,6 +26,19 @@ pub struct Frame<const D: usize> {
 }
 
 impl<const D: usize> Frame<D> {
+    /// The frame of the world.
+    pub fn at_rest() -> Self {
+        Self {
+            turn: SMatrix::identity(),
+            origin: SVector::zeros(),
+            spin: SMatrix::zeros(),
+            velocity: SVector::zeros(),
+            centrifugal: SMatrix::zeros(),
+            coriolis: SMatrix::zeros(),
+            acceleration: SVector::zeros(),
+        }
+    }
+
     /// The place in the world.
     pub fn place(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.origin + self.turn * x

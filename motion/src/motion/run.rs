@@ -12,7 +12,7 @@ use super::straight::Opening;
 use crate::body::Body;
 use crate::elastica::Elastica;
 use crate::error::{Cause, Error, Result};
-use crate::manifold::{Multivalued, Patch, Sheet};
+use crate::manifold::{Multivalued, Patch, RodMass, Sheet};
 use crate::solve::cost::Cost;
 use nalgebra::{DVector, SVector, UnitQuaternion, Vector2};
 
@@ -57,6 +57,9 @@ pub struct Run<'a, M, const N: usize> {
     pending: Option<f64>,
     /// While the rod is taut: true if the body still moves outward.
     outward: Option<bool>,
+    /// The energy with which a motion next to the straight rod began, but for what is counted as lost in `snapped`. What it changes there, by the order of the
+    /// rod's mass times the deflection, goes to vibrations of the rod.
+    straight: Option<f64>,
     /// An event of the last step that is to be told.
     found: Option<Event>,
     /// The state just before the last snap.
@@ -143,6 +146,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             past: Cost::default(),
             pending,
             outward: None,
+            straight: None,
             found: None,
             before_snap: None,
             stopped: false,
@@ -189,6 +193,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// Kinetic energy and potential of the rod.
     fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
+        if self.motion.passes_straight() {
+            return self.motion.energies_beside(phase).unwrap_or_default();
+        }
         let rod = self.body.rod();
         let error = rod_error(self.body, self.options.tolerance);
         let frame = self.body.support().map(|support| support.at(phase.t));
@@ -196,24 +203,25 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             .unwrap_or_default()
     }
 
-    /// Goes on from `phase` with the mass of the rod, or without it. What energy the rod has there is counted as lost, to vibrations of
-    /// its own, where the motion ceases to follow it, and as got back where it does again: both belong to the snap between.
-    fn follow(&mut self, rod: bool, phase: Phase<N>) -> Result<()> {
-        let energy: f64 = self.of_rod(&phase).iter().sum();
+    /// Goes on from the state `to`, after `from`, with the mass of the rod, or without it. What energy is lost there, as the rod's own where the motion ceases
+    /// to follow it, is counted as lost to vibrations, and as got back where it does again: both belong to the snap between.
+    fn follow(&mut self, rod: bool, from: Phase<N>, to: Phase<N>) -> Result<()> {
+        let before = self.describe(from).ledger.total();
         let orientation = self.motion.orientation();
         let followed = self.body.rod().filter(|_| rod);
         let motion = OnSheet::new(
             self.manifold,
             self.body,
-            phase,
+            to,
             orientation,
             followed,
             &self.options,
         )?;
         self.past = self.cost();
-        self.snapped += if rod { -energy } else { energy };
         self.followed = rod;
         self.motion = motion;
+        self.straight = None;
+        self.snapped += before - self.describe(to).ledger.total();
         Ok(())
     }
 
@@ -223,16 +231,52 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let Some(rod) = self.body.rod() else {
             return Ok(self.motion.step(end));
         };
+        if let Some(progress) = self.step_past_straight(rod)? {
+            return Ok(Some(progress));
+        }
         let from = self.motion.phase();
         let holds = rod.holds(&from.q, &from.v, self.followed);
         if holds != self.followed {
-            self.follow(holds, from)?;
+            self.follow(holds, from, from)?;
         }
         let progress = self.motion.step(end);
         if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
             // A long step came upon a fold.
-            self.follow(false, from)?;
+            self.follow(false, from, from)?;
             return Ok(self.motion.step(end));
+        }
+        Ok(progress)
+    }
+
+    /// Goes on next to the straight rod with its mass, where the motion is there and does not shake.
+    fn go_straight(&mut self, rod: &'a dyn RodMass<N>, followed: bool) -> bool {
+        let Some(glide) = self.motion.nears_straight(rod, followed) else {
+            return false;
+        };
+        let before = self.now().ledger.total();
+        if self.motion.go_straight(rod, glide).is_none() {
+            return false;
+        }
+        self.followed = true;
+        let after = self.now().ledger.total();
+        self.straight = Some(after - self.snapped);
+        self.snapped += before - after;
+        true
+    }
+
+    /// A step next to the straight rod with its mass; None elsewhere.
+    fn step_past_straight(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
+        let from = self.motion.phase();
+        if let Some(left) = self.motion.leaves_straight() {
+            self.follow(left.is_some(), from, left.unwrap_or(from))?;
+            return Ok(None);
+        }
+        if !(self.motion.passes_straight() || self.go_straight(rod, self.followed)) {
+            return Ok(None);
+        }
+        let progress = self.motion.glide(self.options.duration);
+        if progress.is_none() {
+            self.follow(false, from, from)?;
         }
         Ok(progress)
     }
@@ -298,7 +342,11 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return self.with_energies(phase, of_rod);
         }
         let of_rod = self.followed.then(|| self.of_rod(&phase));
-        self.with_energies(phase, of_rod.unwrap_or_default())
+        let mut state = self.with_energies(phase, of_rod.unwrap_or_default());
+        if let Some(total) = self.straight {
+            state.ledger.dissipated += total + self.snapped - state.ledger.total();
+        }
+        state
     }
 
     /// The state, with kinetic energy and potential of the rod.
@@ -458,12 +506,12 @@ impl<'a> Run<'a, Elastica, 2> {
                 Error::no_convergence("the start from the straight rod has no shape")
             })
         };
-        let first = match opening.handed_over() {
-            Some(first) => first,
-            None => state(opening.until)?,
-        };
         let given = Phase { v, ..state(0.0)? };
-        let mut run = Self::start(&Elastica, body, first, options, 0.0, 0)?;
+        let mut run = Self::start(&Elastica, body, state(opening.until)?, options, 0.0, 0)?;
+        if let Some(rod) = body.rod() {
+            run.go_straight(rod, false);
+            run.snapped = 0.0;
+        }
         run.given = given;
         run.given_pose = Some((Vector2::new(1.0, 0.0), opening.of_rod(0.0)));
         run.early = Some(Box::new(move |t| Some((opening.at(t)?, opening.of_rod(t)))));

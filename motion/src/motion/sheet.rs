@@ -8,6 +8,7 @@
 //! is smooth through det = 0: the fold is where t stops growing, an ordinary root. Away from folds
 //! and walls tau runs like t.
 
+mod across;
 mod glide;
 mod shaking;
 mod turns;

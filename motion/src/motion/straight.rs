@@ -21,8 +21,9 @@ use crate::body::{Body, EndMotion};
 use crate::elastica::Equilibrium;
 use crate::elastica::straight::{AlmostStraight, EULER, MOST_PULL, unstable};
 use crate::error::{Error, Message, Quantity, Result};
+use crate::manifold::{Across, Deflected};
 use crate::math::gauss::{Rule, legendre};
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2};
 
 /// Collocation points.
 const POINTS: usize = 16;
@@ -32,11 +33,8 @@ const LONGEST: f64 = 0.5;
 const TAIL: f64 = 1e-13;
 /// Newton's method is at its end when nothing changes by more than this, relative to the largest value.
 const SETTLED: f64 = 1e-13;
-/// Height of the end at which the chart takes over a rod of known mass at the latest: what is left out before is its square of the rod's mass, and the
-/// rod is bent enough for its mass to be followed.
-const HANDED_OVER: f64 = 3e-3;
-/// By how much the mass of the rod may be off there.
-const EXACT: f64 = 1e-12;
+/// Height of the end at which the motion next to the straight rod takes over a rod of known mass at the latest.
+const HANDED_OVER: f64 = 1e-4;
 /// Rounds of Newton's method after which the derivatives c'(N) are good enough.
 const SLOPES: usize = 3;
 /// The state shown at t = 0, where the chart has none, is that of the first of these parts of the opening in which the rod has
@@ -238,6 +236,19 @@ impl Opening {
         (-EULER < pull && pull < MOST_PULL).then_some(pull)
     }
 
+    /// The rod's part in the motion at the time t, its end moving across from y at the speed v; None of a rod without mass, or beyond what is served. The rate of
+    /// the pull counts by the deflection, which is small.
+    fn of_mass(&self, t: f64, pull: f64, height: f64, speed: f64) -> Option<Across> {
+        let frame = self.body.support().map(|support| support.at(t));
+        let at = Deflected {
+            pull,
+            tightening: 0.0,
+            height,
+            speed,
+        };
+        self.body.rod()?.beside(frame.as_ref(), &at)
+    }
+
     /// The motion across of the body together with its rod, and the power of a clamp that moves on both; None beyond what is served.
     fn with_rod(
         &self,
@@ -246,108 +257,26 @@ impl Opening {
         pull: f64,
         action: &mut EndMotion<2>,
     ) -> Option<()> {
-        let Some(rod) = self.body.rod() else {
+        if self.body.rod().is_none() {
             return Some(());
-        };
-        let (mu, m, alone) = (self.body.mass(), rod.mass(), action.acceleration);
-        let frame = self.body.support().map(|support| support.at(t));
-        let (mut inertia, mut force) = (0.0, 0.0);
-        let mut borne = Vec::new();
-        for [s, weight, w] in self.rods.sections(pull)? {
-            let place = Vector2::new(s, w * pose[1]);
-            // The acceleration of a section while that of the end is 0, less gravity, and its velocity with the clamp.
-            let (drawn, carried) = match &frame {
-                None => (-rod.gravity(), Vector2::zeros()),
-                Some(frame) => (
-                    frame.swept(&place, &Vector2::new(0.0, w * v[1]))
-                        - frame.inward(&rod.gravity()),
-                    frame.carried(&place),
-                ),
-            };
-            inertia += weight * w * w;
-            force -= weight * w * drawn[1];
-            borne.push((weight, w, drawn, carried));
         }
-        let across = (mu * alone[1] + m * force) / (mu + m * inertia);
+        let felt = self.of_mass(t, pull, pose[1], v[1])?;
+        let (mass, alone) = (self.body.mass(), action.acceleration[1]);
+        let across = (mass * alone + felt.force) / (mass + felt.mass);
         action.acceleration[1] = across;
-        if let Some(frame) = &frame {
-            action.power += mu * (across - alone[1]) * frame.carried(pose)[1];
-            for (weight, w, drawn, carried) in borne {
-                action.power += m * weight * (drawn + Vector2::new(0.0, w * across)).dot(&carried);
-            }
+        if let Some(support) = self.body.support() {
+            let borne = mass * (across - alone) * support.at(t).carried(pose)[1];
+            action.power += borne + felt.pull * across + felt.power;
         }
         Some(())
     }
 
-    /// The state with which the chart takes over. The pull there is that of equilibria whose mass counts: it differs from the body's alone by a multiple of
-    /// eps y''/y, and a mass let go with another one would shake along the rod. With a pull beyond that of the body by d, 1 - x is larger by
-    /// s = (c(N + d) - c(N)) y^2, which grows as y y'' does; so v_x and v_x' are smaller by s y'/y and s y''/y, and d is what the equation of motion along
-    /// the rod then holds for. None beyond what is served.
-    pub fn handed_over(&self) -> Option<Phase<2>> {
-        let t = self.until;
-        let plain = self.at(t)?;
-        let Some(rod) = self.body.rod() else {
-            return Some(plain);
-        };
-        let (pose, v, pull) = self.state(t)?;
-        let start = self.rods.at(pull, pose[1])?;
-        let frame = self.body.support().map(|support| support.at(t));
-        let mu = self.body.mass();
-        let force = Vector2::new(-pull, -start.across);
-        let mut slaved = self.body.action(t, &pose, &v, &force);
-        self.with_rod(t, (&pose, &v), pull, &mut slaved)?;
-        let [inward, across] = slaved.acceleration.into();
-        // What is missing in the acceleration along the rod, and the state.
-        let at = |more: f64| {
-            let bent = self.rods.at(pull + more, pose[1])?;
-            let shorter = bent.one_minus_x - start.one_minus_x;
-            let pose = pose - Vector2::new(shorter, 0.0);
-            let v = v - Vector2::new(shorter * v[1] / pose[1], 0.0);
-            let (q, force) = (
-                Vector2::from(bent.chart()),
-                Vector2::new(-bent.pull, -bent.across),
-            );
-            let felt = rod.added(frame.as_ref(), [&q, &v], &force, EXACT)?;
-            let alone = self.body.action(t, &pose, &v, &force).acceleration;
-            let all = (felt.mass + Matrix2::identity() * mu).try_inverse()?;
-            let found = all * (alone * mu + felt.force);
-            let gap = found[0] - inward + shorter * across / pose[1];
-            Some((gap, Phase { q, v, ..plain }))
-        };
-        let mut before = (0.0, at(0.0)?.0);
-        let mut more = 1e-2 * (1.0 + pull.abs());
-        for _ in 0..30 {
-            let (gap, phase) = at(more)?;
-            let step = -gap * (more - before.0) / (gap - before.1);
-            if !(step.abs() > 1e-9 * (1.0 + more.abs())) {
-                return Some(phase);
-            }
-            before = (more, gap);
-            more += step;
-        }
-        None
-    }
-
     /// Kinetic energy of the rod at the time t, and its potential; 0 of a rod without mass, or beyond what is served.
     pub fn of_rod(&self, t: f64) -> [f64; 2] {
-        let (Some(rod), Some((pose, v, pull))) = (self.body.rod(), self.state(t)) else {
-            return [0.0; 2];
-        };
-        let Some(sections) = self.rods.sections(pull) else {
-            return [0.0; 2];
-        };
-        let frame = self.body.support().map(|support| support.at(t));
-        let mut energies = [0.0; 2];
-        for [s, weight, w] in sections {
-            let (place, v) = (Vector2::new(s, w * pose[1]), Vector2::new(0.0, w * v[1]));
-            let (place, v) = match &frame {
-                None => (place, v),
-                Some(frame) => (frame.place(&place), frame.absolute(&place, &v)),
-            };
-            energies[0] += 0.5 * weight * v.norm_squared();
-            energies[1] -= weight * rod.gravity().dot(&place);
-        }
-        energies.map(|energy| energy * rod.mass())
+        let found = self
+            .state(t)
+            .and_then(|(pose, v, pull)| self.of_mass(t, pull, pose[1], v[1]));
+        found.map_or([0.0; 2], |felt| felt.energies)
     }
 
     /// How many times higher the end of a rod of known mass is than where the chart should take over, if it is.

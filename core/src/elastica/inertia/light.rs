@@ -1,10 +1,11 @@
 //! A rod of small mass as the motion of the body at its end has it: where its mass is followed, and what is felt of it then.
 
 use super::passage::fold_function;
+use super::straight::sections;
 use super::{Adding, Passage, ROUGH, RodInertia};
 use crate::elastica::curvature::TipDerivatives;
 use crate::elastica::lanes;
-use crate::manifold::{Felt, RodMass};
+use crate::manifold::{Across, Bending, Deflected, Felt, RodMass};
 use crate::math::frame::Frame;
 use nalgebra::Vector2;
 
@@ -69,6 +70,46 @@ impl RodMass<2> for LightRod {
             pull: Vector2::zeros(),
             power: 0.0,
         })
+    }
+
+    fn beside(&self, frame: Option<&Frame<2>>, at: &Deflected) -> Option<Across> {
+        let (m, y, speed) = (self.mass, at.height, at.speed);
+        let standing = Frame::<2>::at_rest();
+        let frame = frame.unwrap_or(&standing);
+        let gravity = frame.inward(&self.gravity);
+        let mut felt = Across {
+            mass: 0.0,
+            force: 0.0,
+            pull: 0.0,
+            power: 0.0,
+            bending: Bending {
+                by_rise: 0.0,
+                rest: 0.0,
+                inertia: 0.0,
+            },
+            energies: [0.0; 2],
+        };
+        for section in sections(at.pull)? {
+            let share = m * section.weight;
+            let turning = section.by_pull * at.tightening;
+            let place = Vector2::new(section.s - section.shortening * y * y, section.across * y);
+            // By the deflection; its rate; and the acceleration less gravity while the end is not accelerated.
+            let by = Vector2::new(-2.0 * section.shortening * y, section.across);
+            let v = by * speed + Vector2::new(0.0, turning * y);
+            let swept = frame.swept(&place, &v) - gravity
+                + Vector2::new(-2.0 * section.shortening * speed, 2.0 * turning) * speed;
+            let carried = frame.carried(&place);
+            felt.mass += share * by.norm_squared();
+            felt.force -= share * by.dot(&swept);
+            felt.pull += share * by.dot(&carried);
+            felt.power += share * swept.dot(&carried);
+            felt.bending.by_rise += share * section.by_pull * section.across;
+            felt.bending.rest += share * section.by_pull * swept[1];
+            felt.bending.inertia += share * section.by_pull * section.by_pull;
+            felt.energies[0] += 0.5 * share * (v + carried).norm_squared();
+            felt.energies[1] -= share * self.gravity.dot(&frame.place(&place));
+        }
+        Some(felt)
     }
 
     fn energies(

@@ -6,10 +6,11 @@
 //! m y'' = f_y - k(N) y,   1 - x = c(N) y^2,   N = f_x + m (c y^2)''
 //! ```
 //! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where the rod is straight.
+//! A rod whose mass is followed takes part in the motion across (theory 2.9): see [`across`](super::across).
 
 use super::Phase;
 use crate::body::{Body, EndMotion};
-use crate::manifold::{Held, Multivalued, Patch};
+use crate::manifold::{Across, Deflected, Held, Multivalued, Patch, RodMass};
 use crate::solve::dop853::{Dense, Dop853, Step};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
@@ -20,8 +21,8 @@ const STILL: f64 = 1e-4;
 const SLAVED: f64 = 1e-3;
 /// Motions of less than this shake in times that are lost in the digits of time itself: nothing that is known of them is left out.
 const HAIR: f64 = 3e-12;
-/// Time over which the rate of the loads along the rod is measured.
-const BRIEF: f64 = 1e-6;
+/// Time over which the rate of the pull is measured.
+const BRIEF: f64 = 1e-5;
 /// The motion is left this many times farther out than it is entered.
 const BEYOND: f64 = 2.0;
 
@@ -30,21 +31,48 @@ const BEYOND: f64 = 2.0;
 pub(super) struct Gliding<'a, M, const N: usize> {
     pub manifold: &'a M,
     pub body: &'a Body<N>,
+    /// The mass of the rod, where it is followed.
+    pub rod: Option<&'a dyn RodMass<N>>,
 }
 
 /// The rod and the body at one moment.
-struct Moment<const N: usize> {
-    rod: Held<N>,
-    /// N.
-    pull: f64,
+pub(super) struct Moment<const N: usize> {
+    pub rod: Held<N>,
+    /// N, and the rate of it.
+    pub pull: f64,
+    pub tightening: f64,
     /// y and y'.
-    height: f64,
-    speed: f64,
-    action: EndMotion<N>,
+    pub height: f64,
+    pub speed: f64,
+    pub action: EndMotion<N>,
+    pub felt: Option<Across>,
+}
+
+impl<const N: usize> Moment<N> {
+    /// y''.
+    pub fn rise(&self) -> f64 {
+        self.action.acceleration.dot(&self.rod.across)
+    }
+}
+
+/// The state a little later than `at`.
+pub(super) fn aside<const N: usize>(at: &Phase<N>, rise: &SVector<f64, N>, time: f64) -> Phase<N> {
+    Phase {
+        q: at.q + (at.v + rise * (0.5 * time)) * time,
+        v: at.v + rise * time,
+        t: at.t + time,
+        ..*at
+    }
+}
+
+/// The pull that the body's motion brings about, and its acceleration across under it.
+struct Pulled {
+    pull: f64,
+    rise: f64,
 }
 
 /// A motion that glides, by deflection: `q` and `v` of its states lie across.
-pub(super) struct Glide<const N: usize> {
+pub struct Glide<const N: usize> {
     solver: Dop853<Phase<N>>,
     last: Option<Step<Phase<N>>>,
     dense: Option<Dense<Phase<N>>>,
@@ -54,58 +82,112 @@ pub(super) struct Glide<const N: usize> {
 }
 
 impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
-    fn moment(&self, at: &Phase<N>) -> Option<Moment<N>> {
-        let (body, mass) = (self.body, self.body.mass());
-        let rod = self.manifold.held(0.0)?;
-        let (height, speed) = (at.q.dot(&rod.across), at.v.dot(&rod.across));
-        let pose = rod.pose + at.q;
-        let free = body.action(at.t, &pose, &at.v, &SVector::zeros());
-        let load = mass * free.acceleration.dot(&rod.along);
+    /// The pull of the body that the deflection `at` slaves to it; None beyond what is served.
+    fn pulled(&self, at: &Phase<N>) -> Option<Pulled> {
+        let mass = self.body.mass();
+        let straight = self.manifold.held(0.0)?;
+        let (height, speed) = (at.q.dot(&straight.across), at.v.dot(&straight.across));
+        let (pose, v) = (
+            straight.pose + straight.across * height,
+            straight.across * speed,
+        );
+        let free = self.body.action(at.t, &pose, &v, &SVector::zeros());
+        let load = mass * free.acceleration.dot(&straight.along);
         let rod = self.manifold.held(load)?;
         let rise = free.acceleration.dot(&rod.across) - rod.stiffness * height / mass;
         let pull = load + 2.0 * mass * rod.shortening * (speed * speed + height * rise);
+        Some(Pulled { pull, rise })
+    }
+
+    /// N' and N'' at the deflection `at`, whose acceleration is `rise`. Next to a break of the loads, of one side and without the second.
+    fn rates(&self, at: &Phase<N>, pull: f64, rise: &SVector<f64, N>) -> Option<[f64; 2]> {
+        let aside = |time: f64| Some(self.pulled(&aside(at, rise, time))?.pull);
+        let smooth = |t: f64| self.body.next_break(t) >= t + BRIEF;
+        match (smooth(at.t - BRIEF), smooth(at.t)) {
+            (true, false) => Some([(pull - aside(-BRIEF)?) / BRIEF, 0.0]),
+            (false, true) => Some([(aside(BRIEF)? - pull) / BRIEF, 0.0]),
+            _ => {
+                let (before, after) = (aside(-BRIEF)?, aside(BRIEF)?);
+                Some([
+                    (after - before) / (2.0 * BRIEF),
+                    (after - 2.0 * pull + before) / (BRIEF * BRIEF),
+                ])
+            }
+        }
+    }
+
+    pub(super) fn moment(&self, at: &Phase<N>) -> Option<Moment<N>> {
+        let (body, mass) = (self.body, self.body.mass());
+        let Pulled { pull, rise } = self.pulled(at)?;
+        let rod = self.manifold.held(pull)?;
+        let (height, speed) = (at.q.dot(&rod.across), at.v.dot(&rod.across));
+        let [tightening, tightened] = self.rates(at, pull, &(rod.across * rise))?;
+        // m (c y^2)'' also has terms in N' and N''.
+        let rates = 4.0 * tightening * speed + tightened * height;
+        let pull = pull + mass * rod.softening * height * rates;
         let rod = self.manifold.held(pull)?;
         let back = rod.shortening * height;
-        let pose = pose - rod.along * (back * height);
-        let v = at.v - rod.along * (2.0 * back * speed);
+        let pose = rod.pose + rod.across * height - rod.along * (back * height);
+        let v = rod.across * speed - rod.along * (2.0 * back * speed);
         let force = rod.along * -pull - rod.across * (rod.stiffness * height);
-        Some(Moment {
-            rod,
+        let mut now = Moment {
             pull,
+            tightening,
             height,
             speed,
             action: body.action(at.t, &pose, &v, &force),
-        })
+            felt: None,
+            rod,
+        };
+        if let Some(rod) = self.rod {
+            let frame = body.support().map(|support| support.at(at.t));
+            let felt = rod.beside(
+                frame.as_ref(),
+                &Deflected {
+                    pull,
+                    tightening,
+                    height,
+                    speed,
+                },
+            )?;
+            let alone = now.rise();
+            let rise = (mass * alone + felt.force) / (mass + felt.mass);
+            now.action.acceleration += now.rod.across * (rise - alone);
+            if let Some(frame) = frame {
+                let borne = mass * (rise - alone) * frame.carried(&pose).dot(&now.rod.across);
+                now.action.power += borne + felt.pull * rise + felt.power;
+            }
+            now.felt = Some(felt);
+        }
+        Some(now)
     }
 
     fn slope(&self, at: &Phase<N>) -> Option<Phase<N>> {
-        let Moment { rod, action, .. } = self.moment(at)?;
+        let now = self.moment(at)?;
         Some(Phase {
             q: at.v,
-            v: rod.across * action.acceleration.dot(&rod.across),
+            v: now.rod.across * now.rise() + now.rod.along * self.shaking(&now, at),
             t: 1.0,
-            work: action.power,
-            drag_loss: action.loss,
+            work: now.action.power,
+            drag_loss: now.action.loss,
         })
     }
 
     /// The velocity along the rod that the deflection and the loads bring about.
-    fn slaved(&self, now: &Moment<N>, at: &Phase<N>) -> Option<f64> {
-        let pull = |t: f64| Some(self.moment(&Phase { t, ..*at })?.pull);
-        let rate = (pull(at.t + BRIEF)? - pull(at.t - BRIEF)?) / (2.0 * BRIEF);
+    pub(super) fn slaved(now: &Moment<N>) -> f64 {
         let Held {
             shortening,
             softening,
             ..
         } = now.rod;
-        Some(-now.height * (2.0 * shortening * now.speed + softening * rate * now.height))
+        -now.height * (2.0 * shortening * now.speed + softening * now.tightening * now.height)
     }
 
     /// The state `at` in a chart.
     pub fn charted(&self, at: &Phase<N>) -> Option<(Patch, Phase<N>)> {
         let now = self.moment(at)?;
         let (patch, q) = self.manifold.beside(now.pull, now.height)?;
-        let v = at.v + now.rod.along * self.slaved(&now, at)?;
+        let v = now.rod.across * now.speed + now.rod.along * Self::slaved(&now);
         Some((patch, Phase { q, v, ..*at }))
     }
 
@@ -129,7 +211,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         }
         let now = self.moment(&start)?;
         // Energies of the shaking, over m/2: of its velocity, and of the pull that is not slaved.
-        let speed = at.v.dot(&rod.along) - self.slaved(&now, &start)?;
+        let speed = at.v.dot(&rod.along) - Self::slaved(&now);
         let pull = -point.force.dot(&rod.along) - now.pull;
         let stored = -now.rod.softening * (now.height * pull).powi(2) / self.body.mass();
         let shaking = (speed * speed + stored).sqrt();
@@ -139,20 +221,40 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         if !(all < HAIR || slaved && shaking < tolerance.min(STILL * size)) {
             return None;
         }
+        self.started(start, tolerance, BEYOND * farthest)
+    }
+
+    /// The motion from `start`, up to that distance.
+    pub(super) fn started(
+        &self,
+        start: Phase<N>,
+        tolerance: f64,
+        farthest: f64,
+    ) -> Option<Glide<N>> {
         let slope = self.slope(&start)?;
         Some(Glide {
             solver: Dop853::new(start, slope, 1e-3, tolerance),
             last: None,
             dense: None,
-            farthest: BEYOND * farthest,
+            farthest,
             over: false,
         })
     }
 }
 
 impl<const N: usize> Glide<N> {
+    /// Where it is, by deflection.
+    pub(super) fn state(&self) -> &Phase<N> {
+        self.solver.state()
+    }
+
+    /// True if it has come too far out.
+    pub(super) fn is_over(&self) -> bool {
+        self.over
+    }
+
     /// One step, at most to the time `end`; its state in a chart. None if there is none.
-    pub fn step<M: Multivalued<N>>(
+    pub(super) fn step<M: Multivalued<N>>(
         &mut self,
         gliding: &Gliding<'_, M, N>,
         end: f64,
@@ -166,23 +268,26 @@ impl<const N: usize> Glide<N> {
             Some(())
         };
         let mut step = self.solver.blank();
-        let remaining = end - from.t;
+        let remaining = (end - from.t).min(gliding.reach(&from)?);
         self.solver
             .step_measured(written, relative, remaining, &mut step)
             .ok()?;
-        if step.h == remaining {
+        if step.h == end - from.t {
             step.to.t = end;
             self.solver.rewind(step.to, *step.end_slope());
         }
         let charted = gliding.charted(&step.to)?;
-        self.over = step.to.q.norm().max(step.to.v.norm()) > self.farthest;
+        self.over = match gliding.rod {
+            Some(_) => gliding.leaves(&step.to)?,
+            None => step.to.q.norm().max(step.to.v.norm()) > self.farthest,
+        };
         self.dense = None;
         self.last = Some(step);
         Some(charted)
     }
 
     /// The state at the time `t` within the last step, in a chart.
-    pub fn at<M: Multivalued<N>>(
+    pub(super) fn at<M: Multivalued<N>>(
         &mut self,
         gliding: &Gliding<'_, M, N>,
         t: f64,

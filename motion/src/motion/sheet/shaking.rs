@@ -63,6 +63,20 @@ impl<const N: usize> Shaking<N> {
         self.last == Kind::Single
     }
 
+    /// Goes on without shaking.
+    pub fn glide_by(&mut self, glide: Glide<N>) {
+        *self = Self {
+            glide: Some(glide),
+            last: Kind::Glide,
+            ..Self::default()
+        };
+    }
+
+    /// While it does not shake.
+    pub fn glide(&self) -> Option<&Glide<N>> {
+        self.glide.as_ref()
+    }
+
     /// Turning points of another chart are none of this.
     pub fn forget(&mut self) {
         self.turned = None;
@@ -173,15 +187,16 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         at.map(|at| self.global(at))
     }
 
-    fn gliding(&self) -> Gliding<'a, M, N> {
+    pub(super) fn gliding(&self) -> Gliding<'a, M, N> {
         Gliding {
             manifold: self.manifold,
             body: self.body,
+            rod: self.rod.map(|rod| rod.rod),
         }
     }
 
     /// A step of a motion that does not shake; None if it does.
-    pub(super) fn glide(&mut self, end: f64) -> Option<Progress> {
+    pub fn glide(&mut self, end: f64) -> Option<Progress> {
         self.shaking.last = Kind::Single;
         if self.patch == Patch::Global {
             return None;
@@ -189,6 +204,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let (gliding, now) = (self.gliding(), self.solver.state());
         let mut glide = match self.shaking.glide.take() {
             Some(glide) => glide,
+            None if self.rod.is_some() => return None,
             None => gliding.begin(self.patch, now, self.tolerance)?,
         };
         let before = glide.evaluations();
@@ -198,7 +214,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             self.manifold,
             patch,
             self.body,
-            self.rod,
+            None,
             self.orientation,
             &charted,
         )?;

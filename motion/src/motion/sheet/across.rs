@@ -1,0 +1,264 @@
+//! Rods of small mass next to the straight one, whose mass is followed (theory 2.9).
+//!
+//! The equilibria that a rod with mass would stay on have no bounded pull where their end passes the axis: the rod's own inertia bends it across, by the
+//! order of its mass, and the pull that this stands for differs from the body's own by a multiple of eps y''/y. But for the motion across that does not matter to
+//! this order. So next to the straight rod the distance from the circle of full reach is slaved to the deflection, as in [`glide`](super::glide), and the rod's
+//! mass is part of the motion across. With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull, and its end is farther in by
+//! c' y u, |c'| u^2/2 being stored. Most of u is slaved to inertia and weight; the rest, a shaking along the rod, is an oscillator of its own, as fast as the rod
+//! vibrates where y^2 is small against its mass. States keep it, and its rate, as their component along the rod.
+
+use super::glide::{Glide, Gliding, Moment, aside};
+use super::{Carried, OnSheet, Phase, rod_error, slope};
+use crate::manifold::{Bending, Multivalued, Patch, RodMass};
+use nalgebra::SVector;
+
+/// Height of the end beyond which the chart takes over, and the one below which it ends.
+const HEIGHT: [f64; 2] = [3e-3, 2e-3];
+/// Part of |N| by which the pull of equilibria may differ from the body's own where the chart takes over, and that beyond which it ends.
+const SHIFTED: [f64; 2] = [0.5, 1.0];
+/// |N| above which it may take over there, and below which it ends: the global chart is polar about N = 0, where it loses digits of the rod's mass.
+const SLACK: [f64; 2] = [0.3, 0.2];
+/// Height at which the chart takes over in any case, and the one below which it may end.
+const HIGHEST: [f64; 2] = [0.015, 0.01];
+/// Shaking by more than this part of 1 + |N| is no linear one.
+const SHAKEN: f64 = 10.0;
+/// Time over which the rates of what the rod's own inertia does are measured.
+const SOON: f64 = 1e-4;
+/// How well the pull is found with which it does.
+const FOUND: f64 = 1e-8;
+
+/// A moment of a rod bent by its own inertia.
+struct Shifted<const N: usize> {
+    now: Moment<N>,
+    /// What the pull of equilibria is beyond the body's own, and the most that its slaved part and its shaking are of that.
+    more: f64,
+    apart: [f64; 2],
+    /// What 1 - x is larger by, and the rate of it.
+    missing: f64,
+    shortening: f64,
+}
+
+impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
+    /// The moment `at`, and u: what of the rod's own inertia bends it, y times the pull of equilibria beyond the body's own, if that follows at once.
+    fn bent(&self, at: &Phase<N>) -> Option<(Moment<N>, f64)> {
+        let now = self.moment(at)?;
+        let Bending { by_rise, rest, .. } = now.felt?.bending;
+        let bent = (by_rise * now.rise() + rest) / now.rod.softening;
+        Some((now, bent))
+    }
+
+    /// The same, with its own inertia: m b u'' + |c'| u is what bends it.
+    fn shifted(&self, at: &Phase<N>) -> Option<Shifted<N>> {
+        let (now, bent) = self.bent(at)?;
+        let rise = now.rod.across * now.rise();
+        let aside = |time: f64| Some(self.bent(&aside(at, &rise, time))?.1);
+        let (before, after) = (aside(-SOON)?, aside(SOON)?);
+        let second = (after - 2.0 * bent + before) / (SOON * SOON);
+        let (shaken, shaking) = (at.q.dot(&now.rod.along), at.v.dot(&now.rod.along));
+        let slaved = bent + now.felt?.bending.inertia / now.rod.softening * second;
+        let rate = (after - before) / (2.0 * SOON) + shaking;
+        let bent = slaved + shaken;
+        let (softening, lever) = (now.rod.softening, self.lever(&now));
+        let mass = now.felt?.bending.inertia + lever * now.height;
+        let swing = (shaken * shaken - shaking * shaking * mass / softening).sqrt();
+        Some(Shifted {
+            more: bent / now.height,
+            apart: [slaved.abs(), swing].map(|bent| bent / now.height.abs()),
+            missing: now.rod.softening * bent * now.height,
+            shortening: now.rod.softening * (bent * now.speed + rate * now.height),
+            now,
+        })
+    }
+
+    /// mu c'^2 y, by which the body takes part in a shaking.
+    fn lever(&self, now: &Moment<N>) -> f64 {
+        self.body.mass() * now.rod.softening.powi(2) * now.height
+    }
+
+    /// u'' of a rod that shakes: m b u'^2/2 is its energy of motion, mu ((c' y u)')^2/2 that of the body along it, and |c'| u^2/2 is stored.
+    pub(super) fn shaking(&self, now: &Moment<N>, at: &Phase<N>) -> f64 {
+        let Some(felt) = now.felt else {
+            return 0.0;
+        };
+        let (u, rate) = (at.q.dot(&now.rod.along), at.v.dot(&now.rod.along));
+        let lever = self.lever(now);
+        let held = lever * (2.0 * now.speed * rate + now.rise() * u) - now.rod.softening * u;
+        -held / (felt.bending.inertia + lever * now.height)
+    }
+
+    /// True if the chart is to take over at the deflection `at`.
+    pub(super) fn leaves(&self, at: &Phase<N>) -> Option<bool> {
+        let Shifted { now, apart, .. } = self.shifted(at)?;
+        let height = now.height.abs();
+        let outward = now.height * now.speed >= 0.0;
+        let calm = apart[0] + apart[1] < SHIFTED[0] * now.pull.abs() && now.pull.abs() > SLACK[0];
+        Some(outward && (height > HIGHEST[0] || height > HEIGHT[0] && calm))
+    }
+
+    /// The longest step at the deflection `at`: not far beyond where the chart takes over.
+    pub(super) fn reach(&self, at: &Phase<N>) -> Option<f64> {
+        if self.rod.is_none() {
+            return Some(f64::INFINITY);
+        }
+        let across = self.manifold.held(0.0)?.across;
+        let [height, speed] = [at.q, at.v].map(|of| of.dot(&across).abs());
+        Some((0.1 * HIGHEST[0] + (HIGHEST[0] - height).max(0.0)) / speed)
+    }
+
+    /// The motion next to the straight rod from `at` in the chart `patch`, if it is there and does not shake.
+    pub(super) fn begin_with_rod(
+        &self,
+        patch: Patch,
+        at: &Phase<N>,
+        followed: bool,
+        tolerance: f64,
+    ) -> Option<Glide<N>> {
+        let straight = self.manifold.held(0.0)?;
+        let point = self.manifold.point_in(patch, &at.q)?;
+        let off = point.pose - straight.pose;
+        if !(off.norm() < HIGHEST[1] && off.dot(&straight.along).abs() < HIGHEST[1] * off.norm()) {
+            return None;
+        }
+        let only_across = |v: &SVector<f64, N>| straight.across * v.dot(&straight.across);
+        let mut start = Phase {
+            q: only_across(&off),
+            v: only_across(&at.v),
+            ..*at
+        };
+        let Shifted {
+            now,
+            missing,
+            shortening,
+            ..
+        } = self.shifted(&start)?;
+        // The chart's motion without the rod's mass has the body's own pull.
+        let (missing, shortening) = if followed {
+            (missing, shortening)
+        } else {
+            (0.0, 0.0)
+        };
+        // What is beyond that shakes: c' y u, and the rate of it.
+        let along = |pose: &SVector<f64, N>| pose.dot(&now.rod.along);
+        let (_, beam) = self.placed(now.pull, now.height)?;
+        let farther = beam - along(&point.pose) - missing;
+        let rate = Self::slaved(&now) - along(&at.v) - shortening;
+        let softened = now.rod.softening * now.height;
+        let shaken = farther / softened;
+        let shaking = (rate / now.rod.softening - now.speed * shaken) / now.height;
+        start.q += now.rod.along * shaken;
+        start.v += now.rod.along * shaking;
+        let Shifted { apart, .. } = self.shifted(&start)?;
+        let pull = now.pull.abs();
+        let unsteady = apart[0] + apart[1] > SHIFTED[1] * pull || pull < SLACK[1];
+        if !((unsteady || now.height.abs() < HEIGHT[1]) && apart[1] < SHAKEN * (1.0 + pull)) {
+            return None;
+        }
+        if (softened * apart[1] * now.height).abs() < tolerance * off.norm_squared() {
+            (start.q, start.v) = (only_across(&start.q), only_across(&start.v));
+        }
+        self.started(start, tolerance, f64::INFINITY)
+    }
+
+    /// The equilibrium under `pull` with its end at the height `height`: its place in the global chart, and that of its end along the rod.
+    fn placed(&self, pull: f64, height: f64) -> Option<(SVector<f64, N>, f64)> {
+        let along = self.manifold.held(0.0)?.along;
+        let (patch, q) = self.manifold.beside(pull, height)?;
+        let q = self.manifold.carried(&q, patch, Patch::Global);
+        Some((q, self.manifold.point(&q)?.pose.dot(&along)))
+    }
+
+    /// The state with which the chart takes over at the deflection `at`: a mass let go with the body's own pull would shake along the rod. With a pull beyond that
+    /// by u/y, 1 - x is larger by c' u y. None if there is no such state.
+    fn handed_over(&self, at: &Phase<N>) -> Option<Phase<N>> {
+        let Shifted {
+            now,
+            more,
+            missing,
+            shortening,
+            ..
+        } = self.shifted(at)?;
+        let (_, beam) = self.placed(now.pull, now.height)?;
+        let (mut before, mut more) = ((0.0, -missing), more);
+        for _ in 0..30 {
+            let (q, end) = self.placed(now.pull + more, now.height)?;
+            let gap = beam - end - missing;
+            let step = -gap * (more - before.0) / (gap - before.1);
+            if !(step.abs() > FOUND * (1.0 + more.abs())) {
+                let v =
+                    now.rod.across * now.speed + now.rod.along * (Self::slaved(&now) - shortening);
+                return Some(Phase { q, v, ..*at });
+            }
+            before = (more, gap);
+            more += step;
+        }
+        None
+    }
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
+    fn with_mass(&self, rod: &'a dyn RodMass<N>) -> Gliding<'a, M, N> {
+        Gliding {
+            rod: Some(rod),
+            ..self.gliding()
+        }
+    }
+
+    /// The motion next to the straight rod with the mass of `rod`, if it should begin. `followed` tells whether the motion has felt that mass until now.
+    pub fn nears_straight(&self, rod: &'a dyn RodMass<N>, followed: bool) -> Option<Glide<N>> {
+        self.with_mass(rod).begin_with_rod(
+            self.patch,
+            self.solver.state(),
+            followed,
+            self.tolerance,
+        )
+    }
+
+    /// Goes on by it, or None.
+    pub fn go_straight(&mut self, rod: &'a dyn RodMass<N>, glide: Glide<N>) -> Option<()> {
+        let (patch, charted) = self.with_mass(rod).charted(glide.state())?;
+        let slope = slope(
+            self.manifold,
+            patch,
+            self.body,
+            None,
+            self.orientation,
+            &charted,
+        )?;
+        self.rod = Some(Carried {
+            rod,
+            error: rod_error(self.body, self.tolerance),
+        });
+        self.patch = patch;
+        self.solver.rewind(charted, slope);
+        self.dense = None;
+        self.last = None;
+        self.shaking.glide_by(glide);
+        Some(())
+    }
+
+    /// True while the motion is one next to the straight rod with its mass.
+    pub fn passes_straight(&self) -> bool {
+        self.rod.is_some() && self.shaking.glides()
+    }
+
+    /// The state with which the chart takes over, where it should: none if it cannot with the mass of the rod.
+    pub fn leaves_straight(&self) -> Option<Option<Phase<N>>> {
+        let (_, glide) = (self.rod?, self.shaking.glide()?);
+        glide
+            .is_over()
+            .then(|| self.gliding().handed_over(glide.state()))
+    }
+
+    /// Kinetic energy of the rod and its potential in a state next to the straight rod.
+    pub fn energies_beside(&self, phase: &Phase<N>) -> Option<[f64; 2]> {
+        let straight = self.manifold.held(0.0)?;
+        let across = |v: SVector<f64, N>| straight.across * v.dot(&straight.across);
+        let q = across(self.manifold.point(&phase.q)?.pose - straight.pose);
+        let at = Phase {
+            q,
+            v: across(phase.v),
+            ..*phase
+        };
+        Some(self.gliding().moment(&at)?.felt?.energies)
+    }
+}
