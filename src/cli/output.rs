@@ -1,7 +1,8 @@
 //! The directory that a command writes into.
 //!
 //! Files are written aside, as `name.part`, and take their names together in [`Output::finish`]: a run that is killed, or
-//! whose disk fills up, leaves the files of the run before it whole. A lock keeps a second run out of the directory.
+//! whose disk fills up, leaves the files of the run before it whole. A lock keeps a second run out of the directory. What this holds
+//! against is the death of the program, at any moment; nothing waits for the disk, as a failure of the power would ask for.
 
 use super::files::print_error;
 use super::page::Page;
@@ -239,17 +240,18 @@ impl Output {
         }
     }
 
-    /// Gives all files their names, and removes those of an earlier run that this one did not write.
+    /// Removes the files of an earlier run and gives those of this one their names, in this order: a command that is killed in between
+    /// leaves files of one run alone, never the table of one beside the figure of another.
     pub fn finish(&self) -> Result<Vec<String>, Refusal> {
         let Some(place) = &self.place else {
             return Ok(Vec::new());
         };
+        place.remove(|name| place.owns(name) && !name.ends_with(PART));
         let written = place.written.take();
         for name in &written {
             fs::rename(place.draft(name), place.directory.join(name))
                 .map_err(|e| place.refuse(name, e))?;
         }
-        place.remove(|name| place.owns(name) && !written.iter().any(|new| new == name));
         Ok(written)
     }
 }

@@ -22,7 +22,7 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    fn within(&mut self, low: f64, high: f64) -> f64 {
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
@@ -35,7 +35,7 @@ impl Dice {
         all[(self.next() % all.len() as u64) as usize]
     }
 
-    fn chance(&mut self, part: f64) -> bool {
+    pub fn chance(&mut self, part: f64) -> bool {
         self.within(0.0, 1.0) < part
     }
 

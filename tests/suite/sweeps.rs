@@ -5,7 +5,7 @@ use snaprod::scene::Scene;
 use snaprod::study::sweep::{Sweep, Vary, fields};
 use snaprod::study::{Silent, Table, run};
 
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 [rod]
 model = "elastica"
 length = 1.0
@@ -168,16 +168,16 @@ fn a_sweep_goes_on_where_it_was_ended() {
     // As after a kill: chunks that are not there, and one that was being written.
     std::fs::remove_file(place.join("two/chunks/000003.csv")).unwrap();
     std::fs::remove_file(place.join("two/sweep.csv")).unwrap();
-    place.write("two/chunks/000003.part", "3,-1.0");
+    place.write("two/chunks/000003.17.part", "3,-1.0");
+    place.write("two/sweep.17.part", "{");
     let again = command("two", "2", "3").json(0);
     assert_eq!(again["made"], 1);
     assert_eq!(place.read("two/sweep.csv"), table);
-    assert!(
-        place
-            .files("two/chunks")
-            .iter()
-            .all(|name| name.ends_with(".csv"))
-    );
+    for directory in ["two", "two/chunks"] {
+        let files = place.files(directory);
+        let left = files.iter().find(|name| name.ends_with(".part"));
+        assert!(left.is_none(), "{left:?}");
+    }
 
     let refused = command("two", "2", "2");
     assert!(

@@ -118,11 +118,12 @@ impl Directory {
     /// # Errors
     /// A chunk that is missing, or was changed.
     pub fn rows(&self) -> Result<Rows> {
-        let chunks = self.path.join(CHUNKS);
-        for entry in fs::read_dir(&chunks).into_iter().flatten().flatten() {
-            if entry.path().extension().is_some_and(|end| end == "part") {
-                // Another may have done it.
-                let _ = fs::remove_file(entry.path());
+        for directory in [&self.path, &self.path.join(CHUNKS)] {
+            for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
+                if is_aside(&entry.path()) {
+                    // Another may have done it.
+                    let _ = fs::remove_file(entry.path());
+                }
             }
         }
         let mut text = String::new();
@@ -196,14 +197,23 @@ impl Rows {
     }
 }
 
-/// Writes a file aside and gives it its name; of several processes that write the same, each has its own aside.
+/// Writes a file aside and gives it its name; of several processes that write the same, each has its own aside, `name.PROCESS.part`.
 fn whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let aside = path.with_extension(format!("{}.part", std::process::id()));
+    let aside = path.with_extension(format!("{}.{PART}", std::process::id()));
     match fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path)) {
         // Another, who has made the same, may have tidied up.
         Err(e) if !path.exists() => Err(cannot("write", path, e)),
         _ => Ok(()),
     }
+}
+
+/// The end of the name of a file that is being written.
+const PART: &str = "part";
+
+/// True if the name is one that [`whole`] writes aside.
+fn is_aside(path: &Path) -> bool {
+    let process = |stem: &Path| stem.extension()?.to_str()?.parse::<u32>().ok();
+    path.extension().is_some_and(|end| end == PART) && process(&path.with_extension("")).is_some()
 }
 
 fn read(path: &Path) -> Result<String> {
