@@ -1,0 +1,10 @@
+//! The scene reader on what the fuzzer makes up.
+#![no_main]
+
+#[path = "../../tests/suite/fuzzed.rs"]
+#[allow(dead_code)]
+mod fuzzed;
+
+libfuzzer_sys::fuzz_target!(|input: &[u8]| {
+    fuzzed::reader(input).unwrap();
+});
