@@ -38,6 +38,8 @@ mod dynamics;
 mod elastica;
 mod elliptic;
 mod elliptic_data;
+#[cfg(feature = "scene")]
+mod extremes;
 #[cfg(feature = "cli")]
 mod figures;
 mod first_order_clamps;
@@ -57,6 +59,10 @@ mod folds_in_assemblies;
 mod folds_in_space;
 #[cfg(feature = "cli")]
 mod free_ends;
+#[cfg(feature = "scene")]
+mod fuzzed;
+#[cfg(feature = "scene")]
+mod fuzzed_seeds;
 mod grooves;
 #[cfg(feature = "scene")]
 mod heavy_assemblies;
@@ -74,8 +80,10 @@ mod heavy_scenes;
 mod hockle;
 mod inertia;
 mod inversion;
-mod landings_space;
 #[cfg(feature = "scene")]
+#[cfg(all(feature = "cli", unix))]
+mod kills;
+mod landings_space;
 mod light_weight;
 mod light_weight_scenes;
 mod loads;

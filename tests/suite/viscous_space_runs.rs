@@ -454,7 +454,7 @@ fn thrown<const M: usize>(
     active: [usize; M],
     law: Viscoelastic,
     velocity: Vector6<f64>,
-    tolerance: f64,
+    options: Options,
 ) -> (Vector3<f64>, Vector3<f64>, Outcome, f64) {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.12, 0.2));
     let body = RigidBody::new(1.0, inertia).expect("a body");
@@ -466,7 +466,6 @@ fn thrown<const M: usize>(
     };
     let material = Material::new(law, active).expect("a material");
     let space = Space::<M, 6>::new();
-    let options = options(1.0, tolerance);
     let mut run = ViscousRun::new(space, material, &body, &start, options).expect("a run");
     let total = run.first().ledger.total();
     let (mut outcome, mut drift) = (None, 0.0_f64);
@@ -535,8 +534,8 @@ fn impacts_onto_the_barrier() {
             let along = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -speed);
             let want = pressed(speed, elastic, friction);
             let ends = [
-                thrown([0, 1, 2, 5], law(false), along, 1e-10),
-                thrown([0, 1, 2, 3, 4, 5], law(true), along, 1e-10),
+                thrown([0, 1, 2, 5], law(false), along, options(1.0, 1e-10)),
+                thrown([0, 1, 2, 3, 4, 5], law(true), along, options(1.0, 1e-10)),
             ];
             for (r, v, outcome, drift) in ends {
                 assert_eq!(outcome, Outcome::EndOfTime, "{what}");
@@ -546,22 +545,33 @@ fn impacts_onto_the_barrier() {
                 assert_eq!((r.x, r.y), (0.0, 0.0));
             }
             let oblique = Vector6::new(0.3, 0.1, 0.2, 0.3, 0.2, -1.0) * speed;
-            let (_, _, outcome, drift) = thrown([0, 1, 2, 5], law(false), oblique, 1e-6);
+            let (_, _, outcome, drift) =
+                thrown([0, 1, 2, 5], law(false), oblique, options(1.0, 1e-6));
             assert_eq!(outcome, Outcome::EndOfTime, "{what}");
             assert!(drift <= 1e-6, "{what}: drift {drift:e}");
             let all = [0, 1, 2, 3, 4, 5];
-            let (_, _, outcome, drift) = thrown(all, law(true), oblique, 1e-6);
+            let (_, _, outcome, drift) = thrown(all, law(true), oblique, options(1.0, 1e-6));
             assert_eq!(outcome, Outcome::EndOfTime, "{what}");
             assert!(drift <= 1e-6, "{what}: drift {drift:e}");
         }
         // Down to 1e-8 of its length with friction; elasticity alone would let it down to exp(-480).
         let along = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -100.0);
-        let (_, _, outcome, drift) = thrown([0, 1, 2, 5], law(false), along, 1e-8);
+        let (_, _, outcome, drift) = thrown([0, 1, 2, 5], law(false), along, options(1.0, 1e-8));
         if friction {
             assert_eq!(outcome, Outcome::EndOfTime, "{what}");
             assert!(drift <= 1e-8, "{what}: drift {drift:e}");
         } else {
             assert!(matches!(outcome, Outcome::Stuck(_)), "{what}: {outcome}");
+        }
+        // Aside, past the clamp.
+        let oblique = Vector6::new(0.3, 0.1, 0.2, 0.3, 0.2, -1.0) * 100.0;
+        let past = options(0.02, 1e-6);
+        for (_, _, outcome, drift) in [
+            thrown([0, 1, 2, 5], law(false), oblique, past),
+            thrown([0, 1, 2, 3, 4, 5], law(true), oblique, past),
+        ] {
+            assert_eq!(outcome, Outcome::EndOfTime, "{what}");
+            assert!(drift <= 1e-6, "{what}: drift {drift:e}");
         }
     }
 }
