@@ -193,8 +193,10 @@ struct Question {
     name: &'static str,
     at: Vec<f64>,
     stride: f64,
-    answer: Box<dyn Fn(&[f64]) -> f64>,
+    answer: Answer,
 }
+
+type Answer = Box<dyn Fn(&[f64]) -> f64>;
 
 impl Question {
     fn new(

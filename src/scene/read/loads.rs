@@ -255,6 +255,8 @@ pub(super) fn size(table: &Table) -> Option<History> {
         table.conflict(stranger, &[form], hint);
     }
     let size = match *form {
+        // It is reported as a field that these scenes do not have.
+        form if !table.knows(form) => None,
         "constant" => table.number("constant").map(History::Constant),
         "ramp" => ramp(table),
         "pulse" => pulse(table),

@@ -151,6 +151,11 @@ impl<'a> Table<'a> {
         self.get(name).is_some()
     }
 
+    /// True if scenes of this kind have the field here.
+    pub fn knows(&self, name: &str) -> bool {
+        self.spec.field(name, self.reader.kind.get()).is_some()
+    }
+
     /// Those of these fields that were given.
     pub fn given<'n>(&self, names: &[&'n str]) -> Vec<&'n str> {
         names
