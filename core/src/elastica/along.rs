@@ -23,7 +23,6 @@ pub(super) struct Places<T> {
     pub s: T,
     pub c: T,
     pub d: T,
-    pub over_d: T,
     pub b: T,
 }
 
@@ -31,11 +30,7 @@ impl<T: Real> Places<T> {
     /// The pendulum there.
     #[inline(always)]
     pub fn swing(&self, modulus: &Modulus) -> Swing<T> {
-        Swing::at(
-            modulus,
-            self.u,
-            [self.s, self.c, self.d, self.over_d, self.b],
-        )
+        Swing::at(modulus, self.u, [self.s, self.c, self.d, self.b])
     }
 }
 
@@ -48,17 +43,15 @@ pub(super) struct Along {
     /// dv/du.
     pace: f64,
     nome: Nome,
-    /// v at the clamp, and (sin v, cos v) or (e^v, e^-v) there.
+    /// v at the clamp.
     whole: f64,
-    end: [f64; 2],
-    /// True if v goes beyond half a period.
-    winds: bool,
+    /// A half turn of the pendulum in v, if it goes beyond half of one, or nearly so.
+    half_turn: Option<f64>,
     /// What s, c, d and P3'/(sin v cos v) in b have as factors.
     by_s: f64,
     by_c: f64,
     by_d: f64,
     by_b: f64,
-    over_by_d: f64,
     /// b = linear u + slope.
     linear: f64,
     /// What b gains, beyond that, in a period 2K.
@@ -79,12 +72,12 @@ impl Along {
             theta2,
             theta3,
             theta4,
+            pace,
             ..
         } = nome;
         let q3 = q * q * q;
         let q8 = q3 * q3 * (q * q);
         let (over2, over3) = (1.0 / theta2, 1.0 / theta3);
-        let pace = over3 * over3;
         // (log P3)' = 2 q (..) in both; the nome of a weakly bent rod drops out against kap^2.
         let (by_s, by_c, by_d, by_b, linear) = if real {
             let linear = pace * pace * 8.0 * over_square * (1.0 + 4.0 * q3 + 9.0 * q8) * over3;
@@ -107,12 +100,9 @@ impl Along {
             )
         };
         let whole = lam * pace;
-        let end = if real {
-            let (sin, cos) = whole.sin_cos();
-            [sin, cos]
-        } else {
-            let e = whole.exp();
-            [e, 1.0 / e]
+        let half_turn = match real {
+            true => (2.0 * whole > PI).then_some(PI),
+            false => (2.0 * whole > -rough_log(q) - ROUGHLY).then(|| -q.ln()),
         };
         Self {
             lam,
@@ -120,13 +110,11 @@ impl Along {
             pace,
             nome,
             whole,
-            end,
-            winds: !real && end[0] * end[0] * q > 1.0,
+            half_turn,
             by_s,
             by_c,
             by_d,
             by_b: 8.0 * by_b,
-            over_by_d: 1.0 / by_d,
             linear,
             turns: if real { 0.0 } else { 2.0 * pace / (k * k) },
         }
@@ -136,7 +124,7 @@ impl Along {
     /// pendulum lie at odd multiples of K, K' away from the rod, so that the error falls like rho^-2n, rho the sum of the axes of Bernstein's ellipse
     /// through the nearest. A pole beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before the power is measured.
     #[inline(always)]
-    pub fn rule(&self, error: f64) -> (usize, usize) {
+    pub fn rule(&self, error: f64) -> (f64, usize) {
         let quarter = 0.5 * PI / self.pace;
         // K'/K = log(1/q)/pi, or K/K'.
         let other = quarter * rough_log(self.nome.q) * (-1.0 / PI);
@@ -147,26 +135,27 @@ impl Along {
         let per = 2.0 / self.lam;
         let (mut slowness, mut draw) = (slow((k * per - 1.0).min(1.0), away * per), 0);
         if self.lam > NARROW * away && self.lam < k + ABOUT * away {
-            let widths = self.lam / away;
-            let most = (DRAWS - 1) as f64;
-            draw = (rough_log(2.0 * widths) / DRAW + 0.5).clamp(1.0, most) as usize;
-            let range = DRAW * draw as f64;
+            let range = rough_log(2.0 * self.lam / away);
+            let mut drawn = DRAW;
+            draw = 1;
+            while draw < DRAWS - 1 && drawn + 0.5 * DRAW < range {
+                (draw, drawn) = (draw + 1, drawn + DRAW);
+            }
+            let range = drawn;
             slowness = (MIRRORED[0] + MIRRORED[1] * range) * slow(1.0, PI / range);
         }
         let digits = binary_digits(error);
         let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
-        (nodes.max(FEWEST[0] + FEWEST[1] * digits) as usize, draw)
+        (nodes.max(FEWEST[0] + FEWEST[1] * digits), draw)
     }
 
     /// The chart's integrals of the whole rod, whose modulus this is.
     #[inline(always)]
     pub fn clamp(&self, modulus: &Modulus) -> Integrals {
-        let (turned, wound) = match self.real {
-            true => (self.end.into(), [0.0, 1.0]),
-            false => {
-                let [e, turns, sign] = self.unwound(self.end[0]);
-                (halves(e, 1.0 / e), [turns, sign])
-            }
+        let (v, wound) = self.unwound(self.whole);
+        let turned = match self.real {
+            true => v.sin_cos(),
+            false => (v.sinh(), v.cosh()),
         };
         let Places { s, c, d, b, .. } = self.place(1.0, turned, wound);
         Integrals {
@@ -180,68 +169,56 @@ impl Along {
         }
     }
 
-    /// e^v with whole periods 2K taken off, exp(-2K dv/du) = q; how many, and the sign of what changes it with each.
+    /// v less the nearest half turns: how many, and the sign that they give s and c.
     #[inline(always)]
-    fn unwound(&self, mut e: f64) -> [f64; 3] {
-        let (mut turns, mut sign) = (0.0, 1.0);
-        while e * e * self.nome.q > 1.0 {
-            e *= self.nome.q;
-            turns += 1.0;
-            sign = -sign;
-        }
-        [e, turns, sign]
+    fn unwound<T: Real>(&self, v: T) -> (T, Option<[T; 2]>) {
+        let Some(half_turn) = self.half_turn else {
+            return (v, None);
+        };
+        let turns = (v * (1.0 / half_turn)).nearest();
+        let odd = T::mixed([1.0, -2.0], [turns, (turns * 0.5).nearest()]);
+        let sign = v.all(1.0) - odd * odd * 2.0;
+        (T::mixed([1.0, -half_turn], [v, turns]), Some([turns, sign]))
     }
 
     /// At u = lam part.
     #[inline(always)]
     pub fn at<S: Simd>(&self, part: Lanes<S>) -> Places<Lanes<S>> {
-        let v = part * self.whole;
-        let still = [part.all(0.0), part.all(1.0)];
-        if self.real {
-            return self.place(part, v.sin_cos(), still);
-        }
-        let (up, down) = v.exp();
-        if !self.winds {
-            return self.place(part, halves(up, down), still);
-        }
-        let (mut up, mut wound) = (up, still);
-        let [turns, sign] = &mut wound;
-        for (e, (turns, sign)) in up
-            .each()
-            .iter_mut()
-            .zip(turns.each().iter_mut().zip(sign.each()))
-        {
-            [*e, *turns, *sign] = self.unwound(*e);
-        }
-        self.place(part, halves(up, up.inverse()), wound)
+        let (v, wound) = self.unwound(part * self.whole);
+        let turned = match self.real {
+            true => v.sin_cos(),
+            false => v.sinh_cosh(),
+        };
+        self.place(part, turned, wound)
     }
 
-    /// The place with this part of the rod beyond it from (sin v, cos v), or (sinh v, cosh v); `turns` whole periods have been taken off v, which
-    /// change the sign of s and c to `sign`.
+    /// The place with this part of the rod beyond it from (sin v, cos v), or (sinh v, cosh v); `wound`: whole periods that have been taken off v, and
+    /// the sign that the rest of them gives s and c.
     #[inline(always)]
-    fn place<T: Real>(&self, part: T, (sin, cos): (T, T), [turns, sign]: [T; 2]) -> Places<T> {
+    fn place<T: Real>(&self, part: T, (sin, cos): (T, T), wound: Option<[T; 2]>) -> Places<T> {
         // 2 q cos 2v, or 2 q cosh 2v.
         let twice = 2.0 * self.nome.q;
         let bent = if self.real { -2.0 } else { 2.0 } * twice;
         let z = (sin * sin).times_plus(sin.all(bent), sin.all(twice));
         let [p1, p2, p3, p4] = self.nome.parts(z);
-        let p2 = cos * p2;
+        let over = p3.inverse();
+        let (p1, p2) = (sin * p1, cos * p2);
         let (c, d) = if self.real { (p2, p4) } else { (p4, p2) };
-        // One division for 1/P3 and 1/d.
-        let both = (p3 * d).inverse();
-        let (over, over_d) = (both * d, p3 * p3 * both);
-        let (c, d) = (c * over, d * over);
         let u = part * self.lam;
-        Places {
+        let slope = sin * cos * (self.nome.slope(z) * over);
+        let mut place = Places {
             u,
-            s: sin * p1 * over * sign * self.by_s,
-            c: c * sign * self.by_c,
-            d: d * self.by_d,
-            over_d: over_d * self.over_by_d,
-            b: u * self.linear
-                + sin * cos * self.nome.slope(z) * over * self.by_b
-                + turns * self.turns,
+            s: p1 * (over * self.by_s),
+            c: c * (over * self.by_c),
+            d: d * (over * self.by_d),
+            b: T::mixed([self.linear, self.by_b], [u, slope]),
+        };
+        if let Some([turns, sign]) = wound {
+            place.s = place.s * sign;
+            place.c = place.c * sign;
+            place.b = turns.times_plus(turns.all(self.turns), place.b);
         }
+        place
     }
 }
 
@@ -281,18 +258,14 @@ fn binary_digits(x: f64) -> f64 {
     1023.0 - (x.to_bits() >> 52) as f64
 }
 
-/// log x of a normal x > 0 to 0.06: the significand by a straight line.
+/// log x of a normal x > 0 to [`ROUGHLY`]: the significand by a straight line.
 #[inline(always)]
 fn rough_log(x: f64) -> f64 {
     const ONE: f64 = 4_503_599_627_370_496.0;
     (x.to_bits() as f64 / ONE - 1023.0) * LN_2
 }
 
-/// (sinh v, cosh v) of e^v and e^-v.
-#[inline(always)]
-fn halves<T: Real>(up: T, down: T) -> (T, T) {
-    ((up - down) * 0.5, (up + down) * 0.5)
-}
+const ROUGHLY: f64 = 0.06;
 
 /// Half the logarithm of the factor before the power of the ellipse.
 const NODES: f64 = 3.0;

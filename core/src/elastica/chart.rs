@@ -84,6 +84,23 @@ impl Integrals {
         Self::from_circle(p, s, c, half_turns)
     }
 
+    /// The same of a point whose load and energy U = 2 lam kap^2 B are known, without integrals; kap != 0.
+    #[inline(always)]
+    pub(super) fn known(p: f64, w: f64, lam: f64, energy: f64) -> Self {
+        let Modulus { kap, kap_c } = Modulus::new(p);
+        let (s, c) = w.sin_cos();
+        let across = kap * s;
+        Self {
+            kap,
+            kap_c,
+            s,
+            c,
+            d: (kap_c * kap_c + across * across).sqrt(),
+            lam,
+            b: energy / (2.0 * lam * kap * kap),
+        }
+    }
+
     /// The same from the load: (p, lam). Where D(w) is tiny (a looped rod, w near a multiple of pi)
     /// this keeps what w as a double cannot hold.
     ///

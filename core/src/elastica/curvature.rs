@@ -23,18 +23,15 @@ pub struct TipDerivatives {
 }
 
 /// The pendulum of the rod at the distance u = lam of `Integrals` from the tip: the angle psi and the place Z(u) = int_0^u (cos psi,
-/// sin psi) with their derivatives along u and, at fixed u, along the modulus p.
+/// sin psi) with their derivatives along u and, at fixed u, along the modulus p. As Z_y = 2 kap s, psi_u = -Z_y, psi_pu = -Z_y,p and
+/// psi_uu = -Z_y,u.
 pub(super) struct Swing<T = f64> {
     pub z: [T; 2],
     pub z_p: [T; 2],
     pub z_pp: [T; 2],
+    pub z_u: [T; 2],
     pub psi_p: T,
-    pub psi_u: T,
     pub psi_pp: T,
-    pub psi_pu: T,
-    pub psi_uu: T,
-    cos_psi: T,
-    sin_psi: T,
 }
 
 impl Swing {
@@ -44,65 +41,77 @@ impl Swing {
             kap: i.kap,
             kap_c: i.kap_c,
         };
-        Self::at(&modulus, i.lam, [i.s, i.c, i.d, 1.0 / i.d, i.b])
+        Self::at(&modulus, i.lam, [i.s, i.c, i.d, i.b])
     }
 }
 
 impl<T: Real> Swing<T> {
-    /// At the distance u with (s, c, d, 1/d, b) of `Integrals`.
+    /// At the distance u with (s, c, d, b) of `Integrals`.
+    ///
+    /// h = (D, kap c) has half the angle psi, which turns with p at the rate f = c D + kap^2 s B. With m = kap n, n = D B + s c, all is free of
+    /// divisions: s_p = -c m, c_p = s m, kap B_p = kap'^2 (u - B) - D n, and
+    ///
+    /// ```text
+    /// Z_p = (-2 kap kap'^2 (u - B), 2 kap'^2 s) - 2 m h
+    /// m_p = kap'^2 n + D kap B_p + kap (m (s^2 - c^2) - kap c f B)
+    /// f_p = kap (kap'^2 s (u + B) - c (c f + m kap B))
+    /// ```
     #[inline(always)]
-    pub fn at(modulus: &Modulus, u: T, [s, c, d, over_d, b]: [T; 5]) -> Self {
+    pub fn at(modulus: &Modulus, u: T, [s, c, d, b]: [T; 4]) -> Self {
         let (kap, kc2) = (modulus.kap, modulus.kap_c * modulus.kap_c);
         let kap2 = kap * kap;
-        let c_over = c * over_d;
-        let cd = c * d;
-        // G = kap t.
-        let t = s.times_plus(c_over, b);
-        let (g, st, sb) = (t * kap, s * t, s * b);
-        let dg = d * g;
-        let c_dg = c * dg;
-        let rate = s.times_plus(s.all(kap2) - d * d, cd * b * kap2);
-        // At fixed u: c_p = s D G, s_p = -c D G.
-        let d_p = c * (c_over * (-kap * kc2) - st * (kap * kap2));
+        let half = c * kap;
+        let n = d.times_plus(b, s * c);
+        let m = n * kap;
+        let f = c.times_plus(d, s * b * kap2);
         let gap = u - b;
-        let less = gap * kc2;
-        let g_p = less - c_over * c_over * b * (kap2 * kc2);
-        let z_p = [
-            less * (-2.0 * kap) - d * dg * 2.0,
-            s * (2.0 * kc2) - c_dg * (2.0 * kap),
+        let kap_b_p = T::mixed([kc2, -1.0], [gap, d * n]);
+        let mf = m * f;
+        let turned = T::mixed([kap, -2.0 * kap], [m, m * c * c]);
+        let m_p = d.times_plus(
+            kap_b_p,
+            T::mixed([kc2, 1.0, -kap], [n, turned, half * b * f]),
+        );
+        let d2 = d * -2.0;
+        let half2 = half * -2.0;
+        let z = [
+            T::mixed([2.0 * kc2 - 1.0, 2.0 * kap2], [u, b]),
+            s * (2.0 * kap),
         ];
-        // kap B_p at fixed u, free of the division by kap.
-        let kap_b_p = (gap - t) * kc2 - s * st * kap2;
-        let d_p_g = d_p * g;
-        let bent = d.times_plus(g_p, d_p_g);
-        let z_pp = [
-            less * (4.0 * kap2 - 2.0 * kc2) + kap_b_p * (2.0 * kc2) - d * (bent + d_p_g) * 2.0,
-            s * (-4.0 * kap * kc2)
-                - c_dg * (4.0 * kc2)
-                - c.times_plus(bent, s * dg * dg) * (2.0 * kap),
-        ];
-        let twice = cd * (2.0 * kap);
-        let across = s * (2.0 * kap);
         Self {
-            // Z_x = 2 int D^2 - u, int D^2 = kap'^2 u + kap^2 B.
-            z: [u * (2.0 * kc2 - 1.0) + b * (2.0 * kap2), across],
-            z_p,
-            z_pp,
-            psi_p: cd * 2.0 + sb * (2.0 * kap2),
-            psi_u: across * -1.0,
-            psi_pp: ((s * u - c_over) * (kap * kc2) - g * rate) * 2.0,
-            psi_pu: rate * 2.0,
-            psi_uu: twice * -1.0,
+            z_p: [
+                d2.times_plus(m, gap * (-2.0 * kap * kc2)),
+                half2.times_plus(m, s * (2.0 * kc2)),
+            ],
+            z_pp: [
+                d2.times_plus(
+                    m_p,
+                    T::mixed(
+                        [2.0 * kc2 * (2.0 * kap2 - kc2), 2.0 * kc2, 2.0],
+                        [gap, kap_b_p, half * mf],
+                    ),
+                ),
+                d2.times_plus(
+                    mf,
+                    half2.times_plus(m_p, T::mixed([-4.0 * kap * kc2, -2.0 * kc2], [s, c * m])),
+                ),
+            ],
             // D^2 + kap^2 c^2 = 1.
-            cos_psi: (d - c * kap) * (d + c * kap),
-            sin_psi: twice,
+            z_u: [(d - half) * (d + half), d * half * 2.0],
+            psi_p: f * 2.0,
+            psi_pp: T::mixed(
+                [2.0 * kap * kc2, -2.0 * kap],
+                [s * (u + b), c * (c * f + m * b * kap)],
+            ),
+            // Z_x = 2 int D^2 - u, int D^2 = kap'^2 u + kap^2 B.
+            z,
         }
     }
 
-    /// dZ/du.
+    /// dpsi/du.
     #[inline(always)]
-    pub fn z_u(&self) -> [T; 2] {
-        [self.cos_psi, self.sin_psi]
+    pub fn psi_u(&self) -> T {
+        self.z[1] * -1.0
     }
 }
 
@@ -112,22 +121,22 @@ impl TipDerivatives {
         let swing = Swing::new(&at.integrals);
         let inv = 1.0 / at.integrals.lam;
         // (cos psi, sin psi) at the clamp is (cos alpha, -sin alpha).
-        let tangent = swing.z_u();
+        let tangent = swing.z_u;
         let normal = quarter(tangent);
         let r = at.turned;
         let r_l = combine([(inv, tangent), (-inv, r)]);
-        let r_ll = combine([(inv * swing.psi_u, normal), (-2.0 * inv, r_l)]);
+        let r_ll = combine([(inv * swing.psi_u(), normal), (-2.0 * inv, r_l)]);
         let r_p = swing.z_p.map(|v| v * inv);
         let r_pl = combine([(inv * swing.psi_p, normal), (-inv, r_p)]);
         let r_pp = swing.z_pp.map(|v| v * inv);
         // alpha = -psi at the clamp.
-        let (a_p, a_l) = (-swing.psi_p, -swing.psi_u);
+        let (a_p, a_l) = (-swing.psi_p, -swing.psi_u());
         Self {
             p: combine([(1.0, r_p), (a_p, quarter(r))]),
             l: combine([(1.0, r_l), (a_l, quarter(r))]),
             pp: turned(r, r_pp, a_p, r_p, a_p, r_p, -swing.psi_pp),
-            pl: turned(r, r_pl, a_p, r_p, a_l, r_l, -swing.psi_pu),
-            ll: turned(r, r_ll, a_l, r_l, a_l, r_l, -swing.psi_uu),
+            pl: turned(r, r_pl, a_p, r_p, a_l, r_l, swing.z_p[1]),
+            ll: turned(r, r_ll, a_l, r_l, a_l, r_l, swing.z_u[1]),
         }
     }
 

@@ -70,9 +70,17 @@ impl RodInertia {
     /// # Errors
     /// A point outside the chart; a pull above lam = 100.
     pub fn new(p: f64, w: f64) -> Result<Self> {
-        let modulus = Modulus::new(p);
-        let integrals = Integrals::new(p, w);
-        let along = Along::new(&modulus, pulled(integrals.lam)?);
+        Self::known(p, Integrals::new(p, w))
+    }
+
+    /// The same of a chart point whose integrals are known.
+    #[inline(always)]
+    fn known(p: f64, integrals: Integrals) -> Result<Self> {
+        let Integrals {
+            kap, kap_c, lam, ..
+        } = integrals;
+        let modulus = Modulus { kap, kap_c };
+        let along = Along::new(&modulus, pulled(lam)?);
         Ok(Self::of(p, modulus, integrals, along))
     }
 
@@ -107,7 +115,7 @@ impl RodInertia {
             end: [[0.0; 2]; 3],
             by: Matrix2::zeros(),
         };
-        rod.end = rod.field_of_end();
+        rod.end = rod.drawn(1.0, &rod.clamp);
         let [_, by_p, by_l] = rod.end;
         rod.by = Matrix2::new(by_p[0], by_l[0], by_p[1], by_l[1]);
         rod
@@ -138,7 +146,7 @@ impl RodInertia {
     /// The turn from those axes to those of the clamp.
     fn turn(&self) -> Matrix2<f64> {
         // alpha = -psi at the clamp.
-        let [cos, minus] = self.clamp.z_u();
+        let [cos, minus] = self.clamp.z_u;
         let sin = -minus;
         Matrix2::new(cos, -sin, sin, cos)
     }
@@ -147,83 +155,33 @@ impl RodInertia {
     /// and lam.
     #[inline(always)]
     fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
-        let (clamp, inv) = (&self.clamp, 1.0 / self.integrals.lam);
-        let (z_u, here_u) = (clamp.z_u(), here.z_u());
-        let w = [less(clamp.z[0], here.z[0]), less(clamp.z[1], here.z[1])];
-        let w_p = [
-            less(clamp.z_p[0], here.z_p[0]),
-            less(clamp.z_p[1], here.z_p[1]),
-        ];
-        let w_l = [
-            less(z_u[0], part.times_plus(here_u[0], w[0] * inv)),
-            less(z_u[1], part.times_plus(here_u[1], w[1] * inv)),
-        ];
-        self.along_chart(w, w_p, w_l)
+        let drawn = self.drawn(part, here);
+        let [w, p, l] = self.end;
+        [less(w, drawn[0]), less(p, drawn[1]), less(l, drawn[2])]
     }
 
-    /// The same of the end, where the pendulum begins.
+    /// lam times the way from there to the end, and lam times its derivatives: of Rot(alpha) Z/lam in the turned axes, alpha = -psi at the clamp.
     #[inline(always)]
-    fn field_of_end(&self) -> [[f64; 2]; 3] {
-        let (clamp, inv) = (&self.clamp, 1.0 / self.integrals.lam);
-        let (w, z_u) = (clamp.z, clamp.z_u());
-        let w_l = [z_u[0] - w[0] * inv, z_u[1] - w[1] * inv];
-        self.along_chart(w, clamp.z_p, w_l)
-    }
-
-    /// The place w with its derivatives by p and lam, from those at fixed alpha = -psi at the clamp.
-    #[inline(always)]
-    fn along_chart<T: Real>(&self, w: [T; 2], w_p: [T; 2], w_l: [T; 2]) -> [[T; 2]; 3] {
-        let (a_p, a_l) = (-self.clamp.psi_p, -self.clamp.psi_u);
-        let by_p = [w_p[0] - w[1] * a_p, w_p[1] + w[0] * a_p];
-        [w, by_p, [w_l[0] - w[1] * a_l, w_l[1] + w[0] * a_l]]
-    }
-
-    /// lam times the second derivative of such a place in time, while p and lam change at constant rates: what `Turning` has, applied to a
-    /// section with the field [w, by_p, by_l].
-    #[inline(always)]
-    fn second<T: Real>(
-        &self,
-        turning: &Turning,
-        part: T,
-        here: &Swing<T>,
-        field: &[[T; 2]; 3],
-    ) -> [T; 2] {
-        let [p, l] = turning.rate;
-        let [cos, sin] = here.z_u();
-        let along = (here.psi_p * (2.0 * p * l) + part * here.psi_u * (l * l)) * part;
-        let z = [
-            here.z_pp[0] * (p * p) - sin * along,
-            here.z_pp[1] * (p * p) + cos * along,
-        ];
-        let drawn = [less(turning.z[0], z[0]), less(turning.z[1], z[1])];
-        self.accelerated(turning, drawn, field)
-    }
-
-    /// The same of the end.
-    #[inline(always)]
-    fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
-        self.accelerated(turning, turning.z, &self.end).into()
-    }
-
-    /// The same from the second derivative of lam w, w the place seen from the turned axes.
-    #[inline(always)]
-    fn accelerated<T: Real>(
-        &self,
-        turning: &Turning,
-        drawn: [T; 2],
-        [w, by_p, by_l]: &[[T; 2]; 3],
-    ) -> [T; 2] {
-        let [p, l] = turning.rate;
-        let slower = 2.0 * l / self.integrals.lam;
-        // r = Rot(alpha) w, whose rate w' + alpha' J w the field has.
-        let (turn, spin) = (turning.first, turning.second);
-        let rate = [by_p[0] * p + by_l[0] * l, by_p[1] * p + by_l[1] * l];
-        let own = [rate[0] + w[1] * turn, rate[1] - w[0] * turn];
-        let drawn = [drawn[0] - own[0] * slower, drawn[1] - own[1] * slower];
+    fn drawn<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
+        let (a_p, a_l) = (-self.clamp.psi_p, -self.clamp.psi_u());
+        let slower = -1.0 / self.integrals.lam;
+        let ([x, y], z_p, z_u) = (here.z, here.z_p, here.z_u);
         [
-            drawn[0] - rate[1] * (2.0 * turn) - w[1] * spin + w[0] * (turn * turn),
-            drawn[1] + rate[0] * (2.0 * turn) + w[0] * spin + w[1] * (turn * turn),
+            here.z,
+            [
+                T::mixed([1.0, -a_p], [z_p[0], y]),
+                T::mixed([1.0, a_p], [z_p[1], x]),
+            ],
+            [
+                part.times_plus(z_u[0], T::mixed([slower, -a_l], [x, y])),
+                part.times_plus(z_u[1], T::mixed([slower, a_l], [y, x])),
+            ],
         ]
+    }
+
+    #[inline(always)]
+    fn turning(&self, rate: Vector2<f64>) -> Turning {
+        Turning::new(&self.clamp, self.integrals.lam, rate.into())
     }
 
     /// Integrals along the rod.
@@ -243,11 +201,14 @@ impl RodInertia {
     /// What the end feels of a unit of mass of the rod while it moves with `v` and gravity g acts on the rod; None at a fold.
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
         let (inverse, rate) = self.chart_rate(v)?;
-        let turning = Turning::new(&self.clamp, rate.into());
-        let [n11, n12, n22, f1, f2, along @ ..] = self.integrals(&Heavy(&turning));
+        let turning = self.turning(rate);
+        let [n11, n12, n22, f1, f2, turned, along @ ..] = self.integrals(&Heavy(&turning));
         let [.., x, y] = along;
-        let weight = self.weighed(along, gravity);
-        let (mass, force) = self.felt(&inverse, &turning, [n11, n12, n22, f1, f2], &weight)?;
+        let (sums, weight) = (
+            [n11, n12, n22, f1, f2, turned],
+            self.weighed(along, gravity),
+        );
+        let (mass, force) = self.felt(&inverse, &turning, sums, &weight)?;
         Some(Added {
             mass,
             force,
@@ -262,24 +223,31 @@ impl RodInertia {
         Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
     }
 
-    /// lam^2 of r_q^T r_q and of r_q^T r_tt at a section.
+    /// lam^2 of r_q^T r_q, r_q^T times what [`Turning::drawn`] says of r_tt, and r_p x r_lam at a section.
     #[inline(always)]
     fn pushed<T: Real>(
         &self,
         turning: &Turning,
         part: T,
         here: &Swing<T>,
-        field: &[[T; 2]; 3],
-    ) -> [T; 5] {
-        let second = self.second(turning, part, here, field);
-        let [_, p, l] = *field;
+        [_, p, l]: &[[T; 2]; 3],
+    ) -> [T; 6] {
+        let drawn = turning.left(part, here);
         [
             dot(p, p),
             dot(p, l),
             dot(l, l),
-            dot(p, second),
-            dot(l, second),
+            dot(p, &drawn),
+            dot(l, &drawn),
+            cross(p, l),
         ]
+    }
+
+    /// lam times the second derivative of the end in time as [`Turning`] has it, but for what goes with its rate.
+    #[inline(always)]
+    fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
+        let rate = self.by * Vector2::from(turning.rate);
+        Vector2::from(turning.end) + aside(&rate) * (2.0 * turning.turn)
     }
 
     /// A and b from the sums of [`Self::pushed`] along the rod, and lam times that of r_q^T g; `inverse` is (lam Dr(1))^-1.
@@ -288,12 +256,14 @@ impl RodInertia {
         &self,
         inverse: &Matrix2<f64>,
         turning: &Turning,
-        [n11, n12, n22, f1, f2]: [f64; 5],
+        [n11, n12, n22, f1, f2, turned]: [f64; 6],
         weight: &Vector2<f64>,
     ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         // P = r_q Dr^-1, both in the turned axes.
         let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
-        let left = Vector2::new(f1, f2) - carried * self.second_of_end(turning);
+        let ([p, l], twice) = (turning.rate, 2.0 * turning.turn);
+        let left = Vector2::new(f1, f2) + Vector2::new(-l, p) * (twice * turned)
+            - carried * self.second_of_end(turning);
         let turn = self.turn();
         let mass = turn * inverse.tr_mul(&carried) * turn.transpose();
         let force = turn * inverse.tr_mul(&(weight - left / self.integrals.lam));
@@ -332,11 +302,16 @@ fn pulled(lam: f64) -> Result<f64> {
 
 /// The nodes and weights on [0, 1] of the Gauss rule of at least so many nodes that fill all lanes, drawn so far to the clamp.
 #[inline(always)]
-fn nodes(least: usize, draw: usize) -> [&'static [f64]; 2] {
+fn nodes(least: f64, draw: usize) -> [&'static [f64]; 2] {
     const RULES: usize = 128;
+    const LANES: f64 = WIDEST as f64;
     static KEPT: [[OnceLock<Rule>; RULES]; DRAWS] =
         [const { [const { OnceLock::new() }; RULES] }; DRAWS];
-    let full = least.div_ceil(WIDEST).clamp(1, RULES);
+    // Counted, not divided: the processor goes on with the rule that it expects while the number is still being found.
+    let (mut full, mut beyond) = (1, LANES + 1.0);
+    while full < RULES && beyond <= least {
+        (full, beyond) = (full + 1, beyond + LANES);
+    }
     let rule = KEPT[draw][full - 1].get_or_init(|| {
         let mut rule = Rule::new(WIDEST * full);
         for (x, weight) in rule.nodes.iter_mut().zip(&mut rule.weights) {
@@ -369,9 +344,9 @@ impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
 /// [`RodInertia::pushed`].
 struct Weightless<'a>(&'a Turning);
 
-impl AtSection<5> for Weightless<'_> {
+impl AtSection<6> for Weightless<'_> {
     #[inline(always)]
-    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 5] {
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 6] {
         rod.pushed(self.0, part, here, &rod.field(part, here))
     }
 }
@@ -380,7 +355,7 @@ impl AtSection<5> for Weightless<'_> {
 /// is part of every step of a run.
 struct Adding {
     p: f64,
-    lam: f64,
+    integrals: Integrals,
     error: f64,
     v: Vector2<f64>,
     gravity: Vector2<f64>,
@@ -391,10 +366,10 @@ impl WithSimd for Adding {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let rod = RodInertia::at_load(self.p, self.lam).ok()?;
+        let rod = RodInertia::known(self.p, self.integrals).ok()?;
         let rod = rod.to_part(self.error);
         let (inverse, rate) = rod.chart_rate(&self.v)?;
-        let turning = Turning::new(&rod.clamp, rate.into());
+        let turning = rod.turning(rate);
         let ([places, weights], rod) = (rod.nodes(), &rod);
         if self.gravity == Vector2::zeros() {
             let each = &Weightless(&turning);
@@ -402,23 +377,28 @@ impl WithSimd for Adding {
             return rod.felt(&inverse, &turning, sums, &Vector2::zeros());
         }
         let each = &Heavy(&turning);
-        let [n11, n12, n22, f1, f2, along @ ..] =
+        let [n11, n12, n22, f1, f2, turned, along @ ..] =
             lanes::sums_in(simd, &Sections { rod, each }, places, weights);
-        let weight = rod.weighed(along, &self.gravity);
-        rod.felt(&inverse, &turning, [n11, n12, n22, f1, f2], &weight)
+        let (sums, weight) = (
+            [n11, n12, n22, f1, f2, turned],
+            rod.weighed(along, &self.gravity),
+        );
+        rod.felt(&inverse, &turning, sums, &weight)
     }
 }
 
 /// The same sums, then lam times the derivatives of the place by p and lam, and the place.
 struct Heavy<'a>(&'a Turning);
 
-impl AtSection<11> for Heavy<'_> {
+impl AtSection<12> for Heavy<'_> {
     #[inline(always)]
-    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 11] {
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 12] {
         let field = rod.field(part, here);
-        let [n11, n12, n22, f1, f2] = rod.pushed(self.0, part, here, &field);
+        let [n11, n12, n22, f1, f2, turned] = rod.pushed(self.0, part, here, &field);
         let [w, p, l] = field;
-        [n11, n12, n22, f1, f2, p[0], p[1], l[0], l[1], w[0], w[1]]
+        [
+            n11, n12, n22, f1, f2, turned, p[0], p[1], l[0], l[1], w[0], w[1],
+        ]
     }
 }
 
@@ -431,12 +411,12 @@ impl AtSection<6> for Still {
         let lam = rod.integrals.lam;
         let [_, by_p, by_l] = rod.field(part, here);
         // theta' = -lam psi_u at u = lam (1 - s).
-        let p = here.psi_pu * -lam;
-        let l = here.psi_u * -1.0 - part * here.psi_uu * lam;
+        let p = here.z_p[1] * lam;
+        let l = part.times_plus(here.z_u[1] * lam, here.z[1]);
         [
-            dot(by_p, by_p),
-            dot(by_p, by_l),
-            dot(by_l, by_l),
+            dot(&by_p, &by_p),
+            dot(&by_p, &by_l),
+            dot(&by_l, &by_l),
             p * p,
             p * l,
             l * l,
@@ -444,45 +424,88 @@ impl AtSection<6> for Still {
     }
 }
 
-/// How the turned axes move.
+/// How the rod moves while p and lam change at constant rates: with R = lam r_t and J the turn by a right angle,
+///
+/// ```text
+/// lam r_tt = F(lam) - F(u) + 2 (alpha' J - lam'/lam) R,   F = Z_tt + (alpha'' + 2 alpha' lam'/lam) J Z + alpha'^2 Z
+/// ```
+///
+/// for R = (lam r_t of the end) - (Z_t + alpha' J Z - lam' Z/lam). Of the factor of R what is a number goes with the end, and is not felt.
 struct Turning {
     /// (p', lam').
     rate: [f64; 2],
-    /// alpha', alpha''.
-    first: f64,
-    second: f64,
-    /// Z'' of the pendulum at the clamp.
-    z: [f64; 2],
+    /// alpha'.
+    turn: f64,
+    /// alpha'' + 2 alpha' lam'/lam.
+    aside: f64,
+    /// F(lam).
+    end: [f64; 2],
 }
 
 impl Turning {
     #[inline(always)]
-    fn new(clamp: &Swing, rate: [f64; 2]) -> Self {
+    fn new(clamp: &Swing, lam: f64, rate: [f64; 2]) -> Self {
         let [p, l] = rate;
-        let [cos, sin] = clamp.z_u();
-        let along = 2.0 * p * l * clamp.psi_p + l * l * clamp.psi_u;
         // alpha = -psi at the clamp.
-        Self {
+        let turn = -(clamp.psi_p * p + clamp.psi_u() * l);
+        let change = clamp.z_p[1] * (2.0 * p * l) + clamp.z_u[1] * (l * l) - clamp.psi_pp * (p * p);
+        let mut turning = Self {
             rate,
-            first: -(clamp.psi_p * p + clamp.psi_u * l),
-            second: -(clamp.psi_pp * p * p + 2.0 * clamp.psi_pu * p * l + clamp.psi_uu * l * l),
-            z: [
-                clamp.z_pp[0] * p * p - sin * along,
-                clamp.z_pp[1] * p * p + cos * along,
-            ],
-        }
+            turn,
+            aside: change + 2.0 * turn * l / lam,
+            end: [0.0; 2],
+        };
+        turning.end = turning.left(1.0, clamp).map(|f| -f);
+        turning
+    }
+
+    /// F(lam) - F(u) where `part` of the rod is beyond and the pendulum is at `here`.
+    #[inline(always)]
+    fn left<T: Real>(&self, part: T, here: &Swing<T>) -> [T; 2] {
+        let ([p, l], [x, y], [cos, sin]) = (self.rate, here.z, here.z_u);
+        let (square, end) = (self.turn * self.turn, self.end.map(|f| x.all(f)));
+        // psi_tt of the place, for which dpsi/du = -y.
+        let along = part * T::mixed([2.0 * p * l, -l * l], [here.psi_p, part * y]);
+        [
+            along.times_plus(
+                sin,
+                T::mixed(
+                    [1.0, -p * p, self.aside, -square],
+                    [end[0], here.z_pp[0], y, x],
+                ),
+            ),
+            along.times_plus(
+                cos * -1.0,
+                T::mixed(
+                    [1.0, -p * p, -self.aside, -square],
+                    [end[1], here.z_pp[1], x, y],
+                ),
+            ),
+        ]
     }
 }
 
 /// x - y.
 #[inline(always)]
-fn less<T: Real>(x: f64, y: T) -> T {
-    y.all(x) - y
+fn less<T: Real>(x: [f64; 2], y: [T; 2]) -> [T; 2] {
+    [y[0].all(x[0]) - y[0], y[1].all(x[1]) - y[1]]
 }
 
 #[inline(always)]
-fn dot<T: Real>(a: [T; 2], b: [T; 2]) -> T {
+fn dot<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
     a[0].times_plus(b[0], a[1] * b[1])
+}
+
+/// J a.
+#[inline(always)]
+fn aside(a: &Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-a.y, a.x)
+}
+
+/// a x b.
+#[inline(always)]
+fn cross<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 #[cfg(test)]
@@ -500,9 +523,9 @@ mod tests {
                 let Ok(mut rod) = RodInertia::at_load(p, lam) else {
                     continue;
                 };
-                let turning = Turning::new(&rod.clamp, [0.7, -0.3]);
+                let turning = rod.turning(Vector2::new(0.7, -0.3));
                 let each = Heavy(&turning);
-                let [places, weights] = nodes(512, 0);
+                let [places, weights] = nodes(512.0, 0);
                 let (all, each) = (&rod, &each);
                 let even = lanes::sums(&Sections { rod: all, each }, places, weights);
                 for part in [1e-4, 1e-7, 1e-10] {

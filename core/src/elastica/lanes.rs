@@ -4,7 +4,7 @@
 
 use crate::math::real::Real;
 use pulp::{Arch, Simd, WithSimd, bytemuck};
-use std::f64::consts::{FRAC_2_PI, LOG2_E};
+use std::f64::consts::LOG2_E;
 use std::ops::{Add, Mul, Sub};
 
 /// Numbers at [`Lanes::COUNT`] places.
@@ -89,35 +89,25 @@ impl<S: Simd> Lanes<S> {
         bytemuck::cast_slice_mut(std::slice::from_mut(&mut self.at))
     }
 
-    /// Sines and cosines of 0 <= v < 100 (Cephes' polynomials on [-pi/4, pi/4]).
+    /// Sines and cosines, |v| <= pi/2.
     #[inline(always)]
     pub fn sin_cos(self) -> (Self, Self) {
-        let quarter = (self * FRAC_2_PI).nearest();
-        let r = (self - quarter * HALF_PI[0]) - quarter * HALF_PI[1];
-        let r2 = r * r;
-        let sin = r + r * r2 * r2.series(&SINE);
-        let cos = self.all(1.0) - r2 * 0.5 + r2 * r2 * r2.series(&COSINE);
-        // Quarter turns: an odd one, +-1 or 0, and half turns, each of which changes the signs.
-        let half = (quarter * 0.5).nearest();
-        let odd = quarter - half * 2.0;
-        let rest = half - (half * 0.5).nearest() * 2.0;
-        let sign = self.all(1.0) - rest * rest * 2.0;
-        let even = (self.all(1.0) - odd * odd) * sign;
-        let odd = odd * sign;
-        (sin * even + cos * odd, cos * even - sin * odd)
+        let minus = self * self * -1.0;
+        (self * minus.series(&ODD), minus.series(&EVEN))
     }
 
-    /// e^v and e^-v, |v| < 100.
+    /// Hyperbolic sines and cosines, |v| < 100.
     #[inline(always)]
-    pub fn exp(self) -> (Self, Self) {
+    pub fn sinh_cosh(self) -> (Self, Self) {
         let twos = (self * LOG2_E).nearest();
-        let r = (self - twos * LOG_2[0]) - twos * LOG_2[1];
-        // Odd and even powers side by side.
+        let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
+        // Odd and even powers side by side; |r| < 0.35.
         let r2 = r * r;
-        let (even, odd) = (r2.series(&EVEN), r * r2.series(&ODD));
+        let (even, odd) = (r2.series(few(&EVEN)), r * r2.series(few(&ODD)));
         let up = twos.power_of_two();
-        let down = (twos * -1.0).power_of_two();
-        ((even + odd) * up, (even - odd) * down)
+        let down = (self.all(0.0) - twos).power_of_two();
+        let (up, down) = ((even + odd) * up, (even - odd) * down);
+        ((up - down) * 0.5, (up + down) * 0.5)
     }
 
     /// 2^k of integers |k| < 1023: the last digits of k + 1023 + 2^52 become the exponent.
@@ -129,55 +119,30 @@ impl<S: Simd> Lanes<S> {
         }
         power
     }
-
-    /// The nearest integers, of |x| < 2^50.
-    #[inline(always)]
-    fn nearest(self) -> Self {
-        // Beyond 2^52 there are integers only.
-        let big = self.all(6_755_399_441_055_744.0);
-        (self + big) - big
-    }
 }
 
-/// pi/2 and log 2 in two parts, the first with few enough bits to be multiplied without rounding.
-const HALF_PI: [f64; 2] = [1.570_796_310_901_641_8, 1.589_325_477_352_819_6e-8];
+/// log 2 in two parts, the first with few enough bits to be multiplied without rounding.
 const LOG_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_2e-6];
-/// 1/(2k)! and 1/(2k + 1)!.
-const EVEN: [f64; 7] = [
-    1.0,
-    1.0 / 2.0,
-    1.0 / 24.0,
-    1.0 / 720.0,
-    1.0 / 40_320.0,
-    1.0 / 3_628_800.0,
-    1.0 / 479_001_600.0,
-];
-const ODD: [f64; 7] = [
-    1.0,
-    1.0 / 6.0,
-    1.0 / 120.0,
-    1.0 / 5_040.0,
-    1.0 / 362_880.0,
-    1.0 / 39_916_800.0,
-    1.0 / 6_227_020_800.0,
-];
-/// (sin r - r)/r^3 and (cos r - 1 + r^2/2)/r^4 in r^2.
-const SINE: [f64; 6] = [
-    -1.666_666_666_666_663e-1,
-    8.333_333_333_322_118e-3,
-    -1.984_126_982_958_954e-4,
-    2.755_731_362_138_572_5e-6,
-    -2.505_074_776_285_780_7e-8,
-    1.589_623_015_765_465_7e-10,
-];
-const COSINE: [f64; 6] = [
-    4.166_666_666_666_659_3e-2,
-    -1.388_888_888_887_305_6e-3,
-    2.480_158_728_885_170_5e-5,
-    -2.755_731_417_929_674e-7,
-    2.087_570_084_197_473e-9,
-    -1.135_853_652_138_768_2e-11,
-];
+/// 1/(2k)! and 1/(2k + 1)!: as many as the largest argument, pi/2, asks for.
+const EVEN: [f64; 11] = reciprocal_factorials(0);
+const ODD: [f64; 10] = reciprocal_factorials(1);
+
+/// 1/(2k + first)!.
+const fn reciprocal_factorials<const N: usize>(first: usize) -> [f64; N] {
+    let mut all = [1.0; N];
+    let mut k = 1;
+    while k < N {
+        let n = (2 * k + first) as f64;
+        all[k] = all[k - 1] / (n * (n - 1.0));
+        k += 1;
+    }
+    all
+}
+
+/// As many as |r| < 0.35 asks for.
+const fn few(all: &[f64]) -> &[f64; 7] {
+    all.first_chunk().expect("more than that")
+}
 
 impl<S: Simd> Real for Lanes<S> {
     #[inline(always)]
@@ -190,6 +155,13 @@ impl<S: Simd> Real for Lanes<S> {
     fn inverse(self) -> Self {
         let at = self.simd.div_f64s(self.simd.splat_f64s(1.0), self.at);
         Self { at, ..self }
+    }
+
+    #[inline(always)]
+    fn nearest(self) -> Self {
+        // Beyond 2^52 there are integers only.
+        let big = self.all(6_755_399_441_055_744.0);
+        (self + big) - big
     }
 
     #[inline(always)]

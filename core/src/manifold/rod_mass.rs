@@ -1,5 +1,6 @@
 //! The mass of a light rod, as the body at its end feels it.
 
+use super::ManifoldPoint;
 use crate::math::frame::Frame;
 use nalgebra::{SMatrix, SVector};
 use std::fmt::Debug;
@@ -15,13 +16,13 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
     /// Gravity, in the world.
     fn gravity(&self) -> SVector<f64, N>;
 
-    /// What the end feels of the rod at the point `q` of the chart and the end's velocity `v`; None outside the chart and at folds. `force` is
-    /// that of the rod on its end there; the mass may be off by `error`.
+    /// What the end feels of the rod at the point q of the chart and the end's velocity v, `at` = [q, v]; None outside the chart and at folds. `point` is
+    /// what the chart gives there; the mass may be off by `error`.
     fn added(
         &self,
         frame: Option<&Frame<N>>,
         at: [&SVector<f64, N>; 2],
-        force: &SVector<f64, N>,
+        point: &ManifoldPoint<N>,
         error: f64,
     ) -> Option<Felt<N>>;
 

@@ -9,8 +9,20 @@ pub(crate) trait Real:
     /// x at all places at which this is.
     fn all(self, x: f64) -> Self;
     fn inverse(self) -> Self;
+    /// The nearest integer, of |x| < 2^50.
+    fn nearest(self) -> Self;
     /// self times the one plus the other, rounded once where the processor does that as fast.
     fn times_plus(self, factor: Self, plus: Self) -> Self;
+
+    /// The sum of k[i] x[i].
+    #[inline(always)]
+    fn mixed<const N: usize>(k: [f64; N], x: [Self; N]) -> Self {
+        let mut sum = x[0] * k[0];
+        for i in 1..N {
+            sum = x[i].times_plus(x[i].all(k[i]), sum);
+        }
+        sum
+    }
 
     /// The sum of p[k] x^k.
     #[inline(always)]
@@ -32,6 +44,11 @@ impl Real for f64 {
     #[inline(always)]
     fn inverse(self) -> Self {
         1.0 / self
+    }
+
+    #[inline(always)]
+    fn nearest(self) -> Self {
+        self.round()
     }
 
     #[inline(always)]

@@ -485,19 +485,13 @@ fn slope<M: Multivalued<N>, const N: usize>(
     orientation: f64,
     y: &Phase<N>,
 ) -> Option<Phase<N>> {
-    let ManifoldPoint {
-        pose,
-        force,
-        jacobian,
-        pace,
-        ..
-    } = manifold.point_in(patch, &y.q)?;
-    let (det, along) = adjugate_times(&jacobian, &y.v);
-    let slow = orientation / (det * det + pace * pace).sqrt();
+    let point = manifold.point_in(patch, &y.q)?;
+    let (det, along) = adjugate_times(&point.jacobian, &y.v);
+    let slow = orientation / (det * det + point.pace * point.pace).sqrt();
     let rate = slow * det;
-    let mut action = body.action(y.t, &pose, &y.v, &force);
+    let mut action = body.action(y.t, &point.pose, &y.v, &point.force);
     if let Some(rod) = rod {
-        with_rod(rod, body, (y, &pose, &force), &mut action)?;
+        with_rod(rod, body, (y, &point), &mut action)?;
     }
     Some(Phase {
         q: along * slow,
@@ -513,18 +507,19 @@ fn slope<M: Multivalued<N>, const N: usize>(
 fn with_rod<const N: usize>(
     Carried { rod, error }: Carried<N>,
     body: &Body<N>,
-    (y, pose, force): (&Phase<N>, &SVector<f64, N>, &SVector<f64, N>),
+    (y, point): (&Phase<N>, &ManifoldPoint<N>),
     action: &mut EndMotion<N>,
 ) -> Option<()> {
     let (frame, mass) = (body.support().map(|support| support.at(y.t)), body.mass());
-    let felt = rod.added(frame.as_ref(), [&y.q, &y.v], force, error)?;
+    let felt = rod.added(frame.as_ref(), [&y.q, &y.v], point, error)?;
     let all = (felt.mass + SMatrix::identity() * mass).try_inverse()?;
     let alone = action.acceleration;
     action.acceleration = all * (alone * mass + felt.force);
     if let Some(frame) = frame {
         let borne = (action.acceleration - alone) * mass;
-        action.power +=
-            borne.dot(&frame.carried(pose)) + felt.pull.dot(&action.acceleration) + felt.power;
+        action.power += borne.dot(&frame.carried(&point.pose))
+            + felt.pull.dot(&action.acceleration)
+            + felt.power;
     }
     Some(())
 }

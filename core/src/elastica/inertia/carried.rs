@@ -5,7 +5,7 @@
 //! So the end feels the force int P^T (g - those accelerations) ds, and the clamp has the power
 //! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
 
-use super::{AtSection, RodInertia, Turning, dot};
+use super::{AtSection, RodInertia, Turning, aside, cross, dot};
 use crate::elastica::curvature::Swing;
 use crate::manifold::Felt;
 use crate::math::frame::Frame;
@@ -38,17 +38,6 @@ impl CarriedRod {
     }
 }
 
-/// a x b.
-#[inline(always)]
-fn cross<T: Real>(a: [T; 2], b: [T; 2]) -> T {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-/// J a.
-fn aside(a: &Vector2<f64>) -> Vector2<f64> {
-    Vector2::new(-a.y, a.x)
-}
-
 /// What a clamp that moves asks of the sections beside what the end feels.
 struct Moved<'a>(&'a Turning);
 
@@ -56,8 +45,8 @@ impl AtSection<20> for Moved<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 20] {
         let field = rod.field(part, here);
-        let second = rod.second(self.0, part, here, &field);
-        let [n11, n12, n22, f1, f2] = rod.pushed(self.0, part, here, &field);
+        let left = self.0.left(part, here);
+        let [n11, n12, n22, f1, f2, turned] = rod.pushed(self.0, part, here, &field);
         let [w, p, l] = field;
         [
             n11,
@@ -65,21 +54,21 @@ impl AtSection<20> for Moved<'_> {
             n22,
             f1,
             f2,
+            turned,
             p[0],
             p[1],
             l[0],
             l[1],
             w[0],
             w[1],
-            second[0],
-            second[1],
-            dot(w, w),
-            dot(p, w),
-            dot(l, w),
-            cross(p, w),
-            cross(l, w),
-            cross(p, l),
-            cross(w, second),
+            left[0],
+            left[1],
+            dot(&w, &w),
+            dot(&p, &w),
+            dot(&l, &w),
+            cross(&p, &w),
+            cross(&l, &w),
+            cross(&w, &left),
         ]
     }
 }
@@ -93,10 +82,10 @@ impl RodInertia {
         frame: &Frame<2>,
     ) -> Option<CarriedRod> {
         let (inverse, rate) = self.chart_rate(v)?;
-        let turning = Turning::new(&self.clamp, rate.into());
+        let turning = self.turning(rate);
         let sums = self.integrals(&Moved(&turning));
-        let [n11, n12, n22, f1, f2, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
-        let [.., ww, pw, lw, p_w, l_w, p_l, w_a] = sums;
+        let [n11, n12, n22, f1, f2, p_l, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
+        let [.., ww, pw, lw, p_w, l_w, w_a] = sums;
         let per = 1.0 / self.integrals.lam;
         let [turn_rate, turn_change] = frame.turning();
         let square = turn_rate * turn_rate;
@@ -112,7 +101,8 @@ impl RodInertia {
             per * (turn_change * l_w + square * lw - 2.0 * turn_rate * p_l * rate[0])
                 - by_l.dot(&pushed),
         );
-        let (mass, force) = self.felt(&inverse, &turning, [n11, n12, n22, f1, f2], &weight)?;
+        let pushed_sums = [n11, n12, n22, f1, f2, p_l];
+        let (mass, force) = self.felt(&inverse, &turning, pushed_sums, &weight)?;
         let swept = Vector2::new(
             by_p.dot(&drift) - turn_rate * per * p_w,
             by_l.dot(&drift) - turn_rate * per * l_w,
@@ -120,14 +110,15 @@ impl RodInertia {
         let pull = inverse.tr_mul(&swept);
         // The power of the sections while p and lam change at constant rates; the end is then accelerated, too.
         let moved = (by_p * rate[0] + by_l * rate[1]) * per;
+        let turning_rate = turn_rate + turning.turn;
         let accelerations = [
             Vector2::new(a1, a2) * per,
             aside(&centre) * turn_change - centre * square,
-            aside(&moved) * (2.0 * turn_rate),
+            aside(&moved) * (2.0 * turning_rate),
             pushed,
         ];
         let turned =
-            turn_rate * per * per * (w_a + 2.0 * turn_rate * (pw * rate[0] + lw * rate[1]));
+            turn_rate * per * per * (w_a + 2.0 * turning_rate * (pw * rate[0] + lw * rate[1]));
         let all = accelerations.iter().sum::<Vector2<f64>>();
         let power = turned
             + turn_rate * (turn_change * ww * per * per + aside(&centre).dot(&pushed))

@@ -3,9 +3,10 @@
 use super::passage::fold_function;
 use super::straight::sections;
 use super::{Adding, Passage, ROUGH, RodInertia};
+use crate::elastica::chart::Integrals;
 use crate::elastica::curvature::TipDerivatives;
 use crate::elastica::lanes;
-use crate::manifold::{Across, Bending, Deflected, Felt, RodMass};
+use crate::manifold::{Across, Bending, Deflected, Felt, ManifoldPoint, RodMass};
 use crate::math::frame::Frame;
 use nalgebra::Vector2;
 
@@ -48,18 +49,20 @@ impl RodMass<2> for LightRod {
         &self,
         frame: Option<&Frame<2>>,
         [q, v]: [&Vector2<f64>; 2],
-        force: &Vector2<f64>,
+        point: &ManifoldPoint<2>,
         error: f64,
     ) -> Option<Felt<2>> {
         // The force is lam^2 (cos alpha, sin alpha).
-        let (p, lam, error) = (q[0], force.norm().sqrt(), error / self.mass);
+        let lam = point.force.norm().sqrt();
+        let integrals = Integrals::known(q[0], q[1], lam, point.energy);
+        let (p, error) = (q[0], error / self.mass);
         if let Some(frame) = frame.filter(|frame| !frame.stands()) {
-            let rod = RodInertia::at_load(p, lam).ok()?.to_part(error);
+            let rod = RodInertia::known(p, integrals).ok()?.to_part(error);
             return Some(rod.carried(v, &self.gravity, frame)?.felt(self.mass));
         }
         let (mass, push) = lanes::wide(Adding {
             p,
-            lam,
+            integrals,
             error,
             v: *v,
             gravity: seen(&self.gravity, frame),

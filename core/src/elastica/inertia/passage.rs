@@ -59,7 +59,7 @@ impl Passage {
         let along = Vector2::new(at.cos_alpha, at.sin_alpha);
         let aside = Vector2::new(-at.sin_alpha, at.cos_alpha);
         // f = lam^2 (cos alpha, sin alpha), alpha = -psi at the clamp.
-        let turn = -(swing.psi_p * z[0] + swing.psi_u * z[1]);
+        let turn = -(swing.psi_p * z[0] + swing.psi_u() * z[1]);
         let ell = -(along * (2.0 * i.lam * z[1]) + aside * (i.lam * i.lam * turn));
         let end = TipDerivatives::new(&at);
         let second = [end.pp, end.pl, end.ll].map(|d| Vector2::from(at.to_fixed(d)));
