@@ -85,7 +85,7 @@ impl<E: InLanes<K>, const K: usize> WithSimd for Sums<'_, E, K> {
 impl<S: Simd> Lanes<S> {
     /// The numbers, to be worked on one by one.
     #[inline(always)]
-    pub fn each(&mut self) -> &mut [f64] {
+    fn each(&mut self) -> &mut [f64] {
         bytemuck::cast_slice_mut(std::slice::from_mut(&mut self.at))
     }
 
@@ -93,7 +93,9 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub fn sin_cos(self) -> (Self, Self) {
         let minus = self * self * -1.0;
-        (self * minus.series(&ODD), minus.series(&EVEN))
+        let odd = minus.series(&const { reciprocal_factorials::<10>(1) });
+        let even = minus.series(&const { reciprocal_factorials::<11>(0) });
+        (self * odd, even)
     }
 
     /// Hyperbolic sines and cosines, |v| < 100.
@@ -103,29 +105,28 @@ impl<S: Simd> Lanes<S> {
         let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
         // Odd and even powers side by side; |r| < 0.35.
         let r2 = r * r;
-        let (even, odd) = (r2.series(few(&EVEN)), r * r2.series(few(&ODD)));
-        let up = twos.power_of_two();
-        let down = (self.all(0.0) - twos).power_of_two();
-        let (up, down) = ((even + odd) * up, (even - odd) * down);
-        ((up - down) * 0.5, (up + down) * 0.5)
+        let even = r2.series(&const { reciprocal_factorials::<7>(0) });
+        let odd = r * r2.series(&const { reciprocal_factorials::<7>(1) });
+        // Halves of e^v and e^-v.
+        let up = (even + odd) * (twos + self.all(HALF)).power_of_two();
+        let down = (even - odd) * (self.all(HALF) - twos).power_of_two();
+        (up - down, up + down)
     }
 
-    /// 2^k of integers |k| < 1023: the last digits of k + 1023 + 2^52 become the exponent.
+    /// 2^k of integers |k| < 1023, from k + 2^52 + 1023: its last digits become the exponent.
     #[inline(always)]
-    fn power_of_two(self) -> Self {
-        let mut power = self + self.all(4_503_599_627_371_519.0);
-        for k in power.each() {
+    fn power_of_two(mut self) -> Self {
+        for k in self.each() {
             *k = f64::from_bits(k.to_bits() << 52);
         }
-        power
+        self
     }
 }
 
+/// What [`Lanes::power_of_two`] makes 1/2 of.
+const HALF: f64 = 4_503_599_627_371_518.0;
 /// log 2 in two parts, the first with few enough bits to be multiplied without rounding.
 const LOG_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_2e-6];
-/// 1/(2k)! and 1/(2k + 1)!: as many as the largest argument, pi/2, asks for.
-const EVEN: [f64; 11] = reciprocal_factorials(0);
-const ODD: [f64; 10] = reciprocal_factorials(1);
 
 /// 1/(2k + first)!.
 const fn reciprocal_factorials<const N: usize>(first: usize) -> [f64; N] {
@@ -137,11 +138,6 @@ const fn reciprocal_factorials<const N: usize>(first: usize) -> [f64; N] {
         k += 1;
     }
     all
-}
-
-/// As many as |r| < 0.35 asks for.
-const fn few(all: &[f64]) -> &[f64; 7] {
-    all.first_chunk().expect("more than that")
 }
 
 impl<S: Simd> Real for Lanes<S> {

@@ -101,14 +101,15 @@ impl RodInertia {
             per * (turn_change * l_w + square * lw - 2.0 * turn_rate * p_l * rate[0])
                 - by_l.dot(&pushed),
         );
-        let pushed_sums = [n11, n12, n22, f1, f2, p_l];
-        let (mass, force) = self.felt(&inverse, &turning, pushed_sums, &weight)?;
+        let felt = [n11, n12, n22, f1, f2, p_l];
+        let (mass, force) = self.felt(&inverse, &turning, felt, &weight)?;
         let swept = Vector2::new(
             by_p.dot(&drift) - turn_rate * per * p_w,
             by_l.dot(&drift) - turn_rate * per * l_w,
         );
         let pull = inverse.tr_mul(&swept);
-        // The power of the sections while p and lam change at constant rates; the end is then accelerated, too.
+        // The power of the sections while p and lam change at constant rates; the end is then accelerated, too. What of r_tt is along r_t is left out of
+        // both.
         let moved = (by_p * rate[0] + by_l * rate[1]) * per;
         let turning_rate = turn_rate + turning.turn;
         let accelerations = [
