@@ -273,8 +273,9 @@ const FARTHEST: f64 = 6.0;
 /// A rod longer than this many K', and longer than K by at most so many, is straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
 const ABOUT: f64 = 0.25;
-/// Drawn nodes: so many, more with the range and with every binary digit. Measured for lam < 100, at parts from 1e-4 to 1e-10: fewer do not do everywhere.
-const DRAWN: [f64; 3] = [-1.0, 0.7, 0.4];
+/// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
+/// lam < 30.
+const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
 
 #[cfg(test)]
 mod tests {
