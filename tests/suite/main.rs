@@ -170,6 +170,7 @@ mod sweeps;
 mod symmetric;
 mod taut;
 mod taut_branches;
+mod taut_mass;
 mod truss;
 mod viscous;
 mod viscous_identities;

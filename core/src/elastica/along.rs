@@ -135,15 +135,12 @@ impl Along {
         };
         let digits = binary_digits(error);
         if self.lam > NARROW * away && self.lam < k + ABOUT * away {
-            let most = (DRAWS - 1) as f64;
-            let draw = (rough_log(2.0 * self.lam / away) / DRAW + 0.5).clamp(1.0, most) as usize;
-            let range = DRAW * draw as f64;
+            let (range, draw) = drawn_so_far(self.lam / away);
             return (DRAWN[0] + DRAWN[1] * range + DRAWN[2] * digits, draw);
         }
         let per = 2.0 / self.lam;
         let slowness = slow((k * per - 1.0).min(1.0), away * per);
-        let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
-        (nodes.max(FEWEST[0] + FEWEST[1] * digits), 0)
+        (enough(slowness, error), 0)
     }
 
     /// The chart's integrals of the whole rod, whose modulus this is.
@@ -219,6 +216,35 @@ impl Along {
     }
 }
 
+/// The Gauss rule that integrates to the part `error` along a rod of so many `widths` of a bend that lies so many of them `inside` it from the clamp:
+/// its nodes, and how far they are drawn to the clamp.
+pub(super) fn rule_of_bend(widths: f64, inside: f64, error: f64) -> (f64, usize) {
+    let inside = inside.max(0.0);
+    // sinh(a + i b) = inside + i.
+    let cosh = 0.5 * (inside + (inside * inside + 4.0).sqrt());
+    let (a, b) = (cosh.acosh(), (1.0 / cosh).asin());
+    let (range, draw) = drawn_so_far(widths);
+    let slowness = slow(1.0 - 2.0 * a / range, 2.0 * b / range);
+    let mirrored = (MIRRORED[0] + MIRRORED[1] * range) * slowness;
+    (enough(mirrored, error), draw)
+}
+
+/// The range over which a rule is drawn to the clamp of a rod of so many widths of its bend, and the number of that.
+#[inline(always)]
+fn drawn_so_far(widths: f64) -> (f64, usize) {
+    let most = (DRAWS - 1) as f64;
+    let draw = (rough_log(2.0 * widths) / DRAW + 0.5).clamp(1.0, most) as usize;
+    (DRAW * draw as f64, draw)
+}
+
+/// Nodes of a rule of this slowness.
+#[inline(always)]
+fn enough(slowness: f64, error: f64) -> f64 {
+    let digits = binary_digits(error);
+    let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
+    nodes.max(FEWEST[0] + FEWEST[1] * digits)
+}
+
 /// The part of the rod, counted from the tip, at which the node `x` of a rule on [0, 1] lies, and the derivative of that: drawn to the narrow bend at the
 /// clamp of a rod that is pulled hard, 1 - sinh(range (1 - x))/sinh(range). Seen so, its poles are a quarter turn away from the bend, however narrow it
 /// is. Even for `draw` = 0.
@@ -232,7 +258,7 @@ pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
 }
 
 /// Ways to draw the nodes, and the range of a step between them.
-pub(super) const DRAWS: usize = 24;
+pub(super) const DRAWS: usize = 48;
 const DRAW: f64 = 0.25;
 
 /// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, roughly: sinh log rho = z, and 1/asinh z = 1/z + Z[0] z/(z + Z[1]).
@@ -273,6 +299,8 @@ const FARTHEST: f64 = 6.0;
 /// A rod longer than this many K', and longer than K by at most so many, is straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
 const ABOUT: f64 = 0.25;
+/// The poles of the bend of a taut rod mirrored at the tip are a little nearer to drawn nodes; measured.
+const MIRRORED: [f64; 2] = [1.05, 0.1];
 /// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
 /// lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];

@@ -12,24 +12,31 @@
 
 mod carried;
 mod light;
+mod moving;
 mod passage;
 mod straight;
+mod taut;
 
 pub use light::LightRod;
 pub use passage::{INERTIAL_ESCAPE, Passage, VISCOUS_ESCAPE};
+pub use taut::TautInertia;
+
+use carried::CarriedRod;
+use moving::{Moving, aside, dot, heavy, pushed};
 
 use super::along::{Along, DRAWS, drawn};
 use super::chart::{ChartPoint, Integrals, Modulus};
 use super::curvature::{Swing, TipDerivatives};
 use super::lanes::{self, InLanes, Lanes, WIDEST};
 use crate::error::{Error, Result};
+use crate::math::frame::Frame;
 use crate::math::gauss::Rule;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 use pulp::{Simd, WithSimd};
 use std::sync::OnceLock;
 
-/// A rod pulled harder than this is left out: its bends are narrower than what any mass of the rod bears.
+/// A rod pulled harder than this has no digits left here: [`TautInertia`] has them.
 const TAUT: f64 = 100.0;
 
 /// Integrals along the rod are as good as exact.
@@ -62,6 +69,20 @@ pub struct Added {
     pub force: Vector2<f64>,
     /// int r ds, the rod's centre of mass.
     pub centre: Vector2<f64>,
+}
+
+/// A rod on its equilibrium, in whatever coordinates its places keep their digits.
+trait OnEquilibria {
+    /// [`RodInertia::added`].
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added>;
+
+    /// The rod while its end moves with `v` as seen from the clamp, under the gravity of the world; None at a fold.
+    fn carried(
+        &self,
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+        frame: &Frame<2>,
+    ) -> Option<CarriedRod>;
 }
 
 impl RodInertia {
@@ -201,47 +222,24 @@ impl RodInertia {
 
     /// What the end feels of a unit of mass of the rod while it moves with `v` and gravity g acts on the rod; None at a fold.
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+        let (moving, turning) = self.moving(v)?;
+        moving.added(self.integrals(&Heavy(&turning)), gravity)
+    }
+
+    /// The end's motion with the velocity `v`, and how the axes of [`ChartPoint::turned`] turn in it; None at a fold.
+    #[inline(always)]
+    fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Turning)> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = self.turning(rate);
-        let [n11, n12, n22, f1, f2, turned, along @ ..] = self.integrals(&Heavy(&turning));
-        let [.., x, y] = along;
-        let (sums, weight) = (
-            [n11, n12, n22, f1, f2, turned],
-            self.weighed(along, gravity),
-        );
-        let (mass, force) = self.felt(&inverse, &turning, sums, &weight)?;
-        Some(Added {
-            mass,
-            force,
-            centre: self.turn() * Vector2::new(x, y) / self.integrals.lam,
-        })
-    }
-
-    /// lam times int r_q^T g ds, from lam times those of r_p, r_lam and r.
-    #[inline(always)]
-    fn weighed(&self, [p1, p2, l1, l2, ..]: [f64; 6], gravity: &Vector2<f64>) -> Vector2<f64> {
-        let g = self.turned(gravity);
-        Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
-    }
-
-    /// lam^2 of r_q^T r_q, r_q^T times [`Turning::left`] in place of r_tt, and r_p x r_lam at a section.
-    #[inline(always)]
-    fn pushed<T: Real>(
-        &self,
-        turning: &Turning,
-        part: T,
-        here: &Swing<T>,
-        [_, p, l]: &[[T; 2]; 3],
-    ) -> [T; 6] {
-        let left = turning.left(part, here);
-        [
-            dot(p, p),
-            dot(p, l),
-            dot(l, l),
-            dot(p, &left),
-            dot(l, &left),
-            cross(p, l),
-        ]
+        let moving = Moving {
+            lam: self.integrals.lam,
+            turn: self.turn(),
+            inverse,
+            rate,
+            end: self.second_of_end(&turning),
+            spin: turning.turn,
+        };
+        Some((moving, turning))
     }
 
     /// lam r_tt of the end as [`Turning`] has it, but for what is along its rate.
@@ -249,27 +247,6 @@ impl RodInertia {
     fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
         let rate = self.by * Vector2::from(turning.rate);
         Vector2::from(turning.end) + aside(&rate) * (2.0 * turning.turn)
-    }
-
-    /// A and b from the sums of [`Self::pushed`] along the rod, and lam times that of r_q^T g; `inverse` is (lam Dr(1))^-1.
-    #[inline(always)]
-    fn felt(
-        &self,
-        inverse: &Matrix2<f64>,
-        turning: &Turning,
-        [n11, n12, n22, f1, f2, turned]: [f64; 6],
-        weight: &Vector2<f64>,
-    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-        // P = r_q Dr^-1, both in the turned axes.
-        let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
-        let ([p, l], twice) = (turning.rate, 2.0 * turning.turn);
-        let left = Vector2::new(f1, f2) + Vector2::new(-l, p) * (twice * turned)
-            - carried * self.second_of_end(turning);
-        let turn = self.turn();
-        let mass = turn * inverse.tr_mul(&carried) * turn.transpose();
-        let force = turn * inverse.tr_mul(&(weight - left / self.integrals.lam));
-        let all = mass.iter().chain(&force);
-        all.copied().all(f64::is_finite).then_some((mass, force))
     }
 
     /// (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam): twice the kinetic energy of the rod per unit of mass, and its
@@ -295,7 +272,7 @@ impl RodInertia {
 fn pulled(lam: f64) -> Result<f64> {
     if !(lam > 0.0 && lam < TAUT) {
         return Err(Error::domain(format!(
-            "the rod is pulled with lambda = {lam}; its mass is followed for 0 < lambda < {TAUT}"
+            "the rod is pulled with lambda = {lam}; here 0 < lambda < {TAUT} is allowed: of a rod that is bent at its clamp alone take TautInertia"
         )));
     }
     Ok(lam)
@@ -342,13 +319,13 @@ impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
     }
 }
 
-/// [`RodInertia::pushed`].
+/// [`pushed`].
 struct Weightless<'a>(&'a Turning);
 
 impl AtSection<6> for Weightless<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 6] {
-        rod.pushed(self.0, part, here, &rod.field(part, here))
+        pushed(&rod.field(part, here), &self.0.left(part, here))
     }
 }
 
@@ -369,37 +346,29 @@ impl WithSimd for Adding {
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let rod = RodInertia::known(self.p, self.integrals).ok()?;
         let rod = rod.to_part(self.error);
-        let (inverse, rate) = rod.chart_rate(&self.v)?;
-        let turning = rod.turning(rate);
+        let (moving, turning) = rod.moving(&self.v)?;
         let ([places, weights], rod) = (rod.nodes(), &rod);
         if self.gravity == Vector2::zeros() {
             let each = &Weightless(&turning);
             let sums = lanes::sums_in(simd, &Sections { rod, each }, places, weights);
-            return rod.felt(&inverse, &turning, sums, &Vector2::zeros());
+            return moving.felt(sums, &Vector2::zeros());
         }
         let each = &Heavy(&turning);
         let [n11, n12, n22, f1, f2, turned, along @ ..] =
             lanes::sums_in(simd, &Sections { rod, each }, places, weights);
-        let (sums, weight) = (
-            [n11, n12, n22, f1, f2, turned],
-            rod.weighed(along, &self.gravity),
-        );
-        rod.felt(&inverse, &turning, sums, &weight)
+        let weight = moving.weighed(along, &self.gravity);
+        moving.felt([n11, n12, n22, f1, f2, turned], &weight)
     }
 }
 
-/// The same sums, then lam times the derivatives of the place by p and lam, and the place.
+/// [`heavy`].
 struct Heavy<'a>(&'a Turning);
 
 impl AtSection<12> for Heavy<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 12] {
         let field = rod.field(part, here);
-        let [n11, n12, n22, f1, f2, turned] = rod.pushed(self.0, part, here, &field);
-        let [w, p, l] = field;
-        [
-            n11, n12, n22, f1, f2, turned, p[0], p[1], l[0], l[1], w[0], w[1],
-        ]
+        heavy(&field, &self.0.left(part, here))
     }
 }
 
@@ -490,23 +459,6 @@ impl Turning {
 #[inline(always)]
 fn less<T: Real>(x: [f64; 2], y: [T; 2]) -> [T; 2] {
     [y[0].all(x[0]) - y[0], y[1].all(x[1]) - y[1]]
-}
-
-#[inline(always)]
-fn dot<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
-    a[0].times_plus(b[0], a[1] * b[1])
-}
-
-/// J a.
-#[inline(always)]
-fn aside(a: &Vector2<f64>) -> Vector2<f64> {
-    Vector2::new(-a.y, a.x)
-}
-
-/// a x b.
-#[inline(always)]
-fn cross<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
-    a[0] * b[1] - a[1] * b[0]
 }
 
 #[cfg(test)]

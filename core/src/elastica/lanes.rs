@@ -101,16 +101,31 @@ impl<S: Simd> Lanes<S> {
     /// Hyperbolic sines and cosines, |v| < 100.
     #[inline(always)]
     pub fn sinh_cosh(self) -> (Self, Self) {
+        let (up, down) = self.half_exp();
+        (up - down, up + down)
+    }
+
+    /// exp(-v), v > 0, and next to nothing where that does not matter beside what is added to it.
+    #[inline(always)]
+    pub fn faded(mut self) -> Self {
+        for v in self.each() {
+            *v = v.min(FADED);
+        }
+        self.half_exp().1 * 2.0
+    }
+
+    /// Halves of e^v and e^-v, |v| < 100.
+    #[inline(always)]
+    fn half_exp(self) -> (Self, Self) {
         let twos = (self * LOG2_E).nearest();
         let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
         // Odd and even powers side by side; |r| < 0.35.
         let r2 = r * r;
         let even = r2.series(&const { reciprocal_factorials::<7>(0) });
         let odd = r * r2.series(&const { reciprocal_factorials::<7>(1) });
-        // Halves of e^v and e^-v.
         let up = (even + odd) * (twos + self.all(HALF)).power_of_two();
         let down = (even - odd) * (self.all(HALF) - twos).power_of_two();
-        (up - down, up + down)
+        (up, down)
     }
 
     /// 2^k of integers |k| < 1023, from k + 2^52 + 1023: its last digits become the exponent.
@@ -123,6 +138,8 @@ impl<S: Simd> Lanes<S> {
     }
 }
 
+/// exp(-FADED) is nothing beside whatever it is added to.
+const FADED: f64 = 90.0;
 /// What [`Lanes::power_of_two`] makes 1/2 of.
 const HALF: f64 = 4_503_599_627_371_518.0;
 /// log 2 in two parts, the first with few enough bits to be multiplied without rounding.

@@ -26,7 +26,7 @@ pub use dragged::{Dragged, DraggedSnap};
 pub use equilibrium::{Equilibrium, PlanarSection};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use held::{HeldMode, held_modes};
-pub use inertia::{LightRod, Passage, RodInertia};
+pub use inertia::{LightRod, Passage, RodInertia, TautInertia};
 pub use inversion::{Found, equilibria_at};
 pub use layer::LayerShape;
 pub use model::Elastica;

@@ -41,7 +41,7 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
     ) -> Option<[f64; 2]>;
 
     /// Whether the rod's mass should be followed here: no fold is so near that the rod cannot stay on its equilibria, and it is not
-    /// so taut that it vibrates faster than it bounces. `followed` tells whether it is now: the decision has hysteresis.
+    /// so straight that its sections move far faster than its end. `followed` tells whether it is now: the decision has hysteresis.
     fn holds(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> bool;
 }
 

@@ -18,8 +18,8 @@
 
 use super::sheet::Phase;
 use crate::body::{Body, EndMotion};
-use crate::elastica::straight::{AlmostStraight, EULER, MOST_PULL, unstable};
 use crate::elastica::Equilibrium;
+use crate::elastica::straight::{AlmostStraight, EULER, MOST_PULL, unstable};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::manifold::{Across, Deflected};
 use crate::math::gauss::{Rule, legendre};

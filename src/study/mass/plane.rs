@@ -1,7 +1,9 @@
 //! The planar rod at rest, in closed form and on Gauss nodes.
 
 use super::{RodMass, SmallMass};
-use crate::elastica::{EndStiffness, Equilibrium, HeldMode, RodInertia, held_modes, settled};
+use crate::elastica::{
+    EndStiffness, Equilibrium, HeldMode, RodInertia, TautInertia, held_modes, settled,
+};
 use crate::error::Result;
 use crate::scene::{Scales, Scene};
 use nalgebra::Vector2;
@@ -93,8 +95,10 @@ pub(in crate::study) fn viscosity(scene: &Scene) -> Result<Option<f64>> {
 /// -eps/2 v.A v for the softest direction v of the end.
 fn shift(p: f64, w: f64, eps: f64) -> Option<f64> {
     let [(_, v), _] = EndStiffness::at(p, w).ok()?.principal();
-    let added = RodInertia::new(p, w)
-        .ok()?
-        .added(&Vector2::zeros(), &Vector2::zeros())?;
+    let still = Vector2::zeros();
+    let added = match TautInertia::new(p, w) {
+        Some(rod) => rod.added(&still, &still)?,
+        None => RodInertia::new(p, w).ok()?.added(&still, &still)?,
+    };
     Some(-0.5 * eps * v.dot(&(added.mass * v)))
 }

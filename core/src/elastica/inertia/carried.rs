@@ -5,7 +5,8 @@
 //! So the end feels the force int P^T (g - those accelerations) ds, and the clamp has the power
 //! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
 
-use super::{AtSection, RodInertia, Turning, aside, cross, dot};
+use super::moving::{Field, Moving, aside, cross, dot, pushed};
+use super::{Added, AtSection, OnEquilibria, RodInertia, Turning};
 use crate::elastica::curvature::Swing;
 use crate::manifold::Felt;
 use crate::math::frame::Frame;
@@ -38,58 +39,85 @@ impl CarriedRod {
     }
 }
 
-/// What a clamp that moves asks of the sections beside what the end feels.
+/// What a clamp that moves asks of a section beside what the end feels.
+#[inline(always)]
+pub(super) fn carried<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
+    let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
+    let [w, p, l] = field;
+    [
+        n11,
+        n12,
+        n22,
+        f1,
+        f2,
+        turned,
+        p[0],
+        p[1],
+        l[0],
+        l[1],
+        w[0],
+        w[1],
+        left[0],
+        left[1],
+        dot(w, w),
+        dot(p, w),
+        dot(l, w),
+        cross(p, w),
+        cross(l, w),
+        cross(w, left),
+    ]
+}
+
+/// [`carried`].
 struct Moved<'a>(&'a Turning);
 
 impl AtSection<20> for Moved<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 20] {
         let field = rod.field(part, here);
-        let left = self.0.left(part, here);
-        let [n11, n12, n22, f1, f2, turned] = rod.pushed(self.0, part, here, &field);
-        let [w, p, l] = field;
-        [
-            n11,
-            n12,
-            n22,
-            f1,
-            f2,
-            turned,
-            p[0],
-            p[1],
-            l[0],
-            l[1],
-            w[0],
-            w[1],
-            left[0],
-            left[1],
-            dot(&w, &w),
-            dot(&p, &w),
-            dot(&l, &w),
-            cross(&p, &w),
-            cross(&l, &w),
-            cross(&w, &left),
-        ]
+        carried(&field, &self.0.left(part, here))
     }
 }
 
-impl RodInertia {
-    /// The rod while its end moves with `v` as seen from the clamp, under the gravity of the world; None at a fold.
-    pub(super) fn carried(
+impl OnEquilibria for RodInertia {
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+        self.added(v, gravity)
+    }
+
+    fn carried(
         &self,
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
     ) -> Option<CarriedRod> {
-        let (inverse, rate) = self.chart_rate(v)?;
-        let turning = self.turning(rate);
-        let sums = self.integrals(&Moved(&turning));
+        let (moving, turning) = self.moving(v)?;
+        moving.carried(self.integrals(&Moved(&turning)), v, gravity, frame)
+    }
+}
+
+impl Moving {
+    /// What the end and the clamp feel, from the sums of [`carried`].
+    pub(super) fn carried(
+        &self,
+        sums: [f64; 20],
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+        frame: &Frame<2>,
+    ) -> Option<CarriedRod> {
+        let Self {
+            turn,
+            inverse,
+            rate,
+            end,
+            spin,
+            ..
+        } = self;
         let [n11, n12, n22, f1, f2, p_l, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
         let [.., ww, pw, lw, p_w, l_w, w_a] = sums;
-        let per = 1.0 / self.integrals.lam;
+        let per = 1.0 / self.lam;
         let [turn_rate, turn_change] = frame.turning();
         let square = turn_rate * turn_rate;
-        // In the turned axes; r, r_p, r_l and r_tt, along which p and lam change at constant rates, are lam times as large.
+        // In the axes of the fields; r, r_p, r_l and r_tt, along which q changes at a constant rate, are lam times as large.
         let drift = self.turned(&frame.carried(&Vector2::zeros()));
         let pushed = frame.inward(&(frame.drawn(&Vector2::zeros()) - gravity));
         let pushed = self.turned(&pushed);
@@ -101,17 +129,15 @@ impl RodInertia {
             per * (turn_change * l_w + square * lw - 2.0 * turn_rate * p_l * rate[0])
                 - by_l.dot(&pushed),
         );
-        let felt = [n11, n12, n22, f1, f2, p_l];
-        let (mass, force) = self.felt(&inverse, &turning, felt, &weight)?;
+        let (mass, force) = self.felt([n11, n12, n22, f1, f2, p_l], &weight)?;
         let swept = Vector2::new(
             by_p.dot(&drift) - turn_rate * per * p_w,
             by_l.dot(&drift) - turn_rate * per * l_w,
         );
         let pull = inverse.tr_mul(&swept);
-        // The power of the sections while p and lam change at constant rates; the end is then accelerated, too. What of r_tt is along r_t is left out of
-        // both.
+        // The power of the sections while q changes at a constant rate; the end is then accelerated, too. What of r_tt is along r_t is left out of both.
         let moved = (by_p * rate[0] + by_l * rate[1]) * per;
-        let turning_rate = turn_rate + turning.turn;
+        let turning_rate = turn_rate + spin;
         let accelerations = [
             Vector2::new(a1, a2) * per,
             aside(&centre) * turn_change - centre * square,
@@ -124,8 +150,7 @@ impl RodInertia {
         let power = turned
             + turn_rate * (turn_change * ww * per * per + aside(&centre).dot(&pushed))
             + all.dot(&drift)
-            - pull.dot(&(self.second_of_end(&turning) * per));
-        let turn = self.turn();
+            - pull.dot(&(end * per));
         let (centre, pull) = (turn * centre, turn * pull);
         let still = 0.5
             * (square * ww * per * per + frame.carried(&Vector2::zeros()).norm_squared())

@@ -2,7 +2,7 @@
 
 use super::passage::fold_function;
 use super::straight::sections;
-use super::{Adding, Passage, ROUGH, RodInertia};
+use super::{Adding, OnEquilibria, Passage, ROUGH, RodInertia, TautInertia};
 use crate::elastica::chart::Integrals;
 use crate::elastica::curvature::TipDerivatives;
 use crate::elastica::lanes;
@@ -24,16 +24,51 @@ pub struct LightRod {
 
 /// No rod lighter loaded than lam = 5.766 is at a fold (`folds.rs`); nor, with room to spare for what leads there, next to one.
 const UNFOLDED: f64 = 4.5;
+/// Nor is one whose amplitude w at the clamp, half the angle of the pull of a taut one, is below this: the first fold curve lies beyond 3.
+const PULLED_OUT: f64 = 2.0;
 /// Times T_i before a fold within which a rod is not followed, and beyond which it is again.
 const CLEAR: [f64; 2] = [2.0, 3.0];
-/// Pulls lam above which a rod is not followed, and below which it is again.
+/// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
+/// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight: an end that moves along the pull sweeps it across by 1/T, so
+/// that even a rod of 1e-3 of its body vibrates five times more slowly than it would bounce (theory 2.8). Beyond them its bend is a loop that has left the clamp.
+const BENT: [[f64; 2]; 2] = [[0.02, 21.0], [0.04, 12.0]];
 /// |kap| below which a rod is as good as straight, so that its end is held along it: its mass then swings across as 1/kap.
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 
 /// A vector of the world along the axes of the clamp.
 fn seen(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
     frame.map_or(*vector, |frame| frame.inward(vector))
+}
+
+impl LightRod {
+    /// What is felt of the rod on a clamp that moves.
+    fn felt_on(
+        &self,
+        frame: &Frame<2>,
+        rod: &impl OnEquilibria,
+        v: &Vector2<f64>,
+    ) -> Option<Felt<2>> {
+        let carried = rod.carried(v, &self.gravity, frame)?;
+        Some(carried.felt(self.mass))
+    }
+
+    fn energies_of(
+        &self,
+        rod: &impl OnEquilibria,
+        frame: Option<&Frame<2>>,
+        v: &Vector2<f64>,
+    ) -> Option<[f64; 2]> {
+        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
+            let carried = rod.carried(v, &self.gravity, frame)?;
+            let potential = -self.gravity.dot(&frame.place(&carried.centre));
+            return Some([carried.kinetic, potential].map(|energy| energy * self.mass));
+        }
+        let added = rod.added(v, &seen(&self.gravity, frame))?;
+        let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
+        let centre = frame.map_or(added.centre, |frame| frame.place(&added.centre));
+        Some([kinetic, -self.mass * self.gravity.dot(&centre)])
+    }
 }
 
 impl RodMass<2> for LightRod {
@@ -54,19 +89,28 @@ impl RodMass<2> for LightRod {
     ) -> Option<Felt<2>> {
         // The force is lam^2 (cos alpha, sin alpha).
         let lam = point.force.norm().sqrt();
-        let integrals = Integrals::known(q[0], q[1], lam, point.energy);
         let (p, error) = (q[0], error / self.mass);
-        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
-            let rod = RodInertia::known(p, integrals).ok()?.to_part(error);
-            return Some(rod.carried(v, &self.gravity, frame)?.felt(self.mass));
-        }
-        let (mass, push) = lanes::wide(Adding {
-            p,
-            integrals,
-            error,
-            v: *v,
-            gravity: seen(&self.gravity, frame),
-        })?;
+        let taut = TautInertia::at_load(p, lam).map(|rod| rod.to_part(error));
+        let integrals = || Integrals::known(p, q[1], lam, point.energy);
+        let gravity = seen(&self.gravity, frame);
+        let (mass, push) = match (taut, frame.filter(|frame| !frame.stands())) {
+            (Some(rod), Some(frame)) => return self.felt_on(frame, &rod, v),
+            (None, Some(frame)) => {
+                let rod = RodInertia::known(p, integrals()).ok()?.to_part(error);
+                return self.felt_on(frame, &rod, v);
+            }
+            (Some(rod), None) => {
+                let added = rod.added(v, &gravity)?;
+                (added.mass, added.force)
+            }
+            (None, None) => lanes::wide(Adding {
+                p,
+                integrals: integrals(),
+                error,
+                v: *v,
+                gravity,
+            })?,
+        };
         Some(Felt {
             mass: mass * self.mass,
             force: push * self.mass,
@@ -121,21 +165,23 @@ impl RodMass<2> for LightRod {
         [q, v]: [&Vector2<f64>; 2],
         error: f64,
     ) -> Option<[f64; 2]> {
-        let rod = RodInertia::new(q[0], q[1]).ok()?;
-        let rod = rod.to_part(error / self.mass);
-        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
-            let carried = rod.carried(v, &self.gravity, frame)?;
-            let potential = -self.gravity.dot(&frame.place(&carried.centre));
-            return Some([carried.kinetic, potential].map(|energy| energy * self.mass));
+        let error = error / self.mass;
+        if let Some(rod) = TautInertia::new(q[0], q[1]) {
+            return self.energies_of(&rod.to_part(error), frame, v);
         }
-        let added = rod.added(v, &seen(&self.gravity, frame))?;
-        let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
-        let centre = frame.map_or(added.centre, |frame| frame.place(&added.centre));
-        Some([kinetic, -self.mass * self.gravity.dot(&centre)])
+        let rod = RodInertia::new(q[0], q[1]).ok()?;
+        self.energies_of(&rod.to_part(error), frame, v)
     }
 
     fn holds(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> bool {
         let bound = usize::from(!followed);
+        if let Some(rod) = TautInertia::new(q[0], q[1]) {
+            let ([least, most], bend) = (BENT[bound], rod.bend());
+            // It is at no fold before its bend is a loop (theory 2.9).
+            if bend < most {
+                return bend > least;
+            }
+        }
         let Ok(rod) = RodInertia::new(q[0], q[1]) else {
             return false;
         };
@@ -145,7 +191,7 @@ impl RodMass<2> for LightRod {
         if straight || !(i.lam < PULLED[bound]) {
             return false;
         }
-        if i.lam < UNFOLDED {
+        if i.lam < UNFOLDED || q[1] < PULLED_OUT {
             return true;
         }
         let Some((_, rate)) = rod.chart_rate(v) else {

@@ -90,12 +90,15 @@ impl Passage {
     }
 }
 
-/// det d r(1)/d(p, lam) / kap^2, which vanishes at folds alone, and its gradient.
+/// (lam/kap)^2 det d r(1)/d(p, lam), which vanishes at folds alone, and its gradient. As a rod is pulled taut det tends to 0 like 1/lam^2 (theory 2.9), with no fold
+/// there.
 pub(super) fn fold_function(end: &TipDerivatives, i: &Integrals) -> (f64, Vector2<f64>) {
     let (det, gradient) = end.det_with_gradient();
-    let kap2 = i.kap * i.kap;
-    let by_p = (gradient[0] - 2.0 * det * i.kap_c * i.kap_c / i.kap) / kap2;
-    (det / kap2, Vector2::new(by_p, gradient[1] / kap2))
+    let (kap, lam) = (i.kap, i.lam);
+    let scale = (lam / kap).powi(2);
+    let by_p = gradient[0] - 2.0 * det * i.kap_c * i.kap_c / kap;
+    let by_l = gradient[1] + 2.0 * det / lam;
+    (scale * det, Vector2::new(by_p, by_l) * scale)
 }
 
 /// x^T H x of second derivatives (11, 12, 22).

@@ -1,0 +1,116 @@
+//! A rod on its equilibria by any two coordinates q of theirs, whose end moves: what the end feels, from sums along the rod.
+
+use super::Added;
+use crate::math::real::Real;
+use nalgebra::{Matrix2, Vector2};
+
+/// lam times the place of a section and its derivatives by q, in axes that turn with the force.
+pub(super) type Field<T> = [[T; 2]; 3];
+
+/// The end's motion.
+pub(super) struct Moving {
+    pub lam: f64,
+    /// The turn from the axes of the fields to those of the clamp.
+    pub turn: Matrix2<f64>,
+    /// (lam Dr(1))^-1.
+    pub inverse: Matrix2<f64>,
+    /// q'.
+    pub rate: Vector2<f64>,
+    /// lam times the second derivative of the end's place in time, while q changes at a constant rate.
+    pub end: Vector2<f64>,
+    /// The rate at which the axes turn for which 2 spin J r_t is left out of the second derivatives of the sections, not of the end.
+    pub spin: f64,
+}
+
+/// lam^2 of r_q^T r_q, of r_q^T times `left` in place of r_tt, and of the product r_q x r_q at a section; `left` is lam r_tt while q changes at a constant rate, but
+/// for [`Moving::spin`].
+#[inline(always)]
+pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
+    [
+        dot(p, p),
+        dot(p, l),
+        dot(l, l),
+        dot(p, left),
+        dot(l, left),
+        cross(p, l),
+    ]
+}
+
+/// The same sums, then lam times the derivatives of the place by q, and the place.
+#[inline(always)]
+pub(super) fn heavy<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
+    let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
+    let [w, p, l] = *field;
+    [
+        n11, n12, n22, f1, f2, turned, p[0], p[1], l[0], l[1], w[0], w[1],
+    ]
+}
+
+impl Moving {
+    /// A vector along the axes of the fields.
+    #[inline(always)]
+    pub fn turned(&self, v: &Vector2<f64>) -> Vector2<f64> {
+        self.turn.tr_mul(v)
+    }
+
+    /// What the end feels, from the sums of [`heavy`].
+    #[inline(always)]
+    pub fn added(
+        &self,
+        [n11, n12, n22, f1, f2, turned, along @ ..]: [f64; 12],
+        gravity: &Vector2<f64>,
+    ) -> Option<Added> {
+        let weight = self.weighed(along, gravity);
+        let (mass, force) = self.felt([n11, n12, n22, f1, f2, turned], &weight)?;
+        let [.., x, y] = along;
+        Some(Added {
+            mass,
+            force,
+            centre: self.turn * Vector2::new(x, y) / self.lam,
+        })
+    }
+
+    /// lam times int r_q^T g ds, from lam times those of r_q and r.
+    #[inline(always)]
+    pub fn weighed(&self, [p1, p2, l1, l2, ..]: [f64; 6], gravity: &Vector2<f64>) -> Vector2<f64> {
+        let g = self.turned(gravity);
+        Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
+    }
+
+    /// A and b from the sums of [`pushed`], and lam times that of r_q^T g.
+    #[inline(always)]
+    pub fn felt(
+        &self,
+        [n11, n12, n22, f1, f2, turned]: [f64; 6],
+        weight: &Vector2<f64>,
+    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        // P = r_q Dr^-1, both in the axes of the fields.
+        let Self {
+            lam, turn, inverse, ..
+        } = self;
+        let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
+        let spun = Vector2::new(-self.rate.y, self.rate.x) * (2.0 * self.spin * turned);
+        let left = Vector2::new(f1, f2) + spun - carried * self.end;
+        let mass = turn * inverse.tr_mul(&carried) * turn.transpose();
+        let force = turn * inverse.tr_mul(&(weight - left / *lam));
+        let all = mass.iter().chain(&force);
+        all.copied().all(f64::is_finite).then_some((mass, force))
+    }
+}
+
+#[inline(always)]
+pub(super) fn dot<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
+    a[0].times_plus(b[0], a[1] * b[1])
+}
+
+/// a x b.
+#[inline(always)]
+pub(super) fn cross<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// J a.
+#[inline(always)]
+pub(super) fn aside(a: &Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-a.y, a.x)
+}
