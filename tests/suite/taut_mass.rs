@@ -93,8 +93,8 @@ fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (Felt<2>, [f64; 2]) {
         mass: 1.0,
         gravity: Vector2::new(0.4, -0.9),
     };
-    let force = Elastica.point(&q).unwrap().force;
-    let felt = rod.added(frame, [&q, &v], &force, 1e-12).unwrap();
+    let point = Elastica.point(&q).unwrap();
+    let felt = rod.added(frame, [&q, &v], &point, 1e-12).unwrap();
     (felt, rod.energies(frame, [&q, &v], 1e-12).unwrap())
 }
 

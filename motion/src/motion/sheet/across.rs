@@ -19,7 +19,7 @@ const SHIFTED: [f64; 2] = [0.5, 1.0];
 /// |N| above which it may take over there, and below which it ends: the global chart is polar about N = 0, where it loses digits of the rod's mass.
 const SLACK: [f64; 2] = [0.3, 0.2];
 /// Height at which the chart takes over in any case, and the one below which it may end.
-const HIGHEST: [f64; 2] = [0.015, 0.01];
+const HIGHEST: [f64; 2] = [0.016, 0.012];
 /// Shaking by more than this part of 1 + |N| is no linear one.
 const SHAKEN: f64 = 10.0;
 /// Time over which the rates of what the rod's own inertia does are measured.
@@ -75,15 +75,22 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         self.body.mass() * now.rod.softening.powi(2) * now.height
     }
 
-    /// u'' of a rod that shakes: m b u'^2/2 is its energy of motion, mu ((c' y u)')^2/2 that of the body along it, and |c'| u^2/2 is stored.
-    pub(super) fn shaking(&self, now: &Moment<N>, at: &Phase<N>) -> f64 {
-        let Some(felt) = now.felt else {
-            return 0.0;
-        };
+    /// y'' and u'' where the rod shakes: m int (w y' + w_N u')^2/2 and m b u'^2/2 are its energies of motion, mu ((c' y u)')^2/2 that of the body along it, and
+    /// |c'| u^2/2 is stored.
+    pub(super) fn shaken(&self, now: &Moment<N>, at: &Phase<N>) -> [f64; 2] {
         let (u, rate) = (at.q.dot(&now.rod.along), at.v.dot(&now.rod.along));
+        let Some(felt) = now.felt.filter(|_| (u, rate) != (0.0, 0.0)) else {
+            return [now.rise(), 0.0];
+        };
+        let (c, softening) = (now.rod.shortening, now.rod.softening);
+        let (all, bending) = (self.body.mass() + felt.mass, felt.bending);
         let lever = self.lever(now);
-        let held = lever * (2.0 * now.speed * rate + now.rise() * u) - now.rod.softening * u;
-        -held / (felt.bending.inertia + lever * now.height)
+        let held = lever * (2.0 * now.speed * rate + now.rise() * u) - softening * u;
+        let inertia = bending.inertia + lever * now.height - bending.by_rise.powi(2) / all;
+        let shaking = -held / inertia;
+        let inward = now.rise() * u + 2.0 * now.speed * rate + now.height * shaking;
+        let push = bending.by_rise * shaking + 2.0 * c * lever / softening * inward;
+        [now.rise() - push / all, shaking]
     }
 
     /// True if the chart is to take over at the deflection `at`.

@@ -164,9 +164,10 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
 
     fn slope(&self, at: &Phase<N>) -> Option<Phase<N>> {
         let now = self.moment(at)?;
+        let [rise, shaking] = self.shaken(&now, at);
         Some(Phase {
             q: at.v,
-            v: now.rod.across * now.rise() + now.rod.along * self.shaking(&now, at),
+            v: now.rod.across * rise + now.rod.along * shaking,
             t: 1.0,
             work: now.action.power,
             drag_loss: now.action.loss,
