@@ -171,7 +171,8 @@ tolerance = 1e-9
 }
 
 /// Catches the mass of a rod whose energy, weight or clamp is forgotten while it begins at the straight one and passes it, on a clamp that turns to and fro too; one that
-/// makes it shake there, in more steps than the run has; and energy that the change of coordinates loses: each such run has some 0.05 to 0.3 of it.
+/// makes it shake there, in more steps than the run has; and energy that the change of coordinates loses: each such run has some 0.05 to 0.3 of it,
+/// the last one 12.5.
 #[test]
 fn straight_starts_keep_the_energy_of_the_rod() {
     let text = r#"
@@ -191,30 +192,7 @@ rest = "straight"
 duration = 0.4
 tolerance = 1e-9
 "#;
-    for set in [
-        [
-            "loads.dead=[2500.0, 0.0]",
-            "loads.gravity=[0.0,0.0]",
-            "start.velocity=[0.0, 5.0]",
-            "run.duration=0.3",
-            "run.max_steps=100000",
-        ],
-        [
-            "loads.dead=[400.0, 0.0]",
-            "loads.gravity=[0.0,0.0]",
-            "start.velocity=[0.0, 3.0]",
-            "run.duration=0.6",
-            "run.max_steps=100000",
-        ],
-    ] {
-        let ran = summary(text, &set);
-        println!(
-            "STRONG {} {} {} {}",
-            ran["outcome"], ran["end"]["t"], ran["work"]["steps"], ran["end"]["dissipated"]
-        );
-        println!("STRONG {}", ran["reason"]);
-    }
-    let cases: [(&[&str], f64); 5] = [
+    let cases: [(&[&str], f64); 6] = [
         (&[], 1e-5),
         (&["start.velocity=[0.0, 0.5]", "run.duration=4.0"], 1e-5),
         (
@@ -236,6 +214,15 @@ tolerance = 1e-9
                 "run.duration=4.0",
             ],
             1e-4,
+        ),
+        (
+            &[
+                "loads.dead=[2500.0, 0.0]",
+                "loads.gravity=[0.0, 0.0]",
+                "start.velocity=[0.0, 5.0]",
+                "run.duration=0.3",
+            ],
+            1e-2,
         ),
     ];
     for (set, bound) in cases {

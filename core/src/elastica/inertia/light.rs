@@ -30,9 +30,9 @@ const PULLED_OUT: f64 = 2.0;
 const CLEAR: [f64; 2] = [2.0, 3.0];
 /// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
-/// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight: an end that moves along the pull sweeps it across by 1/T, so
-/// that even a rod of 1e-3 of its body vibrates five times more slowly than it would bounce (theory 2.8). Beyond them its bend is a loop that has left the clamp.
-const BENT: [[f64; 2]; 2] = [[0.02, 21.0], [0.04, 12.0]];
+/// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight, and moves as a beam (theory 2.9). Beyond them its bend is a
+/// loop that has left the clamp.
+const BENT: [[f64; 2]; 2] = [[1e-3, 21.0], [2e-3, 12.0]];
 /// |kap| below which a rod is as good as straight, so that its end is held along it: its mass then swings across as 1/kap.
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 

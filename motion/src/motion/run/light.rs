@@ -1,0 +1,97 @@
+//! A run on a rod of small mass: where its mass is followed to first order, where not, and what energy changes hands between.
+
+use super::{OnSheet, Phase, Progress, Run, rod_error};
+use crate::error::Result;
+use crate::manifold::{Multivalued, RodMass};
+
+impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
+    /// Kinetic energy and potential of the rod.
+    pub(super) fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
+        if self.motion.passes_straight() {
+            return self.motion.energies_beside(phase).unwrap_or_default();
+        }
+        let rod = self.body.rod();
+        let error = rod_error(self.body, self.options.tolerance);
+        let frame = self.body.support().map(|support| support.at(phase.t));
+        rod.and_then(|rod| rod.energies(frame.as_ref(), [&phase.q, &phase.v], error))
+            .unwrap_or_default()
+    }
+
+    /// Goes on from the state `to`, after `from`, with the mass of the rod, or without it. What energy is lost there, as the rod's own where the motion ceases
+    /// to follow it, is counted as lost to vibrations, and as got back where it does again: both belong to the snap between.
+    fn follow(&mut self, rod: bool, from: Phase<N>, to: Phase<N>) -> Result<()> {
+        let before = self.describe(from).ledger.total();
+        let orientation = self.motion.orientation();
+        let followed = self.body.rod().filter(|_| rod);
+        let motion = OnSheet::new(
+            self.manifold,
+            self.body,
+            to,
+            orientation,
+            followed,
+            &self.options,
+        )?;
+        self.past = self.cost();
+        self.followed = rod;
+        self.motion = motion;
+        self.straight = None;
+        self.snapped += before - self.describe(to).ledger.total();
+        Ok(())
+    }
+
+    /// A step of the motion, with the mass of the rod where that can be followed.
+    pub(super) fn step(&mut self) -> Result<Option<Progress>> {
+        let end = self.options.duration;
+        let Some(rod) = self.body.rod() else {
+            return Ok(self.motion.step(end));
+        };
+        if let Some(progress) = self.step_past_straight(rod)? {
+            return Ok(Some(progress));
+        }
+        let from = self.motion.phase();
+        let holds = rod.holds(&from.q, &from.v, self.followed);
+        if holds != self.followed {
+            self.follow(holds, from, from)?;
+        }
+        let progress = self.motion.step(end);
+        if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
+            // A long step came upon a fold.
+            self.follow(false, from, from)?;
+            return Ok(self.motion.step(end));
+        }
+        Ok(progress)
+    }
+
+    /// Goes on next to the straight rod with its mass, where the motion is there and does not shake.
+    pub(super) fn go_straight(&mut self, rod: &'a dyn RodMass<N>, followed: bool) -> bool {
+        let Some(glide) = self.motion.nears_straight(rod, followed) else {
+            return false;
+        };
+        let before = self.now().ledger.total();
+        if self.motion.go_straight(rod, glide).is_none() {
+            return false;
+        }
+        self.followed = true;
+        let after = self.now().ledger.total();
+        self.straight = Some(after - self.snapped);
+        self.snapped += before - after;
+        true
+    }
+
+    /// A step next to the straight rod with its mass; None elsewhere.
+    fn step_past_straight(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
+        let from = self.motion.phase();
+        if let Some(left) = self.motion.leaves_straight() {
+            self.follow(left.is_some(), from, left.unwrap_or(from))?;
+            return Ok(None);
+        }
+        if !(self.motion.passes_straight() || self.go_straight(rod, self.followed)) {
+            return Ok(None);
+        }
+        let progress = self.motion.glide(self.options.duration);
+        if progress.is_none() {
+            self.follow(false, from, from)?;
+        }
+        Ok(progress)
+    }
+}
