@@ -75,8 +75,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         self.body.mass() * now.rod.softening.powi(2) * now.height
     }
 
-    /// y'' and u'' where the rod shakes: m int (w y' + w_N u')^2/2 and m b u'^2/2 are its energies of motion, mu ((c' y u)')^2/2 that of the body along it, and
-    /// |c'| u^2/2 is stored.
+    /// y'' and u'' where the rod shakes: m int (w y' + w_N u')^2 ds/2 is its energy of motion, mu ((c' y u)')^2/2 that of the body along it, and |c'| u^2/2 is
+    /// stored.
     pub(super) fn shaken(&self, now: &Moment<N>, at: &Phase<N>) -> [f64; 2] {
         let (u, rate) = (at.q.dot(&now.rod.along), at.v.dot(&now.rod.along));
         let Some(felt) = now.felt.filter(|_| (u, rate) != (0.0, 0.0)) else {
