@@ -4,6 +4,9 @@ use super::{OnSheet, Phase, Progress, Run, rod_error};
 use crate::error::Result;
 use crate::manifold::{Multivalued, RodMass};
 
+/// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
+const MOST_OF_BODY: f64 = 0.2;
+
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Kinetic energy and potential of the rod.
     pub(super) fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
@@ -49,7 +52,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return Ok(Some(progress));
         }
         let from = self.motion.phase();
-        let holds = rod.holds(&from.q, &from.v, self.followed);
+        let holds =
+            rod.holds(&from.q, &from.v, self.followed) && (self.followed || self.bears(&from));
         if holds != self.followed {
             self.follow(holds, from, from)?;
         }
@@ -60,6 +64,13 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return Ok(self.motion.step(end));
         }
         Ok(progress)
+    }
+
+    /// True if the rod would have but a small part of the body's kinetic energy at once. A motion without its mass that shakes along an all but straight rod would have
+    /// to get the energy of a rod that is swept across from nowhere; it is the rod that shakes there, and its equilibria are not what it is on.
+    fn bears(&self, from: &Phase<N>) -> bool {
+        let [kinetic, _] = self.of_rod(from);
+        kinetic <= MOST_OF_BODY * self.describe(*from).ledger.kinetic
     }
 
     /// Goes on next to the straight rod with its mass, where the motion is there and does not shake.
