@@ -6,7 +6,7 @@ use super::drive::{Carried, Motion};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
-use super::sheet::{OnSheet, Phase, Progress, rod_error};
+use super::sheet::{Glide, OnSheet, Phase, Progress, rod_error};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use super::state::{Seen, State};
@@ -420,8 +420,10 @@ impl<'a> Run<'a, Elastica, 2> {
         };
         let given = Phase { v, ..state(0.0)? };
         let mut run = Self::start(&Elastica, body, state(opening.until)?, options, 0.0, 0)?;
-        if let Some(rod) = body.rod() {
-            run.go_straight(rod, false);
+        if let Some(rod) = body.rod()
+            && let Some(Some(glide)) = run.motion.nears_straight(rod, false)
+        {
+            run.go_straight(rod, glide);
             run.snapped = 0.0;
         }
         run.given = given;

@@ -23,6 +23,7 @@ use crate::solve::dop853::State;
 use crate::solve::gauss::Reversible;
 use crate::solve::integrator::Method;
 use crate::solve::stepper::{Inside, Stepper, Taken};
+pub use glide::Glide;
 use nalgebra::{SMatrix, SVector};
 use shaking::Shaking;
 

@@ -1,11 +1,11 @@
 //! A run on a rod of small mass: where its mass is followed to first order, where not, and what energy changes hands between.
 
-use super::{OnSheet, Phase, Progress, Run, rod_error};
+use super::{Glide, OnSheet, Phase, Progress, Run, rod_error};
 use crate::error::Result;
 use crate::manifold::{Multivalued, RodMass};
 
 /// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
-const MOST_OF_BODY: f64 = 0.2;
+const MOST_OF_BODY: f64 = 0.1;
 
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Kinetic energy and potential of the rod.
@@ -49,7 +49,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return Ok(self.motion.step(end));
         };
         if let Some(progress) = self.step_past_straight(rod)? {
-            return Ok(Some(progress));
+            return Ok(progress);
         }
         let from = self.motion.phase();
         let holds =
@@ -73,11 +73,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         kinetic <= MOST_OF_BODY * self.describe(*from).ledger.kinetic
     }
 
-    /// Goes on next to the straight rod with its mass, where the motion is there and does not shake.
-    pub(super) fn go_straight(&mut self, rod: &'a dyn RodMass<N>, followed: bool) -> bool {
-        let Some(glide) = self.motion.nears_straight(rod, followed) else {
-            return false;
-        };
+    /// Goes on next to the straight rod with its mass.
+    pub(super) fn go_straight(&mut self, rod: &'a dyn RodMass<N>, glide: Glide<N>) -> bool {
         let before = self.now().ledger.total();
         if self.motion.go_straight(rod, glide).is_none() {
             return false;
@@ -89,20 +86,34 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         true
     }
 
-    /// A step next to the straight rod with its mass; None elsewhere.
-    fn step_past_straight(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
-        let from = self.motion.phase();
+    /// A step next to the straight rod, with its mass where that can be followed; None elsewhere.
+    fn step_past_straight(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Option<Progress>>> {
+        let (from, end) = (self.motion.phase(), self.options.duration);
         if let Some(left) = self.motion.leaves_straight() {
             self.follow(left.is_some(), from, left.unwrap_or(from))?;
             return Ok(None);
         }
-        if !(self.motion.passes_straight() || self.go_straight(rod, self.followed)) {
-            return Ok(None);
+        if !self.motion.passes_straight() {
+            match self.motion.nears_straight(rod, self.followed) {
+                None => return Ok(None),
+                Some(Some(glide)) => {
+                    if !self.go_straight(rod, glide) {
+                        return Ok(None);
+                    }
+                }
+                // It shakes too hard.
+                Some(None) => {
+                    if self.followed {
+                        self.follow(false, from, from)?;
+                    }
+                    return Ok(Some(self.motion.step(end)));
+                }
+            }
         }
-        let progress = self.motion.glide(self.options.duration);
+        let progress = self.motion.glide(end);
         if progress.is_none() {
             self.follow(false, from, from)?;
         }
-        Ok(progress)
+        Ok(progress.map(Some))
     }
 }

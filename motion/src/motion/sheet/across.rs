@@ -20,6 +20,8 @@ const SHIFTED: [f64; 2] = [0.5, 1.0];
 const SLACK: [f64; 2] = [0.3, 0.2];
 /// Height at which the chart takes over in any case, and the one below which it may end.
 const HIGHEST: [f64; 2] = [0.016, 0.012];
+/// Height from which on a rod is no longer next to the straight one, however it shakes.
+const FARTHEST: f64 = 0.024;
 /// Shaking by more than this part of 1 + |N| is no linear one.
 const SHAKEN: f64 = 10.0;
 /// Time over which the rates of what the rod's own inertia does are measured.
@@ -112,18 +114,18 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((0.1 * HIGHEST[0] + (HIGHEST[0] - height).max(0.0)) / speed)
     }
 
-    /// The motion next to the straight rod from `at` in the chart `patch`, if it is there and does not shake.
+    /// The motion next to the straight rod from `at` in the chart `patch`, if it is there; None inside where it shakes too hard.
     pub(super) fn begin_with_rod(
         &self,
         patch: Patch,
         at: &Phase<N>,
         followed: bool,
         tolerance: f64,
-    ) -> Option<Glide<N>> {
+    ) -> Option<Option<Glide<N>>> {
         let straight = self.manifold.held(0.0)?;
         let point = self.manifold.point_in(patch, &at.q)?;
         let off = point.pose - straight.pose;
-        if !(off.norm() < HIGHEST[1] && off.dot(&straight.along).abs() < HIGHEST[1] * off.norm()) {
+        if !(off.norm() < FARTHEST && off.dot(&straight.along).abs() < FARTHEST * off.norm()) {
             return None;
         }
         let only_across = |v: &SVector<f64, N>| straight.across * v.dot(&straight.across);
@@ -156,14 +158,18 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         start.v += now.rod.along * shaking;
         let Shifted { apart, .. } = self.shifted(&start)?;
         let pull = now.pull.abs();
+        if !(apart[1] < SHAKEN * (1.0 + pull)) {
+            return Some(None);
+        }
         let unsteady = apart[0] + apart[1] > SHIFTED[1] * pull || pull < SLACK[1];
-        if !((unsteady || now.height.abs() < HEIGHT[1]) && apart[1] < SHAKEN * (1.0 + pull)) {
+        let height = now.height.abs();
+        if !(height < HEIGHT[1] || unsteady && height < HIGHEST[1]) {
             return None;
         }
         if (softened * apart[1] * now.height).abs() < tolerance * off.norm_squared() {
             (start.q, start.v) = (only_across(&start.q), only_across(&start.v));
         }
-        self.started(start, tolerance, f64::INFINITY)
+        Some(self.started(start, tolerance, f64::INFINITY))
     }
 
     /// The equilibrium under `pull` with its end at the height `height`: its place in the global chart, and that of its end along the rod.
@@ -210,8 +216,13 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The motion next to the straight rod with the mass of `rod`, if it should begin. `followed` tells whether the motion has felt that mass until now.
-    pub fn nears_straight(&self, rod: &'a dyn RodMass<N>, followed: bool) -> Option<Glide<N>> {
+    /// The motion next to the straight rod with the mass of `rod`, if it should begin; None inside where it shakes so hard there that its mass is to be left out. `followed`
+    /// tells whether the motion has felt that mass until now.
+    pub fn nears_straight(
+        &self,
+        rod: &'a dyn RodMass<N>,
+        followed: bool,
+    ) -> Option<Option<Glide<N>>> {
         self.with_mass(rod).begin_with_rod(
             self.patch,
             self.solver.state(),
