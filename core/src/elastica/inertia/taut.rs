@@ -20,7 +20,7 @@ use crate::manifold::TAUT;
 use crate::math::frame::Frame;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_2_PI, LN_2};
 
 /// ln |T| above which its bend is a loop that has left the clamp.
@@ -109,10 +109,14 @@ impl TautInertia {
 
     /// [`RodInertia::added`](super::RodInertia::added).
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
-        let moving = self.moving(v)?;
-        moving.added(self.sums(&Heavy, &moving.rate), gravity)
+        lanes::wide(Adding {
+            rod: self,
+            v,
+            gravity,
+        })
     }
 
+    #[inline(always)]
     fn moving(&self, v: &Vector2<f64>) -> Option<Moving> {
         let end = self.end();
         let field = self.field(&end);
@@ -133,20 +137,11 @@ impl TautInertia {
         })
     }
 
-    /// Sums along the rod of what is asked of the field of a section and of its second derivative in time.
-    fn sums<const K: usize>(&self, each: &impl Asked<K>, rate: &Vector2<f64>) -> [f64; K] {
-        // A bend is as wide as its poles are away.
+    /// Nodes along the rod, and their weights: a bend is as wide as its poles are away.
+    #[inline(always)]
+    fn nodes(&self) -> [&'static [f64]; 2] {
         let (least, draw) = rule_of_bend(self.lam * FRAC_2_PI, self.ln_t * FRAC_2_PI, self.error);
-        let [parts, weights] = nodes(least, draw);
-        lanes::sums(
-            &Sections {
-                rod: self,
-                each,
-                rate,
-            },
-            parts,
-            weights,
-        )
+        nodes(least, draw)
     }
 
     /// The section with `part` > 0 of the rod beyond it.
@@ -166,6 +161,7 @@ impl TautInertia {
         }
     }
 
+    #[inline(always)]
     fn end(&self) -> Section {
         Section {
             sigma: self.lam,
@@ -242,7 +238,39 @@ impl OnEquilibria for TautInertia {
         frame: &Frame<2>,
     ) -> Option<CarriedRod> {
         let moving = self.moving(v)?;
-        moving.carried(self.sums(&Moved, &moving.rate), v, gravity, frame)
+        let [places, weights] = self.nodes();
+        let sections = Sections {
+            rod: self,
+            each: &Moved,
+            rate: &moving.rate,
+        };
+        moving.carried(lanes::sums(&sections, places, weights), v, gravity, frame)
+    }
+}
+
+/// [`TautInertia::added`], all of it compiled for wide registers.
+struct Adding<'a> {
+    rod: &'a TautInertia,
+    v: &'a Vector2<f64>,
+    gravity: &'a Vector2<f64>,
+}
+
+impl WithSimd for Adding<'_> {
+    type Output = Option<Added>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Added> {
+        let moving = self.rod.moving(self.v)?;
+        let [places, weights] = self.rod.nodes();
+        let sections = Sections {
+            rod: self.rod,
+            each: &Heavy,
+            rate: &moving.rate,
+        };
+        moving.added(
+            lanes::sums_in(simd, &sections, places, weights),
+            self.gravity,
+        )
     }
 }
 
