@@ -219,11 +219,12 @@ fn ledger(name: &str, body: &Body<2>) -> String {
 
 /// Motions with the mass of the rod: lambda, p, velocity, dead load, duration.
 type Heavy = (f64, f64, [f64; 2], [f64; 2], f64);
-const ROD_MASS: [Heavy; 4] = [
+const ROD_MASS: [Heavy; 5] = [
     (SQRT_2, -1.6088, [0.0, 0.3], [0.0, -2.0], 5.0),
     (4.0, 0.855, [0.3, 0.1], [-10.0, 3.0], 5.0),
     (10.0, 9.0, [0.3, 0.1], [-84.0, -58.0], 2.0),
     (19.5, 18.5, [0.3, 0.1], [-420.0, -290.0], 0.5),
+    (100.0, 99.0, [0.3, 0.1], [-11_000.0, -7500.0], 0.1),
 ];
 
 /// One line on what following the mass of the rod to first order costs.

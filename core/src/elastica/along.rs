@@ -14,7 +14,7 @@ use super::lanes::Lanes;
 use crate::math::real::Real;
 use crate::math::theta::Nome;
 use pulp::Simd;
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::{FRAC_2_PI, LN_2, PI};
 
 /// A place of a rod, or several, as [`Integrals`](super::chart::Integrals) has it at u = lam part.
 #[derive(Debug, Clone, Copy)]
@@ -140,7 +140,8 @@ impl Along {
         }
         let per = 2.0 / self.lam;
         let slowness = slow((k * per - 1.0).min(1.0), away * per);
-        (enough(slowness, error), 0)
+        let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
+        (nodes.max(FEWEST[0] + FEWEST[1] * digits), 0)
     }
 
     /// The chart's integrals of the whole rod, whose modulus this is.
@@ -216,17 +217,14 @@ impl Along {
     }
 }
 
-/// The Gauss rule that integrates to the part `error` along a rod of so many `widths` of a bend that lies so many of them `inside` it from the clamp:
-/// its nodes, and how far they are drawn to the clamp.
-pub(super) fn rule_of_bend(widths: f64, inside: f64, error: f64) -> (f64, usize) {
-    let inside = inside.max(0.0);
-    // sinh(a + i b) = inside + i.
-    let cosh = 0.5 * (inside + (inside * inside + 4.0).sqrt());
-    let (a, b) = (cosh.acosh(), (1.0 / cosh).asin());
-    let (range, draw) = drawn_so_far(widths);
-    let slowness = slow(1.0 - 2.0 * a / range, 2.0 * b / range);
-    let mirrored = (MIRRORED[0] + MIRRORED[1] * range) * slowness;
-    (enough(mirrored, error), draw)
+/// The Gauss rule that integrates to the part `error` along a taut rod of the load `lam` that is bent by T (`TautInertia`): its nodes, and how far they are
+/// drawn to the clamp. Bends beyond T = 1 lie inside the rod, where nodes are sparser.
+#[inline(always)]
+pub(super) fn rule_of_bend(lam: f64, ln_t: f64, error: f64) -> (f64, usize) {
+    let (range, draw) = drawn_so_far(lam * FRAC_2_PI);
+    let digits = binary_digits(error);
+    let at_clamp = TAUT[0] + (TAUT[1] + TAUT[2] * range) * digits;
+    (at_clamp * (INSIDE[0] + INSIDE[1] * ln_t).max(1.0), draw)
 }
 
 /// The range over which a rule is drawn to the clamp of a rod of so many widths of its bend, and the number of that.
@@ -235,14 +233,6 @@ fn drawn_so_far(widths: f64) -> (f64, usize) {
     let most = (DRAWS - 1) as f64;
     let draw = (rough_log(2.0 * widths) / DRAW + 0.5).clamp(1.0, most) as usize;
     (DRAW * draw as f64, draw)
-}
-
-/// Nodes of a rule of this slowness.
-#[inline(always)]
-fn enough(slowness: f64, error: f64) -> f64 {
-    let digits = binary_digits(error);
-    let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
-    nodes.max(FEWEST[0] + FEWEST[1] * digits)
 }
 
 /// The part of the rod, counted from the tip, at which the node `x` of a rule on [0, 1] lies, and the derivative of that: drawn to the narrow bend at the
@@ -299,11 +289,13 @@ const FARTHEST: f64 = 6.0;
 /// A rod longer than this many K', and longer than K by at most so many, is straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
 const ABOUT: f64 = 0.25;
-/// The poles of the bend of a taut rod mirrored at the tip are a little nearer to drawn nodes; measured.
-const MIRRORED: [f64; 2] = [1.05, 0.1];
 /// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
 /// lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
+/// The same of taut rods, where the range goes on to 8: so many, and with every binary digit so many, more with the range; of bends inside the rod a multiple
+/// that grows with ln T. Measured for parts from 1e-4 to 1e-12 and lam from 20 to 1000.
+const TAUT: [f64; 3] = [5.6, -0.1, 0.145];
+const INSIDE: [f64; 2] = [0.6, 0.88];
 
 #[cfg(test)]
 mod tests {

@@ -232,7 +232,7 @@ impl RodInertia {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = self.turning(rate);
         let moving = Moving {
-            lam: self.integrals.lam,
+            scale: self.integrals.lam,
             turn: self.turn(),
             inverse,
             rate,

@@ -105,13 +105,14 @@ impl<S: Simd> Lanes<S> {
         (up - down, up + down)
     }
 
-    /// exp(-v), v > 0, and next to nothing where that does not matter beside what is added to it.
+    /// exp(-v) and exp(v), v > 0; of greater v those of [`FADED`].
     #[inline(always)]
-    pub fn faded(mut self) -> Self {
+    pub fn faded(mut self) -> [Self; 2] {
         for v in self.each() {
             *v = v.min(FADED);
         }
-        self.half_exp().1 * 2.0
+        let (up, down) = self.half_exp();
+        [down * 2.0, up * 2.0]
     }
 
     /// Halves of e^v and e^-v, |v| < 100.

@@ -114,10 +114,10 @@ impl Moving {
         } = self;
         let [n11, n12, n22, f1, f2, p_l, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
         let [.., ww, pw, lw, p_w, l_w, w_a] = sums;
-        let per = 1.0 / self.lam;
+        let per = 1.0 / self.scale;
         let [turn_rate, turn_change] = frame.turning();
         let square = turn_rate * turn_rate;
-        // In the axes of the fields; r, r_p, r_l and r_tt, along which q changes at a constant rate, are lam times as large.
+        // In the axes of the fields; r, r_p, r_l and r_tt, along which q changes at a constant rate, are scaled.
         let drift = self.turned(&frame.carried(&Vector2::zeros()));
         let pushed = frame.inward(&(frame.drawn(&Vector2::zeros()) - gravity));
         let pushed = self.turned(&pushed);

@@ -99,10 +99,7 @@ impl RodMass<2> for LightRod {
                 let rod = RodInertia::known(p, integrals()).ok()?.to_part(error);
                 return self.felt_on(frame, &rod, v);
             }
-            (Some(rod), None) => {
-                let added = rod.added(v, &gravity)?;
-                (added.mass, added.force)
-            }
+            (Some(rod), None) => rod.felt(v, &gravity)?,
             (None, None) => lanes::wide(Adding {
                 p,
                 integrals: integrals(),

@@ -4,25 +4,26 @@ use super::Added;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
-/// lam times the place of a section and its derivatives by q, in axes that turn with the force.
+/// The place of a section and its derivatives by q, in axes that turn with the force and `scale` times as large ([`Moving`]).
 pub(super) type Field<T> = [[T; 2]; 3];
 
 /// The end's motion.
 pub(super) struct Moving {
-    pub lam: f64,
+    /// How many times as large the fields are; all that is "scaled" below is so.
+    pub scale: f64,
     /// The turn from the axes of the fields to those of the clamp.
     pub turn: Matrix2<f64>,
-    /// (lam Dr(1))^-1.
+    /// (scale Dr(1))^-1.
     pub inverse: Matrix2<f64>,
     /// q'.
     pub rate: Vector2<f64>,
-    /// lam times the second derivative of the end's place in time, while q changes at a constant rate.
+    /// The scaled second derivative of the end's place in time, while q changes at a constant rate.
     pub end: Vector2<f64>,
     /// The rate at which the axes turn for which 2 spin J r_t is left out of the second derivatives of the sections, not of the end.
     pub spin: f64,
 }
 
-/// lam^2 of r_q^T r_q, of r_q^T times `left` in place of r_tt, and of the product r_q x r_q at a section; `left` is lam r_tt while q changes at a constant rate, but
+/// The scaled r_q^T r_q, r_q^T times `left` in place of r_tt, and r_q x r_q at a section; `left` is the scaled r_tt while q changes at a constant rate, but
 /// for [`Moving::spin`].
 #[inline(always)]
 pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
@@ -36,7 +37,7 @@ pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
     ]
 }
 
-/// The same sums, then lam times the derivatives of the place by q, and the place.
+/// The same sums, then the scaled derivatives of the place by q, and the place.
 #[inline(always)]
 pub(super) fn heavy<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
     let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
@@ -66,18 +67,18 @@ impl Moving {
         Some(Added {
             mass,
             force,
-            centre: self.turn * Vector2::new(x, y) / self.lam,
+            centre: self.turn * Vector2::new(x, y) / self.scale,
         })
     }
 
-    /// lam times int r_q^T g ds, from lam times those of r_q and r.
+    /// The scaled int r_q^T g ds, from those of r_q and r.
     #[inline(always)]
     pub fn weighed(&self, [p1, p2, l1, l2, ..]: [f64; 6], gravity: &Vector2<f64>) -> Vector2<f64> {
         let g = self.turned(gravity);
         Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
     }
 
-    /// A and b from the sums of [`pushed`], and lam times that of r_q^T g.
+    /// A and b from the sums of [`pushed`], and the scaled one of r_q^T g.
     #[inline(always)]
     pub fn felt(
         &self,
@@ -86,13 +87,16 @@ impl Moving {
     ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         // P = r_q Dr^-1, both in the axes of the fields.
         let Self {
-            lam, turn, inverse, ..
+            scale,
+            turn,
+            inverse,
+            ..
         } = self;
         let carried = Matrix2::new(n11, n12, n12, n22) * inverse;
         let spun = Vector2::new(-self.rate.y, self.rate.x) * (2.0 * self.spin * turned);
         let left = Vector2::new(f1, f2) + spun - carried * self.end;
         let mass = turn * inverse.tr_mul(&carried) * turn.transpose();
-        let force = turn * inverse.tr_mul(&(weight - left / *lam));
+        let force = turn * inverse.tr_mul(&(weight - left / *scale));
         let all = mass.iter().chain(&force);
         all.copied().all(f64::is_finite).then_some((mass, force))
     }

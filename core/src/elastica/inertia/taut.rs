@@ -11,7 +11,7 @@
 //! derivatives follow from those of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u.
 
 use super::carried::{CarriedRod, carried};
-use super::moving::{Field, Moving, heavy};
+use super::moving::{Field, Moving, heavy, pushed};
 use super::{Added, EXACT, OnEquilibria, ROUGH, nodes};
 use crate::elastica::along::rule_of_bend;
 use crate::elastica::chart::Integrals;
@@ -21,7 +21,7 @@ use crate::math::frame::Frame;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 use pulp::{Simd, WithSimd};
-use std::f64::consts::{FRAC_2_PI, LN_2};
+use std::f64::consts::LN_2;
 
 /// ln |T| above which its bend is a loop that has left the clamp.
 const LOOPED: f64 = 3.0;
@@ -33,6 +33,8 @@ pub struct TautInertia {
     /// T = tan(gam/4), and ln |T|.
     t: f64,
     ln_t: f64,
+    /// exp(-lam).
+    faded: f64,
     clamp: Bend,
     /// Part of the integrals along the rod by which they may be off.
     error: f64,
@@ -50,14 +52,13 @@ struct Bend<T = f64> {
 }
 
 impl<T: Real> Bend<T> {
+    /// Of y and 1/(1 + y^2).
     #[inline(always)]
-    fn new(y: T) -> Self {
+    fn new(y: T, over: T) -> Self {
         let (one, square) = (y.all(1.0), y * y);
-        let over = (one + square).inverse();
-        let g = y * over;
         Self {
-            f: y * g,
-            g,
+            f: square * over,
+            g: y * over,
             c: (one - square) * over,
         }
     }
@@ -90,7 +91,8 @@ impl TautInertia {
             lam,
             t,
             ln_t,
-            clamp: Bend::new(t),
+            faded: (-lam).exp(),
+            clamp: Bend::new(t, 1.0 / (1.0 + t * t)),
             error: EXACT,
         })
     }
@@ -109,7 +111,24 @@ impl TautInertia {
 
     /// [`RodInertia::added`](super::RodInertia::added).
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
-        lanes::wide(Adding {
+        let moving = self.moving(v)?;
+        let [places, weights] = self.nodes();
+        let sections = Sections {
+            rod: self,
+            each: &Heavy,
+            rate: &moving.rate,
+        };
+        moving.added(lanes::sums(&sections, places, weights), gravity)
+    }
+
+    /// Mass and force of that.
+    #[inline(always)]
+    pub(super) fn felt(
+        &self,
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        lanes::wide(Feeling {
             rod: self,
             v,
             gravity,
@@ -119,28 +138,28 @@ impl TautInertia {
     #[inline(always)]
     fn moving(&self, v: &Vector2<f64>) -> Option<Moving> {
         let end = self.end();
-        let field = self.field(&end);
-        let [_, by_t, by_l] = field;
+        let [_, by_t, by_l] = self.field(&end);
         let inverse = Matrix2::new(by_t[0], by_l[0], by_t[1], by_l[1]).try_inverse()?;
         // cos gam and sin gam, gam = 4 atan T.
         let Bend { g, c, .. } = self.clamp;
         let (cos, sin) = (c * c - 4.0 * g * g, 4.0 * g * c);
         let turn = Matrix2::new(cos, -sin, sin, cos);
-        let rate = inverse * turn.tr_mul(v) * self.lam;
+        let scale = 0.25 * self.lam;
+        let rate = inverse * turn.tr_mul(v) * scale;
         Some(Moving {
-            lam: self.lam,
+            scale,
             turn,
             inverse,
             rate,
-            end: self.second(&end, &field, &rate).into(),
+            end: self.second(&end, &rate).into(),
             spin: 0.0,
         })
     }
 
-    /// Nodes along the rod, and their weights: a bend is as wide as its poles are away.
+    /// Nodes along the rod, and their weights.
     #[inline(always)]
     fn nodes(&self) -> [&'static [f64]; 2] {
-        let (least, draw) = rule_of_bend(self.lam * FRAC_2_PI, self.ln_t * FRAC_2_PI, self.error);
+        let (least, draw) = rule_of_bend(self.lam, self.ln_t, self.error);
         nodes(least, draw)
     }
 
@@ -149,13 +168,18 @@ impl TautInertia {
     fn section<S: Simd>(&self, part: Lanes<S>) -> Section<Lanes<S>> {
         let u = part * self.lam;
         let sigma = u.all(self.lam) - u;
-        let (near, back) = (sigma.faded(), (u * 2.0).faded());
-        let one = u.all(1.0);
+        let [near, far] = sigma.faded();
+        let tip = far * self.faded;
+        let (one, back) = (u.all(1.0), tip * tip);
         let (sinh, cosh) = (one - back, one + back);
-        let per = u * sinh.inverse();
+        let y = near * sinh * self.t;
+        // One division for 1/sinh and 1/(1 + y^2).
+        let square = y.times_plus(y, one);
+        let over = (sinh * square).inverse();
+        let per = u * square * over;
         Section {
             sigma,
-            bend: Bend::new(near * sinh * self.t),
+            bend: Bend::new(y, sinh * over),
             rho: u.all(self.lam) - per * cosh,
             rise: back * per * per * 4.0,
         }
@@ -165,64 +189,61 @@ impl TautInertia {
     fn end(&self) -> Section {
         Section {
             sigma: self.lam,
-            bend: Bend::new(0.0),
+            bend: Bend::new(0.0, 1.0),
             rho: self.lam - 1.0,
             rise: 1.0,
         }
     }
 
-    /// lam times the place, and its derivatives by ln T and ln lam.
+    /// lam/4 times the place, and its derivatives by ln T and ln lam.
     #[inline(always)]
     fn field<T: Real>(&self, at: &Section<T>) -> Field<T> {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
+        let pulled = at.rho * g;
         [
-            [at.sigma - more * 4.0, across * -4.0],
+            [at.sigma * 0.25 - more, across * -1.0],
             [
-                across * across * 8.0,
-                ((at.sigma - more * 2.0) * clamp.g - across * c) * 4.0,
+                across * across * 2.0,
+                (at.sigma - more * 2.0) * clamp.g - across * c,
             ],
-            [
-                (more - at.rho * g * g * 2.0) * 4.0,
-                (across - at.rho * g * c) * 4.0,
-            ],
+            [more - pulled * g * 2.0, across - pulled * c],
         ]
     }
 
-    /// lam times the second derivative of the place in time, while ln T and ln lam change at constant rates.
+    /// lam/4 times the second derivative of the place in time, while ln T and ln lam change at constant rates; but for multiples of r_lnT and r_lnlam that are
+    /// the same all along the rod: these do P c to the end's acceleration c too, and drop out of r_tt - P c.
     #[inline(always)]
-    fn second<T: Real>(
-        &self,
-        at: &Section<T>,
-        [_, by_t, by_l]: &Field<T>,
-        rate: &Vector2<f64>,
-    ) -> [T; 2] {
+    fn second<T: Real>(&self, at: &Section<T>, rate: &Vector2<f64>) -> [T; 2] {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
-        let (rho, g2) = (at.rho, g * g);
+        let (rho, g2, gc) = (at.rho, g * g, g * c);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
         let steady = clamp.g * clamp.c;
-        let slope = g.all(steady) - g * c;
-        // The axes turn by gam_lnT = 4 G.
-        let turn = 4.0 * clamp.g;
+        // The axes turn by gam_lnT = 4 G. Less cos(gam/2) r_lnT,
+        let square = clamp.g * clamp.g;
         let tt = [
-            across * slope * 16.0 - by_t[1] * turn,
-            ((at.sigma - more * 2.0) * steady - slope * c + g2 * across * 4.0) * 4.0
-                + (by_t[0] - (g.all(clamp.g) + g) * across * 4.0) * turn,
+            across
+                * (c * (4.0 * clamp.g) + g.all(4.0 * steady) - gc * 4.0 - across * (2.0 * clamp.c))
+                - (at.sigma - more * 2.0) * (4.0 * square),
+            gc * (c - g.all(clamp.c)) + across * (g2 + g.all(square) - g * (3.0 * clamp.g)) * 4.0,
         ];
         let bent = c * c - g2 * 4.0;
         let tl = [
-            across * (rho * g * c * 2.0 - across) * 8.0,
-            (across * c + more * (2.0 * clamp.g) - rho * g * (bent + g * (8.0 * clamp.g))) * 4.0,
+            across * (rho * gc * 2.0 - across) * 2.0,
+            across * c + more * (2.0 * clamp.g) - rho * g * (bent + g * (8.0 * clamp.g)),
         ];
+        // less r_lnlam.
         let rho2 = rho * rho;
         let ll = [
-            g2 * (rho2 * c * 2.0 - at.rise) * 8.0,
-            g * (rho2 * bent - at.rise * c) * 4.0,
+            g2 * (rho2 * c * 2.0 - at.rise) * 2.0,
+            g * (rho2 * bent - at.rise * c),
         ];
-        let [t, l] = (*rate).into();
-        std::array::from_fn(|k| {
-            tt[k] * (t * t) + tl[k] * (2.0 * t * l) + (ll[k] - by_l[k]) * (l * l)
-        })
+        let [t, l]: [f64; 2] = (*rate).into();
+        let by = [t * t, 2.0 * t * l, l * l];
+        [
+            T::mixed(by, [tt[0], tl[0], ll[0]]),
+            T::mixed(by, [tt[1], tl[1], ll[1]]),
+        ]
     }
 }
 
@@ -248,35 +269,46 @@ impl OnEquilibria for TautInertia {
     }
 }
 
-/// [`TautInertia::added`], all of it compiled for wide registers.
-struct Adding<'a> {
+/// [`TautInertia::felt`], all of it compiled for wide registers, since it is part of every step of a run.
+struct Feeling<'a> {
     rod: &'a TautInertia,
     v: &'a Vector2<f64>,
     gravity: &'a Vector2<f64>,
 }
 
-impl WithSimd for Adding<'_> {
-    type Output = Option<Added>;
+impl WithSimd for Feeling<'_> {
+    type Output = Option<(Matrix2<f64>, Vector2<f64>)>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Option<Added> {
-        let moving = self.rod.moving(self.v)?;
-        let [places, weights] = self.rod.nodes();
-        let sections = Sections {
-            rod: self.rod,
-            each: &Heavy,
-            rate: &moving.rate,
-        };
-        moving.added(
-            lanes::sums_in(simd, &sections, places, weights),
-            self.gravity,
-        )
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { rod, v, gravity } = self;
+        let moving = rod.moving(v)?;
+        let ([places, weights], rate) = (rod.nodes(), &moving.rate);
+        if *gravity == Vector2::zeros() {
+            let each = &Weightless;
+            let sums = lanes::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+            return moving.felt(sums, &Vector2::zeros());
+        }
+        let each = &Heavy;
+        let [n11, n12, n22, f1, f2, turned, along @ ..] =
+            lanes::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+        let weight = moving.weighed(along, gravity);
+        moving.felt([n11, n12, n22, f1, f2, turned], &weight)
     }
 }
 
 /// What is summed along a rod.
 trait Asked<const K: usize> {
     fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; K];
+}
+
+struct Weightless;
+
+impl Asked<6> for Weightless {
+    #[inline(always)]
+    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 6] {
+        pushed(field, second)
+    }
 }
 
 struct Heavy;
@@ -308,7 +340,6 @@ impl<E: Asked<K>, const K: usize> InLanes<K> for Sections<'_, E> {
     fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; K] {
         let here = self.rod.section(part);
         let field = self.rod.field(&here);
-        self.each
-            .of(&field, &self.rod.second(&here, &field, self.rate))
+        self.each.of(&field, &self.rod.second(&here, self.rate))
     }
 }
