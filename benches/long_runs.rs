@@ -1,6 +1,6 @@
-//! Error against work of bodies on elastic rods in space, and energy over ten thousand periods: `cargo bench --bench long_runs`
+//! Error against work of bodies on elastic rods in space, and energy over long times: `cargo bench --bench long_runs`
 //! (in space that takes hours; `-- 100` for a hundred periods takes some minutes; `-- stiff` prints the table of stiff rods
-//! alone, `-- chains` that of chains of rods).
+//! alone, `-- chains` that of chains of rods, `-- plane` those of a hundred thousand periods in the plane).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
@@ -10,7 +10,7 @@ use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Lin
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::assembly::AssemblyRun;
-use snaprod::motion::{Event, Motion, Options, Outcome, Run, State};
+use snaprod::motion::{Event, Motion, Options, Outcome, Run, Sample, State};
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
 use snaprod::solve::integrator::Method;
@@ -237,37 +237,142 @@ fn energy_in_space(periods: f64, tolerance: f64, method: Method) {
     println!(" {} | {} |", run.cost().steps, run.cost().evaluations);
 }
 
-fn energy_in_the_plane(periods: f64, tolerance: f64, method: Method) {
-    let start = Equilibrium::from_lambda_kappa(1.9, 0.35).expect("an equilibrium");
-    let body = Body::<2>::new(1.0)
-        .and_then(|b| b.with_dead_force(Vector2::new(-8.0, -2.0)))
-        .expect("a body");
-    // About 1.3 in these units.
-    let period = 1.3;
-    let options = options(periods * period, tolerance, method);
-    let mut run = Run::new(
-        &Elastica,
-        &body,
-        [start.p, start.w].into(),
-        Vector2::zeros(),
-        options,
-    )
-    .expect("a run");
-    let total = run.now().ledger.total();
-    let mut next = 1.0;
-    print!("| plane | {} | {tolerance:.0e} |", name(method));
-    while let Some(event) = run.next() {
-        match event {
-            Event::Step { to, .. } if to >= next * period => {
-                print!(" {:.1e} |", run.now().ledger.total() - total);
-                next *= 10.0;
-            }
-            Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
-            Event::Snap(_) => print!(" snap |"),
-            _ => {}
+/// About that of the motion in the plane, in its units.
+const PERIOD: f64 = 1.3;
+
+/// A motion in the plane: the body, and its start on the chart with a velocity.
+struct Swing {
+    body: Body<2>,
+    q: Vector2<f64>,
+    v: Vector2<f64>,
+}
+
+impl Swing {
+    /// Under a dead load (-8, -2), which throws the body to and fro; or under one that holds the rod taut, with a velocity.
+    fn new(thrown: bool) -> Self {
+        let start = match thrown {
+            true => Equilibrium::from_lambda_kappa(1.9, 0.35),
+            false => Equilibrium::from_lambda_p(4.0, 3.0),
+        };
+        let start = start.expect("an equilibrium");
+        let (load, v) = match thrown {
+            true => (Vector2::new(-8.0, -2.0), Vector2::zeros()),
+            false => (-Vector2::from(start.force), Vector2::new(0.1, 0.05)),
+        };
+        let body = Body::new(1.0).and_then(|b| b.with_dead_force(load));
+        Self {
+            body: body.expect("a body"),
+            q: [start.p, start.w].into(),
+            v,
         }
     }
-    println!(" {} | {} |", run.cost().steps, run.cost().evaluations);
+
+    /// The run of so many times [`PERIOD`] from here.
+    fn run(&self, periods: f64, tolerance: f64, method: Method) -> Run<'_, Elastica, 2> {
+        let options = Options {
+            max_steps: 100_000_000,
+            ..options(periods * PERIOD, tolerance, method)
+        };
+        Run::new(&Elastica, &self.body, self.q, self.v, options).expect("a run")
+    }
+
+    /// The same body from elsewhere.
+    fn from(&self, q: Vector2<f64>, v: Vector2<f64>) -> Self {
+        let body = self.body.clone();
+        Self { body, q, v }
+    }
+
+    /// Where it is after so many periods.
+    fn end(&self, periods: f64, tolerance: f64, method: Method) -> Sample<2> {
+        let mut run = self.run(periods, tolerance, method);
+        while !matches!(run.next(), None | Some(Event::Stop(_))) {}
+        run.now()
+    }
+}
+
+/// The samples after 1, 10, 100 .. `periods`, and how many steps and right-hand sides it took.
+fn decades(mut run: Run<'_, Elastica, 2>, periods: f64) -> (Vec<Sample<2>>, [u64; 2]) {
+    let (mut samples, mut next) = (Vec::new(), 1.0);
+    while let Some(event) = run.next() {
+        match event {
+            Event::Step { to, .. } => {
+                while next <= periods && next * PERIOD <= to * (1.0 + 1e-14) {
+                    let sample = run.sample((next * PERIOD).min(to));
+                    samples.push(sample.expect("a time of the step"));
+                    next *= 10.0;
+                }
+            }
+            Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
+            other => panic!("{other:?}"),
+        }
+    }
+    let cost = run.cost();
+    (samples, [cost.steps, cost.evaluations])
+}
+
+/// How far two states are apart in pose and velocity.
+fn apart(a: &Sample<2>, b: &Sample<2>) -> f64 {
+    (a.pose - b.pose)
+        .norm()
+        .hypot((a.phase.v - b.phase.v).norm())
+}
+
+fn row(numbers: impl IntoIterator<Item = f64>) -> String {
+    let cells = numbers.into_iter().map(|x| format!(" {x:.1e} |"));
+    cells.collect()
+}
+
+/// Energy gained, how far off the start the motion is that is turned round and runs back, and the mean rate at which neighbours part, after so many periods.
+fn plane(periods: f64) {
+    println!("| motion | steps are | tolerance | after 1 period | 10 | 100 .. |");
+    for (motion, thrown) in [("swings", false), ("thrown", true)] {
+        let swing = Swing::new(thrown);
+        let (mut gained, mut off) = (String::new(), String::new());
+        for method in [Method::Explicit, Method::Symmetric] {
+            for tolerance in [1e-8, 1e-10, 1e-12] {
+                let run = swing.run(periods, tolerance, method);
+                let start = run.now();
+                let (samples, cost) = decades(run, periods);
+                let head = format!("| {motion} | {} | {tolerance:.0e} |", name(method));
+                let energy = |s: &Sample<2>| s.ledger.total() - start.ledger.total();
+                let cells = row(samples.iter().map(energy));
+                gained += &format!("{head}{cells} {} | {} |\n", cost[0], cost[1]);
+                let returned = samples.iter().map(|s| {
+                    let back = swing.from(s.phase.q, -s.phase.v);
+                    let mut end = back.end(s.phase.t / PERIOD, tolerance, method);
+                    end.phase.v = -end.phase.v;
+                    apart(&end, &start)
+                });
+                off += &format!("{head}{}\n", row(returned));
+            }
+        }
+        println!("Energy gained, steps, right-hand sides:\n{gained}Off the start:\n{off}");
+        println!(
+            "Neighbours part:\n| {motion} |{}\n",
+            row(parting(swing, periods))
+        );
+    }
+}
+
+/// The rate, per period, at which a neighbour's logarithmic distance grew on the average of the first 1, 10, 100 .. periods, brought near again after each of them.
+fn parting(mut swing: Swing, periods: f64) -> Vec<f64> {
+    const NEAR: f64 = 1e-8;
+    let mut by = [Vector2::x() * NEAR, Vector2::zeros()];
+    let (mut grown, mut rates, mut next) = (0.0, Vec::new(), 1);
+    for period in 1..=periods as u64 {
+        let beside = swing.from(swing.q + by[0], swing.v + by[1]);
+        let [here, there] = [&swing, &beside].map(|s| s.end(1.0, 1e-12, Method::Explicit).phase);
+        by = [there.q - here.q, there.v - here.v];
+        let distance = by[0].norm().hypot(by[1].norm());
+        by = by.map(|part| part * (NEAR / distance));
+        grown += (distance / NEAR).ln();
+        swing = swing.from(here.q, here.v);
+        if period == next {
+            rates.push(grown / period as f64);
+            next *= 10;
+        }
+    }
+    rates
 }
 
 fn main() {
@@ -277,20 +382,16 @@ fn main() {
     if std::env::args().any(|x| x == "chains") {
         return chains();
     }
-    let periods = std::env::args()
-        .skip(1)
-        .find_map(|x| x.parse().ok())
-        .unwrap_or(10_000.0);
+    let periods = std::env::args().skip(1).find_map(|x| x.parse().ok());
+    if std::env::args().any(|x| x == "plane") {
+        return plane(periods.unwrap_or(100_000.0));
+    }
+    let periods = periods.unwrap_or(10_000.0);
     work_precision();
     println!(
         "\n| motion | steps are | tolerance | after 1 period | 10 | 100 | 1000 | 10000 | steps | right-hand sides |"
     );
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
-    for method in [Method::Auto, Method::Symmetric] {
-        for tolerance in [1e-8, 1e-10, 1e-12] {
-            energy_in_the_plane(periods, tolerance, method);
-        }
-    }
     for method in [Method::Auto, Method::Symmetric] {
         for tolerance in [1e-8, 1e-10, 1e-12] {
             energy_in_space(periods, tolerance, method);
