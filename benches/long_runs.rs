@@ -237,7 +237,7 @@ fn energy_in_space(periods: f64, tolerance: f64, method: Method) {
     println!(" {} | {} |", run.cost().steps, run.cost().evaluations);
 }
 
-/// About that of the motion in the plane, in its units.
+/// About that of the motions in the plane, in their units of time.
 const PERIOD: f64 = 1.3;
 
 /// A motion in the plane: the body, and its start on the chart with a velocity.
@@ -285,7 +285,12 @@ impl Swing {
     /// Where it is after so many periods.
     fn end(&self, periods: f64, tolerance: f64, method: Method) -> Sample<2> {
         let mut run = self.run(periods, tolerance, method);
-        while !matches!(run.next(), None | Some(Event::Stop(_))) {}
+        let stop = std::iter::from_fn(|| run.next()).find_map(|event| match event {
+            Event::Step { .. } => None,
+            Event::Stop(outcome) => Some(outcome),
+            other => panic!("{other:?}"),
+        });
+        assert_eq!(stop, Some(Outcome::EndOfTime));
         run.now()
     }
 }

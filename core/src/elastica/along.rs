@@ -292,8 +292,8 @@ const ABOUT: f64 = 0.25;
 /// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
 /// lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
-/// The same of taut rods, where the range goes on to 8: so many, and with every binary digit so many, more with the range; of bends inside the rod a multiple
-/// that grows with ln T. Measured for parts from 1e-4 to 1e-12 and lam from 20 to 1000.
+/// The same of taut rods, where more range asks for more nodes a digit: so many, and with every binary digit the second and the range times the third; of bends inside the rod a
+/// multiple that grows with ln T. Measured for parts from 1e-4 to 1e-12 and lam from 20 to 1000.
 const TAUT: [f64; 3] = [5.6, -0.1, 0.145];
 const INSIDE: [f64; 2] = [0.6, 0.88];
 

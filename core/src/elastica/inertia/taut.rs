@@ -112,13 +112,7 @@ impl TautInertia {
     /// [`RodInertia::added`](super::RodInertia::added).
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
         let moving = self.moving(v)?;
-        let [places, weights] = self.nodes();
-        let sections = Sections {
-            rod: self,
-            each: &Heavy,
-            rate: &moving.rate,
-        };
-        moving.added(lanes::sums(&sections, places, weights), gravity)
+        moving.added(self.integrals(&Heavy, &moving.rate), gravity)
     }
 
     /// Mass and force of that.
@@ -154,6 +148,12 @@ impl TautInertia {
             end: self.second(&end, &rate).into(),
             spin: 0.0,
         })
+    }
+
+    /// Integrals along the rod, while ln T and ln lam change at this rate.
+    fn integrals<const K: usize>(&self, each: &impl Asked<K>, rate: &Vector2<f64>) -> [f64; K] {
+        let ([places, weights], rod) = (self.nodes(), self);
+        lanes::sums(&Sections { rod, each, rate }, places, weights)
     }
 
     /// Nodes along the rod, and their weights.
@@ -211,15 +211,15 @@ impl TautInertia {
         ]
     }
 
-    /// lam/4 times the second derivative of the place in time, while ln T and ln lam change at constant rates; but for multiples of r_lnT and r_lnlam that are
-    /// the same all along the rod: these do P c to the end's acceleration c too, and drop out of r_tt - P c.
+    /// lam/4 times the second derivative of the place in time, while ln T and ln lam change at constant rates, less cos(gam/2) r_lnT (ln T)'^2 + r_lnlam (ln lam)'^2, which
+    /// makes it shorter. Any such sum of r_lnT and r_lnlam with factors that are the same all along the rod drops out of r_tt - P c, since c, the end's, is without it, too.
     #[inline(always)]
     fn second<T: Real>(&self, at: &Section<T>, rate: &Vector2<f64>) -> [T; 2] {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
         let (rho, g2, gc) = (at.rho, g * g, g * c);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
         let steady = clamp.g * clamp.c;
-        // The axes turn by gam_lnT = 4 G. Less cos(gam/2) r_lnT,
+        // By ln T twice; the axes turn by gam_lnT = 4 G.
         let square = clamp.g * clamp.g;
         let tt = [
             across
@@ -232,7 +232,7 @@ impl TautInertia {
             across * (rho * gc * 2.0 - across) * 2.0,
             across * c + more * (2.0 * clamp.g) - rho * g * (bent + g * (8.0 * clamp.g)),
         ];
-        // less r_lnlam.
+        // By ln lam twice.
         let rho2 = rho * rho;
         let ll = [
             g2 * (rho2 * c * 2.0 - at.rise) * 2.0,
@@ -259,13 +259,7 @@ impl OnEquilibria for TautInertia {
         frame: &Frame<2>,
     ) -> Option<CarriedRod> {
         let moving = self.moving(v)?;
-        let [places, weights] = self.nodes();
-        let sections = Sections {
-            rod: self,
-            each: &Moved,
-            rate: &moving.rate,
-        };
-        moving.carried(lanes::sums(&sections, places, weights), v, gravity, frame)
+        moving.carried(self.integrals(&Moved, &moving.rate), v, gravity, frame)
     }
 }
 
