@@ -6,7 +6,7 @@ use super::files::{json_text, number, print, print_json, rounded};
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs, write_shapes};
-use super::run_text::{chosen, heavy_folds, mass, unit};
+use super::run_text::{chosen, heavy_folds, mass, unfelt, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
@@ -184,6 +184,9 @@ pub fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     }
     if let Some(bounces) = record.bounces() {
         line(bounces);
+    }
+    if let Some(time) = record.unfelt() {
+        line(unfelt(time, record.units));
     }
     if let Some(why) = record.untold() {
         line(format!("note: {why}"));

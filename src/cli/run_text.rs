@@ -71,6 +71,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         lines.extend(cost(record, branch));
     }
     lines.extend(record.bounces());
+    lines.extend(record.unfelt().map(|time| unfelt(time, u)));
     lines.extend(record.untold().map(|why| format!("note: {why}")));
     lines.extend(record.validity.as_ref().map(mass));
     if let Some(out) = out {
@@ -222,6 +223,15 @@ pub fn mass(validity: &Validity) -> String {
         _ => format!("the rods have up to {eps:.2e} of a body's mass"),
     };
     format!("{of}: {}", validity.verdict())
+}
+
+/// That a run left the mass of a rod out for so long.
+pub fn unfelt(time: f64, u: Units) -> String {
+    format!(
+        "the mass of a light rod is left out for {time:.3e}{} where it could not be followed, as from before a fold to the landing; what energy it had there is \
+         booked as dissipated",
+        unit(u.time())
+    )
 }
 
 /// The spring and dashpot that the rod is.

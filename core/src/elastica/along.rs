@@ -217,13 +217,18 @@ impl Along {
     }
 }
 
-/// The Gauss rule that integrates to the part `error` along a taut rod of the load `lam` that is bent by T (`TautInertia`): its nodes, and how far they are
-/// drawn to the clamp. Bends beyond T = 1 lie inside the rod, where nodes are sparser.
+/// lam s from which on a taut rod that is bent by T (`TautInertia`) is straight to the part `error`.
 #[inline(always)]
-pub(super) fn rule_of_bend(lam: f64, ln_t: f64, error: f64) -> (f64, usize) {
-    let (range, draw) = drawn_so_far(lam * FRAC_2_PI);
-    let digits = binary_digits(error);
-    let at_clamp = TAUT[0] + (TAUT[1] + TAUT[2] * range) * digits;
+pub(super) fn reach_of_bend(ln_t: f64, error: f64) -> f64 {
+    STRAIGHT[0] + STRAIGHT[1] * binary_digits(error) + ln_t.max(0.0)
+}
+
+/// The Gauss rule that integrates to that part up to the place lam s = `reach` or nearer, where the rod is straight or ends: its nodes, and how far they
+/// are drawn to the clamp. Bends beyond T = 1 lie inside, where nodes are sparser.
+#[inline(always)]
+pub(super) fn rule_of_bend(reach: f64, ln_t: f64, error: f64) -> (f64, usize) {
+    let (_, draw) = drawn_so_far(reach * FRAC_2_PI);
+    let at_clamp = TAUT[0] + TAUT[1] * binary_digits(error);
     (at_clamp * (INSIDE[0] + INSIDE[1] * ln_t).max(1.0), draw)
 }
 
@@ -292,10 +297,11 @@ const ABOUT: f64 = 0.25;
 /// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
 /// lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
-/// The same of taut rods, where more range asks for more nodes a digit: so many, and with every binary digit the second and the range times the third; of bends inside the rod a
-/// multiple that grows with ln T. Measured for parts from 1e-4 to 1e-12 and lam from 20 to 1000.
-const TAUT: [f64; 3] = [5.6, -0.1, 0.145];
-const INSIDE: [f64; 2] = [0.6, 0.88];
+/// The bend of taut rods, which counts ln 2 a binary digit further, and some more for the powers of lam s beside it; nodes there, with every digit; of bends inside the
+/// rod a multiple that grows with ln T. Measured for parts from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
+const STRAIGHT: [f64; 2] = [3.0, LN_2 + 0.1];
+const TAUT: [f64; 2] = [-1.0, 0.6];
+const INSIDE: [f64; 2] = [0.5, 1.0];
 
 #[cfg(test)]
 mod tests {

@@ -128,6 +128,8 @@ pub struct AssemblyRun {
     pending: Option<Pending>,
     /// Rods whose mass could not be followed to where they are; until they land.
     unfit: Vec<bool>,
+    /// For how long the mass of such rods was not felt.
+    unfelt: f64,
     /// How near rods are to each other.
     near: Nearness,
     first: AssemblySample,
@@ -231,6 +233,7 @@ impl AssemblyRun {
             folded: Vec::new(),
             pending: None,
             unfit: vec![false; links],
+            unfelt: 0.0,
             near,
             first,
             seen: None,
@@ -566,6 +569,10 @@ impl<'a> Motion<'a> for AssemblyRun {
 
     fn interrupt(&mut self) {
         self.interrupted = true;
+    }
+
+    fn unfelt(&self) -> f64 {
+        self.unfelt
     }
 
     fn cost(&self) -> Cost {

@@ -49,6 +49,11 @@ pub trait Motion<'a> {
         None
     }
 
+    /// For how long it has not felt the mass of a rod that it feels elsewhere, to first order, as between a fold and the landing.
+    fn unfelt(&self) -> f64 {
+        0.0
+    }
+
     /// The motion that follows from `snap`, one of those of [`Outcome::Branched`].
     ///
     /// # Errors

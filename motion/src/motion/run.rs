@@ -52,6 +52,8 @@ pub struct Run<'a, M, const N: usize> {
     motion: OnSheet<'a, M, N>,
     /// True while the motion feels the mass of the rod.
     followed: bool,
+    /// For how long it has not, of a rod with mass.
+    unfelt: f64,
     index: usize,
     snapped: f64,
     snaps: u64,
@@ -142,6 +144,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             options,
             motion: OnSheet::new(manifold, body, phase, orientation, rod, &options)?,
             followed: rod.is_some(),
+            unfelt: 0.0,
             index,
             snapped,
             snaps,
@@ -576,6 +579,10 @@ where
 
     fn cost(&self) -> Cost {
         self.cost()
+    }
+
+    fn unfelt(&self) -> f64 {
+        self.unfelt
     }
 
     fn carries(&self) -> Vec<Carried> {

@@ -77,6 +77,8 @@ pub struct AssemblyRunBranch {
     pub touching: Option<Contact>,
     /// Its cost.
     pub cost: Cost,
+    /// For how long the mass of a light rod was not felt, in the scene's units.
+    pub unfelt: f64,
     /// How the strains of rods with mass were resolved.
     pub resolution: Option<Resolution>,
     /// Its own snaps, in the units of the rod.
@@ -208,6 +210,12 @@ impl AssemblyRunRecord {
         beside::note(&lost, &self.rods, (&self.scales, self.units))
     }
 
+    /// For how long a light rod whose mass is followed was without it, in all branches; None if none ever was.
+    pub fn unfelt(&self) -> Option<f64> {
+        let time: f64 = self.branches.iter().map(|branch| branch.unfelt).sum();
+        (time > 0.0).then_some(time)
+    }
+
     /// What came of the run.
     pub fn summary(&self) -> Value {
         let (k, reason, last) = (&self.scales, self.reason(), self.last());
@@ -253,6 +261,9 @@ impl AssemblyRunRecord {
         }
         if let Some(warning) = self.warning() {
             summary.insert("warning".to_owned(), json!(warning));
+        }
+        if let Some(time) = self.unfelt() {
+            summary.insert("rod_unfelt".to_owned(), json!(time));
         }
         if let Some(untold) = self.untold() {
             summary.insert("light_rod_lost".to_owned(), json!(untold));

@@ -335,6 +335,7 @@ pub fn run(
                 last.time(),
             ),
             cost: motion.cost(),
+            unfelt: motion.unfelt() * scales.time,
             resolution: motion.resolution(),
             snaps,
             bounces,

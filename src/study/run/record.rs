@@ -153,6 +153,8 @@ pub struct RunBranch {
     pub outcome: Outcome,
     /// Its cost.
     pub cost: Cost,
+    /// For how long the mass of a light rod was not felt, in the scene's units.
+    pub unfelt: f64,
     /// How the strains were resolved, if the rod has any of its own.
     pub resolution: Option<Resolution>,
     /// Its own snaps, in the units of the rod.
@@ -197,6 +199,7 @@ impl RunBranch {
             last,
             outcome,
             cost: motion.cost(),
+            unfelt: 0.0,
             resolution: motion.resolution(),
             snaps: Vec::new(),
             layers: Vec::new(),
@@ -336,6 +339,12 @@ impl RunRecord {
     pub fn untold(&self) -> Option<String> {
         let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
         beside::note(&lost, &[], (&self.scales, self.units))
+    }
+
+    /// For how long a light rod whose mass is followed was without it, in all branches; None if it never was.
+    pub fn unfelt(&self) -> Option<f64> {
+        let time: f64 = self.branches.iter().map(|branch| branch.unfelt).sum();
+        (time > 0.0).then_some(time)
     }
 
     fn unresolved(&self) -> Option<String> {

@@ -181,6 +181,7 @@ impl<'r> Recorder<'r> {
             layers: self.layers,
             crossed: crossed.into_iter().map(outward).collect(),
             lost,
+            unfelt: motion.unfelt() * self.prepared.scales.time,
             bounces: self.bounces,
             closing: self.closing.scaled(self.prepared.scales.energy),
             way: self.way.list,

@@ -79,6 +79,9 @@ impl RunRecord {
         if let Some(warning) = self.warning() {
             add("warning", json!(warning));
         }
+        if let Some(time) = self.unfelt() {
+            add("rod_unfelt", json!(time));
+        }
         if let Some(untold) = self.untold() {
             add("light_rod_lost", json!(untold));
         }

@@ -8,12 +8,13 @@
 //! ```
 //!
 //! The bend alone has y = T exp(-sigma); sinh joins to it what the end without a couple throws back. All
-//! derivatives follow from those of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u.
+//! derivatives follow from those of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is nothing beside what is asked, the place is linear in sigma, and so are
+//! its derivatives: two nodes are enough for all of that part.
 
 use super::carried::{CarriedRod, carried};
 use super::moving::{Field, Moving, heavy, pushed};
 use super::{Added, EXACT, OnEquilibria, ROUGH, nodes};
-use crate::elastica::along::rule_of_bend;
+use crate::elastica::along::{reach_of_bend, rule_of_bend};
 use crate::elastica::chart::Integrals;
 use crate::elastica::lanes::{self, InLanes, Lanes};
 use crate::manifold::TAUT;
@@ -22,6 +23,9 @@ use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 use pulp::{Simd, WithSimd};
 use std::f64::consts::LN_2;
+
+/// Nodes of Gauss' rule of two on [-1, 1].
+const FRAC_1_SQRT_3: f64 = 0.577_350_269_189_625_8;
 
 /// ln |T| above which its bend is a loop that has left the clamp.
 const LOOPED: f64 = 3.0;
@@ -38,6 +42,8 @@ pub struct TautInertia {
     clamp: Bend,
     /// Part of the integrals along the rod by which they may be off.
     error: f64,
+    /// sigma from which on the rod is straight to that part; at most lam.
+    reach: f64,
 }
 
 /// What the shape is made of, as a function of y.
@@ -87,13 +93,17 @@ impl TautInertia {
         let ln_t = lam - p.abs() - LN_2;
         let taut = lam > TAUT && ln_t < LOOPED.min(0.5 * (lam - TAUT));
         let t = ln_t.exp().copysign(p);
-        taut.then(|| Self {
-            lam,
-            t,
-            ln_t,
-            faded: (-lam).exp(),
-            clamp: Bend::new(t, 1.0 / (1.0 + t * t)),
-            error: EXACT,
+        taut.then(|| {
+            let rod = Self {
+                lam,
+                t,
+                ln_t,
+                faded: (-lam).exp(),
+                clamp: Bend::new(t, 1.0 / (1.0 + t * t)),
+                error: EXACT,
+                reach: lam,
+            };
+            rod.to_part(EXACT)
         })
     }
 
@@ -101,7 +111,12 @@ impl TautInertia {
     #[must_use]
     pub fn to_part(self, error: f64) -> Self {
         let error = error.clamp(EXACT, ROUGH);
-        Self { error, ..self }
+        let reach = self.lam.min(reach_of_bend(self.ln_t, error));
+        Self {
+            error,
+            reach,
+            ..self
+        }
     }
 
     /// |T|.
@@ -153,21 +168,65 @@ impl TautInertia {
     /// Integrals along the rod, while ln T and ln lam change at this rate.
     fn integrals<const K: usize>(&self, each: &impl Asked<K>, rate: &Vector2<f64>) -> [f64; K] {
         let ([places, weights], rod) = (self.nodes(), self);
-        lanes::sums(&Sections { rod, each, rate }, places, weights)
+        let bend = lanes::sums(&Sections { rod, each, rate }, places, weights);
+        self.with_straight(bend, each, rate)
     }
 
-    /// Nodes along the rod, and their weights.
+    /// Nodes along the bend, and their weights.
     #[inline(always)]
     fn nodes(&self) -> [&'static [f64]; 2] {
-        let (least, draw) = rule_of_bend(self.lam, self.ln_t, self.error);
+        let (least, draw) = rule_of_bend(self.reach, self.ln_t, self.error);
         nodes(least, draw)
     }
 
-    /// The section with `part` > 0 of the rod beyond it.
+    /// Means over the rod, from those over its bend.
+    #[inline(always)]
+    fn with_straight<const K: usize>(
+        &self,
+        mut means: [f64; K],
+        each: &impl Asked<K>,
+        rate: &Vector2<f64>,
+    ) -> [f64; K] {
+        let half = 0.5 * (self.lam - self.reach);
+        if half > 0.0 {
+            // Gauss' rule of two nodes is exact: products of two linear functions.
+            let (middle, aside) = (self.reach + half, half * FRAC_1_SQRT_3);
+            let [near, far] = [middle - aside, middle + aside].map(|sigma| {
+                let (field, second) = self.straight(sigma, rate);
+                each.of(&field, &second)
+            });
+            let (bent, half) = (self.reach / self.lam, half / self.lam);
+            for k in 0..K {
+                means[k] = means[k] * bent + (near[k] + far[k]) * half;
+            }
+        }
+        means
+    }
+
+    /// [`Self::field`] and [`Self::second`] where y = 0.
+    #[inline(always)]
+    fn straight(&self, sigma: f64, rate: &Vector2<f64>) -> (Field<f64>, [f64; 2]) {
+        let Bend { f, g, c } = self.clamp;
+        let (square, beyond) = (g * g, sigma - 2.0 * f);
+        let field = [
+            [0.25 * sigma - f, -g],
+            [2.0 * square, beyond * g - g],
+            [f, g],
+        ];
+        let [tt, tl] = [rate.x * rate.x, 2.0 * rate.x * rate.y];
+        let second = [
+            square * (tt * (4.0 + 2.0 * c - 4.0 * beyond) - 2.0 * tl),
+            g * (tt * 4.0 * square + tl * (1.0 + 2.0 * f)),
+        ];
+        (field, second)
+    }
+
+    /// The section of the bend with `part` > 0 of that beyond it.
     #[inline(always)]
     fn section<S: Simd>(&self, part: Lanes<S>) -> Section<Lanes<S>> {
-        let u = part * self.lam;
-        let sigma = u.all(self.lam) - u;
+        let left = part * self.reach;
+        let sigma = left.all(self.reach) - left;
+        let u = left.all(self.lam) - sigma;
         let [near, far] = sigma.faded();
         let tip = far * self.faded;
         let (one, back) = (u.all(1.0), tip * tip);
@@ -280,12 +339,12 @@ impl WithSimd for Feeling<'_> {
         let ([places, weights], rate) = (rod.nodes(), &moving.rate);
         if *gravity == Vector2::zeros() {
             let each = &Weightless;
-            let sums = lanes::sums_in(simd, &Sections { rod, each, rate }, places, weights);
-            return moving.felt(sums, &Vector2::zeros());
+            let bend = lanes::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+            return moving.felt(rod.with_straight(bend, each, rate), &Vector2::zeros());
         }
         let each = &Heavy;
-        let [n11, n12, n22, f1, f2, turned, along @ ..] =
-            lanes::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+        let bend = lanes::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+        let [n11, n12, n22, f1, f2, turned, along @ ..] = rod.with_straight(bend, each, rate);
         let weight = moving.weighed(along, gravity);
         moving.felt([n11, n12, n22, f1, f2, turned], &weight)
     }

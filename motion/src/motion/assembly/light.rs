@@ -4,6 +4,7 @@ use super::step::Progress;
 use super::{AssemblyRun, Numbers};
 use crate::assembly::{Assembly, Evaluated};
 use crate::error::{Error, Result};
+use crate::motion::locate::Timed;
 use crate::motion::options::Options;
 use crate::solve::integrator::Method;
 use std::sync::Arc;
@@ -72,6 +73,15 @@ impl AssemblyRun {
 
     /// A step, as [`AssemblyRun::advance_to`], that feels the mass of rods where it can be followed.
     pub(super) fn advance_with_rods(&mut self, end: f64) -> Option<Progress> {
+        let from = self.solver.state().time();
+        let progress = self.advance_weighed(end);
+        if self.assembly.light_rods().any(|(_, light)| !light.followed) {
+            self.unfelt += self.solver.state().time() - from;
+        }
+        progress
+    }
+
+    fn advance_weighed(&mut self, end: f64) -> Option<Progress> {
         self.weigh()?;
         let felt = self.felt(None);
         if felt.is_empty() {

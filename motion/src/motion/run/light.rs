@@ -44,10 +44,19 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     /// A step of the motion, with the mass of the rod where that can be followed.
     pub(super) fn step(&mut self) -> Result<Option<Progress>> {
-        let end = self.options.duration;
         let Some(rod) = self.body.rod() else {
-            return Ok(self.motion.step(end));
+            return Ok(self.motion.step(self.options.duration));
         };
+        let from = self.motion.phase().t;
+        let progress = self.step_on(rod);
+        if !self.followed {
+            self.unfelt += self.motion.phase().t - from;
+        }
+        progress
+    }
+
+    fn step_on(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
+        let end = self.options.duration;
         if let Some(progress) = self.step_past_straight(rod)? {
             return Ok(progress);
         }
