@@ -239,3 +239,30 @@ fn resolutions_and_tolerances() {
     let resolved = toml::to_string(&whole).unwrap();
     assert!(Scene::parse(&resolved).is_ok(), "{resolved}");
 }
+
+/// Catches nodes that are asked to hold waves which nothing feels, and are never enough: a rod without friction on an equilibrium whose force nothing holds sends
+/// waves of every length from its end. More nodes move the body by less than the tolerance.
+#[test]
+fn a_rod_without_friction_is_let_go() {
+    let end = |more: &str, tolerance: f64| {
+        let text = format!(
+            "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = 0.01\ninertia = \"full\"\n{more}\n[body]\nmass = 1.0\n\
+             [start]\nlambda = 2.0\nkappa = 0.7\n[run]\nduration = 0.02\nsamples = 2\ntolerance = {tolerance:e}\n"
+        );
+        let (record, tables) = ran(&text);
+        assert_eq!(record.outcome(), "end_of_time");
+        assert!(tolerance > 1e-5 || record.warning().is_none());
+        ["x", "y", "vx", "vy"].map(|name| tables[0].reals(name)[1])
+    };
+    let fine = end("nodes = 14", 1e-6);
+    assert!(fine[2] > 0.05, "{fine:?}");
+    for tolerance in [1e-4, 1e-6] {
+        let found = end("", tolerance);
+        for (found, fine) in found.iter().zip(fine) {
+            assert!(
+                (found - fine).abs() < tolerance,
+                "{tolerance}: {found} {fine}"
+            );
+        }
+    }
+}

@@ -21,6 +21,7 @@
 //! The motion is in `motion::inertia`.
 
 pub mod assembly;
+mod delays;
 pub mod frames;
 pub mod held;
 pub mod law;

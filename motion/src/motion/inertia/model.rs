@@ -12,6 +12,8 @@ use nalgebra::DVector;
 /// Coefficients that the nodes leave out change positions and energies by their square: they are held to this times the root of the
 /// tolerance.
 const ROOT: f64 = 0.1;
+/// Rates of waves that pass are rougher than the strains, and enter by less than 1 over this.
+const LATE: f64 = 10.0;
 
 /// Rods with mass at given nodes, with what they carry.
 pub(super) trait Model {
@@ -55,7 +57,7 @@ pub(super) type Begun = (Box<dyn Model>, DVector<f64>);
 
 /// What the nodes of all rods of a state are worth.
 pub(super) struct Judged {
-    /// The last coefficients of strains and of rates, relative to 1 + their size, at worst.
+    /// The last coefficients of strains and of rates as far as they enter, relative to 1 + their size, at worst.
     pub tails: [f64; 2],
     /// What that asks for, elements of all rods in a row.
     pub demand: Demand,
@@ -103,7 +105,18 @@ impl Judged {
     }
 }
 
-/// The last coefficients of strains and of rates, relative to 1 + their size, and what they ask for.
+/// The strain rates, each times what it enters by: by no more than 1/[`LATE`] of a strain of that size, and by less where the strain and stress that it stands for are less
+/// ([`HeavyRod::delays`]). What a rod that is let go begins with, waves shorter than any nodes at rates that do not vanish, enters by next to nothing.
+fn entering(rod: &HeavyRod, moving: &Moving) -> Vec<Local<6>> {
+    let delays = rod.delays(moving);
+    let weights = delays.map_or(Local::repeat(1.0), |delays| {
+        delays.map(|delay| (LATE * delay).min(1.0))
+    });
+    let rates = moving.rates.iter();
+    rates.map(|rate| rate.component_mul(&weights)).collect()
+}
+
+/// The last coefficients of strains and of rates as far as they enter, relative to 1 + their size, and what they ask for.
 fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Demand) {
     let grid = &rod.sections.grid;
     let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
@@ -112,12 +125,10 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Dema
         .chain(&dashpots)
         .map(Vec::as_slice)
         .collect();
-    let rates: [&[Local<6>]; 1] = [&moving.rates];
     let defect = moving.shape.defect;
     let (tail, _) = demand(grid, &strains, bound);
-    let (spill, _) = demand(grid, &rates, bound);
-    // Rates of waves that pass are rougher than the strains, and enter by less.
-    let (_, of_rates) = demand(grid, &rates, 10.0 * bound);
+    let entering = entering(rod, moving);
+    let (spill, of_rates) = demand(grid, &[&entering], LATE * bound);
     let (_, of_strains) = demand(grid, &strains, bound);
     let demand = match (of_strains, of_rates) {
         (Demand::More(a), Demand::More(b)) => {
