@@ -162,6 +162,8 @@ pub enum Trace {
     Marks,
     /// A line with marks.
     LineMarks,
+    /// A dashed line with marks.
+    DashedMarks,
     /// Small dots: thousands of points.
     Dots,
 }
@@ -192,6 +194,7 @@ impl Series {
             Trace::Marks => Key::Mark(mark(look), pen.colour),
             Trace::Dots => Key::Mark(Mark::Dot, pen.colour),
             Trace::LineMarks => Key::LineMark(pen, mark(look)),
+            Trace::DashedMarks => Key::LineMark(pen.dashed(6.0, 4.0), mark(look)),
         };
         Drawn::new(key, &self.name, &self.x, &self.y)
     }
