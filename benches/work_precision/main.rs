@@ -8,9 +8,11 @@
 #[path = "../../tests/suite/support.rs"]
 mod support;
 
+mod bars;
 mod ledger;
 mod peers;
 mod problems;
+mod statics;
 
 use peers::Point;
 use problems::Problem;

@@ -21,7 +21,7 @@ pub struct Peer {
     keys: &'static [&'static str],
 }
 
-pub const ALL: [Peer; 3] = [
+pub const ALL: [Peer; 4] = [
     Peer {
         name: "C++ with Boost",
         source: "boost_plane.cpp",
@@ -36,6 +36,11 @@ pub const ALL: [Peer; 3] = [
         name: "PyElastica",
         source: "pyelastica_let_go.py",
         keys: &["let-go"],
+    },
+    Peer {
+        name: "AUTO-07p",
+        source: "auto_fold.py",
+        keys: &["fold"],
     },
 ];
 

@@ -1,14 +1,12 @@
 //! What is computed: every model on a motion, or a rest, of which the end is known from elsewhere.
 
-use crate::support::{json, list, number, quaternion, rod, rows, vector3};
+use crate::support::{json, list, number, rows, vector3};
+use crate::{bars, statics};
 use nalgebra::{Isometry3, Vector3, Vector6};
-use snaprod::bar::{self, Bar, End, FiniteVolumes, Material, Motion as _, Spectral, Stress};
-use snaprod::body::History;
 use snaprod::motion::{Event, Motion, Outcome};
 use snaprod::scene::Scene;
 use snaprod::study::assembly::AssemblyPrepared;
 use snaprod::study::run::Prepared;
-use std::hint::black_box;
 use std::time::Instant;
 
 /// How a run ended, and what it took.
@@ -33,7 +31,7 @@ pub struct Problem {
     pub source: &'static str,
     /// To how much the reference is known: errors below say nothing.
     pub floor: f64,
-    run: Box<dyn Fn(f64) -> Ran>,
+    pub compute: Box<dyn Fn(f64) -> Ran>,
 }
 
 /// What is made finer: a tolerance, or a number of cells or nodes.
@@ -55,7 +53,7 @@ impl std::fmt::Display for Setting {
 impl Problem {
     /// One run.
     pub fn run(&self, setting: Setting) -> Ran {
-        (self.run)(match setting {
+        (self.compute)(match setting {
             Setting::Tolerance(tolerance) => tolerance,
             Setting::Count(count) => count as f64,
         })
@@ -73,15 +71,15 @@ impl Problem {
 }
 
 /// Reference given by other programs and by data that hold more digits than doubles.
-const DATA: &str = "tests/data";
+pub const DATA: &str = "tests/data";
 const OWN: &str = "own run, finer";
 
-fn tolerances(digits: impl IntoIterator<Item = i32>) -> Vec<Setting> {
+pub fn tolerances(digits: impl IntoIterator<Item = i32>) -> Vec<Setting> {
     let tolerance = |k: i32| Setting::Tolerance(10f64.powi(-k));
     digits.into_iter().map(tolerance).collect()
 }
 
-fn counts(counts: &[usize]) -> Vec<Setting> {
+pub fn counts(counts: &[usize]) -> Vec<Setting> {
     counts.iter().map(|count| Setting::Count(*count)).collect()
 }
 
@@ -99,10 +97,11 @@ pub fn all() -> Vec<Problem> {
         space(),
         space_viscous(),
         chain(),
-        volumes(),
-        spectral(),
-        end(),
-        rest(),
+        bars::volumes(),
+        bars::spectral(),
+        statics::end(),
+        statics::rest(),
+        statics::fold(),
     ]);
     problems
 }
@@ -131,7 +130,7 @@ pub fn planar() -> Vec<Problem> {
 }
 
 /// x, y, vx, vy as two vectors.
-fn plane(state: &[f64]) -> Vec<Vector3<f64>> {
+pub fn plane(state: &[f64]) -> Vec<Vector3<f64>> {
     let vectors = state.chunks(2).map(|v| Vector3::new(v[0], v[1], 0.0));
     vectors.collect()
 }
@@ -183,7 +182,7 @@ fn motion(
         reference,
         source: DATA,
         floor,
-        run: Box::new(move |tolerance| moved(&scene, tolerance)),
+        compute: Box::new(move |tolerance| moved(&scene, tolerance)),
     }
 }
 
@@ -292,7 +291,7 @@ fn let_go() -> Problem {
         source: OWN,
         // What 10 and 12 nodes change.
         floor: 5e-10,
-        run: Box::new(move |nodes| place(nodes, 1e-3)),
+        compute: Box::new(move |nodes| place(nodes, 1e-3)),
     }
 }
 
@@ -435,152 +434,4 @@ fn chain() -> Problem {
         bodies(last),
         1e-12,
     )
-}
-
-/// A bar of a fifth of the mass at its end, pushed by a smooth force for two units of time.
-fn pushed() -> Bar {
-    let force = |t: f64| {
-        let inside = t > 0.0 && t < 2.0;
-        let bump = |u: f64| 0.6 * (4.0 - 1.0 / (u * (1.0 - u))).exp();
-        [if inside { bump(t / 2.0) } else { 0.0 }, 0.0, 0.0]
-    };
-    let force = History::custom(force, vec![0.0, 2.0]);
-    let law = Material::new(&Stress::NeoHookean(1.0 / 6.0), 0.2).expect("a law");
-    let ends = [End::Wall, End::Mass { mass: 1.0, force }];
-    Bar::new(law, 1.0, 1.0, ends).expect("a bar")
-}
-
-/// That bar by a scheme; a history of the user's own has no place in a scene.
-fn bar<M: bar::Motion + 'static>(
-    key: &'static str,
-    title: &'static str,
-    settings: &[usize],
-    scheme: impl Fn(&Bar, usize) -> M + 'static,
-    work: fn(&M) -> Option<u64>,
-) -> Problem {
-    let data = json("waves/heavy_mass_given.json");
-    let last = rows(&rows(&data, "pde", 4)[0], "states", 6)
-        .last()
-        .expect("a state");
-    let duration = number(last, "t");
-    let run = move |count: f64| {
-        let mut motion = scheme(&pushed(), count as usize);
-        let clock = Instant::now();
-        motion.advance(duration).expect("a run to the end");
-        let ms = clock.elapsed().as_secs_f64() * 1e3;
-        let end = motion.snapshot().ends[1];
-        Ran {
-            end: plane(&[end.position, 0.0, end.velocity, 0.0]),
-            work: work(&motion),
-            ms,
-        }
-    };
-    Problem {
-        key,
-        title,
-        settings: counts(settings),
-        reference: plane(&[number(last, "r"), 0.0, number(last, "v"), 0.0]),
-        source: DATA,
-        floor: 1e-11,
-        run: Box::new(run),
-    }
-}
-
-fn volumes() -> Problem {
-    let scheme = |bar: &Bar, cells| FiniteVolumes::new(bar, cells).expect("cells");
-    // Three right-hand sides of the whole bar a step.
-    let work = |volumes: &FiniteVolumes| {
-        let cells = volumes.snapshot().x.len() as u64;
-        Some(3 * volumes.updates() / cells)
-    };
-    let title = "bar, finite volumes";
-    bar("volumes", title, &[80, 160, 320, 640], scheme, work)
-}
-
-fn spectral() -> Problem {
-    let scheme = |bar: &Bar, nodes| Spectral::new(bar, nodes, 1e-13).expect("nodes");
-    bar(
-        "spectral",
-        "bar, spectral element",
-        &[4, 6, 8, 12, 16, 24],
-        scheme,
-        |_| None,
-    )
-}
-
-/// Places in a row, directors after them.
-fn pose(position: Vector3<f64>, directors: &nalgebra::Matrix3<f64>) -> Vec<Vector3<f64>> {
-    let columns = directors.column_iter().map(Into::into);
-    std::iter::once(position).chain(columns).collect()
-}
-
-/// The end of a rod with its tangent from its base wrench; `rod_precision` has more rods, and the errors of their tangents.
-fn end() -> Problem {
-    const MANY: usize = 200;
-    let data = json("rod_ivp.json");
-    let row = &rows(&data, "rows", 22)[9];
-    let (rod, base) = (rod(row), crate::support::base_wrench(row));
-    let directors = nalgebra::Matrix3::from_row_slice(&list(&row["rotation"]));
-    let run = move |tolerance: f64| {
-        let clock = Instant::now();
-        for _ in 0..MANY {
-            black_box(rod.end(black_box(&base), tolerance).expect("an end"));
-        }
-        let ms = clock.elapsed().as_secs_f64() * 1e3 / MANY as f64;
-        let end = rod.end(&base, tolerance).expect("an end");
-        Ran {
-            end: pose(end.section.position, &end.section.directors),
-            // Twelve right-hand sides a step of DOP853.
-            work: Some(12 * end.steps),
-            ms,
-        }
-    };
-    Problem {
-        key: "end",
-        title: "statics, end of a rod with its tangent",
-        settings: tolerances([4, 6, 8, 10, 12]),
-        reference: pose(vector3(row, "position"), &directors),
-        source: DATA,
-        floor: 1e-14,
-        run: Box::new(run),
-    }
-}
-
-const REST: &str = r#"
-[rod]
-model = "cosserat"
-length = 1.0
-section = { bending = [1.0, 1.5], torsion = 0.7, shear = [100.0, 120.0], axial = 300.0 }
-[end]
-force = [1.0, -2.0, 0.5]
-couple = [0.3, 0.2, -0.8]
-"#;
-
-/// The equilibrium under a load on the end, found from the unloaded rod.
-fn rest() -> Problem {
-    let data = json("rod_loads.json");
-    let row = &rows(&data, "rows", 16)[0];
-    let directors = quaternion(row, "quaternion").to_rotation_matrix();
-    let run = move |tolerance: f64| {
-        let set = format!("solve.tolerance={tolerance:e}");
-        let scene = Scene::parse_with(REST, &[&set]).expect("a scene");
-        let problem = scene.problem().expect("a problem");
-        let clock = Instant::now();
-        let found = problem.solve(None).expect("an equilibrium");
-        let ms = clock.elapsed().as_secs_f64() * 1e3;
-        Ran {
-            end: pose(found.end.position, &found.end.directors),
-            work: None,
-            ms,
-        }
-    };
-    Problem {
-        key: "rest",
-        title: "statics, at rest under an end load",
-        settings: tolerances([4, 6, 8, 10, 12]),
-        reference: pose(vector3(row, "position"), directors.matrix()),
-        source: DATA,
-        floor: 1e-14,
-        run: Box::new(run),
-    }
 }
