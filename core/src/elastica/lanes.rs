@@ -64,6 +64,11 @@ pub(super) fn sums_in<S: Simd, const K: usize>(
 /// Does `work`, all of which is inlined, compiled for the widest registers that the processor has.
 #[inline(always)]
 pub(super) fn wide<W: WithSimd>(work: W) -> W::Output {
+    // Of the kinds of registers on these machines the widest that are filled by WIDEST numbers.
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return Simd::vectorize(simd, work);
+    }
     Arch::new().dispatch(work)
 }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod carlson;
 mod domain;
+pub(crate) mod eight;
 pub mod elliptic;
 pub mod frame;
 pub mod gauss;

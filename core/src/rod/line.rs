@@ -16,6 +16,7 @@
 //! tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
 //! ```
 
+use super::collocation;
 use super::scaled_law::ScaledLaw;
 use super::weight::Carried;
 use crate::error::{Error, Result};
@@ -50,6 +51,18 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
             r: [0.0; 3],
             energy: 0.0,
             tangent: [[0.0; K]; 6],
+            carried: C::NOTHING,
+        }
+    }
+
+    /// The end of the rod: frame and centreline, energy, and the tangent by columns.
+    pub(super) fn ended(q: [f64; 4], r: [f64; 3], energy: f64, columns: &[[f64; 6]; K]) -> Self {
+        Self {
+            s: 1.0,
+            q,
+            r,
+            energy,
+            tangent: std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i])),
             carried: C::NOTHING,
         }
     }
@@ -151,7 +164,7 @@ impl<const K: usize, C: Carried<K>> State for LineState<K, C> {
 
 /// Directors of a quaternion of any length > 0.
 #[inline]
-fn directors(q: &[f64; 4]) -> [[f64; 3]; 3] {
+pub(super) fn directors(q: &[f64; 4]) -> [[f64; 3]; 3] {
     let [w, x, y, z] = *q;
     let scale = 2.0 / (w * w + x * x + y * y + z * z);
     let (wx, wy, wz) = (scale * w * x, scale * w * y, scale * w * z);
@@ -365,14 +378,24 @@ impl<const K: usize, C: Carried<K>> Flow<'_, K, C> {
     /// Why an integration cannot go on at s.
     fn lost(&mut self, s: f64) -> Error {
         let b: Wrench = Vector6::from_fn(|i, _| [self.m, self.n][i / 3][i % 3]);
-        let why = self.refusal.take().unwrap_or_else(|| {
-            Error::no_convergence(format!(
-                "the integration along the rod cannot go on; the base wrench is too large: {}",
-                self.law.told(&b)
-            ))
-        });
-        why.context(format!("at s = {s:.6} of the length"))
+        match self.refusal.take() {
+            Some(why) => why.context(at(s)),
+            None => lost(self.law, &b, s),
+        }
     }
+}
+
+/// Why an integration that no law refuses cannot go on at s.
+fn lost(law: &ScaledLaw, b: &Wrench, s: f64) -> Error {
+    let why = format!(
+        "the integration along the rod cannot go on; the base wrench is too large: {}",
+        law.told(b)
+    );
+    Error::no_convergence(why).context(at(s))
+}
+
+fn at(s: f64) -> String {
+    format!("at s = {s:.6} of the length")
 }
 
 /// Steps beyond which an integration is given up: a rod wound up thousands of times.
@@ -555,6 +578,9 @@ pub(super) fn end<const K: usize>(
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K>, Cost)> {
+    if let Some(linear) = law.uniform() {
+        return collocation::end((law, linear), b, 0, tolerance)?.map_err(|s| lost(law, b, s));
+    }
     loaded_end((law, &()), b, tolerance)
 }
 
@@ -583,11 +609,15 @@ pub(super) fn clamp_from_end<const K: usize>(
     n: &Vector3<f64>,
     tolerance: f64,
 ) -> Result<LineState<K>> {
+    let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
+    if let Some(linear) = reversed.uniform() {
+        let found = collocation::end((reversed, linear), &b, 3, tolerance)?;
+        return (found.map(|(end, _)| end)).map_err(|s| lost(reversed, &b, s));
+    }
     let mut dn = [[0.0; K]; 3];
     for (i, row) in dn.iter_mut().enumerate().take(K) {
         row[i] = 1.0;
     }
-    let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
     let columns = [[[0.0; K]; 3], dn];
     let columns = (LineState::clamp(), columns);
     integrate((reversed, &()), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)

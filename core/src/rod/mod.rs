@@ -4,6 +4,7 @@ mod both_ends;
 mod branch;
 mod chart;
 mod closed_form;
+mod collocation;
 mod equilibrium;
 mod fold;
 mod follow;

@@ -105,6 +105,11 @@ impl ScaledLaw {
         self.hoisted.as_ref()
     }
 
+    /// 1 from the clamp to the end, -1 from the end to the clamp.
+    pub(super) fn sense(&self) -> f64 {
+        self.sense
+    }
+
     /// Where an integration starts and stops, piece by piece; in each the law is smooth, both ends included.
     pub(super) fn pieces(&self) -> &[(f64, f64)] {
         &self.pieces

@@ -1,0 +1,249 @@
+//! Numbers at the eight nodes of a Gauss rule, which are worked on at once.
+//!
+//! What is compiled for wide registers is what is inlined, always: closures are not.
+
+use pulp::{Arch, Simd, WithSimd};
+use std::ops::{Add, Mul, Sub};
+
+/// Nodes of the Gauss rule on [-1, 1] and its weights there.
+const NODES: [f64; 8] = [
+    -0.960_289_856_497_536_3,
+    -0.796_666_477_413_626_7,
+    -0.525_532_409_916_329,
+    -0.183_434_642_495_649_8,
+    0.183_434_642_495_649_8,
+    0.525_532_409_916_329,
+    0.796_666_477_413_626_7,
+    0.960_289_856_497_536_3,
+];
+const WEIGHTS: [f64; 8] = [
+    0.101_228_536_290_376_26,
+    0.222_381_034_453_374_48,
+    0.313_706_645_877_887_27,
+    0.362_683_783_378_362,
+    0.362_683_783_378_362,
+    0.313_706_645_877_887_27,
+    0.222_381_034_453_374_48,
+    0.101_228_536_290_376_26,
+];
+
+/// P_0 .. P_8 at x.
+const fn legendre(x: f64) -> [f64; 9] {
+    let mut p = [1.0, x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let mut k = 1;
+    while k < 8 {
+        let n = k as f64;
+        p[k + 1] = ((2.0 * n + 1.0) * x * p[k] - n * p[k - 1]) / (n + 1.0);
+        k += 1;
+    }
+    p
+}
+
+/// `MODES[k][j]`: what a value at node j adds to the coefficient of P_k.
+const MODES: [[f64; 8]; 8] = {
+    let mut modes = [[0.0; 8]; 8];
+    let mut k = 0;
+    while k < 8 {
+        let mut j = 0;
+        while j < 8 {
+            modes[k][j] = (k as f64 + 0.5) * WEIGHTS[j] * legendre(NODES[j])[k];
+            j += 1;
+        }
+        k += 1;
+    }
+    modes
+};
+
+/// `INTEGRALS[j][i]` = a_ij, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on [0, 1].
+const INTEGRALS: [[f64; 8]; 8] = {
+    let mut integrals = [[0.0; 8]; 8];
+    let mut j = 0;
+    while j < 8 {
+        let mut i = 0;
+        while i < 8 {
+            let p = legendre(NODES[i]);
+            let mut sum = MODES[0][j] * (1.0 + NODES[i]);
+            let mut k = 1;
+            while k < 8 {
+                sum += MODES[k][j] * (p[k + 1] - p[k - 1]) / (2 * k + 1) as f64;
+                k += 1;
+            }
+            integrals[j][i] = 0.5 * sum;
+            i += 1;
+        }
+        j += 1;
+    }
+    integrals
+};
+
+/// Does `work`, all of which is inlined, compiled for the widest registers that the processor has.
+#[inline(always)]
+pub(crate) fn wide<W: WithSimd>(work: W) -> W::Output {
+    Arch::new().dispatch(work)
+}
+
+/// The Gauss rule on a step.
+pub(crate) struct Rule<S: Simd> {
+    /// h b_j.
+    weights: Eight<S>,
+    /// h a_ij by j.
+    integrals: [Eight<S>; 8],
+    top: Eight<S>,
+}
+
+impl<S: Simd> Rule<S> {
+    /// For steps of length `h`.
+    #[inline(always)]
+    pub fn new(simd: S, h: f64) -> Self {
+        let mut integrals = [Eight::all(simd, 0.0); 8];
+        for j in 0..8 {
+            integrals[j] = Eight::of(simd, INTEGRALS[j]) * h;
+        }
+        Self {
+            weights: Eight::of(simd, WEIGHTS) * (0.5 * h),
+            integrals,
+            top: Eight::of(simd, MODES[7]),
+        }
+    }
+
+    /// z_i = z + h sum_j a_ij k_j.
+    #[inline(always)]
+    pub fn places<const N: usize>(&self, z: &[f64; N], slopes: &[Eight<S>; N]) -> [Eight<S>; N] {
+        let mut all = *slopes;
+        for i in 0..N {
+            all[i] = (self.integrals[0]).times_plus(slopes[i].spread(0), slopes[i].with(z[i]));
+        }
+        for j in 1..8 {
+            for i in 0..N {
+                all[i] = (self.integrals[j]).times_plus(slopes[i].spread(j), all[i]);
+            }
+        }
+        all
+    }
+
+    /// h sum_j b_j k_j.
+    #[inline(always)]
+    pub fn integral(&self, slope: &Eight<S>) -> f64 {
+        slope.sum(self.weights)
+    }
+
+    /// The largest coefficient of P_7.
+    #[inline(always)]
+    pub fn top<const N: usize>(&self, slopes: &[Eight<S>; N]) -> f64 {
+        let mut largest = 0.0_f64;
+        for slope in slopes {
+            largest = largest.max(slope.sum(self.top).abs());
+        }
+        largest
+    }
+}
+
+/// Eight numbers; a line of the cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Eight<S: Simd> {
+    simd: S,
+    at: [f64; 8],
+}
+
+impl<S: Simd> Eight<S> {
+    #[inline(always)]
+    fn of(simd: S, at: [f64; 8]) -> Self {
+        Self { simd, at }
+    }
+
+    /// x at all nodes.
+    #[inline(always)]
+    pub fn all(simd: S, x: f64) -> Self {
+        Self { simd, at: [x; 8] }
+    }
+
+    /// x at all nodes at which this is.
+    #[inline(always)]
+    pub fn with(self, x: f64) -> Self {
+        Self { at: [x; 8], ..self }
+    }
+
+    /// What is at one node, at all of them.
+    #[inline(always)]
+    fn spread(self, node: usize) -> Self {
+        self.with(self.at[node])
+    }
+
+    /// self times the one plus the other, rounded once where the processor does that as fast.
+    #[inline(always)]
+    pub fn times_plus(mut self, factor: Self, plus: Self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        let (factor, _) = S::as_simd_f64s(&factor.at);
+        let (plus, _) = S::as_simd_f64s(&plus.at);
+        for ((x, factor), plus) in at.iter_mut().zip(factor).zip(plus) {
+            *x = self.simd.mul_add_e_f64s(*x, *factor, *plus);
+        }
+        self
+    }
+
+    /// Their sum.
+    #[inline(always)]
+    pub fn total(self) -> f64 {
+        self.sum(self.with(1.0))
+    }
+
+    /// The sum of their products with `weights`.
+    #[inline(always)]
+    fn sum(self, weights: Self) -> f64 {
+        let (at, _) = S::as_simd_f64s(&self.at);
+        let (weights, _) = S::as_simd_f64s(&weights.at);
+        let mut sum = self.simd.splat_f64s(0.0);
+        for (x, weight) in at.iter().zip(weights) {
+            sum = self.simd.mul_add_e_f64s(*x, *weight, sum);
+        }
+        self.simd.reduce_sum_f64s(sum)
+    }
+}
+
+impl<S: Simd> Add for Eight<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        let (other, _) = S::as_simd_f64s(&other.at);
+        for (x, y) in at.iter_mut().zip(other) {
+            *x = self.simd.add_f64s(*x, *y);
+        }
+        self
+    }
+}
+
+impl<S: Simd> Sub for Eight<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, other: Self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        let (other, _) = S::as_simd_f64s(&other.at);
+        for (x, y) in at.iter_mut().zip(other) {
+            *x = self.simd.sub_f64s(*x, *y);
+        }
+        self
+    }
+}
+
+impl<S: Simd> Mul for Eight<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(mut self, other: Self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        let (other, _) = S::as_simd_f64s(&other.at);
+        for (x, y) in at.iter_mut().zip(other) {
+            *x = self.simd.mul_f64s(*x, *y);
+        }
+        self
+    }
+}
+
+impl<S: Simd> Mul<f64> for Eight<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self * self.with(factor)
+    }
+}
