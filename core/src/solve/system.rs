@@ -1,6 +1,7 @@
 //! Systems of run-time dimension, y' = f(y), and their Jacobians in the form that is best factored.
 
-use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, LU};
+use super::lu::Lu;
+use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 
 /// An autonomous system y' = f(y) of any dimension; time is a component of y where it is needed.
 pub trait System {
@@ -34,15 +35,32 @@ pub trait System {
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
 }
 
+/// A real or complex number.
+pub trait Scalar: ComplexField<RealField = f64> + Copy {
+    /// The number with these parts; a real one has the first alone.
+    fn of(re: f64, im: f64) -> Self;
+}
+
+impl Scalar for f64 {
+    fn of(re: f64, _: f64) -> Self {
+        re
+    }
+}
+
+impl Scalar for Complex<f64> {
+    fn of(re: f64, im: f64) -> Self {
+        Self::new(re, im)
+    }
+}
+
 /// A Jacobian J.
 pub trait Linearised {
     /// sigma - J of the form of [`System::balance`], ready to be solved with; without sigma in the rows of algebraic
     /// components.
-    type Factor<T: ComplexField<RealField = f64> + Copy>: Factor<T> + 'static;
+    type Factor<T: Scalar>: Factor<T> + 'static;
 
     /// sigma - J, factored; None if it is singular.
-    fn shifted<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T)
-    -> Option<Self::Factor<T>>;
+    fn shifted<T: Scalar>(&self, sigma: T) -> Option<Self::Factor<T>>;
 
     /// Rounding of the solutions of steps of length `h` beyond that of the components themselves, in units of
     /// [`System::mean_square`]: increments of this size say nothing.
@@ -134,28 +152,18 @@ impl<L: Linearised + 'static> AnyLinearised for L {
 }
 
 impl Linearised for DMatrix<f64> {
-    type Factor<T: ComplexField<RealField = f64> + Copy> = LU<T, Dyn, Dyn>;
+    type Factor<T: Scalar> = Lu;
 
-    fn shifted<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        sigma: T,
-    ) -> Option<LU<T, Dyn, Dyn>> {
+    fn shifted<T: Scalar>(&self, sigma: T) -> Option<Lu> {
         let mut matrix = self.map(|x| T::from_real(-x));
         for i in 0..matrix.nrows() {
             matrix[(i, i)] += sigma;
         }
-        let factor = matrix.lu();
-        factor.is_invertible().then_some(factor)
+        Lu::new(&matrix)
     }
 
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
         self * x
-    }
-}
-
-impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for LU<T, Dyn, Dyn> {
-    fn solve(&self, b: &mut DVector<T>) -> bool {
-        self.solve_mut(b)
     }
 }
 

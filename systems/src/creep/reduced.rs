@@ -153,7 +153,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
                 } else {
                     self.load(at, &mut flow, &change);
                 }
-                residual = self.imbalance(at, &flow, v).0;
+                residual = self.moved(at, &flow) - v;
             }
             return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
         }

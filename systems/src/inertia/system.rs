@@ -11,8 +11,9 @@
 
 use super::memory::Memory;
 use super::rod::{Derivatives, HeavyRod, Moving};
-use crate::solve::system::{Factor, Linearised, System};
-use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
+use crate::solve::lu::Lu;
+use crate::solve::system::{Factor, Linearised, Scalar, System};
+use nalgebra::{DMatrix, DVector};
 
 /// Numbers in a state that are integrals over time: time itself, energy dissipated, work, loss to drag.
 pub const INTEGRALS: usize = 4;
@@ -142,18 +143,18 @@ pub struct HeavyLinear {
 
 /// sigma^2 M + sigma dG/dw + dG/dq, factored.
 #[derive(Debug)]
-pub struct HeavyFactor<T: ComplexField> {
+pub struct HeavyFactor<T> {
     derivatives: Derivatives,
     memory: Memory,
     sigma: T,
-    lu: LU<T, Dyn, Dyn>,
+    lu: Lu,
     scale: Vec<f64>,
 }
 
 impl Linearised for HeavyLinear {
-    type Factor<T: ComplexField<RealField = f64> + Copy> = HeavyFactor<T>;
+    type Factor<T: Scalar> = HeavyFactor<T>;
 
-    fn shifted<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> Option<HeavyFactor<T>> {
+    fn shifted<T: Scalar>(&self, sigma: T) -> Option<HeavyFactor<T>> {
         let d = &self.derivatives;
         let m = d.mass.nrows();
         let real = T::from_real;
@@ -180,7 +181,7 @@ impl Linearised for HeavyLinear {
             derivatives: d.clone(),
             memory: self.memory.clone(),
             sigma,
-            lu: matrix.lu(),
+            lu: Lu::new(&matrix)?,
             scale,
         })
     }
@@ -208,7 +209,7 @@ impl Linearised for HeavyLinear {
     }
 }
 
-impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyFactor<T> {
+impl<T: Scalar> Factor<T> for HeavyFactor<T> {
     /// dq = (dw + b_q)/sigma, da = sigma dw - b_w leave, with b_a on the right of the balance,
     /// (sigma^2 M + sigma G_w + G_q) dw/sigma = -b_a - G_q b_q/sigma + M b_w, to which Maxwell branches add (`memory`).
     ///
@@ -235,7 +236,7 @@ impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyFactor<T> {
         for i in 0..m {
             right[i] = (right[i] - b[first + i]) * real(self.scale[i]);
         }
-        if !self.lu.solve_mut(&mut right) {
+        if !self.lu.solve(&mut right) {
             return false;
         }
         for i in 0..m {

@@ -5,8 +5,9 @@ use crate::body::EndLinear;
 use crate::creep::kinematics::AtEnd;
 use crate::creep::place;
 use crate::creep::reduced::{Linear, loose, solve};
-use crate::solve::system::{Factor, Linearised};
-use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU, SMatrix};
+use crate::solve::lu::Lu;
+use crate::solve::system::{Factor, Linearised, Scalar};
+use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Rounding of a pose, relative to the rod's length.
 const POSE: f64 = 5e-16;
@@ -26,16 +27,16 @@ pub struct ViscousLinear<const M: usize, const D: usize> {
 
 /// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
 #[derive(Debug)]
-pub struct ViscousFactor<T: ComplexField, const M: usize, const D: usize> {
+pub struct ViscousFactor<T, const M: usize, const D: usize> {
     linear: ViscousLinear<M, D>,
     sigma: T,
-    lu: LU<T, Dyn, Dyn>,
+    lu: Lu,
     rows: Vec<f64>,
     wrench: f64,
 }
 
 impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
-    type Factor<T: ComplexField<RealField = f64> + Copy> = ViscousFactor<T, M, D>;
+    type Factor<T: Scalar> = ViscousFactor<T, M, D>;
 
     /// With the change of velocity dV = follow de - b_l the strains and the wrench obey
     /// ```text
@@ -44,10 +45,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     /// ```
     /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the change
     /// of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
-    fn shifted<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        sigma: T,
-    ) -> Option<ViscousFactor<T, M, D>> {
+    fn shifted<T: Scalar>(&self, sigma: T) -> Option<ViscousFactor<T, M, D>> {
         let n = self.layout.field();
         let real = T::from_real;
         let mut matrix = DMatrix::<T>::zeros(n + D, n + D);
@@ -92,7 +90,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         let mut rows = vec![0.0; n + D];
         for (i, row) in rows.iter_mut().enumerate() {
             let size = (0..n + D)
-                .map(|j| matrix[(i, j)].modulus())
+                .map(|j| matrix[(i, j)].norm1())
                 .fold(0.0, f64::max);
             if !(size > 0.0 && size.is_finite()) {
                 return None;
@@ -105,7 +103,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         Some(ViscousFactor {
             linear: self.clone(),
             sigma,
-            lu: matrix.lu(),
+            lu: Lu::new(&matrix)?,
             rows,
             wrench,
         })
@@ -165,12 +163,12 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
 
 impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     /// sigma - a_V, where a_V is the change of the end's acceleration with its velocity.
-    fn damped<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+    fn damped<T: Scalar>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.body.by_velocity.map(T::from_real)
     }
 
     /// sigma - spin, which takes a change of the end's place to that of its velocity (see [`place::spin`]).
-    fn turning<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T) -> SMatrix<T, D, D> {
+    fn turning<T: Scalar>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
     }
 }
@@ -190,9 +188,7 @@ fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..M).flat_map(|i| (0..M).map(move |j| (i, j)))
 }
 
-impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Factor<T>
-    for ViscousFactor<T, M, D>
-{
+impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M, D> {
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let linear = &self.linear;
         let (layout, relaxing) = (linear.layout, &linear.relaxing);
@@ -234,7 +230,7 @@ impl<T: ComplexField<RealField = f64> + Copy, const M: usize, const D: usize> Fa
         for (value, row) in right.iter_mut().zip(&self.rows) {
             *value *= real(*row);
         }
-        if !self.lu.solve_mut(&mut right) {
+        if !self.lu.solve(&mut right) {
             return false;
         }
         let followed = gathered(&right.as_slice()[..n]);

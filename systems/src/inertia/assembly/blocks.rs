@@ -9,6 +9,7 @@
 use super::{BodyNow, HeavyAssembly, HeavyBalance, HeavyState};
 use crate::inertia::memory::Memory;
 use crate::inertia::rod::Derivatives;
+use crate::solve::system::Scalar;
 use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 use std::sync::Arc;
 
@@ -227,7 +228,7 @@ impl HeavyAssembly {
 }
 
 /// out += m x.
-fn add<T: ComplexField<RealField = f64> + Copy>(out: &mut [T], m: &DMatrix<f64>, x: &[T]) {
+fn add<T: Scalar>(out: &mut [T], m: &DMatrix<f64>, x: &[T]) {
     for (column, x) in m.column_iter().zip(x) {
         for (out, m) in out.iter_mut().zip(column.iter()) {
             *out += T::from_real(*m) * *x;
@@ -257,10 +258,7 @@ impl Blocks {
     }
 
     /// A mix of levels with the multipliers, factored; None if it is singular.
-    pub fn factored<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        mix: &Mix<'_, T>,
-    ) -> Option<Factored<T>> {
+    pub fn factored<T: Scalar>(&self, mix: &Mix<'_, T>) -> Option<Factored<T>> {
         let free = self.free();
         let held: usize = self.by_wrench.iter().map(|by| by[0].ncols()).sum();
         let mut small = DMatrix::<T>::zeros(free + held, free + held);
@@ -364,11 +362,7 @@ impl Blocks {
 
     /// What displacements (or velocities, accelerations) of rods, bodies and bases do at a level: the balance of the rods, then that of
     /// bodies and bases with the ends. Multipliers in `x` do nothing.
-    pub fn times<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        level: usize,
-        x: &Sides<T>,
-    ) -> Sides<T> {
+    pub fn times<T: Scalar>(&self, level: usize, x: &Sides<T>) -> Sides<T> {
         let Level { rods, free } = &self.levels[level];
         let count = self.free();
         let (moved, mut start) = (&x.free.as_slice()[..count], count);
@@ -432,7 +426,7 @@ impl Level {
     }
 }
 
-impl<T: ComplexField<RealField = f64> + Copy> Factored<T> {
+impl<T: Scalar> Factored<T> {
     /// Overwrites the right-hand side with the solution; false if that failed.
     pub fn solve(&self, b: &mut Sides<T>) -> bool {
         let held = |start: usize, ties: usize| start..start + ties;

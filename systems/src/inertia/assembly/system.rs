@@ -12,7 +12,7 @@ use super::{HeavyAssembly, HeavyBalance, HeavyState, INTEGRALS};
 use crate::assembly::Carrier;
 use crate::inertia::memory::Memory;
 use crate::math::se3::{spin, unit};
-use crate::solve::system::{Factor, Linearised, System};
+use crate::solve::system::{Factor, Linearised, Scalar, System};
 use nalgebra::{ComplexField, DVector, Matrix4x3, Vector3, Vector4};
 use std::ops::Range;
 use std::sync::Arc;
@@ -260,7 +260,7 @@ pub struct HeavyAssemblyFactor<T: ComplexField> {
 
 impl Places {
     /// Displacements in a vector of the form of a state.
-    fn displacements<T: ComplexField<RealField = f64> + Copy>(&self, b: &DVector<T>) -> Sides<T> {
+    fn displacements<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
         let mut x = self.none(&self.strains, b);
         for (slot, range) in &self.shifts {
             for (i, z) in range.clone().enumerate() {
@@ -278,7 +278,7 @@ impl Places {
     }
 
     /// Velocities in one.
-    fn velocities<T: ComplexField<RealField = f64> + Copy>(&self, b: &DVector<T>) -> Sides<T> {
+    fn velocities<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
         let mut x = self.none(&self.rates, b);
         for (slot, range) in &self.velocities {
             for (i, z) in range.clone().enumerate() {
@@ -289,11 +289,7 @@ impl Places {
     }
 
     /// Nothing of bodies and multipliers, and the parts of rods.
-    fn none<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        rods: &[Range<usize>],
-        b: &DVector<T>,
-    ) -> Sides<T> {
+    fn none<T: Scalar>(&self, rods: &[Range<usize>], b: &DVector<T>) -> Sides<T> {
         let own = rods
             .iter()
             .map(|range| b.rows(range.start, range.len()).into_owned());
@@ -312,7 +308,7 @@ impl Places {
     }
 
     /// What stands in the algebraic places.
-    fn right<T: ComplexField<RealField = f64> + Copy>(&self, b: &DVector<T>) -> Sides<T> {
+    fn right<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
         let [first, mut inner, held] = self.algebraic();
         let ranges: Vec<Range<usize>> = self
             .rates
@@ -335,12 +331,9 @@ impl Places {
 }
 
 impl Linearised for HeavyAssemblyLinear {
-    type Factor<T: ComplexField<RealField = f64> + Copy> = HeavyAssemblyFactor<T>;
+    type Factor<T: Scalar> = HeavyAssemblyFactor<T>;
 
-    fn shifted<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        sigma: T,
-    ) -> Option<HeavyAssemblyFactor<T>> {
+    fn shifted<T: Scalar>(&self, sigma: T) -> Option<HeavyAssemblyFactor<T>> {
         let levels = [(T::one(), 0), (sigma, 1), (sigma * sigma, 2)];
         let factored = self.blocks.factored(&Mix {
             balance: &levels,
@@ -382,12 +375,7 @@ impl Linearised for HeavyAssemblyLinear {
 
 impl Places {
     /// Writes displacements and velocities.
-    fn write<T: ComplexField<RealField = f64> + Copy>(
-        &self,
-        out: &mut DVector<T>,
-        moved: &Sides<T>,
-        faster: &Sides<T>,
-    ) {
+    fn write<T: Scalar>(&self, out: &mut DVector<T>, moved: &Sides<T>, faster: &Sides<T>) {
         for (slot, range) in &self.shifts {
             for (i, z) in range.clone().enumerate() {
                 out[slot + i] = moved.free[z];
@@ -412,7 +400,7 @@ impl Places {
     }
 }
 
-impl<T: ComplexField<RealField = f64> + Copy> Factor<T> for HeavyAssemblyFactor<T> {
+impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
     /// With x the displacements, dx = (dv + b_x)/sigma and da = sigma dv - b_v leave, with b_a on the right of the balance,
     /// (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a b_v, to which Maxwell branches add (`memory`).
     fn solve(&self, b: &mut DVector<T>) -> bool {
