@@ -21,7 +21,7 @@ fn sample() -> Rod {
     Rod::new(1.0, law).unwrap()
 }
 
-/// Equilibrium with its 6 x 6 tangent under a moderate wrench, by tolerance; aim: 30 us at an accuracy of 1e-10.
+/// Equilibrium with its 6 x 6 tangent under a moderate wrench, by tolerance; aim: 10 us at an accuracy of 1e-10.
 #[divan::bench(args = [1e-6, 1e-8, 1e-10, 1e-12], sample_count = 200)]
 fn end_with_tangent(bencher: Bencher, tolerance: f64) {
     let rod = sample();
