@@ -17,8 +17,9 @@
 //! ([`super::taut`]): there the rates are those of the end, or of the force.
 
 use super::Rod;
-use super::line::{LineState, Track, Wrench};
+use super::line::{LineState, Wrench};
 use super::scaled_law::ScaledLaw;
+use super::track::Track;
 use super::weight::{Carried, Distributed, Heavy, Weight};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;

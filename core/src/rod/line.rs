@@ -23,9 +23,8 @@ use crate::error::{Error, Result};
 use crate::math::se3::Turn;
 use crate::section::Compliance;
 use crate::solve::cost::Cost;
-use crate::solve::dop853::{COUNT, Dop853, State, Step};
+use crate::solve::dop853::{Dop853, State, Step};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
-use std::cell::RefCell;
 
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
@@ -70,6 +69,11 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
     /// Arclength.
     pub(super) fn s(&self) -> f64 {
         self.s
+    }
+
+    /// Where it keeps its arclength.
+    pub(super) fn place(&mut self) -> &mut f64 {
+        &mut self.s
     }
 
     /// The same section with its arclength set to `s`: used to step over a break of the law.
@@ -376,26 +380,21 @@ impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
 
 impl<const K: usize, C: Carried<K>> Flow<'_, K, C> {
     /// Why an integration cannot go on at s.
-    fn lost(&mut self, s: f64) -> Error {
+    pub(super) fn lost(&mut self, s: f64) -> Error {
         let b: Wrench = Vector6::from_fn(|i, _| [self.m, self.n][i / 3][i % 3]);
-        match self.refusal.take() {
-            Some(why) => why.context(at(s)),
-            None => lost(self.law, &b, s),
-        }
+        lost(self.law, &b, self.refusal.take(), s)
     }
 }
 
-/// Why an integration that no law refuses cannot go on at s.
-fn lost(law: &ScaledLaw, b: &Wrench, s: f64) -> Error {
-    let why = format!(
-        "the integration along the rod cannot go on; the base wrench is too large: {}",
-        law.told(b)
-    );
-    Error::no_convergence(why).context(at(s))
-}
-
-fn at(s: f64) -> String {
-    format!("at s = {s:.6} of the length")
+/// Why an integration, which the law may have refused, cannot go on at s.
+fn lost(law: &ScaledLaw, b: &Wrench, refusal: Option<Error>, s: f64) -> Error {
+    let why = refusal.unwrap_or_else(|| {
+        Error::no_convergence(format!(
+            "the integration along the rod cannot go on; the base wrench is too large: {}",
+            law.told(b)
+        ))
+    });
+    why.context(format!("at s = {s:.6} of the length"))
 }
 
 /// Steps beyond which an integration is given up: a rod wound up thousands of times.
@@ -456,48 +455,6 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     Ok((*solver.state(), solver.cost()))
 }
 
-/// The sections at the stages of all steps of an integration, for what is carried along afterwards
-/// ([`over_stages`](crate::solve::dop853::over_stages)).
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Track<const K: usize, C = ()> {
-    /// The lengths of the steps.
-    steps: Vec<f64>,
-    /// One step after the other; behind them what may become the next.
-    stages: Vec<LineState<K, C>>,
-}
-
-impl<const K: usize, C: Carried<K>> Track<K, C> {
-    /// Steps that most integrations do with.
-    const USUAL: usize = 8;
-
-    pub(super) fn new() -> Self {
-        Self {
-            steps: Vec::with_capacity(Self::USUAL),
-            stages: Vec::with_capacity((Self::USUAL + 1) * COUNT),
-        }
-    }
-
-    /// A section at which slopes are asked for.
-    #[inline]
-    fn tried(&mut self, at: &LineState<K, C>) {
-        self.stages.push(*at);
-    }
-
-    /// What was tried last, its end included, is a step.
-    fn taken(&mut self, step: &Step<LineState<K, C>>) {
-        let (start, tried) = (self.steps.len() * COUNT, self.stages.len());
-        self.stages.copy_within(tried - COUNT..tried - 1, start + 1);
-        self.stages[start] = step.from;
-        self.stages.truncate(start + COUNT);
-        self.steps.push(step.h);
-    }
-
-    /// The steps, each with its length.
-    pub(super) fn steps(&self) -> impl Iterator<Item = (f64, &[LineState<K, C>])> {
-        (self.steps.iter().copied()).zip(self.stages.chunks_exact(COUNT))
-    }
-}
-
 /// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of `clamp`.
 fn integrate<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
@@ -515,7 +472,7 @@ fn integrate<const K: usize, C: Carried<K>>(
     let found = over_pieces(
         law,
         clamp,
-        |section: &mut LineState<K, C>| &mut section.s,
+        LineState::place,
         (first, tolerance),
         |at, slope| flow.write_slope(at, slope),
         |step, flow| {
@@ -547,31 +504,6 @@ pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64
     (clamp, unit_columns())
 }
 
-/// The end of the rod, with the unit columns of [`begun`], and the way there.
-pub(super) fn tracked_end<const K: usize, C: Carried<K>>(
-    (law, load): (&ScaledLaw, &C::Load),
-    b: &Wrench,
-    tolerance: f64,
-) -> Result<(LineState<K, C>, Cost, Track<K, C>)> {
-    let track = RefCell::new(Track::new());
-    let (clamp, [dm, dn]) = begun();
-    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
-    let first = first_step(law, b, tolerance)?;
-    let found = over_pieces(
-        law,
-        clamp,
-        |section: &mut LineState<K, C>| &mut section.s,
-        (first, tolerance),
-        |at, slope| {
-            track.borrow_mut().tried(at);
-            flow.write_slope(at, slope)
-        },
-        |step, _| track.borrow_mut().taken(step),
-    );
-    let (end, cost) = found.map_err(|s| flow.lost(s))?;
-    Ok((end, cost, track.into_inner()))
-}
-
 /// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn of the clamp.
 pub(super) fn end<const K: usize>(
     law: &ScaledLaw,
@@ -579,7 +511,8 @@ pub(super) fn end<const K: usize>(
     tolerance: f64,
 ) -> Result<(LineState<K>, Cost)> {
     if let Some(linear) = law.uniform() {
-        return collocation::end((law, linear), b, 0, tolerance)?.map_err(|s| lost(law, b, s));
+        return collocation::end((law, linear), b, 0, tolerance)?
+            .map_err(|s| lost(law, b, None, s));
     }
     loaded_end((law, &()), b, tolerance)
 }
@@ -612,14 +545,10 @@ pub(super) fn clamp_from_end<const K: usize>(
     let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
     if let Some(linear) = reversed.uniform() {
         let found = collocation::end((reversed, linear), &b, 3, tolerance)?;
-        return (found.map(|(end, _)| end)).map_err(|s| lost(reversed, &b, s));
+        return (found.map(|(end, _)| end)).map_err(|s| lost(reversed, &b, None, s));
     }
-    let mut dn = [[0.0; K]; 3];
-    for (i, row) in dn.iter_mut().enumerate().take(K) {
-        row[i] = 1.0;
-    }
-    let columns = [[[0.0; K]; 3], dn];
-    let columns = (LineState::clamp(), columns);
+    let dn = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let columns = (LineState::clamp(), [[[0.0; K]; 3], dn]);
     integrate((reversed, &()), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 

@@ -15,6 +15,7 @@ use super::inertia::{Trace, Tracked};
 use super::line;
 use super::line::{LineState, Wrench};
 use super::problem::Problem;
+use super::track;
 use super::weight::{Carried, Heavy, Weight};
 use crate::error::Result;
 use crate::math::se3::halves;
@@ -71,7 +72,7 @@ impl Problem {
         let weight = self.weight.as_ref().unwrap_or(&nothing);
         let (rod, b) = (&self.rod, self.rod.inward(base));
         let (at, _, track) =
-            line::tracked_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
+            track::tracked_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
         Ok((self.described(&at, &b, weight)?, (track, at)))
     }
 

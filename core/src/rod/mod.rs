@@ -21,6 +21,7 @@ mod problem;
 mod scaled_law;
 mod starts;
 mod taut;
+mod track;
 mod variations;
 mod weight;
 
@@ -296,7 +297,7 @@ impl Rod {
         tolerance: f64,
     ) -> Result<(RodEnd, Trace)> {
         let b = self.inward(base);
-        let (at, cost, track) = line::tracked_end::<6, ()>((&self.law, &()), &b, tolerance)?;
+        let (at, cost, track) = track::tracked_end::<6, ()>((&self.law, &()), &b, tolerance)?;
         let trace = Trace::bare(track, at, turns);
         Ok((self.described(&at, &b, cost)?, trace))
     }
