@@ -152,6 +152,7 @@ mod sections;
 mod sections_nonlinear;
 #[cfg(feature = "cli")]
 mod small_creep;
+mod stable_count;
 mod stiff;
 mod stiff_rods;
 mod straight;

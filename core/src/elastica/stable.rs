@@ -294,34 +294,6 @@ fn polished(start: [f64; 2], r: [f64; 2]) -> Option<Met> {
 mod tests {
     use super::*;
 
-    /// Points of the disc, the same every time.
-    fn points(n: usize) -> impl Iterator<Item = [f64; 2]> {
-        (1..=n).map(move |i| {
-            let golden = (0.618_033_988_75 * i as f64).fract();
-            let radius = 0.82 * (i as f64 / n as f64).sqrt();
-            let (s, c) = (std::f64::consts::TAU * golden).sin_cos();
-            [radius * c, radius * s]
-        })
-    }
-
-    #[test]
-    fn degree_counts_the_stable_equilibria() {
-        let region = StableRegion::new().unwrap();
-        // Along the axis rods with a loop are stable at loads beyond those of the rest of the disc.
-        let axis = [
-            [0.6, 0.001],
-            [0.7, 0.003],
-            [0.75, 1e-4],
-            [0.78, -1e-5],
-            [-0.4, 0.01],
-        ];
-        for [x, y] in points(150).chain(axis) {
-            let found = equilibria_at(x, y, 25.0).unwrap();
-            let stable = found.iter().filter(|f| f.index == 0).count();
-            assert_eq!(region.stable_count(x, y), stable, "({x}, {y})");
-        }
-    }
-
     #[test]
     fn energies_are_those_of_the_inversion() {
         let n = 81;
