@@ -2,7 +2,7 @@
 //! equilibria rests.
 //!
 //! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at
-//! the centre; the third are bounded over the box by measured constants.
+//! the centre; the third are bounded over the box by constants that are proven in interval arithmetic (boxes/proof.rs).
 
 use super::along::Along;
 use super::chart::{ChartPoint, Modulus};
@@ -34,9 +34,25 @@ pub(super) struct Bending {
     third: [[f64; 2]; 4],
 }
 
+/// Bounds of the third derivatives along ln p, of 1 - x in units of p^2 and of y in units of p, by p lam, as [`bound_terms`] has them.
+const LOG_X: [[f64; 2]; 4] = [[31.0, 0.132], [11.0, 0.34], [9.6, 1.0], [10.0, 0.0]];
+const LOG_Y: [[f64; 2]; 4] = [[9.0, 0.155], [3.0, 0.335], [2.6, 0.88], [4.0, 0.0]];
+/// The same along p, p > 0.85, of both, by lam.
+const LINEAR: [[f64; 2]; 4] = [[8.0, 0.12], [4.0, 0.4], [6.0, 1.4], [11.7, 0.0]];
+/// And by the turn of the rod as a bend passes the clamp.
+const PASSING: f64 = 16.4;
+/// |r| changes along p at most so fast, times (lam/K + 1)/lam.
+const MOVED: f64 = 3.0;
+
+/// Bounds of ppp, ppl, pll, lll: a constant each, and one that grows like r^3, r^2, r, 1.
+fn bound_terms(r: f64, terms: [[f64; 2]; 4]) -> [f64; 4] {
+    let power = [r * r * r, r * r, r, 1.0];
+    std::array::from_fn(|k| terms[k][0] + terms[k][1] * power[k])
+}
+
 impl Bending {
-    /// Bounds of the third derivatives over a box at whose centre the end is at the distance `radius` from the clamp: measured for lam <= 60 and
-    /// widened by at least 1.2. They grow like powers of lam and scale with p^2 and p near the straight rod. Elsewhere what bends the map is the turn of the
+    /// Bounds of the third derivatives over a box at whose centre the end is at the distance `radius` from the clamp, for lam < 60.25 and every p: they are proven
+    /// (theory 2.4). They grow like powers of lam and scale with p^2 and p near the straight rod. Elsewhere what bends the map is the turn of the
     /// rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period: the n-th bend moves 2n + 1 times as fast with p as K
     /// does, the end goes round the clamp with it, and the straight part between two bends does nothing, to exp of its length.
     pub(super) fn third(
@@ -48,32 +64,23 @@ impl Bending {
         let high = lam + b;
         let slight = high.min(1.0);
         let fade = [slight * slight, slight, 1.0, 1.0];
-        let powers = |r: f64, terms: [[f64; 2]; 4]| {
-            let power = [r * r * r, r * r, r, 1.0];
-            std::array::from_fn(|k: usize| terms[k][0] + terms[k][1] * power[k])
-        };
         let (x, y): ([f64; 4], [f64; 4]) = match kind {
             Column::Log => {
                 let p = p * (1.0 + a + a * a);
-                let x = powers(
-                    p * high,
-                    [[31.0, 0.132], [11.0, 0.34], [9.6, 1.0], [10.0, 0.0]],
-                );
-                let y = powers(
-                    p * high,
-                    [[9.0, 0.155], [3.0, 0.335], [2.6, 0.88], [4.0, 0.0]],
-                );
+                let [x, y] = [LOG_X, LOG_Y].map(|terms| bound_terms(p * high, terms));
                 (x.map(|v| v * p * p), y.map(|v| v * p))
             }
             Column::Linear => {
                 let quarter = [p - a + LN_2, p + a + QUARTER];
                 let turns = (high / quarter[0]).max(1.0);
-                let moved = (2.0 * b + 3.0 * a * (turns + 1.0)) / lam;
-                let size = 16.4
-                    * (radius + moved + 4.0 / lam)
+                // |r| changes along lam at most at the rate 2/lam.
+                let low = (lam - b).max(1.0);
+                let moved = (2.0 * b + MOVED * a * (turns + 1.0)) / low;
+                let size = PASSING
+                    * (radius + moved + 4.0 / low)
                     * (-from_bends([lam - b, high], quarter)).exp();
-                let passing = powers(turns, [[0.0, size]; 4]);
-                let any = powers(high, [[8.0, 0.12], [4.0, 0.4], [6.0, 1.4], [11.7, 0.0]]);
+                let passing = bound_terms(turns, [[0.0, size]; 4]);
+                let any = bound_terms(high, LINEAR);
                 let both = std::array::from_fn(|k| any[k].min(passing[k]));
                 (both, both)
             }
@@ -311,6 +318,9 @@ pub(super) fn injective(local: &Local, bending: &Bending, (a, b): (f64, f64)) ->
     let size = |row: [f64; 2]| dot(row, change_first) * a + dot(row, change_lam) * b;
     size(row_first).max(size(row_lam)) < det.abs()
 }
+
+#[cfg(test)]
+mod proof;
 
 #[cfg(test)]
 mod tests {

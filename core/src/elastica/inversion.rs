@@ -6,8 +6,8 @@
 //! the map is one-to-one on it and Newton's method lands inside, and halved otherwise. Boxes that
 //! never decide shrink onto folds through the target, where two equilibria are one.
 //!
-//! Completeness rests on those bounds, measured and widened (see boxes.rs; a test samples
-//! them afresh), and on a count that knows nothing of them: the signs of det
+//! Completeness rests on those bounds, which are proven (boxes/proof.rs; theory 2.4), and on the rounding of what
+//! is computed in doubles. Against slips of both every answer is checked by a count that knows nothing of them: the signs of det
 //! over all equilibria found must add up to the winding number of the curve lam = lam_max about the
 //! target, since the rest of the strip's border maps to (1, 0).
 
@@ -116,9 +116,9 @@ struct Search {
 impl Search {
     fn new(x: f64, y: f64, lambda_max: f64) -> Self {
         let distance = (1.0 - x).hypot(y);
-        // |theta| <= 4 asin kap bounds the distance of the tip from (1, 0): kap >= distance/7 or so.
+        // |theta| <= 4 asin kap, and the distance of the tip from (1, 0) is at most 2 sin 2 asin kap < 4 kap: p > kap > distance/4.
         let p_min = (distance / 8.0).min(0.5);
-        // Beyond this p the rod with lam <= lambda_max is straight to within half the distance.
+        // For p > lam that distance is at most 4 exp(lam - p) (theory 2.4).
         let p_max = (lambda_max + (5.0 / distance).ln()).max(2.0 * LINEAR_FROM);
         let mut queue = Vec::new();
         let rows = lambda_max.ceil();

@@ -6,6 +6,8 @@ pub(crate) mod eight;
 pub mod elliptic;
 pub mod frame;
 pub mod gauss;
+#[cfg(test)]
+pub(crate) mod interval;
 pub mod jacobi;
 pub mod order;
 pub(crate) mod real;
