@@ -17,8 +17,10 @@ use crate::solve::roots::chandrupatla;
 use std::f64::consts::LN_2;
 
 /// No rod lighter loaded than this is at a fold: the least lambda of the first fold curve is 5.7658925
-/// (at kap = 0.9428598, by golden sections over tools/ref_folds.py), measured over all p.
-const FIRST: f64 = 5.6;
+/// (at kap = 0.9428598, by golden sections over tools/ref_folds.py).
+/// Nor is one of less than so many quarter periods K. Both are proven for |p| < 30 (boxes/proof.rs; beyond see theory 2.4).
+pub(super) const FIRST: f64 = 5.6;
+pub(super) const QUARTERS: f64 = 1.85;
 /// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.
 const SCAN: f64 = 0.9;
 /// Most folds that a scan counts.
@@ -36,7 +38,7 @@ fn fold_function(p: f64, lam: f64) -> Result<f64> {
     }
 }
 
-/// Where a scan for folds on the line `p` may begin: folds lie beyond 1.9 quarter periods K.
+/// Where a scan for folds on the line `p` may begin.
 fn scan_start(p: f64) -> f64 {
     let kap_c = 1.0 / p.cosh();
     let quarter = if p.abs() > 22.0 {
@@ -44,7 +46,7 @@ fn scan_start(p: f64) -> f64 {
     } else {
         complete_kb(kap_c).0
     };
-    FIRST.max(1.85 * quarter)
+    FIRST.max(QUARTERS * quarter)
 }
 
 /// kap = 0 is a line of the chart that holds only the straight rod; its neighbours stand in for it.
@@ -126,7 +128,7 @@ pub fn fold_at(number: usize, p: f64) -> Result<FoldPoint> {
         )));
     }
     let q = off_axis(p);
-    let quarter = scan_start(q).max(1.85 * FIRST);
+    let quarter = scan_start(q).max(QUARTERS * FIRST);
     // Fold n lies below 2 (n + 1) quarter periods.
     let lam_max = (number as f64 + 1.5) * 2.0 * quarter;
     let all = brackets(q, lam_max, number)?;

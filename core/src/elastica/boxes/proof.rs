@@ -12,6 +12,7 @@ use super::{
 };
 
 use crate::elastica::chart::Integrals;
+use crate::elastica::folds::{FIRST, QUARTERS};
 use crate::math::interval::Interval;
 use enclosure::{Enclosure, Place};
 use series::{B, Jet, Pendulum, S};
@@ -361,6 +362,58 @@ fn enclosures_hold_the_closed_form() {
                     1e-5 * (1.0 + value.abs()) / unit,
                 );
             }
+        }
+    }
+}
+
+/// det d(x, y)/d(p, lam)/kap^2 over a box by the columns at fixed w and at fixed p in turned axes (theory 2.2), where the first is small: no difference of large terms.
+fn fold_function(known: &Enclosure) -> I {
+    let [_, kap, kc, _, _, s, c, d, b] = known.values;
+    let (two, over) = (at(2.0), I::ONE / known.u);
+    let kc2 = kc.square();
+    // X + 1; Y, lam_p, X_p, Y_lam, alpha_lam by kap, X_lam by kap^2.
+    let reach = two * (kc2 + kap.square() * b * over);
+    let x = reach - I::ONE;
+    let y = two * s * over;
+    let lam_p = b + c * s / d;
+    let x_p = -(two * kc2 * (known.u - b) + reach * lam_p) * over;
+    let y_p = (two * kc2 * s - kap.square() * y * lam_p) * over;
+    let alpha_p = -(two * kc2 * c / d);
+    let x_lam = two * (s.square() - b * over) * over;
+    let y_lam = (two * c * d - y) * over;
+    let alpha_lam = two * s;
+    (x_p - y * alpha_p) * (y_lam + x * alpha_lam) - (y_p + x * alpha_p) * (x_lam - y * alpha_lam)
+}
+
+/// Catches a fold below the load from which on folds are looked for: none is between lam = K, where theory 2.4 ends, and there, for p < 30.
+#[test]
+fn no_fold_lies_below_the_scan() {
+    let mut queue = vec![Place {
+        p: [0.0, 30.0],
+        u: [1.5, 57.0],
+    }];
+    while let Some(place) = queue.pop() {
+        let ([p_low, p_high], [low, high]) = (place.p, place.u);
+        let [least, most] = place.p.map(|p| enclosure::at_point(p.max(1e-9), 1.0).1);
+        if high < least.lo || low > FIRST.max(QUARTERS * most.hi) {
+            continue;
+        }
+        let (wide, long) = (p_high - p_low, high - low);
+        if wide.max(long) < 0.5 {
+            let det = fold_function(&Enclosure::new(Column::Linear, &place));
+            if det.lo > 0.0 {
+                continue;
+            }
+            assert!(long > 1e-6 && det.hi > 0.0, "{place:?}: {det:?}");
+        }
+        let halves = |[low, high]: [f64; 2]| {
+            let middle = 0.5 * (low + high);
+            [[low, middle], [middle, high]]
+        };
+        if wide > long {
+            queue.extend(halves(place.p).map(|p| Place { p, ..place }));
+        } else {
+            queue.extend(halves(place.u).map(|u| Place { u, ..place }));
         }
     }
 }
