@@ -197,11 +197,14 @@ fn eigenvalues(matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
         return Some(Vec::new());
     }
     let (n, size) = (matrix.nrows(), matrix.norm());
-    // Rates that are many times the same can make the method go in circles, which less strict an end, or rounding of another kind, breaks.
+    // Rates that are many times the same can make the method go in circles, which the transposed matrix, less strict an end, or rounding of another kind, breaks.
     let noise = |i: usize, j: usize| ((i * n + j) as f64 * GOLDEN).fract() - 0.5;
     let schur = STRICT.iter().find_map(|(strict, shaken)| {
         let shaken = matrix.map_with_location(|i, j, x| x + noise(i, j) * shaken * size / n as f64);
-        Schur::try_new(shaken, strict * f64::EPSILON, ITERATIONS * n)
+        let each = [shaken.transpose(), shaken];
+        each.into_iter()
+            .rev()
+            .find_map(|matrix| Schur::try_new(matrix, strict * f64::EPSILON, ITERATIONS * n))
     });
     Some(schur?.complex_eigenvalues().iter().copied().collect())
 }
