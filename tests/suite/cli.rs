@@ -200,7 +200,7 @@ fn bundled_scenes_are_sound() {
         let bound = if path.ends_with("wire.toml") {
             1e-8
         } else {
-            3e-10
+            2e-10
         };
         assert!(
             opened.as_f64().is_some_and(|x| x.abs() < bound),

@@ -8,6 +8,7 @@
 
 mod bounce;
 mod charts;
+mod events;
 mod implicit;
 mod light;
 mod sample;
@@ -15,20 +16,17 @@ mod step;
 
 use implicit::Implicit;
 pub use sample::AssemblySample;
-use step::Progress;
 
-use super::drive::{Carried, Motion};
 use super::event::{Bounce, Event, Outcome};
 use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
-use super::state::Seen;
 use crate::assembly::{
     Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
     Slowed,
 };
 use crate::error::{Cause, Error, Result};
-use crate::rod::{Fallen, Wrench};
+use crate::rod::Wrench;
 use crate::solve::cost::Cost;
 use crate::solve::dop853::State;
 use crate::solve::gauss::Reversible;
@@ -275,7 +273,16 @@ impl AssemblyRun {
     /// The state at a time within the last step; None outside it.
     pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
         let state = self.inside(t)?;
-        self.describe(&self.taken_by.0, &state)
+        let assembly = &self.taken_by.0;
+        let sample = self.describe(assembly, &state)?;
+        // What is interpolated is off by the tolerance: charts and poses no longer say the same, and the ledger would open.
+        if sample.drift() <= self.drifted() {
+            return Some(sample);
+        }
+        let charts = assembly.corrected(&sample.at);
+        let held = charts.map(|charts| assembly.with_charts(state, &charts));
+        held.and_then(|state| self.describe(assembly, &state))
+            .or(Some(sample))
     }
 
     /// The state now. The chart of a tight rod near its fold is found from a neighbour alone, and no more once steps have failed: then the state is
@@ -447,162 +454,4 @@ fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<us
         seen.index(q, &point.held(), tolerance)
     })
     .collect()
-}
-
-impl<'a> Motion<'a> for AssemblyRun {
-    fn advance(&mut self) -> Option<Event> {
-        if self.stopped {
-            return None;
-        }
-        if let Some(bounce) = self.bounces.pop_front() {
-            return Some(Event::Bounce(bounce));
-        }
-        match self.pending.take() {
-            None => {}
-            Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
-            Some(Pending::Fold(time_error)) => {
-                return Some(self.snap(time_error).unwrap_or_else(|why| {
-                    self.stuck(
-                        Cause::Failed(why),
-                        "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
-                    )
-                }));
-            }
-        }
-        if self.interrupted {
-            return Some(self.stop(Outcome::Interrupted));
-        }
-        let from = self.solver.state().time();
-        if from >= self.options.duration {
-            return Some(self.stop(Outcome::EndOfTime));
-        }
-        if self.cost().steps >= self.options.max_steps {
-            return Some(self.stop(Outcome::StepLimit));
-        }
-        for (largest, rod) in self.largest.iter_mut().zip(&self.watch) {
-            *largest = largest.max(rod.det.abs());
-        }
-        let end = self.assembly.next_break(from).min(self.options.duration);
-        let Some(progress) = self.advance_with_rods(end) else {
-            let cause = Cause::StepCollapsed {
-                next: self.solver.next_step(),
-                tolerance: self.options.tolerance,
-            };
-            return Some(self.stuck(
-                cause,
-                "a rod is pulled straight, or folds in a way that is not simple: give it stretch (a finite axial stiffness), or \
-                 friction (damping)",
-            ));
-        };
-        self.look_back(from);
-        if let Some((link, gap, lambda)) = self.loose() {
-            let which = self.assembly.rod_name(link);
-            let (reason, remedy) = match self.assembly.links()[link].distributed() {
-                None => (
-                    "its force does not either, since the rod is neutral under it, as a loop in a taut wire can be",
-                    "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut",
-                ),
-                Some(_) => (
-                    "a taut rod that bears a load along it, such as its weight, has no other chart",
-                    "give it friction (damping), end before it is taut, or leave out the load along it (no mass, a material by E and nu without a \
-                     density); in the plane inertia = \"first-order\" has the weight to first order",
-                ),
-            };
-            let why = Error::ill_conditioned(format!(
-                "the end of {which} can be held no better than {gap:.1e} of its length: under sqrt(F L^2/B) = {lambda:.1} its base wrench \
-                 no longer tells where its end is, and {reason}"
-            ));
-            return Some(self.stuck(Cause::Failed(why), remedy));
-        }
-        if let Some(link) = self.round_column() {
-            let why = Error::domain(format!(
-                "{}, between two ball joints, can buckle any way round alike here, as a straight column does at Euler's load",
-                self.assembly.rod_name(link)
-            ));
-            let remedy = "give it a small rest curvature, which tells it to which side";
-            return Some(self.stuck(Cause::Failed(why), remedy));
-        }
-        match progress {
-            Progress::Fold { rods, time_error } => {
-                self.folded = rods;
-                self.pending = Some(Pending::Fold(time_error));
-            }
-            Progress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
-            Progress::Moved | Progress::Arrived => {}
-        }
-        Some(Event::Step {
-            from,
-            to: self.solver.state().time(),
-        })
-    }
-
-    fn given(&self) -> Seen<'_> {
-        Seen::Kept(&self.first)
-    }
-
-    fn now(&self) -> Seen<'_> {
-        Seen::Made(Box::new(self.sample_now()))
-    }
-
-    fn before_snap(&self) -> Option<Seen<'_>> {
-        self.before_snap
-            .as_ref()
-            .map(|sample| Seen::Kept(sample as _))
-    }
-
-    fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
-        let held = self.before_snap.as_ref()?.at.points.get(snap.rod)?.held();
-        let fold = Wrench::from_column_slice(snap.from.q.as_slice());
-        // A taut rod is looked for from what was found last, which is to be the fold.
-        let rod = self.folding.clone()?;
-        let (shapes, landed) = rod.fall(&fold, &held, self.along()).ok()?;
-        snap.lands(landed.as_slice()).then_some(shapes)
-    }
-
-    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
-        Some(Seen::Made(Box::new(self.state_at(t)?)))
-    }
-
-    fn duration(&self) -> f64 {
-        self.options.duration
-    }
-
-    fn interrupt(&mut self) {
-        self.interrupted = true;
-    }
-
-    fn unfelt(&self) -> f64 {
-        self.unfelt
-    }
-
-    fn cost(&self) -> Cost {
-        self.solver.cost() + self.extra
-    }
-
-    fn carries(&self) -> Vec<Carried> {
-        let links = self.assembly.links().len();
-        let bodies = self.assembly.chart_slots(0).start;
-        let spins = self.assembly.time_slot() - self.assembly.chart_slots(links).start;
-        Carried::some([
-            ("charts of the rods", 6 * links),
-            ("turns and spins of rods about their chords", spins),
-            ("places and velocities of the bodies", bodies),
-            ("time, work and loss to drag", 3),
-        ])
-    }
-
-    fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
-        if snap.rod >= self.assembly.links().len() || snap.to.q.len() != 6 {
-            return Err(Error::domain("the snap is none of a rod of this assembly"));
-        }
-        let mut branch = self.clone();
-        *branch.solver.cost_mut() = Cost::default();
-        branch.extra = Cost::default();
-        branch.stopped = false;
-        branch.before_snap = None;
-        branch.folding = None;
-        branch.land(snap)?;
-        branch.first = branch.sample_now();
-        Ok(Box::new(branch))
-    }
 }

@@ -287,6 +287,12 @@ impl Assembly {
         state
     }
 
+    /// A state with these charts of the rods.
+    pub fn with_charts(&self, state: DVector<f64>, charts: &[Wrench]) -> DVector<f64> {
+        let charts = charts.iter().enumerate();
+        charts.fold(state, |state, (k, q)| self.with_chart(state, k, q))
+    }
+
     /// A state whose rods between two ball joints are turned along their chords, as after another chart.
     pub fn aligned(&self, mut state: DVector<f64>, tolerance: f64) -> DVector<f64> {
         if let Some(at) = self.evaluated(&state, tolerance) {

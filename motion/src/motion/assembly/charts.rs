@@ -31,8 +31,7 @@ impl AssemblyRun {
         // The couples of rods that were taut are those that their forces make.
         let told = |charts: &[Wrench]| {
             let state = self.solver.state().0.clone();
-            let charts = charts.iter().enumerate();
-            Numbers(charts.fold(state, |state, (k, q)| self.assembly.with_chart(state, k, q)))
+            Numbers(self.assembly.with_charts(state, charts))
         };
         let state = told(&at.now.charts);
         let agrees = other

@@ -117,20 +117,20 @@ impl AssemblyRun {
         })
     }
 
+    /// How far the ends of rods may be from the bodies.
+    pub(super) fn drifted(&self) -> f64 {
+        DRIFTED * self.local()
+    }
+
     /// Brings the charts back to the poses of the bodies where they have drifted off.
     fn hold(&mut self) -> Option<()> {
-        let bound = DRIFTED * self.local();
-        if !self.watch.iter().any(|rod| rod.gap > bound) {
+        if !self.watch.iter().any(|rod| rod.gap > self.drifted()) {
             return Some(());
         }
         let state = self.solver.state().clone();
         let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
-        let charts = self.assembly.corrected(&at)?;
-        let charts = charts.iter().enumerate();
-        let held = charts.fold(state.0, |state, (k, q)| {
-            self.assembly.with_chart(state, k, q)
-        });
+        let held = (self.assembly).with_charts(state.0, &self.assembly.corrected(&at)?);
         let h = self.solver.next_step();
         self.resume(Numbers(held), self.slowed.clone(), h)
     }
