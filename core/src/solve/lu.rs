@@ -7,14 +7,14 @@ use crate::math::eight::wide;
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 
-/// P A = L U.
+/// A = P_1 L_1 P_2 L_2 .. U: rows are exchanged as the elimination comes to them, and not in what it has left behind.
 #[derive(Debug, Clone)]
 pub struct Lu {
     size: usize,
     /// The parts of U, and of L below its diagonal of ones, by columns; imaginary ones of complex matrices only.
     re: Vec<f64>,
     im: Vec<f64>,
-    /// The row that was brought to each place.
+    /// The row that was exchanged with each when it was its turn.
     rows: Vec<usize>,
     /// 1/u_kk.
     inverse: Vec<[f64; 2]>,
@@ -52,11 +52,9 @@ impl Lu {
         let imaginary = im.map_or(0.0, |im| im[row]);
         self.inverse.push([re[row] / largest, -imaginary / largest]);
         self.rows.push(row);
-        if row != k {
-            for part in [&mut self.re, &mut self.im] {
-                for column in part.chunks_exact_mut(n) {
-                    column.swap(k, row);
-                }
+        for part in [&mut self.re, &mut self.im] {
+            if let Some(column) = part.get_mut(k * n..(k + 1) * n) {
+                column.swap(k, row);
             }
         }
         largest > 0.0 && largest.is_finite()
@@ -80,7 +78,7 @@ impl WithSimd for Eliminating<'_> {
             if !lu.pivot(k) {
                 return false;
             }
-            let [p, q] = lu.inverse[k];
+            let ([p, q], row) = (lu.inverse[k], lu.rows[k]);
             let (done, rest) = lu.re.split_at_mut((k + 1) * n);
             let re = &mut done[k * n + k + 1..];
             if lu.im.is_empty() {
@@ -88,6 +86,7 @@ impl WithSimd for Eliminating<'_> {
                     *x *= p;
                 }
                 for column in rest.chunks_exact_mut(n) {
+                    column.swap(k, row);
                     let (above, below) = column.split_at_mut(k + 1);
                     take(below, re, above[k]);
                 }
@@ -99,6 +98,8 @@ impl WithSimd for Eliminating<'_> {
                 (*x, *y) = (*x * p - *y * q, *x * q + *y * p);
             }
             for (x, y) in rest.chunks_exact_mut(n).zip(imaginary.chunks_exact_mut(n)) {
+                x.swap(k, row);
+                y.swap(k, row);
                 let ((x0, x), (y0, y)) = (x.split_at_mut(k + 1), y.split_at_mut(k + 1));
                 take_complex([x, y], [re, im], [x0[k], y0[k]]);
             }
@@ -135,17 +136,13 @@ impl WithSimd for Solving<'_> {
         let n = lu.size;
         for (k, row) in lu.rows.iter().enumerate() {
             x.swap(k, *row);
-            if !lu.im.is_empty() {
-                y.swap(k, *row);
-            }
-        }
-        for k in 0..n {
             let below = k * n + k + 1..(k + 1) * n;
             if lu.im.is_empty() {
                 let a = x[k];
                 take(&mut x[k + 1..], &lu.re[below], a);
                 continue;
             }
+            y.swap(k, *row);
             let a = [x[k], y[k]];
             let l = [&lu.re[below.clone()], &lu.im[below]];
             take_complex([&mut x[k + 1..], &mut y[k + 1..]], l, a);
