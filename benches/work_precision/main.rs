@@ -1,7 +1,7 @@
 //! Error against work of every model, beside what others would use: `cargo bench --bench work_precision`, or a part of it: `-- models`, `-- motions` (those
 //! of the elastic planar rod alone), `-- ledger`, `-- mass`.
 //!
-//! `models` prints the table of docs/benchmarks.md and draws figures/work_precision.svg. Each problem is run at a row of tolerances (cells, nodes) and its end compared with
+//! `models` prints the table of docs/benchmarks.md and draws figures/work_precision_plane.svg, _motions.svg and _statics.svg. Each problem is run at a row of tolerances (cells, nodes) and its end compared with
 //! that of an independent computation, where there is one. The peers are the scripts of tools/peers; those that cannot run here are named and left out.
 
 #[allow(dead_code)]
@@ -46,11 +46,23 @@ fn motions() {
 }
 
 fn models() {
-    let problems = problems::all();
+    let figures = problems::all();
+    let ends = figures.each_ref().map(|(_, problems)| problems.len());
+    let (names, problems): (Vec<_>, Vec<_>) = figures.into_iter().unzip();
+    let problems: Vec<Problem> = problems.into_iter().flatten().collect();
     let curves = compare(&problems);
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/figures/work_precision.svg");
-    let drawn = plot::lines(&figure(&curves), &Paper::SCREEN).expect("a figure");
-    std::fs::write(path, drawn).expect("the directory figures");
+    let mut first = 0;
+    for (name, count) in names.into_iter().zip(ends) {
+        let shown = first..first + count;
+        let drawn = figure(curves.iter().filter(|curve| shown.contains(&curve.problem)));
+        let path = format!(
+            "{}/figures/work_precision_{name}.svg",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let drawn = plot::lines(&drawn, &Paper::SCREEN).expect("a figure");
+        std::fs::write(path, drawn).expect("the directory figures");
+        first = shown.end;
+    }
 }
 
 /// The points of a model on a problem, or of a peer.
@@ -190,8 +202,8 @@ fn digits(x: f64) -> String {
 }
 
 /// Errors against time, peers dashed.
-fn figure(curves: &[Curve]) -> Lines {
-    let series = curves.iter().map(|curve| Series {
+fn figure<'a>(curves: impl Iterator<Item = &'a Curve>) -> Lines {
+    let series = curves.map(|curve| Series {
         name: curve.title.clone(),
         x: curve.points.iter().map(|p| p.ms).collect(),
         y: curve.points.iter().map(|p| p.error).collect(),

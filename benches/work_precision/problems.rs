@@ -84,9 +84,9 @@ pub fn counts(counts: &[usize]) -> Vec<Setting> {
 }
 
 /// All of them.
-pub fn all() -> Vec<Problem> {
-    let mut problems = planar();
-    problems.extend([
+/// By the figures in which they stand.
+pub fn all() -> [(&'static str, Vec<Problem>); 3] {
+    let others = vec![
         own("first-order", "plane, W with rod mass to first order", {
             let rod = "mass = 0.05\ninertia = \"first-order\"\n";
             scene("W").replacen("[body]", &format!("{rod}[body]"), 1)
@@ -99,11 +99,13 @@ pub fn all() -> Vec<Problem> {
         chain(),
         bars::volumes(),
         bars::spectral(),
-        statics::end(),
-        statics::rest(),
-        statics::fold(),
-    ]);
-    problems
+    ];
+    let statics = vec![statics::end(), statics::rest(), statics::fold()];
+    [
+        ("plane", planar()),
+        ("motions", others),
+        ("statics", statics),
+    ]
 }
 
 /// The elastic rod in the plane.
