@@ -1,9 +1,9 @@
 //! Scenes drawn at random, as many as one likes, on all cores: each must end in a stated outcome.
 //!
-//!     cargo run --release --example stress -- FROM TO [LOG]
+//!     cargo run --release --example stress -- FROM TO [LOG [SECONDS]]
 //!
 //! Seeds FROM to TO - 1; what came of each is a line of LOG (default stress.log), and seeds that stand there are left out, so that a run can be ended and
-//! taken up. Panics, numbers that are none, energy out of nowhere and scenes that do not end within two minutes are told with their seeds, and `stress SEED` prints
+//! taken up. A scene is interrupted after so many SECONDS (default 3), which is an outcome like others: many scenes a little way, or fewer of them far. Panics, numbers that are none, energy out of nowhere and scenes that do not end within two minutes are told with their seeds, and `stress SEED` prints
 //! the scene of a seed. Without arguments twenty scenes, and no log.
 
 #[path = "../tests/suite/stress_scenes.rs"]
@@ -18,8 +18,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use stress_scenes::{judged, scene};
 
-/// How long a scene may work before it is interrupted, and before it is given up as endless.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// How long a scene may work before it is interrupted, in seconds, and before it is given up as endless.
+const PATIENCE: f64 = 3.0;
 const ENDLESS: Duration = Duration::from_secs(120);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,10 +27,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let number = |k: usize| given.get(k).map(|text| text.parse::<u64>()).transpose();
     if let (Some(seed), None) = (number(0)?, number(1)?) {
         println!("{}", scene(seed));
-        println!("# {:?}", judged(&scene(seed), PATIENCE));
+        println!(
+            "# {:?}",
+            judged(&scene(seed), Duration::from_secs_f64(PATIENCE))
+        );
         return Ok(());
     }
     let (from, to) = (number(0)?.unwrap_or(0), number(1)?.unwrap_or(20));
+    let patience = given.get(3).map(|text| text.parse()).transpose()?;
+    let patience = Duration::try_from_secs_f64(patience.unwrap_or(PATIENCE))?;
     let path = given.get(2).map_or("stress.log", String::as_str);
     let done = match given.is_empty() {
         true => String::new(),
@@ -67,7 +72,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                         continue;
                     }
                     *place.lock().expect("a place") = Some((seed, Instant::now()));
-                    let found = catch_unwind(|| judged(&scene(seed), PATIENCE));
+                    let found = catch_unwind(|| judged(&scene(seed), patience));
                     *place.lock().expect("a place") = None;
                     let word = match found {
                         Ok(Ok(word)) => word,

@@ -253,13 +253,13 @@ fn si_units_change_no_motion() {
 #[test]
 fn a_bound_on_steps_keeps_what_there_is() {
     let place = Place::new("steps");
-    let run = "duration = 3.0\nsamples = 1000\nmax_steps = 10";
+    let run = "duration = 3.0\nsamples = 1000\nmax_steps = 3";
     let summary = place.scene(&scene(SNAP, "", run)).json(1);
     assert_eq!(summary["outcome"], "step_limit");
     assert_eq!(summary["complete"], false);
-    assert_eq!(summary["work"]["steps"], 10);
+    assert_eq!(summary["work"]["steps"], 3);
     let reason = summary["reason"].as_str().unwrap();
-    assert!(reason.contains("max_steps = 10 "), "{reason}");
+    assert!(reason.contains("max_steps = 3 "), "{reason}");
     let table = Table::parse(&place.read("out/trajectory.csv"));
     let last = *table.column("t").last().unwrap();
     assert_eq!(Some(last), summary["end"]["t"].as_f64());

@@ -152,8 +152,8 @@ fn swing(body: &Body<2>, duration: f64, tolerance: f64, method: Method) -> Run<'
     .expect("a run")
 }
 
-/// The point of the method: what the explicit steps lose grows with time, what these lose does not. Would catch any step that
-/// leaves a defect of one sign, and a choice of steps that looks back.
+/// The point of the method: what these steps lose does not grow with time. Would catch any step that leaves a defect of one sign, and a choice of steps that
+/// looks back. Steps as long as their error allows lose more; by collocation, which is symmetric but for the choice of its steps, that grows little.
 #[test]
 fn the_energy_in_the_plane_does_not_drift() {
     let body = Body::<2>::new(1.0)
@@ -162,10 +162,10 @@ fn the_energy_in_the_plane_does_not_drift() {
     let [first, all] = errors(&mut swing(&body, 600.0, 1e-8, Method::Symmetric), 130.0);
     assert!(all < 5.0 * first, "{first:e}, later {all:e}");
     assert!(all < 5e-9, "{all:e}");
-    let [first, drifted] = errors(&mut swing(&body, 600.0, 1e-8, Method::Auto), 130.0);
+    let [_, drifted] = errors(&mut swing(&body, 600.0, 1e-8, Method::Auto), 130.0);
     assert!(
-        drifted > 4.0 * first && drifted > 50.0 * all,
-        "explicit: {first:e}, later {drifted:e}; symmetric: {all:e}"
+        drifted > 50.0 * all && drifted < 1e-6,
+        "of other lengths: {drifted:e}; symmetric: {all:e}"
     );
 }
 

@@ -170,7 +170,8 @@ fn thrown(speed: f64, eps: Option<f64>) -> (usize, f64) {
     (steps, pull)
 }
 
-/// Catches a mass that is given up in a hard bounce, energy that is lost or got there, and steps that collapse: at lam = 29 to 1600 a bounce with the mass of the rod takes about as many as without.
+/// Catches a mass that is given up in a hard bounce, energy that is lost or got there, and steps that collapse: at lam = 29 to 1600 a bounce with the mass of the
+/// rod takes some three times as many as without, whose steps are by collocation and three times as long.
 #[test]
 fn hard_bounces_keep_the_mass_of_the_rod() {
     for speed in [1.0, 2.0, 4.0, 8.0] {
@@ -178,7 +179,7 @@ fn hard_bounces_keep_the_mass_of_the_rod() {
         assert!(pull > 20.0 * speed * speed, "{pull}");
         for eps in [0.01, 0.05] {
             let (with, hardest) = thrown(speed, Some(eps));
-            assert!(with < steps + steps / 3, "{speed} {eps}: {with} of {steps}");
+            assert!(with < 4 * steps, "{speed} {eps}: {with} of {steps}");
             assert!(hardest > 0.8 * pull, "{hardest} of {pull}");
         }
     }

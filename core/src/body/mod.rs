@@ -1,5 +1,6 @@
 //! The body at the rod's end and the loads on it: a point mass or a rigid body.
 
+mod eightfold;
 mod end_body;
 mod groove;
 mod history;
@@ -8,6 +9,7 @@ mod spline;
 mod support;
 
 pub use crate::math::frame::Frame;
+pub use eightfold::EightMotion;
 pub use end_body::{EndBody, EndLinear, EndMotion};
 pub use groove::Groove;
 pub use history::{Block, Custom, History, Pulse, Ramp, Sine};

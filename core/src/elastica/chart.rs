@@ -12,9 +12,9 @@ use std::f64::consts::{LN_2, PI};
 
 /// tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding:
 /// the neglected terms are of relative size lam / TAUT^2.
-const TAUT: f64 = 1e9;
+pub(super) const TAUT: f64 = 1e9;
 /// p beyond which kap'^2 is below rounding and K, B are elementary.
-const FLAT: f64 = 22.0;
+pub(super) const FLAT: f64 = 22.0;
 
 /// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
 /// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
@@ -180,7 +180,7 @@ impl Integrals {
 
 /// (lam, B) of the taut limit: lam = p + ln(2 tan(w/2)), B = 1 - cos w (theory 2.3: the rod is an arc of
 /// a separatrix, exact up to exp(-2 lam)).
-fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
+pub(super) fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
     let half = s / (1.0 + c);
     (p + LN_2 + half.ln(), s * half)
 }

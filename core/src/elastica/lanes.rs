@@ -2,9 +2,8 @@
 //!
 //! What is compiled for its wide registers is what is inlined, always: closures are not.
 
-use crate::math::real::Real;
+use crate::math::real::{Halves, Real};
 use pulp::{Arch, Simd, WithSimd, bytemuck};
-use std::f64::consts::LOG2_E;
 use std::ops::{Add, Mul, Sub};
 
 /// Numbers at [`Lanes::COUNT`] places.
@@ -94,19 +93,10 @@ impl<S: Simd> Lanes<S> {
         bytemuck::cast_slice_mut(std::slice::from_mut(&mut self.at))
     }
 
-    /// Sines and cosines, |v| <= pi/2.
-    #[inline(always)]
-    pub fn sin_cos(self) -> (Self, Self) {
-        let minus = self * self * -1.0;
-        let odd = minus.series(&const { reciprocal_factorials::<10>(1) });
-        let even = minus.series(&const { reciprocal_factorials::<11>(0) });
-        (self * odd, even)
-    }
-
     /// Hyperbolic sines and cosines, |v| < 100.
     #[inline(always)]
     pub fn sinh_cosh(self) -> (Self, Self) {
-        let (up, down) = self.half_exp();
+        let Halves { up, down, .. } = self.half_exp();
         (up - down, up + down)
     }
 
@@ -116,53 +106,13 @@ impl<S: Simd> Lanes<S> {
         for v in self.each() {
             *v = v.min(FADED);
         }
-        let (up, down) = self.half_exp();
+        let Halves { up, down, .. } = self.half_exp();
         [down * 2.0, up * 2.0]
-    }
-
-    /// Halves of e^v and e^-v, |v| < 100.
-    #[inline(always)]
-    fn half_exp(self) -> (Self, Self) {
-        let twos = (self * LOG2_E).nearest();
-        let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
-        // Odd and even powers side by side; |r| < 0.35.
-        let r2 = r * r;
-        let even = r2.series(&const { reciprocal_factorials::<7>(0) });
-        let odd = r * r2.series(&const { reciprocal_factorials::<7>(1) });
-        let up = (even + odd) * (twos + self.all(HALF)).power_of_two();
-        let down = (even - odd) * (self.all(HALF) - twos).power_of_two();
-        (up, down)
-    }
-
-    /// 2^k of integers |k| < 1023, from k + 2^52 + 1023: its last digits become the exponent.
-    #[inline(always)]
-    fn power_of_two(mut self) -> Self {
-        for k in self.each() {
-            *k = f64::from_bits(k.to_bits() << 52);
-        }
-        self
     }
 }
 
 /// exp(-FADED) is nothing beside whatever it is added to.
 const FADED: f64 = 90.0;
-/// What [`Lanes::power_of_two`] makes 1/2 of.
-const HALF: f64 = 4_503_599_627_371_518.0;
-/// log 2 in two parts, the first with few enough bits to be multiplied without rounding.
-const LOG_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_2e-6];
-
-/// 1/(2k + first)!.
-const fn reciprocal_factorials<const N: usize>(first: usize) -> [f64; N] {
-    let mut all = [1.0; N];
-    let mut k = 1;
-    while k < N {
-        let n = (2 * k + first) as f64;
-        all[k] = all[k - 1] / (n * (n - 1.0));
-        k += 1;
-    }
-    all
-}
-
 impl<S: Simd> Real for Lanes<S> {
     #[inline(always)]
     fn all(self, x: f64) -> Self {
@@ -177,10 +127,24 @@ impl<S: Simd> Real for Lanes<S> {
     }
 
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        let at = self.simd.sqrt_f64s(self.at);
+        Self { at, ..self }
+    }
+
+    #[inline(always)]
     fn nearest(self) -> Self {
         // Beyond 2^52 there are integers only.
         let big = self.all(6_755_399_441_055_744.0);
         (self + big) - big
+    }
+
+    #[inline(always)]
+    fn power_of_two(mut self) -> Self {
+        for k in self.each() {
+            *k = f64::from_bits(k.to_bits() << 52);
+        }
+        self
     }
 
     #[inline(always)]

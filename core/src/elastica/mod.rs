@@ -6,6 +6,7 @@ mod boxes;
 pub mod chart;
 pub mod curvature;
 mod dragged;
+mod eightfold;
 pub mod equilibrium;
 pub mod folds;
 mod held;

@@ -1,12 +1,14 @@
 //! The elastica as an equilibrium manifold: chart (p, w), pose (x, y).
 
 use super::chart::{ChartPoint, P_MAX, amplitude};
+use super::eightfold::Eightfolds;
 use super::equilibrium::sheet;
 use super::layer::LayerShape;
 use super::{folds, inversion, layer, near};
 use crate::error::{Error, Result};
 use crate::manifold::{
-    EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet, Sign, TAUT, invert_near,
+    Eightfold, EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet, Sign, TAUT,
+    invert_near,
 };
 use crate::math::order::sort_few;
 use nalgebra::{Matrix2, Vector2};
@@ -111,6 +113,10 @@ impl Multivalued<2> for Elastica {
             Patch::Global => self.point(q),
             Patch::Near(side) => near::point(side, q),
         }
+    }
+
+    fn eightfold(&self, patch: Patch, error: f64) -> Option<Box<dyn Eightfold<2> + Send>> {
+        (patch == Patch::Global).then(|| Box::new(Eightfolds::new(error)) as _)
     }
 
     /// Along the straight rod.

@@ -4,9 +4,11 @@
 //! ask "given q, what are pose and force?". Everything that follows, folds, index, inversion,
 //! motion, jumps, is written once over this map (theory 1: q -> g(q), w(q), U(q), dU = -w . dg).
 
+mod eightfold;
 mod rod_mass;
 pub mod truss;
 
+pub use eightfold::{EightPoints, Eightfold};
 pub use rod_mass::{Across, Bending, Deflected, Felt, RodMass};
 
 use crate::error::{Error, Result};
@@ -153,6 +155,11 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// As [`EquilibriumManifold::point`], in the chart `patch`.
     fn point_in(&self, _patch: Patch, q: &SVector<f64, N>) -> Option<ManifoldPoint<N>> {
         self.point(q)
+    }
+
+    /// The chart `patch` at eight places at once, places and forces as good as `error`; None where only one place at a time is served.
+    fn eightfold(&self, _patch: Patch, _error: f64) -> Option<Box<dyn Eightfold<N> + Send>> {
+        None
     }
 
     /// The direction along which a body shakes fast next to the state that `patch` surrounds, so fast that its motion is followed by

@@ -2,6 +2,7 @@
 //!
 //! What is compiled for wide registers is what is inlined, always: closures are not.
 
+use super::real::Real;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{Add, Mul, Sub};
 
@@ -28,7 +29,7 @@ const WEIGHTS: [f64; 8] = [
 ];
 
 /// P_0 .. P_8 at x.
-const fn legendre(x: f64) -> [f64; 9] {
+pub(crate) const fn legendre(x: f64) -> [f64; 9] {
     let mut p = [1.0, x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut k = 1;
     while k < 8 {
@@ -147,9 +148,78 @@ pub(crate) struct Eight<S: Simd> {
 }
 
 impl<S: Simd> Eight<S> {
+    /// These numbers.
     #[inline(always)]
-    fn of(simd: S, at: [f64; 8]) -> Self {
+    pub fn of(simd: S, at: [f64; 8]) -> Self {
         Self { simd, at }
+    }
+
+    /// The numbers.
+    #[inline(always)]
+    pub fn numbers(self) -> [f64; 8] {
+        self.at
+    }
+
+    /// Sizes.
+    #[inline(always)]
+    pub fn abs(mut self) -> Self {
+        // Where the compiler has no lanes of its own, as for comparisons, it finds them.
+        for x in &mut self.at {
+            *x = x.abs();
+        }
+        self
+    }
+
+    /// Where this is less than `bound` the one, elsewhere the other.
+    #[inline(always)]
+    pub fn below(mut self, bound: f64, one: Self, other: Self) -> Self {
+        for i in 0..8 {
+            self.at[i] = if self.at[i] < bound {
+                one.at[i]
+            } else {
+                other.at[i]
+            };
+        }
+        self
+    }
+
+    /// The smaller of two.
+    #[inline(always)]
+    pub fn smaller(mut self, other: Self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        let (other, _) = S::as_simd_f64s(&other.at);
+        for (x, y) in at.iter_mut().zip(other) {
+            *x = self.simd.min_f64s(*x, *y);
+        }
+        self
+    }
+
+    /// The greater of two.
+    #[inline(always)]
+    pub fn greater(mut self, other: Self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        let (other, _) = S::as_simd_f64s(&other.at);
+        for (x, y) in at.iter_mut().zip(other) {
+            *x = self.simd.max_f64s(*x, *y);
+        }
+        self
+    }
+
+    /// The least of them.
+    #[inline(always)]
+    pub fn least(self) -> f64 {
+        let (at, _) = S::as_simd_f64s(&self.at);
+        let mut least = at[0];
+        for x in &at[1..] {
+            least = self.simd.min_f64s(least, *x);
+        }
+        self.simd.reduce_min_f64s(least)
+    }
+
+    /// The greatest of them.
+    #[inline(always)]
+    pub fn greatest(self) -> f64 {
+        -(self * -1.0).least()
     }
 
     /// x at all nodes.
@@ -245,5 +315,50 @@ impl<S: Simd> Mul<f64> for Eight<S> {
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         self * self.with(factor)
+    }
+}
+
+impl<S: Simd> Real for Eight<S> {
+    #[inline(always)]
+    fn all(self, x: f64) -> Self {
+        self.with(x)
+    }
+
+    #[inline(always)]
+    fn inverse(mut self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        for x in at {
+            *x = self.simd.div_f64s(self.simd.splat_f64s(1.0), *x);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn sqrt(mut self) -> Self {
+        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
+        for x in at {
+            *x = self.simd.sqrt_f64s(*x);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn nearest(self) -> Self {
+        // Beyond 2^52 there are integers only.
+        let big = self.with(6_755_399_441_055_744.0);
+        (self + big) - big
+    }
+
+    #[inline(always)]
+    fn times_plus(self, factor: Self, plus: Self) -> Self {
+        Eight::times_plus(self, factor, plus)
+    }
+
+    #[inline(always)]
+    fn power_of_two(mut self) -> Self {
+        for k in &mut self.at {
+            *k = f64::from_bits(k.to_bits() << 52);
+        }
+        self
     }
 }

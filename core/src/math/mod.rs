@@ -9,9 +9,13 @@ pub mod gauss;
 #[cfg(test)]
 pub(crate) mod interval;
 pub mod jacobi;
+pub(crate) mod means;
 pub mod order;
 pub(crate) mod real;
 pub mod se3;
 pub(crate) mod theta;
 
 pub use domain::DomainError;
+
+/// Numbers at eight places.
+pub type Row = [f64; 8];

@@ -1,5 +1,6 @@
 //! Numbers of which formulas are made: one, or several at once.
 
+use std::f64::consts::LOG2_E;
 use std::ops::{Add, Mul, Sub};
 
 /// What formulas of the pendulum are made of.
@@ -9,10 +10,14 @@ pub(crate) trait Real:
     /// x at all places at which this is.
     fn all(self, x: f64) -> Self;
     fn inverse(self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
     /// The nearest integer, of |x| < 2^50.
     fn nearest(self) -> Self;
     /// self times the one plus the other, rounded once where the processor does that as fast.
     fn times_plus(self, factor: Self, plus: Self) -> Self;
+    /// 2^k of integers |k| < 1023, from k + 2^52 + 1023: its last digits become the exponent.
+    fn power_of_two(self) -> Self;
 
     /// The sum of k[i] x[i].
     #[inline(always)]
@@ -33,6 +38,59 @@ pub(crate) trait Real:
         }
         sum
     }
+
+    /// Sines and cosines, |v| <= pi/2.
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let minus = self * self * -1.0;
+        let odd = minus.series(&const { reciprocal_factorials::<10>(1) });
+        let even = minus.series(&const { reciprocal_factorials::<11>(0) });
+        (self * odd, even)
+    }
+
+    /// Halves of e^v and e^-v, |v| < 700.
+    #[inline(always)]
+    fn half_exp(self) -> Halves<Self> {
+        let twos = (self * LOG2_E).nearest();
+        let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
+        // Odd and even powers side by side; |r| < 0.35.
+        let r2 = r * r;
+        let even = r2.series(&const { reciprocal_factorials::<7>(0) });
+        let odd = r * r2.series(&const { reciprocal_factorials::<7>(1) });
+        Halves {
+            up: (even + odd) * (twos + self.all(HALF)).power_of_two(),
+            down: (even - odd) * (self.all(HALF) - twos).power_of_two(),
+            twos,
+            odd,
+        }
+    }
+}
+
+/// e^v/2 and e^-v/2, from v = twos log 2 + r and sinh r.
+#[derive(Clone, Copy)]
+pub(crate) struct Halves<T> {
+    pub up: T,
+    pub down: T,
+    pub twos: T,
+    /// sinh r.
+    pub odd: T,
+}
+
+/// What [`Real::power_of_two`] makes 1/2 of.
+const HALF: f64 = 4_503_599_627_371_518.0;
+/// log 2 in two parts, the first with few enough bits to be multiplied without rounding.
+const LOG_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_2e-6];
+
+/// 1/(2k + first)!.
+const fn reciprocal_factorials<const N: usize>(first: usize) -> [f64; N] {
+    let mut all = [1.0; N];
+    let mut k = 1;
+    while k < N {
+        let n = (2 * k + first) as f64;
+        all[k] = all[k - 1] / (n * (n - 1.0));
+        k += 1;
+    }
+    all
 }
 
 impl Real for f64 {
@@ -47,6 +105,11 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+
+    #[inline(always)]
     fn nearest(self) -> Self {
         self.round()
     }
@@ -54,5 +117,10 @@ impl Real for f64 {
     #[inline(always)]
     fn times_plus(self, factor: Self, plus: Self) -> Self {
         self * factor + plus
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        Self::from_bits(self.to_bits() << 52)
     }
 }

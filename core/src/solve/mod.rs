@@ -12,6 +12,7 @@ pub mod family;
 pub mod fold_curve;
 pub mod gauss;
 pub mod integrator;
+pub mod lobatto;
 pub mod lu;
 pub mod newton;
 pub mod normal_form;

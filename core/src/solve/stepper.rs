@@ -1,8 +1,9 @@
-//! Explicit, symmetric and implicit steps behind one face, for those that look for events inside steps.
+//! Steps of all methods behind one face, for those that look for events inside steps.
 
 use super::cost::Cost;
 use super::dop853::{Dense, Dop853, Step, StepTooSmall};
 use super::gauss::{Gauss, GaussStep, Reversible};
+use super::lobatto::{LobattoStep, Slopes};
 use super::radau7::RadauStep;
 
 /// An integration in progress, by one of two methods.
@@ -23,6 +24,8 @@ pub enum Taken<Y> {
     Explicit(Step<Y>),
     /// Of Gauss collocation.
     Symmetric(GaussStep<Y>),
+    /// Of Lobatto collocation.
+    Collocated(LobattoStep<Y>),
     /// Of Radau IIA.
     Implicit(RadauStep<Y>),
 }
@@ -36,7 +39,9 @@ pub enum Inside<Y> {
     Explicit(Dense<Y>),
     /// The polynomial of the step itself.
     Symmetric(GaussStep<Y>),
-    /// The same.
+    /// Those of its halves.
+    Collocated([LobattoStep<Y>; 2]),
+    /// The polynomial of the step itself.
     Implicit(RadauStep<Y>),
 }
 
@@ -147,6 +152,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => &step.from,
             Self::Symmetric(step) => &step.from,
+            Self::Collocated(step) => &step.from,
             Self::Implicit(step) => &step.from,
         }
     }
@@ -156,6 +162,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => &step.to,
             Self::Symmetric(step) => &step.to,
+            Self::Collocated(step) => &step.to,
             Self::Implicit(step) => &step.to,
         }
     }
@@ -165,6 +172,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => &mut step.to,
             Self::Symmetric(step) => &mut step.to,
+            Self::Collocated(step) => &mut step.to,
             Self::Implicit(step) => &mut step.to,
         }
     }
@@ -174,6 +182,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => step.h,
             Self::Symmetric(step) => step.h,
+            Self::Collocated(step) => step.h,
             Self::Implicit(step) => step.h,
         }
     }
@@ -183,6 +192,7 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => step.stage_slopes(),
             Self::Symmetric(step) => step.stage_slopes(),
+            Self::Collocated(step) => step.stage_slopes(),
             Self::Implicit(step) => step.stage_slopes(),
         }
     }
@@ -197,38 +207,39 @@ impl<Y: Reversible> Taken<Y> {
         match self {
             Self::Explicit(step) => step.end_slope(),
             Self::Symmetric(step) => step.end_slope(),
+            Self::Collocated(step) => step.end_slope(),
             Self::Implicit(step) => step.end_slope(),
         }
     }
 
     /// The same step with another length, as accurate; of an implicit one a part.
-    pub fn redo(
-        &self,
-        mut f: impl FnMut(&Y) -> Option<Y>,
-        h: f64,
-        cost: &mut Cost,
-    ) -> Option<Self> {
+    pub fn redo(&self, f: &mut impl Slopes<Y>, h: f64, cost: &mut Cost) -> Option<Self> {
         Some(match self {
-            Self::Explicit(step) => Self::Explicit(step.redo(f, h, cost)?),
+            Self::Explicit(step) => Self::Explicit(step.redo(|at| f.slope(at), h, cost)?),
             Self::Symmetric(step) => {
                 let f = |at: &Y, slope: &mut Y| {
-                    *slope = f(at)?;
+                    *slope = f.slope(at)?;
                     Some(())
                 };
                 Self::Symmetric(step.redo(f, h, cost)?)
             }
+            Self::Collocated(step) => Self::Collocated(step.redo(f.eightwise()?, h, cost)?),
             Self::Implicit(step) => {
                 cost.evaluations += 1;
-                Self::Implicit(step.part(f, h)?)
+                Self::Implicit(step.part(|at| f.slope(at), h)?)
             }
         })
     }
 
     /// The states inside, to find places by.
-    pub fn inside(&mut self, f: impl FnMut(&Y) -> Option<Y>, cost: &mut Cost) -> Option<Inside<Y>> {
+    pub fn inside(&mut self, f: &mut impl Slopes<Y>, cost: &mut Cost) -> Option<Inside<Y>> {
         Some(match self {
-            Self::Explicit(step) => Inside::Explicit(step.dense(f, cost)?),
+            Self::Explicit(step) => Inside::Explicit(step.dense(|at| f.slope(at), cost)?),
             Self::Symmetric(step) => Inside::Symmetric(step.clone()),
+            Self::Collocated(step) => {
+                cost.samples += 1;
+                Inside::Collocated(step.halves(f.eightwise()?, cost)?)
+            }
             Self::Implicit(step) => Inside::Implicit(step.clone()),
         })
     }
@@ -240,6 +251,8 @@ impl<Y: Reversible> Inside<Y> {
         match self {
             Self::Explicit(dense) => dense.at(x),
             Self::Symmetric(step) => step.at(x),
+            Self::Collocated([first, _]) if x < 0.5 => first.at(2.0 * x),
+            Self::Collocated([_, second]) => second.at(2.0 * x - 1.0),
             Self::Implicit(step) => step.at(x),
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::solve::cost::Cost;
 use crate::solve::gauss::Reversible;
+use crate::solve::lobatto::Slopes;
 use crate::solve::roots::chandrupatla;
 use crate::solve::stepper::{Inside, Taken};
 
@@ -47,7 +48,7 @@ const OFF: f64 = 1e-6;
 pub fn at_time<S: Timed>(
     step: &mut Taken<S>,
     dense: &mut Option<Inside<S>>,
-    mut f: impl FnMut(&S) -> Option<S>,
+    f: &mut impl Slopes<S>,
     t: f64,
     cost: &mut Cost,
 ) -> Option<S> {
@@ -62,7 +63,7 @@ pub fn at_time<S: Timed>(
         return None;
     }
     if dense.is_none() {
-        *dense = step.inside(&mut f, cost);
+        *dense = step.inside(f, cost);
     }
     let dense = dense.as_ref()?;
     let x = chandrupatla(
@@ -77,7 +78,7 @@ pub fn at_time<S: Timed>(
     cost.samples += 1;
     let mut h = x * step.h();
     loop {
-        let there = step.redo(&mut f, h, cost)?;
+        let there = step.redo(f, h, cost)?;
         let missing = (t - there.to().time()) / there.end_slope().time();
         if missing.abs() <= OFF * step.h() {
             let mut state = there.to().clone();
@@ -95,7 +96,7 @@ pub fn at_time<S: Timed>(
 /// The first zero of t' inside a step, if there is one: seen at the stages, confirmed on the interpolant.
 pub fn first_fold<S: Timed>(
     step: &mut Taken<S>,
-    mut f: impl FnMut(&S) -> Option<S>,
+    f: &mut impl Slopes<S>,
     cost: &mut Cost,
 ) -> Option<Guess> {
     let ends = step.start_slope().time().min(step.end_slope().time());
@@ -106,10 +107,10 @@ pub fn first_fold<S: Timed>(
     }
     let h = step.h();
     let (start, end) = (step.start_slope().time(), step.end_slope().time());
-    let dense = step.inside(&mut f, cost)?;
+    let dense = step.inside(f, cost)?;
     let mut rate_at = |x: f64| {
         cost.evaluations += 1;
-        f(&dense.at(x)).map_or(f64::NAN, |slope| slope.time())
+        f.slope(&dense.at(x)).map_or(f64::NAN, |slope| slope.time())
     };
     let mut before = (0.0, start);
     for i in 1..=SAMPLES {
@@ -135,7 +136,7 @@ pub fn first_fold<S: Timed>(
 /// fold.
 pub fn locate<S: Timed>(
     step: &Taken<S>,
-    mut f: impl FnMut(&S) -> Option<S>,
+    f: &mut impl Slopes<S>,
     guess: Guess,
     event: impl Fn(&S, &S) -> f64,
     cost: &mut Cost,
@@ -149,7 +150,12 @@ pub fn locate<S: Timed>(
     let mut previous: Option<(f64, f64)> = None;
     let mut best: Option<(f64, Located<S>)> = None;
     for _ in 0..CORRECTIONS {
-        let redone = step.redo(&mut f, h, cost)?;
+        let Some(redone) = step.redo(f, h, cost) else {
+            // What lies behind the event, as a pulse that begins there, may be no way to follow.
+            high = h;
+            h = 0.5 * (previous.map_or(low, |(h0, _)| h0.min(h)) + h);
+            continue;
+        };
         let g = event(redone.to(), redone.end_slope());
         let moved = previous.map_or(f64::INFINITY, |(h0, _)| (h - h0).abs());
         if let Some((h0, g0)) = previous

@@ -9,6 +9,7 @@
 //! and walls tau runs like t.
 
 mod across;
+mod eightfold;
 mod glide;
 mod shaking;
 mod turns;
@@ -22,7 +23,9 @@ use crate::solve::cost::Cost;
 use crate::solve::dop853::State;
 use crate::solve::gauss::Reversible;
 use crate::solve::integrator::Method;
+use crate::solve::roots::chandrupatla;
 use crate::solve::stepper::{Inside, Stepper, Taken};
+use eightfold::{Both, Eight};
 pub use glide::Glide;
 use nalgebra::{SMatrix, SVector};
 use shaking::Shaking;
@@ -105,18 +108,19 @@ pub struct OnSheet<'a, M, const N: usize> {
     orientation: f64,
     tolerance: f64,
     solver: Stepper<Phase<N>>,
+    /// Steps at eight places at once, where the chart serves that.
+    eight: Option<Eight<'a, N>>,
     last: Option<Taken<Phase<N>>>,
     dense: Option<Inside<Phase<N>>>,
     /// What is known of a fast shaking.
     shaking: Shaking<N>,
 }
 
-/// Sections of a step at a largest value, which is then exact to rounding: its place to the root of that.
-const GOLDEN_SECTIONS: usize = 40;
-
 /// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up, and the run's
 /// error is to be of the order of the tolerance, not a multiple of it.
 const LOCAL: f64 = 0.1;
+/// Steps by collocation are so many times as long as those of DOP853.
+const LONGER: f64 = 3.0;
 /// A state this near to the end of time, relative to 1 + its size, is at it.
 const ON_TIME: f64 = 1e-12;
 /// Local errors below this drown in rounding.
@@ -160,7 +164,12 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
         let local = (LOCAL * tolerance).max(FINEST);
         let symmetric = options.method == Method::Symmetric;
+        let eight = match symmetric || rod.is_some() {
+            true => None,
+            false => Eight::new(manifold, body, orientation, h, local),
+        };
         Ok(Self {
+            eight,
             manifold,
             body,
             rod,
@@ -258,7 +267,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// The time that the next step would take at the present pace.
     pub fn next_step(&self) -> f64 {
-        self.solver.next_step() * self.solver.slope().t.abs()
+        let eight = self.eight.as_ref().filter(|_| self.patch == Patch::Global);
+        let h = eight.and_then(|eight| eight.steps.next_step());
+        h.unwrap_or_else(|| self.solver.next_step()) * self.solver.slope().t.abs()
     }
 
     /// One step, at most to time `end`, to the next break of the loads, or to the fold if that comes first. None: the step
@@ -296,8 +307,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return Some(progress);
         };
         self.solver.rewind(from.0, from.1);
-        let f = self.right_hand_side();
-        let mut step = self.solver.step(written(f), h).ok()?;
+        let mut step = self.one_step(h)?;
         if step.h() == h {
             step.to_mut().t = at;
             self.solver.rewind(*step.to(), *step.end_slope());
@@ -315,9 +325,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let mut h_max = 4.0 * remaining / self.solver.slope().t.max(f64::MIN_POSITIVE);
         let mut cost = Cost::default();
         let (step, fold) = loop {
-            let mut step = self.solver.step(written(f), h_max).ok()?;
-            let fold = first_fold(&mut step, f, &mut cost)
-                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.t, &mut cost));
+            let mut step = self.one_step(h_max)?;
+            let both = &mut self.both(f);
+            let fold = first_fold(&mut step, both, &mut cost)
+                .and_then(|guess| locate(&step, both, guess, |_, slope| slope.t, &mut cost));
             if fold.is_some() || step.end_slope().t > 0.0 {
                 break (step, fold);
             }
@@ -344,6 +355,51 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(progress)
     }
 
+    /// One step of at most `h_max`.
+    fn one_step(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
+        match self.step_at_eight(h_max) {
+            Some(step) => Some(step),
+            None => self.step_at_one(h_max),
+        }
+    }
+
+    /// A step with slopes at eight places at once, where it is served.
+    fn step_at_eight(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
+        if self.patch != Patch::Global {
+            return None;
+        }
+        let eight = self.eight.as_mut()?;
+        let from = (self.solver.state(), self.solver.slope());
+        let mut cost = Cost::default();
+        let step = (eight.steps).step(from, &mut eight.motion, h_max, &mut cost);
+        *self.solver.cost_mut() = self.solver.cost() + cost;
+        let step = step?;
+        self.solver.rewind(step.to, *step.end_slope());
+        Some(Taken::Collocated(step))
+    }
+
+    /// A step with slopes one by one; the two kinds go on from each other's lengths.
+    fn step_at_one(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
+        if let (Some(Taken::Collocated(step)), Stepper::Explicit(solver)) =
+            (&self.last, &mut self.solver)
+        {
+            let (state, slope) = (*solver.state(), *solver.slope());
+            solver.restart(state, slope, step.h / LONGER);
+        }
+        let f = self.right_hand_side();
+        let step = self.solver.step(written(f), h_max).ok()?;
+        if let Some(eight) = self.eight.as_mut() {
+            eight.steps.resume(LONGER * self.solver.next_step());
+        }
+        Some(step)
+    }
+
+    /// The right-hand side, also at eight places at once.
+    fn both<F>(&mut self, one: F) -> Both<'_, 'a, F, N> {
+        let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
+        Both { one, eight }
+    }
+
     /// Ends `step`, which reaches or passes `end`, exactly there; None, with the state back at its start, if
     /// that moment cannot be hit.
     fn finish(
@@ -361,7 +417,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         };
         let hit =
             |ended: &Located<Phase<N>>| (ended.step.to().t - end).abs() <= ON_TIME * (1.0 + end);
-        match locate(&step, f, guess, |state, _| state.t - end, cost).filter(hit) {
+        let both = &mut self.both(f);
+        match locate(&step, both, guess, |state, _| state.t - end, cost).filter(hit) {
             Some(mut ended) => {
                 ended.step.to_mut().t = end;
                 self.rewind(ended.step);
@@ -374,50 +431,36 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The state within the last step at which the stored energy is largest, by golden sections; nothing is counted.
-    pub fn hardest(&self) -> Option<Phase<N>> {
+    /// The state within the last step at which the stored energy is largest, where the rod did work on the body before and does after:
+    /// there its power vanishes. Nothing is counted.
+    pub fn hardest(&mut self) -> Option<Phase<N>> {
         if !self.shaking.single() {
             return None;
         }
         let mut step = self.last.clone()?;
-        let dense = step.inside(self.right_hand_side(), &mut Cost::default())?;
-        let energy = |phase: &Phase<N>| {
-            let at = self.manifold.point_in(self.patch, &phase.q);
-            at.map_or(0.0, |at| at.energy)
+        let (manifold, patch) = (self.manifold, self.patch);
+        let power = |phase: &Phase<N>| {
+            let at = manifold.point_in(patch, &phase.q);
+            at.map_or(f64::NAN, |at| at.force.dot(&phase.v))
         };
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..GOLDEN_SECTIONS {
-            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-            if energy(&dense.at(a)) >= energy(&dense.at(b)) {
-                high = b;
-            } else {
-                low = a;
-            }
-        }
-        let x = 0.5 * (low + high);
         let f = self.right_hand_side();
-        Some(self.global(match &step {
-            Taken::Explicit(_) | Taken::Implicit(_) => dense.at(x),
-            // The polynomial of a long step tells the place; the step to there, refined by where the pull does no work, the state.
-            Taken::Symmetric(_) => {
-                let power = |phase: &Phase<N>| {
-                    let at = self.manifold.point_in(self.patch, &phase.q);
-                    at.map_or(f64::NAN, |at| at.force.dot(&phase.v))
-                };
-                let h = x * step.h();
-                let [before, after] = [step.from(), step.to()].map(power);
-                let guess = Guess {
-                    h,
-                    rate: (after - before) / step.h(),
-                    t: dense.at(x).t,
-                };
-                let cost = &mut Cost::default();
-                *locate(&step, f, guess, |state, _| power(state), cost)?
-                    .step
-                    .to()
-            }
-        }))
+        let both = &mut self.both(f);
+        let cost = &mut Cost::default();
+        let dense = step.inside(both, cost)?;
+        let [before, after] = [step.from(), step.to()].map(power);
+        let ends = ((0.0, before), (1.0, after));
+        let x = chandrupatla(|x| power(&dense.at(x)), ends.0, ends.1, 0.0)?;
+        if !matches!(step, Taken::Symmetric(_)) {
+            return Some(self.global(dense.at(x)));
+        }
+        // The polynomial of a long step tells the place; the step to there the state.
+        let guess = Guess {
+            h: x * step.h(),
+            rate: (after - before) / step.h(),
+            t: dense.at(x).t,
+        };
+        let found = locate(&step, both, guess, |state, _| power(state), cost)?;
+        Some(self.global(*found.step.to()))
     }
 
     fn rewind(&mut self, step: Taken<Phase<N>>) {
@@ -439,7 +482,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return self.at_turn(t);
         }
         let mut cost = Cost::default();
-        let found = at_time(self.last.as_mut()?, &mut self.dense, f, t, &mut cost);
+        let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
+        let both = &mut Both { one: f, eight };
+        let found = at_time(self.last.as_mut()?, &mut self.dense, both, t, &mut cost);
         let total = self.solver.cost_mut();
         *total = *total + cost;
         Some(Phase {

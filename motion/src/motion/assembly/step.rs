@@ -179,8 +179,9 @@ impl AssemblyRun {
                 self.resume(state, self.slowed.clone(), h)?;
                 return Some(Progress::Fold { rods, time_error });
             };
-            let fold = first_fold(&mut step, f, &mut cost)
-                .and_then(|guess| locate(&step, f, guess, |_, slope| slope.time(), &mut cost));
+            let fold = first_fold(&mut step, &mut { f }, &mut cost).and_then(|guess| {
+                locate(&step, &mut { f }, guess, |_, slope| slope.time(), &mut cost)
+            });
             if fold.is_some() || step.end_slope().time() > 0.0 {
                 break (step, fold);
             }
@@ -202,7 +203,13 @@ impl AssemblyRun {
                 rate: passed / step.h(),
                 t: end,
             };
-            let found = locate(&step, f, guess, |state, _| state.time() - end, &mut cost)?;
+            let found = locate(
+                &step,
+                &mut { f },
+                guess,
+                |state, _| state.time() - end,
+                &mut cost,
+            )?;
             if (found.step.to().time() - end).abs() > ON_TIME * (1.0 + end) {
                 return None;
             }
@@ -332,7 +339,7 @@ impl AssemblyRun {
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
             let mut cost = Cost::default();
-            let dense = step.inside(f, &mut cost)?;
+            let dense = step.inside(&mut { f }, &mut cost)?;
             self.extra.evaluations += cost.evaluations;
             for x in INSIDE {
                 let there = nearness(&dense.at(x)).contact;
@@ -358,7 +365,7 @@ impl AssemblyRun {
         };
         let mut cost = Cost::default();
         let f = self.right_hand_side();
-        let found = locate(step, f, guess, |state, _| gap(state), &mut cost);
+        let found = locate(step, &mut { f }, guess, |state, _| gap(state), &mut cost);
         self.extra.evaluations += cost.evaluations;
         let Some(found) = found else {
             return Some(None);
@@ -395,7 +402,13 @@ impl AssemblyRun {
         };
         let f = self.right_hand_side();
         let mut cost = Cost::default();
-        let found = locate(step, f, guess, |state, _| along(state) - knot, &mut cost);
+        let found = locate(
+            step,
+            &mut { f },
+            guess,
+            |state, _| along(state) - knot,
+            &mut cost,
+        );
         self.extra.evaluations += cost.evaluations;
         let Some(found) = found else {
             return Some(None);
@@ -426,7 +439,13 @@ impl AssemblyRun {
     pub(super) fn inside(&mut self, t: f64) -> Option<DVector<f64>> {
         let f = self.right_hand_side();
         let mut cost = Cost::default();
-        let found = at_time(self.step.as_mut()?, &mut self.dense, f, t, &mut cost);
+        let found = at_time(
+            self.step.as_mut()?,
+            &mut self.dense,
+            &mut { f },
+            t,
+            &mut cost,
+        );
         self.extra.evaluations += cost.evaluations;
         self.extra.samples += cost.samples;
         Some(found?.at_time(t).0)

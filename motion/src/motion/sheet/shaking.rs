@@ -136,7 +136,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let f = self.right_hand_side();
         let mut cost = Cost::default();
         let along = |at: &Phase<N>| at.v.dot(&turns.along);
-        let located = locate(step, f, guess, |at, _| along(at), &mut cost);
+        let located = locate(step, &mut { f }, guess, |at, _| along(at), &mut cost);
         *self.solver.cost_mut() = self.solver.cost() + cost;
         let Some(located) = located else {
             return;

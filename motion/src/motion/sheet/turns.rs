@@ -173,7 +173,8 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
                     t: step.from.t + share * (step.to.t - step.from.t),
                 };
                 let step = Taken::Explicit(step);
-                found = locate(&step, f, guess, |at, _| event(at), cost).map(|at| *at.step.to());
+                found = locate(&step, &mut { f }, guess, |at, _| event(at), cost)
+                    .map(|at| *at.step.to());
                 break;
             }
         }

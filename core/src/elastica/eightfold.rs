@@ -1,0 +1,397 @@
+//! Chart points at eight places at once, in wide registers.
+//!
+//! The integrals cost most of a point. Where the places have moved a little since the integrals were last evaluated, as they do from one sweep
+//! over a step to the next, lam and B follow by their differentials (theory 2.7),
+//! ```text
+//! dlam = lam_p dp + dw/D,   lam_p = kap (B + c s/D),      dB = B_p dp + s^2/D dw,   B_p = (kap'^2 (lam - 2B - c s/D))/kap
+//! ```
+//! by the trapezoidal rule between the two places, whose error is of third order in the distance.
+
+use super::chart::{TAUT, taut};
+use super::model::Elastica;
+use super::slight::SLIGHT;
+use crate::manifold::{EightPoints, Eightfold, EquilibriumManifold};
+use crate::math::Row;
+use crate::math::eight::{Eight, wide};
+use crate::math::means::integrals;
+use crate::math::real::{Halves, Real};
+use nalgebra::Vector2;
+use pulp::{Simd, WithSimd};
+use std::f64::consts::{FRAC_1_PI, LN_2};
+
+/// pi in two parts, the first with few enough bits to be multiplied by a number of half turns without rounding.
+const PI: [f64; 2] = [3.141_592_653_589_782_5, 1.078_060_571_631_623_8e-14];
+/// Largest |p| and w that are served.
+const FARTHEST: f64 = 300.0;
+const LARGEST: f64 = 100.0;
+/// Smallest w: B is good to rounding absolutely, and is like w^3.
+const SHORTEST: f64 = 0.05;
+/// Smallest |p|: next to the straight rod B_p is lost.
+const STRAIGHTEST: f64 = 1e-3;
+
+/// Chart points at eight places, and the integrals that they were last made from.
+pub(super) struct Eightfolds {
+    /// How far places may move before the integrals are evaluated anew: p absolutely, w relative to D.
+    near: f64,
+    base: Option<Base>,
+}
+
+impl Eightfolds {
+    /// With integrals as good as `error`.
+    pub fn new(error: f64) -> Self {
+        Self {
+            near: error.max(f64::EPSILON).cbrt(),
+            base: None,
+        }
+    }
+}
+
+impl Eightfold<2> for Eightfolds {
+    /// Outside of what is served in wide registers one by one.
+    #[inline]
+    fn points(&mut self, q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
+        wide(Work { all: self, q, to }) || one_by_one(q, to)
+    }
+}
+
+fn one_by_one(q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
+    for i in 0..8 {
+        let Some(at) = Elastica.point(&Vector2::new(q[0][i], q[1][i])) else {
+            return false;
+        };
+        for k in 0..2 {
+            to.pose[k][i] = at.pose[k];
+            to.force[k][i] = at.force[k];
+            to.adjugate[k][k][i] = at.jacobian[(1 - k, 1 - k)];
+            to.adjugate[k][1 - k][i] = -at.jacobian[(k, 1 - k)];
+        }
+        to.det[i] = at.jacobian.determinant();
+        to.pace[i] = at.pace;
+    }
+    true
+}
+
+/// Places with all that moves on from them.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Base {
+    p: Row,
+    w: Row,
+    kap: Row,
+    kap_c: Row,
+    s: Row,
+    c: Row,
+    lam: Row,
+    b: Row,
+    lam_p: Row,
+    b_p: Row,
+    inv_d: Row,
+}
+
+/// The integrals at eight places ([`super::chart::Integrals`]), and their derivatives.
+#[derive(Clone, Copy)]
+struct At<S: Simd> {
+    kap: Eight<S>,
+    kap_c: Eight<S>,
+    s: Eight<S>,
+    c: Eight<S>,
+    d: Eight<S>,
+    inv_d: Eight<S>,
+    lam: Eight<S>,
+    b: Eight<S>,
+}
+
+struct Work<'a> {
+    all: &'a mut Eightfolds,
+    q: &'a [Row; 2],
+    to: &'a mut EightPoints<2>,
+}
+
+impl WithSimd for Work<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let [p, w] = [Eight::of(simd, self.q[0]), Eight::of(simd, self.q[1])];
+        let size = p.abs();
+        // A NaN is not served.
+        if !(size.greatest() < FARTHEST
+            && size.least() > STRAIGHTEST
+            && w.greatest() < LARGEST
+            && w.least() > SHORTEST)
+        {
+            return false;
+        }
+        let at = match &self.all.base {
+            Some(base) if let Some(at) = moved(simd, base, self.all.near, p, w) => at,
+            _ => {
+                let at = evaluated(simd, p, w, size);
+                if !(at.lam.least() > SLIGHT) {
+                    return false;
+                }
+                let [lam_p, b_p] = at.by_p();
+                self.all.base = Some(Base {
+                    p: self.q[0],
+                    w: self.q[1],
+                    kap: at.kap.numbers(),
+                    kap_c: at.kap_c.numbers(),
+                    s: at.s.numbers(),
+                    c: at.c.numbers(),
+                    lam: at.lam.numbers(),
+                    b: at.b.numbers(),
+                    lam_p: lam_p.numbers(),
+                    b_p: b_p.numbers(),
+                    inv_d: at.inv_d.numbers(),
+                });
+                at
+            }
+        };
+        at.point(self.to);
+        true
+    }
+}
+
+/// The integrals at (p, w), |p| = `size`, as [`super::chart::Integrals::new`] has them.
+#[inline(always)]
+fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S> {
+    let one = p.all(1.0);
+    let Halves {
+        up,
+        down,
+        twos,
+        odd,
+    } = p.half_exp();
+    let (sinh, cosh) = (up - down, up + down);
+    // Where e^p is near 1 the difference is that of the series.
+    let sinh = twos.abs().below(0.5, odd, sinh);
+    let kap_c = cosh.inverse();
+    let kap = sinh * kap_c;
+    let turns = (w * FRAC_1_PI).nearest();
+    let beyond = turns.times_plus(w.all(-PI[1]), turns.times_plus(w.all(-PI[0]), w));
+    let (sin, cos) = beyond.sin_cos();
+    let odd = turns - (turns * 0.5).nearest() * 2.0;
+    let sign = one - odd.abs() * 2.0;
+    let across = kap * sin;
+    let d = across.times_plus(across, kap_c * kap_c).sqrt();
+    let inv_d = d.inverse();
+    let [mut lam, mut b] = integrals(kap_c, (sin, cos), d, turns);
+    // Beyond this the integrals are elementary, and means of them far apart.
+    let far = sin.abs() * cosh;
+    if far.greatest() >= TAUT {
+        let [mut lams, mut bs] = [lam.numbers(), b.numbers()];
+        let [far, sin] = [far.numbers(), sin.numbers()];
+        let [cos, size] = [cos.numbers(), size.numbers()];
+        let turns = turns.numbers();
+        for i in 0..8 {
+            if far[i] >= TAUT {
+                let (lam, b) = taut(size[i], sin[i].abs(), cos[i]);
+                let (k, whole) = (size[i] + LN_2, 1.0);
+                lams[i] = 2.0 * turns[i] * k + lam.copysign(sin[i]);
+                bs[i] = 2.0 * turns[i] * whole + b.copysign(sin[i]);
+            }
+        }
+        [lam, b] = [Eight::of(simd, lams), Eight::of(simd, bs)];
+    }
+    At {
+        kap,
+        kap_c,
+        s: sin * sign,
+        c: cos * sign,
+        d,
+        inv_d,
+        lam,
+        b,
+    }
+}
+
+/// The integrals at (p, w), from those at `base`; None if that is too far.
+#[inline(always)]
+fn moved<S: Simd>(simd: S, base: &Base, near: f64, p: Eight<S>, w: Eight<S>) -> Option<At<S>> {
+    let inv_d = Eight::of(simd, base.inv_d);
+    let (dp, dw) = (p - Eight::of(simd, base.p), w - Eight::of(simd, base.w));
+    let turned = dw * inv_d;
+    if !(turned.times_plus(turned, dp * dp).greatest() <= near * near) {
+        return None;
+    }
+    let one = p.all(1.0);
+    let (p2, w2) = (dp * dp, dw * dw);
+    let (cosh, sinh) = (
+        p2.series(&COSH) * p2 + one,
+        dp * (p2.series(&SINH) * p2 + one),
+    );
+    let (cos, sin) = (
+        w2.series(&COS) * w2 + one,
+        dw * (w2.series(&SIN) * w2 + one),
+    );
+    let [kap, kap_c] = [Eight::of(simd, base.kap), Eight::of(simd, base.kap_c)];
+    let over = kap.times_plus(sinh, cosh).inverse();
+    let kap_c = kap_c * over;
+    let kap = kap.times_plus(cosh, sinh) * over;
+    let [s, c] = [Eight::of(simd, base.s), Eight::of(simd, base.c)];
+    let (s, c) = (s.times_plus(cos, c * sin), c * cos - s * sin);
+    let across = kap * s;
+    let d = across.times_plus(across, kap_c * kap_c).sqrt();
+    let s0 = Eight::of(simd, base.s);
+    let [lam_p, b_p] = [Eight::of(simd, base.lam_p), Eight::of(simd, base.b_p)];
+    let [lam, b] = [Eight::of(simd, base.lam), Eight::of(simd, base.b)];
+    let mut here = At {
+        kap,
+        kap_c,
+        s,
+        c,
+        d,
+        inv_d: d.inverse(),
+        lam: lam + lam_p.times_plus(dp, turned),
+        b: b + b_p.times_plus(dp, s0 * s0 * turned),
+    };
+    let [lam_p1, b_p1] = here.by_p();
+    let (dp, dw) = (dp * 0.5, dw * 0.5);
+    let turned = [dw * inv_d, dw * here.inv_d];
+    here.lam = lam + (lam_p + lam_p1).times_plus(dp, turned[0] + turned[1]);
+    here.b = b + (b_p + b_p1).times_plus(dp, s0 * s0 * turned[0] + s * s * turned[1]);
+    Some(here)
+}
+
+/// (cosh x - 1)/x^2 and so on, of |x| < 0.01, by powers of x^2.
+const COSH: [f64; 3] = [1.0 / 2.0, 1.0 / 24.0, 1.0 / 720.0];
+const SINH: [f64; 3] = [1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0];
+const COS: [f64; 3] = [-1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0];
+const SIN: [f64; 3] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0];
+
+impl<S: Simd> At<S> {
+    /// lam_p and B_p.
+    #[inline(always)]
+    fn by_p(&self) -> [Eight<S>; 2] {
+        let held = self.c * self.s * self.inv_d;
+        let rest = self.lam - self.b * 2.0 - held;
+        [
+            self.kap * (self.b + held),
+            self.kap_c * self.kap_c * rest * self.kap.inverse(),
+        ]
+    }
+
+    /// What [`super::chart::ChartPoint`] makes of them.
+    #[inline(always)]
+    fn point(&self, to: &mut EightPoints<2>) {
+        let Self {
+            kap,
+            kap_c,
+            s,
+            c,
+            d,
+            inv_d,
+            lam,
+            b,
+        } = *self;
+        let one = lam.all(1.0);
+        let kap_c2 = kap_c * kap_c;
+        let inv = lam.inverse();
+        let lam_p = kap * (b + c * s * inv_d);
+        let de = kap_c2.times_plus(lam, kap * kap * b);
+        let twice = inv * 2.0;
+        let x = de.times_plus(twice, one * -1.0);
+        let y = kap * s * twice;
+        let x_p = twice * (kap_c2 * kap * (b - lam) - de * inv * lam_p);
+        let x_w = kap * kap * (s * s - b * inv) * twice * inv_d;
+        let y_p = (kap_c2 * s * 2.0 - y * lam_p) * inv;
+        let y_w = kap * (c - s * inv * inv_d) * twice;
+        let alpha_p = kap_c2 * c * inv_d * -2.0;
+        let alpha_w = kap * s * inv_d * 2.0;
+        let cos = (d - kap * c) * (d + kap * c);
+        let sin = kap * c * d * -2.0;
+        let pull = lam * lam;
+        let [xp, yp] = turned([cos, sin], [x_p - y * alpha_p, y_p + x * alpha_p]);
+        let [xw, yw] = turned([cos, sin], [x_w - y * alpha_w, y_w + x * alpha_w]);
+        let minus = one * -1.0;
+        let [x, y] = turned([cos, sin], [x, y]);
+        to.pose = [x.numbers(), y.numbers()];
+        to.force = [(pull * cos).numbers(), (pull * sin).numbers()];
+        to.adjugate = [
+            [yw.numbers(), (xw * minus).numbers()],
+            [(yp * minus).numbers(), xp.numbers()],
+        ];
+        to.det = (xp * yw - xw * yp).numbers();
+        to.pace = (one + lam).inverse().numbers();
+    }
+}
+
+/// Turns a vector of the turned axes into the fixed ones.
+#[inline(always)]
+fn turned<S: Simd>([cos, sin]: [Eight<S>; 2], v: [Eight<S>; 2]) -> [Eight<S>; 2] {
+    [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest difference from points made one by one, relative to the sizes of force, Jacobian and so on.
+    fn off(q: &[Row; 2], to: &EightPoints<2>) -> f64 {
+        let mut worst = 0.0_f64;
+        for i in 0..8 {
+            let at = Elastica.point(&Vector2::new(q[0][i], q[1][i])).unwrap();
+            let (j, size) = (at.jacobian, at.jacobian.norm());
+            let mut compare = |a: f64, b: f64, size: f64| {
+                let e = (a - b).abs() / size;
+                // A NaN stays one.
+                worst = if e <= worst { worst } else { e };
+            };
+            for k in 0..2 {
+                compare(to.pose[k][i], at.pose[k], 1.0);
+                compare(to.force[k][i], at.force[k], at.force.norm());
+                compare(to.adjugate[k][k][i], j[(1 - k, 1 - k)], size);
+                compare(to.adjugate[k][1 - k][i], -j[(k, 1 - k)], size);
+            }
+            compare(to.det[i], j.determinant(), size * size);
+            compare(to.pace[i], at.pace, at.pace);
+        }
+        worst
+    }
+
+    /// Catches formulas in wide registers that are not those of the chart: slack rods, taut ones, loops, some half turns, and lanes of all kinds beside each other. What moved
+    /// on from places nearby has an error of third order in the distance, and is evaluated anew where that is too far.
+    #[test]
+    fn eight_points_are_those_of_one() {
+        let mut to = EightPoints::default();
+        let (mut near, mut far) = (0, 0);
+        for k in 0..4000 {
+            let wave = |i: usize, a: f64| ((k * 8 + i) as f64 * a).sin();
+            let size = [3.0, 10.0, 40.0, 250.0][k % 4];
+            let mut q = [[0.0; 8]; 2];
+            for i in 0..8 {
+                q[0][i] = size * wave(i, 1.1);
+                q[1][i] = 4.0 + 3.99 * wave(i, 0.7);
+            }
+            let mut served = Eightfolds::new(1e-12);
+            assert!(served.points(&q, &mut to), "{q:?}");
+            let e = off(&q, &to);
+            assert!(e < 1e-13, "{e:e} at {q:?}");
+            let Some(base) = served.base else {
+                far += 1;
+                continue;
+            };
+            for part in [0.1, 0.9, 2.0] {
+                let mut there = q;
+                for i in 0..8 {
+                    let (p, w) = (wave(i, 2.3), wave(i, 3.7));
+                    let reach = part * served.near / p.hypot(w);
+                    there[0][i] += reach * p;
+                    there[1][i] += reach * w / base.inv_d[i];
+                }
+                if there[1].iter().any(|w| *w <= 0.0) {
+                    continue;
+                }
+                assert!(served.points(&there, &mut to));
+                let moved = served.base.is_some_and(|now| now.p == base.p);
+                assert_eq!(moved, part < 1.0, "{there:?}");
+                let e = off(&there, &to);
+                assert!(e < 1e-11, "{part}: {e:e} at {there:?}");
+                near += usize::from(moved);
+                served.base = Some(base);
+            }
+        }
+        assert!(near > 3000 && far < 2500, "{near} {far}");
+        assert!(!Eightfolds::new(1e-12).points(&[[1.0; 8], [-0.1; 8]], &mut to));
+        assert!(!Eightfolds::new(1e-12).points(&[[f64::NAN; 8], [1.0; 8]], &mut to));
+    }
+}

@@ -1,0 +1,465 @@
+//! Collocation at the nine places of Lobatto's rule, of order 16, for motions whose slope is evaluated at eight places at once.
+//!
+//! On a step of length h the slopes k_i at the places c_i, the first of them known, satisfy
+//!
+//! ```text
+//! y_i = y + h sum_j a_ij k_j,   k_i = f(y_i),   a_ij = int_0^{c_i} l_j,
+//! ```
+//!
+//! and the last of them is the end. They are swept until they stay, from the polynomial of the step before. An explicit method asks for its slopes one after
+//! the other; here eight are asked for at once, and where a motion's slope is made in wide registers a sweep costs little more than a slope or two.
+//! In a sweep velocities come before places: places are carried by the velocities that the new forces give, which halves the sweeps of a smooth motion.
+//!
+//! Steps are as long as the last two of the nine coefficients of the slopes by Legendre polynomials allow: of a smooth function whose coefficients fall like x^k
+//! about x^16 is lost at the end of a step, where they are x^8.
+
+mod rule;
+
+use super::cost::Cost;
+use super::dop853::State;
+use crate::math::Row;
+use crate::math::eight::wide;
+use pulp::{Simd, WithSimd};
+pub use rule::Block;
+use rule::{Modes, changed, integrals, integrated};
+use std::marker::PhantomData;
+
+/// A motion whose slope is evaluated at eight places at once, in rows of numbers at these: places, as many velocities, time, and what is integrated along but acts on
+/// nothing.
+pub trait Sweeps {
+    /// Number of places.
+    const PLACES: usize;
+    /// Number of rows, at most 8.
+    const ROWS: usize;
+
+    /// The slopes of all rows but places; false outside of the domain.
+    fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool;
+
+    /// The slopes of places, after [`Sweeps::forces`], with the velocities of `at`.
+    fn moves<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block);
+}
+
+/// Steps of a motion in terms of its states.
+pub trait Eightwise<Y> {
+    /// A state's rows.
+    fn row(&self, state: &Y) -> Row;
+
+    /// The state of rows.
+    fn state(&self, row: &Row) -> Y;
+
+    /// Solves a step, by [`solve`].
+    ///
+    /// # Errors
+    /// Why it is not solved.
+    fn solve(&mut self, step: &Unsolved) -> Result<Solved, Fails>;
+}
+
+/// A right-hand side, one state at a time or eight.
+pub trait Slopes<Y> {
+    /// The slope at a state; None outside the domain.
+    fn slope(&mut self, at: &Y) -> Option<Y>;
+
+    /// Steps with eight at once, where that is served.
+    fn eightwise(&mut self) -> Option<&mut dyn Eightwise<Y>>;
+}
+
+impl<Y, F: FnMut(&Y) -> Option<Y>> Slopes<Y> for F {
+    fn slope(&mut self, at: &Y) -> Option<Y> {
+        self(at)
+    }
+
+    fn eightwise(&mut self) -> Option<&mut dyn Eightwise<Y>> {
+        None
+    }
+}
+
+/// A coefficient that goes with the tolerance 1, by its root; measured.
+const GOAL: f64 = 0.003;
+/// Steps with so many times that are taken; they shorten the next.
+const SLACK: f64 = 30.0;
+/// A sweep after which a step is given up that has so many times the most error.
+const LOOK: usize = 2;
+const HOPELESS: f64 = 2.0;
+/// What a sweep that is the last may leave, as a part of the tolerance, and rounding.
+const LEFT: f64 = 0.05;
+const ROUNDING: f64 = 1e-15;
+/// Most sweeps, and the least decrease by one from the fourth on.
+const SWEEPS: usize = 13;
+const CONVERGES: f64 = 0.7;
+/// Differences below this are rounding where a sweep leaves more of them than that.
+const NOISE: f64 = 1e-12;
+const STALLS: f64 = 0.5;
+/// What is expected of the first decrease.
+const EXPECTED: f64 = 0.3;
+/// Safety factor, bounds of a change of length, and the memory of its controller.
+const SAFETY: f64 = 0.9;
+const SHRINK: f64 = 0.3;
+const GROW: f64 = 1.5;
+const MEMORY: f64 = 0.05;
+const EXPONENT: f64 = 1.0 / 9.0;
+/// Trials of a step; then it is left to another method, and so are so many that follow.
+const TRIALS: usize = 6;
+const PAUSE: u32 = 4;
+
+/// A step to be solved.
+#[derive(Debug, Clone)]
+pub struct Unsolved<'a> {
+    from: Row,
+    start: Row,
+    h: f64,
+    tolerance: f64,
+    guess: Option<Guess<'a>>,
+    /// Given up as soon as it is seen to be too long.
+    judged: bool,
+}
+
+/// Slopes from the polynomials of another step, on whose [-1, 1] this one begins at `from`, `ratio` times as long.
+#[derive(Debug, Clone)]
+struct Guess<'a> {
+    of: &'a Known,
+    from: f64,
+    ratio: f64,
+}
+
+/// The slopes of a step.
+#[derive(Debug, Clone)]
+struct Known {
+    start: Row,
+    slopes: Block,
+}
+
+/// A step in rows.
+#[derive(Debug, Clone)]
+pub struct Solved {
+    to: Row,
+    known: Known,
+    error: f64,
+    sweeps: u64,
+}
+
+/// Why a step is not solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fails {
+    /// Its places leave the domain.
+    Domain,
+    /// Sweeps do not converge.
+    Slow,
+    /// It is too long by this error, as the first sweeps show.
+    Long(f64),
+}
+
+/// The memory of steps by collocation.
+#[derive(Debug, Clone)]
+pub struct Lobatto<Y> {
+    tolerance: f64,
+    h: f64,
+    last_error: f64,
+    /// The last step: where it ended, its slopes and length.
+    last: Option<(Row, Known, f64)>,
+    pause: u32,
+    of: PhantomData<Y>,
+}
+
+/// One step.
+#[derive(Debug, Clone)]
+pub struct LobattoStep<Y> {
+    /// State at the start.
+    pub from: Y,
+    /// State at the end.
+    pub to: Y,
+    /// Length.
+    pub h: f64,
+    slopes: [Y; 9],
+    tolerance: f64,
+}
+
+impl<Y: State> Lobatto<Y> {
+    /// With steps whose local errors are about `tolerance`, the first of them tried with the length `h`.
+    pub fn new(h: f64, tolerance: f64) -> Self {
+        Self {
+            tolerance,
+            h,
+            last_error: 1.0,
+            last: None,
+            pause: 0,
+            of: PhantomData,
+        }
+    }
+
+    /// The length that the next step will try, where such steps are taken.
+    pub fn next_step(&self) -> Option<f64> {
+        (self.pause == 0).then_some(self.h)
+    }
+
+    /// Sets the length of the next step, after steps of another method.
+    pub fn resume(&mut self, h: f64) {
+        self.h = h;
+        self.last = None;
+    }
+
+    /// A step from a state with its slope, of at most `h_max`. None where it is to be taken by another method.
+    pub fn step(
+        &mut self,
+        (from, slope): (&Y, &Y),
+        of: &mut dyn Eightwise<Y>,
+        h_max: f64,
+        cost: &mut Cost,
+    ) -> Option<LobattoStep<Y>> {
+        if self.pause > 0 {
+            self.pause -= 1;
+            return None;
+        }
+        let mut step = Unsolved {
+            from: of.row(from),
+            start: of.row(slope),
+            h: 0.0,
+            tolerance: self.tolerance,
+            guess: None,
+            judged: true,
+        };
+        for _ in 0..TRIALS {
+            let h = self.h.min(h_max);
+            step.h = h;
+            step.guess = match &self.last {
+                Some((to, known, length)) if *to == step.from => Some(Guess {
+                    of: known,
+                    from: 1.0,
+                    ratio: h / length,
+                }),
+                _ => None,
+            };
+            let error = match counted(of.solve(&step), cost) {
+                Ok(solved) if solved.error <= SLACK => {
+                    let error = solved.error;
+                    let size = error.max(1e-10);
+                    let factor = SAFETY
+                        * size.powf(-EXPONENT)
+                        * (self.last_error.max(1e-4) / size).powf(MEMORY);
+                    let longer = h * factor.clamp(SHRINK, GROW);
+                    // A step cut short from outside says little about the length that the error allows.
+                    self.h = if h < self.h {
+                        self.h.max(longer)
+                    } else {
+                        longer
+                    };
+                    self.last_error = error;
+                    cost.steps += 1;
+                    let taken = finished((from, slope), &solved, (h, self.tolerance), of);
+                    self.last = Some((solved.to, solved.known, h));
+                    return Some(taken);
+                }
+                Ok(Solved { error, .. }) | Err(Fails::Long(error)) => error,
+                Err(Fails::Slow) => f64::INFINITY,
+                Err(Fails::Domain) => break,
+            };
+            cost.rejected += 1;
+            self.h = h * (SAFETY * error.powf(-EXPONENT)).max(SHRINK);
+        }
+        self.pause = PAUSE;
+        None
+    }
+}
+
+fn counted(found: Result<Solved, Fails>, cost: &mut Cost) -> Result<Solved, Fails> {
+    cost.evaluations += match &found {
+        Ok(solved) => 8 * solved.sweeps,
+        Err(Fails::Long(_)) => 8 * LOOK as u64,
+        Err(Fails::Slow) => 8 * SWEEPS as u64,
+        Err(Fails::Domain) => 8,
+    };
+    found
+}
+
+/// Solves a step: sweeps from its guess until the slopes stay.
+///
+/// # Errors
+/// Why it is not solved.
+pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved) -> Result<Solved, Fails> {
+    wide(Sweeping { motion, step })
+}
+
+struct Sweeping<'a, 'b, M> {
+    motion: &'a mut M,
+    step: &'a Unsolved<'b>,
+}
+
+impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
+    type Output = Result<Solved, Fails>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { motion, step } = self;
+        let Unsolved {
+            from,
+            start,
+            h,
+            tolerance,
+            guess,
+            judged,
+        } = step;
+        let (places, rows) = (M::PLACES, M::ROWS);
+        // Nothing depends on the rows behind the time.
+        let time = 2 * places;
+        let mut scales = *from;
+        for x in &mut scales {
+            *x = 1.0 / (1.0 + x.abs());
+        }
+        scales[time] = 1.0;
+        let mut slopes = Block::ZERO;
+        match guess {
+            Some(guess) => {
+                let known = guess.of;
+                let modes = Modes::new(simd, &known.start, &known.slopes, rows);
+                slopes = modes.at(simd, guess.from, guess.ratio, rows);
+            }
+            None => {
+                for i in 0..rows {
+                    slopes.0[i] = [start[i]; 8];
+                }
+            }
+        }
+        let (mut at, mut new) = (Block::ZERO, Block::ZERO);
+        integrated(simd, (from, start, &slopes), *h, places..time, &mut at);
+        let mut last = f64::NAN;
+        for sweep in 1..=SWEEPS {
+            integrated(simd, (from, start, &slopes), *h, 0..places, &mut at);
+            integrated(simd, (from, start, &slopes), *h, time..time + 1, &mut at);
+            if !motion.forces(simd, &at, &mut new) {
+                return Err(Fails::Domain);
+            }
+            integrated(simd, (from, start, &new), *h, places..time, &mut at);
+            motion.moves(simd, &at, &mut new);
+            let moved = h * changed(simd, [&slopes, &new], &scales, rows).sqrt();
+            slopes = new;
+            let ratio = if sweep == 1 { EXPECTED } else { moved / last };
+            let stays = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
+            let stays = stays || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
+            if stays || *judged && sweep == LOOK {
+                let modes = Modes::new(simd, start, &slopes, rows);
+                let error = h * size(modes.tail(&scales, rows)) / (GOAL * tolerance.sqrt());
+                if stays {
+                    let mut to = *from;
+                    for i in 0..rows {
+                        to[i] += h * modes.low.0[i][0];
+                    }
+                    return Ok(Solved {
+                        to,
+                        known: Known {
+                            start: *start,
+                            slopes,
+                        },
+                        error,
+                        sweeps: sweep as u64,
+                    });
+                }
+                if error > HOPELESS * SLACK {
+                    return Err(Fails::Long(error));
+                }
+            }
+            if !(moved < f64::INFINITY) || sweep > 3 && ratio > CONVERGES && moved > NOISE {
+                break;
+            }
+            last = moved;
+        }
+        Err(Fails::Slow)
+    }
+}
+
+/// The size of what goes on behind these coefficients. One of two may vanish by chance.
+#[inline(always)]
+fn size([fifth, sixth, seventh, eighth]: [f64; 4]) -> f64 {
+    let decay = ((eighth + seventh) / (sixth + fifth + f64::MIN_POSITIVE)).min(1.0);
+    (eighth * eighth + seventh * seventh * decay).sqrt()
+}
+
+fn finished<Y: State>(
+    (from, slope): (&Y, &Y),
+    solved: &Solved,
+    (h, tolerance): (f64, f64),
+    of: &dyn Eightwise<Y>,
+) -> LobattoStep<Y> {
+    let place = |i: usize| {
+        let mut row = [0.0; 8];
+        for (x, slopes) in row.iter_mut().zip(&solved.known.slopes.0) {
+            *x = slopes[i];
+        }
+        of.state(&row)
+    };
+    LobattoStep {
+        from: from.clone(),
+        to: of.state(&solved.to),
+        h,
+        slopes: std::array::from_fn(|i| match i {
+            0 => slope.clone(),
+            _ => place(i - 1),
+        }),
+        tolerance,
+    }
+}
+
+impl<Y: State> LobattoStep<Y> {
+    /// The slopes at the places, the start's first and the end's last.
+    pub fn stage_slopes(&self) -> &[Y] {
+        &self.slopes
+    }
+
+    /// The slope at the end.
+    pub fn end_slope(&self) -> &Y {
+        &self.slopes[8]
+    }
+
+    /// The state at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 9.
+    pub fn at(&self, x: f64) -> Y {
+        let mut state = self.from.clone();
+        for (weight, slope) in integrals(x).iter().zip(&self.slopes) {
+            state.axpy(self.h * weight, slope);
+        }
+        state
+    }
+
+    /// A part of the step from its start, of length `h`, at full order. None where it is not solved.
+    pub fn redo(&self, of: &mut dyn Eightwise<Y>, h: f64, cost: &mut Cost) -> Option<Self> {
+        self.part((&self.from, &self.slopes[0], -1.0), of, h, cost)
+    }
+
+    /// Both halves, whose polynomials are as accurate all along as the step is at its end.
+    pub fn halves(&self, of: &mut dyn Eightwise<Y>, cost: &mut Cost) -> Option<[Self; 2]> {
+        let h = 0.5 * self.h;
+        let first = self.redo(of, h, cost)?;
+        let second = self.part((&first.to, first.end_slope(), 0.0), of, h, cost)?;
+        Some([first, second])
+    }
+
+    /// A step of length `h` that begins at a place in [-1, 1] of this one, where state and slope are these.
+    fn part(
+        &self,
+        (from, slope, place): (&Y, &Y, f64),
+        of: &mut dyn Eightwise<Y>,
+        h: f64,
+        cost: &mut Cost,
+    ) -> Option<Self> {
+        let mut known = Known {
+            start: of.row(&self.slopes[0]),
+            slopes: Block::ZERO,
+        };
+        for (i, slope) in self.slopes[1..].iter().enumerate() {
+            for (row, x) in known.slopes.0.iter_mut().zip(of.row(slope)) {
+                row[i] = x;
+            }
+        }
+        let step = Unsolved {
+            from: of.row(from),
+            start: of.row(slope),
+            h,
+            tolerance: self.tolerance,
+            guess: Some(Guess {
+                of: &known,
+                from: place,
+                ratio: h / self.h,
+            }),
+            judged: false,
+        };
+        let solved = counted(of.solve(&step), cost).ok()?;
+        Some(finished((from, slope), &solved, (h, self.tolerance), of))
+    }
+}

@@ -1,0 +1,220 @@
+//! Lobatto's rule of nine places, worked on in wide registers: what is inlined, always, is compiled for them.
+
+use crate::math::Row;
+use crate::math::eight::{Eight, legendre};
+use pulp::Simd;
+use std::ops::Range;
+
+/// Most numbers of a state.
+pub const ROWS: usize = 8;
+
+/// Numbers by row and place, the first place left out.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct Block(pub [Row; ROWS]);
+
+impl Block {
+    /// Zeros.
+    pub(super) const ZERO: Self = Self([[0.0; 8]; ROWS]);
+}
+
+/// By row, the coefficients of P_0 .. P_7, and that of P_8.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Modes {
+    pub low: Block,
+    pub last: Row,
+}
+
+/// Places on [-1, 1]; the first is -1.
+const PLACES: Row = [
+    -0.899_757_995_411_460_2,
+    -0.677_186_279_510_737_8,
+    -0.363_117_463_826_178_16,
+    0.0,
+    0.363_117_463_826_178_16,
+    0.677_186_279_510_737_8,
+    0.899_757_995_411_460_2,
+    1.0,
+];
+/// The weight of the first place, and those of the others.
+const FIRST: f64 = 1.0 / 36.0;
+const WEIGHTS: Row = [
+    0.165_495_361_560_805_53,
+    0.274_538_712_500_161_74,
+    0.346_428_510_973_046_35,
+    0.371_519_274_376_417_2,
+    0.346_428_510_973_046_35,
+    0.274_538_712_500_161_74,
+    0.165_495_361_560_805_53,
+    FIRST,
+];
+
+/// `MODES[j][k]`: what a value at place j, 0 the first, adds to the coefficient of P_k.
+const MODES: [[f64; 9]; 9] = {
+    let mut modes = [[0.0; 9]; 9];
+    let mut j = 0;
+    while j < 9 {
+        let (place, weight) = if j == 0 {
+            (-1.0, FIRST)
+        } else {
+            (PLACES[j - 1], WEIGHTS[j - 1])
+        };
+        let p = legendre(place);
+        let mut k = 0;
+        while k < 9 {
+            // The rule has 1/4 for the integral of P_8^2.
+            let size = if k == 8 { 4.0 } else { k as f64 + 0.5 };
+            modes[j][k] = size * weight * p[k];
+            k += 1;
+        }
+        j += 1;
+    }
+    modes
+};
+
+/// `INTEGRALS[j][i]` = a_ij of place j, 0 the first, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on [0, 1].
+const INTEGRALS: [Row; 9] = {
+    let mut integrals = [[0.0; 8]; 9];
+    let mut j = 0;
+    while j < 9 {
+        let mut i = 0;
+        while i < 8 {
+            let x = PLACES[i];
+            let p = legendre(x);
+            let ninth = (17.0 * x * p[8] - 8.0 * p[7]) / 9.0;
+            let mut sum = MODES[j][0] * (1.0 + x);
+            let mut k = 1;
+            while k < 9 {
+                let next = if k == 8 { ninth } else { p[k + 1] };
+                sum += MODES[j][k] * (next - p[k - 1]) / (2 * k + 1) as f64;
+                k += 1;
+            }
+            integrals[j][i] = 0.5 * sum;
+            i += 1;
+        }
+        j += 1;
+    }
+    integrals
+};
+
+/// y + h a k at the places, of these rows.
+#[inline(always)]
+pub(super) fn integrated<S: Simd>(
+    simd: S,
+    (from, start, slopes): (&Row, &Row, &Block),
+    h: f64,
+    rows: Range<usize>,
+    to: &mut Block,
+) {
+    let mut a = [Eight::all(simd, 0.0); 9];
+    for j in 0..9 {
+        a[j] = Eight::of(simd, INTEGRALS[j]);
+    }
+    for i in rows {
+        let mut sum = a[0] * start[i];
+        for j in 0..8 {
+            sum = a[j + 1].times_plus(a[0].with(slopes.0[i][j]), sum);
+        }
+        to.0[i] = sum.times_plus(a[0].with(h), a[0].with(from[i])).numbers();
+    }
+}
+
+/// The mean square over places and rows of the change of the slopes, each by its scale.
+#[inline(always)]
+pub(super) fn changed<S: Simd>(
+    simd: S,
+    [before, now]: [&Block; 2],
+    scales: &Row,
+    rows: usize,
+) -> f64 {
+    let mut sum = Eight::all(simd, 0.0);
+    for i in 0..rows {
+        let change = (Eight::of(simd, now.0[i]) - Eight::of(simd, before.0[i])) * scales[i];
+        sum = change.times_plus(change, sum);
+    }
+    sum.total() / (8 * rows) as f64
+}
+
+impl Modes {
+    /// Those of the polynomials through these slopes.
+    #[inline(always)]
+    pub fn new<S: Simd>(simd: S, start: &Row, slopes: &Block, rows: usize) -> Self {
+        let mut low = [Eight::all(simd, 0.0); 9];
+        let mut last = [0.0; 8];
+        for j in 0..9 {
+            let mut at = [0.0; 8];
+            at.copy_from_slice(&MODES[j][..8]);
+            low[j] = Eight::of(simd, at);
+            if j > 0 {
+                last[j - 1] = MODES[j][8];
+            }
+        }
+        let last = Eight::of(simd, last);
+        let mut modes = Self {
+            low: Block::ZERO,
+            last: [0.0; 8],
+        };
+        for i in 0..rows {
+            let mut sum = low[0] * start[i];
+            for j in 0..8 {
+                sum = low[j + 1].times_plus(low[0].with(slopes.0[i][j]), sum);
+            }
+            modes.low.0[i] = sum.numbers();
+            modes.last[i] = MODES[0][8] * start[i] + (last * Eight::of(simd, slopes.0[i])).total();
+        }
+        modes
+    }
+
+    /// The polynomials at the places of a step that begins at `from` on [-1, 1] and is `ratio` times as long.
+    #[inline(always)]
+    pub fn at<S: Simd>(&self, simd: S, from: f64, ratio: f64, rows: usize) -> Block {
+        let one = Eight::all(simd, 1.0);
+        let x = (Eight::of(simd, PLACES) + one).times_plus(one.with(ratio), one.with(from));
+        let mut p = [one; 9];
+        p[1] = x;
+        for k in 1..8 {
+            let n = k as f64;
+            p[k + 1] = x * p[k] * ((2.0 * n + 1.0) / (n + 1.0)) - p[k - 1] * (n / (n + 1.0));
+        }
+        let mut to = Block::ZERO;
+        for i in 0..rows {
+            let mut sum = p[8] * self.last[i];
+            for k in 0..8 {
+                sum = p[k].times_plus(one.with(self.low.0[i][k]), sum);
+            }
+            to.0[i] = sum.numbers();
+        }
+        to
+    }
+
+    /// The sizes of the last four coefficients, each row by its scale.
+    #[inline(always)]
+    pub fn tail(&self, scales: &Row, rows: usize) -> [f64; 4] {
+        let mut sizes = [0.0; 4];
+        for i in 0..rows {
+            let low = &self.low.0[i];
+            let last = [low[5], low[6], low[7], self.last[i]];
+            for k in 0..4 {
+                sizes[k] += (last[k] * scales[i]) * (last[k] * scales[i]);
+            }
+        }
+        for size in &mut sizes {
+            *size = (*size / rows as f64).sqrt();
+        }
+        sizes
+    }
+}
+
+/// Integrals over [0, x] of the polynomials that are 1 at one of the places and 0 at the others, on [0, 1].
+pub(super) fn integrals(x: f64) -> [f64; 9] {
+    let z = 2.0 * x - 1.0;
+    let p = legendre(z);
+    let ninth = (17.0 * z * p[8] - 8.0 * p[7]) / 9.0;
+    std::array::from_fn(|j| {
+        let terms = (1..9).map(|k| {
+            let next = if k == 8 { ninth } else { p[k + 1] };
+            MODES[j][k] * (next - p[k - 1]) / (2 * k + 1) as f64
+        });
+        0.5 * (MODES[j][0] * (1.0 + z) + terms.sum::<f64>())
+    })
+}
