@@ -35,6 +35,7 @@ mod contacts;
 mod continuation;
 mod documents;
 mod dynamics;
+mod eightfold;
 mod elastica;
 mod elliptic;
 mod elliptic_data;

@@ -55,8 +55,8 @@ impl Eightfold<2> for Eightfolds {
 }
 
 fn one_by_one(q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
-    for i in 0..8 {
-        let Some(at) = Elastica.point(&Vector2::new(q[0][i], q[1][i])) else {
+    for (i, (p, w)) in q[0].iter().zip(&q[1]).enumerate() {
+        let Some(at) = Elastica.point(&Vector2::new(*p, *w)) else {
             return false;
         };
         for k in 0..2 {
@@ -328,8 +328,8 @@ mod tests {
     /// The largest difference from points made one by one, relative to the sizes of force, Jacobian and so on.
     fn off(q: &[Row; 2], to: &EightPoints<2>) -> f64 {
         let mut worst = 0.0_f64;
-        for i in 0..8 {
-            let at = Elastica.point(&Vector2::new(q[0][i], q[1][i])).unwrap();
+        for (i, (p, w)) in q[0].iter().zip(&q[1]).enumerate() {
+            let at = Elastica.point(&Vector2::new(*p, *w)).unwrap();
             let (j, size) = (at.jacobian, at.jacobian.norm());
             let mut compare = |a: f64, b: f64, size: f64| {
                 let e = (a - b).abs() / size;
@@ -357,11 +357,10 @@ mod tests {
         for k in 0..4000 {
             let wave = |i: usize, a: f64| ((k * 8 + i) as f64 * a).sin();
             let size = [3.0, 10.0, 40.0, 250.0][k % 4];
-            let mut q = [[0.0; 8]; 2];
-            for i in 0..8 {
-                q[0][i] = size * wave(i, 1.1);
-                q[1][i] = 4.0 + 3.99 * wave(i, 0.7);
-            }
+            let q: [Row; 2] = [
+                std::array::from_fn(|i| size * wave(i, 1.1)),
+                std::array::from_fn(|i| 4.0 + 3.99 * wave(i, 0.7)),
+            ];
             let mut served = Eightfolds::new(1e-12);
             assert!(served.points(&q, &mut to), "{q:?}");
             let e = off(&q, &to);
@@ -371,13 +370,12 @@ mod tests {
                 continue;
             };
             for part in [0.1, 0.9, 2.0] {
-                let mut there = q;
-                for i in 0..8 {
+                let way = |i: usize| {
                     let (p, w) = (wave(i, 2.3), wave(i, 3.7));
                     let reach = part * served.near / p.hypot(w);
-                    there[0][i] += reach * p;
-                    there[1][i] += reach * w / base.inv_d[i];
-                }
+                    [reach * p, reach * w / base.inv_d[i]]
+                };
+                let there: [Row; 2] = [0, 1].map(|k| std::array::from_fn(|i| q[k][i] + way(i)[k]));
                 if there[1].iter().any(|w| *w <= 0.0) {
                     continue;
                 }

@@ -313,8 +313,8 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
                 slopes = modes.at(simd, guess.from, guess.ratio, rows);
             }
             None => {
-                for i in 0..rows {
-                    slopes.0[i] = [start[i]; 8];
+                for (row, slope) in slopes.0.iter_mut().zip(start) {
+                    *row = [*slope; 8];
                 }
             }
         }
@@ -339,8 +339,8 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
                 let error = h * size(modes.tail(&scales, rows)) / (GOAL * tolerance.sqrt());
                 if stays {
                     let mut to = *from;
-                    for i in 0..rows {
-                        to[i] += h * modes.low.0[i][0];
+                    for (x, mode) in to.iter_mut().zip(&modes.low.0) {
+                        *x += h * mode[0];
                     }
                     return Ok(Solved {
                         to,

@@ -116,7 +116,7 @@ const ALLOWED: f64 = 1e3;
 /// Tolerances below this drown in rounding.
 const FINEST: f64 = 1e-13;
 /// Errors beyond this part of the largest term leave no energy of a motion to be trusted.
-const DROWNED: f64 = 1e-2;
+const DROWNED: f64 = 1e-3;
 /// Energies below this, in the units of the rod, are the rounding of a rod at rest.
 const REST: f64 = 1e-29;
 

@@ -59,9 +59,13 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     };
     plan.method = match (kind, run.method) {
         (_, Method::Symmetric) => symmetric(),
-        (ModelKind::Sheet, _) => choice(
+        (ModelKind::Sheet, _) if scene.rod.is_light() => choice(
             "explicit steps of order 8 (DOP853)",
             "in a time of their own, which slows at folds and next to the taut wall, so that the motion is smooth there",
+        ),
+        (ModelKind::Sheet, _) => choice(
+            "collocation of order 16, by slopes at eight places at once",
+            "in a time of their own, which slows at folds and next to the taut wall, so that the motion is smooth there; beside the straight rod one slope after the other, explicit steps of order 8 (DOP853)",
         ),
         (ModelKind::ElasticSpace, method) => steps(method, RADAU7),
         (_, method) => steps(method, RADAU),

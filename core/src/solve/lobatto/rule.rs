@@ -1,4 +1,5 @@
-//! Lobatto's rule of nine places, worked on in wide registers: what is inlined, always, is compiled for them.
+//! Lobatto's rule of nine places, worked on in wide registers: what is inlined, always, is compiled for them, closures are not.
+#![allow(clippy::needless_range_loop)]
 
 use crate::math::Row;
 use crate::math::eight::{Eight, legendre};
