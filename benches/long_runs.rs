@@ -209,6 +209,7 @@ fn chains() {
 fn name(method: Method) -> &'static str {
     match method {
         Method::Symmetric => "symmetric",
+        Method::Auto => "auto",
         _ => "explicit",
     }
 }
@@ -333,7 +334,7 @@ fn plane(periods: f64) {
     for (motion, thrown) in [("swings", false), ("thrown", true)] {
         let swing = Swing::new(thrown);
         let (mut gained, mut off) = (String::new(), String::new());
-        for method in [Method::Explicit, Method::Symmetric] {
+        for method in [Method::Auto, Method::Symmetric] {
             for tolerance in [1e-8, 1e-10, 1e-12] {
                 let run = swing.run(periods, tolerance, method);
                 let start = run.now();
