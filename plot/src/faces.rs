@@ -42,6 +42,8 @@ struct Face {
     depth: f64,
     /// Corners on the canvas.
     shown: Vec<Pixel>,
+    /// The least and the greatest of their coordinates.
+    within: [Pixel; 2],
     /// Depth as a function of the pixel: at a pixel (x, y), slope . (x, y, 1), kept within the range.
     slope: Option<Point>,
     range: [f64; 2],
@@ -163,12 +165,18 @@ impl Faces {
             .iter()
             .map(|&p| dot(p, self.stage.camera().back))
             .collect();
+        let shown: Vec<Pixel> = corners.iter().map(|&p| self.project(p)).collect();
+        let within = [f64::min, f64::max].map(|of| {
+            let both = |a: Pixel, b: &Pixel| (of(a.0, b.0), of(a.1, b.1));
+            shown.iter().fold(shown[0], both)
+        });
         self.faces.push(Face {
             edges,
             colour,
             sheet: self.patches,
             depth: depths.iter().sum::<f64>() / depths.len() as f64,
-            shown: corners.iter().map(|&p| self.project(p)).collect(),
+            shown,
+            within,
             slope: self.slope(&corners),
             range: [
                 depths.iter().copied().fold(f64::MAX, f64::min),
@@ -313,7 +321,10 @@ impl Faces {
         let at = self.project(p);
         let depth = dot(p, self.stage.camera().back);
         !self.faces.iter().any(|face| {
+            let [low, high] = face.within;
             face.range[1] > depth + ON_FACE
+                && (low.0..=high.0).contains(&at.0)
+                && (low.1..=high.1).contains(&at.1)
                 && contains(&face.shown, at)
                 && face.depth_at(at).is_some_and(|d| d > depth + ON_FACE)
         })

@@ -211,11 +211,17 @@ pub(super) fn integrals(x: f64) -> [f64; 9] {
     let z = 2.0 * x - 1.0;
     let p = legendre(z);
     let ninth = (17.0 * z * p[8] - 8.0 * p[7]) / 9.0;
-    std::array::from_fn(|j| {
-        let terms = (1..9).map(|k| {
-            let next = if k == 8 { ninth } else { p[k + 1] };
-            MODES[j][k] * (next - p[k - 1]) / (2 * k + 1) as f64
-        });
-        0.5 * (MODES[j][0] * (1.0 + z) + terms.sum::<f64>())
-    })
+    // Halves of the integrals of P_0 .. P_8 from -1 on.
+    let mut whole = [0.5 * (1.0 + z); 9];
+    for k in 1..9 {
+        let next = if k == 8 { ninth } else { p[k + 1] };
+        whole[k] = (next - p[k - 1]) * (0.5 / (2 * k + 1) as f64);
+    }
+    let mut weights = [0.0; 9];
+    for (weight, modes) in weights.iter_mut().zip(&MODES) {
+        for k in 0..9 {
+            *weight += modes[k] * whole[k];
+        }
+    }
+    weights
 }
