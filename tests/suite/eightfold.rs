@@ -5,7 +5,7 @@ use snaprod::Result;
 use snaprod::body::{Body, History, Support, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::{EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet};
-use snaprod::motion::{Event, Options, Outcome, Run, Sample};
+use snaprod::motion::{Event, Options, Outcome, Phase, Run, Sample};
 
 type Pair = Vector2<f64>;
 
@@ -75,6 +75,7 @@ struct Came {
     bounces: Vec<[f64; 2]>,
     opened: f64,
     steps: u64,
+    end: Phase<2>,
 }
 
 fn came(
@@ -82,19 +83,23 @@ fn came(
     body: &Body<2>,
     (q, v): (Pair, Pair),
     duration: f64,
+    samples: u32,
 ) -> Came {
     let options = Options::new(duration)
         .and_then(|o| o.with_tolerance(1e-11))
         .unwrap();
     let mut run = Run::new(manifold, body, q, v, options).unwrap();
     let first = run.now().ledger.total();
-    let times: Vec<f64> = (1..=97).map(|k| duration * f64::from(k) / 97.0).collect();
+    let times: Vec<f64> = (1..=samples)
+        .map(|k| duration * f64::from(k) / f64::from(samples))
+        .collect();
     let mut came = Came {
         samples: Vec::new(),
         snaps: Vec::new(),
         bounces: Vec::new(),
         opened: 0.0,
         steps: 0,
+        end: run.now().phase,
     };
     while let Some(event) = run.next() {
         match event {
@@ -112,6 +117,7 @@ fn came(
         came.opened = came.opened.max((run.now().ledger.total() - first).abs());
     }
     came.steps = run.cost().steps;
+    came.end = run.now().phase;
     came
 }
 
@@ -159,8 +165,8 @@ fn eight_at_once_are_one_by_one() {
     ];
     for (name, body, start, duration) in cases {
         let (eight, one) = (
-            came(&Elastica, &body, start, duration),
-            came(&OneByOne, &body, start, duration),
+            came(&Elastica, &body, start, duration, 97),
+            came(&OneByOne, &body, start, duration, 97),
         );
         assert!(
             2 * eight.steps < one.steps,
@@ -169,6 +175,12 @@ fn eight_at_once_are_one_by_one() {
             one.steps
         );
         assert_eq!(eight.samples.len(), 97, "{name}");
+        // Looking on changes nothing.
+        assert_eq!(
+            came(&Elastica, &body, start, duration, 0).end,
+            eight.end,
+            "{name}"
+        );
         for (a, b) in eight.samples.iter().zip(&one.samples) {
             let off = (a.pose - b.pose).norm() + (a.phase.v - b.phase.v).norm();
             assert!(off < 2e-9, "{name}: {off:e} at t = {}", a.phase.t);

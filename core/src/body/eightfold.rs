@@ -50,6 +50,10 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
     const PLACES: usize = N;
     const ROWS: usize = 2 * N + 3;
 
+    fn begin(&mut self) {
+        self.chart.begin();
+    }
+
     #[inline(always)]
     fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool {
         let Some(q) = at.0.first_chunk() else {

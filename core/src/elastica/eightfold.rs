@@ -47,6 +47,10 @@ impl Eightfolds {
 }
 
 impl Eightfold<2> for Eightfolds {
+    fn begin(&mut self) {
+        self.base = None;
+    }
+
     /// Outside of what is served in wide registers one by one.
     #[inline]
     fn points(&mut self, q: &[Row; 2], to: &mut EightPoints<2>) -> bool {

@@ -4,6 +4,9 @@ use crate::math::Row;
 
 /// A chart of points at eight places at once.
 pub trait Eightfold<const N: usize> {
+    /// Forgets the points before: what comes next does not depend on them.
+    fn begin(&mut self);
+
     /// The points at `q`, by component and place; false if one lies outside of the chart.
     fn points(&mut self, q: &[Row; N], to: &mut EightPoints<N>) -> bool;
 }

@@ -32,6 +32,9 @@ pub trait Sweeps {
     /// Number of rows, at most 8.
     const ROWS: usize;
 
+    /// Begins a step, which does not depend on what was asked before.
+    fn begin(&mut self);
+
     /// The slopes of all rows but places; false outside of the domain.
     fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool;
 
@@ -275,6 +278,7 @@ fn counted(found: Result<Solved, Fails>, cost: &mut Cost) -> Result<Solved, Fail
 /// # Errors
 /// Why it is not solved.
 pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved) -> Result<Solved, Fails> {
+    motion.begin();
     wide(Sweeping { motion, step })
 }
 
