@@ -10,7 +10,7 @@ use snaprod::motion::{Event, Options, Outcome, Phase, Run, Sample};
 type Pair = Vector2<f64>;
 
 /// The elastica with one place at a time, as steps of DOP853 take it.
-struct OneByOne;
+pub struct OneByOne;
 
 impl EquilibriumManifold<2> for OneByOne {
     fn point(&self, q: &Pair) -> Option<ManifoldPoint<2>> {

@@ -1,10 +1,11 @@
 //! The mass of a taut planar rod to first order (theory 2.9).
 
+use crate::eightfold::OneByOne;
 use nalgebra::{Matrix2, Vector2};
 use snaprod::body::{Body, Frame, History, Support};
 use snaprod::elastica::inertia::Added;
 use snaprod::elastica::{Elastica, Equilibrium, LightRod, RodInertia, TautInertia};
-use snaprod::manifold::{EquilibriumManifold, Felt, RodMass};
+use snaprod::manifold::{EquilibriumManifold, Felt, Multivalued, RodMass};
 use snaprod::motion::{Event, Options, Run};
 use std::sync::Arc;
 
@@ -138,7 +139,7 @@ fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
 }
 
 /// Steps of a motion that is thrown at the end of its rod, and how taut that becomes; a rod of mass `eps` is felt all the time.
-fn thrown(speed: f64, eps: Option<f64>) -> (usize, f64) {
+fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usize, f64) {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
     let mut body = Body::new(1.0).unwrap();
     if let Some(mass) = eps {
@@ -153,7 +154,7 @@ fn thrown(speed: f64, eps: Option<f64>) -> (usize, f64) {
         Vector2::new(start.p, start.w),
         Vector2::new(speed, 2.0 * speed),
     );
-    let mut run = Run::new(&Elastica, &body, q, v, options).unwrap();
+    let mut run = Run::new(manifold, &body, q, v, options).unwrap();
     let first = run.now().ledger.total();
     let (mut steps, mut bounces, mut pull) = (0, 0, 0.0_f64);
     while let Some(event) = run.next() {
@@ -171,15 +172,15 @@ fn thrown(speed: f64, eps: Option<f64>) -> (usize, f64) {
 }
 
 /// Catches a mass that is given up in a hard bounce, energy that is lost or got there, and steps that collapse: at lam = 29 to 1600 a bounce with the mass of the
-/// rod takes some three times as many as without, whose steps are by collocation and three times as long.
+/// rod takes about as many as without, one slope after the other.
 #[test]
 fn hard_bounces_keep_the_mass_of_the_rod() {
     for speed in [1.0, 2.0, 4.0, 8.0] {
-        let (steps, pull) = thrown(speed, None);
+        let (steps, pull) = thrown(&OneByOne, speed, None);
         assert!(pull > 20.0 * speed * speed, "{pull}");
         for eps in [0.01, 0.05] {
-            let (with, hardest) = thrown(speed, Some(eps));
-            assert!(with < 4 * steps, "{speed} {eps}: {with} of {steps}");
+            let (with, hardest) = thrown(&Elastica, speed, Some(eps));
+            assert!(with < steps + steps / 3, "{speed} {eps}: {with} of {steps}");
             assert!(hardest > 0.8 * pull, "{hardest} of {pull}");
         }
     }

@@ -14,7 +14,7 @@ use std::f64::consts::{LN_2, PI};
 /// the neglected terms are of relative size lam / TAUT^2.
 pub(super) const TAUT: f64 = 1e9;
 /// p beyond which kap'^2 is below rounding and K, B are elementary.
-pub(super) const FLAT: f64 = 22.0;
+const FLAT: f64 = 22.0;
 
 /// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
 /// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds

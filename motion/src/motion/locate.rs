@@ -43,7 +43,7 @@ pub struct Located<S> {
 /// A state found in a symmetric step at a time that is farther off than this part of the step is sought again from there.
 const OFF: f64 = 1e-6;
 
-/// The state at a time within a step: from the interpolant of an explicit or implicit one, which is kept in `dense`; from a symmetric one
+/// The state at a time within a step: from the interpolant of any but a symmetric one, which is kept in `dense`; from a symmetric one
 /// by a step of its own, whose few last digits of time its slope makes good.
 pub fn at_time<S: Timed>(
     step: &mut Taken<S>,

@@ -431,7 +431,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The state within the last step at which the stored energy is largest, where the rod did work on the body before and does after:
+    /// The state within the last step at which the stored energy is largest, where the body did work on the rod before and the rod does on the body after:
     /// there its power vanishes. Nothing is counted.
     pub fn hardest(&mut self) -> Option<Phase<N>> {
         if !self.shaking.single() {
