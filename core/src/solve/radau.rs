@@ -1,11 +1,11 @@
-//! Implicit Runge-Kutta stepping of order 5 (Radau IIA, 3 stages) for stiff systems of any dimension.
+//! Implicit Runge-Kutta stepping (Radau IIA: 3 stages, order 5, or 5 stages, order 9) for stiff systems of any dimension.
 //!
 //! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable: the
 //! end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
 
 use super::cost::Cost;
 use super::dop853::StepTooSmall;
-use super::radau_stages::{Factors, NODES, Newton, Outcome, Stages, collocation, combined};
+use super::radau_stages::{Factors, Newton, Order, Outcome, Stages};
 use super::system::{AnyLinearised, AnySystem};
 use nalgebra::DVector;
 
@@ -17,10 +17,13 @@ const GROW: f64 = 8.0;
 const KEPT: f64 = 1.2;
 /// The Jacobian is kept while Newton contracts by this per iteration.
 const FAST: f64 = 0.02;
+/// Newton's iteration contracts in proportion to the step, along which the Jacobian changes: a step at which it would contract by less
+/// than this in an iteration is not tried.
+const CONTRACTING: f64 = 0.3;
 /// A step below this multiple of the largest step so far has stalled.
 const STALL: f64 = 1e-14;
-/// The estimated error is of order h^4, the true one of order h^6 where the solution is smooth: to bound the latter by
-/// the tolerance, the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program.
+/// With s stages the estimated error is of order h^(s+1), the true one of order h^(2s) where the solution is smooth: to bound the latter
+/// by the tolerance, the estimate is held to ESTIMATE tolerance^((s+1)/(2s)), as in the authors' programs.
 const ESTIMATE: f64 = 0.1;
 /// The part of the tolerance that the error of Newton's iteration may take up.
 const NEWTON: f64 = 0.03;
@@ -29,7 +32,12 @@ const ROUNDING: f64 = 1e-13;
 
 /// The bound of the error estimate that keeps the error of a step near `tolerance`.
 pub(super) fn estimate_bound(tolerance: f64) -> f64 {
-    ESTIMATE * tolerance.powf(2.0 / 3.0)
+    bound(tolerance, Order::Five)
+}
+
+fn bound(tolerance: f64, order: Order) -> f64 {
+    let s = order.tableau().stages() as f64;
+    ESTIMATE * tolerance.powf(0.5 * (s + 1.0) / s)
 }
 
 /// What the controller of the step size remembers.
@@ -42,7 +50,7 @@ struct Accepted {
 /// An integration in progress.
 pub struct Radau {
     tolerance: f64,
-    bound: f64,
+    order: Order,
     h: f64,
     largest: f64,
     state: DVector<f64>,
@@ -56,6 +64,8 @@ pub struct Radau {
     jacobian: Option<Box<dyn AnyLinearised>>,
     /// The Jacobian is that at the current state.
     fresh: bool,
+    /// It is that at the state expected in the middle of the next step.
+    foreseen: bool,
     /// The Jacobian is to be evaluated again before the next step.
     worn: bool,
     factors: Option<Factors>,
@@ -67,18 +77,17 @@ impl Radau {
     /// control corrects. The error of each step is kept near `tolerance`, in units of the root of
     /// [`AnySystem::mean_square`]; 1e-13 is the finest that makes sense.
     pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
-        let n = state.len();
         let newton = NEWTON * tolerance.min(estimate_bound(tolerance));
         Self {
             tolerance,
-            bound: estimate_bound(tolerance),
+            order: Order::suited(tolerance),
             h,
             largest: h,
             from: state.clone(),
             state,
             slope,
             span: 0.0,
-            stages: std::array::from_fn(|_| DVector::zeros(n)),
+            stages: Stages::new(),
             newton: Newton::new(
                 newton.max(10.0 * f64::EPSILON),
                 ROUNDING.max(0.1 * tolerance),
@@ -86,6 +95,7 @@ impl Radau {
             accepted: None,
             jacobian: None,
             fresh: false,
+            foreseen: false,
             worn: false,
             factors: None,
             cost: Cost::default(),
@@ -144,7 +154,21 @@ impl Radau {
             self.factors = None;
             self.fresh = true;
         }
-        self.worn = false;
+        (self.foreseen, self.worn) = (false, false);
+        Some(())
+    }
+
+    /// Evaluates the Jacobian where the middle of a step of length `h` is expected, for it stands for all of the step; at the current
+    /// state if there is none.
+    fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
+        let middle = 1.0 + (0.5 * h / self.span).min(1.0);
+        let Some(jacobian) = system.linearised(&(&self.state + self.beyond(middle))) else {
+            return self.refresh(system);
+        };
+        self.cost.jacobians += 1;
+        self.jacobian = Some(jacobian);
+        self.factors = None;
+        (self.foreseen, self.worn) = (true, false);
         Some(())
     }
 
@@ -155,13 +179,18 @@ impl Radau {
     pub fn step(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
         let mut rejected = false;
         let mut extrapolate = self.span > 0.0;
+        let mut foresee = self.span > 0.0;
         loop {
             let h = self.h.min(h_max);
             if !(h > STALL * self.largest.min(h_max)) {
                 return Err(StepTooSmall);
             }
             if self.worn || self.jacobian.is_none() {
-                self.refresh(system).ok_or(StepTooSmall)?;
+                let taken = match foresee && !self.fresh {
+                    true => self.foresee(system, h),
+                    false => self.refresh(system),
+                };
+                taken.ok_or(StepTooSmall)?;
             }
             if !self.factor(h) {
                 rejected = true;
@@ -175,7 +204,7 @@ impl Radau {
             let mut z = if extrapolate {
                 self.extrapolated(h)
             } else {
-                std::array::from_fn(|_| DVector::zeros(self.state.len()))
+                vec![DVector::zeros(self.state.len()); self.order.tableau().stages()]
             };
             let evaluations = &mut self.cost.evaluations;
             let outcome = self
@@ -188,8 +217,8 @@ impl Radau {
                     extrapolate = false;
                     continue;
                 }
-                // The same step is tried with the Jacobian of the current state before it is shortened.
-                Outcome::Slow(_) if !self.fresh => {
+                // The same step is tried with another Jacobian before it is shortened.
+                Outcome::Slow(_) if !self.fresh && !self.foreseen => {
                     self.worn = true;
                     continue;
                 }
@@ -197,12 +226,16 @@ impl Radau {
                 Outcome::Outside(_) => Some(0.3),
             };
             if let Some(factor) = shrink {
+                // What was expected may not come: after a second failure it is the Jacobian of the current state that is taken.
+                if rejected && !self.fresh {
+                    (foresee, self.worn) = (false, true);
+                }
                 rejected = true;
                 self.cost.rejected += 1;
                 self.h = factor * h;
                 continue;
             }
-            let to = &self.state + &z[2];
+            let to = &self.state + &z[z.len() - 1];
             let mut slope = DVector::zeros(to.len());
             self.cost.evaluations += 1;
             let inside = system.balance(&to, &mut slope).is_some();
@@ -212,16 +245,20 @@ impl Radau {
                 f64::INFINITY
             };
             // The more iterations this step took, the more cautious the next one.
-            let most = 2.0 * Newton::most();
+            let most = 2.0 * f64::from(Newton::most(self.order));
+            let power = 1.0 / (z.len() + 1) as f64;
             let safety = SAFETY * (1.0 + most) / (self.newton.iterations as f64 + most);
-            let mut factor = safety * error.max(1e-10).powf(-0.25);
+            let mut factor = safety * error.max(1e-10).powf(-power);
             if error < 1.0 {
                 // Gustafsson's predictive controller: it extrapolates the growth of the error from step to step.
                 if let Some(before) = self.accepted {
                     let change = before.error.max(0.01) / (error * error).max(1e-20);
-                    factor = factor.min(SAFETY * h / before.h * change.powf(0.25));
+                    factor = factor.min(SAFETY * h / before.h * change.powf(power));
                 }
                 factor = factor.clamp(SHRINK, if rejected { 1.0 } else { GROW });
+                if self.newton.contraction > 0.0 {
+                    factor = factor.min((CONTRACTING / self.newton.contraction).max(1.0));
+                }
                 let clipped = h < self.h;
                 self.accept(z, to, slope, Accepted { h, error });
                 self.worn = self.newton.contraction > FAST;
@@ -236,7 +273,7 @@ impl Radau {
             }
             self.cost.rejected += 1;
             rejected = true;
-            self.worn = !self.fresh && self.newton.contraction > FAST;
+            self.worn = !self.fresh && !self.foreseen && self.newton.contraction > FAST;
             self.h = h * if self.accepted.is_none() {
                 factor.clamp(SHRINK, 0.1)
             } else {
@@ -252,7 +289,7 @@ impl Radau {
         self.span = step.h;
         self.largest = self.largest.max(step.h);
         self.accepted = Some(step);
-        self.fresh = false;
+        (self.fresh, self.foreseen) = (false, false);
         self.cost.steps += 1;
         self.cost.implicit_steps += 1;
     }
@@ -263,17 +300,28 @@ impl Radau {
             return true;
         }
         self.cost.factorisations += 1;
-        self.factors = self.jacobian.as_deref().and_then(|j| Factors::new(j, h));
+        self.factors = self
+            .jacobian
+            .as_deref()
+            .and_then(|j| Factors::new(j, self.order, h));
         self.factors.is_some()
     }
 
     /// Stages of a next step of length `h` from the last one's polynomial.
     fn extrapolated(&self, h: f64) -> Stages {
-        NODES.map(|c| {
-            let mut z = combined(collocation(1.0 + c * h / self.span), &self.stages);
-            z -= &self.stages[2];
-            z
-        })
+        let nodes = self.order.tableau().nodes().iter();
+        nodes
+            .map(|c| self.beyond(1.0 + c * h / self.span))
+            .collect()
+    }
+
+    /// What the polynomial of the last step adds to the state at `x` > 1 of its length.
+    fn beyond(&self, x: f64) -> DVector<f64> {
+        let polynomial = self.order.tableau().polynomial(x, &self.stages);
+        match self.stages.last() {
+            Some(end) => polynomial - end,
+            None => polynomial,
+        }
     }
 
     /// The error estimate of a step in units of its bound; infinite if it is none. `careful`: an estimate too large is
@@ -281,7 +329,7 @@ impl Radau {
     fn error(
         &mut self,
         system: &dyn AnySystem,
-        z: &Stages,
+        z: &[DVector<f64>],
         to: &DVector<f64>,
         careful: bool,
     ) -> f64 {
@@ -290,7 +338,7 @@ impl Radau {
         };
         let measured = |error: Option<&DVector<f64>>| {
             let square = error.map_or(f64::NAN, |e| system.mean_square(e, &self.state, to));
-            let error = square.sqrt() / self.bound;
+            let error = square.sqrt() / bound(self.tolerance, self.order);
             if error.is_nan() { f64::INFINITY } else { error }
         };
         let error = factors.error(&self.slope, z, system.algebraic());
@@ -324,13 +372,17 @@ impl Radau {
         loop {
             let jacobian = again.as_deref().or(self.jacobian.as_deref())?;
             self.cost.factorisations += 1;
-            let factors = Factors::new(jacobian, h)?;
-            let mut z = NODES.map(|c| combined(collocation(c * x), &self.stages));
+            let factors = Factors::new(jacobian, self.order, h)?;
+            let tableau = self.order.tableau();
+            let within = tableau.nodes().iter().map(|c| c * x);
+            let mut z: Stages = within
+                .map(|x| tableau.polynomial(x, &self.stages))
+                .collect();
             let evaluations = &mut self.cost.evaluations;
             let outcome = newton.solve(system, &self.from, &factors, &mut z, evaluations);
             self.cost.iterations += newton.iterations;
             match outcome {
-                Outcome::Solved => return Some(&self.from + &z[2]),
+                Outcome::Solved => return Some(&self.from + &z[z.len() - 1]),
                 _ if again.is_none() => {
                     self.cost.jacobians += 1;
                     again = Some(system.linearised(&self.from)?);

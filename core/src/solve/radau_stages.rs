@@ -1,109 +1,209 @@
-//! The stages of Radau IIA of order 5: tableau, collocation polynomial, and the simplified Newton iteration that solves
-//! them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8).
+//! The stages of Radau IIA of orders 5 and 9: tableaux, collocation polynomials, and the simplified Newton iteration that
+//! solves them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the same: *Stiff differential
+//! equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
 
 use super::system::{AnyLinearised, AnySystem, Factor};
-use nalgebra::{Complex, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
+use std::sync::OnceLock;
 
 const SQRT6: f64 = 2.449_489_742_783_178;
-/// Nodes c of the stages; the last is the end of the step.
-pub(super) const NODES: [f64; 3] = [(4.0 - SQRT6) / 10.0, (4.0 + SQRT6) / 10.0, 1.0];
-/// Eigenvalues of the inverse of the tableau's matrix A: GAMMA and ALPHA +- i BETA.
-const GAMMA: f64 = 3.637_834_252_744_496;
-const ALPHA: f64 = 2.681_082_873_627_752_3;
-const BETA: f64 = 3.050_430_199_247_410_5;
-/// A^-1 = T diag(GAMMA, [ALPHA, -BETA; BETA, ALPHA]) T^-1.
-const T: [[f64; 3]; 3] = [
-    [
-        0.091_232_394_870_892_94,
-        -0.141_255_295_020_954_2,
-        -0.030_029_194_105_147_42,
-    ],
-    [
-        0.241_717_932_707_107,
-        0.204_129_352_293_799_93,
-        0.382_942_112_757_261_9,
-    ],
-    [0.966_048_182_615_093, 1.0, 0.0],
-];
-const T_INVERSE: [[f64; 3]; 3] = [
-    [
-        4.325_579_890_063_155,
-        0.339_199_251_815_809_87,
-        0.541_770_539_935_874_9,
-    ],
-    [
-        -4.178_718_591_551_905,
-        -0.327_682_820_761_062_4,
-        0.476_623_554_500_550_45,
-    ],
-    [
-        -0.502_872_634_945_786_9,
-        2.571_926_949_855_605,
-        -0.596_039_204_828_224_9,
-    ],
-];
-/// Weights of the stages in the error estimate, times GAMMA.
-const ERROR: [f64; 3] = [
-    -(13.0 + 7.0 * SQRT6) / 3.0,
-    (-13.0 + 7.0 * SQRT6) / 3.0,
-    -1.0 / 3.0,
+/// Nodes c of the stages of the two methods; the last is the end of the step.
+const THREE: [f64; 3] = [(4.0 - SQRT6) / 10.0, (4.0 + SQRT6) / 10.0, 1.0];
+const FIVE: [f64; 5] = [
+    0.057_104_196_114_517_68,
+    0.276_843_013_638_123_8,
+    0.583_590_432_368_916_8,
+    0.860_240_135_656_219_4,
+    1.0,
 ];
 
-/// The error after an increment is never taken to be less than this part of it: quadratures whose rows of the Jacobian
-/// are zero follow one iteration behind.
-const LAG: f64 = 0.05;
-/// Most iterations of one solution of the stages.
-const ITERATIONS: i32 = 8;
-
-/// Differences z_i = y(t + c_i h) - y(t) of the three stages.
-pub(super) type Stages = [DVector<f64>; 3];
-
-/// Weights of z_1, z_2, z_3 in the collocation polynomial's y - y0 at the fraction `x` of the step.
-pub(super) fn collocation(x: f64) -> [f64; 3] {
-    let [c1, c2, c3] = NODES;
-    [
-        x * (x - c2) * (x - c3) / (c1 * (c1 - c2) * (c1 - c3)),
-        x * (x - c1) * (x - c3) / (c2 * (c2 - c1) * (c2 - c3)),
-        x * (x - c1) * (x - c2) / (c3 * (c3 - c1) * (c3 - c2)),
-    ]
+/// The order 2 s - 1 of the method with s stages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Three stages.
+    Five,
+    /// Five stages.
+    Nine,
 }
 
+/// Steps that are as accurate as this are fewer by so much with the order 9 that they cost less, each at two to three times the price.
+const FINE: f64 = 1e-8;
+
+impl Order {
+    /// The order that takes least time for errors of steps of this size.
+    pub(super) fn suited(tolerance: f64) -> Self {
+        if tolerance <= FINE {
+            Self::Nine
+        } else {
+            Self::Five
+        }
+    }
+
+    /// The tableau of the method of this order.
+    pub(super) fn tableau(self) -> &'static Tableau {
+        static TABLEAUX: OnceLock<[Tableau; 2]> = OnceLock::new();
+        let all = TABLEAUX.get_or_init(|| [&THREE[..], &FIVE].map(Tableau::new));
+        &all[self as usize]
+    }
+}
+
+/// A method of s stages: nodes c, and the matrix A of the integrals up to them, as A^-1 = T Lambda T^-1. Lambda has the real
+/// eigenvalue `gamma` of A^-1, then for each pair alpha +- i beta the block \[alpha, -beta; beta, alpha\].
+#[derive(Debug)]
+pub(super) struct Tableau {
+    nodes: &'static [f64],
+    gamma: f64,
+    pairs: Vec<Complex<f64>>,
+    t: DMatrix<f64>,
+    t_inverse: DMatrix<f64>,
+    /// Weights of the stages z_i in the slope at the start of the collocation polynomial, times the step.
+    start: Vec<f64>,
+}
+
+impl Tableau {
+    fn new(nodes: &'static [f64]) -> Self {
+        // With z_i = y(c_i) - y(0), A^-1 takes the z to the slopes of the polynomial through 0 and them.
+        let s = nodes.len();
+        let inverse = DMatrix::from_fn(s, s, |i, j| slope_of_basis(nodes, j, nodes[i]));
+        let mut t = DMatrix::zeros(s, s);
+        let (mut gamma, mut pairs) = (0.0, Vec::new());
+        let mut column = 1;
+        for value in inverse.complex_eigenvalues().iter() {
+            if value.im < -1e-3 {
+                continue;
+            }
+            let (value, vector) = eigenpair(&inverse, *value);
+            if value.im > 1e-3 {
+                t.set_column(column, &vector.map(|x| x.re));
+                t.set_column(column + 1, &vector.map(|x| -x.im));
+                pairs.push(value);
+                column += 2;
+            } else {
+                t.set_column(0, &vector.map(|x| x.re));
+                gamma = value.re;
+            }
+        }
+        let identity = DMatrix::identity(s, s);
+        let t_inverse = t.clone().lu().solve(&identity).unwrap_or(identity);
+        let start = (0..s).map(|j| slope_of_basis(nodes, j, 0.0)).collect();
+        Self {
+            nodes,
+            gamma,
+            pairs,
+            t,
+            t_inverse,
+            start,
+        }
+    }
+
+    /// Number of stages.
+    pub(super) fn stages(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The nodes c; the last is 1.
+    pub(super) fn nodes(&self) -> &'static [f64] {
+        self.nodes
+    }
+
+    /// y - y0 of the collocation polynomial of the stages `z` at the fraction `x` of the step.
+    pub(super) fn polynomial(&self, x: f64, z: &[DVector<f64>]) -> DVector<f64> {
+        let weights = (0..self.stages()).map(|j| basis(self.nodes, j, x));
+        combined(weights, z)
+    }
+}
+
+/// At x, the polynomial that is 1 at node j, and 0 at the other nodes and at 0.
+fn basis(nodes: &[f64], j: usize, x: f64) -> f64 {
+    let c = nodes[j];
+    let others = (0..nodes.len()).filter(|k| *k != j);
+    others.fold(x / c, |product, k| {
+        product * (x - nodes[k]) / (c - nodes[k])
+    })
+}
+
+/// Its derivative.
+fn slope_of_basis(nodes: &[f64], j: usize, x: f64) -> f64 {
+    let roots: Vec<f64> = std::iter::once(0.0)
+        .chain((0..nodes.len()).filter(|k| *k != j).map(|k| nodes[k]))
+        .collect();
+    let without = |left: usize| -> f64 {
+        let others = roots.iter().enumerate().filter(|(k, _)| *k != left);
+        others
+            .map(|(_, root)| (x - root) / (nodes[j] - root))
+            .product()
+    };
+    (0..roots.len())
+        .map(|k| without(k) / (nodes[j] - roots[k]))
+        .sum()
+}
+
+/// An eigenvalue and its vector, 1 at the end, from a value nearby: by inverse iteration.
+fn eigenpair(matrix: &DMatrix<f64>, near: Complex<f64>) -> (Complex<f64>, DVector<Complex<f64>>) {
+    let s = matrix.nrows();
+    let matrix = matrix.map(Complex::from);
+    let off = near * (1.0 + 1e-7);
+    let shifted = (&matrix - DMatrix::from_diagonal_element(s, s, off)).lu();
+    let mut vector = DVector::from_element(s, Complex::from(1.0));
+    for _ in 0..4 {
+        vector = shifted.solve(&vector).unwrap_or(vector);
+        vector /= vector[s - 1];
+    }
+    ((&matrix * &vector)[s - 1], vector)
+}
+
+/// The error after an increment is never taken to be less than this part of it:
+/// quadratures whose rows of the Jacobian are zero follow one iteration behind.
+const LAG: f64 = 0.05;
+
+/// Differences z_i = y(t + c_i h) - y(t) of the stages.
+pub(super) type Stages = Vec<DVector<f64>>;
+
 /// sum_i a_i z_i.
-pub(super) fn combined(a: [f64; 3], z: &Stages) -> DVector<f64> {
-    let mut sum = &z[0] * a[0];
-    sum.axpy(a[1], &z[1], 1.0);
-    sum.axpy(a[2], &z[2], 1.0);
+fn combined(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>]) -> DVector<f64> {
+    let mut sum = DVector::zeros(z[0].len());
+    for (a, z) in a.into_iter().zip(z) {
+        sum.axpy(a, z, 1.0);
+    }
     sum
 }
 
-/// The two matrices of the transformed stages for one step size.
+/// The matrices of the transformed stages for one step size.
 pub(super) struct Factors {
     /// The step size.
     pub(super) h: f64,
+    /// The method.
+    pub(super) order: Order,
     rounding: f64,
     real: Box<dyn Factor<f64>>,
-    complex: Box<dyn Factor<Complex<f64>>>,
+    complex: Vec<Box<dyn Factor<Complex<f64>>>>,
 }
 
 impl Factors {
-    pub(super) fn new(jacobian: &dyn AnyLinearised, h: f64) -> Option<Self> {
+    pub(super) fn new(jacobian: &dyn AnyLinearised, order: Order, h: f64) -> Option<Self> {
+        let tableau = order.tableau();
+        let pairs = tableau.pairs.iter();
         Some(Self {
             h,
+            order,
             rounding: jacobian.rounding(h),
-            real: jacobian.real(GAMMA / h)?,
-            complex: jacobian.complex(Complex::new(ALPHA, BETA) / h)?,
+            real: jacobian.real(tableau.gamma / h)?,
+            complex: pairs
+                .map(|pair| jacobian.complex(pair / h))
+                .collect::<Option<_>>()?,
         })
     }
 
-    /// (GAMMA / h - J)^-1 (slope + sum_i e_i z_i / h): the error estimate, damped where the system is stiff.
-    /// The last `algebraic` components have no derivative.
+    /// (gamma / h - J)^-1 (slope - u'), with the slope u' at the start of the collocation polynomial: the error of an embedded method
+    /// of order s, damped where the system is stiff. The last `algebraic` components have no derivative.
     pub(super) fn error(
         &self,
         slope: &DVector<f64>,
-        z: &Stages,
+        z: &[DVector<f64>],
         algebraic: usize,
     ) -> Option<DVector<f64>> {
-        let mut error = combined(ERROR.map(|e| e / self.h), z);
+        let weights = self.order.tableau().start.iter();
+        let mut error = combined(weights.map(|w| -w / self.h), z);
         let differential = error.len() - algebraic;
         error.rows_mut(differential, algebraic).fill(0.0);
         error += slope;
@@ -154,8 +254,11 @@ impl Newton {
     }
 
     /// Most iterations of a solution.
-    pub(super) const fn most() -> f64 {
-        ITERATIONS as f64
+    pub(super) const fn most(order: Order) -> i32 {
+        match order {
+            Order::Five => 8,
+            Order::Nine => 13,
+        }
     }
 
     /// Solves z = h A F(y + z) from the guess in `z`. Convergence is judged by increments of y, never by residuals of
@@ -165,14 +268,16 @@ impl Newton {
         system: &dyn AnySystem,
         y: &DVector<f64>,
         factors: &Factors,
-        z: &mut Stages,
+        z: &mut [DVector<f64>],
         evaluations: &mut u64,
     ) -> Outcome {
         let n = y.len();
         let h = factors.h;
+        let tableau = factors.order.tableau();
+        let (stages, most) = (tableau.stages(), Self::most(factors.order));
         // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
-        let mut slopes: Stages = std::array::from_fn(|_| DVector::zeros(n));
+        let mut slopes = vec![DVector::zeros(n); stages];
         let mut at = DVector::zeros(n);
         let (mut last, mut last_ratio) = (0.0, 0.0);
         // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time before the next.
@@ -181,10 +286,18 @@ impl Newton {
         self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
+        let row =
+            |matrix: &DMatrix<f64>, i: usize| matrix.row(i).iter().copied().collect::<Vec<_>>();
         // W = T^-1 Z is kept apart, as in the book: Z = T W.
-        let mut w: Stages = T_INVERSE.map(|row| combined(row, z));
+        let transformed = |z: &[DVector<f64>]| -> Stages {
+            (0..stages)
+                .map(|i| combined(row(&tableau.t_inverse, i), z))
+                .collect()
+        };
+        let mut w = transformed(z);
         let mut pair = DVector::<Complex<f64>>::zeros(n);
-        for k in 0..ITERATIONS {
+        let differential = n - system.algebraic();
+        for k in 0..most {
             for (z, slope) in z.iter().zip(&mut slopes) {
                 at.copy_from(y);
                 at += z;
@@ -193,31 +306,37 @@ impl Newton {
                     return Outcome::Outside(k);
                 }
             }
-            let mut real = combined(T_INVERSE[0], &slopes);
-            let differential = n - system.algebraic();
+            let mut increment = transformed(&slopes);
             for i in 0..differential {
-                real[i] -= GAMMA / h * w[0][i];
+                increment[0][i] -= tableau.gamma / h * w[0][i];
             }
-            for i in 0..n {
-                let f = [0, 1, 2].map(|j| slopes[j][i]);
-                let dot = |row: [f64; 3]| row[0] * f[0] + row[1] * f[1] + row[2] * f[2];
-                pair[i] = Complex::new(dot(T_INVERSE[1]), dot(T_INVERSE[2]));
-                if i < differential {
-                    pair[i] -= Complex::new(ALPHA, BETA) / h * Complex::new(w[1][i], w[2][i]);
-                }
-            }
-            if !(factors.real.solve(&mut real) && factors.complex.solve(&mut pair)) {
+            if !factors.real.solve(&mut increment[0]) {
                 return Outcome::Slow(0.5);
             }
-            let increment = [real, pair.map(|x| x.re), pair.map(|x| x.im)];
-            let mut square = 0.0;
-            for i in 0..3 {
-                w[i] += &increment[i];
-                let change = combined(T[i], &increment);
-                square += system.mean_square(&change, y, y) / 3.0;
+            for (m, (value, factor)) in tableau.pairs.iter().zip(&factors.complex).enumerate() {
+                let (re, im) = (2 * m + 1, 2 * m + 2);
+                for i in 0..n {
+                    pair[i] = Complex::new(increment[re][i], increment[im][i]);
+                    if i < differential {
+                        pair[i] -= value / h * Complex::new(w[re][i], w[im][i]);
+                    }
+                }
+                if !factor.solve(&mut pair) {
+                    return Outcome::Slow(0.5);
+                }
+                for i in 0..n {
+                    increment[re][i] = pair[i].re;
+                    increment[im][i] = pair[i].im;
+                }
             }
-            for i in 0..3 {
-                z[i] = combined(T[i], &w);
+            let mut square = 0.0;
+            for i in 0..stages {
+                w[i] += &increment[i];
+                let change = combined(row(&tableau.t, i), &increment);
+                square += system.mean_square(&change, y, y) / stages as f64;
+            }
+            for (i, z) in z.iter_mut().enumerate() {
+                *z = combined(row(&tableau.t, i), &w);
             }
             self.iterations += 1;
             let size = square.sqrt();
@@ -242,7 +361,7 @@ impl Newton {
                     self.contraction = theta;
                 }
                 self.remainder = (theta / (1.0 - theta)).max(LAG);
-                let left = ITERATIONS - 1 - k;
+                let left = most - 1 - k;
                 let excess = self.remainder * size * theta.powi(left) / self.goal;
                 if excess > 1.0 && size > floor {
                     let power = -1.0 / f64::from(4 + left);
@@ -269,23 +388,30 @@ impl Newton {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
 
-    /// Catches a wrong digit of the tableau: A integrates 1, c, c^2 up to each node, and T block-diagonalises A^-1.
+    /// Catches a wrong digit of a node or a wrong transformation: A integrates c^p up to each node, and T block-diagonalises A^-1.
     #[test]
-    fn transformation_is_that_of_the_tableau() {
-        let powers = |p: i32| NODES.map(|c| c.powi(p));
-        let [v, b]: [Matrix3<f64>; 2] = [0, 1].map(|shift| {
-            Matrix3::from_fn(|i, j| {
-                let p = j as i32 + shift;
-                powers(p)[i] / if shift == 1 { f64::from(p) } else { 1.0 }
-            })
-        });
-        let a = b * v.try_inverse().unwrap();
-        let t = Matrix3::from_fn(|i, j| T[i][j]);
-        let t_inverse = Matrix3::from_fn(|i, j| T_INVERSE[i][j]);
-        let blocks = Matrix3::new(GAMMA, 0.0, 0.0, 0.0, ALPHA, -BETA, 0.0, BETA, ALPHA);
-        assert!((t * t_inverse - Matrix3::identity()).amax() < 1e-14);
-        assert!((t * blocks * t_inverse * a - Matrix3::identity()).amax() < 1e-13);
+    fn transformations_are_those_of_the_tableaux() {
+        for order in [Order::Five, Order::Nine] {
+            let tableau = order.tableau();
+            let (c, s) = (tableau.nodes, tableau.stages());
+            let v = DMatrix::from_fn(s, s, |i, j| c[i].powi(j as i32));
+            let b = DMatrix::from_fn(s, s, |i, j| c[i].powi(j as i32 + 1) / (j + 1) as f64);
+            let a = b * v.try_inverse().unwrap();
+            let mut blocks = DMatrix::zeros(s, s);
+            blocks[(0, 0)] = tableau.gamma;
+            for (m, pair) in tableau.pairs.iter().enumerate() {
+                let (i, j) = (2 * m + 1, 2 * m + 2);
+                (blocks[(i, i)], blocks[(i, j)]) = (pair.re, -pair.im);
+                (blocks[(j, i)], blocks[(j, j)]) = (pair.im, pair.re);
+            }
+            let identity = DMatrix::identity(s, s);
+            assert!(
+                (&tableau.t * &tableau.t_inverse - &identity).amax() < 1e-12,
+                "{order:?}"
+            );
+            let back = &tableau.t * blocks * &tableau.t_inverse * a;
+            assert!((back - identity).amax() < 1e-11, "{order:?}");
+        }
     }
 }

@@ -106,7 +106,7 @@ pub enum Hold {
 const FASTER: f64 = 3.0;
 /// [`Hold::Place`] is chosen when the fastest relaxation rate of the strains, times the step, exceeds the first number; it
 /// is left when that product has fallen below the second.
-const STIFF: [f64; 2] = [1e3, 1e2];
+const STIFF: [f64; 2] = [1e2, 1e1];
 /// [`Hold::Together`], likewise, for the relaxation rate of the velocity of the end.
 const TIGHT: [f64; 2] = [1e3, 1e2];
 
