@@ -802,3 +802,55 @@ fn a_deep_arch_is_followed_through_its_limit_points() {
         }
     }
 }
+
+/// Catches a search in vain over rods that are too short, and rods that reach called too short: three rods of lengths 1, 0.6, 0.8 in a chain over
+/// two bodies, with a detour of longer rods beside, reach as far as the rods and the bodies (0.5 and 0.3 between attachments) together.
+#[test]
+fn rods_too_short_are_refused_at_once() {
+    let at = |x: f64| Isometry3::translation(x, 0.0, 0.0);
+    let chain = |span: f64, axial: Option<f64>| {
+        let rod = |length: f64| straight(length, [1.0, 1.0], 1.0, axial);
+        let link = |length: f64, from: Attachment, to: Attachment| {
+            Link::new(rod(length), from, to, Joint::Weld)
+        };
+        let links = vec![
+            link(
+                1.0,
+                Attachment::ground(at(0.0)),
+                Attachment::body(0, at(-0.2)),
+            ),
+            link(
+                0.6,
+                Attachment::body(0, at(0.3)),
+                Attachment::body(1, at(-0.1)),
+            ),
+            link(
+                9.0,
+                Attachment::body(0, at(0.3)),
+                Attachment::body(1, at(-0.1)),
+            ),
+            link(
+                0.8,
+                Attachment::body(1, at(0.2)),
+                Attachment::ground(at(span)),
+            ),
+        ];
+        let bodies = (0..2).map(|_| Carrier::rigid(ball([0.1; 3])));
+        Assembly::new(bodies.collect(), links).unwrap()
+    };
+    for (span, fits) in [(3.2 - 1e-7, true), (3.2 + 1e-7, false), (2.0, true)] {
+        let found = chain(span, None).within_reach();
+        assert_eq!(found.is_ok(), fits, "{span}: {found:?}");
+    }
+    assert!(
+        chain(5.0, Some(10.0)).within_reach().is_ok(),
+        "rods that stretch"
+    );
+    let why = chain(3.5, None)
+        .equilibrium(None, 1e-9)
+        .unwrap_err()
+        .to_string();
+    for part in ["too short", "rod 0", "rod 3", "3.5", "3.2"] {
+        assert!(why.contains(part), "{part}: {why}");
+    }
+}

@@ -172,7 +172,8 @@ fn a_bent_rod_rings_down_at_its_eigenvalue() {
         "[loads]\ngravity = [0.0, -4.0]\n",
     );
     let straight = slowest(&plane("damping = { proportional = 0.25 }", ""));
-    let weight = "[start]\nsettled = true\nvelocity = [3e-4, 0.0, 1e-4]\n[loads]\ngravity = [0.0, 1.0, -5.0]\n";
+    // So slow that what is quadratic in the motion stays below what is asked: at six times the speed it is 1.4e-5 of the decay.
+    let weight = "[start]\nsettled = true\nvelocity = [5e-5, 0.0, 2e-5]\n[loads]\ngravity = [0.0, 1.0, -5.0]\n";
     let on_side = "[clamp]\nrotation = { axis = [0.2, 1.0, 0.0], angle = 1.3 }\n";
     let section = ", shear = [40.0, 60.0], axial = 300.0";
     let turned = space(

@@ -177,20 +177,17 @@ const ROBERTSON: [f64; 3] = [
 
 fn no_look(_: &mut Integrator, _: f64) {}
 
-/// Catches wrong stages, a wrong error estimate, and Newton left too early (the quadrature lags behind it): order 5 and
-/// errors near the tolerance on a smooth problem.
+/// Catches wrong stages, a wrong error estimate, and Newton left too early (the quadrature lags behind it): errors near the tolerance on a
+/// smooth problem, in steps of order 5 and of order 9.
 #[test]
-fn radau_is_of_order_five() {
+fn radau_keeps_the_tolerance() {
     let problem = decay(|_| 1.0, 0.0);
-    let runs = [1e-6, 1e-8, 1e-10, 1e-12].map(|tolerance| {
+    for tolerance in [1e-6, 1e-7, 1e-8, 1e-10, 1e-12] {
         let start = dvector![1.0, 0.0, 0.0];
         let end = run(&problem, start, 3.0, tolerance, Method::Implicit, no_look);
         let error = worst(end.state(), &on_cosine(3.0), &[1.0; 3]);
         assert!(error < tolerance, "{error:e} at {tolerance:e}");
-        (end.cost().steps as f64, error)
-    });
-    let order = (runs[1].1 / runs[3].1).ln() / (runs[3].0 / runs[1].0).ln();
-    assert!((4.5..5.7).contains(&order), "order {order}: {runs:?}");
+    }
 }
 
 /// Catches a Newton iteration that judges the slope, whose rounding is 1e-8 here, and a step size that collapses with it.

@@ -19,7 +19,7 @@ pub enum Method {
     Auto,
     /// DOP853, order 8: explicit steps, bounded by the fastest decay.
     Explicit,
-    /// Radau IIA, order 5: implicit steps, for stiff systems.
+    /// Radau IIA, order 5, or 9 where tolerances are fine: implicit steps, for stiff systems.
     Implicit,
     /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction ([`super::gauss`]). The
     /// integrator of this module has none, and chooses as under `Auto`.
@@ -258,7 +258,7 @@ impl Integrator {
             return;
         }
         let h = self.radau.next_step();
-        if h > GROWTH * self.span || h * self.radius() > EASY {
+        if h > GROWTH * self.span || h * self.radius(h) > EASY {
             self.votes = 0;
             return;
         }
@@ -267,7 +267,7 @@ impl Integrator {
             return;
         }
         // The Jacobian in use may be that of an earlier state: a new one decides.
-        if self.radau.refresh(system).is_none() || h * self.radius() > EASY {
+        if self.radau.refresh(system).is_none() || h * self.radius(h) > EASY {
             self.votes = 0;
             return;
         }
@@ -330,14 +330,17 @@ impl Integrator {
         Some(step.min(10.0 * at) / taken)
     }
 
-    /// Spectral radius of the Jacobian that Radau uses.
-    fn radius(&mut self) -> f64 {
+    /// Spectral radius of the Jacobian that Radau uses, or what shows that it is well beyond the bound for the step `h`.
+    fn radius(&mut self, h: f64) -> f64 {
         let number = self.radau.cost().jacobians;
         if self.radius.0 != number
             && let Some(jacobian) = self.radau.jacobian()
         {
             let n = self.radau.state().len();
-            self.radius = (number, spectral_radius(jacobian, &mut self.direction, n));
+            self.radius = (
+                number,
+                spectral_radius(jacobian, &mut self.direction, n, EASY / h),
+            );
         }
         self.radius.1
     }

@@ -1,20 +1,45 @@
 //! Factors of real and complex matrices by elimination with partial pivoting.
 //!
-//! Real and imaginary parts are kept apart: what is done to them are sums of real products down the columns, for which registers are wide.
+//! Real and imaginary parts are kept apart, and columns in whole lines of eight: what is done to them are sums of real products down
+//! the columns, for which registers are wide.
 
 use super::system::{Factor, Scalar};
-use crate::math::eight::wide;
+use crate::math::eight::{Eight, wide};
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 
-/// A = P_1 L_1 P_2 L_2 .. U: rows are exchanged as the elimination comes to them, and not in what it has left behind.
+/// Eight rows of a column; those beyond the last row of the matrix are zero.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Line([f64; 8]);
+
+const ZERO: Line = Line([0.0; 8]);
+
+/// `FROM[i]`: ones from place i on, zeros before.
+const FROM: [[f64; 8]; 8] = {
+    let mut from = [[0.0; 8]; 8];
+    let mut i = 0;
+    while i < 8 {
+        let mut j = i;
+        while j < 8 {
+            from[i][j] = 1.0;
+            j += 1;
+        }
+        i += 1;
+    }
+    from
+};
+
+/// P A = L U.
+///
+/// Single numbers are never written just before the line around them is read: the processor would wait for them.
 #[derive(Debug, Clone)]
 pub struct Lu {
     size: usize,
     /// The parts of U, and of L below its diagonal of ones, by columns; imaginary ones of complex matrices only.
-    re: Vec<f64>,
-    im: Vec<f64>,
-    /// The row that was exchanged with each when it was its turn.
+    re: Vec<Line>,
+    im: Vec<Line>,
+    /// The row that was exchanged with each when it was its turn, in this order.
     rows: Vec<usize>,
     /// 1/u_kk.
     inverse: Vec<[f64; 2]>,
@@ -23,39 +48,68 @@ pub struct Lu {
 impl Lu {
     /// The factors of a square matrix; None if it is singular, or has entries that are not finite.
     pub fn new<T: Scalar>(matrix: &DMatrix<T>) -> Option<Self> {
+        let size = matrix.nrows();
+        let lines = size.div_ceil(8) * size;
         let mut lu = Self {
-            size: matrix.nrows(),
-            re: matrix.iter().map(|x| x.real()).collect(),
-            im: Vec::new(),
-            rows: Vec::with_capacity(matrix.nrows()),
-            inverse: Vec::with_capacity(matrix.nrows()),
+            size,
+            re: vec![ZERO; lines],
+            im: vec![ZERO; if is_complex::<T>() { lines } else { 0 }],
+            rows: Vec::with_capacity(size),
+            inverse: Vec::with_capacity(size),
         };
-        if is_complex::<T>() {
-            lu.im.extend(matrix.iter().map(|x| x.imaginary()));
+        let columns = matrix.as_slice().chunks_exact(size.max(1));
+        for (column, line) in columns.zip((0..lines).step_by(size.div_ceil(8).max(1))) {
+            split(column, &mut lu.re[line..], lu.im.get_mut(line..));
         }
-        wide(Eliminating(&mut lu)).then_some(lu)
+        if !wide(Eliminating(&mut lu)) {
+            return None;
+        }
+        // Columns of L were left as they were when it was their turn.
+        let columns = lines / size.max(1);
+        for part in [&mut lu.re, &mut lu.im] {
+            for (i, column) in part.chunks_exact_mut(columns.max(1)).enumerate() {
+                for (k, row) in lu.rows.iter().enumerate().skip(i + 1) {
+                    exchange(column, k, *row);
+                }
+            }
+        }
+        Some(lu)
+    }
+
+    /// Lines of a column.
+    fn lines(&self) -> usize {
+        self.size.div_ceil(8)
     }
 
     /// Brings the largest entry of what is left of column k to its diagonal; false if there is none.
+    #[inline(always)]
     fn pivot(&mut self, k: usize) -> bool {
-        let n = self.size;
-        let column = k * n..(k + 1) * n;
-        let (re, im) = (&self.re[column.clone()], self.im.get(column));
-        let size = |row: usize| re[row] * re[row] + im.map_or(0.0, |im| im[row] * im[row]);
-        let (mut row, mut largest) = (k, size(k));
-        for other in k + 1..n {
-            let size = size(other);
-            if size > largest {
-                (row, largest) = (other, size);
+        let column = k * self.lines()..(k + 1) * self.lines();
+        let (re, im) = (&self.re[column.clone()], self.im.get(column.clone()));
+        let (mut row, mut largest) = (k, -1.0);
+        for (b, line) in re.iter().enumerate().skip(k / 8) {
+            let mut sizes = [0.0; 8];
+            for i in 0..8 {
+                sizes[i] = line.0[i] * line.0[i];
+            }
+            if let Some(im) = im {
+                for i in 0..8 {
+                    sizes[i] += im[b].0[i] * im[b].0[i];
+                }
+            }
+            for (i, size) in sizes.iter().enumerate() {
+                if *size > largest && 8 * b + i >= k {
+                    (row, largest) = (8 * b + i, *size);
+                }
             }
         }
-        let imaginary = im.map_or(0.0, |im| im[row]);
-        self.inverse.push([re[row] / largest, -imaginary / largest]);
+        let at = |lines: &[Line]| lines[row / 8].0[row % 8];
+        let (x, y) = (at(re), im.map_or(0.0, at));
+        self.inverse.push([x / largest, -y / largest]);
         self.rows.push(row);
-        for part in [&mut self.re, &mut self.im] {
-            if let Some(column) = part.get_mut(k * n..(k + 1) * n) {
-                column.swap(k, row);
-            }
+        exchange(&mut self.re[column.clone()], k, row);
+        if let Some(im) = self.im.get_mut(column) {
+            exchange(im, k, row);
         }
         largest > 0.0 && largest.is_finite()
     }
@@ -66,116 +120,237 @@ const fn is_complex<T>() -> bool {
     size_of::<T>() > size_of::<f64>()
 }
 
+/// Writes the parts of numbers into lines.
+fn split<T: Scalar>(numbers: &[T], re: &mut [Line], im: Option<&mut [Line]>) {
+    for (line, numbers) in re.iter_mut().zip(numbers.chunks(8)) {
+        for (part, x) in line.0.iter_mut().zip(numbers) {
+            *part = x.real();
+        }
+    }
+    if is_complex::<T>()
+        && let Some(im) = im
+    {
+        for (line, numbers) in im.iter_mut().zip(numbers.chunks(8)) {
+            for (part, x) in line.0.iter_mut().zip(numbers) {
+                *part = x.imaginary();
+            }
+        }
+    }
+}
+
+/// Exchanges two rows of a column.
+#[inline(always)]
+fn exchange(column: &mut [Line], i: usize, j: usize) {
+    let (x, y) = (column[i / 8].0[i % 8], column[j / 8].0[j % 8]);
+    column[i / 8].0[i % 8] = y;
+    column[j / 8].0[j % 8] = x;
+}
+
 struct Eliminating<'a>(&'a mut Lu);
 
 impl WithSimd for Eliminating<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
-        let (n, lu) = (self.0.size, self.0);
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let (n, lines, lu) = (self.0.size, self.0.lines(), self.0);
+        // The column of L, from the line of the row below the diagonal on.
+        let (mut below, mut imaginary) = (vec![ZERO; lines], vec![ZERO; lines]);
         for k in 0..n {
             if !lu.pivot(k) {
                 return false;
             }
+            if k + 1 == n {
+                break;
+            }
             let ([p, q], row) = (lu.inverse[k], lu.rows[k]);
-            let (done, rest) = lu.re.split_at_mut((k + 1) * n);
-            let re = &mut done[k * n + k + 1..];
-            if lu.im.is_empty() {
-                for x in re.iter_mut() {
-                    *x *= p;
+            let first = (k + 1) / 8;
+            // The row that is exchanged for that of the pivot is worked on by itself: what it had below the pivot, and its factor.
+            let factor = |l: &[Line]| {
+                if row > k {
+                    l[row / 8 - first].0[row % 8]
+                } else {
+                    0.0
                 }
-                for column in rest.chunks_exact_mut(n) {
-                    column.swap(k, row);
-                    let (above, below) = column.split_at_mut(k + 1);
-                    take(below, re, above[k]);
+            };
+            let (done, rest) = lu.re.split_at_mut((k + 1) * lines);
+            let (re, l) = (&mut done[k * lines + first..], &mut below[first..]);
+            if lu.im.is_empty() {
+                for (x, l) in re.iter_mut().zip(l.iter_mut()) {
+                    *l = Line((Eight::of(simd, x.0) * p).numbers());
+                }
+                put(simd, re, l, k + 1);
+                let f = factor(l);
+                for column in rest.chunks_exact_mut(lines) {
+                    let [a, old] = [row, k].map(|i| column[i / 8].0[i % 8]);
+                    take(simd, &mut column[first..], l, a);
+                    column[row / 8].0[row % 8] = old - a * f;
+                    column[k / 8].0[k % 8] = a;
                 }
                 continue;
             }
-            let (done, imaginary) = lu.im.split_at_mut((k + 1) * n);
-            let im = &mut done[k * n + k + 1..];
-            for (x, y) in re.iter_mut().zip(im.iter_mut()) {
-                (*x, *y) = (*x * p - *y * q, *x * q + *y * p);
+            let (done, parts) = lu.im.split_at_mut((k + 1) * lines);
+            let (im, m) = (&mut done[k * lines + first..], &mut imaginary[first..]);
+            for ((x, y), (l, m)) in re.iter().zip(im.iter()).zip(l.iter_mut().zip(m.iter_mut())) {
+                let (x, y) = (Eight::of(simd, x.0), Eight::of(simd, y.0));
+                *l = Line((x * p - y * q).numbers());
+                *m = Line((x * q + y * p).numbers());
             }
-            for (x, y) in rest.chunks_exact_mut(n).zip(imaginary.chunks_exact_mut(n)) {
-                x.swap(k, row);
-                y.swap(k, row);
-                let ((x0, x), (y0, y)) = (x.split_at_mut(k + 1), y.split_at_mut(k + 1));
-                take_complex([x, y], [re, im], [x0[k], y0[k]]);
+            put(simd, re, l, k + 1);
+            put(simd, im, m, k + 1);
+            let f = [factor(l), factor(m)];
+            for (x, y) in rest
+                .chunks_exact_mut(lines)
+                .zip(parts.chunks_exact_mut(lines))
+            {
+                let [a, old] = [row, k].map(|i| [x[i / 8].0[i % 8], y[i / 8].0[i % 8]]);
+                take_complex(simd, [&mut x[first..], &mut y[first..]], [l, m], a);
+                x[row / 8].0[row % 8] = old[0] - (a[0] * f[0] - a[1] * f[1]);
+                y[row / 8].0[row % 8] = old[1] - (a[0] * f[1] + a[1] * f[0]);
+                (x[k / 8].0[k % 8], y[k / 8].0[k % 8]) = (a[0], a[1]);
             }
         }
         true
     }
 }
 
+/// Ones in the line of a row from that row on and zeros before, and the reverse.
+#[inline(always)]
+fn masks<S: Simd>(simd: S, row: usize) -> (Eight<S>, Eight<S>) {
+    let mask = Eight::of(simd, FROM[row % 8]);
+    (mask, Eight::all(simd, 1.0) - mask)
+}
+
+/// Puts a column of L into its place, and takes from it what is above it in the first line.
+#[inline(always)]
+fn put<S: Simd>(simd: S, place: &mut [Line], l: &mut [Line], row: usize) {
+    let (mask, others) = masks(simd, row);
+    let above = Eight::of(simd, place[0].0) * others;
+    l[0] = Line((Eight::of(simd, l[0].0) * mask).numbers());
+    place.copy_from_slice(l);
+    place[0] = Line((above + Eight::of(simd, l[0].0)).numbers());
+}
+
 /// x -= a l.
 #[inline(always)]
-fn take(x: &mut [f64], l: &[f64], a: f64) {
+fn take<S: Simd>(simd: S, x: &mut [Line], l: &[Line], a: f64) {
+    let a = Eight::all(simd, -a);
     for (x, l) in x.iter_mut().zip(l) {
-        *x -= l * a;
+        x.0 = Eight::of(simd, l.0)
+            .times_plus(a, Eight::of(simd, x.0))
+            .numbers();
     }
 }
 
 /// The same of complex numbers.
 #[inline(always)]
-fn take_complex([x, y]: [&mut [f64]; 2], [l, m]: [&[f64]; 2], [a, b]: [f64; 2]) {
-    for (((x, y), l), m) in x.iter_mut().zip(y.iter_mut()).zip(l).zip(m) {
-        *x -= l * a - m * b;
-        *y -= l * b + m * a;
+fn take_complex<S: Simd>(
+    simd: S,
+    [x, y]: [&mut [Line]; 2],
+    [l, m]: [&[Line]; 2],
+    [a, b]: [f64; 2],
+) {
+    let (less_a, less_b, b) = (
+        Eight::all(simd, -a),
+        Eight::all(simd, -b),
+        Eight::all(simd, b),
+    );
+    for ((x, y), (l, m)) in x.iter_mut().zip(y.iter_mut()).zip(l.iter().zip(m)) {
+        let (l, m) = (Eight::of(simd, l.0), Eight::of(simd, m.0));
+        let re = l.times_plus(less_a, Eight::of(simd, x.0));
+        let im = l.times_plus(less_b, Eight::of(simd, y.0));
+        x.0 = m.times_plus(b, re).numbers();
+        y.0 = m.times_plus(less_a, im).numbers();
     }
 }
 
-struct Solving<'a>(&'a Lu, [&'a mut [f64]; 2]);
+struct Solving<'a> {
+    lu: &'a Lu,
+    /// The parts of the right-hand side, which are used up.
+    sides: [&'a mut [Line]; 2],
+    found: &'a mut [[f64; 2]],
+}
 
 impl WithSimd for Solving<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self(lu, [x, y]) = self;
-        let n = lu.size;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lu, sides, found } = self;
+        let (n, lines, [x, y]) = (lu.size, lu.lines(), sides);
         for (k, row) in lu.rows.iter().enumerate() {
-            x.swap(k, *row);
-            let below = k * n + k + 1..(k + 1) * n;
+            exchange(x, k, *row);
+            if !y.is_empty() {
+                exchange(y, k, *row);
+            }
+        }
+        for k in 0..n.saturating_sub(1) {
+            let (i, j, first) = (k / 8, k % 8, (k + 1) / 8);
+            let column = k * lines + first..(k + 1) * lines;
+            let (mask, _) = masks(simd, k + 1);
+            let re = &lu.re[column.clone()];
+            let top = only(simd, re[0], mask);
             if lu.im.is_empty() {
-                let a = x[k];
-                take(&mut x[k + 1..], &lu.re[below], a);
+                let a = x[i].0[j];
+                take(simd, &mut x[first..=first], &[top], a);
+                take(simd, &mut x[first + 1..], &re[1..], a);
                 continue;
             }
-            y.swap(k, *row);
-            let a = [x[k], y[k]];
-            let l = [&lu.re[below.clone()], &lu.im[below]];
-            take_complex([&mut x[k + 1..], &mut y[k + 1..]], l, a);
+            let im = &lu.im[column];
+            let a = [x[i].0[j], y[i].0[j]];
+            let l = [&[top][..], &[only(simd, im[0], mask)]];
+            take_complex(simd, [&mut x[first..=first], &mut y[first..=first]], l, a);
+            take_complex(
+                simd,
+                [&mut x[first + 1..], &mut y[first + 1..]],
+                [&re[1..], &im[1..]],
+                a,
+            );
         }
         for k in (0..n).rev() {
-            let [p, q] = lu.inverse[k];
-            let above = k * n..k * n + k;
+            let ([p, q], i, j) = (lu.inverse[k], k / 8, k % 8);
+            let column = k * lines..k * lines + i + 1;
+            let (_, mask) = masks(simd, k);
+            let re = &lu.re[column.clone()];
+            let end = only(simd, re[i], mask);
             if lu.im.is_empty() {
-                x[k] *= p;
-                let a = x[k];
-                take(&mut x[..k], &lu.re[above], a);
+                let a = x[i].0[j] * p;
+                found[k] = [a, 0.0];
+                take(simd, &mut x[i..=i], &[end], a);
+                take(simd, &mut x[..i], &re[..i], a);
                 continue;
             }
-            let a = [x[k] * p - y[k] * q, x[k] * q + y[k] * p];
-            [x[k], y[k]] = a;
-            let u = [&lu.re[above.clone()], &lu.im[above]];
-            take_complex([&mut x[..k], &mut y[..k]], u, a);
+            let im = &lu.im[column];
+            let a = [x[i].0[j] * p - y[i].0[j] * q, x[i].0[j] * q + y[i].0[j] * p];
+            found[k] = a;
+            let u = [&[end][..], &[only(simd, im[i], mask)]];
+            take_complex(simd, [&mut x[i..=i], &mut y[i..=i]], u, a);
+            take_complex(simd, [&mut x[..i], &mut y[..i]], [&re[..i], &im[..i]], a);
         }
     }
 }
 
+/// A line times another.
+#[inline(always)]
+fn only<S: Simd>(simd: S, line: Line, mask: Eight<S>) -> Line {
+    Line((mask * Eight::of(simd, line.0)).numbers())
+}
+
 impl<T: Scalar> Factor<T> for Lu {
     fn solve(&self, b: &mut DVector<T>) -> bool {
-        let mut x: Vec<f64> = b.iter().map(|b| b.real()).collect();
-        let mut y: Vec<f64> = match self.im.is_empty() {
-            true => Vec::new(),
-            false => b.iter().map(|b| b.imaginary()).collect(),
-        };
-        wide(Solving(self, [&mut x, &mut y]));
-        for (i, b) in b.iter_mut().enumerate() {
-            *b = T::of(x[i], y.get(i).copied().unwrap_or(0.0));
+        let mut sides = vec![ZERO; if is_complex::<T>() { 2 } else { 1 } * self.lines()];
+        let (x, y) = sides.split_at_mut(self.lines());
+        split(b.as_slice(), x, Some(y));
+        let mut found = vec![[0.0; 2]; self.size];
+        wide(Solving {
+            lu: self,
+            sides: [x, y],
+            found: &mut found,
+        });
+        for (b, [re, im]) in b.iter_mut().zip(&found) {
+            *b = T::of(*re, *im);
         }
-        b.iter().all(|b| b.is_finite())
+        found.as_flattened().iter().all(|x| x.is_finite())
     }
 }
 

@@ -171,15 +171,19 @@ impl Linearised for DMatrix<f64> {
 /// normal alternates.
 const PRODUCTS: usize = 8;
 const AVERAGED: usize = 4;
+/// By this factor growth may exceed the spectral radius in a product.
+const WELL_BEYOND: f64 = 10.0;
 
-/// The spectral radius of J by power iteration, mostly to some 10 %. `vector` is where the last one of a similar J
-/// ended; any other length starts afresh.
+/// The spectral radius of J by power iteration, mostly to some 10 %; one that is seen to be well beyond `enough` is left at that.
+/// `vector` is where the last one of a similar J ended; any other length starts afresh.
 pub(super) fn spectral_radius(
     jacobian: &dyn AnyLinearised,
     vector: &mut DVector<f64>,
     dimension: usize,
+    enough: f64,
 ) -> f64 {
-    if vector.len() != dimension {
+    let afresh = vector.len() != dimension;
+    if afresh {
         *vector = DVector::zeros(dimension);
     }
     // A small part of every direction is added: the vector of the last iteration may lack the one that is dominant now.
@@ -202,6 +206,9 @@ pub(super) fn spectral_radius(
             return f64::INFINITY;
         }
         *vector = next / size;
+        if i == 1 && !afresh && size > WELL_BEYOND * enough {
+            return size;
+        }
         if i >= PRODUCTS - AVERAGED {
             growth += size.ln() / AVERAGED as f64;
         }

@@ -214,6 +214,8 @@ impl AssemblySetup {
         let Some(bodies) = &self.guess else {
             return self.assembly.equilibrium(None, self.tolerance);
         };
+        // Before the rods are looked for one by one, in vain.
+        self.assembly.within_reach()?;
         let guess = self.assembly.held(bodies.clone(), FINE);
         let near = self.assembly.equilibrium(Some(&guess), self.tolerance);
         near.or_else(|why| {

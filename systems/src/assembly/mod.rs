@@ -24,6 +24,7 @@ mod link;
 mod modes;
 mod passage;
 mod pins;
+mod reach;
 mod spin;
 mod state;
 mod statics;

@@ -156,7 +156,7 @@ impl Assembly {
     /// `tolerance` bounds Newton's last correction relative to the unknowns ([`AssemblyEquilibrium::correction`]).
     ///
     /// # Errors
-    /// A tolerance outside [1e-13, 1e-3]; a guess of another assembly; no equilibrium found, with how far the best path came.
+    /// A tolerance outside [1e-13, 1e-3]; rods that are too short; a guess of another assembly; no equilibrium found, with how far the best path came.
     pub fn equilibrium(
         &self,
         guess: Option<&Configuration>,
@@ -167,6 +167,7 @@ impl Assembly {
                 "the tolerance is {tolerance}; it must be in [1e-13, 1e-3]"
             )));
         }
+        self.within_reach()?;
         if let Some(guess) = guess {
             return self.near(guess, tolerance);
         }

@@ -3,7 +3,7 @@
 use super::interval::Pulled;
 use super::{Solved, Spring, Tip, solved};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{exponential, frame, halves, joined};
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::path::{Path, Taken};
 use crate::rod::{Plane, Problem, RodSection, Wrench};
@@ -20,6 +20,8 @@ const STEPS: usize = 60;
 const CHANGE: f64 = 0.5;
 /// Newton's steps relative to the force below which it is found: rounding of places times the stiffness is not to be had.
 const FOUND: f64 = 1e-12;
+/// The angles by which a force leans in turn, at last by none.
+const LEANS: [f64; 7] = [0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.0];
 /// Between these sqrt(F L^2/B) the force is looked for that makes a rod as long as it is held.
 const RANGE: (f64, f64) = (3.0, 1e6);
 
@@ -209,7 +211,16 @@ impl Problem {
             let size = step.norm() / n.norm();
             // Down to rounding, if no better.
             if size < FOUND || (size < 1e-6 && size > 0.5 * before) {
-                return self.told(&found, off.norm(), route, plane);
+                let told = self.told(&found, off.norm(), route, plane)?;
+                if told.index > 0
+                    && !from_guess
+                    && plane.is_none()
+                    && held == [false; 3]
+                    && let Some(stable) = self.leant(&n)
+                {
+                    return self.told(&stable, off.norm(), route, plane);
+                }
+                return Ok(told);
             }
             before = size;
             let part = (CHANGE / size).min(1.0);
@@ -220,6 +231,39 @@ impl Problem {
         Err(Error::no_convergence(
             "the force of a taut rod was not found; give a guess of its base wrench",
         ))
+    }
+
+    /// A stable rod under the force `n` that does not lie in the plane of the clamp and the force, as those do that turn far about their
+    /// stiffer axis: the force leans out of that plane, where there is no symmetry that holds the rod, and is led back.
+    fn leant(&self, n: &Vector3<f64>) -> Option<Solved> {
+        let across = Vector3::z().cross(n);
+        let axes = match across.try_normalize(1e-12 * n.norm()) {
+            Some(across) => vec![across.cross(n).normalize()],
+            // Against the clamp: any plane is one of these.
+            None => vec![Vector3::x(), Vector3::y()],
+        };
+        let led = |axis: &Vector3<f64>| {
+            let mut found: Option<Solved> = None;
+            for lean in LEANS {
+                let force = frame(&exponential(&(axis * lean))) * n;
+                let start = found.map(|found| found.shape);
+                let m = start
+                    .as_ref()
+                    .map_or_else(Vector3::zeros, |shape| shape.nodes[0].m);
+                let end = (&self.tip(), &Spring::NONE);
+                found = solved(
+                    &self.rod.law,
+                    &joined(&m, &force),
+                    end,
+                    start.as_ref(),
+                    self.tolerance,
+                )
+                .ok();
+                found.as_ref()?;
+            }
+            found.filter(|found| self.taut_index(found, &Spring::NONE) == Ok(0))
+        };
+        axes.iter().find_map(led)
     }
 
     fn told(

@@ -28,8 +28,16 @@ pub struct ViscousLinear<const M: usize, const D: usize> {
 /// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
 #[derive(Debug)]
 pub struct ViscousFactor<T, const M: usize, const D: usize> {
-    linear: ViscousLinear<M, D>,
+    layout: Layout,
+    hold: Hold,
     sigma: T,
+    /// sigma - a_V and sigma - spin.
+    damped: SMatrix<T, D, D>,
+    turning: SMatrix<T, D, D>,
+    gather: DMatrix<f64>,
+    convection: DMatrix<f64>,
+    relaxing: Vec<(Vec<SMatrix<f64, M, M>>, f64)>,
+    place: Vec<f64>,
     lu: Lu,
     rows: Vec<f64>,
     wrench: f64,
@@ -49,11 +57,39 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         let n = self.layout.field();
         let real = T::from_real;
         let mut matrix = DMatrix::<T>::zeros(n + D, n + D);
-        for j in 0..n {
-            for i in 0..n {
-                matrix[(i, j)] = real(-self.rod.drift[(i, j)]);
+        let largest = self.rod.push.amax();
+        let wrench = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+        let fill = |column: &mut [T], rates: &[f64], factor: f64| {
+            for (entry, rate) in column.iter_mut().zip(rates) {
+                *entry = real(-rate * factor);
             }
-            matrix[(j, j)] += sigma;
+        };
+        let (damped, turning) = (self.damped(sigma), self.turning(sigma));
+        // By place, and as far as it stands in sigma by velocity too, the rows of the body are these times gather.
+        let follows = match self.hold {
+            Hold::Place => damped * turning,
+            Hold::Velocity | Hold::Together => damped * sigma,
+        } - self.body.by_pose.map(real);
+        let rates = self.rod.drift.as_slice().chunks_exact(n.max(1));
+        let columns = matrix.as_mut_slice().chunks_exact_mut(n + D);
+        for (j, (column, rates)) in columns.zip(rates).enumerate() {
+            let (strains, end) = column.split_at_mut(n);
+            fill(strains, rates, 1.0);
+            strains[j] += sigma;
+            let mut row = follows * self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
+            if self.hold != Hold::Place {
+                row += damped * self.rod.convection.fixed_view::<D, 1>(0, j).map(real);
+            }
+            end.copy_from_slice(row.as_slice());
+        }
+        for (j, push) in self.rod.push.column_iter().enumerate() {
+            let column = &mut matrix.as_mut_slice()[(n + j) * (n + D)..];
+            fill(column, push.as_slice(), wrench);
+            fill(
+                &mut column[n..],
+                self.body.by_wrench.column(j).as_slice(),
+                -wrench,
+            );
         }
         for (blocks, time) in &self.relaxing {
             let share = T::one() / (T::one() + sigma * real(*time));
@@ -63,46 +99,34 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
                 }
             }
         }
-        let largest = self.rod.push.amax();
-        let wrench = if largest > 0.0 { 1.0 / largest } else { 1.0 };
-        for j in 0..D {
-            for i in 0..n {
-                matrix[(i, n + j)] = real(-self.rod.push[(i, j)] * wrench);
-            }
-            for i in 0..D {
-                matrix[(n + i, n + j)] = real(self.body.by_wrench[(i, j)] * wrench);
-            }
-        }
-        let (damped, turning) = (self.damped(sigma), self.turning(sigma));
-        let by_pose = self.body.by_pose.map(real);
-        for j in 0..n {
-            let gather = self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
-            let follow = match self.hold {
-                Hold::Place => turning * gather,
-                Hold::Velocity | Hold::Together => {
-                    gather * sigma + self.rod.convection.fixed_view::<D, 1>(0, j).map(real)
-                }
-            };
-            let row = damped * follow - by_pose * gather;
-            matrix.fixed_view_mut::<D, 1>(n, j).copy_from(&row);
-        }
         // Rows are scaled to one size: those of the strains are rates, those of the body forces over masses.
-        let mut rows = vec![0.0; n + D];
-        for (i, row) in rows.iter_mut().enumerate() {
-            let size = (0..n + D)
-                .map(|j| matrix[(i, j)].norm1())
-                .fold(0.0, f64::max);
-            if !(size > 0.0 && size.is_finite()) {
+        let mut rows = vec![0.0_f64; n + D];
+        for column in matrix.as_slice().chunks_exact(n + D) {
+            for (size, entry) in rows.iter_mut().zip(column) {
+                *size = size.max(entry.norm1());
+            }
+        }
+        for size in &mut rows {
+            if !(*size > 0.0 && size.is_finite()) {
                 return None;
             }
-            *row = 1.0 / size;
-            for j in 0..n + D {
-                matrix[(i, j)] *= real(*row);
+            *size = 1.0 / *size;
+        }
+        for column in matrix.as_mut_slice().chunks_exact_mut(n + D) {
+            for (entry, row) in column.iter_mut().zip(&rows) {
+                *entry = entry.scale(*row);
             }
         }
         Some(ViscousFactor {
-            linear: self.clone(),
+            layout: self.layout,
+            hold: self.hold,
             sigma,
+            damped,
+            turning,
+            gather: self.rod.gather.clone(),
+            convection: self.rod.convection.clone(),
+            relaxing: self.relaxing.clone(),
+            place: self.place.clone(),
             lu: Lu::new(&matrix)?,
             rows,
             wrench,
@@ -190,8 +214,7 @@ fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
 
 impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M, D> {
     fn solve(&self, b: &mut DVector<T>) -> bool {
-        let linear = &self.linear;
-        let (layout, relaxing) = (linear.layout, &linear.relaxing);
+        let (layout, relaxing) = (self.layout, &self.relaxing);
         let n = layout.field();
         let (velocity, time) = (layout.velocity(), layout.time());
         let real = T::from_real;
@@ -210,22 +233,22 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
         let placed = layout.place()..layout.wrench();
         let gathered = |field: &[T]| {
             let mut sum = SMatrix::<T, D, 1>::zeros();
-            for (column, x) in linear.rod.gather.column_iter().zip(field) {
+            for (column, x) in self.gather.column_iter().zip(field) {
                 for (sum, g) in sum.iter_mut().zip(column.iter()) {
                     *sum += real(*g) * *x;
                 }
             }
             sum
         };
-        let (moved, grown) = place::split::<T, D>(&linear.place, &b.as_slice()[placed.clone()]);
+        let (moved, grown) = place::split::<T, D>(&self.place, &b.as_slice()[placed.clone()]);
         let missed = -b.fixed_rows::<D>(layout.wrench()).into_owned();
-        let turning = linear.turning(self.sigma);
-        let lag = match linear.hold {
+        let turning = self.turning;
+        let lag = match self.hold {
             Hold::Place => turning * missed + moved,
             Hold::Velocity => gathered(&b.as_slice()[..n]),
             Hold::Together => gathered(&b.as_slice()[..n]) + missed,
         };
-        let pushed = b.fixed_rows::<D>(velocity).into_owned() + linear.damped(self.sigma) * lag;
+        let pushed = b.fixed_rows::<D>(velocity).into_owned() + self.damped * lag;
         right.rows_mut(n, D).copy_from(&pushed);
         for (value, row) in right.iter_mut().zip(&self.rows) {
             *value *= real(*row);
@@ -234,11 +257,11 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
             return false;
         }
         let followed = gathered(&right.as_slice()[..n]);
-        let (v, twist) = match linear.hold {
+        let (v, twist) = match self.hold {
             Hold::Place => (turning * followed - lag, followed - missed),
             Hold::Velocity | Hold::Together => {
                 let mut v = followed * self.sigma - lag;
-                for (column, x) in linear.rod.convection.column_iter().zip(right.iter()) {
+                for (column, x) in self.convection.column_iter().zip(right.iter()) {
                     for (v, c) in v.iter_mut().zip(column.iter()) {
                         *v += real(*c) * *x;
                     }
@@ -259,10 +282,10 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
             b[i] /= self.sigma;
         }
         let slots = &mut b.as_mut_slice()[placed];
-        place::join(&linear.place, &twist, grown / self.sigma, slots);
+        place::join(&self.place, &twist, grown / self.sigma, slots);
         for i in 0..D {
             let wrench = &mut b[layout.wrench() + i];
-            *wrench = match linear.hold {
+            *wrench = match self.hold {
                 Hold::Velocity => *wrench / self.sigma,
                 Hold::Together | Hold::Place => right[n + i] * real(self.wrench),
             };
