@@ -88,13 +88,10 @@ impl Lu {
         let (re, im) = (&self.re[column.clone()], self.im.get(column.clone()));
         let (mut row, mut largest) = (k, -1.0);
         for (b, line) in re.iter().enumerate().skip(k / 8) {
-            let mut sizes = [0.0; 8];
-            for i in 0..8 {
-                sizes[i] = line.0[i] * line.0[i];
-            }
+            let mut sizes = line.0.map(|x| x * x);
             if let Some(im) = im {
-                for i in 0..8 {
-                    sizes[i] += im[b].0[i] * im[b].0[i];
+                for (size, y) in sizes.iter_mut().zip(im[b].0) {
+                    *size += y * y;
                 }
             }
             for (i, size) in sizes.iter().enumerate() {
@@ -175,11 +172,12 @@ impl WithSimd for Eliminating<'_> {
             };
             let (done, rest) = lu.re.split_at_mut((k + 1) * lines);
             let (re, l) = (&mut done[k * lines + first..], &mut below[first..]);
+            let above = apart(simd, re, k + 1);
             if lu.im.is_empty() {
                 for (x, l) in re.iter_mut().zip(l.iter_mut()) {
                     *l = Line((Eight::of(simd, x.0) * p).numbers());
                 }
-                put(simd, re, l, k + 1);
+                put(simd, re, l, above);
                 let f = factor(l);
                 for column in rest.chunks_exact_mut(lines) {
                     let [a, old] = [row, k].map(|i| column[i / 8].0[i % 8]);
@@ -191,13 +189,14 @@ impl WithSimd for Eliminating<'_> {
             }
             let (done, parts) = lu.im.split_at_mut((k + 1) * lines);
             let (im, m) = (&mut done[k * lines + first..], &mut imaginary[first..]);
+            let beside = apart(simd, im, k + 1);
             for ((x, y), (l, m)) in re.iter().zip(im.iter()).zip(l.iter_mut().zip(m.iter_mut())) {
                 let (x, y) = (Eight::of(simd, x.0), Eight::of(simd, y.0));
                 *l = Line((x * p - y * q).numbers());
                 *m = Line((x * q + y * p).numbers());
             }
-            put(simd, re, l, k + 1);
-            put(simd, im, m, k + 1);
+            put(simd, re, l, above);
+            put(simd, im, m, beside);
             let f = [factor(l), factor(m)];
             for (x, y) in rest
                 .chunks_exact_mut(lines)
@@ -221,14 +220,20 @@ fn masks<S: Simd>(simd: S, row: usize) -> (Eight<S>, Eight<S>) {
     (mask, Eight::all(simd, 1.0) - mask)
 }
 
-/// Puts a column of L into its place, and takes from it what is above it in the first line.
+/// Takes out of the first line of a column what is above `row`, before it is divided by a pivot that may be small.
 #[inline(always)]
-fn put<S: Simd>(simd: S, place: &mut [Line], l: &mut [Line], row: usize) {
+fn apart<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
     let (mask, others) = masks(simd, row);
-    let above = Eight::of(simd, place[0].0) * others;
-    l[0] = Line((Eight::of(simd, l[0].0) * mask).numbers());
+    let above = only(simd, column[0], others);
+    column[0] = only(simd, column[0], mask);
+    above
+}
+
+/// Puts a column of L into its place, below what was above it in the first line.
+#[inline(always)]
+fn put<S: Simd>(simd: S, place: &mut [Line], l: &[Line], above: Line) {
     place.copy_from_slice(l);
-    place[0] = Line((above + Eight::of(simd, l[0].0)).numbers());
+    place[0] = Line((Eight::of(simd, above.0) + Eight::of(simd, l[0].0)).numbers());
 }
 
 /// x -= a l.
@@ -358,8 +363,10 @@ impl<T: Scalar> Factor<T> for Lu {
 mod tests {
     use super::*;
     use nalgebra::Complex;
+    use std::cmp::Ordering;
 
-    /// Catches a wrong sign, row or part: products with the matrix give back the right-hand sides, whichever row the pivots come from.
+    /// Catches a wrong sign, row or part: products with the matrix give back the right-hand sides, whichever row the pivots come from. And
+    /// small pivots that make numbers above them infinite.
     #[test]
     fn solutions_solve() {
         let number = |i: usize| ((i * i) as f64 * 0.618_033_988_749_894_9).fract() - 0.5;
@@ -375,5 +382,15 @@ mod tests {
         assert!(Lu::new(&complex).unwrap().solve(&mut x));
         assert!((complex * x - b).iter().all(|gap| gap.norm() < 1e-12));
         assert!(Lu::new(&DMatrix::from_element(2, 2, 1.0)).is_none());
+        // Small pivots below large entries of U.
+        let graded = DMatrix::from_fn(n, n, |i, j| match i.cmp(&j) {
+            Ordering::Less => 1e180,
+            Ordering::Equal => 1e-140,
+            Ordering::Greater => 0.0,
+        });
+        let mut last = DVector::zeros(n);
+        last[0] = 1e-140;
+        assert!(Lu::new(&graded).unwrap().solve(&mut last));
+        assert!((last[0] - 1.0).abs() < 1e-12 && last.rows(1, n - 1).amax() == 0.0);
     }
 }

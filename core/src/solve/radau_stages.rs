@@ -152,8 +152,8 @@ fn eigenpair(matrix: &DMatrix<f64>, near: Complex<f64>) -> (Complex<f64>, DVecto
     ((&matrix * &vector)[s - 1], vector)
 }
 
-/// The error after an increment is never taken to be less than this part of it:
-/// quadratures whose rows of the Jacobian are zero follow one iteration behind.
+/// The error after an increment is never taken to be less than this part of it: quadratures whose rows of the Jacobian are zero follow one
+/// iteration behind.
 const LAG: f64 = 0.05;
 
 /// Differences z_i = y(t + c_i h) - y(t) of the stages.
@@ -286,12 +286,10 @@ impl Newton {
         self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
-        let row =
-            |matrix: &DMatrix<f64>, i: usize| matrix.row(i).iter().copied().collect::<Vec<_>>();
         // W = T^-1 Z is kept apart, as in the book: Z = T W.
         let transformed = |z: &[DVector<f64>]| -> Stages {
             (0..stages)
-                .map(|i| combined(row(&tableau.t_inverse, i), z))
+                .map(|i| combined(tableau.t_inverse.row(i).iter().copied(), z))
                 .collect()
         };
         let mut w = transformed(z);
@@ -332,11 +330,11 @@ impl Newton {
             let mut square = 0.0;
             for i in 0..stages {
                 w[i] += &increment[i];
-                let change = combined(row(&tableau.t, i), &increment);
+                let change = combined(tableau.t.row(i).iter().copied(), &increment);
                 square += system.mean_square(&change, y, y) / stages as f64;
             }
             for (i, z) in z.iter_mut().enumerate() {
-                *z = combined(row(&tableau.t, i), &w);
+                *z = combined(tableau.t.row(i).iter().copied(), &w);
             }
             self.iterations += 1;
             let size = square.sqrt();
