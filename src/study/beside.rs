@@ -1,7 +1,7 @@
 //! The light rods beside those with friction or mass, in a run.
 
 use super::exact;
-use crate::motion::{Beside, Crossed, Lost, State};
+use crate::motion::{Beside, Crossed, Lost, Motion, State};
 use crate::scene::{Scales, Units};
 use serde_json::{Value, json};
 
@@ -19,10 +19,16 @@ impl LightRods {
         }
     }
 
-    /// Follows them through a step to `state`.
-    pub fn step(&mut self, state: &dyn State) {
+    /// Follows them through the last step of `motion`.
+    pub fn step(&mut self, motion: &mut dyn Motion<'_>) {
         for rod in &mut self.rods {
-            self.crossed.extend(rod.step(state));
+            let passed = rod.step(&*motion.now());
+            for mut crossed in passed {
+                if let Some(state) = motion.sample(crossed.snap.t) {
+                    crossed.ledger = state.ledger();
+                }
+                self.crossed.push(crossed);
+            }
         }
     }
 

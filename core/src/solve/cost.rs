@@ -13,9 +13,9 @@ pub struct Cost {
     pub rejected: u64,
     /// Jacobians evaluated.
     pub jacobians: u64,
-    /// Pairs of matrices, real and complex, factored.
+    /// Sets of matrices factored, a real one and one complex one, at order 9 two.
     pub factorisations: u64,
-    /// Newton iterations: three slopes, a real and a complex solution each.
+    /// Newton iterations: a slope for every stage, and a solution with every matrix.
     pub iterations: u64,
     /// Interpolants built and samples computed inside steps.
     pub samples: u64,

@@ -39,7 +39,7 @@ const RELIEF: u32 = 6;
 /// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
 const LONGER: f64 = 3.0;
 const STRIDE: u64 = 4;
-/// Error estimate of Radau for a step h, over h^4 y''''.
+/// Error estimate of Radau of order 5 for a step h, over h^4 y''''. Steps of order 9 are longer, so that it stays with DOP853 rather too long.
 const RADAU_ERROR: f64 = 0.00458;
 /// Below this product of step and spectral radius DOP853 would be stable with the steps of Radau.
 const EASY: f64 = 3.0;
@@ -414,9 +414,9 @@ impl Integrator {
 
     /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
     /// asked (3 slopes); near its limit of stability, where that is poor, it repeats the step as short as needed (12
-    /// slopes). The collocation polynomial of Radau is of order 3, too poor by far, and slopes at the ends are
+    /// slopes). The collocation polynomial of Radau is of order 3, or 5, too poor by far, and slopes at the ends are
     /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
-    /// accuracy of the steps, for the price of two factorisations and an iteration or two. None if that fails.
+    /// accuracy of the steps, for the price of new factors and an iteration or two. None if that fails.
     pub fn at(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if self.span == 0.0 || x == 1.0 {
             return Some(self.state().clone());

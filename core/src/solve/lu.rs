@@ -57,17 +57,20 @@ impl Lu {
             rows: Vec::with_capacity(size),
             inverse: Vec::with_capacity(size),
         };
-        let columns = matrix.as_slice().chunks_exact(size.max(1));
-        for (column, line) in columns.zip((0..lines).step_by(size.div_ceil(8).max(1))) {
-            split(column, &mut lu.re[line..], lu.im.get_mut(line..));
+        let each = lu.lines().max(1);
+        let columns = || matrix.as_slice().chunks_exact(size.max(1));
+        for (numbers, column) in columns().zip(lu.re.chunks_exact_mut(each)) {
+            part(numbers, column, |x| x.real());
+        }
+        for (numbers, column) in columns().zip(lu.im.chunks_exact_mut(each)) {
+            part(numbers, column, |x| x.imaginary());
         }
         if !wide(Eliminating(&mut lu)) {
             return None;
         }
         // Columns of L were left as they were when it was their turn.
-        let columns = lines / size.max(1);
         for part in [&mut lu.re, &mut lu.im] {
-            for (i, column) in part.chunks_exact_mut(columns.max(1)).enumerate() {
+            for (i, column) in part.chunks_exact_mut(each).enumerate() {
                 for (k, row) in lu.rows.iter().enumerate().skip(i + 1) {
                     exchange(column, k, *row);
                 }
@@ -117,20 +120,11 @@ const fn is_complex<T>() -> bool {
     size_of::<T>() > size_of::<f64>()
 }
 
-/// Writes the parts of numbers into lines.
-fn split<T: Scalar>(numbers: &[T], re: &mut [Line], im: Option<&mut [Line]>) {
-    for (line, numbers) in re.iter_mut().zip(numbers.chunks(8)) {
-        for (part, x) in line.0.iter_mut().zip(numbers) {
-            *part = x.real();
-        }
-    }
-    if is_complex::<T>()
-        && let Some(im) = im
-    {
-        for (line, numbers) in im.iter_mut().zip(numbers.chunks(8)) {
-            for (part, x) in line.0.iter_mut().zip(numbers) {
-                *part = x.imaginary();
-            }
+/// Writes a part of every number into lines.
+fn part<T: Copy>(numbers: &[T], lines: &mut [Line], of: impl Fn(T) -> f64) {
+    for (line, numbers) in lines.iter_mut().zip(numbers.chunks(8)) {
+        for (place, x) in line.0.iter_mut().zip(numbers) {
+            *place = of(*x);
         }
     }
 }
@@ -345,7 +339,8 @@ impl<T: Scalar> Factor<T> for Lu {
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let mut sides = vec![ZERO; if is_complex::<T>() { 2 } else { 1 } * self.lines()];
         let (x, y) = sides.split_at_mut(self.lines());
-        split(b.as_slice(), x, Some(y));
+        part(b.as_slice(), x, |b| b.real());
+        part(b.as_slice(), y, |b| b.imaginary());
         let mut found = vec![[0.0; 2]; self.size];
         wide(Solving {
             lu: self,

@@ -355,7 +355,7 @@ impl Radau {
     }
 
     /// The state at the fraction `x` in [0, 1] of the last step by a step of that length: as accurate as the steps, at
-    /// the price of two factorisations and an iteration or two. None if that step cannot be solved.
+    /// the price of new factors and an iteration or two. None if that step cannot be solved.
     pub fn exactly(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if x == 1.0 || self.span == 0.0 {
             return Some(self.state.clone());

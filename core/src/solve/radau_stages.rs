@@ -83,8 +83,8 @@ impl Tableau {
                 gamma = value.re;
             }
         }
-        let identity = DMatrix::identity(s, s);
-        let t_inverse = t.clone().lu().solve(&identity).unwrap_or(identity);
+        // Of constants that the test below holds to be regular.
+        let t_inverse = t.clone().try_inverse().unwrap_or_default();
         let start = (0..s).map(|j| slope_of_basis(nodes, j, 0.0)).collect();
         Self {
             nodes,
@@ -390,7 +390,7 @@ mod tests {
     /// Catches a wrong digit of a node or a wrong transformation: A integrates c^p up to each node, and T block-diagonalises A^-1.
     #[test]
     fn transformations_are_those_of_the_tableaux() {
-        for order in [Order::Five, Order::Nine] {
+        for (order, bound) in [(Order::Five, 1e-14), (Order::Nine, 1e-13)] {
             let tableau = order.tableau();
             let (c, s) = (tableau.nodes, tableau.stages());
             let v = DMatrix::from_fn(s, s, |i, j| c[i].powi(j as i32));
@@ -405,11 +405,12 @@ mod tests {
             }
             let identity = DMatrix::identity(s, s);
             assert!(
-                (&tableau.t * &tableau.t_inverse - &identity).amax() < 1e-12,
+                (&tableau.t * &tableau.t_inverse - &identity).amax() < bound,
                 "{order:?}"
             );
             let back = &tableau.t * blocks * &tableau.t_inverse * a;
-            assert!((back - identity).amax() < 1e-11, "{order:?}");
+            let off = (back - identity).amax();
+            assert!(off < 10.0 * bound, "{order:?}: {off:e}");
         }
     }
 }

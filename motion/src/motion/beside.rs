@@ -54,7 +54,8 @@ fn places() -> Vec<f64> {
 pub struct Crossed {
     /// What the light rod does there.
     pub snap: Snap,
-    /// The energies of the rod that is not light, at that time.
+    /// The energies of the rod that is not light, at that time; on a straight line between those at the ends of the step until the motion is asked for
+    /// them.
     pub ledger: Ledger,
 }
 

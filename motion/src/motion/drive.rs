@@ -105,7 +105,7 @@ pub trait Observer {
     ///
     /// # Errors
     /// As above.
-    fn event(&mut self, _event: &Event, _motion: &dyn Motion<'_>) -> Result<()> {
+    fn event(&mut self, _event: &Event, _motion: &mut dyn Motion<'_>) -> Result<()> {
         Ok(())
     }
 

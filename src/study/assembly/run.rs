@@ -475,11 +475,11 @@ impl Observer for Recorder<'_> {
         self.sink.row(self.trajectory, &row)
     }
 
-    fn event(&mut self, event: &Event, motion: &dyn Motion<'_>) -> Result<()> {
+    fn event(&mut self, event: &Event, motion: &mut dyn Motion<'_>) -> Result<()> {
         if let Event::Step { .. } = event
             && motion.resolution().is_some()
         {
-            self.beside.step(&*motion.now());
+            self.beside.step(motion);
         }
         if let Event::Bounce(bounce) = event {
             self.bounces.add(bounce.clone());

@@ -285,7 +285,6 @@ impl<'r> Recorder<'r> {
     /// The end of a step of a rod with strains. (On a sheet a state would have to be made to be looked at.)
     fn step(&mut self, now: &dyn State) {
         self.closing.look(&now.ledger());
-        self.beside.step(now);
         if self.prepared.kind() != ModelKind::Planar {
             return;
         }
@@ -328,9 +327,12 @@ impl Observer for Recorder<'_> {
         Ok(())
     }
 
-    fn event(&mut self, event: &Event, motion: &dyn Motion<'_>) -> Result<()> {
+    fn event(&mut self, event: &Event, motion: &mut dyn Motion<'_>) -> Result<()> {
         match event {
-            Event::Step { .. } if motion.resolution().is_some() => self.step(&*motion.now()),
+            Event::Step { .. } if motion.resolution().is_some() => {
+                self.beside.step(motion);
+                self.step(&*motion.now());
+            }
             Event::Snap(snap) => {
                 self.snaps.push(self.prepared.snap(snap));
                 for state in [motion.before_snap(), Some(motion.now())]
