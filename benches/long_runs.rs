@@ -1,16 +1,16 @@
-//! Error against work of bodies on elastic rods in space, and energy over long times: `cargo bench --bench long_runs`
-//! (in space that takes hours; `-- 100` for a hundred periods takes some minutes; `-- stiff` prints the table of stiff rods
-//! alone, `-- chains` that of chains of rods, `-- plane` those of a hundred thousand periods in the plane).
+//! Error against work of bodies on elastic rods in space: `cargo bench --bench long_runs` (`-- stiff` prints the table of stiff rods alone,
+//! `-- chains` that of chains of rods); and a hundred thousand periods, in ten minutes `-- plane` and in some hours `-- space` (`-- space 100`:
+//! a hundred).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
 
-use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix3, SVector, Vector2, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::assembly::AssemblyRun;
-use snaprod::motion::{Event, Motion, Options, Outcome, Run, Sample, State};
+use snaprod::motion::{Event, Motion, Options, Outcome, Run, State};
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
 use snaprod::solve::integrator::Method;
@@ -214,41 +214,145 @@ fn name(method: Method) -> &'static str {
     }
 }
 
-fn energy_in_space(periods: f64, tolerance: f64, method: Method) {
-    let (assembly, _) = assembly();
-    let found = assembly.equilibrium(None, 1e-10).expect("an equilibrium");
-    let slowest = assembly.modes(&found.now, 1e-10).expect("modes");
-    let period = 2.0 * PI / slowest.frequencies[0];
-    let mut run = run(periods * period, tolerance, method);
-    let total = run.sample_now().ledger().total();
-    let mut next = 1.0;
-    print!("| space | {} | {tolerance:.0e} |", name(method));
-    while let Some(event) = run.advance() {
+/// What is seen of a motion at some time.
+struct Seen<const N: usize> {
+    /// Coordinates and velocities: all that it takes to go on.
+    at: [SVector<f64, N>; 2],
+    pose: DVector<f64>,
+    energy: f64,
+}
+
+/// A motion without folds that can be begun anywhere.
+trait Swing<const N: usize> {
+    /// About that of the motion, in its units of time.
+    fn period(&self) -> f64;
+
+    fn start(&self) -> [SVector<f64, N>; 2];
+
+    /// The motion from a state as seen at these times, and how many steps and right-hand sides it took.
+    fn seen(
+        &self,
+        from: &[SVector<f64, N>; 2],
+        times: &[f64],
+        tolerance: f64,
+        method: Method,
+    ) -> (Vec<Seen<N>>, [u64; 2]);
+
+    /// Where the motion from a state is after so long.
+    fn end(
+        &self,
+        from: &[SVector<f64, N>; 2],
+        duration: f64,
+        tolerance: f64,
+        method: Method,
+    ) -> Seen<N> {
+        let (mut seen, _) = self.seen(from, &[duration], tolerance, method);
+        seen.pop().expect("an end")
+    }
+}
+
+fn long(duration: f64, tolerance: f64, method: Method) -> Options {
+    Options {
+        max_steps: 1_000_000_000,
+        ..options(duration, tolerance, method)
+    }
+}
+
+/// Calls `look` at each of these times of a motion of which `advance` makes a step.
+fn follow<R>(
+    run: &mut R,
+    times: &[f64],
+    advance: impl Fn(&mut R) -> Option<Event>,
+    mut look: impl FnMut(&mut R, f64),
+) {
+    let mut left = times.iter().peekable();
+    while let Some(event) = advance(run) {
         match event {
             Event::Step { to, .. } => {
-                if to >= next * period {
-                    print!(" {:.1e} |", run.sample_now().ledger().total() - total);
-                    next *= 10.0;
+                while let Some(t) = left.next_if(|t| **t <= to * (1.0 + 1e-14)) {
+                    look(run, t.min(to));
                 }
             }
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
             other => panic!("{other:?}"),
         }
     }
-    println!(" {} | {} |", run.cost().steps, run.cost().evaluations);
+    assert!(left.next().is_none(), "it ended before its time");
 }
 
-/// About that of the motions in the plane, in their units of time.
-const PERIOD: f64 = 1.3;
+/// The body on a rod in space of [`assembly`]: a state is the wrench in the chart and the twist.
+struct InSpace {
+    assembly: Assembly,
+    start: [Vector6<f64>; 2],
+    period: f64,
+}
+
+impl InSpace {
+    fn new() -> Self {
+        let (assembly, start) = assembly();
+        let found = assembly.equilibrium(None, 1e-10).expect("an equilibrium");
+        let modes = assembly.modes(&found.now, 1e-10).expect("modes");
+        Self {
+            assembly,
+            start: [start.charts[0], start.bodies[0].twist],
+            period: 2.0 * PI / modes.frequencies[0],
+        }
+    }
+}
+
+impl Swing<6> for InSpace {
+    fn period(&self) -> f64 {
+        self.period
+    }
+
+    fn start(&self) -> [Vector6<f64>; 2] {
+        self.start
+    }
+
+    fn seen(
+        &self,
+        from: &[Vector6<f64>; 2],
+        times: &[f64],
+        tolerance: f64,
+        method: Method,
+    ) -> (Vec<Seen<6>>, [u64; 2]) {
+        let [q, twist] = *from;
+        let pose = self.assembly.links()[0]
+            .end(&q, 1e-14)
+            .expect("an end")
+            .pose;
+        let start = Configuration {
+            bodies: vec![Place { pose, twist }],
+            charts: vec![q],
+            spins: Vec::new(),
+        };
+        let options = long(times[times.len() - 1], tolerance, method);
+        let run = AssemblyRun::new(self.assembly.clone(), &start, options);
+        let (mut run, mut seen) = (run.expect("a run"), Vec::new());
+        follow(&mut run, times, AssemblyRun::advance, |run, t| {
+            let sample = run.state_at(t).expect("a time of the step");
+            let now = &sample.at.now;
+            let Place { pose, twist } = now.bodies[0];
+            let rotation = pose.rotation.to_rotation_matrix();
+            let pose = pose.translation.vector.iter().chain(rotation.matrix());
+            seen.push(Seen {
+                at: [now.charts[0], twist],
+                pose: DVector::from_vec(pose.copied().collect()),
+                energy: sample.ledger().total(),
+            });
+        });
+        let cost = run.cost();
+        (seen, [cost.steps, cost.evaluations])
+    }
+}
 
 /// A motion in the plane: the body, and its start on the chart with a velocity.
-struct Swing {
+struct InPlane {
     body: Body<2>,
-    q: Vector2<f64>,
-    v: Vector2<f64>,
+    start: [Vector2<f64>; 2],
 }
 
-impl Swing {
+impl InPlane {
     /// Under a dead load (-8, -2), which throws the body to and fro; or under one that holds the rod taut, with a velocity.
     fn new(thrown: bool) -> Self {
         let start = match thrown {
@@ -263,64 +367,41 @@ impl Swing {
         let body = Body::new(1.0).and_then(|b| b.with_dead_force(load));
         Self {
             body: body.expect("a body"),
-            q: [start.p, start.w].into(),
-            v,
+            start: [[start.p, start.w].into(), v],
         }
     }
+}
 
-    /// The run of so many times [`PERIOD`] from here.
-    fn run(&self, periods: f64, tolerance: f64, method: Method) -> Run<'_, Elastica, 2> {
-        let options = Options {
-            max_steps: 100_000_000,
-            ..options(periods * PERIOD, tolerance, method)
-        };
-        Run::new(&Elastica, &self.body, self.q, self.v, options).expect("a run")
+impl Swing<2> for InPlane {
+    fn period(&self) -> f64 {
+        1.3
     }
 
-    /// The same body from elsewhere.
-    fn from(&self, q: Vector2<f64>, v: Vector2<f64>) -> Self {
-        let body = self.body.clone();
-        Self { body, q, v }
+    fn start(&self) -> [Vector2<f64>; 2] {
+        self.start
     }
 
-    /// Where it is after so many periods.
-    fn end(&self, periods: f64, tolerance: f64, method: Method) -> Sample<2> {
-        let mut run = self.run(periods, tolerance, method);
-        let stop = std::iter::from_fn(|| run.next()).find_map(|event| match event {
-            Event::Step { .. } => None,
-            Event::Stop(outcome) => Some(outcome),
-            other => panic!("{other:?}"),
+    fn seen(
+        &self,
+        from: &[Vector2<f64>; 2],
+        times: &[f64],
+        tolerance: f64,
+        method: Method,
+    ) -> (Vec<Seen<2>>, [u64; 2]) {
+        let options = long(times[times.len() - 1], tolerance, method);
+        let run = Run::new(&Elastica, &self.body, from[0], from[1], options);
+        let (mut run, mut seen) = (run.expect("a run"), Vec::new());
+        follow(&mut run, times, Run::next, |run, t| {
+            let sample = run.sample(t).expect("a time of the step");
+            seen.push(Seen {
+                at: [sample.phase.q, sample.phase.v],
+                pose: DVector::from_column_slice(sample.pose.as_slice()),
+                energy: sample.ledger.total(),
+            });
         });
-        assert_eq!(stop, Some(Outcome::EndOfTime));
-        run.now()
+        let cost = run.cost();
+        (seen, [cost.steps, cost.evaluations])
     }
-}
-
-/// The samples after 1, 10, 100 .. `periods`, and how many steps and right-hand sides it took.
-fn decades(mut run: Run<'_, Elastica, 2>, periods: f64) -> (Vec<Sample<2>>, [u64; 2]) {
-    let (mut samples, mut next) = (Vec::new(), 1.0);
-    while let Some(event) = run.next() {
-        match event {
-            Event::Step { to, .. } => {
-                while next <= periods && next * PERIOD <= to * (1.0 + 1e-14) {
-                    let sample = run.sample((next * PERIOD).min(to));
-                    samples.push(sample.expect("a time of the step"));
-                    next *= 10.0;
-                }
-            }
-            Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
-            other => panic!("{other:?}"),
-        }
-    }
-    let cost = run.cost();
-    (samples, [cost.steps, cost.evaluations])
-}
-
-/// How far two states are apart in pose and velocity.
-fn apart(a: &Sample<2>, b: &Sample<2>) -> f64 {
-    (a.pose - b.pose)
-        .norm()
-        .hypot((a.phase.v - b.phase.v).norm())
 }
 
 fn row(numbers: impl IntoIterator<Item = f64>) -> String {
@@ -328,57 +409,94 @@ fn row(numbers: impl IntoIterator<Item = f64>) -> String {
     cells.collect()
 }
 
-/// Energy gained, how far off the start the motion is that is turned round and runs back, and the mean rate at which neighbours part, after so many periods.
-fn plane(periods: f64) {
-    println!("| motion | steps are | tolerance | after 1 period | 10 | 100 .. |");
-    for (motion, thrown) in [("swings", false), ("thrown", true)] {
-        let swing = Swing::new(thrown);
-        let (mut gained, mut off) = (String::new(), String::new());
-        for method in [Method::Auto, Method::Symmetric] {
-            for tolerance in [1e-8, 1e-10, 1e-12] {
-                let run = swing.run(periods, tolerance, method);
-                let start = run.now();
-                let (samples, cost) = decades(run, periods);
-                let head = format!("| {motion} | {} | {tolerance:.0e} |", name(method));
-                let energy = |s: &Sample<2>| s.ledger.total() - start.ledger.total();
-                let cells = row(samples.iter().map(energy));
-                gained += &format!("{head}{cells} {} | {} |\n", cost[0], cost[1]);
-                let returned = samples.iter().map(|s| {
-                    let back = swing.from(s.phase.q, -s.phase.v);
-                    let mut end = back.end(s.phase.t / PERIOD, tolerance, method);
-                    end.phase.v = -end.phase.v;
-                    apart(&end, &start)
-                });
-                off += &format!("{head}{}\n", row(returned));
-            }
-        }
-        println!("Energy gained, steps, right-hand sides:\n{gained}Off the start:\n{off}");
-        println!(
-            "Neighbours part:\n| {motion} |{}\n",
-            row(parting(swing, periods))
-        );
+/// 0 and the times of 1, 10, 100 .. periods.
+fn decades(periods: f64, period: f64) -> Vec<f64> {
+    let decades = (0..).map(|k| 10f64.powi(k));
+    let decades = decades.take_while(|n| *n <= periods);
+    std::iter::once(0.0)
+        .chain(decades.map(|n| n * period))
+        .collect()
+}
+
+/// Energy gained, how far off the start the motion is that is turned round and runs back (from no more than `turned` periods), and the mean rate at
+/// which neighbours part, after so many periods.
+fn long_runs<const N: usize>(
+    motion: &str,
+    swing: &impl Swing<N>,
+    periods: f64,
+    turned: f64,
+    kinds: &[(Method, f64)],
+) {
+    let start = swing.start();
+    println!(
+        "| motion | steps are | tolerance | energy gained after 1 period | 10 | 100 .. | steps | right-hand sides |"
+    );
+    let mut off = String::new();
+    for &(method, tolerance) in kinds {
+        let times = decades(periods, swing.period());
+        let (seen, cost) = swing.seen(&start, &times, tolerance, method);
+        let (first, later) = seen.split_first().expect("the start");
+        let head = format!("| {motion} | {} | {tolerance:.0e} |", name(method));
+        let gained = row(later.iter().map(|seen| seen.energy - first.energy));
+        println!("{head}{gained} {} | {} |", cost[0], cost[1]);
+        let back = times[1..].iter().zip(later);
+        let back = back.take_while(|(t, _)| **t <= turned * swing.period());
+        let returned = back.map(|(t, seen)| {
+            let end = swing.end(&[seen.at[0], -seen.at[1]], *t, tolerance, method);
+            let pose = (end.pose - &first.pose).norm();
+            pose.hypot((end.at[1] + first.at[1]).norm())
+        });
+        off += &format!("{head}{}\n", row(returned));
     }
+    println!("\nOff the start:\n{off}");
+    println!(
+        "Neighbours part:\n| {motion} |{}\n",
+        row(parting(swing, turned))
+    );
 }
 
 /// The rate, per period, at which a neighbour's logarithmic distance grew on the average of the first 1, 10, 100 .. periods, brought near again after each of them.
-fn parting(mut swing: Swing, periods: f64) -> Vec<f64> {
+fn parting<const N: usize>(swing: &impl Swing<N>, periods: f64) -> Vec<f64> {
     const NEAR: f64 = 1e-8;
-    let mut by = [Vector2::x() * NEAR, Vector2::zeros()];
+    let mut here = swing.start();
+    let mut by = [SVector::zeros(); 2];
+    by[0][0] = NEAR;
     let (mut grown, mut rates, mut next) = (0.0, Vec::new(), 1);
     for period in 1..=periods as u64 {
-        let beside = swing.from(swing.q + by[0], swing.v + by[1]);
-        let [here, there] = [&swing, &beside].map(|s| s.end(1.0, 1e-12, Method::Explicit).phase);
-        by = [there.q - here.q, there.v - here.v];
+        let beside = [here[0] + by[0], here[1] + by[1]];
+        let [now, there] =
+            [here, beside].map(|from| swing.end(&from, swing.period(), 1e-12, Method::Explicit).at);
+        by = [there[0] - now[0], there[1] - now[1]];
         let distance = by[0].norm().hypot(by[1].norm());
         by = by.map(|part| part * (NEAR / distance));
         grown += (distance / NEAR).ln();
-        swing = swing.from(here.q, here.v);
+        here = now;
         if period == next {
             rates.push(grown / period as f64);
             next *= 10;
         }
     }
     rates
+}
+
+fn in_plane(periods: f64) {
+    let mut kinds = Vec::new();
+    for method in [Method::Auto, Method::Symmetric] {
+        kinds.extend([1e-8, 1e-10, 1e-12].map(|tolerance| (method, tolerance)));
+    }
+    for (motion, thrown) in [("swings", false), ("thrown", true)] {
+        long_runs(motion, &InPlane::new(thrown), periods, periods, &kinds);
+    }
+}
+
+/// Two tolerances only, and no way back from more than a hundredth of it: a period takes a hundred times as long as in the plane.
+fn in_space(periods: f64) {
+    let kinds = [
+        (Method::Auto, 1e-8),
+        (Method::Auto, 1e-10),
+        (Method::Symmetric, 1e-8),
+    ];
+    long_runs("space", &InSpace::new(), periods, periods / 100.0, &kinds);
 }
 
 fn main() {
@@ -388,21 +506,15 @@ fn main() {
     if std::env::args().any(|x| x == "chains") {
         return chains();
     }
-    let periods = std::env::args().skip(1).find_map(|x| x.parse().ok());
+    let periods = std::env::args().find_map(|x| x.parse::<f64>().ok());
+    let periods = periods.unwrap_or(100_000.0);
     if std::env::args().any(|x| x == "plane") {
-        return plane(periods.unwrap_or(100_000.0));
+        return in_plane(periods);
     }
-    let periods = periods.unwrap_or(10_000.0);
+    if std::env::args().any(|x| x == "space") {
+        return in_space(periods);
+    }
     work_precision();
-    println!(
-        "\n| motion | steps are | tolerance | after 1 period | 10 | 100 | 1000 | 10000 | steps | right-hand sides |"
-    );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
-    for method in [Method::Auto, Method::Symmetric] {
-        for tolerance in [1e-8, 1e-10, 1e-12] {
-            energy_in_space(periods, tolerance, method);
-        }
-    }
     println!();
     stiff_rods();
     println!();

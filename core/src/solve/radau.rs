@@ -27,7 +27,7 @@ const STALL: f64 = 1e-14;
 /// large as tolerance^(3/5): what is stiff leaves less of the order, and errors of up to a hundred tolerances were seen.
 const ESTIMATE: f64 = 0.1;
 /// The part of the tolerance that the error of Newton's iteration may take up.
-const NEWTON: f64 = 0.03;
+const NEWTON: f64 = 0.1;
 /// Increments of the stages that are rounding, in units of the state's scale.
 const ROUNDING: f64 = 1e-13;
 

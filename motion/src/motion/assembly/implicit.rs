@@ -31,14 +31,16 @@ const GROW: f64 = 3.0;
 const SAFETY: f64 = 0.8;
 /// Stages are extrapolated to steps so many times as long as the last.
 const BEYOND: f64 = 2.0;
-/// Explicit steps whose length times the fastest rate is above this speak for implicit ones; so many of them in a row.
+/// Explicit steps whose length times the fastest rate is above this speak for implicit ones, as so many others do: what is fast may ring so faintly that it
+/// is followed and bounds the steps all the same. Implicit ones are tried when so many have spoken for them, first and at most.
 const STIFF: f64 = 3.0;
-const PATIENCE: u32 = 15;
-const PATIENCE_LIMIT: u32 = 500;
+const OTHERS: u32 = 6;
+const PATIENCE: u32 = 100;
+const PATIENCE_LIMIT: u32 = 3000;
 /// So many implicit steps in a row were worth the change.
 const SETTLED: u32 = 20;
-/// Evaluations of an explicit step.
-const EXPLICIT: f64 = 12.0;
+/// An explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as long.
+const EXPLICIT: f64 = 6.0;
 /// An implicit step is tried with so many times the length of explicit ones, is begun with if it saves so many times the
 /// evaluations, and given up when it no longer saves any.
 const TRIAL: f64 = 8.0;
@@ -219,6 +221,24 @@ fn solve(
     None
 }
 
+/// True if det J of a rod, `before` the step and at its stages, changes its sign or comes near zero in between, as where a column that bends alike about
+/// all axes buckles: straight it stays an equilibrium, and det J has a double root.
+fn passes_fold(before: &[f64], stages: &[Vec<f64>]) -> bool {
+    const BETWEEN: usize = 32;
+    const NEAR: f64 = 1e-2;
+    before.iter().enumerate().any(|(rod, first)| {
+        let size = first.abs().max(stages[S - 1][rod].abs());
+        let near = |det: f64| !(det * first.signum() > NEAR * size);
+        let crossed = stages.iter().any(|dets| !(dets[rod] * first > 0.0));
+        crossed
+            || (1..BETWEEN).any(|k| {
+                let weights = through_stages(k as f64 / BETWEEN as f64);
+                let parts = weights.iter().zip(stages);
+                near(parts.map(|(weight, dets)| weight * dets[rod]).sum())
+            })
+    })
+}
+
 /// The largest of changes of velocities, relative to 1 + their sizes.
 fn scaled(change: &DVector<f64>, state: &DVector<f64>, slots: &[usize]) -> f64 {
     let parts = change.iter().zip(slots);
@@ -328,11 +348,8 @@ impl AssemblyRun {
         let Taken::Explicit(step) = step else { return };
         let state = &mut self.implicit;
         let stiff = step.stiffness(Numbers::mean_square);
-        if state.asked || stiff.is_some_and(|size| size > STIFF) {
-            state.votes += 1;
-        } else {
-            state.votes = state.votes.saturating_sub(2);
-        }
+        let speaks = state.asked || stiff.is_some_and(|size| size > STIFF);
+        state.votes += if speaks { OTHERS } else { 1 };
         state.explicit = rate * self.solver.next_step();
     }
 
@@ -435,11 +452,7 @@ impl AssemblyRun {
                 blind = true;
                 continue;
             };
-            if solved
-                .dets
-                .iter()
-                .any(|dets| dets.iter().zip(&before).any(|(a, b)| a * b <= 0.0))
-            {
+            if passes_fold(&before, &solved.dets) {
                 return None;
             }
             let quiet = match (asked, self.implicit.last.is_none()) {
