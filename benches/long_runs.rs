@@ -489,14 +489,14 @@ fn in_plane(periods: f64) {
     }
 }
 
-/// Two tolerances only, and no way back from more than a hundredth of it: a period takes a hundred times as long as in the plane.
+/// Two tolerances only, and no way back from more than a tenth of it: a period takes a hundred times as long as in the plane.
 fn in_space(periods: f64) {
     let kinds = [
         (Method::Auto, 1e-8),
         (Method::Auto, 1e-10),
         (Method::Symmetric, 1e-8),
     ];
-    long_runs("space", &InSpace::new(), periods, periods / 100.0, &kinds);
+    long_runs("space", &InSpace::new(), periods, periods / 10.0, &kinds);
 }
 
 fn main() {

@@ -10,7 +10,7 @@ use super::curvature::{TipDerivatives, cross, dot};
 use super::equilibrium::{closed_tip, tip};
 use super::slight::SLIGHT;
 use crate::error::Result;
-use std::f64::consts::{FRAC_PI_2, LN_2};
+use std::f64::consts::LN_2;
 
 /// Half width of a box up to which the tip is needed to a few ulp.
 const SMALL: f64 = 1e-4;
@@ -51,8 +51,8 @@ fn bound_terms(r: f64, terms: [[f64; 2]; 4]) -> [f64; 4] {
 }
 
 impl Bending {
-    /// Bounds of the third derivatives over a box at whose centre the end is at the distance `radius` from the clamp, for lam < 60.25 and every p: they are proven
-    /// (theory 2.4). They grow like powers of lam and scale with p^2 and p near the straight rod. Elsewhere what bends the map is the turn of the
+    /// Bounds of the third derivatives over a box at whose centre the end is at the distance `radius` from the clamp, for 1.25 < lam < 60.25 and p < lam + 3.35: they are
+    /// proven (theory 2.4). They grow like powers of lam and scale with p^2 and p near the straight rod. Elsewhere what bends the map is the turn of the
     /// rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period: the n-th bend moves 2n + 1 times as fast with p as K
     /// does, the end goes round the clamp with it, and the straight part between two bends does nothing, to exp of its length.
     pub(super) fn third(
@@ -62,30 +62,26 @@ impl Bending {
         radius: f64,
     ) -> [[f64; 2]; 4] {
         let high = lam + b;
-        let slight = high.min(1.0);
-        let fade = [slight * slight, slight, 1.0, 1.0];
-        let (x, y): ([f64; 4], [f64; 4]) = match kind {
+        match kind {
             Column::Log => {
                 let p = p * (1.0 + a + a * a);
                 let [x, y] = [LOG_X, LOG_Y].map(|terms| bound_terms(p * high, terms));
-                (x.map(|v| v * p * p), y.map(|v| v * p))
+                std::array::from_fn(|k| [x[k] * p * p, y[k] * p])
             }
             Column::Linear => {
                 let quarter = [p - a + LN_2, p + a + QUARTER];
                 let turns = (high / quarter[0]).max(1.0);
                 // |r| changes along lam at most at the rate 2/lam.
-                let low = (lam - b).max(1.0);
+                let low = lam - b;
                 let moved = (2.0 * b + MOVED * a * (turns + 1.0)) / low;
                 let size = PASSING
                     * (radius + moved + 4.0 / low)
                     * (-from_bends([lam - b, high], quarter)).exp();
                 let passing = bound_terms(turns, [[0.0, size]; 4]);
                 let any = bound_terms(high, LINEAR);
-                let both = std::array::from_fn(|k| any[k].min(passing[k]));
-                (both, both)
+                std::array::from_fn(|k| [any[k].min(passing[k]); 2])
             }
-        };
-        std::array::from_fn(|k| [x[k] * fade[k], y[k] * fade[k]])
+        }
     }
 
     /// Bounds of the change of the two columns of the Jacobian over half widths (a, b), as (x, y).
@@ -218,6 +214,18 @@ impl Local {
         }
     }
 
+    /// The Newton step to the logarithms of y and of (1 - x)/y^2 at the target, and what the larger misses them by.
+    pub(super) fn by_shape(&self, target: [f64; 2]) -> ((f64, f64), f64) {
+        let [x, y] = self.tip;
+        let row = |v: [f64; 2]| [v[1] / y, v[0] / x - 2.0 * v[1] / y];
+        let [first, lam] = [self.along_first, self.along_lam].map(row);
+        let [by_x, by_y] = [target[0] / x, target[1] / y].map(f64::ln);
+        let gap = [by_y, by_x - 2.0 * by_y];
+        let det = cross(first, lam);
+        let step = (cross(gap, lam) / det, cross(first, gap) / det);
+        (step, gap[0].abs().max(gap[1].abs()))
+    }
+
     /// The Newton step to the target at distance `gap`.
     pub(super) fn step(&self, gap: [f64; 2]) -> (f64, f64) {
         let det = cross(self.along_first, self.along_lam);
@@ -294,17 +302,6 @@ fn most(slope: f64, bend: f64) -> f64 {
     }
 }
 
-/// False if no rod of this load or less, p > 0, has its end at the target (1 - x, y). Below lam = pi/2 the angle of a rod grows to the tip, ever more slowly:
-/// theta'' keeps its sign and is at most lam^2 in size, so that theta <= lam^2 (s - s^2/2) <= t = lam^2/2, y <= lam^2/3, and since no concave function of s
-/// that begins at 0 has a mean square beyond 4/3 of its squared mean, 1 - x <= (2/3) (t/sin t)^2 y^2.
-pub(super) fn within_slight_load(lam: f64, [one_minus_x, y]: [f64; 2]) -> bool {
-    // t/sin t <= 1/(1 - t^2/6).
-    let (square, rounding) = (lam * lam, 1.0 + 1e-14);
-    let least = y * rounding / (1.0 - square * square / 24.0);
-    lam >= FRAC_PI_2
-        || (0.0 <= y && 3.0 * y <= square * rounding && 1.5 * one_minus_x <= least * least)
-}
-
 /// True if the map is one-to-one on the box: |J^-1 (J(q) - J)| < 1 there, in the box's own norm.
 pub(super) fn injective(local: &Local, bending: &Bending, (a, b): (f64, f64)) -> bool {
     let det = cross(local.along_first, local.along_lam);
@@ -343,7 +340,7 @@ mod tests {
         };
         let mut fullest = 0.0f64;
         for i in 0..40_000 {
-            let lam = 0.2 + 59.8 * random().powi(2);
+            let lam = 1.3 + 58.7 * random().powi(2);
             let (kind, first) = if i % 2 == 0 {
                 (Column::Log, -6.0 * random())
             } else {
@@ -386,22 +383,5 @@ mod tests {
         }
         // A bound never approached would only make the search slow.
         assert!(fullest > 0.3, "{fullest}");
-    }
-
-    /// Catches a slightly loaded rod that is left out unseen: no equilibrium is outside the region that is said to hold all.
-    #[test]
-    fn slightly_loaded_rods_are_within_their_region() {
-        let mut nearest = f64::INFINITY;
-        for i in 1..=60 {
-            for j in 0..=40 {
-                let (lam, p) = (FRAC_PI_2 * f64::from(i) / 60.001, 1e-3 * 1.3f64.powi(j));
-                let at = ChartPoint::at_load(p, lam).unwrap();
-                let [one_minus_x, y] = tip(p, &at).into();
-                assert!(within_slight_load(lam, [one_minus_x, y]), "{p} {lam}");
-                assert!(!within_slight_load(lam, [one_minus_x, -y]), "{p} {lam}");
-                nearest = nearest.min(lam * lam / 3.0 / y);
-            }
-        }
-        assert!(nearest < 1.5, "{nearest}");
     }
 }

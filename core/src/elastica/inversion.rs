@@ -1,6 +1,7 @@
 //! All equilibria at a given end position, below a given load.
 //!
-//! The half strip p > 0, 0 < lam < lam_max is subdivided (mirror images serve p < 0). In a box with
+//! Below Euler's load, lam < pi/2, no two equilibria have the same end, and no two where the rod is taut, p > lam + 1 (theory 2.4): Newton's method
+//! finds the one, if it is there. The rest of the half strip p > 0, 0 < lam < lam_max is subdivided (mirror images serve p < 0). In a box with
 //! centre c and Jacobian J the tip is r_c + J dq + remainder, bounded by the second derivatives at the
 //! centre and bounds of the third over the box; a box is dropped when no dq in it can reach the target, accepted when
 //! the map is one-to-one on it and Newton's method lands inside, and halved otherwise. Boxes that
@@ -11,15 +12,14 @@
 //! over all equilibria found must add up to the winding number of the curve lam = lam_max about the
 //! target, since the rest of the strip's border maps to (1, 0).
 
-use super::boxes::{
-    Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip, within_slight_load,
-};
+use super::boxes::{Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip};
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross, dot};
 use super::equilibrium::{Equilibrium, tip};
 use super::folds;
 use crate::error::{Error, Result};
 use crate::math::order::sort_few;
+use std::f64::consts::FRAC_PI_2;
 
 /// One of the equilibria at a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,10 +45,15 @@ impl Found {
 pub const STRAIGHT: &str =
     "the rod is straight, under any load along itself: the force is not determined by the position";
 
+/// The bounds are proven for lam up to here.
+const MOST_LOAD: f64 = 60.0;
 /// Most boxes examined before the search gives up.
 const MOST_BOXES: usize = 4_000_000;
 /// Half width of a box at which it counts as a piece of a fold.
 const FOLD_WIDTH: f64 = 2e-8;
+/// Boxes are beyond this load, which is a little less than pi/2, and not farther beyond lam than this along p.
+pub(super) const LOADED: f64 = 1.5;
+pub(super) const TAUT: f64 = 1.1;
 /// p where the logarithmic columns (p small: the tip scales with p) give way to linear ones.
 const LINEAR_FROM: f64 = 1.0;
 /// Boxes are tested for one-to-one-ness on themselves widened by this factor, so that a root on a
@@ -57,7 +62,7 @@ const WIDEN: f64 = 1.25;
 
 /// Every equilibrium with end (x, y) and lambda < `lambda_max`, ordered by lambda.
 ///
-/// Accuracy: each is polished to a residual of a few ulp. Cost: less than half a millisecond at lambda_max = 14, more near (1, 0).
+/// Accuracy: each is polished to a residual of a few ulp. Cost: less than half a millisecond at lambda_max = 14.
 ///
 /// # Errors
 /// A point outside the disc |r| < 1 (unreachable, or only the straight rod), lambda_max not in
@@ -68,9 +73,9 @@ pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<Found>> {
             "the position ({x}, {y}) must be finite"
         )));
     }
-    if !(0.0 < lambda_max && lambda_max <= 60.0) {
+    if !(0.0 < lambda_max && lambda_max <= MOST_LOAD) {
         return Err(Error::domain(format!(
-            "lambda_max = {lambda_max} must lie in (0, 60]"
+            "lambda_max = {lambda_max} must lie in (0, {MOST_LOAD}]"
         )));
     }
     let radius = x.hypot(y);
@@ -118,11 +123,10 @@ impl Search {
         let distance = (1.0 - x).hypot(y);
         // |theta| <= 4 asin kap, and the distance of the tip from (1, 0) is at most 2 sin 2 asin kap < 4 kap: p > kap > distance/4.
         let p_min = (distance / 8.0).min(0.5);
-        // For p > lam that distance is at most 4 exp(lam - p) (theory 2.4).
-        let p_max = (lambda_max + (5.0 / distance).ln()).max(2.0 * LINEAR_FROM);
+        let p_max = lambda_max + TAUT;
         let mut queue = Vec::new();
-        let rows = lambda_max.ceil();
-        let b = 0.5 * lambda_max / rows;
+        let rows = (lambda_max - LOADED).max(0.0).ceil();
+        let b = 0.5 * (lambda_max - LOADED) / rows;
         for (kind, from, to) in [
             (Column::Log, p_min.ln(), LINEAR_FROM.ln()),
             (Column::Linear, LINEAR_FROM, p_max),
@@ -134,7 +138,7 @@ impl Search {
                     queue.push(Cell {
                         kind,
                         first: from + a * (2 * i + 1) as f64,
-                        lam: b * (2 * j + 1) as f64,
+                        lam: LOADED + b * (2 * j + 1) as f64,
                         a,
                         b,
                         alive: [true, true],
@@ -153,6 +157,7 @@ impl Search {
     }
 
     fn run(&mut self) -> Result<()> {
+        self.alone()?;
         while let Some(cell) = self.queue.pop() {
             self.boxes += 1;
             if self.boxes > MOST_BOXES {
@@ -169,11 +174,57 @@ impl Search {
         Ok(())
     }
 
-    fn examine(&mut self, mut cell: Cell) -> Result<()> {
-        for (alive, target) in cell.alive.iter_mut().zip(&self.targets) {
-            *alive = *alive && within_slight_load(cell.lam + cell.b, *target);
+    /// The equilibria below Euler's load and of the taut rod, by Newton's method from what small forces do. Where the rod is nearly straight, 1 - x is in
+    /// proportion to y^2, by a factor that changes little with the force: it is y and (1 - x)/y^2 that are driven to the target's, down to rounding. If there is
+    /// no such equilibrium another may be found, or none.
+    fn alone(&mut self) -> Result<()> {
+        let side = usize::from(self.targets[0][1] < 0.0);
+        let [one_minus_x, y] = self.targets[side];
+        if y == 0.0 {
+            return Ok(());
         }
-        if cell.alive == [false, false] {
+        // A force right across the rod bends it by y = lam^2/3, and kap = sin(pi/4) = tanh p.
+        let across = (0.5f64.sqrt().atanh(), (3.0 * y).sqrt());
+        // A strong pull at the angle alpha leaves the end on the ray of alpha, (4/lam) sin^2(alpha/4) short of the rim, and p = lam - ln(2 tan(alpha/4)) (theory 2.3).
+        let quarter = 0.25 * y.atan2(1.0 - one_minus_x);
+        let radius = y.hypot(1.0 - one_minus_x);
+        let short = (one_minus_x * (2.0 - one_minus_x) - y * y) / (1.0 + radius);
+        let lam = (4.0 * quarter.sin().powi(2) / short).clamp(LOADED, MOST_LOAD);
+        let pulled = (lam - (2.0 * quarter.tan()).ln(), lam);
+        let [slight, taut] = [across, pulled].map(|start| self.by_shape(side, start));
+        // Nearer to the straight rod than the digits of the target two of one kind may look like two.
+        let kind = |(p, lam): (f64, f64)| (lam < FRAC_PI_2, p > lam + 1.0);
+        let one = matches!((slight, taut), (Some(a), Some(b)) if kind(a) == kind(b) && kind(a) != (false, false));
+        for (p, lam) in slight.into_iter().chain(taut.filter(|_| !one)) {
+            self.accept(p, lam, side, false)?;
+        }
+        Ok(())
+    }
+
+    fn by_shape(&self, side: usize, (p, mut lam): (f64, f64)) -> Option<(f64, f64)> {
+        const TRIES: usize = 80;
+        const ROUNDING: f64 = 1e-9;
+        let mut first = p.ln();
+        let mut last = f64::INFINITY;
+        for _ in 0..TRIES {
+            if !(-40.0 < first && first < 5.5 && 0.0 < lam && lam < 2.0 * MOST_LOAD) {
+                return None;
+            }
+            let (p, at) = chart_point(Column::Log, first, lam).ok()?;
+            let (step, miss) = Local::new(Column::Log, p, &at).by_shape(self.targets[side]);
+            if miss < ROUNDING && miss >= last {
+                return Some((p, lam));
+            }
+            first += step.0.clamp(-0.5, 0.5);
+            lam *= 1.0 + (step.1 / lam).clamp(-0.3, 0.3);
+            last = miss;
+        }
+        None
+    }
+
+    fn examine(&mut self, mut cell: Cell) -> Result<()> {
+        let taut = cell.first - cell.a > cell.lam + cell.b + TAUT;
+        if taut && cell.kind == Column::Linear {
             return Ok(());
         }
         let width = cell.a.max(cell.b);
@@ -415,6 +466,41 @@ fn length(v: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Catches an equilibrium below Euler's load, or of a taut rod, that Newton's method does not find, and one that is found twice: from nearly straight
+    /// rods, whose ends say least of the force, up to bent ones.
+    #[test]
+    fn what_is_alone_is_found() {
+        for i in 0..400 {
+            let part = |k: i32| f64::from(i % k) / f64::from(k);
+            let (lam, p) = match i % 2 {
+                0 => (0.03 + 1.47 * part(37), (4.0 * part(61) - 3.0).exp()),
+                _ => {
+                    let lam = LOADED + 12.0 * part(53);
+                    (lam, lam + TAUT + 9.0 * part(41).powi(2))
+                }
+            };
+            let one = Equilibrium::from_lambda_p(lam, p).unwrap();
+            let alone = |f: &Found| {
+                let e = &f.equilibrium;
+                if i % 2 == 0 {
+                    e.lambda < LOADED + 0.01
+                } else {
+                    e.p > e.lambda + 1.0 && e.lambda > LOADED - 0.01
+                }
+            };
+            let found = equilibria_at(one.x, one.y, 14.0).unwrap();
+            let found: Vec<_> = found.iter().filter(|f| alone(f)).collect();
+            assert_eq!(found.len(), 1, "{lam} {p}");
+            // The target has sixteen digits of x: so many of (1 - x)/y^2 are those of the force.
+            let digits = f64::EPSILON / one.one_minus_x / lam.powi(2).min(0.01);
+            let off = (found[0].equilibrium.lambda / lam - 1.0).abs();
+            assert!(
+                off < 1e-12 + 300.0 * digits,
+                "{lam} {p}: {off:e} {digits:e}"
+            );
+        }
+    }
 
     #[test]
     fn large_loads_pass_the_count() {

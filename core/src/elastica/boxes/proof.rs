@@ -13,9 +13,10 @@ use super::{
 
 use crate::elastica::chart::Integrals;
 use crate::elastica::folds::{FIRST, QUARTERS};
+use crate::elastica::inversion::{LOADED, TAUT};
 use crate::math::interval::Interval;
 use enclosure::{Enclosure, Place};
-use series::{B, Jet, Pendulum, S};
+use series::{Jet, Pendulum};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 type I = Interval;
@@ -27,9 +28,7 @@ fn at(x: f64) -> I {
 impl Enclosure {
     /// Ok if all bounds hold over the box, u > 0.
     fn holds(&self, kind: Column) -> Result<(), Miss> {
-        let pendulum = Pendulum::<4>::new(kind, self.u, self.values);
-        let slight = self.u.lo.min(1.0);
-        let fade = [slight * slight, slight, 1.0, 1.0];
+        let pendulum = Pendulum::new(kind, self.u, self.values);
         let tip = pendulum.tip(pendulum.over_lam());
         let third = [&tip[0], &tip[1]].map(|jet| {
             [
@@ -39,16 +38,15 @@ impl Enclosure {
                 jet.derivative(0, 3),
             ]
         });
-        self.compare(kind, third, &tip, fade)
+        self.compare(kind, third, &tip)
     }
 
-    /// Ok if these third derivatives of 1 - x and y are within the bounds times `fade`, and the speed of |r| along p. The bounds are the least over the box.
-    fn compare<const M: usize>(
+    /// Ok if these third derivatives of 1 - x and y are within the bounds, and the speed of |r| along p. The bounds are the least over the box.
+    fn compare(
         &self,
         kind: Column,
         [x, y]: [[I; 4]; 2],
-        [_, _, along, across]: &[Jet<M>; 4],
-        fade: [f64; 4],
+        [_, _, along, across]: &[Jet; 4],
     ) -> Result<(), Miss> {
         let (lam, p) = (self.u.lo, self.values[0].lo);
         let check = |value: I, bound: f64, k: usize, what| {
@@ -68,8 +66,8 @@ impl Enclosure {
             Column::Log => {
                 let [bound_x, bound_y] = [LOG_X, LOG_Y].map(|terms| bound_terms(p * lam, terms));
                 for k in 0..4 {
-                    check(x[k], bound_x[k] * fade[k], k, "x")?;
-                    check(y[k], bound_y[k] * fade[k], k, "y")?;
+                    check(x[k], bound_x[k], k, "x")?;
+                    check(y[k], bound_y[k], k, "y")?;
                 }
             }
             Column::Linear => {
@@ -77,14 +75,14 @@ impl Enclosure {
                 let turns = (lam / self.quarter.hi).max(1.0);
                 let longest = (along.0[0][0].square() + across.0[0][0].square()).sqrt();
                 let far = at(-self.far_from_bends()).exp().lo;
-                let size = PASSING * (longest.lo + 4.0 / self.u.hi.max(1.0)) * far;
+                let size = PASSING * (longest.lo + 4.0 / self.u.hi) * far;
                 let passing = bound_terms(turns, [[0.0, size]; 4]);
                 for k in 0..4 {
-                    let bound = any[k].min(passing[k]) * fade[k];
+                    let bound = any[k].min(passing[k]);
                     check(x[k], bound, k, "x")?;
                     check(y[k], bound, k, "y")?;
                 }
-                let moved = MOVED * (turns + 1.0) / self.u.hi.max(1.0);
+                let moved = MOVED * (turns + 1.0) / self.u.hi;
                 let speed = along.0[1][0].square() + across.0[1][0].square();
                 check(speed.sqrt(), moved, 0, "|r|")?;
             }
@@ -152,94 +150,29 @@ fn prove(kind: Column, whole: Place) -> usize {
     pieces
 }
 
-/// Rods with lam below this are enclosed from the tip on, in so many pieces of equal length.
-const SLIGHT: f64 = 0.5;
-const PIECES: usize = 64;
-const STEP: f64 = SLIGHT / PIECES as f64;
-
-/// Ok if the bounds hold for lam < SLIGHT on these lines; `line`: what is known there of a range of lam. The end is an even function of lam, and (1, 0) at lam = 0:
-/// derivatives that vanish there are integrated from higher ones.
-fn slight(kind: Column, line: impl Fn([f64; 2]) -> Enclosure) -> Result<(), Miss> {
-    let mut from_tip: Option<[Jet<7>; 2]> = None;
-    // f_qqq, f_qqqu and f_qqu so far, of 1 - x and y.
-    let mut sums = [[I::ZERO; 3]; 2];
-    let mut all_higher = true;
-    for piece in 0..PIECES {
-        let [low, high] = [piece, piece + 1].map(|k| k as f64 * STEP);
-        let enclosure = line([low, high]);
-        let pendulum = Pendulum::<7>::new(kind, enclosure.u, enclosure.values);
-        let here = [S, B].map(|k| pendulum.fields[k]);
-        let whole = from_tip.map_or(here, |before| {
-            [0, 1].map(|k| here[k].map2(&before[k], I::hull))
-        });
-        from_tip = Some(whole);
-        let tip = pendulum.tip(whole.map(|jet| jet.mean_slope()));
-        let step = at(STEP);
-        let within = I::ZERO.hull(step);
-        let mut third = [[[I::ZERO; 4]; 2]; 2];
-        for (i, (jet, sum)) in tip.iter().zip(&mut sums).enumerate() {
-            let [along, mixed] = [jet.derivative(3, 2), jet.derivative(2, 2)];
-            let [f, f_u, g] = *sum;
-            let half = at(0.5) * step.square() * along;
-            *sum = [f + step * f_u + half, f_u + step * along, g + step * mixed];
-            let [pll, lll] = [jet.derivative(1, 2), jet.derivative(0, 3)];
-            let slope = f_u + within * along;
-            third[0][i] = [along * at(0.5), mixed, pll, lll];
-            third[1][i] = [f + within * slope, g + within * mixed, pll, lll];
-        }
-        // As long as f_uu < 2 C all the way, f < C u^2.
-        all_higher = all_higher && enclosure.compare(kind, third[0], &tip, [1.0; 4]).is_ok();
-        if !all_higher {
-            enclosure.compare(kind, third[1], &tip, [low * low, low, 1.0, 1.0])?;
-        }
-    }
-    Ok(())
-}
-
-/// Shows the bounds for lam < SLIGHT on a range of lines; of how many pieces.
-fn prove_slight(kind: Column, whole: [f64; 2]) -> usize {
-    let mut queue = vec![whole];
-    let mut pieces = 0;
-    while let Some(p) = queue.pop() {
-        pieces += 1;
-        if let Err(miss) = slight(kind, |u| Enclosure::new(kind, &Place { p, u })) {
-            assert!(p[1] - p[0] > 1e-4, "{kind:?} {p:?}: {miss:?}");
-            let middle = 0.5 * (p[0] + p[1]);
-            queue.extend([[p[0], middle], [middle, p[1]]]);
-        }
-    }
-    pieces
-}
-
 /// The first columns are those of ln p, up to a little beyond p = 1; those of p begin a little before. Boxes are widened by a quarter of half their width, which is at
 /// most 1/2: so does lam.
 const LOG_TO: f64 = 1.15;
 const LINEAR_FROM: f64 = 0.85;
+const LEAST: f64 = LOADED - 0.25;
 const MOST: f64 = 60.25;
-/// So far beyond lam all lines up to infinity are enclosed in one.
-const TAUT: f64 = 13.0;
+/// Boxes are examined if some of them is not farther beyond lam than TAUT: so far they reach, widened.
+const BEYOND: f64 = TAUT + 2.25;
 const WIDTH: f64 = 0.25;
 
 /// The ranges of lam that are proven one by one.
 fn rows() -> Vec<[f64; 2]> {
-    let mut ends = vec![0.0, SLIGHT];
-    ends.extend((1..=60).map(f64::from));
+    let mut ends = vec![LEAST];
+    ends.extend((2..=60).map(f64::from));
     ends.push(MOST);
     ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
 /// Proves one of `parts` equal parts of the columns of a row, by ln p and by p; of how many pieces.
 fn prove_row(u: [f64; 2], part: usize, parts: usize) -> [usize; 2] {
-    let beyond = u[1] + TAUT;
-    let all = if u[0] == 0.0 {
-        slight(Column::Linear, |u| Enclosure::beyond(beyond, u))
-    } else {
-        Enclosure::beyond(beyond, u).holds(Column::Linear)
-    };
-    assert!(all.is_ok(), "{u:?}, p > {beyond}: {all:?}");
     let sides = [
         (Column::Log, 0.0, LOG_TO),
-        (Column::Linear, LINEAR_FROM, beyond),
+        (Column::Linear, LINEAR_FROM, u[1] + BEYOND),
     ];
     sides.map(|(kind, from, to)| {
         let columns = ((to - from) / WIDTH).ceil() as usize;
@@ -247,11 +180,7 @@ fn prove_row(u: [f64; 2], part: usize, parts: usize) -> [usize; 2] {
         let mine = (0..columns).filter(|i| i % parts == part);
         mine.map(|i| {
             let p = [end(i), end(i + 1)];
-            if u[0] == 0.0 {
-                prove_slight(kind, p)
-            } else {
-                prove(kind, Place { p, u })
-            }
+            prove(kind, Place { p, u })
         })
         .sum()
     })
@@ -265,7 +194,7 @@ fn bounds_are_proven_on_a_sample() {
     }
 }
 
-/// The proof of the bounds for every p > 0 and lam < 60.25: `cargo test -p snaprod-core -- --ignored --nocapture all_bounds_are_proven`. It prints of how many
+/// The proof of the bounds for LEAST < lam < MOST and 0 < p < lam + BEYOND: `cargo test -p snaprod-core -- --ignored --nocapture all_bounds_are_proven`. It prints of how many
 /// pieces each row is.
 #[test]
 #[ignore = "three minutes of one core: 14 million boxes"]
@@ -312,7 +241,7 @@ fn enclosures_hold_the_closed_form() {
             u: [lam - b, lam + b],
         };
         let known = Enclosure::new(kind, &place);
-        let pendulum = Pendulum::<4>::new(kind, known.u, known.values);
+        let pendulum = Pendulum::new(kind, known.u, known.values);
         let jets = pendulum.tip(pendulum.over_lam());
         let (p, lam) = (
             p + a * (2.0 * random() - 1.0),

@@ -3,7 +3,7 @@
 use super::super::Column;
 use super::{I, at};
 use crate::elastica::chart::{Integrals, amplitude};
-use std::f64::consts::{LN_2, PI};
+use std::f64::consts::PI;
 
 /// RF and RD of the same arguments, z the last of RD: by duplication (DLMF 19.26.18, 19.26.20) until all three are close. Both fall with every argument and
 /// are powers of it where all are equal.
@@ -150,32 +150,6 @@ impl Enclosure {
             u,
             values: [p, kap, kc, t, I::ONE / t, s, c, d, b],
             quarter,
-        }
-    }
-
-    /// From p on to infinity, u < p: kap'^-1 s = sd(u) < sinh u, D/kap' < cosh u.
-    pub fn beyond(p: f64, u: [f64; 2]) -> Self {
-        let [kap, kc] = modulus(p);
-        let grown = at(u[1]).exp() * kc;
-        let kap = kap.hull(I::ONE);
-        let s = I::new(0.0, grown.hi);
-        let c = (I::ONE - s.square()).sqrt().hull(I::ONE);
-        let u = I::new(u[0], u[1]);
-        let b = I::new(0.0, (u * s.square()).hi);
-        Self {
-            u,
-            values: [
-                at(p),
-                kap,
-                I::new(0.0, kc.hi),
-                kap,
-                I::ONE / kap,
-                s,
-                c,
-                s,
-                b,
-            ],
-            quarter: I::new(p + LN_2 - 1e-9, f64::MAX),
         }
     }
 }

@@ -3,11 +3,14 @@
 use super::super::Column;
 use super::{I, at};
 
+/// One more than the degree of what is carried: third derivatives are asked for.
+const M: usize = 4;
+
 /// Taylor coefficients of a function over a box: [i][j] that of dq^i du^j, i + j < M, q the box's first coordinate, u = lam.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Jet<const M: usize>(pub [[I; M]; M]);
+pub(super) struct Jet(pub [[I; M]; M]);
 
-impl<const M: usize> Jet<M> {
+impl Jet {
     fn constant(value: I) -> Self {
         let mut jet = Self([[I::ZERO; M]; M]);
         jet.0[0][0] = value;
@@ -36,7 +39,7 @@ impl<const M: usize> Jet<M> {
     }
 
     #[inline(always)]
-    pub fn map2(&self, other: &Self, f: impl Fn(I, I) -> I) -> Self {
+    fn map2(&self, other: &Self, f: impl Fn(I, I) -> I) -> Self {
         let mut out = *self;
         for i in 0..M {
             for j in 0..M - i {
@@ -61,37 +64,22 @@ impl<const M: usize> Jet<M> {
     fn negative(&self) -> Self {
         Self(self.0.map(|row| row.map(|a| -a)))
     }
-
-    /// f/u without a division, of a function that is 0 at the tip and whose coefficients are enclosed from there to u: the j-th derivative of f/u is
-    /// int t^j f^(j+1)(u t) dt over 0 < t < 1.
-    pub fn mean_slope(&self) -> Self {
-        let beyond = I::about_zero(f64::INFINITY);
-        Self(std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                if i + j + 1 < M {
-                    self.0[i][j + 1]
-                } else {
-                    beyond
-                }
-            })
-        }))
-    }
 }
 
 /// Places of s and B among the fields.
-pub(super) const S: usize = 5;
-pub(super) const B: usize = 8;
+const S: usize = 5;
+const B: usize = 8;
 
 /// The pendulum over a box: t is what the rate of B is divided by, kap (p the coordinate) or kap/p (ln p).
 #[derive(Clone, Copy)]
-pub(super) struct Pendulum<const M: usize> {
+pub(super) struct Pendulum {
     kind: Column,
-    u: Jet<M>,
+    u: Jet,
     /// p, kap, kap', t, 1/t, s, c, D, B.
-    pub fields: [Jet<M>; 9],
+    pub fields: [Jet; 9],
 }
 
-impl<const M: usize> Pendulum<M> {
+impl Pendulum {
     /// From the values over the box.
     pub fn new(kind: Column, u: I, values: [I; 9]) -> Self {
         let mut u = Jet::constant(u);
@@ -116,8 +104,8 @@ impl<const M: usize> Pendulum<M> {
 
     /// Derivatives along q, at fixed u (theory 2.4): s_p = -c m, c_p = s m, D_p = -kap c f, kap B_p = kap'^2 (u - B) - D n with n = D B + s c, m = kap n,
     /// f = c D + kap^2 s B.
-    fn by_q(&self, degree: usize) -> [Jet<M>; 9] {
-        let by = |a: &Jet<M>, b: &Jet<M>| a.times(b, degree);
+    fn by_q(&self, degree: usize) -> [Jet; 9] {
+        let by = |a: &Jet, b: &Jet| a.times(b, degree);
         let [p, kap, kc, t, over, s, c, d, b] = &self.fields;
         let kc2 = by(kc, kc);
         let n = by(d, b).plus(&by(s, c));
@@ -139,8 +127,8 @@ impl<const M: usize> Pendulum<M> {
         [p_q, kap_q, kc_q, t_q, over_q, s_q, c_q, d_q, b_q]
     }
 
-    fn by_u(&self, degree: usize) -> [Jet<M>; 9] {
-        let by = |a: &Jet<M>, b: &Jet<M>| a.times(b, degree);
+    fn by_u(&self, degree: usize) -> [Jet; 9] {
+        let by = |a: &Jet, b: &Jet| a.times(b, degree);
         let [_, kap, _, _, _, s, c, d, _] = &self.fields;
         let none = Jet::constant(I::ZERO);
         let sc = by(s, c);
@@ -158,7 +146,7 @@ impl<const M: usize> Pendulum<M> {
     }
 
     /// s/lam and B/lam, for lam > 0.
-    pub fn over_lam(&self) -> [Jet<M>; 2] {
+    pub fn over_lam(&self) -> [Jet; 2] {
         let mut over = Jet::constant(I::ZERO);
         let inverse = I::ONE / self.u.0[0][0];
         let mut power = inverse;
@@ -173,8 +161,8 @@ impl<const M: usize> Pendulum<M> {
     ///
     /// With `sigma` = s/lam, `short` = B/lam, bet = 1 - B/lam and e^(i psi/2) = D + i kap c: (X, Y) = (1 - 2 kap^2 bet, 2 kap sigma),
     /// 1 - x = 2 kap^2 (c^2 + bet - 2 kap^2 c^2 bet - 2 c D sigma), y = 2 kap (sigma (1 - 2 kap^2 c^2) - c D (1 - 2 kap^2 bet)).
-    pub fn tip(&self, [sigma, short]: [Jet<M>; 2]) -> [Jet<M>; 4] {
-        let by = |a: &Jet<M>, b: &Jet<M>| a.times(b, M - 1);
+    pub fn tip(&self, [sigma, short]: [Jet; 2]) -> [Jet; 4] {
+        let by = |a: &Jet, b: &Jet| a.times(b, M - 1);
         let [_, kap, _, t, _, _, c, d, _] = &self.fields;
         let one = Jet::constant(I::ONE);
         let beta = one.minus(&short);
