@@ -11,7 +11,9 @@ use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
 use crate::manifold::{Multivalued, invert_near};
 use crate::math::gauss::Rule;
-use nalgebra::{DMatrix, DVector, Dyn, LU, Matrix2, Vector2};
+use crate::solve::lu::Lu;
+use crate::solve::system::Factor;
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::f64::consts::PI;
 
 type Field = DVector<f64>;
@@ -35,7 +37,7 @@ const SAME: f64 = 1e-4;
 /// polished.
 const TOLERANCE: f64 = 2e-3;
 /// The same where the shapes on the way are looked at.
-const SHOWN: f64 = 5e-4;
+const SHOWN: f64 = 2e-4;
 /// A landing is tried when |u_T| is below this multiple of |u|.
 const SLOW: f64 = 1e-5;
 /// Below this the flow rests, also if that is next to where it began (a fold on the verge of a cusp).
@@ -65,7 +67,9 @@ const ERROR: [f64; 4] = [
     -1.093_502_252_409_163,
 ];
 /// The most that the logarithm of the speed is let grow by in a step: what grows is followed by a rational function with a pole at 1/GAMMA.
-const GROWTH: f64 = 0.9;
+const GROWTH: f64 = 0.5;
+/// The first step, in units of the fastest rate.
+const FIRST: f64 = 2.0;
 /// Most steps of a layer, and its longest duration; a usual one takes forty steps.
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
@@ -132,7 +136,8 @@ fn flow(
     let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
     let origin = rod.curvature(&start)?;
     let mut u = rod.departed(q, leaving, &origin)?;
-    let (mut h, mut time, mut before) = (0.1, 0.0, None);
+    let (mut h, mut time, mut before) = (FIRST, 0.0, None);
+    let mut rejected = false;
     seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {
         let bent = rod.bent(&u);
@@ -164,7 +169,10 @@ fn flow(
             seen(&rod, &u, time);
         }
         let factor = 0.9 / ratio.max(1e-12).sqrt().sqrt();
-        h *= if factor > 0.2 { factor.min(2.5) } else { 0.2 };
+        // What is too long is so by far: the flow leaves the fold ever faster.
+        let most = if rejected { 1.0 } else { 5.0 };
+        rejected = !(ratio <= 1.0);
+        h *= if factor > 0.2 { factor.min(most) } else { 0.2 };
     }
     let lower = |l: &Vector2<f64>| {
         rods.point(l)
@@ -210,11 +218,16 @@ struct Linearised<'a> {
     damped: f64,
     /// n . (cos, sin), times gamma h/(1 + gamma h).
     along: Field,
-    lu: LU<f64, Dyn, Dyn>,
+    lu: Lu,
 }
 
 impl<'a> Linearised<'a> {
-    fn new(rod: &'a Rod, bent: &'a Bent, (rate, n): (&Field, Vector2<f64>), gamma: f64) -> Self {
+    fn new(
+        rod: &'a Rod,
+        bent: &'a Bent,
+        (rate, n): (&Field, Vector2<f64>),
+        gamma: f64,
+    ) -> Option<Self> {
         let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
         let nodes = rate.len();
         let along = (&bent.cos * n[0] + &bent.sin * n[1]) * share;
@@ -237,26 +250,26 @@ impl<'a> Linearised<'a> {
                 matrix[(at, nodes + l)] = rod.mean(lever, other);
             }
         }
-        let lu = matrix.lu();
-        Self {
+        let lu = Lu::new(&matrix)?;
+        Some(Self {
             rod,
             bent,
             damped,
             along,
             lu,
-        }
+        })
     }
 
     /// k with (I - gamma h J) k = b.
-    fn solve(&self, b: &Field) -> Option<Field> {
+    fn solve(&self, b: &Field) -> Field {
         let nodes = b.len();
         let b = b * self.damped;
         let mut found = (&self.rod.integrate * &b).push(0.0).push(0.0);
-        let solved = self.lu.solve_mut(&mut found);
+        self.lu.solve(&mut found);
         let bends = found.rows(0, nodes).component_mul(&self.along);
         let [q_x, q_y] = &self.bent.lever;
         let ends = q_x * found[nodes] + q_y * found[nodes + 1];
-        solved.then(|| b + &self.rod.outer * bends + ends)
+        b + &self.rod.outer * bends + ends
     }
 }
 
@@ -355,14 +368,14 @@ impl Rod {
         (rate, n): (&Field, Vector2<f64>),
         h: f64,
     ) -> Option<(Field, f64)> {
-        let solver = Linearised::new(self, bent, (rate, n), GAMMA * h);
-        let solve = |b: &Field| Some(solver.solve(b)? * (GAMMA * h));
+        let solver = Linearised::new(self, bent, (rate, n), GAMMA * h)?;
+        let solve = |b: &Field| solver.solve(b) * (GAMMA * h);
         let flow = |u: &Field| self.rate(u, &self.bent(u)).0;
-        let u1 = solve(rate)?;
-        let u2 = solve(&(flow(&(u + &u1 * A2)) + &u1 * (C2 / h)))?;
+        let u1 = solve(rate);
+        let u2 = solve(&(flow(&(u + &u1 * A2)) + &u1 * (C2 / h)));
         let third = flow(&(u + &u1 * A3[0] + &u2 * A3[1]));
-        let u3 = solve(&(&third + &u1 * (C3[0] / h) + &u2 * (C3[1] / h)))?;
-        let u4 = solve(&(third + &u1 * (C4[0] / h) + &u2 * (C4[1] / h) + &u3 * (C4[2] / h)))?;
+        let u3 = solve(&(&third + &u1 * (C3[0] / h) + &u2 * (C3[1] / h)));
+        let u4 = solve(&(third + &u1 * (C4[0] / h) + &u2 * (C4[1] / h) + &u3 * (C4[2] / h)));
         let sum = |c: &[f64; 4]| &u1 * c[0] + &u2 * c[1] + &u3 * c[2] + &u4 * c[3];
         let error = sum(&ERROR).norm();
         error.is_finite().then(|| (u + sum(&RESULT), error))

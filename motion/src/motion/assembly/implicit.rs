@@ -343,7 +343,7 @@ impl AssemblyRun {
         state.allowed && (state.on || state.votes >= state.patience)
     }
 
-    /// Looks at an explicit step that was taken, with time at the `rate`: is it stability that bounds it?
+    /// Counts what an explicit step that was taken, with time at the `rate`, says for implicit ones: more if it is stability that bounds it.
     pub(super) fn judge(&mut self, step: &Taken<Numbers>, rate: f64) {
         let Taken::Explicit(step) = step else { return };
         let state = &mut self.implicit;
