@@ -175,8 +175,8 @@ impl Search {
     }
 
     /// The equilibria below Euler's load and of the taut rod, by Newton's method from what small forces do. Where the rod is nearly straight, 1 - x is in
-    /// proportion to y^2, by a factor that changes little with the force: it is y and (1 - x)/y^2 that are driven to the target's, down to rounding. If there is
-    /// no such equilibrium another may be found, or none.
+    /// proportion to y^2, by a factor that changes little with the force: it is y and (1 - x)/y^2 that are driven to the target's, down to rounding. What is found
+    /// elsewhere is left to the boxes.
     fn alone(&mut self) -> Result<()> {
         let side = usize::from(self.targets[0][1] < 0.0);
         let [one_minus_x, y] = self.targets[side];
@@ -191,16 +191,20 @@ impl Search {
         let short = (one_minus_x * (2.0 - one_minus_x) - y * y) / (1.0 + radius);
         let lam = (4.0 * quarter.sin().powi(2) / short).clamp(LOADED, MOST_LOAD);
         let pulled = (lam - (2.0 * quarter.tan()).ln(), lam);
-        let [slight, taut] = [across, pulled].map(|start| self.by_shape(side, start));
-        // Nearer to the straight rod than the digits of the target two of one kind may look like two.
-        let kind = |(p, lam): (f64, f64)| (lam < FRAC_PI_2, p > lam + 1.0);
-        let one = matches!((slight, taut), (Some(a), Some(b)) if kind(a) == kind(b) && kind(a) != (false, false));
-        for (p, lam) in slight.into_iter().chain(taut.filter(|_| !one)) {
-            self.accept(p, lam, side, false)?;
+        let found = [across, pulled].map(|start| self.by_shape(side, start));
+        // Of each kind there is one, though nearer to the straight rod than the digits of the target it may look like two.
+        let mut taken = [false; 2];
+        for (p, lam) in found.into_iter().flatten() {
+            let kinds = [lam < FRAC_PI_2, p > lam + 1.0];
+            if kinds != [false; 2] && !(0..2).any(|k| kinds[k] && taken[k]) {
+                taken = [0, 1].map(|k| kinds[k] || taken[k]);
+                self.accept(p, lam, side, false)?;
+            }
         }
         Ok(())
     }
 
+    /// Newton's method for y and (1 - x)/y^2, by their logarithms; None if it does not come to rest at the target.
     fn by_shape(&self, side: usize, (p, mut lam): (f64, f64)) -> Option<(f64, f64)> {
         const TRIES: usize = 80;
         const ROUNDING: f64 = 1e-9;

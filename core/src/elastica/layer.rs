@@ -265,6 +265,7 @@ impl<'a> Linearised<'a> {
         let nodes = b.len();
         let b = b * self.damped;
         let mut found = (&self.rod.integrate * &b).push(0.0).push(0.0);
+        // A solution that is not finite is refused with the error of its step.
         self.lu.solve(&mut found);
         let bends = found.rows(0, nodes).component_mul(&self.along);
         let [q_x, q_y] = &self.bent.lever;

@@ -31,8 +31,9 @@ const GROW: f64 = 3.0;
 const SAFETY: f64 = 0.8;
 /// Stages are extrapolated to steps so many times as long as the last.
 const BEYOND: f64 = 2.0;
-/// Explicit steps whose length times the fastest rate is above this speak for implicit ones, as so many others do: what is fast may ring so faintly that it
-/// is followed and bounds the steps all the same. Implicit ones are tried when so many have spoken for them, first and at most.
+/// Every explicit step speaks for implicit ones, since what is fast may ring so faintly that it is followed and bounds the steps all the same; one that is longer
+/// than STIFF over the fastest rate as much as OTHERS others. Implicit steps are tried when PATIENCE have spoken, of which disappointments
+/// make up to PATIENCE_LIMIT.
 const STIFF: f64 = 3.0;
 const OTHERS: u32 = 6;
 const PATIENCE: u32 = 100;
@@ -41,8 +42,8 @@ const PATIENCE_LIMIT: u32 = 3000;
 const SETTLED: u32 = 20;
 /// An explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as long.
 const EXPLICIT: f64 = 6.0;
-/// An implicit step is tried with so many times the length of explicit ones, is begun with if it saves so many times the
-/// evaluations, and given up when it no longer saves any.
+/// An implicit step is tried with so many times the length of explicit ones, is begun with if these would be so many times the
+/// work, and given up when they would be less.
 const TRIAL: f64 = 8.0;
 const GAIN: f64 = 1.5;
 /// Error of the integration along a rod, as a part of that for explicit steps: accelerations at the stages follow from differences of
