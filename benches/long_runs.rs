@@ -1,6 +1,6 @@
 //! Error against work of bodies on elastic rods in space: `cargo bench --bench long_runs` (`-- stiff` prints the table of stiff rods alone,
 //! `-- chains` that of chains of rods); and a hundred thousand periods, in ten minutes `-- plane` and in some hours `-- space` (`-- space 100`:
-//! a hundred).
+//! a hundred; `-- space 100 auto 1e-8`, `-- space 100 parting`: one row).
 //!
 //! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
@@ -449,9 +449,12 @@ fn long_runs<const N: usize>(
         off += &format!("{head}{}\n", row(returned));
     }
     println!("\nOff the start:\n{off}");
+}
+
+fn part<const N: usize>(motion: &str, swing: &impl Swing<N>, periods: f64) {
     println!(
         "Neighbours part:\n| {motion} |{}\n",
-        row(parting(swing, turned))
+        row(parting(swing, periods))
     );
 }
 
@@ -485,38 +488,46 @@ fn in_plane(periods: f64) {
         kinds.extend([1e-8, 1e-10, 1e-12].map(|tolerance| (method, tolerance)));
     }
     for (motion, thrown) in [("swings", false), ("thrown", true)] {
-        long_runs(motion, &InPlane::new(thrown), periods, periods, &kinds);
+        let swing = InPlane::new(thrown);
+        long_runs(motion, &swing, periods, periods, &kinds);
+        part(motion, &swing, periods);
     }
 }
 
-/// Two tolerances only, and no way back from more than a tenth of it: a period takes a hundred times as long as in the plane.
-fn in_space(periods: f64) {
-    let kinds = [
-        (Method::Auto, 1e-8),
-        (Method::Auto, 1e-10),
-        (Method::Symmetric, 1e-8),
-    ];
-    long_runs("space", &InSpace::new(), periods, periods / 10.0, &kinds);
+/// No way back from more than a tenth of it, nor neighbours for longer: a period takes a hundred times as long as in the plane. `row`: only this one.
+fn in_space(periods: f64, row: Option<&[String]>) {
+    let mut kinds = Vec::new();
+    for method in [Method::Auto, Method::Symmetric, Method::Explicit] {
+        kinds.extend([1e-8, 1e-10, 1e-12].map(|tolerance| (method, tolerance)));
+    }
+    if let Some(row) = row {
+        kinds.retain(|(method, tolerance)| row == [name(*method), &format!("{tolerance:e}")]);
+    }
+    let space = InSpace::new();
+    long_runs("space", &space, periods, periods / 10.0, &kinds);
+    if row.is_none_or(|row| row == ["parting"]) {
+        part("space", &space, periods / 10.0);
+    }
 }
 
 fn main() {
-    if std::env::args().any(|x| x == "stiff") {
-        return stiff_rods();
-    }
-    if std::env::args().any(|x| x == "chains") {
-        return chains();
-    }
-    let periods = std::env::args().find_map(|x| x.parse::<f64>().ok());
+    let asked: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|x| x != "--bench")
+        .collect();
+    let periods = asked.get(1).and_then(|x| x.parse().ok());
     let periods = periods.unwrap_or(100_000.0);
-    if std::env::args().any(|x| x == "plane") {
-        return in_plane(periods);
+    match asked.first().map(String::as_str) {
+        Some("stiff") => stiff_rods(),
+        Some("chains") => chains(),
+        Some("plane") => in_plane(periods),
+        Some("space") => in_space(periods, asked.get(2..).filter(|row| !row.is_empty())),
+        _ => {
+            work_precision();
+            println!();
+            stiff_rods();
+            println!();
+            chains();
+        }
     }
-    if std::env::args().any(|x| x == "space") {
-        return in_space(periods);
-    }
-    work_precision();
-    println!();
-    stiff_rods();
-    println!();
-    chains();
 }

@@ -17,6 +17,8 @@ pub struct EightMotion<'a, const N: usize> {
     points: EightPoints<N>,
     /// What adj(d pose/d q) v is multiplied by.
     slow: Row,
+    /// Loads and clamp at later times are those at this one.
+    pub until: f64,
 }
 
 impl<'a, const N: usize> EightMotion<'a, N> {
@@ -28,6 +30,7 @@ impl<'a, const N: usize> EightMotion<'a, N> {
             orientation,
             points: EightPoints::default(),
             slow: [0.0; 8],
+            until: f64::MAX,
         }
     }
 
@@ -36,7 +39,8 @@ impl<'a, const N: usize> EightMotion<'a, N> {
         for i in 0..8 {
             let vector = |rows: &[Row]| SVector::<f64, N>::from_fn(|k, _| rows[k][i]);
             let [pose, force] = [&self.points.pose, &self.points.force].map(|of| vector(of));
-            let action = (self.body).action(at.0[2 * N][i], &pose, &vector(&at.0[N..]), &force);
+            let (t, v) = (at.0[2 * N][i].min(self.until), vector(&at.0[N..]));
+            let action = (self.body).action(t, &pose, &v, &force);
             for k in 0..N {
                 slopes.0[N + k][i] = action.acceleration[k] * rate[i];
             }

@@ -21,7 +21,7 @@ use crate::math::Row;
 use crate::math::eight::wide;
 use pulp::{Simd, WithSimd};
 pub use rule::Block;
-use rule::{Modes, changed, integrals, integrated};
+use rule::{Fitting, Modes, changed, integrals, integrated};
 use std::marker::PhantomData;
 
 /// A motion whose slope is evaluated at eight places at once, in rows of numbers at these: places, as many velocities, time, and what is integrated along but acts on
@@ -50,11 +50,14 @@ pub trait Eightwise<Y> {
     /// The state of rows.
     fn state(&self, row: &Row) -> Y;
 
+    /// The states at eight places.
+    fn states(&self, at: &Block) -> [Y; 8];
+
     /// Solves a step, by [`solve`].
     ///
     /// # Errors
     /// Why it is not solved.
-    fn solve(&mut self, step: &Unsolved) -> Result<Solved, Fails>;
+    fn solve(&mut self, step: &Unsolved, to: &mut Solved) -> Result<(), Fails>;
 }
 
 /// A right-hand side, one state at a time or eight.
@@ -77,7 +80,7 @@ impl<Y, F: FnMut(&Y) -> Option<Y>> Slopes<Y> for F {
 }
 
 /// A coefficient that goes with the tolerance 1, by its root; measured.
-const GOAL: f64 = 0.003;
+const GOAL: f64 = 0.012;
 /// Steps with so many times that are taken; they shorten the next.
 const SLACK: f64 = 30.0;
 /// A sweep after which a step is given up that has so many times the most error.
@@ -94,11 +97,10 @@ const NOISE: f64 = 1e-12;
 const STALLS: f64 = 0.5;
 /// What is expected of the first decrease.
 const EXPECTED: f64 = 0.3;
-/// Safety factor, bounds of a change of length, and the memory of its controller.
-const SAFETY: f64 = 0.9;
+/// Safety factor and bounds of a change of length.
+const SAFETY: f64 = 0.8;
 const SHRINK: f64 = 0.3;
 const GROW: f64 = 1.5;
-const MEMORY: f64 = 0.05;
 const EXPONENT: f64 = 1.0 / 9.0;
 /// Trials of a step; then it is left to another method, and so are so many that follow.
 const TRIALS: usize = 6;
@@ -119,25 +121,30 @@ pub struct Unsolved<'a> {
 /// Slopes from the polynomials of another step, on whose [-1, 1] this one begins at `from`, `ratio` times as long.
 #[derive(Debug, Clone)]
 struct Guess<'a> {
-    of: &'a Known,
+    of: &'a Modes,
     from: f64,
     ratio: f64,
-}
-
-/// The slopes of a step.
-#[derive(Debug, Clone)]
-struct Known {
-    start: Row,
-    slopes: Block,
 }
 
 /// A step in rows.
 #[derive(Debug, Clone)]
 pub struct Solved {
     to: Row,
-    known: Known,
+    slopes: Block,
+    modes: Modes,
     error: f64,
     sweeps: u64,
+}
+
+impl Solved {
+    /// None yet.
+    const BLANK: Self = Self {
+        to: [0.0; 8],
+        slopes: Block::ZERO,
+        modes: Modes::ZERO,
+        error: 0.0,
+        sweeps: 0,
+    };
 }
 
 /// Why a step is not solved.
@@ -156,9 +163,10 @@ pub enum Fails {
 pub struct Lobatto<Y> {
     tolerance: f64,
     h: f64,
-    last_error: f64,
-    /// The last step: where it ended, its slopes and length.
-    last: Option<(Row, Known, f64)>,
+    /// The last step, its length (0 if there is none), and room for the next one.
+    last: Box<Solved>,
+    length: f64,
+    next: Box<Solved>,
     pause: u32,
     of: PhantomData<Y>,
 }
@@ -182,8 +190,9 @@ impl<Y: State> Lobatto<Y> {
         Self {
             tolerance,
             h,
-            last_error: 1.0,
-            last: None,
+            last: Box::new(Solved::BLANK),
+            length: 0.0,
+            next: Box::new(Solved::BLANK),
             pause: 0,
             of: PhantomData,
         }
@@ -197,7 +206,7 @@ impl<Y: State> Lobatto<Y> {
     /// Sets the length of the next step, after steps of another method.
     pub fn resume(&mut self, h: f64) {
         self.h = h;
-        self.last = None;
+        self.length = 0.0;
     }
 
     /// A step from a state with its slope, of at most `h_max`. None where it is to be taken by another method.
@@ -223,21 +232,15 @@ impl<Y: State> Lobatto<Y> {
         for _ in 0..TRIALS {
             let h = self.h.min(h_max);
             step.h = h;
-            step.guess = match &self.last {
-                Some((to, known, length)) if *to == step.from => Some(Guess {
-                    of: known,
-                    from: 1.0,
-                    ratio: h / length,
-                }),
-                _ => None,
-            };
-            let error = match counted(of.solve(&step), cost) {
-                Ok(solved) if solved.error <= SLACK => {
-                    let error = solved.error;
-                    let size = error.max(1e-10);
-                    let factor = SAFETY
-                        * size.powf(-EXPONENT)
-                        * (self.last_error.max(1e-4) / size).powf(MEMORY);
+            let goes_on = self.length > 0.0 && self.last.to == step.from;
+            step.guess = goes_on.then(|| Guess {
+                of: &self.last.modes,
+                from: 1.0,
+                ratio: h / self.length,
+            });
+            let error = match solved(of, &step, &mut self.next, cost) {
+                Ok(()) if self.next.error <= SLACK => {
+                    let factor = SAFETY * self.next.error.max(1e-10).powf(-EXPONENT);
                     let longer = h * factor.clamp(SHRINK, GROW);
                     // A step cut short from outside says little about the length that the error allows.
                     self.h = if h < self.h {
@@ -245,13 +248,13 @@ impl<Y: State> Lobatto<Y> {
                     } else {
                         longer
                     };
-                    self.last_error = error;
                     cost.steps += 1;
-                    let taken = finished((from, slope), &solved, (h, self.tolerance), of);
-                    self.last = Some((solved.to, solved.known, h));
-                    return Some(taken);
+                    std::mem::swap(&mut self.last, &mut self.next);
+                    self.length = h;
+                    return Some(finished((from, slope), &self.last, (h, self.tolerance), of));
                 }
-                Ok(Solved { error, .. }) | Err(Fails::Long(error)) => error,
+                Ok(()) => self.next.error,
+                Err(Fails::Long(error)) => error,
                 Err(Fails::Slow) => f64::INFINITY,
                 Err(Fails::Domain) => break,
             };
@@ -263,9 +266,16 @@ impl<Y: State> Lobatto<Y> {
     }
 }
 
-fn counted(found: Result<Solved, Fails>, cost: &mut Cost) -> Result<Solved, Fails> {
+/// Solves a step, and counts what that took.
+fn solved<Y>(
+    of: &mut dyn Eightwise<Y>,
+    step: &Unsolved,
+    to: &mut Solved,
+    cost: &mut Cost,
+) -> Result<(), Fails> {
+    let found = of.solve(step, to);
     cost.evaluations += match &found {
-        Ok(solved) => 8 * solved.sweeps,
+        Ok(()) => 8 * to.sweeps,
         Err(Fails::Long(_)) => 8 * LOOK as u64,
         Err(Fails::Slow) => 8 * SWEEPS as u64,
         Err(Fails::Domain) => 8,
@@ -277,22 +287,23 @@ fn counted(found: Result<Solved, Fails>, cost: &mut Cost) -> Result<Solved, Fail
 ///
 /// # Errors
 /// Why it is not solved.
-pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved) -> Result<Solved, Fails> {
+pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved, to: &mut Solved) -> Result<(), Fails> {
     motion.begin();
-    wide(Sweeping { motion, step })
+    wide(Sweeping { motion, step, to })
 }
 
 struct Sweeping<'a, 'b, M> {
     motion: &'a mut M,
     step: &'a Unsolved<'b>,
+    to: &'a mut Solved,
 }
 
 impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
-    type Output = Result<Solved, Fails>;
+    type Output = Result<(), Fails>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { motion, step } = self;
+        let Self { motion, step, to } = self;
         let Unsolved {
             from,
             start,
@@ -311,11 +322,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         scales[time] = 1.0;
         let mut slopes = Block::ZERO;
         match guess {
-            Some(guess) => {
-                let known = guess.of;
-                let modes = Modes::new(simd, &known.start, &known.slopes, rows);
-                slopes = modes.at(simd, guess.from, guess.ratio, rows);
-            }
+            Some(guess) => slopes = guess.of.at(simd, guess.from, guess.ratio, rows),
             None => {
                 for (row, slope) in slopes.0.iter_mut().zip(start) {
                     *row = [*slope; 8];
@@ -342,19 +349,13 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
                 let modes = Modes::new(simd, start, &slopes, rows);
                 let error = h * size(modes.tail(&scales, rows)) / (GOAL * tolerance.sqrt());
                 if stays {
-                    let mut to = *from;
-                    for (x, mode) in to.iter_mut().zip(&modes.low.0) {
+                    to.to = *from;
+                    for (x, mode) in to.to.iter_mut().zip(&modes.low.0) {
                         *x += h * mode[0];
                     }
-                    return Ok(Solved {
-                        to,
-                        known: Known {
-                            start: *start,
-                            slopes,
-                        },
-                        error,
-                        sweeps: sweep as u64,
-                    });
+                    (to.slopes, to.modes) = (slopes, modes);
+                    (to.error, to.sweeps) = (error, sweep as u64);
+                    return Ok(());
                 }
                 if error > HOPELESS * SLACK {
                     return Err(Fails::Long(error));
@@ -382,21 +383,12 @@ fn finished<Y: State>(
     (h, tolerance): (f64, f64),
     of: &dyn Eightwise<Y>,
 ) -> LobattoStep<Y> {
-    let place = |i: usize| {
-        let mut row = [0.0; 8];
-        for (x, slopes) in row.iter_mut().zip(&solved.known.slopes.0) {
-            *x = slopes[i];
-        }
-        of.state(&row)
-    };
+    let [b, c, d, e, f, g, i, j] = of.states(&solved.slopes);
     LobattoStep {
         from: from.clone(),
         to: of.state(&solved.to),
         h,
-        slopes: std::array::from_fn(|i| match i {
-            0 => slope.clone(),
-            _ => place(i - 1),
-        }),
+        slopes: [slope.clone(), b, c, d, e, f, g, i, j],
         tolerance,
     }
 }
@@ -442,28 +434,28 @@ impl<Y: State> LobattoStep<Y> {
         h: f64,
         cost: &mut Cost,
     ) -> Option<Self> {
-        let mut known = Known {
-            start: of.row(&self.slopes[0]),
-            slopes: Block::ZERO,
-        };
+        let start = of.row(&self.slopes[0]);
+        let mut slopes = Block::ZERO;
         for (i, slope) in self.slopes[1..].iter().enumerate() {
-            for (row, x) in known.slopes.0.iter_mut().zip(of.row(slope)) {
+            for (row, x) in slopes.0.iter_mut().zip(of.row(slope)) {
                 row[i] = x;
             }
         }
+        let modes = wide(Fitting { start, slopes });
         let step = Unsolved {
             from: of.row(from),
             start: of.row(slope),
             h,
             tolerance: self.tolerance,
             guess: Some(Guess {
-                of: &known,
+                of: &modes,
                 from: place,
                 ratio: h / self.h,
             }),
             judged: false,
         };
-        let solved = counted(of.solve(&step), cost).ok()?;
-        Some(finished((from, slope), &solved, (h, self.tolerance), of))
+        let mut to = Solved::BLANK;
+        solved(of, &step, &mut to, cost).ok()?;
+        Some(finished((from, slope), &to, (h, self.tolerance), of))
     }
 }

@@ -151,9 +151,15 @@ pub fn locate<S: Timed>(
     let mut best: Option<(f64, Located<S>)> = None;
     for _ in 0..CORRECTIONS {
         let Some(redone) = step.redo(f, h, cost) else {
-            // What lies behind the event, as a pulse that begins there, may be no way to follow.
+            // What lies behind the event, as a pulse that begins there, may be no way to follow: back half of the way that led
+            // there from before it, or on as far again where the last step ended behind it, too.
+            let middle = 0.5 * (low + h);
             high = h;
-            h = 0.5 * (previous.map_or(low, |(h0, _)| h0.min(h)) + h);
+            h = match previous {
+                Some((h0, _)) if h0 > h => (2.0 * h - h0).max(middle),
+                Some((h0, _)) => 0.5 * (h0 + h),
+                None => middle,
+            };
             continue;
         };
         let g = event(redone.to(), redone.end_slope());

@@ -107,6 +107,8 @@ pub struct OnSheet<'a, M, const N: usize> {
     patch: Patch,
     orientation: f64,
     tolerance: f64,
+    /// Loads and clamp are seen up to here, just before the next break.
+    until: f64,
     solver: Stepper<Phase<N>>,
     /// Steps at eight places at once, where the chart serves that.
     eight: Option<Eight<'a, N>>,
@@ -123,6 +125,8 @@ const LOCAL: f64 = 0.1;
 const LONGER: f64 = 3.0;
 /// A state this near to the end of time, relative to 1 + its size, is at it.
 const ON_TIME: f64 = 1e-12;
+/// A fold that is not found in a step shortened so many times is none: time stands still.
+const HALVINGS: u32 = 60;
 /// Local errors below this drown in rounding.
 const FINEST: f64 = 1e-14;
 
@@ -176,6 +180,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             patch,
             orientation,
             tolerance: local,
+            until: f64::MAX,
             solver: Stepper::new(symmetric, start, slope, h, local).ok_or_else(outside)?,
             last: None,
             dense: None,
@@ -285,35 +290,32 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return Some(Progress::Moved);
         }
         let next = self.body.next_break(self.time());
-        let progress = if next < end {
-            self.step_to_break(next)
-        } else {
-            self.step_to(end)
+        self.look_until(next.next_down())?;
+        let progress = match self.step_to(next.min(end))? {
+            Progress::Arrived if next < end => Progress::Moved,
+            progress => progress,
         };
-        if strides && progress == Some(Progress::Moved) {
+        if strides && progress == Progress::Moved {
             self.look_for_turns(end);
         }
-        progress
+        Some(progress)
     }
 
-    /// The same towards a break. Time is one of the integrated variables, so that inner stages of the step that ends there
-    /// may lie behind it: that step is taken again under the control of its error, which shortens it if what they see
-    /// matters.
-    fn step_to_break(&mut self, at: f64) -> Option<Progress> {
-        let from = (*self.solver.state(), *self.solver.slope());
-        let progress = self.step_to(at)?;
-        let ended = self.last.as_ref().map(Taken::h);
-        let (Progress::Arrived, Some(h)) = (progress, ended) else {
-            return Some(progress);
-        };
-        self.solver.rewind(from.0, from.1);
-        let mut step = self.one_step(h)?;
-        if step.h() == h {
-            step.to_mut().t = at;
-            self.solver.rewind(*step.to(), *step.end_slope());
+    /// Time is one of the integrated variables, so that what a step tries may lie behind the break at which it is to end. It sees loads and clamp as they
+    /// are just before; behind the break they are others at once.
+    fn look_until(&mut self, until: f64) -> Option<()> {
+        if until == self.until {
+            return Some(());
         }
-        self.last = Some(step);
-        Some(Progress::Moved)
+        self.until = until;
+        if let Some(eight) = self.eight.as_mut() {
+            eight.motion.until = until;
+        }
+        let now = *self.solver.state();
+        let slope = self.right_hand_side()(&now)?;
+        self.solver.cost_mut().evaluations += 1;
+        self.solver.rewind(now, slope);
+        Some(())
     }
 
     fn step_to(&mut self, end: f64) -> Option<Progress> {
@@ -324,6 +326,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         // The floor is for starts on a fold, where t' = 0; next to the straight rod t' goes like 1 - x.
         let mut h_max = 4.0 * remaining / self.solver.slope().t.max(f64::MIN_POSITIVE);
         let mut cost = Cost::default();
+        let mut halvings = 0;
         let (step, fold) = loop {
             let mut step = self.one_step(h_max)?;
             let both = &mut self.both(f);
@@ -334,6 +337,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             }
             // Time turned back and the fold was not found: it must be in a shorter step.
             self.solver.rewind(*step.from(), *step.start_slope());
+            halvings += 1;
+            if halvings > HALVINGS {
+                return None;
+            }
             h_max = 0.5 * step.h();
         };
         let progress = match fold {
@@ -496,8 +503,14 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The right-hand side of the motion in the present chart.
     fn right_hand_side(&self) -> impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy + use<'a, M, N> {
         let (manifold, patch, body) = (self.manifold, self.patch, self.body);
-        let (rod, orientation) = (self.rod, self.orientation);
-        move |y| slope(manifold, patch, body, rod, orientation, y)
+        let (rod, orientation, until) = (self.rod, self.orientation, self.until);
+        move |y| {
+            let seen = Phase {
+                t: y.t.min(until),
+                ..*y
+            };
+            slope(manifold, patch, body, rod, orientation, &seen)
+        }
     }
 }
 

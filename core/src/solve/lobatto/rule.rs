@@ -3,7 +3,7 @@
 
 use crate::math::Row;
 use crate::math::eight::{Eight, legendre};
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// Most numbers of a state.
@@ -112,11 +112,16 @@ pub(super) fn integrated<S: Simd>(
         a[j] = Eight::of(simd, INTEGRALS[j]);
     }
     for i in rows {
-        let mut sum = a[0] * start[i];
-        for j in 0..8 {
-            sum = a[j + 1].times_plus(a[0].with(slopes.0[i][j]), sum);
+        // In two sums, which are made side by side.
+        let [mut sum, mut rest] = [a[0] * start[i], a[1] * slopes.0[i][0]];
+        for j in [2, 4, 6] {
+            rest = a[j + 1].times_plus(a[0].with(slopes.0[i][j]), rest);
+            sum = a[j].times_plus(a[0].with(slopes.0[i][j - 1]), sum);
         }
-        to.0[i] = sum.times_plus(a[0].with(h), a[0].with(from[i])).numbers();
+        sum = a[8].times_plus(a[0].with(slopes.0[i][7]), sum);
+        to.0[i] = (sum + rest)
+            .times_plus(a[0].with(h), a[0].with(from[i]))
+            .numbers();
     }
 }
 
@@ -136,7 +141,27 @@ pub(super) fn changed<S: Simd>(
     sum.total() / (8 * rows) as f64
 }
 
+/// Work: the polynomials through these slopes.
+pub(super) struct Fitting {
+    pub start: Row,
+    pub slopes: Block,
+}
+
+impl WithSimd for Fitting {
+    type Output = Modes;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Modes {
+        Modes::new(simd, &self.start, &self.slopes, ROWS)
+    }
+}
+
 impl Modes {
+    pub const ZERO: Self = Self {
+        low: Block::ZERO,
+        last: [0.0; 8],
+    };
+
     /// Those of the polynomials through these slopes.
     #[inline(always)]
     pub fn new<S: Simd>(simd: S, start: &Row, slopes: &Block, rows: usize) -> Self {
@@ -151,10 +176,7 @@ impl Modes {
             }
         }
         let last = Eight::of(simd, last);
-        let mut modes = Self {
-            low: Block::ZERO,
-            last: [0.0; 8],
-        };
+        let mut modes = Self::ZERO;
         for i in 0..rows {
             let mut sum = low[0] * start[i];
             for j in 0..8 {

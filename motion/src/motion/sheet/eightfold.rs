@@ -4,7 +4,7 @@ use super::Phase;
 use crate::body::{Body, EightMotion};
 use crate::manifold::{Multivalued, Patch};
 use crate::math::Row;
-use crate::solve::lobatto::{Eightwise, Fails, Lobatto, Slopes, Solved, Unsolved, solve};
+use crate::solve::lobatto::{Block, Eightwise, Fails, Lobatto, Slopes, Solved, Unsolved, solve};
 use nalgebra::SVector;
 
 /// Steps with slopes at eight places at once, and what makes these.
@@ -54,8 +54,19 @@ impl<const N: usize> Eightwise<Phase<N>> for EightMotion<'_, N> {
         }
     }
 
-    fn solve(&mut self, step: &Unsolved<'_>) -> Result<Solved, Fails> {
-        solve(self, step)
+    fn states(&self, at: &Block) -> [Phase<N>; 8] {
+        let vector = |first: usize, i: usize| SVector::from_fn(|k, _| at.0[first + k][i]);
+        std::array::from_fn(|i| Phase {
+            q: vector(0, i),
+            v: vector(N, i),
+            t: at.0[2 * N][i],
+            work: at.0[2 * N + 1][i],
+            drag_loss: at.0[2 * N + 2][i],
+        })
+    }
+
+    fn solve(&mut self, step: &Unsolved<'_>, to: &mut Solved) -> Result<(), Fails> {
+        solve(self, step, to)
     }
 }
 
