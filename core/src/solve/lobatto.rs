@@ -255,8 +255,7 @@ impl<Y: State> Lobatto<Y> {
                 }
                 Ok(()) => self.next.error,
                 Err(Fails::Long(error)) => error,
-                Err(Fails::Slow) => f64::INFINITY,
-                Err(Fails::Domain) => break,
+                Err(Fails::Slow | Fails::Domain) => f64::INFINITY,
             };
             cost.rejected += 1;
             self.h = h * (SAFETY * error.powf(-EXPONENT)).max(SHRINK);
