@@ -451,6 +451,7 @@ fn long_runs<const N: usize>(
     println!("\nOff the start:\n{off}");
 }
 
+/// Prints the rates of [`parting`].
 fn part<const N: usize>(motion: &str, swing: &impl Swing<N>, periods: f64) {
     println!(
         "Neighbours part:\n| {motion} |{}\n",
