@@ -211,7 +211,8 @@ fn messages_are_in_the_units_of_the_scene() {
             motion(&s.spatial(&inertia(s), &format!("angular_velocity = {w:?}")))
         }),
         ("couple", &|s| {
-            statics(&s.guess([1e6, 0.0, 0.0, 1e6, 0.0, 0.0]))
+            // Given up so soon that its place, which rounding decides, is printed as zero.
+            statics(&s.guess([1e12, 0.0, 0.0, 1e12, 0.0, 0.0]))
         }),
         ("force", &|s| {
             statics(&s.guess([30.0, 5.0, 0.0, -20.0, 0.0, 1.0]))

@@ -7,27 +7,28 @@
 //! ```
 //!
 //! of order 16 at the end. They are swept until they stay. That is cheap here, where sections at the nodes are worked on side by side, as the
-//! lanes of wide registers, and frame and centreline are swept alone. The tangent is linear in them: with R and r at the nodes
+//! lanes of wide registers. Gauss methods keep quadratic invariants, such as |q|^2 = 1: the directors need no division.
 //!
-//! ```text
-//! phi' = M_uu tau + M_uv nu,   rho' = -[r']phi + M_vu tau + M_vv nu,   M = R C R^T,
-//! tau = dm - [r]dn + [n]rho + [m]phi,   nu = dn + [n]phi,
-//! ```
-//!
-//! is y' = A y + f, whose A and f are formed once a step instead of once a slope. Gauss methods keep quadratic invariants, such as |q|^2 = 1:
-//! the directors need no division.
+//! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). Of m = m(0) - r x n the third is then the same
+//! along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept. Of the tangent it is four variables for each
+//! column (see `tangent`).
 
-use super::line::{LineState, STEP_LIMIT, Wrench, directors, rate};
+mod tangent;
+
+use super::line::{LineState, STEP_LIMIT, Wrench, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::math::eight::{Eight, Rule, wide};
+use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
+use tangent::carry;
 
-/// Sweeps beyond which a step is halved.
-const MOST_SWEEPS: usize = 24;
+/// Sweeps beyond which a step is halved, and those that a longer step is to take at most: about as many more as it is longer.
+const MOST_SWEEPS: usize = 28;
+const SWEEPS: f64 = 23.0;
 
 /// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of some rods are; steps of twice that are taken.
 const TOP: f64 = 2.0;
@@ -41,10 +42,15 @@ pub(super) fn end<const K: usize>(
     tolerance: f64,
 ) -> Result<std::result::Result<(LineState<K>, Cost), f64>> {
     let rate = rate(law, b)?;
+    let axes = axes(&b.fixed_rows::<3>(3).into_owned());
+    let m = axes.tr_mul(&b.fixed_rows::<3>(0));
+    let n = axes.column(2).dot(&b.fixed_rows::<3>(3));
     Ok(wide(Along {
         linear,
         sense: law.sense(),
-        b,
+        axes,
+        m: m.into(),
+        n,
         first,
         step: (5.0 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
         // Of a function whose coefficients fall like x^k some x^16 is lost at the end of a step, where P_7 has x^7.
@@ -53,11 +59,39 @@ pub(super) fn end<const K: usize>(
     }))
 }
 
+/// Axes of which the third is that of the force, by columns (Duff et al., *Building an orthonormal basis, revisited*, J. Comput. Graph.
+/// Tech. 6 (2017) 1-8): in a plane with the clamp's third axis and one of the others if the force is, so that planar rods stay planar.
+fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
+    let size = n.amax();
+    let [x, y, z] = match size > 0.0 {
+        true => (n / size).normalize().into(),
+        false => [0.0, 0.0, 1.0],
+    };
+    let sign = 1.0_f64.copysign(z);
+    let a = -1.0 / (sign + z);
+    let b = x * y * a;
+    Matrix3::new(
+        1.0 + sign * x * x * a,
+        b,
+        x,
+        sign * b,
+        sign + y * y * a,
+        y,
+        -sign * x,
+        -y,
+        z,
+    )
+}
+
 /// A rod, and how it is followed.
 struct Along<'a, const K: usize> {
     linear: &'a UniformLinear,
     sense: f64,
-    b: &'a Wrench,
+    /// The axes along which vectors are given, by columns.
+    axes: Matrix3<f64>,
+    /// m(0) and |n|.
+    m: [f64; 3],
+    n: f64,
     first: usize,
     /// The first step.
     step: f64,
@@ -71,15 +105,15 @@ struct Along<'a, const K: usize> {
 type Vector<S> = [Eight<S>; 3];
 type Matrix<S> = [Vector<S>; 3];
 
-/// Frame as a quaternion, then couple and force along the directors.
-const FRAME: usize = 10;
+/// Frame as a quaternion, then the place across the force.
+const FRAME: usize = 6;
 
 /// The sections at the nodes.
 struct Sections<S: Simd> {
     /// Directors, by their number.
     d: Matrix<S>,
-    m: Vector<S>,
-    r: Vector<S>,
+    /// (u, v).
+    strain: [Eight<S>; 6],
     /// r'.
     along: Vector<S>,
     /// Twice the energy per length.
@@ -94,7 +128,10 @@ impl<const K: usize> WithSimd for Along<'_, K> {
         let zero = Eight::all(simd, 0.0);
         let mut cost = Cost::default();
         let (mut s, mut energy) = (0.0, 0.0);
-        let (mut q, mut r) = ([1.0, 0.0, 0.0, 0.0], [0.0; 3]);
+        let clamp = Rotation3::from_matrix_unchecked(self.axes.transpose());
+        let clamp = UnitQuaternion::from_rotation_matrix(&clamp);
+        let clamp = [clamp.w, clamp.i, clamp.j, clamp.k];
+        let (mut q, mut r) = (clamp, [0.0; 3]);
         let mut tangent = [[0.0; 6]; K];
         let mut step = self.step;
         while 1.0 - s > 1e-14 {
@@ -104,31 +141,35 @@ impl<const K: usize> WithSimd for Along<'_, K> {
             // The rest in equal steps.
             let h = (1.0 - s) / ((1.0 - s) / step - 1e-6).ceil().max(1.0);
             let rule = Rule::new(simd, h);
-            let start = self.resultants(&q, &r);
+            let start = [q[0], q[1], q[2], q[3], r[0], r[1]];
             let mut turning = [zero; FRAME];
             let mut varying = [[zero; 6]; K];
-            if !self.sweep(&rule, &start, &mut turning, h, &mut cost) {
+            let Some(mut sweeps) = self.sweep(&rule, &start, &mut turning, h) else {
                 step = 0.5 * h;
                 cost.rejected += 1;
                 continue;
-            }
-            let at = self.sections(&rule.places(&start, &turning), &r, &rule);
+            };
+            cost.evaluations += 8 * sweeps as u64;
+            let at = self.sections(&rule.places(&start, &turning));
             let [q0, q1, q2, q3, ..] = turning;
             let mut top = rule.top(&[q0, q1, q2, q3]).max(rule.top(&at.along));
             if K > 0 && top <= 2.0 * self.goal {
                 let size = largest(&tangent).max(1.0);
-                let linear = self.linearised(&at);
                 let stays = size * self.stays / h;
-                if !linear.sweep(&rule, &tangent, &mut varying, stays, &mut cost) {
+                let start = (&r, &tangent);
+                let Some(more) = self.vary(&at, &rule, start, &mut varying, stays) else {
                     step = 0.5 * h;
                     cost.rejected += 1;
                     continue;
-                }
+                };
+                cost.evaluations += 8 * more as u64;
+                sweeps = sweeps.max(more);
                 for column in &varying {
                     top = top.max(rule.top(column) / size);
                 }
             }
-            step = h * (0.95 * (self.goal / top).powf(1.0 / 7.0)).clamp(0.2, 2.0);
+            let longer = (SWEEPS / sweeps as f64).min(2.0);
+            step = h * (0.95 * (self.goal / top).powf(1.0 / 7.0)).clamp(0.2, longer);
             if top > 2.0 * self.goal {
                 cost.rejected += 1;
                 continue;
@@ -136,19 +177,17 @@ impl<const K: usize> WithSimd for Along<'_, K> {
             for (z, slope) in q.iter_mut().zip(&turning) {
                 *z += rule.integral(slope);
             }
-            for (z, slope) in r.iter_mut().zip(&at.along) {
-                *z += rule.integral(slope);
+            let mut moved = [0.0; 3];
+            for i in 0..3 {
+                moved[i] = rule.integral(&at.along[i]);
+                r[i] += moved[i];
             }
-            for (column, slopes) in tangent.iter_mut().zip(&varying) {
-                for (y, slope) in column.iter_mut().zip(slopes) {
-                    *y += rule.integral(slope);
-                }
-            }
+            carry(&mut tangent, &rule, &varying, &moved);
             energy += 0.5 * self.sense * rule.integral(&at.energy);
             cost.steps += 1;
             s += h;
         }
-        Ok((LineState::ended(q, r, energy, &tangent), cost))
+        Ok((self.ended(clamp, q, r, energy, &tangent), cost))
     }
 }
 
@@ -163,22 +202,30 @@ fn largest(columns: &[[f64; 6]]) -> f64 {
 }
 
 impl<const K: usize> Along<'_, K> {
-    /// (q, R^T m, R^T n).
-    #[inline(always)]
-    fn resultants(&self, q: &[f64; 4], r: &[f64; 3]) -> [f64; FRAME] {
-        let b = self.b;
-        let m = [
-            b[0] - (r[1] * b[5] - r[2] * b[4]),
-            b[1] - (r[2] * b[3] - r[0] * b[5]),
-            b[2] - (r[0] * b[4] - r[1] * b[3]),
-        ];
-        let d = directors(q);
-        let mut z = [q[0], q[1], q[2], q[3], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        for k in 0..3 {
-            z[4 + k] = d[k][0] * m[0] + d[k][1] * m[1] + d[k][2] * m[2];
-            z[7 + k] = d[k][0] * b[3] + d[k][1] * b[4] + d[k][2] * b[5];
-        }
-        z
+    /// The end along the axes of the clamp, along whose axes `clamp` turns; columns, by couple or force, come in threes.
+    fn ended(
+        &self,
+        clamp: [f64; 4],
+        q: [f64; 4],
+        r: [f64; 3],
+        energy: f64,
+        tangent: &[[f64; 6]; K],
+    ) -> LineState<K> {
+        let axes = &self.axes;
+        let turned = std::array::from_fn(|k| {
+            let block = k - k % 3;
+            let mut sum = [0.0; 6];
+            for (j, column) in tangent.iter().enumerate().skip(block).take(3) {
+                for (sum, x) in sum.iter_mut().zip(column) {
+                    *sum += axes[(k - block, j - block)] * x;
+                }
+            }
+            let [a, b, c, d, e, f] = sum;
+            let (phi, rho) = (axes * Vector3::new(a, b, c), axes * Vector3::new(d, e, f));
+            [phi.x, phi.y, phi.z, rho.x, rho.y, rho.z]
+        });
+        let q = product(&conjugate(&Turn::from(clamp)), &Turn::from(q));
+        LineState::ended(q.into(), (axes * Vector3::from(r)).into(), energy, &turned)
     }
 
     /// C w.
@@ -204,36 +251,26 @@ impl<const K: usize> Along<'_, K> {
         change
     }
 
-    /// q' = q (0, u)/2, m' = m x u + n x v, n' = n x u along the directors.
+    /// q' = q (0, u)/2, and what of r' is across the force.
     #[inline(always)]
     fn slopes<S: Simd>(&self, z: &[Eight<S>; FRAME]) -> [Eight<S>; FRAME] {
-        let [q0, q1, q2, q3, m0, m1, m2, n0, n1, n2] = *z;
-        let change = self.change(&[m0, m1, m2, n0, n1, n2]);
-        let mut e = change;
-        for i in 0..6 {
-            e[i] = change[i] + q0.with(self.linear.rest[i]);
-        }
-        let (u, v) = ([e[0], e[1], e[2]], [e[3], e[4], e[5]]);
-        let (turned, pulled) = (cross(&[m0, m1, m2], &u), cross(&[n0, n1, n2], &v));
-        let n = cross(&[n0, n1, n2], &u);
+        let [q0, q1, q2, q3, ..] = *z;
+        let at = self.sections(z);
+        let [u1, u2, u3, ..] = at.strain;
         let half = q0.with(0.5);
-        let (u1, u2, u3) = (u[0] * half, u[1] * half, u[2] * half);
+        let (u1, u2, u3) = (u1 * half, u2 * half, u3 * half);
         let none = q0.with(0.0);
         [
             none - q3.times_plus(u3, q2.times_plus(u2, q1 * u1)),
             q2.times_plus(u3, q0 * u1) - q3 * u2,
             q3.times_plus(u1, q0 * u2) - q1 * u3,
             q1.times_plus(u2, q0 * u3) - q2 * u1,
-            turned[0] + pulled[0],
-            turned[1] + pulled[1],
-            turned[2] + pulled[2],
-            n[0],
-            n[1],
-            n[2],
+            at.along[0],
+            at.along[1],
         ]
     }
 
-    /// Sweeps the slopes of frame and resultants until they stay.
+    /// Sweeps the slopes of frame and place until they stay; the number of sweeps.
     #[inline(always)]
     fn sweep<S: Simd>(
         &self,
@@ -241,43 +278,31 @@ impl<const K: usize> Along<'_, K> {
         start: &[f64; FRAME],
         slopes: &mut [Eight<S>; FRAME],
         h: f64,
-        cost: &mut Cost,
-    ) -> bool {
-        let mut size = 1.0_f64;
-        for w in &start[4..] {
-            size = size.max(w.abs());
-        }
+    ) -> Option<usize> {
         let zero = slopes[0].with(0.0);
         let stays = self.stays / h;
-        for _ in 0..MOST_SWEEPS {
+        let mut last = 0.0;
+        for sweeps in 1..=MOST_SWEEPS {
             let new = self.slopes(&rule.places(start, slopes));
-            cost.evaluations += 8;
-            let (mut turned, mut bent) = (zero, zero);
+            let mut change = zero;
             for i in 0..FRAME {
                 let moved = new[i] - slopes[i];
-                if i < 4 {
-                    turned = moved.times_plus(moved, turned);
-                } else {
-                    bent = moved.times_plus(moved, bent);
-                }
+                change = moved.times_plus(moved, change);
             }
             *slopes = new;
-            if turned.total() + bent.total() / (size * size) < stays * stays {
-                return true;
+            let change = change.total();
+            if change * change <= stays * stays * last {
+                return Some(sweeps);
             }
+            last = change;
         }
-        false
+        None
     }
 
-    /// The sections whose frames and resultants are known, on a step from the place `r`.
+    /// The sections of these frames and places.
     #[inline(always)]
-    fn sections<S: Simd>(
-        &self,
-        z: &[Eight<S>; FRAME],
-        r: &[f64; 3],
-        rule: &Rule<S>,
-    ) -> Sections<S> {
-        let [w, x, y, zz, m0, m1, m2, n0, n1, n2] = *z;
+    fn sections<S: Simd>(&self, z: &[Eight<S>; FRAME]) -> Sections<S> {
+        let [w, x, y, zz, r1, r2] = *z;
         let (x2, y2, z2) = (x + x, y + y, zz + zz);
         let (wx, wy, wz) = (w * x2, w * y2, w * z2);
         let (xx, xy, xz) = (x * x2, x * y2, x * z2);
@@ -288,156 +313,30 @@ impl<const K: usize> Along<'_, K> {
             [xy - wz, one - (xx + zz), yz + wx],
             [xz + wy, yz - wx, one - (xx + yy)],
         ];
-        let local = [m0, m1, m2, n0, n1, n2];
+        let n = w.with(self.n);
+        let m1 = w.with(self.m[0]) - r2 * n;
+        let m2 = r1.times_plus(n, w.with(self.m[1]));
+        let mut local = [one; 6];
+        for k in 0..3 {
+            local[k] = d[k][0].times_plus(m1, d[k][1].times_plus(m2, d[k][2] * self.m[2]));
+            local[3 + k] = d[k][2] * n;
+        }
         let change = self.change(&local);
         let mut energy = change[0] * local[0];
         for i in 1..6 {
             energy = change[i].times_plus(local[i], energy);
         }
-        let mut v = [one; 3];
-        for i in 0..3 {
-            v[i] = change[3 + i] + w.with(self.linear.rest[3 + i]);
+        let mut strain = change;
+        for i in 0..6 {
+            strain[i] = change[i] + w.with(self.linear.rest[i]);
         }
-        let along = turned_vector(&d, &v);
+        let along = turned_vector(&d, &[strain[3], strain[4], strain[5]]);
         Sections {
-            m: turned_vector(&d, &[m0, m1, m2]),
-            r: rule.places(r, &along),
             d,
+            strain,
             along,
             energy,
         }
-    }
-
-    /// A and f of y' = A y + f at the nodes.
-    #[inline(always)]
-    fn linearised<S: Simd>(&self, at: &Sections<S>) -> Linearised<S, K> {
-        let b = self.b;
-        let zero = at.energy.with(0.0);
-        let n = [zero.with(b[3]), zero.with(b[4]), zero.with(b[5])];
-        let none = [[zero; 3]; 3];
-        let (uu, uv, vu, vv, coupled) = match &self.linear.compliance {
-            Compliance::Diagonal(c) => {
-                let uu = turned_diagonal(&at.d, [c[0], c[1], c[2]]);
-                let vv = turned_diagonal(&at.d, [c[3], c[4], c[5]]);
-                (uu, none, none, vv, false)
-            }
-            Compliance::Full(c) => (
-                turned(&at.d, c, 0, 0),
-                turned(&at.d, c, 0, 3),
-                turned(&at.d, c, 3, 0),
-                turned(&at.d, c, 3, 3),
-                true,
-            ),
-        };
-        let mut a = [[[zero; 6]; 3]; 2];
-        let mut by = [[zero; 6]; 6];
-        let zrow = [zero; 3];
-        for (half, (by_m, by_n)) in [(uu, uv), (vu, vv)].into_iter().enumerate() {
-            for i in 0..3 {
-                // M [a] has the rows M_i x a.
-                let m = cross(&by_m[i], &at.m);
-                let pull = cross(&by_m[i], &n);
-                let turn = if coupled || half == 1 {
-                    cross(&by_n[i], &n)
-                } else {
-                    zrow
-                };
-                let lever = cross(&by_m[i], &at.r);
-                for j in 0..3 {
-                    a[half][i][j] = m[j] + turn[j];
-                    a[half][i][3 + j] = pull[j];
-                    by[j][3 * half + i] = by_m[i][j];
-                    by[3 + j][3 * half + i] = by_n[i][j] - lever[j];
-                }
-            }
-        }
-        let [t1, t2, t3] = at.along;
-        a[1][0][1] = a[1][0][1] + t3;
-        a[1][0][2] = a[1][0][2] - t2;
-        a[1][1][0] = a[1][1][0] - t3;
-        a[1][1][2] = a[1][1][2] + t1;
-        a[1][2][0] = a[1][2][0] + t2;
-        a[1][2][1] = a[1][2][1] - t1;
-        let mut f = [[zero; 6]; K];
-        for (k, f) in f.iter_mut().enumerate() {
-            *f = by[(self.first + k) % 6];
-        }
-        Linearised { a, f, coupled }
-    }
-}
-
-/// y' = A y + f at the nodes.
-struct Linearised<S: Simd, const K: usize> {
-    /// By phi' and rho', of phi and rho.
-    a: [[[Eight<S>; 6]; 3]; 2],
-    f: [[Eight<S>; 6]; K],
-    /// True if rho' depends on rho.
-    coupled: bool,
-}
-
-impl<S: Simd, const K: usize> Linearised<S, K> {
-    /// Sweeps the slopes of the tangent until they change by no more than `stays`.
-    #[inline(always)]
-    fn sweep(
-        &self,
-        rule: &Rule<S>,
-        tangent: &[[f64; 6]; K],
-        slopes: &mut [[Eight<S>; 6]; K],
-        stays: f64,
-        cost: &mut Cost,
-    ) -> bool {
-        let a = &self.a;
-        let zero = a[0][0][0].with(0.0);
-        let mut phi = [[zero; 3]; K];
-        for _ in 0..MOST_SWEEPS {
-            cost.evaluations += 8;
-            // Column by column twice: what is stored at the nodes is loaded again at all lanes, which it could not be at once.
-            for k in 0..K {
-                let [y0, y1, y2, y3, y4, y5] = tangent[k];
-                let [k0, k1, k2, k3, k4, k5] = slopes[k];
-                phi[k] = rule.places(&[y0, y1, y2], &[k0, k1, k2]);
-                let [_, _, _, mut v0, mut v1, mut v2] = self.f[k];
-                let mut rho = [v0, v1, v2];
-                for j in 0..3 {
-                    for i in 0..3 {
-                        rho[i] = a[1][i][j].times_plus(phi[k][j], rho[i]);
-                    }
-                }
-                if self.coupled {
-                    let before = rule.places(&[y3, y4, y5], &[k3, k4, k5]);
-                    for j in 0..3 {
-                        for i in 0..3 {
-                            rho[i] = a[1][i][3 + j].times_plus(before[j], rho[i]);
-                        }
-                    }
-                }
-                [v0, v1, v2] = rho;
-                slopes[k] = [k0, k1, k2, v0, v1, v2];
-            }
-            // With the new rho', in which phi is known better.
-            let mut change = zero;
-            for k in 0..K {
-                let [_, _, _, y3, y4, y5] = tangent[k];
-                let [k0, k1, k2, k3, k4, k5] = slopes[k];
-                let rho = rule.places(&[y3, y4, y5], &[k3, k4, k5]);
-                let [f0, f1, f2, ..] = self.f[k];
-                let mut turned = [f0, f1, f2];
-                for j in 0..3 {
-                    for i in 0..3 {
-                        turned[i] = a[0][i][j].times_plus(phi[k][j], turned[i]);
-                        turned[i] = a[0][i][3 + j].times_plus(rho[j], turned[i]);
-                    }
-                }
-                let [t0, t1, t2] = turned;
-                let (d0, d1, d2) = (t0 - k0, t1 - k1, t2 - k2);
-                change = d0.times_plus(d0, d1.times_plus(d1, d2.times_plus(d2, change)));
-                slopes[k] = [t0, t1, t2, k3, k4, k5];
-            }
-            if change.total() < stays * stays {
-                return true;
-            }
-        }
-        false
     }
 }
 
@@ -448,65 +347,6 @@ fn turned_vector<S: Simd>(d: &Matrix<S>, v: &Vector<S>) -> Vector<S> {
     for i in 0..3 {
         let sum = d[1][i].times_plus(v[1], d[0][i] * v[0]);
         all[i] = d[2][i].times_plus(v[2], sum);
-    }
-    all
-}
-
-/// a x b.
-#[inline(always)]
-fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-/// R diag(c) R^T.
-#[inline(always)]
-fn turned_diagonal<S: Simd>(d: &Matrix<S>, c: [f64; 3]) -> Matrix<S> {
-    let mut scaled = *d;
-    let mut all = *d;
-    for k in 0..3 {
-        for i in 0..3 {
-            scaled[k][i] = d[k][i] * d[k][i].with(c[k]);
-        }
-    }
-    for i in 0..3 {
-        for j in 0..=i {
-            let mut sum = scaled[0][i] * d[0][j];
-            for k in 1..3 {
-                sum = scaled[k][i].times_plus(d[k][j], sum);
-            }
-            all[i][j] = sum;
-            all[j][i] = sum;
-        }
-    }
-    all
-}
-
-/// R C R^T for the 3 x 3 block of C at (row, column).
-#[inline(always)]
-fn turned<S: Simd>(d: &Matrix<S>, c: &Matrix6<f64>, row: usize, column: usize) -> Matrix<S> {
-    let mut half = *d;
-    let mut all = *d;
-    for k in 0..3 {
-        for j in 0..3 {
-            let mut sum = d[0][j] * d[0][j].with(c[(row + k, column)]);
-            for l in 1..3 {
-                sum = d[l][j].times_plus(d[l][j].with(c[(row + k, column + l)]), sum);
-            }
-            half[k][j] = sum;
-        }
-    }
-    for i in 0..3 {
-        for j in 0..3 {
-            let mut sum = d[0][i] * half[0][j];
-            for k in 1..3 {
-                sum = d[k][i].times_plus(half[k][j], sum);
-            }
-            all[i][j] = sum;
-        }
     }
     all
 }

@@ -18,6 +18,10 @@ const WILD: (f64, f64) = (400.0, 2e4);
 /// Rotation vectors are kept away from a full turn, where they are singular.
 const TURNED: f64 = 6.0;
 
+/// Pivots below this part of the largest are rounding: those of rods that are bent by an angle a are as small as a^2, and what they are
+/// made of is known to 1e-14 or so.
+const SINGULAR: f64 = 1e-13;
+
 /// What the unknowns are measured by: x = (rotation vector, displacement/length) from the reference of each body, then charts.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
@@ -358,7 +362,7 @@ impl Assembly {
         let pivots = factors.u().diagonal().abs();
         let mut answer = factors
             .solve(&right)
-            .filter(|answer| pivots.min() > 1e-14 * pivots.max() && answer.iter().all(|x| x.is_finite()))
+            .filter(|answer| pivots.min() > SINGULAR * pivots.max() && answer.iter().all(|x| x.is_finite()))
             .ok_or_else(|| {
                 Error::ill_conditioned(
                     "the assembly can move without force, or its rods hold each other in more ways than they can deform; let the \

@@ -1,0 +1,290 @@
+//! The tangent of the end: what changes when the base wrench does.
+//!
+//! Frame and centreline change by phi and rho. About the place r_s where a step starts, where rho* = rho - phi x (r - r_s) is what rho is
+//! about the section,
+//!
+//! ```text
+//! (phi, rho*)' = C* y,   y = (tau, sigma) = y_s + (m_s x dphi + n x drho*, n x dphi),
+//!
+//! C* = | P    Q |,   P = M_uu,   Q = M_uv - P [a],   T = M_vv - M_vu [a] + [a] Q,   M = R C R^T,   a = r - r_s,
+//!      | Q^T  T |
+//! ```
+//!
+//! with the changes y_s of couple and force there, and what phi and rho* have changed since, dphi and drho*. What a step adds to y is of
+//! rank four, for n.sigma and m_s.sigma + n.tau stay as they are: it is L x with x = (dphi_1, dphi_2, dtau_1, dtau_2),
+//!
+//! ```text
+//! dsigma = |n| (-dphi_2, dphi_1, 0),   dtau_3 = m_1 dphi_2 - m_2 dphi_1,
+//! ```
+//!
+//! and x' = K C* (y_s + L x) is a Hamiltonian system of four variables, whose matrices are formed once a step instead of once a slope. Its
+//! two halves are swept in turn, each by the newest of the other, which takes two thirds of the sweeps. That needs origins nearby: about the
+//! clamp y would change by a force times the whole of r, most of which cancels.
+
+use super::{Along, MOST_SWEEPS, Matrix, Sections, Vector};
+use crate::math::eight::{Eight, Rule};
+use crate::section::Compliance;
+use nalgebra::Matrix6;
+use pulp::Simd;
+
+impl<const K: usize> Along<'_, K> {
+    /// C* at the nodes, which are by `r` away from the start of the step.
+    #[inline(always)]
+    fn changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
+        let zero = at.energy.with(0.0);
+        let none = [[zero; 3]; 3];
+        let (uu, uv, vu, vv) = match &self.linear.compliance {
+            Compliance::Diagonal(c) => {
+                let uu = turned_diagonal(&at.d, [c[0], c[1], c[2]]);
+                let vv = turned_diagonal(&at.d, [c[3], c[4], c[5]]);
+                (uu, none, none, vv)
+            }
+            Compliance::Full(c) => (
+                turned(&at.d, c, 0, 0),
+                turned(&at.d, c, 0, 3),
+                turned(&at.d, c, 3, 0),
+                turned(&at.d, c, 3, 3),
+            ),
+        };
+        // M [r] has the rows M_i x r.
+        let mut by_force = uv;
+        let mut pulled = vv;
+        for i in 0..3 {
+            let lever = cross(&uu[i], r);
+            let carried = cross(&vu[i], r);
+            for j in 0..3 {
+                by_force[i][j] = uv[i][j] - lever[j];
+                pulled[i][j] = vv[i][j] - carried[j];
+            }
+        }
+        let mut all = [[zero; 6]; 6];
+        for j in 0..3 {
+            let turned = cross(r, &[by_force[0][j], by_force[1][j], by_force[2][j]]);
+            for i in 0..3 {
+                all[i][j] = uu[i][j];
+                all[i][3 + j] = by_force[i][j];
+                all[3 + j][i] = by_force[i][j];
+                all[3 + i][3 + j] = pulled[i][j] + turned[i];
+            }
+        }
+        all
+    }
+
+    /// The couple at a place.
+    #[inline(always)]
+    fn couple(&self, r: &[f64; 3]) -> [f64; 3] {
+        [
+            self.m[0] - self.n * r[1],
+            self.m[1] + self.n * r[0],
+            self.m[2],
+        ]
+    }
+
+    /// y at a place: how couple and force change there.
+    #[inline(always)]
+    fn changed(&self, r: &[f64; 3], tangent: &[[f64; 6]; K]) -> [[f64; 6]; K] {
+        let ([m1, m2, m3], n) = (self.couple(r), self.n);
+        let mut all = [[0.0; 6]; K];
+        for k in 0..K {
+            let [p1, p2, p3, r1, r2, _] = tangent[k];
+            let mut base = [0.0; 6];
+            base[(self.first + k) % 6] = 1.0;
+            let [a, b, c, d, e, f] = base;
+            all[k] = [
+                a - (r[1] * f - r[2] * e) + m2 * p3 - m3 * p2 - n * r2,
+                b - (r[2] * d - r[0] * f) + m3 * p1 - m1 * p3 + n * r1,
+                c - (r[0] * e - r[1] * d) + m1 * p2 - m2 * p1,
+                d - n * p2,
+                e + n * p1,
+                f,
+            ];
+        }
+        all
+    }
+
+    /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
+    /// of sweeps.
+    #[inline(always)]
+    pub(super) fn vary<S: Simd>(
+        &self,
+        at: &Sections<S>,
+        rule: &Rule<S>,
+        (r, tangent): (&[f64; 3], &[[f64; 6]; K]),
+        slopes: &mut [[Eight<S>; 6]; K],
+        stays: f64,
+    ) -> Option<usize> {
+        let change = self.changes(at, &rule.places(&[0.0; 3], &at.along));
+        let y = self.changed(r, tangent);
+        let ([m1, m2, m3], n) = (self.couple(r), self.n);
+        let zero = change[0][0].with(0.0);
+        // K C*, and that times L.
+        let mut rows = [change[0], change[1], change[0], change[1]];
+        let mut by = [[zero; 4]; 4];
+        for j in 0..6 {
+            rows[2][j] = change[2][j] * m2 - change[1][j] * m3 - change[4][j] * n;
+            rows[3][j] = change[0][j] * m3 - change[2][j] * m1 + change[3][j] * n;
+        }
+        for i in 0..4 {
+            let [a1, a2, a3, a4, a5, _] = rows[i];
+            by[i] = [a5 * n - a3 * m2, a3 * m1 - a4 * n, a1, a2];
+        }
+        let mut own = [[zero; 4]; K];
+        let mut x = [[zero; 4]; K];
+        let mut turning = [[zero; 2]; K];
+        let mut pulled = turning;
+        for k in 0..K {
+            let mut begun = [zero; 6];
+            for j in 0..6 {
+                begun[j] = zero.with(y[k][j]);
+            }
+            for i in 0..4 {
+                own[k][i] = product(&rows[i], &begun);
+            }
+            let [f1, f2, f3, f4] = own[k];
+            turning[k] = [f1, f2];
+            let [tau1, tau2] = rule.places(&[0.0; 2], &[f3, f4]);
+            x[k] = [zero, zero, tau1, tau2];
+        }
+        let mut last = 0.0;
+        for sweeps in 1..=MOST_SWEEPS {
+            // The newest of each: tau' by phi, then phi' by tau; for all columns at once, since what is stored at the nodes is loaded again at
+            // all lanes, which it could not be at once.
+            for k in 0..K {
+                let [_, _, mut k3, mut k4] = own[k];
+                let [_, _, tau1, tau2] = x[k];
+                let [phi1, phi2] = rule.places(&[0.0; 2], &turning[k]);
+                let before = [phi1, phi2, tau1, tau2];
+                for j in [2, 3, 0, 1] {
+                    k3 = by[2][j].times_plus(before[j], k3);
+                    k4 = by[3][j].times_plus(before[j], k4);
+                }
+                x[k] = before;
+                pulled[k] = [k3, k4];
+            }
+            let mut moved = zero;
+            for k in 0..K {
+                let [mut k1, mut k2, ..] = own[k];
+                let [phi1, phi2, ..] = x[k];
+                let [tau1, tau2] = rule.places(&[0.0; 2], &pulled[k]);
+                x[k] = [phi1, phi2, tau1, tau2];
+                for j in 0..4 {
+                    k1 = by[0][j].times_plus(x[k][j], k1);
+                    k2 = by[1][j].times_plus(x[k][j], k2);
+                }
+                let [before1, before2] = turning[k];
+                let (d1, d2) = (k1 - before1, k2 - before2);
+                moved = d1.times_plus(d1, d2.times_plus(d2, moved));
+                turning[k] = [k1, k2];
+            }
+            let moved = moved.total();
+            if moved * moved <= stays * stays * last {
+                for k in 0..K {
+                    let [phi1, phi2, tau1, tau2] = x[k];
+                    let [t1, t2, t3, s1, s2, s3] = y[k];
+                    let all = [
+                        tau1 + zero.with(t1),
+                        tau2 + zero.with(t2),
+                        phi2.times_plus(zero.with(m1), zero.with(t3)) - phi1 * m2,
+                        zero.with(s1) - phi2 * n,
+                        phi1.times_plus(zero.with(n), zero.with(s2)),
+                        zero.with(s3),
+                    ];
+                    for i in 0..6 {
+                        slopes[k][i] = product(&change[i], &all);
+                    }
+                }
+                return Some(sweeps);
+            }
+            last = moved;
+        }
+        None
+    }
+}
+
+/// Adds a step with these slopes, which has moved the section.
+#[inline(always)]
+pub(super) fn carry<S: Simd, const K: usize>(
+    tangent: &mut [[f64; 6]; K],
+    rule: &Rule<S>,
+    slopes: &[[Eight<S>; 6]; K],
+    moved: &[f64; 3],
+) {
+    for (column, slopes) in tangent.iter_mut().zip(slopes) {
+        for (y, slope) in column.iter_mut().zip(slopes) {
+            *y += rule.integral(slope);
+        }
+        let [phi1, phi2, phi3, ..] = *column;
+        column[3] += phi2 * moved[2] - phi3 * moved[1];
+        column[4] += phi3 * moved[0] - phi1 * moved[2];
+        column[5] += phi1 * moved[1] - phi2 * moved[0];
+    }
+}
+
+/// sum_j a_j x_j.
+#[inline(always)]
+fn product<S: Simd>(a: &[Eight<S>; 6], x: &[Eight<S>; 6]) -> Eight<S> {
+    let mut sum = a[0] * x[0];
+    for j in 1..6 {
+        sum = a[j].times_plus(x[j], sum);
+    }
+    sum
+}
+
+/// a x b.
+#[inline(always)]
+fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// R diag(c) R^T.
+#[inline(always)]
+fn turned_diagonal<S: Simd>(d: &Matrix<S>, c: [f64; 3]) -> Matrix<S> {
+    let mut scaled = *d;
+    let mut all = *d;
+    for k in 0..3 {
+        for i in 0..3 {
+            scaled[k][i] = d[k][i] * d[k][i].with(c[k]);
+        }
+    }
+    for i in 0..3 {
+        for j in 0..=i {
+            let mut sum = scaled[0][i] * d[0][j];
+            for k in 1..3 {
+                sum = scaled[k][i].times_plus(d[k][j], sum);
+            }
+            all[i][j] = sum;
+            all[j][i] = sum;
+        }
+    }
+    all
+}
+
+/// R C R^T for the 3 x 3 block of C at (row, column).
+#[inline(always)]
+fn turned<S: Simd>(d: &Matrix<S>, c: &Matrix6<f64>, row: usize, column: usize) -> Matrix<S> {
+    let mut half = *d;
+    let mut all = *d;
+    for k in 0..3 {
+        for j in 0..3 {
+            let mut sum = d[0][j] * d[0][j].with(c[(row + k, column)]);
+            for l in 1..3 {
+                sum = d[l][j].times_plus(d[l][j].with(c[(row + k, column + l)]), sum);
+            }
+            half[k][j] = sum;
+        }
+    }
+    for i in 0..3 {
+        for j in 0..3 {
+            let mut sum = d[0][i] * half[0][j];
+            for k in 1..3 {
+                sum = d[k][i].times_plus(half[k][j], sum);
+            }
+            all[i][j] = sum;
+        }
+    }
+    all
+}
