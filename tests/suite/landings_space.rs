@@ -3,7 +3,7 @@
 use crate::support::falls;
 use nalgebra::{Isometry3, Vector2, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
-use snaprod::body::{Body, History, TimeLoad};
+use snaprod::body::{Body, History, Pulse, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
 use snaprod::motion::assembly::AssemblyRun;
@@ -169,6 +169,44 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     assert!(late.abs() < 1e-11, "the fold is found {late:e} late");
     let off = run.now().pose().translation.vector - Vector3::new(place.y, 0.0, place.x);
     assert!(off.norm() < 1e-9, "the mass is {off} off");
+}
+
+/// Short strong pulses before a fold, the last on a rod for which time is slowed. Would catch a step to the beginning, the top or the end of a pulse
+/// that sees what lies behind, or that is taken to have ended there when it has not.
+#[test]
+fn short_pulses_are_felt_in_space_as_in_the_plane() {
+    let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
+    let width = 1e-8;
+    // The fold is at about 0.0256.
+    for (at, impulse, end) in [(1e-3, 0.5, 0.002), (0.02, 0.5, 0.022), (0.0231, -0.5, 0.08)] {
+        // A raised cosine has half the area of the box around it.
+        let pulse = History::Pulse(Pulse {
+            at: at + 0.5 * width,
+            width,
+            amplitude: 2.0 * impulse / width,
+        });
+        let load = TimeLoad::new(Vector2::y(), pulse.clone()).expect("a load");
+        let mass = Body::<2>::new(1.0).expect("a mass").with_force(load);
+        let options = |tolerance: f64| {
+            let options = Options::new(end).and_then(|o| o.with_tolerance(tolerance));
+            options.expect("options")
+        };
+        let q = [start.p, start.w].into();
+        let mut plane = Run::new(&Elastica, &mass, q, Vector2::new(0.0, -0.5), options(1e-12));
+        let (_, flat, exact) = finished(plane.as_mut().expect("a run"));
+        for k in 0..30 {
+            let tolerance = 10f64.powf(-7.0 - f64::from(k) / 6.0);
+            let load = TimeLoad::new(Vector3::x(), pulse.clone()).expect("a load");
+            let mass = Body::new(1.0).expect("a mass").with_force(load);
+            let mut run = carried(mass, &start, -0.5, options(tolerance));
+            let (outcome, snap, place) = finished(&mut run);
+            let what = format!("a pulse at {at}, {tolerance:e}");
+            assert_eq!(outcome, Outcome::EndOfTime, "{what}");
+            assert_eq!(snap.is_some(), flat.is_some(), "{what}");
+            let off = place - Vector3::new(exact.y, 0.0, exact.x);
+            assert!(off.norm() < 0.1 * tolerance + 1e-9, "{what}: {off}");
+        }
+    }
 }
 
 /// Would catch a stable equilibrium that the search in space misses, the fold itself among the landings, a branch that does not

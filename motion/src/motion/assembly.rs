@@ -33,6 +33,7 @@ use crate::solve::gauss::Reversible;
 use crate::solve::integrator::Method;
 use crate::solve::stepper::{Inside, Stepper, Taken};
 use nalgebra::DVector;
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -84,6 +85,14 @@ impl Numbers {
         self.0[slot] = t;
         self
     }
+
+    /// The same, at the time `until` if it is later.
+    fn seen(&self, until: f64) -> Cow<'_, Self> {
+        match self.time() > until {
+            true => Cow::Owned(self.clone().at_time(until)),
+            false => Cow::Borrowed(self),
+        }
+    }
 }
 
 /// What follows the step that was told last.
@@ -105,6 +114,8 @@ pub struct AssemblyRun {
     step: Option<Taken<Numbers>>,
     dense: Option<Inside<Numbers>>,
     slowed: Option<Slowed>,
+    /// Just before the next break of the loads and supports, which are seen until then.
+    until: f64,
     /// When the clock last changed, with det J of all rods then.
     since: (f64, Vec<f64>),
     /// The largest det J of every rod on the sheet that it is on, as far as steps have begun there.
@@ -220,6 +231,7 @@ impl AssemblyRun {
             options,
             dense: None,
             slowed: None,
+            until: assembly.next_break(0.0).next_down(),
             since: (0.0, watch.iter().map(|rod| rod.det).collect()),
             largest: vec![0.0; links],
             taken_by: (assembly, None),
@@ -312,7 +324,7 @@ impl AssemblyRun {
         let mut slope = state.clone();
         let watch = &mut self.watch;
         self.assembly.write_slope(
-            &state.0,
+            &state.seen(self.until).0,
             slowed.as_ref(),
             along,
             &mut slope.0,

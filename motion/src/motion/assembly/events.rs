@@ -44,8 +44,10 @@ impl<'a> Motion<'a> for AssemblyRun {
         for (largest, rod) in self.largest.iter_mut().zip(&self.watch) {
             *largest = largest.max(rod.det.abs());
         }
-        let end = self.assembly.next_break(from).min(self.options.duration);
-        let Some(progress) = self.advance_with_rods(end) else {
+        let next = self.assembly.next_break(from);
+        let end = next.min(self.options.duration);
+        let seen = self.look_until(next.next_down());
+        let Some(progress) = seen.and_then(|()| self.advance_with_rods(end)) else {
             let cause = Cause::StepCollapsed {
                 next: self.solver.next_step(),
                 tolerance: self.options.tolerance,

@@ -13,8 +13,10 @@ use nalgebra::DVector;
 const NEAR: f64 = 8.0;
 /// ... until det J has grown to so many times what it was then.
 const FAR: f64 = 4.0;
-/// A state this near to the end of time, relative to 1 + its size, is at it.
+/// How well a moment at which steps are to end is hit, relative to 1 + its size, where time is slowed ...
 const ON_TIME: f64 = 1e-12;
+/// ... and by a plain step: a pulse can be so short that what happens in 1e-12 counts.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// det J, relative to where time began to be slowed, from which it tells a rod's chart by its end well.
 const CLEAR: f64 = 0.1;
 /// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
@@ -45,13 +47,33 @@ impl AssemblyRun {
     /// Goes one step of at most `h_max`, which is kept for those who look inside.
     fn take_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
-        let watch = &mut self.watch;
+        let (watch, until) = (&mut self.watch, self.until);
         let f = |y: &Numbers, out: &mut Numbers| {
+            let y = y.seen(until);
             assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
         };
         self.dense = None;
         self.taken_by = (self.assembly.clone(), self.slowed.clone());
         self.solver.step(f, h_max).ok()
+    }
+
+    /// Time is one of the integrated variables where it is slowed, so that what a step tries may lie behind the break at which it is to end. It sees loads
+    /// and supports as they are just before; behind the break they are others at once.
+    pub(super) fn look_until(&mut self, until: f64) -> Option<()> {
+        if until == self.until {
+            return Some(());
+        }
+        self.until = until;
+        let state = self.solver.state().clone();
+        let mut slope = state.clone();
+        let (slowed, along, watch) = (self.slowed.as_ref(), self.along(), &mut self.watch);
+        self.assembly
+            .write_slope(&state.0, slowed, along, &mut slope.0, |k, sight| {
+                watch[k] = sight
+            })?;
+        self.extra.evaluations += 1;
+        self.solver.rewind(state, slope);
+        Some(())
     }
 
     /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
@@ -83,7 +105,7 @@ impl AssemblyRun {
         }
         self.judge(&step, 1.0);
         let h = step.h();
-        let arrived = h >= left || (end - step.to().time()).abs() <= ON_TIME * (1.0 + end);
+        let arrived = h >= left || (end - step.to().time()).abs() <= ROUNDING * (1.0 + end);
         if arrived {
             *step.to_mut() = step.to().clone().at_time(end);
         }
@@ -213,16 +235,9 @@ impl AssemblyRun {
             if (found.step.to().time() - end).abs() > ON_TIME * (1.0 + end) {
                 return None;
             }
-            // Time is one of the integrated variables, so that inner stages of this step may lie behind `end`, where a load
-            // may have a kink: it is taken again under the control of its error, which shortens it if what they see matters.
-            let h = found.step.h();
-            self.solver
-                .rewind(found.step.from().clone(), found.step.start_slope().clone());
-            step = self.take_step(h)?;
-            if step.h() == h {
-                *step.to_mut() = step.to().clone().at_time(end);
-                progress = Progress::Arrived;
-            }
+            step = found.step;
+            *step.to_mut() = step.to().clone().at_time(end);
+            progress = Progress::Arrived;
         } else if let Some(time_error) = folded {
             progress = Progress::Fold {
                 rods: self.at_folds(step.to(), true)?,
@@ -428,9 +443,16 @@ impl AssemblyRun {
     /// The right-hand side of the last step.
     fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
         let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
+        let until = self.until;
         move |y: &Numbers| {
             let mut out = y.clone();
-            assembly.write_slope(&y.0, slowed.as_ref(), along, &mut out.0, |_, _| ())?;
+            assembly.write_slope(
+                &y.seen(until).0,
+                slowed.as_ref(),
+                along,
+                &mut out.0,
+                |_, _| (),
+            )?;
             Some(out)
         }
     }
