@@ -22,6 +22,8 @@ const FAST: f64 = 0.02;
 const CONTRACTING: f64 = 0.3;
 /// A step below this multiple of the largest step so far has stalled.
 const STALL: f64 = 1e-14;
+/// Steps of a motion that rests grow for ever; squares of 1/h must be numbers, for complex ones to be divided by it.
+const LONGEST: f64 = 1e140;
 /// With s stages the estimated error is of order h^(s+1), the true one of order h^(2s) where the solution is smooth. To bound the latter
 /// by the tolerance the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program for s = 3. For s = 5 they let it be as
 /// large as tolerance^(3/5): what is stiff leaves less of the order, and errors of up to a hundred tolerances were seen.
@@ -179,6 +181,7 @@ impl Radau {
         let mut extrapolate = self.span > 0.0;
         let mut foresee = self.span > 0.0;
         loop {
+            self.h = self.h.min(LONGEST);
             let h = self.h.min(h_max);
             if !(h > STALL * self.largest.min(h_max)) {
                 return Err(StepTooSmall);
@@ -420,6 +423,41 @@ mod tests {
         fn mean_square(&self, error: &DVector<f64>, _: &DVector<f64>, _: &DVector<f64>) -> f64 {
             0.5 * error.norm_squared()
         }
+    }
+
+    /// y' = -y, with time.
+    struct Fading;
+
+    impl System for Fading {
+        type Linearised = DMatrix<f64>;
+
+        fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+            (out[0], out[1]) = (-y[0], 1.0);
+            Some(())
+        }
+
+        fn linearised(&self, _: &DVector<f64>) -> Option<DMatrix<f64>> {
+            Some(DMatrix::from_row_slice(2, 2, &[-1.0, 0.0, 0.0, 0.0]))
+        }
+
+        fn mean_square(&self, error: &DVector<f64>, _: &DVector<f64>, _: &DVector<f64>) -> f64 {
+            error[0] * error[0]
+        }
+    }
+
+    /// Catches a time that is not that of the steps where a motion has come to rest and they grow for ever (seed 500934 of `stress`).
+    #[test]
+    fn rest_is_timed_by_steps_of_any_length() {
+        let (start, slope) = ([1.0, 0.0], [-1.0, 1.0]);
+        let [start, slope] = [start, slope].map(|x| DVector::from_vec(x.to_vec()));
+        let mut radau = Radau::new(start, slope, 1e-2, 1e-8);
+        for _ in 0..400 {
+            radau.step(&Fading, 1e300).expect("a step");
+            let passed = radau.state()[1] - radau.from()[1];
+            let off = passed / radau.span() - 1.0;
+            assert!(off.abs() < 1e-9, "{off:e} at {:e}", radau.state()[1]);
+        }
+        assert!(radau.state()[1] > LONGEST);
     }
 
     /// Catches wrong stages and a wrong error estimate: errors fall with the steps by the order, and stay near the tolerance.
