@@ -55,7 +55,7 @@ pub(super) fn end<const K: usize>(
         step: (5.0 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
         // Of a function whose coefficients fall like x^k some x^16 is lost at the end of a step, where P_7 has x^7.
         goal: TOP * rate * (tolerance / rate).powf(7.0 / 16.0),
-        stays: 0.02 * tolerance + 5e-16,
+        stays: 0.002 * tolerance + 5e-16,
     }))
 }
 
