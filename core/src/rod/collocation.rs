@@ -97,7 +97,7 @@ struct Along<'a, const K: usize> {
     step: f64,
     /// The coefficient of P_7 that slopes are to have.
     goal: f64,
-    /// What a step may change by a sweep that is the last.
+    /// What another sweep would change a step by, at most, where no other is made.
     stays: f64,
 }
 
@@ -291,6 +291,7 @@ impl<const K: usize> Along<'_, K> {
             }
             *slopes = new;
             let change = change.total();
+            // Sweeps converge ever faster: the next would change them by at most the square of this change over the last.
             if change * change <= stays * stays * last {
                 return Some(sweeps);
             }

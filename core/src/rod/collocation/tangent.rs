@@ -17,9 +17,10 @@
 //! dsigma = |n| (-dphi_2, dphi_1, 0),   dtau_3 = m_1 dphi_2 - m_2 dphi_1,
 //! ```
 //!
-//! and x' = K C* (y_s + L x) is a Hamiltonian system of four variables, whose matrices are formed once a step instead of once a slope. Its
-//! two halves are swept in turn, each by the newest of the other, which takes two thirds of the sweeps. That needs origins nearby: about the
-//! clamp y would change by a force times the whole of r, most of which cancels.
+//! and x' = A x + f with A = H C* L, f = H C* y_s, where H takes (phi, rho*)' to x', is a Hamiltonian system of four variables, whose
+//! matrices are formed once a step instead of once a slope. Its two halves are swept in turn, each by the newest of the other, which takes
+//! two thirds of the sweeps. That needs an origin nearby: about the clamp y would change by a force times the whole of r, most of which
+//! cancels.
 
 use super::{Along, MOST_SWEEPS, Matrix, Sections, Vector};
 use crate::math::eight::{Eight, Rule};
@@ -117,7 +118,7 @@ impl<const K: usize> Along<'_, K> {
         let y = self.changed(r, tangent);
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let zero = change[0][0].with(0.0);
-        // K C*, and that times L.
+        // H C* and A.
         let mut rows = [change[0], change[1], change[0], change[1]];
         let mut by = [[zero; 4]; 4];
         for j in 0..6 {
@@ -177,6 +178,7 @@ impl<const K: usize> Along<'_, K> {
                 turning[k] = [k1, k2];
             }
             let moved = moved.total();
+            // As for the frame.
             if moved * moved <= stays * stays * last {
                 for k in 0..K {
                     let [phi1, phi2, tau1, tau2] = x[k];
