@@ -11,8 +11,9 @@
 //!
 //! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). Of m = m(0) - r x n the third is then the same
 //! along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept. Of the tangent it is four variables for each
-//! column (see `tangent`).
+//! column (see `tangent`). What the Morse index wants to know on the way is followed in `conjugate`.
 
+mod conjugate;
 mod tangent;
 
 use super::line::{LineState, STEP_LIMIT, Wrench, rate};
@@ -22,6 +23,7 @@ use crate::math::eight::{Eight, Rule, wide};
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
+pub(super) use conjugate::followed;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;
@@ -41,23 +43,16 @@ pub(super) fn end<const K: usize>(
     first: usize,
     tolerance: f64,
 ) -> Result<std::result::Result<(LineState<K>, Cost), f64>> {
-    let rate = rate(law, b)?;
-    let axes = axes(&b.fixed_rows::<3>(3).into_owned());
-    let m = axes.tr_mul(&b.fixed_rows::<3>(0));
-    let n = axes.column(2).dot(&b.fixed_rows::<3>(3));
-    Ok(wide(Along {
-        linear,
-        sense: law.sense(),
-        axes,
-        m: m.into(),
-        n,
-        first,
-        step: (5.0 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
-        // Of a function whose coefficients fall like x^k some x^16 is lost at the end of a step, where P_7 has x^7.
-        goal: TOP * rate * (tolerance / rate).powf(7.0 / 16.0),
-        stays: 0.002 * tolerance + 5e-16,
-    }))
+    let along = Along::new((law, linear), b, first, tolerance)?;
+    let ended = wide(Whole {
+        along: &along,
+        beside: (),
+    });
+    Ok(ended.map(|ended| (along.ended(&ended), ended.cost)))
 }
+
+/// One compliance is alone if the square of their sum is greater than the sum of their pairs by this factor: it is 15 times the others or more.
+const SOFT: f64 = 10.0;
 
 /// Axes of which the third is that of the force, by columns (Duff et al., *Building an orthonormal basis, revisited*, J. Comput. Graph.
 /// Tech. 6 (2017) 1-8): in a plane with the clamp's third axis and one of the others if the force is, so that planar rods stay planar.
@@ -84,7 +79,7 @@ fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// A rod, and how it is followed.
-struct Along<'a, const K: usize> {
+struct Along<'a> {
     linear: &'a UniformLinear,
     sense: f64,
     /// The axes along which vectors are given, by columns.
@@ -92,7 +87,12 @@ struct Along<'a, const K: usize> {
     /// m(0) and |n|.
     m: [f64; 3],
     n: f64,
+    /// The component of the base wrench by which the first column of the tangent is.
     first: usize,
+    /// One of the compliances in bending and torsion is much greater than the others.
+    alone: bool,
+    /// How fast the rod's variables change along it.
+    rate: f64,
     /// The first step.
     step: f64,
     /// The coefficient of P_7 that slopes are to have.
@@ -120,20 +120,90 @@ struct Sections<S: Simd> {
     energy: Eight<S>,
 }
 
-impl<const K: usize> WithSimd for Along<'_, K> {
-    type Output = std::result::Result<(LineState<K>, Cost), f64>;
+/// Where it ended, along the rod's axes.
+struct Ended<const K: usize, B> {
+    q: [f64; 4],
+    r: [f64; 3],
+    energy: f64,
+    columns: Columns<K>,
+    beside: B,
+    cost: Cost,
+}
+
+/// Columns of the tangent, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
+#[derive(Clone, Copy)]
+struct Columns<const K: usize> {
+    base: [[f64; 6]; K],
+    tangent: [[f64; 6]; K],
+}
+
+/// A step: its rule and length, the place where it starts, the sections at the nodes, and the slopes of the columns there.
+struct Step<'a, S: Simd, const K: usize> {
+    rule: &'a Rule<S>,
+    h: f64,
+    from: &'a [f64; 3],
+    at: &'a Sections<S>,
+    slopes: &'a [[Eight<S>; 6]; K],
+}
+
+/// What is followed along a rod beside its end.
+trait Beside<const K: usize> {
+    /// The longest step.
+    fn longest(&self) -> f64;
+
+    /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for a shorter step.
+    fn follow<S: Simd>(
+        &mut self,
+        along: &Along,
+        step: &Step<S, K>,
+        columns: &Columns<K>,
+        to: (&[f64; 3], &mut Columns<K>),
+    ) -> bool;
+}
+
+impl<const K: usize> Beside<K> for () {
+    #[inline(always)]
+    fn longest(&self) -> f64 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn follow<S: Simd>(
+        &mut self,
+        _: &Along,
+        _: &Step<S, K>,
+        _: &Columns<K>,
+        _: (&[f64; 3], &mut Columns<K>),
+    ) -> bool {
+        true
+    }
+}
+
+/// The whole way from clamp to end, with `K` columns.
+struct Whole<'a, const K: usize, B> {
+    along: &'a Along<'a>,
+    beside: B,
+}
+
+impl<const K: usize, B: Beside<K>> WithSimd for Whole<'_, K, B> {
+    type Output = std::result::Result<Ended<K, B>, f64>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { along, mut beside } = self;
         let zero = Eight::all(simd, 0.0);
         let mut cost = Cost::default();
         let (mut s, mut energy) = (0.0, 0.0);
-        let clamp = Rotation3::from_matrix_unchecked(self.axes.transpose());
-        let clamp = UnitQuaternion::from_rotation_matrix(&clamp);
-        let clamp = [clamp.w, clamp.i, clamp.j, clamp.k];
-        let (mut q, mut r) = (clamp, [0.0; 3]);
-        let mut tangent = [[0.0; 6]; K];
-        let mut step = self.step;
+        let (mut q, mut r) = (along.clamp(), [0.0; 3]);
+        let mut columns = Columns {
+            base: [[0.0; 6]; K],
+            tangent: [[0.0; 6]; K],
+        };
+        for k in 0..K {
+            columns.base[k][(along.first + k) % 6] = 1.0;
+        }
+        let longest = beside.longest();
+        let mut step = along.step.min(longest);
         while 1.0 - s > 1e-14 {
             if cost.steps + cost.rejected > STEP_LIMIT {
                 return Err(s);
@@ -144,20 +214,19 @@ impl<const K: usize> WithSimd for Along<'_, K> {
             let start = [q[0], q[1], q[2], q[3], r[0], r[1]];
             let mut turning = [zero; FRAME];
             let mut varying = [[zero; 6]; K];
-            let Some(mut sweeps) = self.sweep(&rule, &start, &mut turning, h) else {
+            let Some(mut sweeps) = along.sweep(&rule, &start, &mut turning, h) else {
                 step = 0.5 * h;
                 cost.rejected += 1;
                 continue;
             };
             cost.evaluations += 8 * sweeps as u64;
-            let at = self.sections(&rule.places(&start, &turning));
+            let at = along.sections(&rule.places(&start, &turning));
             let [q0, q1, q2, q3, ..] = turning;
             let mut top = rule.top(&[q0, q1, q2, q3]).max(rule.top(&at.along));
-            if K > 0 && top <= 2.0 * self.goal {
-                let size = largest(&tangent).max(1.0);
-                let stays = size * self.stays / h;
-                let start = (&r, &tangent);
-                let Some(more) = self.vary(&at, &rule, start, &mut varying, stays) else {
+            if K > 0 && top <= 2.0 * along.goal {
+                let size = largest(&columns.tangent).max(1.0);
+                let stays = size * along.stays / h;
+                let Some(more) = along.vary(&at, &rule, (&r, &columns), &mut varying, stays) else {
                     step = 0.5 * h;
                     cost.rejected += 1;
                     continue;
@@ -169,25 +238,48 @@ impl<const K: usize> WithSimd for Along<'_, K> {
                 }
             }
             let longer = (SWEEPS / sweeps as f64).min(2.0);
-            step = h * (0.95 * (self.goal / top).powf(1.0 / 7.0)).clamp(0.2, longer);
-            if top > 2.0 * self.goal {
+            step = h * (0.95 * (along.goal / top).powf(1.0 / 7.0)).clamp(0.2, longer);
+            step = step.min(longest);
+            if top > 2.0 * along.goal {
+                cost.rejected += 1;
+                continue;
+            }
+            let mut to = r;
+            let mut moved = [0.0; 3];
+            for i in 0..3 {
+                moved[i] = rule.integral(&at.along[i]);
+                to[i] += moved[i];
+            }
+            let mut carried = columns;
+            carry(&mut carried.tangent, &rule, &varying, &moved);
+            let taken = Step {
+                rule: &rule,
+                h,
+                from: &r,
+                at: &at,
+                slopes: &varying,
+            };
+            if !beside.follow(along, &taken, &columns, (&to, &mut carried)) {
+                step = 0.5 * h;
                 cost.rejected += 1;
                 continue;
             }
             for (z, slope) in q.iter_mut().zip(&turning) {
                 *z += rule.integral(slope);
             }
-            let mut moved = [0.0; 3];
-            for i in 0..3 {
-                moved[i] = rule.integral(&at.along[i]);
-                r[i] += moved[i];
-            }
-            carry(&mut tangent, &rule, &varying, &moved);
-            energy += 0.5 * self.sense * rule.integral(&at.energy);
+            (r, columns) = (to, carried);
+            energy += 0.5 * along.sense * rule.integral(&at.energy);
             cost.steps += 1;
             s += h;
         }
-        Ok((self.ended(clamp, q, r, energy, &tangent), cost))
+        Ok(Ended {
+            q,
+            r,
+            energy,
+            columns,
+            beside,
+            cost,
+        })
     }
 }
 
@@ -201,31 +293,68 @@ fn largest(columns: &[[f64; 6]]) -> f64 {
     size
 }
 
-impl<const K: usize> Along<'_, K> {
-    /// The end along the axes of the clamp, along whose axes `clamp` turns; columns, by couple or force, come in threes.
-    fn ended(
-        &self,
-        clamp: [f64; 4],
-        q: [f64; 4],
-        r: [f64; 3],
-        energy: f64,
-        tangent: &[[f64; 6]; K],
-    ) -> LineState<K> {
+impl<'a> Along<'a> {
+    fn new(
+        (law, linear): (&ScaledLaw, &'a UniformLinear),
+        b: &Wrench,
+        first: usize,
+        tolerance: f64,
+    ) -> Result<Self> {
+        let rate = rate(law, b)?;
+        let axes = axes(&b.fixed_rows::<3>(3).into_owned());
+        let m = axes.tr_mul(&b.fixed_rows::<3>(0));
+        let n = axes.column(2).dot(&b.fixed_rows::<3>(3));
+        let turning = linear.compliance.matrix();
+        let turning = turning.fixed_view::<3, 3>(0, 0);
+        let trace = turning.trace();
+        // c1 c2 + c2 c3 + c3 c1.
+        let pairs = 0.5 * (trace * trace - turning.norm_squared());
+        Ok(Self {
+            linear,
+            sense: law.sense(),
+            axes,
+            m: m.into(),
+            n,
+            first,
+            alone: SOFT * pairs < trace * trace,
+            rate,
+            step: (5.0 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
+            // Of a function whose coefficients fall like x^k some x^16 is lost at the end of a step, where P_7 has x^7.
+            goal: TOP * rate * (tolerance / rate).powf(7.0 / 16.0),
+            stays: 0.002 * tolerance + 5e-16,
+        })
+    }
+
+    /// The turn from the rod's axes to those of the clamp.
+    fn clamp(&self) -> [f64; 4] {
+        let clamp = Rotation3::from_matrix_unchecked(self.axes.transpose());
+        let clamp = UnitQuaternion::from_rotation_matrix(&clamp);
+        [clamp.w, clamp.i, clamp.j, clamp.k]
+    }
+
+    /// The end along the axes of the clamp.
+    fn ended<const K: usize, B>(&self, ended: &Ended<K, B>) -> LineState<K> {
+        let q = product(&conjugate(&Turn::from(self.clamp())), &Turn::from(ended.q));
+        let r = self.axes * Vector3::from(ended.r);
+        let tangent = self.turned(&ended.columns.tangent);
+        LineState::ended(q.into(), r.into(), ended.energy, &tangent)
+    }
+
+    /// Pairs of vectors along the axes of the clamp, by whose couples and forces they are; as columns they come in threes.
+    fn turned<const K: usize>(&self, pairs: &[[f64; 6]; K]) -> [[f64; 6]; K] {
         let axes = &self.axes;
-        let turned = std::array::from_fn(|k| {
+        std::array::from_fn(|k| {
             let block = k - k % 3;
             let mut sum = [0.0; 6];
-            for (j, column) in tangent.iter().enumerate().skip(block).take(3) {
+            for (j, column) in pairs.iter().enumerate().skip(block).take(3) {
                 for (sum, x) in sum.iter_mut().zip(column) {
                     *sum += axes[(k - block, j - block)] * x;
                 }
             }
             let [a, b, c, d, e, f] = sum;
-            let (phi, rho) = (axes * Vector3::new(a, b, c), axes * Vector3::new(d, e, f));
-            [phi.x, phi.y, phi.z, rho.x, rho.y, rho.z]
-        });
-        let q = product(&conjugate(&Turn::from(clamp)), &Turn::from(q));
-        LineState::ended(q.into(), (axes * Vector3::from(r)).into(), energy, &turned)
+            let (first, second) = (axes * Vector3::new(a, b, c), axes * Vector3::new(d, e, f));
+            [first.x, first.y, first.z, second.x, second.y, second.z]
+        })
     }
 
     /// C w.

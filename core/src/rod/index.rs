@@ -12,14 +12,19 @@
 //!   the end, on the arm c, makes that stiffness P J^-1 - S, S = ([n][c] + [c][n])/2: the angles are those of P - S J, by
 //!   which they turn as S grows from 0.
 //! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one (Haynsworth).
+//!
+//! A buckled column of a rod that is alike in all planes can turn about its axis: at given n, too, it has a mode that changes nothing,
+//! whose angle is a multiple of pi but for noise. It counts as stable. If it moves the end, d r(1)/d n has no bound along that motion, with
+//! the sign that goes with a stable mode.
 
 use super::Problem;
+use super::collocation;
 use super::line::Wrench;
 use super::taut::Spring;
-use super::variations::{Variations, variations};
+use super::variations::{Variations, followed, variations};
 use super::weight::Heavy;
 use crate::error::{Error, Result};
-use nalgebra::{Complex, DMatrix, Matrix3, Vector3};
+use nalgebra::{Complex, DMatrix, DVector, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 impl Problem {
@@ -37,14 +42,14 @@ impl Problem {
 
     /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
-        if let Some(taut) = self.taut_at(b) {
-            return self.taut_index(&taut, &Spring::NONE);
-        }
         if let Ok(rough) = self.count(b, ROUGH)
             && rough.noise < 1e-2
             && rough.margin > 10.0 * rough.noise
         {
             return Ok(rough.index);
+        }
+        if let Some(taut) = self.taut_at(b) {
+            return self.taut_index(&taut, &Spring::NONE);
         }
         // A whole number is right or wrong, however loose the tolerance of the rest.
         let tolerance = self.tolerance.min(ROUGH);
@@ -69,21 +74,22 @@ impl Problem {
             let arm = self.lever(&along.end.rotation()).cross_matrix();
             let n = along.n.cross_matrix();
             let beside = (n * arm + arm * n) * 0.5;
-            return Count::at_given_force(&along, clamped, &beside, 10.0 * tolerance, tolerance);
+            let zero = 10.0 * tolerance;
+            return Count::at_given_force(&along, clamped, &beside, (zero, 0), tolerance);
         }
         let along = self.variations::<6>(b, tolerance)?;
         let none = Matrix3::zeros();
-        let loaded = Count::at_given_force(&along, clamped, &none, 0.0, tolerance)?;
         let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
-        let (taken, margin) = held_back(&along, clamped, &axes, tolerance)?;
-        let index = loaded.index.checked_sub(taken).ok_or_else(|| {
+        let held = held_back(&along, clamped, &axes, tolerance)?;
+        let loaded = Count::at_given_force(&along, clamped, &none, (0.0, held.neutral), tolerance)?;
+        let index = loaded.index.checked_sub(held.taken).ok_or_else(|| {
             Error::no_convergence(
                 "the index comes out negative: the tolerance is too loose for this load",
             )
         })?;
         Ok(Count {
             index,
-            margin,
+            margin: held.margin,
             ..loaded
         })
     }
@@ -92,9 +98,18 @@ impl Problem {
 impl Problem {
     fn variations<const K: usize>(&self, b: &Wrench, tolerance: f64) -> Result<Variations<K>> {
         let law = &self.rod.law;
-        match &self.weight {
-            None => variations::<K, ()>((law, &()), b, tolerance),
-            Some(weight) => variations::<K, Heavy<K>>((law, weight), b, tolerance),
+        match (&self.weight, law.uniform()) {
+            (Some(weight), _) => {
+                let rod = (law, weight);
+                variations::<K, Heavy<K>>(rod, b, |kappa| followed(rod, b, kappa, tolerance))
+            }
+            (None, Some(linear)) => variations((law, &()), b, |kappa| {
+                collocation::followed((law, linear), b, kappa, tolerance)
+            }),
+            (None, None) => {
+                let rod = (law, &());
+                variations::<K, ()>(rod, b, |kappa| followed(rod, b, kappa, tolerance))
+            }
         }
     }
 }
@@ -112,26 +127,32 @@ struct Count {
 
 impl Count {
     /// The index among variations that keep the force n: the conjugate points between clamp and end, counted by the angle of
-    /// det(P + i kappa J). `beside` is the S of a force beside the end.
+    /// det(P + i kappa J). `beside` is the S of a force beside the end; angles just beyond a threshold, by `zero`, do not count, and neither do
+    /// the nearest `neutral`.
     fn at_given_force<const K: usize>(
         along: &Variations<K>,
         clamped: bool,
         beside: &Matrix3<f64>,
-        zero: f64,
+        (zero, neutral): (f64, usize),
         tolerance: f64,
     ) -> Result<Self> {
         let (j, p) = along.conjugate;
         let turned = turned_by(&j, &p, beside, along.weight)?;
         let p = p - beside * j;
-        let (mut remainders, mut margin) = (0.0, f64::INFINITY);
-        for angle in angles(&(along.weight * j), &p)? {
-            // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one
-            // (free end). An angle that just reaches it is neutral, and does not count.
-            let step = if clamped { 0.0 } else { FRAC_PI_2 };
-            let beyond = (angle - zero - step).rem_euclid(PI);
-            margin = margin.min(beyond).min(PI - beyond);
-            remainders += if clamped { beyond } else { beyond - FRAC_PI_2 };
+        // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one (free end).
+        let step = if clamped { 0.0 } else { FRAC_PI_2 };
+        let mut beyond = angles(&(along.weight * j), &p)?.map(|a| (a - zero - step).rem_euclid(PI));
+        let margin = beyond
+            .iter()
+            .fold(f64::INFINITY, |margin, a| margin.min(*a).min(PI - a));
+        beyond.sort_by(|a, b| a.min(PI - a).total_cmp(&b.min(PI - b)));
+        for angle in beyond.iter_mut().take(neutral) {
+            if *angle < FRAC_PI_2 {
+                *angle += PI;
+            }
         }
+        let passed = if clamped { 0.0 } else { 3.0 * FRAC_PI_2 };
+        let remainders = beyond.iter().sum::<f64>() - passed;
         let count = ((along.angle + turned - remainders) / PI).round();
         if count < 0.0 {
             return Err(Error::no_convergence(
@@ -186,8 +207,17 @@ fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
     Ok([slopes.x, slopes.y, slopes.z].map(|slope| turn + slope.atan()))
 }
 
-/// How many of the unstable modes are held back by the end's place along `axes`: the negative eigenvalues of d r(1)/d n at
-/// held rotation (clamped) or couple of the end; and the size of the smallest eigenvalue relative to the terms it comes from.
+/// What the end's place holds back.
+struct Held {
+    /// How many of the unstable modes.
+    taken: usize,
+    /// The size of the eigenvalue nearest to zero relative to the terms it comes from.
+    margin: f64,
+    /// How many modes are neutral while the end's place is free.
+    neutral: usize,
+}
+
+/// What the end's place along `axes` holds back: the negative eigenvalues of d r(1)/d n at held rotation (clamped) or couple of the end.
 ///
 /// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If it does not, n moves
 /// nothing: a straight inextensible rod.
@@ -196,7 +226,7 @@ fn held_back(
     clamped: bool,
     axes: &[Vector3<f64>],
     zero: f64,
-) -> Result<(usize, f64)> {
+) -> Result<Held> {
     let t = &along.end.tangent;
     let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
     let (phi_m, phi_n, r_m, r_n) = (block(0, 0), block(0, 3), block(3, 0), block(3, 3));
@@ -208,22 +238,38 @@ fn held_back(
         let lever = along.end.position().cross_matrix();
         (dm(0) + pull * r_m, dm(3) + pull * r_n - lever)
     };
-    let inverse = matrix.try_inverse().ok_or_else(|| {
-        Error::no_convergence(
-            "the index is undefined exactly at a conjugate point of the end; move the equilibrium a little",
-        )
-    })?;
+    let (left, sizes, modes) = decomposed(&matrix)?;
     // dm(0) that keeps the rotation, or the couple, of the end.
-    let couple = -inverse * right;
+    let mut couple = Matrix3::zeros();
+    // What neutral modes do at the end, by its place along the axes.
+    let mut moving = Vec::new();
+    let mut neutral = 0;
+    for k in 0..3 {
+        let pushed = right.tr_mul(&left.column(k));
+        if sizes[k] > 10.0 * zero * sizes.max() {
+            couple -= modes.column(k) * pushed.transpose() / sizes[k];
+            continue;
+        }
+        neutral += 1;
+        let moved = DVector::from_iterator(axes.len(), axes.iter().map(|a| a.dot(&pushed)));
+        if moved.norm() > zero.sqrt() * right.norm() {
+            moving.push(moved.normalize());
+        }
+    }
     let compliance = r_n + r_m * couple;
-    let restricted = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
+    let mut restricted = DMatrix::from_fn(axes.len(), axes.len(), |i, j| {
         let (a, b) = (&axes[i], &axes[j]);
         0.5 * (a.dot(&(compliance * b)) + b.dot(&(compliance * a)))
     });
     // Against the terms, not their sum: of two modes that lose their stability at once the whole matrix vanishes.
     let size = r_n.norm() + (r_m * couple).norm();
+    for moved in &moving {
+        let own = moved * moved.transpose();
+        let rest = DMatrix::identity(axes.len(), axes.len()) - &own;
+        restricted = &rest * restricted * &rest + own * size;
+    }
     let eigen = restricted.symmetric_eigen();
-    let (mut count, mut margin) = (0, f64::INFINITY);
+    let (mut taken, mut margin) = (0, f64::INFINITY);
     for (value, mode) in eigen
         .eigenvalues
         .iter()
@@ -232,11 +278,27 @@ fn held_back(
         let force: Vector3<f64> = axes.iter().zip(mode.iter()).map(|(a, x)| a * *x).sum();
         let bends = (couple * force).norm() > 1e-6;
         if *value < -zero * size || (value.abs() <= zero * size && bends) {
-            count += 1;
+            taken += 1;
         }
         if bends {
             margin = margin.min(value.abs() / size);
         }
     }
-    Ok((count, margin))
+    if neutral > 0 {
+        margin = 0.0;
+    }
+    Ok(Held {
+        taken,
+        margin,
+        neutral,
+    })
+}
+
+/// The singular values of a matrix, left and right of them their vectors, by columns.
+fn decomposed(matrix: &Matrix3<f64>) -> Result<(Matrix3<f64>, Vector3<f64>, Matrix3<f64>)> {
+    let svd = matrix.try_svd(true, true, f64::EPSILON, 1000);
+    svd.and_then(|svd| Some((svd.u?, svd.singular_values, svd.v_t?.transpose())))
+        .ok_or_else(|| {
+            Error::no_convergence("the index is undefined: the rod's variations are not finite")
+        })
 }

@@ -5,7 +5,7 @@ use super::scaled_law::ScaledLaw;
 use super::weight::Carried;
 use crate::error::{Error, Result};
 use crate::solve::dop853::Dop853;
-use nalgebra::{Complex, Matrix3, RowVector3, Vector3};
+use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// The rod's end with variations that stay well apart under any load: their columns are mixed on the way.
@@ -33,13 +33,13 @@ struct Loaded<'a, const K: usize, C: Carried<K>> {
     b: &'a Wrench,
 }
 
-/// (J, P) of columns 0..3, which keep n: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P is symmetric.
+/// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep n, is symmetric.
 fn conjugate<const K: usize, C: Carried<K>>(
     at: &LineState<K, C>,
     rod: &Loaded<'_, K, C>,
     dm: &[[f64; K]; 3],
-) -> (Matrix3<f64>, Matrix3<f64>) {
-    let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
+) -> (SMatrix<f64, 3, K>, SMatrix<f64, 3, K>) {
+    let block = |rows: &[[f64; K]]| SMatrix::<f64, 3, K>::from_fn(|i, j| rows[i][j]);
     let (m, n) = at.resultants(rod.b, rod.load);
     let j = block(&at.tangent[..3]);
     let rho = block(&at.tangent[3..]);
@@ -47,6 +47,19 @@ fn conjugate<const K: usize, C: Carried<K>>(
     at.carried.take_columns(&mut given);
     let p = block(&given) + n.cross_matrix() * rho + 0.5 * m.cross_matrix() * j;
     (j, p)
+}
+
+/// The first three columns, which keep n.
+fn own<const K: usize>(all: &SMatrix<f64, 3, K>) -> Matrix3<f64> {
+    all.fixed_columns::<3>(0).into_owned()
+}
+
+/// P + i kappa J of columns 0..3.
+pub(super) fn whole<const K: usize>(
+    (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
+    weight: f64,
+) -> Matrix3<Complex<f64>> {
+    own(p).zip_map(&own(j), |p, j| Complex::new(p, weight * j))
 }
 
 /// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2 with a load along it, too.
@@ -57,13 +70,13 @@ fn turning<const K: usize, C: Carried<K>>(
     dm: &[[f64; K]; 3],
     weight: f64,
 ) -> Option<(Complex<f64>, f64)> {
-    let (j, p) = conjugate(at, rod, dm);
+    let found = conjugate(at, rod, dm);
     let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
     let (m, n) = at.resultants(rod.b, rod.load);
     let dj = block(&slope.tangent[..3]);
     let dp = n.cross_matrix() * block(&slope.tangent[3..])
-        + 0.5 * (n.cross(&slope.position()).cross_matrix() * j + m.cross_matrix() * dj);
-    let whole = p.zip_map(&j, |p, j| Complex::new(p, weight * j));
+        + 0.5 * (n.cross(&slope.position()).cross_matrix() * own(&found.0) + m.cross_matrix() * dj);
+    let whole = whole(&found, weight);
     let rate = dp.zip_map(&dj, |p, j| Complex::new(p, weight * j));
     Some((
         whole.determinant(),
@@ -71,18 +84,62 @@ fn turning<const K: usize, C: Carried<K>>(
     ))
 }
 
-/// Follows the variations of the rod from clamp to end: `K` = 3 at constant n, `K` = 6 with variations of n.
+/// A rod that is followed from clamp to end: `K` = 3 columns at constant n, `K` = 6 with variations of n.
+pub(super) struct Followed<const K: usize, C = ()> {
+    pub(super) end: LineState<K, C>,
+    /// dm(0) of each column.
+    pub(super) dm: [[f64; K]; 3],
+    /// Angle of det(P + i kappa J) from clamp to end.
+    pub(super) angle: f64,
+    /// By how much columns were shortened on the way.
+    pub(super) growth: f64,
+}
+
+/// The variations of a rod that `follow` follows, given kappa.
 pub(super) fn variations<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
-    tolerance: f64,
+    follow: impl FnOnce(f64) -> Result<Followed<K, C>>,
 ) -> Result<Variations<K>> {
-    let rod = &Loaded { load, b };
-    let lost = || Error::no_convergence("the variations along the rod could not be followed");
-    let rate = rate(law, b)?;
     let [c1, c2] = law.flexures();
-    let weight = 2.0 * rate / (c1 + c2);
-    let longest = 1.2 / rate;
+    let weight = 2.0 * rate(law, b)? / (c1 + c2);
+    let found = follow(weight)?;
+    let end = &found.end;
+    let (j, p) = conjugate(end, &Loaded { load, b }, &found.dm);
+    let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
+    let mut dm = found.dm;
+    end.carried.take_columns(&mut dm);
+    Ok(Variations {
+        growth: found.growth * size(end).max(1.0) / compliance.max(1.0),
+        n: end.resultants(b, load).1,
+        end: end.bare(),
+        dm,
+        conjugate: (own(&j), own(&p)),
+        angle: found.angle,
+        weight,
+    })
+}
+
+/// The largest size of an entry of the tangent.
+fn size<const K: usize, C>(at: &LineState<K, C>) -> f64 {
+    let entries = at.tangent.as_flattened().iter();
+    entries.fold(0.0, |size, x| size.max(x.abs()))
+}
+
+/// Why variations could not be followed.
+pub(super) fn lost() -> Error {
+    Error::no_convergence("the variations along the rod could not be followed")
+}
+
+/// Follows any rod, by explicit steps.
+pub(super) fn followed<const K: usize, C: Carried<K>>(
+    (law, load): (&ScaledLaw, &C::Load),
+    b: &Wrench,
+    weight: f64,
+    tolerance: f64,
+) -> Result<Followed<K, C>> {
+    let rod = &Loaded { load, b };
+    let longest = 1.2 / rate(law, b)?;
     let [dm, dn] = unit_columns();
     let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
     let state = LineState::clamp();
@@ -129,8 +186,7 @@ pub(super) fn variations<const K: usize, C: Carried<K>>(
         angle += turned + whole;
         h_max = longest;
         turn = next;
-        let size = step.to.tangent.as_flattened().iter();
-        if size.fold(0.0_f64, |size, x| size.max(x.abs())) > GROWN {
+        if size(&step.to) > GROWN {
             let (mut state, mut slope) = (step.to, *step.end_slope());
             growth *= separate(&mut state, &mut slope, &mut flow, rod).ok_or_else(lost)?;
             // The mixing has a positive determinant: the angle stays.
@@ -141,26 +197,16 @@ pub(super) fn variations<const K: usize, C: Carried<K>>(
             return Err(lost());
         }
     }
-    let end = *solver.state();
-    let entries = end.tangent.as_flattened().iter();
-    let reached = growth * entries.fold(1.0_f64, |size, x| size.max(x.abs()));
-    let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
-    let conjugate = conjugate(&end, rod, &flow.dm);
-    let mut dm = flow.dm;
-    end.carried.take_columns(&mut dm);
-    Ok(Variations {
-        growth: reached / compliance.max(1.0),
-        n: end.resultants(b, load).1,
-        end: end.bare(),
-        dm,
-        conjugate,
+    Ok(Followed {
+        end: *solver.state(),
+        dm: flow.dm,
         angle,
-        weight,
+        growth,
     })
 }
 
 /// Size of the tangent beyond which its columns are mixed.
-const GROWN: f64 = 30.0;
+pub(super) const GROWN: f64 = 30.0;
 
 /// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
 /// state, slope and dm(0) mix alike. Returns the size they had.
@@ -170,38 +216,32 @@ fn separate<const K: usize, C: Carried<K>>(
     flow: &mut Flow<'_, K, C>,
     rod: &Loaded<'_, K, C>,
 ) -> Option<f64> {
-    let (j, p) = conjugate(state, rod, &flow.dm);
-    let gram = j.transpose() * j + p.transpose() * p;
-    let mixing = gram.cholesky()?.l().transpose().try_inverse()?;
-    for row in rows(state, slope, flow) {
-        let mixed = RowVector3::new(row[0], row[1], row[2]) * mixing;
-        row[..3].copy_from_slice(mixed.as_slice());
-    }
-    let (j, p) = (j * mixing, p * mixing);
-    for column in 3..K {
-        let entry = |rows: &[[f64; K]]| Vector3::from_fn(|i, _| rows[i][column]);
-        let (phi, rho) = (entry(&state.tangent[..3]), entry(&state.tangent[3..]));
-        let (m, n) = state.resultants(rod.b, rod.load);
-        let mut given = flow.dm;
-        state.carried.take_columns(&mut given);
-        let dm = entry(&given) + n.cross(&rho) + 0.5 * m.cross(&phi);
-        let part = j.transpose() * phi + p.transpose() * dm;
-        for row in rows(state, slope, flow) {
-            row[column] -= part[0] * row[0] + part[1] * row[1] + part[2] * row[2];
-        }
-    }
-    Some(gram.trace().sqrt())
-}
-
-/// Everything that mixes alike.
-fn rows<'a, const K: usize, C: Carried<K>>(
-    state: &'a mut LineState<K, C>,
-    slope: &'a mut LineState<K, C>,
-    flow: &'a mut Flow<'_, K, C>,
-) -> impl Iterator<Item = &'a mut [f64; K]> {
-    (state.tangent.iter_mut())
+    let (mixing, size) = separating(&conjugate(state, rod, &flow.dm))?;
+    let rows = (state.tangent.iter_mut())
         .chain(slope.tangent.iter_mut())
         .chain(flow.dm.iter_mut())
         .chain(state.carried.columns())
-        .chain(slope.carried.columns())
+        .chain(slope.carried.columns());
+    for row in rows {
+        *row = (mixing.transpose() * SVector::from(*row)).into();
+    }
+    Some(size)
+}
+
+/// What columns are to be multiplied by that columns 0..3 of (J, P) become orthonormal, and the others have no part in them; and
+/// the size of the three. Its determinant is positive.
+pub(super) fn separating<const K: usize>(
+    (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
+) -> Option<(SMatrix<f64, K, K>, f64)> {
+    let gram = own(j).transpose() * j + own(p).transpose() * p;
+    let square = own(&gram);
+    let one = square.cholesky()?.l().transpose().try_inverse()?;
+    let mut mixing = SMatrix::<f64, K, K>::identity();
+    mixing.fixed_view_mut::<3, 3>(0, 0).copy_from(&one);
+    // Of a column x the part in the orthonormal ones e = x_0 one is e (e^T x) = x_0 (one one^T) (x_0^T x).
+    for column in 3..K {
+        let part = one * (one.transpose() * gram.column(column));
+        mixing.view_mut((0, column), (3, 1)).copy_from(&(-part));
+    }
+    Some((mixing, square.trace().sqrt()))
 }

@@ -21,14 +21,17 @@
 //! matrices are formed once a step instead of once a slope. Its two halves are swept in turn, each by the newest of the other, which takes
 //! two thirds of the sweeps. That needs an origin nearby: about the clamp y would change by a force times the whole of r, most of which
 //! cancels.
+//!
+//! If one compliance is much greater than the others, as that of a rod that is soft in torsion, A is nearly nilpotent, for d.(m x d) = 0, and
+//! swept as a whole it is done at once however great it is. Its halves are not: there both are taken from the sweep before.
 
-use super::{Along, MOST_SWEEPS, Matrix, Sections, Vector};
+use super::{Along, Columns, MOST_SWEEPS, Matrix, Sections, Vector};
 use crate::math::eight::{Eight, Rule};
 use crate::section::Compliance;
 use nalgebra::Matrix6;
 use pulp::Simd;
 
-impl<const K: usize> Along<'_, K> {
+impl Along<'_> {
     /// C* at the nodes, which are by `r` away from the start of the step.
     #[inline(always)]
     fn changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
@@ -73,7 +76,7 @@ impl<const K: usize> Along<'_, K> {
 
     /// The couple at a place.
     #[inline(always)]
-    fn couple(&self, r: &[f64; 3]) -> [f64; 3] {
+    pub(super) fn couple(&self, r: &[f64; 3]) -> [f64; 3] {
         [
             self.m[0] - self.n * r[1],
             self.m[1] + self.n * r[0],
@@ -83,14 +86,12 @@ impl<const K: usize> Along<'_, K> {
 
     /// y at a place: how couple and force change there.
     #[inline(always)]
-    fn changed(&self, r: &[f64; 3], tangent: &[[f64; 6]; K]) -> [[f64; 6]; K] {
+    fn changed<const K: usize>(&self, r: &[f64; 3], columns: &Columns<K>) -> [[f64; 6]; K] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let mut all = [[0.0; 6]; K];
         for k in 0..K {
-            let [p1, p2, p3, r1, r2, _] = tangent[k];
-            let mut base = [0.0; 6];
-            base[(self.first + k) % 6] = 1.0;
-            let [a, b, c, d, e, f] = base;
+            let [p1, p2, p3, r1, r2, _] = columns.tangent[k];
+            let [a, b, c, d, e, f] = columns.base[k];
             all[k] = [
                 a - (r[1] * f - r[2] * e) + m2 * p3 - m3 * p2 - n * r2,
                 b - (r[2] * d - r[0] * f) + m3 * p1 - m1 * p3 + n * r1,
@@ -106,16 +107,16 @@ impl<const K: usize> Along<'_, K> {
     /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
     /// of sweeps.
     #[inline(always)]
-    pub(super) fn vary<S: Simd>(
+    pub(super) fn vary<S: Simd, const K: usize>(
         &self,
         at: &Sections<S>,
         rule: &Rule<S>,
-        (r, tangent): (&[f64; 3], &[[f64; 6]; K]),
+        (r, columns): (&[f64; 3], &Columns<K>),
         slopes: &mut [[Eight<S>; 6]; K],
         stays: f64,
     ) -> Option<usize> {
         let change = self.changes(at, &rule.places(&[0.0; 3], &at.along));
-        let y = self.changed(r, tangent);
+        let y = self.changed(r, columns);
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let zero = change[0][0].with(0.0);
         // H C* and A.
@@ -167,7 +168,10 @@ impl<const K: usize> Along<'_, K> {
                 let [mut k1, mut k2, ..] = own[k];
                 let [phi1, phi2, ..] = x[k];
                 let [tau1, tau2] = rule.places(&[0.0; 2], &pulled[k]);
-                x[k] = [phi1, phi2, tau1, tau2];
+                let newest = [phi1, phi2, tau1, tau2];
+                if !self.alone {
+                    x[k] = newest;
+                }
                 for j in 0..4 {
                     k1 = by[0][j].times_plus(x[k][j], k1);
                     k2 = by[1][j].times_plus(x[k][j], k2);
@@ -176,6 +180,7 @@ impl<const K: usize> Along<'_, K> {
                 let (d1, d2) = (k1 - before1, k2 - before2);
                 moved = d1.times_plus(d1, d2.times_plus(d2, moved));
                 turning[k] = [k1, k2];
+                x[k] = newest;
             }
             let moved = moved.total();
             // As for the frame.
@@ -234,7 +239,7 @@ fn product<S: Simd>(a: &[Eight<S>; 6], x: &[Eight<S>; 6]) -> Eight<S> {
 
 /// a x b.
 #[inline(always)]
-fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
+pub(super) fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
