@@ -389,6 +389,28 @@ fn every_fold_lands_lower_and_stable() {
     }
 }
 
+/// Catches a departure too far from the fold, and a fall followed so coarsely, that another basin is chosen: against the flow whose shapes are shown, ten times
+/// as careful, from nearer the fold and in shorter steps, along the first fold curve up to lam = 14.
+#[test]
+fn landings_are_those_of_a_more_careful_flow() {
+    for k in 0..20 {
+        let p = 0.02 * (6.4_f64 / 0.02).powf(f64::from(k) / 19.0);
+        let fold = fold_at(1, p).unwrap().equilibrium;
+        let q = vector![p, fold.w];
+        let kernel = snaprod::manifold::fold_kernel(&Elastica.point(&q).unwrap().jacobian).unwrap();
+        let (shapes, landed) = [kernel, -kernel]
+            .iter()
+            .filter_map(|leaving| Elastica.layer(&q, leaving).ok())
+            .find(|(_, landed)| (landed - q).norm() > 0.1)
+            .expect("one side of a fold falls");
+        assert!(shapes.len() > 20, "{}", shapes.len());
+        let settled = [kernel, -kernel].map(|leaving| Elastica.settle(&q, &leaving).unwrap());
+        let apart = settled.map(|found| (found - landed).norm()).into_iter();
+        let apart = apart.fold(f64::INFINITY, f64::min);
+        assert!(apart < 1e-9, "p = {p}: {landed} is {apart:e} off");
+    }
+}
+
 /// Catches stable equilibria left out by a bound on the load: taut rods near |r| = 1.
 #[test]
 fn stable_equilibria_of_any_load_are_found() {

@@ -4,13 +4,15 @@
 //! (theory 2.6): u = theta', u_T = q . n - u, q(s) = J (r(1) - r(s)), J(a, b) = (-b, a), with n such
 //! that r(1) stays. Its spectrum lies in [-1, small], but a rod with a loop slides along itself at a
 //! rate of order exp(-lam): up to 1e9 time units. Hence a linearly implicit method, whose steps grow
-//! as the flow slows down and end as Newton's.
+//! as the flow slows down and end as Newton's; and an explicit one for the fall itself.
 
 use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
 use crate::manifold::{Multivalued, invert_near};
 use crate::math::gauss::Rule;
+use crate::math::product::{Matrix, cosines_and_sines};
+use crate::solve::dop853::Dop853;
 use crate::solve::lu::Lu;
 use crate::solve::system::Factor;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
@@ -21,11 +23,12 @@ type Field = DVector<f64>;
 /// Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
 /// exp(-pi n/lam); it must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
 fn nodes(lam: f64) -> usize {
-    ((8.0 + lam * (lam + 9.0) / PI) as usize).min(120)
+    ((8.0 + lam * (lam + 9.0) / PI) as usize)
+        .min(120)
+        .next_multiple_of(8)
 }
 
-/// Departure along the kernel, as a change of u relative to u: far enough to leave the fold soon,
-/// near enough that the quadratic error does not matter.
+/// The nearest departure along the kernel, as a change of u relative to u, which is far enough to leave the fold.
 const DEPARTURE: f64 = 5e-3;
 /// The departure is drawn out, to 1/3 at most, until |u_T|/|u| there exceeds this: the energy of a rod
 /// with a loop is so flat that rounding would steer the flow.
@@ -33,11 +36,30 @@ const STEERED: f64 = 1e-10;
 /// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
-/// Error per step, relative to u, where only the landing counts: it chooses the basin, no more, and stays below the departure. The landing itself is
-/// polished.
-const TOLERANCE: f64 = 2e-3;
-/// The same where the shapes on the way are looked at.
-const SHOWN: f64 = 2e-4;
+/// How the flow is followed.
+struct Care {
+    /// The farthest departure. Its square is an error that must stay below exp(-lam), the force that moves a loop.
+    departure: f64,
+    /// Error per step, relative to u.
+    tolerance: f64,
+    /// The longest step of the fall itself.
+    stride: f64,
+}
+
+/// Where only the landing counts: what is followed chooses the basin, no more, and stays below the departure. The landing itself is polished.
+const LANDING: Care = Care {
+    departure: 3e-2,
+    tolerance: 2e-3,
+    stride: 4.5,
+};
+/// Where the shapes on the way are looked at.
+const SHOWN: Care = Care {
+    departure: DEPARTURE,
+    tolerance: 2e-4,
+    stride: 0.5,
+};
+/// Above this multiple of |u| the rod falls: everything in the flow is about as fast, and steps are explicit, of order 8, stable up to 6.
+const FALLING: f64 = 1e-2;
 /// A landing is tried when |u_T| is below this multiple of |u|.
 const SLOW: f64 = 1e-5;
 /// Below this the flow rests, also if that is next to where it began (a fold on the verge of a cusp).
@@ -91,7 +113,7 @@ pub(super) fn settle(
     q: &Vector2<f64>,
     leaving: &Vector2<f64>,
 ) -> Result<Vector2<f64>> {
-    flow(rods, (q, leaving), TOLERANCE, &mut |_, _, _| ())
+    flow(rods, (q, leaving), &LANDING, &mut |_, _, _| ())
 }
 
 /// A shape on the way through the layer.
@@ -115,7 +137,7 @@ pub(super) fn shapes(
     leaving: &Vector2<f64>,
 ) -> Result<(Vec<LayerShape>, Vector2<f64>)> {
     let mut shapes = Vec::new();
-    let landed = flow(rods, (q, leaving), SHOWN, &mut |rod, u, time| {
+    let landed = flow(rods, (q, leaving), &SHOWN, &mut |rod, u, time| {
         shapes.push(LayerShape {
             time,
             elastic: 0.5 * rod.mean(u, u),
@@ -125,17 +147,21 @@ pub(super) fn shapes(
     Ok((shapes, landed))
 }
 
-/// The flow, with this error per step; `seen` is shown the curvature after every step, and the time.
+/// The flow; `seen` is shown the curvature after every step, and the time.
 fn flow(
     rods: &impl Multivalued<2>,
     (q, leaving): (&Vector2<f64>, &Vector2<f64>),
-    tolerance: f64,
+    care: &Care,
     seen: &mut dyn FnMut(&Rod, &Field, f64),
 ) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
     let rod = Rod::new(Vector2::new(start.x, start.y), nodes(start.lambda));
     let origin = rod.curvature(&start)?;
-    let mut u = rod.departed(q, leaving, &origin)?;
+    let departure = (-0.5 * start.lambda)
+        .exp()
+        .min(care.departure)
+        .max(DEPARTURE);
+    let mut u = rod.departed((q, leaving), departure, &origin)?;
     let (mut h, mut time, mut before) = (FIRST, 0.0, None);
     let mut rejected = false;
     seen(&rod, &u, time);
@@ -153,6 +179,15 @@ fn flow(
         {
             return Ok(landed);
         }
+        if speed > FALLING * size {
+            let Some((next, taken, then)) = rod.explicit_step(&u, &rate, h, care) else {
+                break;
+            };
+            (u, time, h, before) = (next, time + taken, then, None);
+            rejected = false;
+            seen(&rod, &u, time);
+            continue;
+        }
         if let Some((then, step)) = before.take() {
             let growth = f64::ln(speed / then) / step;
             if growth * h > GROWTH {
@@ -163,7 +198,7 @@ fn flow(
             h *= 0.1;
             continue;
         };
-        let ratio = error / (tolerance * size);
+        let ratio = error / (care.tolerance * size);
         if ratio <= 1.0 {
             (u, time, before) = (next, time + h, Some((speed, h)));
             seen(&rod, &u, time);
@@ -194,9 +229,10 @@ struct Rod {
     s: Field,
     weights: Field,
     /// (integrate f)_i = int_0^{s_i} f.
-    integrate: DMatrix<f64>,
-    /// (outer f)_i = int_0^{s_i} f - int_0^1 f.
-    outer: DMatrix<f64>,
+    integrate: Matrix,
+    /// (outer f)_i = int_0^{s_i} f - int_0^1 f, and its transpose.
+    outer: Matrix,
+    transposed: Matrix,
     /// integrate . outer.
     twice: DMatrix<f64>,
 }
@@ -231,23 +267,24 @@ impl<'a> Linearised<'a> {
         let (damped, share) = (1.0 / (1.0 + gamma), gamma / (1.0 + gamma));
         let nodes = rate.len();
         let along = (&bent.cos * n[0] + &bent.sin * n[1]) * share;
-        let turning = rod.outer.tr_mul(&rate.component_mul(&rod.weights)) * share;
+        let [q_x, q_y] = &bent.lever;
+        let weighed = [rate, q_x, q_y].map(|f| f.component_mul(&rod.weights));
+        let [turning, by_x, by_y] = rod.transposed.times(weighed.each_ref());
+        let swept = rod.integrate.times([q_x, q_y]);
         let mut matrix = DMatrix::identity(nodes + 2, nodes + 2);
         for (j, along) in along.iter().enumerate() {
             let (mut column, twice) = (matrix.column_mut(j), rod.twice.column(j));
             column.rows_mut(0, nodes).axpy(-along, &twice, 1.0);
         }
-        for (j, (lever, turned)) in bent.lever.iter().zip([&bent.cos, &bent.sin]).enumerate() {
+        for (j, (weighed, turned)) in [by_x, by_y].iter().zip([&bent.cos, &bent.sin]).enumerate() {
             let at = nodes + j;
-            let swept = &rod.integrate * lever;
-            matrix.view_mut((0, at), (nodes, 1)).copy_from(&-swept);
-            let weighed = rod.outer.tr_mul(&lever.component_mul(&rod.weights));
-            let row = weighed.component_mul(&along) + turning.component_mul(turned);
+            matrix.view_mut((0, at), (nodes, 1)).copy_from(&-&swept[j]);
+            let row = weighed.component_mul(&along) + turning.component_mul(turned) * share;
             matrix
                 .view_mut((at, 0), (1, nodes))
                 .copy_from(&row.transpose());
             for (l, other) in bent.lever.iter().enumerate() {
-                matrix[(at, nodes + l)] = rod.mean(lever, other);
+                matrix[(at, nodes + l)] = rod.mean(&bent.lever[j], other);
             }
         }
         let lu = Lu::new(&matrix)?;
@@ -264,13 +301,15 @@ impl<'a> Linearised<'a> {
     fn solve(&self, b: &Field) -> Field {
         let nodes = b.len();
         let b = b * self.damped;
-        let mut found = (&self.rod.integrate * &b).push(0.0).push(0.0);
+        let [swept] = self.rod.integrate.times([&b]);
+        let mut found = swept.push(0.0).push(0.0);
         // A solution that is not finite is refused with the error of its step.
         self.lu.solve(&mut found);
         let bends = found.rows(0, nodes).component_mul(&self.along);
         let [q_x, q_y] = &self.bent.lever;
         let ends = q_x * found[nodes] + q_y * found[nodes + 1];
-        b + &self.rod.outer * bends + ends
+        let [turned] = self.rod.outer.times([&bends]);
+        b + turned + ends
     }
 }
 
@@ -283,11 +322,12 @@ impl Rod {
         let outer = DMatrix::from_fn(nodes, nodes, |i, j| integrate[(i, j)] - weights[j]);
         Self {
             twice: &integrate * &outer,
-            outer,
+            outer: Matrix::new(&outer),
+            transposed: Matrix::new(&outer.transpose()),
             held,
             s,
             weights,
-            integrate,
+            integrate: Matrix::new(&integrate),
         }
     }
 
@@ -302,9 +342,14 @@ impl Rod {
 
     /// The shape a little way from `q` along `leaving`: the way is measured on the shape, since the
     /// chart is stretched without bound where a rod has a loop (dw = D dlam).
-    fn departed(&self, q: &Vector2<f64>, leaving: &Vector2<f64>, origin: &Field) -> Result<Field> {
-        let mut offset = DEPARTURE / leaving.norm();
-        let mut wanted = DEPARTURE;
+    fn departed(
+        &self,
+        (q, leaving): (&Vector2<f64>, &Vector2<f64>),
+        departure: f64,
+        origin: &Field,
+    ) -> Result<Field> {
+        let mut offset = departure / leaving.norm();
+        let mut wanted = departure;
         for _ in 0..80 {
             let beyond = q + leaving * offset;
             let Ok(shape) = Equilibrium::new(beyond[0], beyond[1]).and_then(|e| self.curvature(&e))
@@ -332,10 +377,11 @@ impl Rod {
     }
 
     fn bent(&self, u: &Field) -> Bent {
-        let theta = &self.integrate * u;
-        let (cos, sin) = (theta.map(f64::cos), theta.map(f64::sin));
+        let [theta] = self.integrate.times([u]);
+        let [cos, sin] = cosines_and_sines(&theta);
+        let [q_x, less_q_y] = self.outer.times([&sin, &cos]);
         Bent {
-            lever: [&self.outer * &sin, -(&self.outer * &cos)],
+            lever: [q_x, -less_q_y],
             tip: Vector2::new(self.weights.dot(&cos), self.weights.dot(&sin)),
             cos,
             sin,
@@ -344,9 +390,9 @@ impl Rod {
 
     /// (x, y, theta) at the clamp, the nodes and the end of the rod of this curvature.
     fn sections(&self, u: &Field) -> Vec<[f64; 3]> {
-        let theta = &self.integrate * u;
-        let (cos, sin) = (theta.map(f64::cos), theta.map(f64::sin));
-        let (x, y) = (&self.integrate * &cos, &self.integrate * &sin);
+        let [theta] = self.integrate.times([u]);
+        let [cos, sin] = cosines_and_sines(&theta);
+        let [x, y] = self.integrate.times([&cos, &sin]);
         let nodes = (0..u.len()).map(|i| [x[i], y[i], theta[i]]);
         let tip = [&cos, &sin, u].map(|f| self.weights.dot(f));
         let ends = std::iter::once([0.0; 3]).chain(nodes).chain([tip]);
@@ -380,6 +426,27 @@ impl Rod {
         let sum = |c: &[f64; 4]| &u1 * c[0] + &u2 * c[1] + &u3 * c[2] + &u4 * c[3];
         let error = sum(&ERROR).norm();
         error.is_finite().then(|| (u + sum(&RESULT), error))
+    }
+
+    /// A step of order 8 from u with this rate that tries `h`: the next u, how long it was, and what the next is to try.
+    fn explicit_step(
+        &self,
+        u: &Field,
+        rate: &Field,
+        h: f64,
+        care: &Care,
+    ) -> Option<(Field, f64, f64)> {
+        let size = u.norm_squared();
+        let mut solver = Dop853::new(u.clone(), rate.clone(), h, care.tolerance);
+        let mut step = solver.blank();
+        let flow = |u: &Field, out: &mut Field| {
+            *out = self.rate(u, &self.bent(u)).0;
+            Some(())
+        };
+        let square = |error: &Field, _: &Field, _: &Field| error.norm_squared() / size;
+        let taken = solver.step_measured(flow, square, care.stride, &mut step);
+        taken.ok()?;
+        Some((step.to, step.h, solver.next_step()))
     }
 
     /// (u_T, n): the flow and the resultant that holds the end.

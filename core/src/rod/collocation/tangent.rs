@@ -89,10 +89,10 @@ impl Along<'_> {
     fn changed<const K: usize>(&self, r: &[f64; 3], columns: &Columns<K>) -> [[f64; 6]; K] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let mut all = [[0.0; 6]; K];
-        for k in 0..K {
-            let [p1, p2, p3, r1, r2, _] = columns.tangent[k];
-            let [a, b, c, d, e, f] = columns.base[k];
-            all[k] = [
+        for (y, (at, base)) in (all.iter_mut()).zip(columns.tangent.iter().zip(&columns.base)) {
+            let [p1, p2, p3, r1, r2, _] = *at;
+            let [a, b, c, d, e, f] = *base;
+            *y = [
                 a - (r[1] * f - r[2] * e) + m2 * p3 - m3 * p2 - n * r2,
                 b - (r[2] * d - r[0] * f) + m3 * p1 - m1 * p3 + n * r1,
                 c - (r[0] * e - r[1] * d) + m1 * p2 - m2 * p1,

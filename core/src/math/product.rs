@@ -1,0 +1,162 @@
+//! Products of a matrix with vectors, and sines and cosines of vectors, in wide registers.
+
+use super::eight::{Eight, wide};
+use super::real::Real;
+use nalgebra::{DMatrix, DVector};
+use pulp::{Simd, WithSimd};
+use std::f64::consts::{FRAC_1_PI, PI};
+
+/// Eight numbers below each other.
+type Line = [f64; 8];
+
+/// Lines that are added up side by side: as many as there are registers for two vectors.
+const BLOCK: usize = 4;
+
+/// A matrix, its columns in lines of eight.
+#[derive(Debug, Clone)]
+pub(crate) struct Matrix {
+    lines: Vec<Line>,
+    rows: usize,
+}
+
+impl Matrix {
+    pub fn new(matrix: &DMatrix<f64>) -> Self {
+        let mut lines = Vec::with_capacity(matrix.ncols() * matrix.nrows().div_ceil(8));
+        for column in matrix.column_iter() {
+            for part in column.as_slice().chunks(8) {
+                let mut line = [0.0; 8];
+                line[..part.len()].copy_from_slice(part);
+                lines.push(line);
+            }
+        }
+        Self {
+            lines,
+            rows: matrix.nrows(),
+        }
+    }
+
+    /// Its products with K vectors, each as long as it has columns.
+    pub fn times<const K: usize>(&self, vectors: [&DVector<f64>; K]) -> [DVector<f64>; K] {
+        let mut products = std::array::from_fn(|_| DVector::zeros(self.rows));
+        wide(Times {
+            matrix: self,
+            vectors,
+            products: &mut products,
+        });
+        products
+    }
+}
+
+struct Times<'a, const K: usize> {
+    matrix: &'a Matrix,
+    vectors: [&'a DVector<f64>; K],
+    products: &'a mut [DVector<f64>; K],
+}
+
+impl<const K: usize> WithSimd for Times<'_, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let each = self.matrix.rows.div_ceil(8);
+        let mut first = 0;
+        while first + BLOCK <= each {
+            self.block::<S, BLOCK>(simd, first, each);
+            first += BLOCK;
+        }
+        while first < each {
+            self.block::<S, 1>(simd, first, each);
+            first += 1;
+        }
+    }
+}
+
+impl<const K: usize> Times<'_, K> {
+    /// L lines of the products, from one on, of as many as there are in `each` column.
+    #[inline(always)]
+    fn block<S: Simd, const L: usize>(&mut self, simd: S, first: usize, each: usize) {
+        let mut sums = [[Eight::all(simd, 0.0); L]; K];
+        for (j, column) in self.matrix.lines.chunks_exact(each).enumerate() {
+            for (sums, vector) in sums.iter_mut().zip(&self.vectors) {
+                let x = Eight::all(simd, vector[j]);
+                for (sum, line) in sums.iter_mut().zip(&column[first..]) {
+                    *sum = x.times_plus(Eight::of(simd, *line), *sum);
+                }
+            }
+        }
+        for (product, sums) in self.products.iter_mut().zip(sums) {
+            let product = &mut product.as_mut_slice()[8 * first..];
+            for (part, sum) in product.chunks_mut(8).zip(sums) {
+                part.copy_from_slice(&sum.numbers()[..part.len()]);
+            }
+        }
+    }
+}
+
+/// Cosines and sines of angles up to 1e9, to rounding of the angle.
+pub(crate) fn cosines_and_sines(angles: &DVector<f64>) -> [DVector<f64>; 2] {
+    let mut cosines = angles.clone();
+    let mut sines = angles.clone();
+    wide(Turning {
+        cosines: cosines.as_mut_slice(),
+        sines: sines.as_mut_slice(),
+    });
+    [cosines, sines]
+}
+
+struct Turning<'a> {
+    /// Both are the angles before.
+    cosines: &'a mut [f64],
+    sines: &'a mut [f64],
+}
+
+/// What pi is less than its nearest number.
+const BEYOND_PI: f64 = 1.224_646_799_147_353_2e-16;
+
+impl WithSimd for Turning<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let parts = self.cosines.chunks_mut(8).zip(self.sines.chunks_mut(8));
+        for (cosines, sines) in parts {
+            let mut angles = [0.0; 8];
+            angles[..cosines.len()].copy_from_slice(cosines);
+            let angle = Eight::of(simd, angles);
+            let turns = (angle * FRAC_1_PI).nearest();
+            let rest = turns.times_plus(angle.with(-PI), angle);
+            let rest = turns.times_plus(angle.with(-BEYOND_PI), rest);
+            let (sin, cos) = rest.sin_cos();
+            // -1 after odd half turns.
+            let odd = turns - (turns * 0.5).nearest() * 2.0;
+            let sign = (odd * odd).times_plus(angle.with(-2.0), angle.with(1.0));
+            cosines.copy_from_slice(&(cos * sign).numbers()[..cosines.len()]);
+            sines.copy_from_slice(&(sin * sign).numbers()[..sines.len()]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Catches a line or a vector that is left out, and a half turn too many: against single numbers, for sizes with and without a rest.
+    #[test]
+    fn what_is_wide_is_what_is_narrow() {
+        let number = |i: usize| ((i * i) as f64 * 0.618_033_988_749_894_9).fract() - 0.5;
+        for (rows, columns) in [(3, 5), (8, 8), (40, 40), (37, 21), (120, 119)] {
+            let matrix = DMatrix::from_fn(rows, columns, |i, j| number(i * columns + j + 1));
+            let x = DVector::from_fn(columns, |i, _| number(i + 3));
+            let y = DVector::from_fn(columns, |i, _| number(2 * i + 1));
+            let [ax, ay] = Matrix::new(&matrix).times([&x, &y]);
+            assert!((&matrix * x - ax).amax() < 1e-14 * columns as f64);
+            assert!((&matrix * y - ay).amax() < 1e-14 * columns as f64);
+        }
+        let angles = DVector::from_fn(53, |i, _| 40.0 * number(i) + 1e-3 * number(7 * i));
+        let [cosines, sines] = cosines_and_sines(&angles);
+        for (i, angle) in angles.iter().enumerate() {
+            assert!((cosines[i] - angle.cos()).abs() < 4e-16, "cos {angle}");
+            assert!((sines[i] - angle.sin()).abs() < 4e-16, "sin {angle}");
+        }
+    }
+}
