@@ -180,7 +180,9 @@ impl Along<'_> {
                 let (d1, d2) = (k1 - before1, k2 - before2);
                 moved = d1.times_plus(d1, d2.times_plus(d2, moved));
                 turning[k] = [k1, k2];
-                x[k] = newest;
+                if self.alone {
+                    x[k] = newest;
+                }
             }
             let moved = moved.total();
             // As for the frame.
