@@ -38,7 +38,8 @@ const STEERED: f64 = 1e-10;
 const SAME: f64 = 1e-4;
 /// How the flow is followed.
 struct Care {
-    /// The farthest departure. Its square is an error that must stay below exp(-lam), the force that moves a loop.
+    /// The farthest departure. Its square is an error, which stays below exp(-lam), the force that moves a loop, up to lam of about 10; beyond, the
+    /// nearest departure is taken.
     departure: f64,
     /// Error per step, relative to u.
     tolerance: f64,
@@ -92,7 +93,7 @@ const ERROR: [f64; 4] = [
 const GROWTH: f64 = 0.5;
 /// The first step, in units of the fastest rate.
 const FIRST: f64 = 2.0;
-/// Most steps of a layer, and its longest duration; a usual one takes forty steps.
+/// Most steps of a layer, and its longest duration; a usual one takes twenty steps.
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
 
