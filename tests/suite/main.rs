@@ -128,6 +128,7 @@ mod reductions;
 mod reductions_shear;
 mod rigid_body;
 mod rod_benchmarks;
+mod rod_index;
 mod rod_mass;
 #[cfg(feature = "scene")]
 mod rod_mass_scenes;

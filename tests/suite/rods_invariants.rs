@@ -29,7 +29,7 @@ impl StoredEnergy for Stiffening {
 
 /// A law, shared: rods own theirs.
 #[derive(Debug, Clone)]
-struct Shared(Arc<dyn SectionLaw>);
+pub(super) struct Shared(pub(super) Arc<dyn SectionLaw>);
 
 impl SectionLaw for Shared {
     fn energy(&self, s: f64, e: &Vector6<f64>) -> snaprod::Result<f64> {
@@ -52,7 +52,7 @@ impl SectionLaw for Shared {
     }
 }
 
-fn diagonal(bending: [f64; 2]) -> Linear {
+pub(super) fn diagonal(bending: [f64; 2]) -> Linear {
     Linear::diagonal(bending, 0.7)
         .and_then(|law| law.with_shear([90.0, 90.0]))
         .and_then(|law| law.with_axial(200.0))
@@ -60,7 +60,7 @@ fn diagonal(bending: [f64; 2]) -> Linear {
 }
 
 /// Every pair of strains coupled, diagonally dominant after scaling.
-fn coupled() -> Linear {
+pub(super) fn coupled() -> Linear {
     let d: [f64; 6] = [1.0, 1.3, 0.8, 8.0, 9.0, 14.0];
     let stiffness = Matrix6::from_fn(|i, j| {
         let c = if i == j {
@@ -565,111 +565,4 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
         .position;
     assert_close(r.x, deflection, 3e-6, 1.0, "soft");
     assert!(r.y > 0.0 && r.y < 1e-6, "stiff: {}", r.y);
-}
-
-/// Against explicit steps with their own columns, of loads up to some twenty turns and every kind of end. Catches an angle that loses half a
-/// turn on a long step or where columns are mixed, and columns that are mixed otherwise than what they are by.
-#[test]
-fn the_index_of_a_linear_rod_is_that_of_any_rod() {
-    let curved = |law: Linear, twist: f64| law.with_rest([0.8, -0.5], twist).expect("a law");
-    let thin = Linear::diagonal([1.0, 25.0], 0.3).expect("a law");
-    let laws = [
-        curved(diagonal([1.0, 1.6]), 1.7),
-        curved(coupled(), 0.0),
-        curved(thin, 9.0),
-        diagonal([1.0, 1.0]),
-    ];
-    let (mut most, mut count) = (0, 0);
-    for (which, law) in laws.into_iter().enumerate() {
-        let rod = Rod::new(1.0, law).expect("a rod");
-        let other = Rod::new(1.0, Shared(Arc::new(law))).expect("a rod");
-        for trial in 0..24 {
-            let size = 400.0_f64.powf(f64::from(trial) / 23.0);
-            let base = Vector6::from_fn(|i, _| {
-                let x = (3.1 * f64::from(trial) + 1.7 * i as f64 + which as f64).sin();
-                x * if i < 3 { size.sqrt() } else { size }
-            });
-            let at = rod.end(&base, 1e-10).expect("an end").section;
-            let turn = Rotation3::from_matrix_unchecked(at.directors);
-            let mut line = EndConditions::load(Vector3::zeros(), Vector3::zeros());
-            line.position[0] = Some(at.position.x);
-            let ends = [
-                EndConditions::load(Vector3::zeros(), Vector3::zeros()),
-                EndConditions::weight(
-                    Vector3::new(0.0, 0.0, -1.0),
-                    Vector3::new(0.1, 0.0, 0.2),
-                    Vector3::zeros(),
-                ),
-                EndConditions::ball(at.position),
-                EndConditions::pose(at.position, turn.into()),
-                line,
-            ];
-            for (end, name) in ends
-                .into_iter()
-                .zip(["load", "weight", "ball", "pose", "line"])
-            {
-                let index = |rod: &Rod| {
-                    Problem::new(rod.clone(), end, 1e-11).and_then(|p| p.index_at(&base))
-                };
-                let (here, there) = (index(&rod), index(&other));
-                if let (Ok(here), Ok(there)) = (&here, &there) {
-                    assert_eq!(here, there, "law {which}, trial {trial}, {name}");
-                    (most, count) = (most.max(*here), count + 1);
-                }
-                assert_eq!(
-                    here.is_ok(),
-                    there.is_ok(),
-                    "law {which}, trial {trial}, {name}: {here:?}, {there:?}"
-                );
-            }
-        }
-    }
-    assert!(most > 15 && count > 400, "{most}, {count}");
-}
-
-/// Where a mode is neutral at given force, but not at a given pose: the index there is that on both sides. Catches an index that is the chance of
-/// rounding there, and one that is refused.
-#[test]
-fn the_index_goes_on_through_conjugate_points_at_given_force() {
-    let law = diagonal([1.0, 1.6]).with_rest([0.8, -0.5], 1.7);
-    let rod = Rod::new(1.0, law.expect("a law")).expect("a rod");
-    let mut passed = 0;
-    for trial in 0..6 {
-        let base = |size: f64| {
-            Vector6::from_fn(|i, _| (3.1 * f64::from(trial) + 1.7 * i as f64).sin() * size)
-        };
-        let turning = |size: f64| {
-            let end = rod.end(&base(size), 1e-13).expect("an end");
-            end.tangent.fixed_view::<3, 3>(0, 0).determinant()
-        };
-        let index = |size: f64| {
-            let at = rod.end(&base(size), 1e-13).expect("an end").section;
-            let turn = Rotation3::from_matrix_unchecked(at.directors);
-            let end = EndConditions::pose(at.position, turn.into());
-            Problem::new(rod.clone(), end, 1e-11).and_then(|problem| problem.index_at(&base(size)))
-        };
-        let sizes: Vec<f64> = (0..400).map(|k| 1.0 + 0.1 * f64::from(k)).collect();
-        for pair in sizes.windows(2) {
-            let (mut below, mut above) = (pair[0], pair[1]);
-            let sign = turning(below).signum();
-            if turning(above).signum() == sign {
-                continue;
-            }
-            for _ in 0..60 {
-                let middle = 0.5 * (below + above);
-                if turning(middle).signum() == sign {
-                    below = middle;
-                } else {
-                    above = middle;
-                }
-            }
-            let beside = [0.9999, 1.0001].map(|part| index(part * below).expect("an index"));
-            if beside[0] == beside[1] {
-                let at = index(below).unwrap_or_else(|why| panic!("trial {trial}, {below}: {why}"));
-                assert_eq!(at, beside[0], "trial {trial}, {below}");
-                passed += 1;
-            }
-        }
-    }
-    assert!(passed > 12, "{passed}");
 }

@@ -241,7 +241,7 @@ fn held_back(
     let (left, sizes, modes) = decomposed(&matrix)?;
     // dm(0) that keeps the rotation, or the couple, of the end.
     let mut couple = Matrix3::zeros();
-    // What neutral modes do at the end, by its place along the axes.
+    // Where neutral modes move the end, along the axes: orthonormal.
     let mut moving = Vec::new();
     let mut neutral = 0;
     for k in 0..3 {
@@ -251,7 +251,11 @@ fn held_back(
             continue;
         }
         neutral += 1;
-        let moved = DVector::from_iterator(axes.len(), axes.iter().map(|a| a.dot(&pushed)));
+        let mut moved = DVector::from_iterator(axes.len(), axes.iter().map(|a| a.dot(&pushed)));
+        for other in &moving {
+            let part: f64 = moved.dot(other);
+            moved -= other * part;
+        }
         if moved.norm() > zero.sqrt() * right.norm() {
             moving.push(moved.normalize());
         }
