@@ -226,7 +226,13 @@ impl<const K: usize, B: Beside<K>> WithSimd for Whole<'_, K, B> {
             if K > 0 && top <= 2.0 * along.goal {
                 let size = largest(&columns.tangent).max(1.0);
                 let stays = size * along.stays / h;
-                let Some(more) = along.vary(&at, &rule, (&r, &columns), &mut varying, stays) else {
+                let start = (&r, &columns);
+                let swept = if along.alone {
+                    along.vary::<S, K, true>(&at, &rule, start, &mut varying, stays)
+                } else {
+                    along.vary::<S, K, false>(&at, &rule, start, &mut varying, stays)
+                };
+                let Some(more) = swept else {
                     step = 0.5 * h;
                     cost.rejected += 1;
                     continue;

@@ -105,9 +105,9 @@ impl Along<'_> {
     }
 
     /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
-    /// of sweeps.
+    /// of sweeps. `ALONE`: one compliance is much greater than the others.
     #[inline(always)]
-    pub(super) fn vary<S: Simd, const K: usize>(
+    pub(super) fn vary<S: Simd, const K: usize, const ALONE: bool>(
         &self,
         at: &Sections<S>,
         rule: &Rule<S>,
@@ -169,7 +169,7 @@ impl Along<'_> {
                 let [phi1, phi2, ..] = x[k];
                 let [tau1, tau2] = rule.places(&[0.0; 2], &pulled[k]);
                 let newest = [phi1, phi2, tau1, tau2];
-                if !self.alone {
+                if !ALONE {
                     x[k] = newest;
                 }
                 for j in 0..4 {
@@ -180,7 +180,7 @@ impl Along<'_> {
                 let (d1, d2) = (k1 - before1, k2 - before2);
                 moved = d1.times_plus(d1, d2.times_plus(d2, moved));
                 turning[k] = [k1, k2];
-                if self.alone {
+                if ALONE {
                     x[k] = newest;
                 }
             }
