@@ -5,6 +5,7 @@ use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
 use snaprod::creep::grid::Grid;
 use snaprod::creep::kinematics::{Kinematics, Local};
 use snaprod::creep::material::Material;
+use snaprod::creep::place::gap;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
@@ -159,7 +160,7 @@ fn differentiates<K, B, const M: usize, const D: usize>(
     let what = format!("{name}, M = {M}, D = {D}");
     let grid = Arc::new(Grid::new(&[0.4], &[14, 15]));
     let branches = law.branches.len();
-    let system = ViscousSystem {
+    let mut system = ViscousSystem {
         rod: Reduced {
             kinematics,
             material: Material::new(law, active).expect("a material"),
@@ -217,6 +218,131 @@ fn differentiates<K, B, const M: usize, const D: usize>(
         assert!(factor.solve(&mut b));
         let off = (b - x.map(|x| x.re)).rows(0, inner).amax();
         assert!(off <= 1e-10, "{what}: solution at {sigma} off by {off:e}");
+    }
+    stages_are_states(&what, &mut system, &y, 1.5);
+    if name == "full" {
+        stages_are_states(&what, &mut system, &y, 80.0);
+    }
+    rough_is_whole(&what, &mut system, y);
+}
+
+/// Under no end wrench nothing turns with the rod, and a rough Jacobian is all of it: products and solutions of every form agree.
+fn rough_is_whole<K, B, const M: usize, const D: usize>(
+    what: &str,
+    system: &mut ViscousSystem<'_, K, B, M, D>,
+    mut y: DVector<f64>,
+) where
+    K: Kinematics<M, D>,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    let (layout, rod) = (system.layout(), &system.rod);
+    let at = rod.configuration(system.strains(&y), system.memory(&y));
+    let at = at.expect("a shape");
+    let free = rod.under(&at, &SVector::zeros()).expect("rates");
+    let v = rod.moved(&at, &free);
+    y.fixed_rows_mut::<D>(layout.velocity()).copy_from(&v);
+    let x = DVector::from_fn(y.len(), |i, _| Complex::new(noise(i), noise(i + 7)));
+    for hold in [Hold::Velocity, Hold::Together, Hold::Place] {
+        system.hold = hold;
+        let whole = system.linearised(&y).expect("a Jacobian");
+        let rough = system.roughly_linearised(&y).expect("a Jacobian");
+        let real = x.map(|x| x.re);
+        let product = whole.times(&real);
+        let off = (rough.times(&real) - &product).amax() / product.amax();
+        assert!(off <= 1e-11, "{what}, {hold:?}: product off by {off:e}");
+        for sigma in [(3.0, 1.0), (1e4, -2e4), (0.2, 0.0), (30.0, 80.0)] {
+            let sigma = Complex::new(sigma.0, sigma.1);
+            let [whole, rough] = [&whole, &rough].map(|jacobian| {
+                let mut b = x.clone();
+                assert!(jacobian.shifted(sigma).expect("a factor").solve(&mut b));
+                b
+            });
+            let size = whole.map(Complex::norm).amax();
+            let off = (whole - rough).map(Complex::norm).amax() / size;
+            assert!(off <= 1e-9, "{what}, {hold:?}: {sigma} off by {off:e}");
+        }
+    }
+}
+
+/// By place, the slopes of several states at once are those of each: nine of them, more than fit in a register, one with `scaled` curvatures,
+/// which the nodes may not resolve: then shapes are found one by one.
+fn stages_are_states<K, B, const M: usize, const D: usize>(
+    what: &str,
+    system: &mut ViscousSystem<'_, K, B, M, D>,
+    y: &DVector<f64>,
+    scaled: f64,
+) where
+    K: Kinematics<M, D>,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    system.hold = Hold::Place;
+    let layout = system.layout();
+    let states: Vec<_> = (0..9)
+        .map(|k| {
+            let mut y = y.clone();
+            let size = if k == 4 {
+                scaled
+            } else {
+                1.0 + 0.01 * k as f64
+            };
+            for node in 0..layout.nodes {
+                // Curvatures alone: other strains are near the edge of some laws.
+                for e in 0..M.min(3) {
+                    y[node * M + e] *= size;
+                }
+            }
+            for i in 0..D {
+                y[layout.wrench() + i] = noise(40 * k + i);
+                y[layout.velocity() + i] = noise(40 * k + i + 7);
+            }
+            y
+        })
+        .collect();
+    let mut slopes = states.clone();
+    system.balances(&states, &mut slopes).expect("slopes");
+    let strains: Vec<_> = states
+        .iter()
+        .map(|y| &y.as_slice()[..layout.field()])
+        .collect();
+    let wrenches: Vec<_> = states
+        .iter()
+        .map(|y| y.fixed_rows::<D>(layout.wrench()).into_owned())
+        .collect();
+    let mut resultants = vec![Local::zeros(); 9 * layout.nodes];
+    let rod = &system.rod;
+    let poses = rod
+        .kinematics
+        .loaded(&rod.grid, &strains, &wrenches, &mut resultants);
+    let in_space = K::PLACE != 2;
+    assert_eq!(poses.is_some(), in_space && scaled < 10.0, "{what}");
+    for (k, (y, slope)) in states.iter().zip(&slopes).enumerate() {
+        let rod = &system.rod;
+        let at = rod.configuration(system.strains(y), system.memory(y));
+        let at = at.expect("a shape");
+        let w = y.fixed_rows::<D>(layout.wrench()).into_owned();
+        let flow = rod.under(&at, &w).expect("rates");
+        let near = |found: &[f64], exact: &[f64], name: &str| {
+            let size = exact.iter().fold(1.0_f64, |max, x| max.max(x.abs()));
+            for (a, b) in found.iter().zip(exact) {
+                let off = (a - b).abs() / size;
+                assert!(off < 1e-11, "{what}, state {k}: {name} off by {off:e}");
+            }
+        };
+        let rates: Vec<f64> = flow.rates.iter().flat_map(|r| r.iter().copied()).collect();
+        near(&slope.as_slice()[..rates.len()], &rates, "rates");
+        let lost = slope[layout.time() + 1];
+        near(&[lost], &[rod.dissipated(&at, &flow)], "dissipation");
+        let pose = rod.kinematics.pose(&at.shape);
+        let mut reached = vec![0.0; K::PLACE];
+        K::place(&pose, &mut reached);
+        let place = &y.as_slice()[layout.place()..layout.wrench()];
+        let gap = gap::<D>(place, &reached);
+        near(&slope.as_slice()[layout.wrench()..], gap.as_slice(), "gap");
+        let motion = system
+            .body
+            .motion(y[layout.time()], &pose, &system.velocity(y), &-w);
+        let found = &slope.as_slice()[layout.velocity()..layout.time()];
+        near(found, motion.acceleration.as_slice(), "acceleration");
     }
 }
 
@@ -312,7 +438,7 @@ fn keeps<const M: usize>(active: [usize; M], law: Viscoelastic) {
         let linear = rod.linear(at, flow).expect("a linearisation");
         let n = middle.grid.len();
         let rates = DVector::from_iterator(n * M, flow.rates.iter().flatten().copied());
-        let mut pulled = &linear.drift * &rates;
+        let mut pulled = linear.drift.times(&rates);
         for (branch, z) in material.branches().iter().zip(&at.memory) {
             for (i, z) in z.iter().enumerate() {
                 let creep = (at.strains[i] - z) / branch.time;

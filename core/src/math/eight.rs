@@ -79,7 +79,7 @@ const INTEGRALS: [[f64; 8]; 8] = {
 
 /// Does `work`, all of which is inlined, compiled for the widest registers that the processor has.
 #[inline(always)]
-pub(crate) fn wide<W: WithSimd>(work: W) -> W::Output {
+pub fn wide<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
@@ -142,7 +142,7 @@ impl<S: Simd> Rule<S> {
 /// Eight numbers; a line of the cache.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(crate) struct Eight<S: Simd> {
+pub struct Eight<S: Simd> {
     simd: S,
     at: [f64; 8],
 }

@@ -2,7 +2,7 @@
 
 pub(crate) mod carlson;
 mod domain;
-pub(crate) mod eight;
+pub mod eight;
 pub mod elliptic;
 pub mod frame;
 pub mod gauss;
@@ -12,7 +12,7 @@ pub mod jacobi;
 pub(crate) mod means;
 pub mod order;
 pub(crate) mod product;
-pub(crate) mod real;
+pub mod real;
 pub mod se3;
 pub(crate) mod theta;
 

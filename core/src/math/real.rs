@@ -4,11 +4,12 @@ use std::f64::consts::LOG2_E;
 use std::ops::{Add, Mul, Sub};
 
 /// What formulas of the pendulum are made of.
-pub(crate) trait Real:
+pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self>
 {
     /// x at all places at which this is.
     fn all(self, x: f64) -> Self;
+    /// 1/x.
     fn inverse(self) -> Self;
     /// The square root.
     fn sqrt(self) -> Self;
@@ -19,7 +20,7 @@ pub(crate) trait Real:
     /// 2^k of integers |k| < 1023, from k + 2^52 + 1023: its last digits become the exponent.
     fn power_of_two(self) -> Self;
 
-    /// The sum of k[i] x[i].
+    /// The sum of k_i x_i.
     #[inline(always)]
     fn mixed<const N: usize>(k: [f64; N], x: [Self; N]) -> Self {
         let mut sum = x[0] * k[0];
@@ -29,7 +30,7 @@ pub(crate) trait Real:
         sum
     }
 
-    /// The sum of p[k] x^k.
+    /// The sum of p_k x^k.
     #[inline(always)]
     fn series<const N: usize>(self, p: &[f64; N]) -> Self {
         let mut sum = self.all(p[N - 1]);
@@ -67,10 +68,13 @@ pub(crate) trait Real:
 }
 
 /// e^v/2 and e^-v/2, from v = twos log 2 + r and sinh r.
-#[derive(Clone, Copy)]
-pub(crate) struct Halves<T> {
+#[derive(Debug, Clone, Copy)]
+pub struct Halves<T> {
+    /// e^v/2.
     pub up: T,
+    /// e^-v/2.
     pub down: T,
+    /// The integer.
     pub twos: T,
     /// sinh r.
     pub odd: T,

@@ -20,6 +20,16 @@ const FAST: f64 = 0.02;
 /// Newton's iteration contracts in proportion to the step, along which the Jacobian changes: a step at which it would contract by less
 /// than this in an iteration is not tried.
 const CONTRACTING: f64 = 0.3;
+/// Rough Jacobians are doubted where Newton's iteration contracts by less than this in an iteration, in the mean of about so many steps.
+const ROUGH: f64 = 0.2;
+const MEAN: f64 = 4.0;
+/// Steps that are then taken with whole ones.
+const TRIAL: u32 = 4;
+/// Whole ones are worth their price if they make the logarithm of the contraction so many times what it was: iterations are fewer by as much.
+const BETTER: f64 = 1.5;
+/// Steps for which such a verdict holds: at first, and at most when it was the same again and again.
+const PATIENCE: u32 = 16;
+const PATIENCE_LIMIT: u32 = 1024;
 /// A step below this multiple of the largest step so far has stalled.
 const STALL: f64 = 1e-14;
 /// Steps of a motion that rests grow for ever; squares of 1/h must be numbers, for complex ones to be divided by it.
@@ -45,6 +55,61 @@ struct Accepted {
     error: f64,
 }
 
+/// What is known of rough Jacobians ([`AnySystem::roughly_linearised`]): whether they serve is tried.
+#[derive(Debug, Clone, Copy)]
+struct Rough {
+    /// The Jacobian in use is one.
+    used: bool,
+    /// Steps to be taken with whole ones, and whether they are a trial.
+    whole: u32,
+    trying: bool,
+    /// Steps to be taken with rough ones, however poor.
+    trusted: u32,
+    /// How long the next verdict holds.
+    patience: u32,
+    /// Logarithms of the contraction, in the mean: with rough ones, and of the trial so far.
+    usual: f64,
+    tried: f64,
+}
+
+impl Rough {
+    /// Nothing is known, and the best is hoped.
+    const HOPED: Self = Self {
+        used: false,
+        whole: 0,
+        trying: false,
+        trusted: 0,
+        patience: PATIENCE,
+        usual: -2.0 * MEAN,
+        tried: 0.0,
+    };
+
+    /// Newton's iteration contracted by this; 1 if it failed.
+    fn seen(&mut self, contraction: f64) {
+        let log = contraction.max(FAST).ln();
+        if self.used {
+            self.usual += (log - self.usual) / MEAN;
+            self.trusted = self.trusted.saturating_sub(1);
+            if self.trusted == 0 && self.usual > ROUGH.ln() {
+                (self.whole, self.trying, self.tried) = (TRIAL, true, 0.0);
+            }
+            return;
+        }
+        self.tried += log / f64::from(TRIAL);
+        self.whole = self.whole.saturating_sub(1);
+        if self.whole > 0 || !std::mem::take(&mut self.trying) {
+            return;
+        }
+        if self.tried < BETTER * self.usual {
+            self.whole = self.patience;
+            self.usual = Self::HOPED.usual;
+        } else {
+            self.trusted = self.patience;
+        }
+        self.patience = (2 * self.patience).min(PATIENCE_LIMIT);
+    }
+}
+
 /// An integration in progress.
 pub struct Radau {
     tolerance: f64,
@@ -67,6 +132,7 @@ pub struct Radau {
     foreseen: bool,
     /// The Jacobian is to be evaluated again before the next step.
     worn: bool,
+    rough: Rough,
     factors: Option<Factors>,
     cost: Cost,
 }
@@ -97,6 +163,7 @@ impl Radau {
             fresh: false,
             foreseen: false,
             worn: false,
+            rough: Rough::HOPED,
             factors: None,
             cost: Cost::default(),
         }
@@ -106,6 +173,10 @@ impl Radau {
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
+            rough: Rough {
+                used: false,
+                ..self.rough
+            },
             cost: self.cost,
             ..Self::new(state, slope, h, self.tolerance)
         };
@@ -152,17 +223,22 @@ impl Radau {
             self.cost.jacobians += 1;
             self.jacobian = Some(system.linearised(&self.state)?);
             self.factors = None;
-            self.fresh = true;
+            (self.fresh, self.rough.used) = (true, false);
         }
         (self.foreseen, self.worn) = (false, false);
         Some(())
     }
 
-    /// Evaluates the Jacobian where the middle of a step of length `h` is expected, for it stands for all of the step; at the current
-    /// state if there is none.
+    /// Evaluates the Jacobian where the middle of a step of length `h` is expected, for it stands for all of the step, roughly if that
+    /// served so far; at the current state if there is none.
     fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
-        let middle = 1.0 + (0.5 * h / self.span).min(1.0);
-        let Some(jacobian) = system.linearised(&(&self.state + self.beyond(middle))) else {
+        let middle = &self.state + self.beyond(1.0 + (0.5 * h / self.span).min(1.0));
+        let rough = match self.rough.whole {
+            0 => system.roughly_linearised(&middle),
+            _ => None,
+        };
+        self.rough.used = rough.is_some();
+        let Some(jacobian) = rough.or_else(|| system.linearised(&middle)) else {
             return self.refresh(system);
         };
         self.cost.jacobians += 1;
@@ -194,6 +270,10 @@ impl Radau {
                 taken.ok_or(StepTooSmall)?;
             }
             if !self.factor(h) {
+                if std::mem::take(&mut self.rough.used) {
+                    self.refresh(system).ok_or(StepTooSmall)?;
+                    continue;
+                }
                 rejected = true;
                 self.cost.rejected += 1;
                 self.h = 0.5 * h;
@@ -227,6 +307,9 @@ impl Radau {
                 Outcome::Outside(_) => Some(0.3),
             };
             if let Some(factor) = shrink {
+                if self.rough.used {
+                    self.rough.seen(1.0);
+                }
                 // What was expected may not come: after a second failure it is the Jacobian of the current state that is taken.
                 if rejected && !self.fresh {
                     (foresee, self.worn) = (false, true);
@@ -263,6 +346,7 @@ impl Radau {
                 let clipped = h < self.h;
                 self.accept(z, to, slope, Accepted { h, error });
                 self.worn = self.newton.contraction > FAST;
+                self.rough.seen(self.newton.contraction);
                 self.h = if clipped {
                     self.h.max(h * factor)
                 } else if !self.worn && (1.0..=KEPT).contains(&factor) {
@@ -400,6 +484,7 @@ mod tests {
     use super::super::system::System;
     use super::*;
     use nalgebra::DMatrix;
+    use std::cell::Cell;
 
     /// y' = cos t - y, with time.
     struct Forced;
@@ -458,6 +543,80 @@ mod tests {
             assert!(off.abs() < 1e-9, "{off:e} at {:e}", radau.state()[1]);
         }
         assert!(radau.state()[1] > LONGEST);
+    }
+
+    /// A swing y'' = -sin y on a stiff, bent curve: x is drawn to y^2. Its rough Jacobian has the pull of x `wrong` times as strong.
+    struct Drawn {
+        wrong: Option<f64>,
+        whole: Cell<u64>,
+    }
+
+    impl Drawn {
+        const PULL: f64 = 1e4;
+
+        fn jacobian(y: &DVector<f64>, pull: f64) -> DMatrix<f64> {
+            let mut jacobian = DMatrix::zeros(4, 4);
+            (jacobian[(0, 1)], jacobian[(1, 0)]) = (1.0, -y[0].cos());
+            (jacobian[(2, 0)], jacobian[(2, 2)]) = (2.0 * pull * y[0], -pull);
+            jacobian
+        }
+    }
+
+    impl System for Drawn {
+        type Linearised = DMatrix<f64>;
+
+        fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+            let pull = Self::PULL * (y[0] * y[0] - y[2]);
+            out.copy_from_slice(&[y[1], -y[0].sin(), pull, 1.0]);
+            Some(())
+        }
+
+        fn linearised(&self, y: &DVector<f64>) -> Option<DMatrix<f64>> {
+            self.whole.set(self.whole.get() + 1);
+            Some(Self::jacobian(y, Self::PULL))
+        }
+
+        fn roughly_linearised(&self, y: &DVector<f64>) -> Option<DMatrix<f64>> {
+            Some(Self::jacobian(y, self.wrong? * Self::PULL))
+        }
+
+        fn mean_square(&self, error: &DVector<f64>, _: &DVector<f64>, _: &DVector<f64>) -> f64 {
+            error.rows(0, 3).norm_squared() / 3.0
+        }
+    }
+
+    /// Catches rough Jacobians that are not used though they serve, and ones that are gone on with though they do not.
+    #[test]
+    fn rough_jacobians_serve_or_are_left() {
+        let run = |wrong: Option<f64>| {
+            let system = Drawn {
+                wrong,
+                whole: Cell::new(0),
+            };
+            let (start, slope) = ([1.0, 0.0, 1.0, 0.0], [0.0, -1.0_f64.sin(), 0.0, 1.0]);
+            let [start, slope] = [start, slope].map(|x| DVector::from_vec(x.to_vec()));
+            let mut radau = Radau::new(start, slope, 1e-3, 1e-8);
+            while radau.state()[3] < 200.0 {
+                let left = 200.0 - radau.state()[3];
+                radau.step(&system, left).expect("a step");
+            }
+            (radau.state()[0], radau.cost(), system.whole.get())
+        };
+        let (exact, cost, _) = run(None);
+        for (wrong, most, served) in [
+            (1.0, 1.05, true),
+            (1.1, 2.0, true),
+            (4.0, 1.2, false),
+            (0.1, 1.2, false),
+            (-1.0, 1.2, false),
+        ] {
+            let (end, with, whole) = run(Some(wrong));
+            assert!((end - exact).abs() < 1e-8, "{wrong}: {end} for {exact}");
+            let more = with.evaluations as f64 / cost.evaluations as f64;
+            assert!(more < most, "{wrong}: {more} of the evaluations");
+            let share = whole as f64 / with.jacobians as f64;
+            assert_eq!(share < 0.05, served, "{wrong}: {share} are whole");
+        }
     }
 
     /// Catches wrong stages and a wrong error estimate: errors fall with the steps by the order, and stay near the tolerance.

@@ -3,7 +3,9 @@
 //! equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
 
 use super::system::{AnyLinearised, AnySystem, Factor};
+use crate::math::eight::{Eight, wide};
 use nalgebra::{Complex, DMatrix, DVector};
+use pulp::{Simd, WithSimd};
 use std::sync::OnceLock;
 
 const SQRT6: f64 = 2.449_489_742_783_178;
@@ -168,6 +170,43 @@ fn combined(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>]) -> DVector<f64
     sum
 }
 
+/// The combinations of `z` by the rows of a matrix.
+fn combine_all(rows: &DMatrix<f64>, z: &[DVector<f64>], sums: &mut [DVector<f64>]) {
+    wide(Combining { rows, z, sums });
+}
+
+struct Combining<'a> {
+    rows: &'a DMatrix<f64>,
+    z: &'a [DVector<f64>],
+    sums: &'a mut [DVector<f64>],
+}
+
+impl WithSimd for Combining<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (i, sum) in self.sums.iter_mut().enumerate() {
+            let (blocks, rest) = sum.as_mut_slice().as_chunks_mut::<8>();
+            for (b, block) in blocks.iter_mut().enumerate() {
+                let mut line = Eight::all(simd, 0.0);
+                for (j, z) in self.z.iter().enumerate() {
+                    let z = Eight::of(simd, z.as_slice().as_chunks::<8>().0[b]);
+                    line = z.times_plus(z.with(self.rows[(i, j)]), line);
+                }
+                *block = line.numbers();
+            }
+            let first = 8 * blocks.len();
+            for (k, x) in rest.iter_mut().enumerate() {
+                *x = 0.0;
+                for (j, z) in self.z.iter().enumerate() {
+                    *x += self.rows[(i, j)] * z[first + k];
+                }
+            }
+        }
+    }
+}
+
 /// The matrices of the transformed stages for one step size.
 pub(super) struct Factors {
     /// The step size.
@@ -278,7 +317,7 @@ impl Newton {
         // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         let mut slopes = vec![DVector::zeros(n); stages];
-        let mut at = DVector::zeros(n);
+        let mut states = slopes.clone();
         let (mut last, mut last_ratio) = (0.0, 0.0);
         // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time before the next.
         let blind = z.iter().all(|z| z.amax() == 0.0);
@@ -287,24 +326,21 @@ impl Newton {
         self.contraction = 0.0;
         self.iterations = 0;
         // W = T^-1 Z is kept apart, as in the book: Z = T W.
-        let transformed = |z: &[DVector<f64>]| -> Stages {
-            (0..stages)
-                .map(|i| combined(tableau.t_inverse.row(i).iter().copied(), z))
-                .collect()
-        };
-        let mut w = transformed(z);
+        let (mut w, mut increment) = (slopes.clone(), slopes.clone());
+        combine_all(&tableau.t_inverse, z, &mut w);
+        let mut changes = slopes.clone();
         let mut pair = DVector::<Complex<f64>>::zeros(n);
         let differential = n - system.algebraic();
         for k in 0..most {
-            for (z, slope) in z.iter().zip(&mut slopes) {
+            for (at, z) in states.iter_mut().zip(&*z) {
                 at.copy_from(y);
-                at += z;
-                *evaluations += 1;
-                if system.balance(&at, slope).is_none() {
-                    return Outcome::Outside(k);
-                }
+                *at += z;
             }
-            let mut increment = transformed(&slopes);
+            *evaluations += stages as u64;
+            if system.balances(&states, &mut slopes).is_none() {
+                return Outcome::Outside(k);
+            }
+            combine_all(&tableau.t_inverse, &slopes, &mut increment);
             for i in 0..differential {
                 increment[0][i] -= tableau.gamma / h * w[0][i];
             }
@@ -327,15 +363,13 @@ impl Newton {
                     increment[im][i] = pair[i].im;
                 }
             }
+            combine_all(&tableau.t, &increment, &mut changes);
             let mut square = 0.0;
             for i in 0..stages {
                 w[i] += &increment[i];
-                let change = combined(tableau.t.row(i).iter().copied(), &increment);
-                square += system.mean_square(&change, y, y) / stages as f64;
+                square += system.mean_square(&changes[i], y, y) / stages as f64;
             }
-            for (i, z) in z.iter_mut().enumerate() {
-                *z = combined(tableau.t.row(i).iter().copied(), &w);
-            }
+            combine_all(&tableau.t, &w, z);
             self.iterations += 1;
             let size = square.sqrt();
             if !size.is_finite() {

@@ -15,6 +15,12 @@ pub trait System {
     /// nothing depends on (quadratures) may be left zero.
     fn linearised(&self, y: &DVector<f64>) -> Option<Self::Linearised>;
 
+    /// The Jacobian without what costs much and counts little in most steps: Newton's iteration tries it first. None if there is none
+    /// that is cheaper.
+    fn roughly_linearised(&self, _y: &DVector<f64>) -> Option<Self::Linearised> {
+        None
+    }
+
     /// How many components at the end of y are algebraic, in the form that implicit steps take: y' = f(y, a), 0 = g(y, a).
     /// In the form of [`System::slope`] nothing depends on them.
     fn algebraic(&self) -> usize {
@@ -24,6 +30,12 @@ pub trait System {
     /// f(y, a), and g(y, a) in the places of the algebraic components.
     fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         self.slope(y, out)
+    }
+
+    /// [`System::balance`] of several states, as those of the stages of a step; None if one of them has none.
+    fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
+        let mut states = states.iter().zip(out);
+        states.try_for_each(|(y, out)| self.balance(y, out))
     }
 
     /// Makes y fit for [`System::balance`]: algebraic components that solve it, and what else only that form depends on.
@@ -85,10 +97,14 @@ pub trait AnySystem {
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
     /// [`System::linearised`].
     fn linearised(&self, y: &DVector<f64>) -> Option<Box<dyn AnyLinearised>>;
+    /// [`System::roughly_linearised`].
+    fn roughly_linearised(&self, y: &DVector<f64>) -> Option<Box<dyn AnyLinearised>>;
     /// [`System::algebraic`].
     fn algebraic(&self) -> usize;
     /// [`System::balance`].
     fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
+    /// [`System::balances`].
+    fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()>;
     /// [`System::settle`].
     fn settle(&self, y: &mut DVector<f64>) -> Option<()>;
     /// [`System::mean_square`].
@@ -116,12 +132,20 @@ impl<S: System> AnySystem for S {
         Some(Box::new(System::linearised(self, y)?))
     }
 
+    fn roughly_linearised(&self, y: &DVector<f64>) -> Option<Box<dyn AnyLinearised>> {
+        Some(Box::new(System::roughly_linearised(self, y)?))
+    }
+
     fn algebraic(&self) -> usize {
         System::algebraic(self)
     }
 
     fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         System::balance(self, y, out)
+    }
+
+    fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
+        System::balances(self, states, out)
     }
 
     fn settle(&self, y: &mut DVector<f64>) -> Option<()> {

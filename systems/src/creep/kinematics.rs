@@ -75,7 +75,19 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
     const PLACE: usize;
 
     /// The pose in these numbers.
-    fn place(&self, shape: &Self::Shape, out: &mut [f64]);
+    fn place(pose: &Self::Pose, out: &mut [f64]);
+
+    /// The poses of the end in several states at once, and Q_i w at the nodes, state by state into `resultants`. Each state has its strains,
+    /// node by node, and its end wrench. None if that is to be done one by one.
+    fn loaded(
+        &self,
+        _grid: &Grid,
+        _strains: &[&[f64]],
+        _wrenches: &[AtEnd<D>],
+        _resultants: &mut [Local<M>],
+    ) -> Option<Vec<Self::Pose>> {
+        None
+    }
 
     /// The accuracy with which the nodes hold the shape itself, beyond what the tails of the strains say; 0 where the
     /// strains are polynomials that the shape follows exactly.

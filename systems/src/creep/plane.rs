@@ -147,8 +147,8 @@ impl Kinematics<1, 2> for Plane {
         }
     }
 
-    fn place(&self, shape: &PlaneShape, out: &mut [f64]) {
-        out.copy_from_slice(shape.end.as_slice());
+    fn place(end: &Vector2<f64>, out: &mut [f64]) {
+        out.copy_from_slice(end.as_slice());
     }
 
     /// The last Legendre coefficients of (cos theta, sin theta), over the number n of nodes: integration makes coefficients of

@@ -12,7 +12,7 @@
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Kinematics, Local};
 use super::material::Material;
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use std::sync::Arc;
 
 /// A viscoelastic rod on a grid.
@@ -66,8 +66,8 @@ pub struct Flow<const M: usize, const D: usize> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Linear<const M: usize, const D: usize> {
-    /// d e_t/d e at fixed memory and wrench, (n M) x (n M) for n nodes of M strains.
-    pub drift: DMatrix<f64>,
+    /// d e_t/d e at fixed memory and wrench.
+    pub drift: Drift<M>,
     /// d e_t/d(overstress) at the nodes.
     pub fluidity: Vec<SMatrix<f64, M, M>>,
     /// d e_t/d w1, (n M) x D: the fluidity times Q_i at node i.
@@ -76,6 +76,33 @@ pub struct Linear<const M: usize, const D: usize> {
     pub gather: DMatrix<f64>,
     /// Change of the end's velocity with the strains at fixed rates, D x (n M).
     pub convection: DMatrix<f64>,
+}
+
+/// d e_t/d e at fixed memory and wrench, for n nodes of M strains.
+#[derive(Debug, Clone)]
+pub enum Drift<const M: usize> {
+    /// All of it, (n M) x (n M).
+    Whole(DMatrix<f64>),
+    /// What the strains at a node do to their own rates, as if the loads did not turn about the rod while it deforms: blocks by node.
+    Local(Vec<SMatrix<f64, M, M>>),
+}
+
+impl<const M: usize> Drift<M> {
+    /// Its product with a change of the strains.
+    pub fn times(&self, strains: &DVector<f64>) -> DVector<f64> {
+        match self {
+            Self::Whole(drift) => drift * strains,
+            Self::Local(blocks) => {
+                let mut rates = strains.clone();
+                for (i, block) in blocks.iter().enumerate() {
+                    let mut rate = rates.fixed_rows_mut::<M>(i * M);
+                    let product = block * &rate;
+                    rate.copy_from(&product);
+                }
+                rates
+            }
+        }
+    }
 }
 
 /// How often the linear equations for the wrench of a linear law are solved: the second solution takes off the rounding
@@ -135,6 +162,44 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             energy,
             potential,
         })
+    }
+
+    /// The poses of the end in several states, and the resultants at the nodes that end wrenches and the load along the rod make, state by
+    /// state into `resultants`. Each state has its strains, node by node, and its wrench. None if a strain is not finite.
+    pub fn loaded(
+        &self,
+        strains: &[&[f64]],
+        wrenches: &[AtEnd<D>],
+        resultants: &mut [Local<M>],
+    ) -> Option<Vec<K::Pose>> {
+        let force = self.material.load_at(self.grid.nodes());
+        if force.is_none()
+            && let Some(poses) = self
+                .kinematics
+                .loaded(&self.grid, strains, wrenches, resultants)
+        {
+            return Some(poses);
+        }
+        let states = strains.iter().zip(wrenches);
+        let resultants = resultants.chunks_exact_mut(self.grid.len());
+        let poses = states.zip(resultants).map(|((strains, w), resultants)| {
+            let strains: Vec<_> = strains
+                .chunks_exact(M)
+                .map(Local::from_column_slice)
+                .collect();
+            let shape = self.kinematics.shape(&self.grid, &strains)?;
+            for (i, local) in resultants.iter_mut().enumerate() {
+                *local = self.kinematics.transfer(&shape, i) * w;
+            }
+            if let Some(force) = &force {
+                let borne = self.kinematics.borne(&self.grid, &shape, force);
+                for (local, g) in resultants.iter_mut().zip(&borne.resultants) {
+                    *local += g;
+                }
+            }
+            Some(self.kinematics.pose(&shape))
+        });
+        poses.collect()
     }
 
     /// The wrench and the rates while the end moves at `v`; None where a law has no answer.
@@ -305,54 +370,86 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             self.kinematics
                 .borne_stiffness(&self.grid, &at.shape, &force, &mut drift);
         }
-        let mut push = DMatrix::zeros(n * M, D);
-        let mut gather = DMatrix::zeros(D, n * M);
-        let total = self
-            .material
-            .branches()
-            .iter()
-            .fold(SMatrix::<f64, M, M>::zeros(), |sum, b| sum + b.modulus);
-        for i in 0..n {
+        let own = self.own(at, flow)?;
+        for (i, (own, fluidity)) in own.iter().zip(&flow.fluidity).enumerate() {
             let rows = i * M;
-            let tangent = self
-                .material
-                .tangent(self.grid.nodes()[i], &at.strains[i])?
-                + total;
-            let mut block = drift.fixed_view_mut::<M, M>(rows, rows);
-            block -= tangent;
             for j in 0..n * M {
                 let column = drift.fixed_view::<M, 1>(rows, j).into_owned();
                 drift
                     .fixed_view_mut::<M, 1>(rows, j)
-                    .copy_from(&(flow.fluidity[i] * column));
+                    .copy_from(&(fluidity * column));
             }
             let mut block = drift.fixed_view_mut::<M, M>(rows, rows);
-            block += flow.by_strain[i];
-            let q = &at.transfer[i];
-            push.fixed_view_mut::<M, D>(rows, 0)
+            block += own;
+        }
+        Some(self.with_drift(at, flow, Drift::Whole(drift)))
+    }
+
+    /// The same without what the turning of the loads does ([`Drift::Local`]): for rods far below their buckling loads about all of it.
+    pub fn roughly_linear(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> Option<Linear<M, D>> {
+        let own = self.own(at, flow)?;
+        Some(self.with_drift(at, flow, Drift::Local(own)))
+    }
+
+    /// d e_t/d e at the nodes, at fixed resultants.
+    fn own(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> Option<Vec<SMatrix<f64, M, M>>> {
+        let branches = self.material.branches().iter();
+        let total = branches.fold(SMatrix::<f64, M, M>::zeros(), |sum, b| sum + b.modulus);
+        let nodes = self.grid.nodes().iter().zip(&at.strains);
+        let flows = flow.fluidity.iter().zip(&flow.by_strain);
+        nodes
+            .zip(flows)
+            .map(|((s, e), (fluidity, by_strain))| {
+                Some(by_strain - fluidity * (self.material.tangent(*s, e)? + total))
+            })
+            .collect()
+    }
+
+    fn with_drift(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        drift: Drift<M>,
+    ) -> Linear<M, D> {
+        let n = at.strains.len();
+        let mut push = DMatrix::zeros(n * M, D);
+        let mut gather = DMatrix::zeros(D, n * M);
+        for (i, q) in at.transfer.iter().enumerate() {
+            push.fixed_view_mut::<M, D>(i * M, 0)
                 .copy_from(&(flow.fluidity[i] * q));
             gather
-                .fixed_view_mut::<D, M>(0, rows)
+                .fixed_view_mut::<D, M>(0, i * M)
                 .copy_from(&(q.transpose() * self.grid.weights()[i]));
         }
         let mut convection = DMatrix::zeros(D, n * M);
         self.kinematics
             .convection(&self.grid, &at.shape, &flow.rates, &mut convection);
-        Some(Linear {
+        Linear {
             drift,
             fluidity: flow.fluidity.clone(),
             push,
             gather,
             convection,
-        })
+        }
     }
 }
 
-/// The solution of G x = b, zero in the directions that [`loose`] names; of least norm where G is singular otherwise.
+/// The solutions of G x = b, zero in the directions that [`loose`] names; of least norm where G is singular otherwise.
 ///
 /// A rod that is nearly straight lets its end move along the clamp by far less than across. Scaled to a unit diagonal G
 /// is as regular as ever there: no digits are lost.
-pub(crate) fn solve<const D: usize>(g: &SMatrix<f64, D, D>, b: &AtEnd<D>) -> Option<AtEnd<D>> {
+pub(crate) fn solve<const D: usize, const K: usize>(
+    g: &SMatrix<f64, D, D>,
+    b: &SMatrix<f64, D, K>,
+) -> Option<SMatrix<f64, D, K>> {
     if !g.iter().all(|x| x.is_finite()) {
         return None;
     }
@@ -361,6 +458,7 @@ pub(crate) fn solve<const D: usize>(g: &SMatrix<f64, D, D>, b: &AtEnd<D>) -> Opt
         scale[i] = 0.0;
     }
     let mut scaled = *g;
+    let mut right = *b;
     for i in 0..D {
         for j in 0..D {
             scaled[(i, j)] *= scale[i] * scale[j];
@@ -368,34 +466,34 @@ pub(crate) fn solve<const D: usize>(g: &SMatrix<f64, D, D>, b: &AtEnd<D>) -> Opt
         if scale[i] == 0.0 {
             scaled[(i, i)] = 1.0;
         }
-    }
-    let right = b.component_mul(&scale);
-    if let Some(factor) = scaled.cholesky()
-        && factor
-            .l_dirty()
-            .diagonal()
-            .iter()
-            .all(|pivot| pivot * pivot > SINGULAR)
-    {
-        return Some(factor.solve(&right).component_mul(&scale));
-    }
-    let dense = DMatrix::from_fn(D, D, |i, j| scaled[(i, j)]);
-    let eigen = dense.symmetric_eigen();
-    let cut = SINGULAR * eigen.eigenvalues.amax();
-    let mut x = AtEnd::<D>::zeros();
-    for (value, vector) in eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.column_iter())
-    {
-        if *value > cut {
-            let part = vector.dot(&right) / value;
-            for i in 0..D {
-                x[i] += part * vector[i];
-            }
+        for j in 0..K {
+            right[(i, j)] *= scale[i];
         }
     }
-    Some(x.component_mul(&scale))
+    let mut x = match scaled.cholesky() {
+        Some(factor) if (0..D).all(|i| factor.l_dirty()[(i, i)].powi(2) > SINGULAR) => {
+            factor.solve(&right)
+        }
+        _ => {
+            let dense = DMatrix::from_fn(D, D, |i, j| scaled[(i, j)]);
+            let eigen = dense.symmetric_eigen();
+            let cut = SINGULAR * eigen.eigenvalues.amax();
+            let mut x = SMatrix::zeros();
+            let pairs = eigen
+                .eigenvalues
+                .iter()
+                .zip(eigen.eigenvectors.column_iter());
+            for (value, vector) in pairs.filter(|(value, _)| **value > cut) {
+                let vector = SMatrix::<f64, D, 1>::from_iterator(vector.iter().copied());
+                x += vector * (vector.transpose() * right) / *value;
+            }
+            x
+        }
+    };
+    for (i, mut row) in x.row_iter_mut().enumerate() {
+        row *= scale[i];
+    }
+    Some(x)
 }
 
 /// The directions in which no wrench moves the end: along the clamp where an inextensible rod is straight, to about the

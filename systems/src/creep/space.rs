@@ -9,12 +9,14 @@
 //! m_k = d_k . (m1 + (r(1) - r) x n1), n_k = d_k . n1.
 
 mod along;
+mod eightfold;
 mod turn;
 
 use super::grid::{Element, Grid};
 use super::kinematics::{AtEnd, Borne, Kinematics, Local};
 use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::section::Strain;
+use eightfold::{LANES, Loading};
 use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
 use turn::{Scratch, integrate, turn};
 
@@ -254,13 +256,44 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         curve.end
     }
 
-    fn place(&self, curve: &Curve, out: &mut [f64]) {
+    fn place(end: &Isometry3<f64>, out: &mut [f64]) {
         let (turn, position) = out.split_at_mut(Self::PLACE - 3);
         if let [w, x, y, z] = turn {
-            let rotation = curve.end.rotation.quaternion();
+            let rotation = end.rotation.quaternion();
             (*w, *x, *y, *z) = (rotation.w, rotation.i, rotation.j, rotation.k);
         }
-        position.copy_from_slice(curve.end.translation.vector.as_slice());
+        position.copy_from_slice(end.translation.vector.as_slice());
+    }
+
+    fn loaded(
+        &self,
+        grid: &Grid,
+        strains: &[&[f64]],
+        wrenches: &[AtEnd<D>],
+        resultants: &mut [Local<M>],
+    ) -> Option<Vec<Isometry3<f64>>> {
+        let mut ends = Vec::with_capacity(strains.len());
+        let states = strains.chunks(LANES).zip(wrenches.chunks(LANES));
+        for ((strains, wrenches), resultants) in
+            states.zip(resultants.chunks_mut(LANES * grid.len()))
+        {
+            let loading = Loading {
+                grid,
+                strains,
+                wrenches,
+                resultants,
+                ends: &mut ends,
+            };
+            if !loading.done() {
+                return None;
+            }
+        }
+        let poses = ends.into_iter();
+        Some(
+            poses
+                .map(|(turn, place)| pose(place.into(), &turn.into()))
+                .collect(),
+        )
     }
 
     fn transfer(&self, curve: &Curve, i: usize) -> SMatrix<f64, M, D> {

@@ -28,10 +28,12 @@ pub use rates::Rates;
 use crate::body::EndBody;
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
 use crate::creep::place;
-use crate::creep::reduced::{Configuration, Flow, Reduced, loose};
+use crate::creep::reduced::{Configuration, Flow, Linear, Reduced, loose};
 use crate::solve::system::System;
 use linear::relaxation;
 use nalgebra::{DMatrix, DVector};
+use std::slice;
+use std::sync::Arc;
 
 /// Where the parts of a state stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -153,7 +155,7 @@ where
         y.fixed_rows_mut::<D>(layout.velocity()).copy_from(v);
         if let Some(shape) = self.rod.kinematics.shape(&self.rod.grid, strains) {
             let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
-            self.rod.kinematics.place(&shape, slots);
+            K::place(&self.rod.kinematics.pose(&shape), slots);
         }
         y
     }
@@ -226,7 +228,6 @@ where
         out: &mut DVector<f64>,
     ) -> Option<()> {
         let layout = self.layout();
-        let velocity = self.velocity(y);
         let slots = out.as_mut_slice();
         write(slots, &flow.rates);
         for (k, (branch, z)) in self
@@ -243,11 +244,28 @@ where
             }
         }
         let pose = self.rod.kinematics.pose(&at.shape);
-        let time = layout.time();
-        let motion = self.body.motion(y[time], &pose, &velocity, &-flow.wrench);
+        self.write_body(y, &pose, &flow.wrench, self.rod.dissipated(at, flow), slots);
+        slots[..layout.wrench()]
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(())
+    }
+
+    /// Writes the rates of the body, of the integrals and of the place.
+    fn write_body(
+        &self,
+        y: &DVector<f64>,
+        pose: &K::Pose,
+        wrench: &AtEnd<D>,
+        dissipated: f64,
+        slots: &mut [f64],
+    ) {
+        let layout = self.layout();
+        let (time, velocity) = (layout.time(), self.velocity(y));
+        let motion = self.body.motion(y[time], pose, &velocity, &-wrench);
         slots[layout.velocity()..time].copy_from_slice(motion.acceleration.as_slice());
         slots[time] = 1.0;
-        slots[time + 1] = self.rod.dissipated(at, flow);
+        slots[time + 1] = dissipated;
         slots[time + 2] = motion.power;
         slots[time + 3] = motion.loss;
         place::rates(
@@ -255,10 +273,47 @@ where
             &velocity,
             &mut slots[layout.place()..layout.wrench()],
         );
-        slots[..layout.wrench()]
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some(())
+    }
+
+    /// [`System::balance`] of [`Hold::Place`] from where the end is and the local resultants that its wrench makes.
+    fn held(
+        &self,
+        y: &DVector<f64>,
+        pose: &K::Pose,
+        resultants: &[Local<M>],
+        out: &mut DVector<f64>,
+    ) -> Option<()> {
+        let (layout, material) = (self.layout(), &self.rod.material);
+        let n = layout.field();
+        let (from, slots) = (y.as_slice(), out.as_mut_slice());
+        let mut dissipated = 0.0;
+        let nodes = self.rod.grid.nodes().iter().zip(self.rod.grid.weights());
+        for (i, ((s, weight), local)) in nodes.zip(resultants).enumerate() {
+            let first = i * M;
+            let e = Local::<M>::from_column_slice(&from[first..first + M]);
+            let mut overstress = local - material.stored(*s, &e)?.resultants;
+            let mut density = 0.0;
+            for (k, branch) in material.branches().iter().enumerate() {
+                let place = (k + 1) * n + first..(k + 1) * n + first + M;
+                let stretched = e - Local::<M>::from_column_slice(&from[place.clone()]);
+                let (force, rate) = (branch.modulus * stretched, stretched / branch.time);
+                overstress -= force;
+                density += force.dot(&rate);
+                slots[place].copy_from_slice(rate.as_slice());
+            }
+            let rate = material.creep(*s, &e, &overstress)?.rate;
+            density += overstress.dot(&rate);
+            dissipated += weight * density;
+            slots[first..first + M].copy_from_slice(rate.as_slice());
+        }
+        let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
+        self.write_body(y, pose, &wrench, dissipated, slots);
+        let (mut reached, mut numbers) = ([0.0; 7], [0.0; D]);
+        let reached = &mut reached[..K::PLACE];
+        K::place(pose, reached);
+        numbers.copy_from_slice(place::gap::<D>(self.place(y), reached).as_slice());
+        slots[layout.wrench()..].copy_from_slice(&numbers);
+        slots.iter().all(|x| x.is_finite()).then_some(())
     }
 
     /// Shape and flow of a state; None outside the law's domain.
@@ -275,13 +330,50 @@ where
     /// wrench that would follow from it where G is small.
     #[allow(clippy::type_complexity)] // As above.
     pub fn reached(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
-        if self.hold != Hold::Together {
-            return self.at(y);
+        match self.hold {
+            Hold::Together => self.under(y),
+            Hold::Velocity | Hold::Place => self.at(y),
         }
+    }
+
+    /// Shape and flow under the wrench of the state.
+    #[allow(clippy::type_complexity)] // As above.
+    fn under(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();
         let flow = self.rod.under(&at, &wrench)?;
         Some((at, flow))
+    }
+
+    /// The Jacobian from that of the rod, at the wrench that goes with strains and velocity: that of the state may be a poorer one.
+    fn with_body(
+        &self,
+        y: &DVector<f64>,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        rod: Linear<M, D>,
+    ) -> ViscousLinear<M, D> {
+        let layout = self.layout();
+        let pose = self.rod.kinematics.pose(&at.shape);
+        let velocity = self.velocity(y);
+        let branches = self.rod.material.branches().iter();
+        ViscousLinear {
+            layout,
+            relaxing: branches
+                .map(|branch| {
+                    let blocks = rod.fluidity.iter().map(|c| c * branch.modulus).collect();
+                    (blocks, branch.time)
+                })
+                .collect(),
+            body: self
+                .body
+                .linearised(y[layout.time()], &pose, &velocity, &-flow.wrench),
+            spin: place::spin(self.place(y), &velocity),
+            place: self.place(y).into(),
+            hold: self.hold,
+            mobility: self.rod.mobility(at, flow),
+            rod: Arc::new(rod),
+        }
     }
 
     /// A straight inextensible rod holds its end along the clamp whatever the wrench: G is singular, and
@@ -346,62 +438,63 @@ where
     }
 
     fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
-        if self.hold == Hold::Velocity {
-            return self.slope(y, out);
+        match self.hold {
+            Hold::Velocity => return self.slope(y, out),
+            Hold::Place => return self.balances(slice::from_ref(y), slice::from_mut(out)),
+            Hold::Together => {}
         }
-        let layout = self.layout();
-        let at = self.rod.configuration(self.strains(y), self.memory(y))?;
-        let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
-        let flow = self.rod.under(&at, &wrench)?;
+        let (at, flow) = self.under(y)?;
         self.write_slope(y, &at, &flow, out)?;
-        let gap = match self.hold {
-            Hold::Velocity | Hold::Together => self.rod.moved(&at, &flow) - self.velocity(y),
-            Hold::Place => {
-                let mut pose = vec![0.0; K::PLACE];
-                self.rod.kinematics.place(&at.shape, &mut pose);
-                place::gap::<D>(self.place(y), &pose)
-            }
-        };
-        out.fixed_rows_mut::<D>(layout.wrench()).copy_from(&gap);
+        let gap = self.rod.moved(&at, &flow) - self.velocity(y);
+        out.fixed_rows_mut::<D>(self.layout().wrench())
+            .copy_from(&gap);
         out.iter().all(|x| x.is_finite()).then_some(())
+    }
+
+    /// By place the shapes of all states are found at once, and nothing of one state is needed for another.
+    fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
+        let mut pairs = states.iter().zip(out);
+        if self.hold != Hold::Place {
+            return pairs.try_for_each(|(y, out)| self.balance(y, out));
+        }
+        let (layout, nodes) = (self.layout(), self.rod.grid.len());
+        let strains = states.iter().map(|y| &y.as_slice()[..layout.field()]);
+        let wrenches = states
+            .iter()
+            .map(|y| y.fixed_rows::<D>(layout.wrench()).into_owned());
+        let (strains, wrenches): (Vec<_>, Vec<_>) = strains.zip(wrenches).unzip();
+        let mut resultants = vec![Local::zeros(); nodes * states.len()];
+        let poses = self.rod.loaded(&strains, &wrenches, &mut resultants)?;
+        let poses = poses.iter().zip(resultants.chunks_exact(nodes));
+        pairs
+            .zip(poses)
+            .try_for_each(|((y, out), (pose, resultants))| self.held(y, pose, resultants, out))
     }
 
     fn settle(&self, y: &mut DVector<f64>) -> Option<()> {
         let layout = self.layout();
         let (at, flow) = self.at(y)?;
         let slots = &mut y.as_mut_slice()[layout.place()..layout.wrench()];
-        self.rod.kinematics.place(&at.shape, slots);
+        K::place(&self.rod.kinematics.pose(&at.shape), slots);
         y.fixed_rows_mut::<D>(layout.wrench())
             .copy_from(&flow.wrench);
         Some(())
     }
 
-    /// At the wrench that goes with strains and velocity: that of the state may be a poorer one.
     fn linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = self.at(y)?;
         let rod = self.rod.linear(&at, &flow)?;
-        let pose = self.rod.kinematics.pose(&at.shape);
-        let time = y[self.layout().time()];
-        Some(ViscousLinear {
-            layout: self.layout(),
-            relaxing: self
-                .rod
-                .material
-                .branches()
-                .iter()
-                .map(|branch| {
-                    let blocks = rod.fluidity.iter().map(|c| c * branch.modulus).collect();
-                    (blocks, branch.time)
-                })
-                .collect(),
-            body: self
-                .body
-                .linearised(time, &pose, &self.velocity(y), &-flow.wrench),
-            spin: place::spin(self.place(y), &self.velocity(y)),
-            place: self.place(y).to_vec(),
-            hold: self.hold,
-            rod,
-        })
+        Some(self.with_body(y, &at, &flow, rod))
+    }
+
+    /// As if the loads did not turn about the rod while it deforms: the strains at a node then move each other and the end alone.
+    fn roughly_linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
+        let (at, flow) = match self.hold {
+            Hold::Velocity => self.at(y)?,
+            Hold::Together | Hold::Place => self.under(y)?,
+        };
+        let rod = self.rod.roughly_linear(&at, &flow)?;
+        Some(self.with_body(y, &at, &flow, rod))
     }
 
     /// Strains and memory are judged in the mean over the rod, relative to 1 + their size; so are velocity and energies.

@@ -4,10 +4,11 @@ use super::{Hold, Layout};
 use crate::body::EndLinear;
 use crate::creep::kinematics::AtEnd;
 use crate::creep::place;
-use crate::creep::reduced::{Linear, loose, solve};
+use crate::creep::reduced::{Drift, Linear, loose, solve};
 use crate::solve::lu::Lu;
 use crate::solve::system::{Factor, Linearised, Scalar};
 use nalgebra::{DMatrix, DVector, SMatrix};
+use std::sync::Arc;
 
 /// Rounding of a pose, relative to the rod's length.
 const POSE: f64 = 5e-16;
@@ -16,31 +17,72 @@ const POSE: f64 = 5e-16;
 #[derive(Debug, Clone)]
 pub struct ViscousLinear<const M: usize, const D: usize> {
     pub(super) layout: Layout,
-    pub(super) rod: Linear<M, D>,
-    /// For every Maxwell branch: d e_t/d z at the nodes, and its relaxation time.
-    pub(super) relaxing: Vec<(Vec<SMatrix<f64, M, M>>, f64)>,
+    pub(super) rod: Arc<Linear<M, D>>,
+    /// G of AMV (5.10).
+    pub(super) mobility: SMatrix<f64, D, D>,
+    pub(super) relaxing: Arc<[Relaxing<M>]>,
     pub(super) body: EndLinear<D>,
     pub(super) spin: SMatrix<f64, D, D>,
-    pub(super) place: Vec<f64>,
+    pub(super) place: Arc<[f64]>,
     pub(super) hold: Hold,
 }
+
+/// A Maxwell branch: d e_t/d z at the nodes, and its relaxation time.
+pub(super) type Relaxing<const M: usize> = (Vec<SMatrix<f64, M, M>>, f64);
 
 /// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
 #[derive(Debug)]
 pub struct ViscousFactor<T, const M: usize, const D: usize> {
-    layout: Layout,
-    hold: Hold,
+    linear: ViscousLinear<M, D>,
     sigma: T,
     /// sigma - a_V and sigma - spin.
     damped: SMatrix<T, D, D>,
     turning: SMatrix<T, D, D>,
-    gather: DMatrix<f64>,
-    convection: DMatrix<f64>,
-    relaxing: Vec<(Vec<SMatrix<f64, M, M>>, f64)>,
-    place: Vec<f64>,
-    lu: Lu,
-    rows: Vec<f64>,
-    wrench: f64,
+    /// What the rows of the body are times gather.
+    follows: SMatrix<T, D, D>,
+    solver: Solver<T, M, D>,
+    /// The unit of the wrench.
+    unit: f64,
+}
+
+/// How the equations of strains and wrench are solved.
+#[derive(Debug)]
+enum Solver<T, const M: usize, const D: usize> {
+    /// By factors of their matrix. Its rows are scaled to one size: those of the strains are rates, those of the body forces over masses.
+    Whole { lu: Lu, rows: Vec<f64> },
+    /// By inverses of the strains' blocks, which have nothing beside them ([`Drift::Local`]), and of what is left for the wrench.
+    Local {
+        blocks: Vec<SMatrix<T, M, M>>,
+        wrench: SMatrix<T, D, D>,
+    },
+}
+
+impl<T: Scalar, const M: usize, const D: usize> Solver<T, M, D> {
+    /// None if the matrix is singular.
+    fn whole(mut matrix: DMatrix<T>) -> Option<Self> {
+        let n = matrix.nrows();
+        let mut rows = vec![0.0_f64; n];
+        for column in matrix.as_slice().chunks_exact(n) {
+            for (size, entry) in rows.iter_mut().zip(column) {
+                *size = size.max(entry.norm1());
+            }
+        }
+        for size in &mut rows {
+            if !(*size > 0.0 && size.is_finite()) {
+                return None;
+            }
+            *size = 1.0 / *size;
+        }
+        for column in matrix.as_mut_slice().chunks_exact_mut(n) {
+            for (entry, row) in column.iter_mut().zip(&rows) {
+                *entry = entry.scale(*row);
+            }
+        }
+        Some(Self::Whole {
+            lu: Lu::new(&matrix)?,
+            rows,
+        })
+    }
 }
 
 impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
@@ -54,82 +96,36 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the change
     /// of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
     fn shifted<T: Scalar>(&self, sigma: T) -> Option<ViscousFactor<T, M, D>> {
-        let n = self.layout.field();
         let real = T::from_real;
-        let mut matrix = DMatrix::<T>::zeros(n + D, n + D);
         let largest = self.rod.push.amax();
-        let wrench = if largest > 0.0 { 1.0 / largest } else { 1.0 };
-        let fill = |column: &mut [T], rates: &[f64], factor: f64| {
-            for (entry, rate) in column.iter_mut().zip(rates) {
-                *entry = real(-rate * factor);
-            }
-        };
+        let unit = if largest > 0.0 { 1.0 / largest } else { 1.0 };
         let (damped, turning) = (self.damped(sigma), self.turning(sigma));
         // By place, and as far as it stands in sigma by velocity too, the rows of the body are these times gather.
         let follows = match self.hold {
             Hold::Place => damped * turning,
             Hold::Velocity | Hold::Together => damped * sigma,
         } - self.body.by_pose.map(real);
-        let rates = self.rod.drift.as_slice().chunks_exact(n.max(1));
-        let columns = matrix.as_mut_slice().chunks_exact_mut(n + D);
-        for (j, (column, rates)) in columns.zip(rates).enumerate() {
-            let (strains, end) = column.split_at_mut(n);
-            fill(strains, rates, 1.0);
-            strains[j] += sigma;
-            let mut row = follows * self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
-            if self.hold != Hold::Place {
-                row += damped * self.rod.convection.fixed_view::<D, 1>(0, j).map(real);
+        let solver = match &self.rod.drift {
+            Drift::Whole(drift) => {
+                Solver::whole(self.whole(drift, sigma, &follows, &damped, unit))?
             }
-            end.copy_from_slice(row.as_slice());
-        }
-        for (j, push) in self.rod.push.column_iter().enumerate() {
-            let column = &mut matrix.as_mut_slice()[(n + j) * (n + D)..];
-            fill(column, push.as_slice(), wrench);
-            fill(
-                &mut column[n..],
-                self.body.by_wrench.column(j).as_slice(),
-                -wrench,
-            );
-        }
-        for (blocks, time) in &self.relaxing {
-            let share = T::one() / (T::one() + sigma * real(*time));
-            for (node, block) in blocks.iter().enumerate() {
-                for (i, j) in pairs::<M>() {
-                    matrix[(node * M + i, node * M + j)] -= real(block[(i, j)]) * share;
+            Drift::Local(own) => {
+                let blocks = self.inverted(own, sigma)?;
+                let condensed = self.condensed(&blocks, &follows, &damped);
+                Solver::Local {
+                    blocks,
+                    wrench: condensed.scale(unit).try_inverse()?,
                 }
             }
-        }
-        // Rows are scaled to one size: those of the strains are rates, those of the body forces over masses.
-        let mut rows = vec![0.0_f64; n + D];
-        for column in matrix.as_slice().chunks_exact(n + D) {
-            for (size, entry) in rows.iter_mut().zip(column) {
-                *size = size.max(entry.norm1());
-            }
-        }
-        for size in &mut rows {
-            if !(*size > 0.0 && size.is_finite()) {
-                return None;
-            }
-            *size = 1.0 / *size;
-        }
-        for column in matrix.as_mut_slice().chunks_exact_mut(n + D) {
-            for (entry, row) in column.iter_mut().zip(&rows) {
-                *entry = entry.scale(*row);
-            }
-        }
+        };
         Some(ViscousFactor {
-            layout: self.layout,
-            hold: self.hold,
+            linear: self.clone(),
             sigma,
             damped,
             turning,
-            gather: self.rod.gather.clone(),
-            convection: self.rod.convection.clone(),
-            relaxing: self.relaxing.clone(),
-            place: self.place.clone(),
-            lu: Lu::new(&matrix)?,
-            rows,
-            wrench,
+            follows,
+            solver,
+            unit,
         })
     }
 
@@ -137,10 +133,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     /// relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates take over the rounding of the wrench
     /// 1/a times; by place the velocity takes over that of the pose at that rate, or of the pose over a step.
     fn rounding(&self, h: f64) -> f64 {
-        let g = (&self.rod.gather * &self.rod.push)
-            .fixed_view::<D, D>(0, 0)
-            .into_owned();
-        let rate = relaxation(&self.body.by_wrench, &g);
+        let rate = relaxation(&self.body.by_wrench, &self.mobility);
         POSE * match self.hold {
             Hold::Velocity | Hold::Together => rate.sqrt(),
             Hold::Place => rate.min(1.0 / h),
@@ -151,8 +144,8 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         let layout = self.layout;
         let n = layout.field();
         let mut out = DVector::zeros(x.len());
-        let e = x.rows(0, n);
-        let mut rate = &self.rod.drift * e;
+        let e = x.rows(0, n).into_owned();
+        let mut rate = self.rod.drift.times(&e);
         for (k, (blocks, time)) in self.relaxing.iter().enumerate() {
             let z = x.rows((k + 1) * n, n);
             for (node, block) in blocks.iter().enumerate() {
@@ -160,20 +153,17 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
                 let mut at = rate.fixed_rows_mut::<M>(node * M);
                 at += pull;
             }
-            out.rows_mut((k + 1) * n, n).copy_from(&((e - z) / *time));
+            out.rows_mut((k + 1) * n, n).copy_from(&((&e - z) / *time));
         }
         let v = x.fixed_rows::<D>(layout.velocity()).into_owned();
-        let missing = v - &self.rod.convection * e - &self.rod.gather * &rate;
-        let g = (&self.rod.gather * &self.rod.push)
-            .fixed_view::<D, D>(0, 0)
-            .into_owned();
-        if loose(&g).next().is_some() {
+        let missing = v - &self.rod.convection * &e - &self.rod.gather * &rate;
+        if loose(&self.mobility).next().is_some() {
             // The velocity along a straight inextensible rod relaxes at once.
             out.fill(f64::INFINITY);
             return out;
         }
-        let w = solve(&g, &AtEnd::<D>::from_column_slice(missing.as_slice()))
-            .unwrap_or_else(AtEnd::zeros);
+        let missing = AtEnd::<D>::from_column_slice(missing.as_slice());
+        let w = solve(&self.mobility, &missing).unwrap_or_else(AtEnd::zeros);
         rate += &self.rod.push * w;
         out.rows_mut(0, n).copy_from(&rate);
         let moved = AtEnd::<D>::from_column_slice((&self.rod.gather * e).as_slice());
@@ -195,6 +185,102 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     fn turning<T: Scalar>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
     }
+
+    /// The matrix of strains and wrench.
+    fn whole<T: Scalar>(
+        &self,
+        drift: &DMatrix<f64>,
+        sigma: T,
+        follows: &SMatrix<T, D, D>,
+        damped: &SMatrix<T, D, D>,
+        unit: f64,
+    ) -> DMatrix<T> {
+        let n = self.layout.field();
+        let real = T::from_real;
+        let mut matrix = DMatrix::<T>::zeros(n + D, n + D);
+        let fill = |column: &mut [T], rates: &[f64], factor: f64| {
+            for (entry, rate) in column.iter_mut().zip(rates) {
+                *entry = real(-rate * factor);
+            }
+        };
+        let rates = drift.as_slice().chunks_exact(n.max(1));
+        let columns = matrix.as_mut_slice().chunks_exact_mut(n + D);
+        for (j, (column, rates)) in columns.zip(rates).enumerate() {
+            let (strains, end) = column.split_at_mut(n);
+            fill(strains, rates, 1.0);
+            strains[j] += sigma;
+            let mut row = follows * self.rod.gather.fixed_view::<D, 1>(0, j).map(real);
+            if self.hold != Hold::Place {
+                row += damped * self.rod.convection.fixed_view::<D, 1>(0, j).map(real);
+            }
+            end.copy_from_slice(row.as_slice());
+        }
+        for (j, push) in self.rod.push.column_iter().enumerate() {
+            let column = &mut matrix.as_mut_slice()[(n + j) * (n + D)..];
+            fill(column, push.as_slice(), unit);
+            fill(
+                &mut column[n..],
+                self.body.by_wrench.column(j).as_slice(),
+                -unit,
+            );
+        }
+        for (blocks, time) in &*self.relaxing {
+            let share = T::one() / (T::one() + sigma * real(*time));
+            for (node, block) in blocks.iter().enumerate() {
+                for (i, j) in pairs::<M>() {
+                    matrix[(node * M + i, node * M + j)] -= real(block[(i, j)]) * share;
+                }
+            }
+        }
+        matrix
+    }
+
+    /// The inverses of the strains' blocks.
+    fn inverted<T: Scalar>(
+        &self,
+        own: &[SMatrix<f64, M, M>],
+        sigma: T,
+    ) -> Option<Vec<SMatrix<T, M, M>>> {
+        let real = T::from_real;
+        let inverses = own.iter().enumerate().map(|(node, own)| {
+            let mut block = SMatrix::from_diagonal_element(sigma) - own.map(real);
+            for (blocks, time) in &*self.relaxing {
+                let share = T::one() / (T::one() + sigma * real(*time));
+                block -= blocks[node].map(|x| real(x) * share);
+            }
+            block.try_inverse()
+        });
+        inverses.collect()
+    }
+
+    /// The matrix of the wrench alone, what it does to the strains put into the rows of the body.
+    fn condensed<T: Scalar>(
+        &self,
+        blocks: &[SMatrix<T, M, M>],
+        follows: &SMatrix<T, D, D>,
+        damped: &SMatrix<T, D, D>,
+    ) -> SMatrix<T, D, D> {
+        let n = self.layout.field();
+        let rod = &self.rod;
+        let (mut moved, mut convected) = (SMatrix::zeros(), SMatrix::zeros());
+        let pushing = rod.push.as_slice();
+        for (i, block) in blocks.iter().enumerate() {
+            let mut strained = SMatrix::<T, M, D>::zeros();
+            for (j, push) in pushing.chunks_exact(n).enumerate() {
+                for (k, push) in push[i * M..(i + 1) * M].iter().enumerate() {
+                    for l in 0..M {
+                        strained[(l, j)] += block[(l, k)].scale(*push);
+                    }
+                }
+            }
+            add_moved(&rod.gather, i, &strained, &mut moved);
+            if self.hold != Hold::Place {
+                add_moved(&rod.convection, i, &strained, &mut convected);
+            }
+        }
+        let real = T::from_real;
+        self.body.by_wrench.map(real) + follows * moved + damped * convected
+    }
 }
 
 /// The rate M^-1 G^-1 at which the velocity of the end relaxes to the one that strains and loads determine.
@@ -202,9 +288,11 @@ pub(super) fn relaxation<const D: usize>(
     by_wrench: &SMatrix<f64, D, D>,
     g: &SMatrix<f64, D, D>,
 ) -> f64 {
-    let unit = |j: usize| AtEnd::<D>::from_fn(|i, _| f64::from(u8::from(i == j)));
-    (0..D)
-        .filter_map(|j| Some((by_wrench * solve(g, &unit(j))?).norm()))
+    let inverse = solve(g, &SMatrix::<f64, D, D>::identity());
+    let rates = by_wrench * inverse.unwrap_or_else(SMatrix::zeros);
+    rates
+        .column_iter()
+        .map(|rate| rate.norm())
         .fold(0.0, f64::max)
 }
 
@@ -212,65 +300,120 @@ fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..M).flat_map(|i| (0..M).map(move |j| (i, j)))
 }
 
+impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
+    /// The strains and the wrench, in its unit, that go with the strains' right-hand sides and the body's.
+    fn strained(&self, strains: &[T], pushed: &SMatrix<T, D, 1>) -> Option<DVector<T>> {
+        let n = strains.len();
+        let mut right = DVector::<T>::zeros(n + D);
+        right.as_mut_slice()[..n].copy_from_slice(strains);
+        let (blocks, inverse) = match &self.solver {
+            Solver::Whole { lu, rows } => {
+                right.rows_mut(n, D).copy_from(pushed);
+                for (value, row) in right.iter_mut().zip(rows) {
+                    *value = value.scale(*row);
+                }
+                return lu.solve(&mut right).then_some(right);
+            }
+            Solver::Local { blocks, wrench } => (blocks, wrench),
+        };
+        let rod = &self.linear.rod;
+        for (i, block) in blocks.iter().enumerate() {
+            let mut strain = right.fixed_rows_mut::<M>(i * M);
+            let alone = block * &strain;
+            strain.copy_from(&alone);
+        }
+        let mut missing = pushed - self.follows * gathered(&rod.gather, right.as_slice());
+        if self.linear.hold != Hold::Place {
+            missing -= self.damped * gathered(&rod.convection, right.as_slice());
+        }
+        let wrench = inverse * missing;
+        let pushing = rod.push.as_slice();
+        for (i, block) in blocks.iter().enumerate() {
+            let mut rate = SMatrix::<T, M, 1>::zeros();
+            for (column, w) in pushing.chunks_exact(n).zip(wrench.iter()) {
+                for (rate, push) in rate.iter_mut().zip(&column[i * M..]) {
+                    *rate += w.scale(*push);
+                }
+            }
+            let mut strain = right.fixed_rows_mut::<M>(i * M);
+            strain += block * rate.scale(self.unit);
+        }
+        right.rows_mut(n, D).copy_from(&wrench);
+        Some(right)
+    }
+}
+
+/// Adds what the strains of a node, a column for each wrench, do to the end.
+fn add_moved<T: Scalar, const M: usize, const D: usize>(
+    columns: &DMatrix<f64>,
+    node: usize,
+    strained: &SMatrix<T, M, D>,
+    moved: &mut SMatrix<T, D, D>,
+) {
+    let gather = columns.as_slice()[node * M * D..].chunks_exact(D);
+    for (k, gather) in gather.take(M).enumerate() {
+        for j in 0..D {
+            let strain = strained[(k, j)];
+            for (i, g) in gather.iter().enumerate() {
+                moved[(i, j)] += strain.scale(*g);
+            }
+        }
+    }
+}
+
+/// The sum of the columns times the numbers of a field.
+fn gathered<T: Scalar, const D: usize>(columns: &DMatrix<f64>, field: &[T]) -> SMatrix<T, D, 1> {
+    let mut sum = SMatrix::<T, D, 1>::zeros();
+    for (column, x) in columns.as_slice().chunks_exact(D).zip(field) {
+        for (sum, g) in sum.iter_mut().zip(column) {
+            *sum += x.scale(*g);
+        }
+    }
+    sum
+}
+
 impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M, D> {
     fn solve(&self, b: &mut DVector<T>) -> bool {
-        let (layout, relaxing) = (self.layout, &self.relaxing);
+        let linear = &self.linear;
+        let (layout, rod, hold) = (linear.layout, &linear.rod, linear.hold);
         let n = layout.field();
         let (velocity, time) = (layout.velocity(), layout.time());
         let real = T::from_real;
-        let mut right = DVector::<T>::zeros(n + D);
-        right.rows_mut(0, n).copy_from(&b.rows(0, n));
-        for (k, (blocks, time)) in relaxing.iter().enumerate() {
+        let placed = layout.place()..layout.wrench();
+        let (moved, grown) = place::split::<T, D>(&linear.place, &b.as_slice()[placed.clone()]);
+        let missed = -b.fixed_rows::<D>(layout.wrench()).into_owned();
+        let turning = self.turning;
+        let strains = || gathered(&rod.gather, &b.as_slice()[..n]);
+        let lag = match hold {
+            Hold::Place => turning * missed + moved,
+            Hold::Velocity => strains(),
+            Hold::Together => strains() + missed,
+        };
+        let pushed = b.fixed_rows::<D>(velocity).into_owned() + self.damped * lag;
+        for (k, (blocks, time)) in linear.relaxing.iter().enumerate() {
             // dz = (b_z + de/tau)/(sigma + 1/tau)
             let share = T::one() / (self.sigma + real(1.0 / time));
             for (node, block) in blocks.iter().enumerate() {
                 for (i, j) in pairs::<M>() {
-                    right[node * M + i] +=
-                        real(block[(i, j)]) * share * b[(k + 1) * n + node * M + j];
+                    let stretched = b[(k + 1) * n + node * M + j];
+                    b[node * M + i] += real(block[(i, j)]) * share * stretched;
                 }
             }
         }
-        let placed = layout.place()..layout.wrench();
-        let gathered = |field: &[T]| {
-            let mut sum = SMatrix::<T, D, 1>::zeros();
-            for (column, x) in self.gather.column_iter().zip(field) {
-                for (sum, g) in sum.iter_mut().zip(column.iter()) {
-                    *sum += real(*g) * *x;
-                }
-            }
-            sum
-        };
-        let (moved, grown) = place::split::<T, D>(&self.place, &b.as_slice()[placed.clone()]);
-        let missed = -b.fixed_rows::<D>(layout.wrench()).into_owned();
-        let turning = self.turning;
-        let lag = match self.hold {
-            Hold::Place => turning * missed + moved,
-            Hold::Velocity => gathered(&b.as_slice()[..n]),
-            Hold::Together => gathered(&b.as_slice()[..n]) + missed,
-        };
-        let pushed = b.fixed_rows::<D>(velocity).into_owned() + self.damped * lag;
-        right.rows_mut(n, D).copy_from(&pushed);
-        for (value, row) in right.iter_mut().zip(&self.rows) {
-            *value *= real(*row);
-        }
-        if !self.lu.solve(&mut right) {
+        let Some(right) = self.strained(&b.as_slice()[..n], &pushed) else {
             return false;
-        }
-        let followed = gathered(&right.as_slice()[..n]);
-        let (v, twist) = match self.hold {
+        };
+        let followed = gathered(&rod.gather, &right.as_slice()[..n]);
+        let (v, twist) = match hold {
             Hold::Place => (turning * followed - lag, followed - missed),
             Hold::Velocity | Hold::Together => {
-                let mut v = followed * self.sigma - lag;
-                for (column, x) in self.convection.column_iter().zip(right.iter()) {
-                    for (v, c) in v.iter_mut().zip(column.iter()) {
-                        *v += real(*c) * *x;
-                    }
-                }
+                let convected = gathered(&rod.convection, &right.as_slice()[..n]);
+                let v = followed * self.sigma - lag + convected;
                 (v, (moved + v) / self.sigma)
             }
         };
         b.fixed_rows_mut::<D>(velocity).copy_from(&v);
-        for (k, (_, time)) in relaxing.iter().enumerate() {
+        for (k, (_, time)) in linear.relaxing.iter().enumerate() {
             let share = T::one() / (self.sigma + real(1.0 / time));
             for j in 0..n {
                 let at = (k + 1) * n + j;
@@ -282,12 +425,12 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
             b[i] /= self.sigma;
         }
         let slots = &mut b.as_mut_slice()[placed];
-        place::join(&self.place, &twist, grown / self.sigma, slots);
+        place::join(&linear.place, &twist, grown / self.sigma, slots);
         for i in 0..D {
             let wrench = &mut b[layout.wrench() + i];
-            *wrench = match self.hold {
+            *wrench = match hold {
                 Hold::Velocity => *wrench / self.sigma,
-                Hold::Together | Hold::Place => right[n + i] * real(self.wrench),
+                Hold::Together | Hold::Place => right[n + i].scale(self.unit),
             };
         }
         b.iter().all(|x| x.is_finite())

@@ -12,7 +12,7 @@
 //! det(M s^2 + C s + K(s)) = 0. If friction is tau times the tangent and the rod is straight and unloaded, K(s) = (1 + tau s) K.
 
 use super::ViscousLinear;
-use crate::creep::reduced::loose;
+use crate::creep::reduced::{Drift, loose};
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 /// An imaginary part below this part of the eigenvalue is rounding of a multiple real one.
@@ -77,16 +77,16 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     /// ever bring about; and the number of V.
     fn first_order(&self, weights: &[f64]) -> Option<(DMatrix<f64>, usize)> {
         let (rod, n) = (&self.rod, self.layout.field());
-        let mobility = (&rod.gather * &rod.push)
-            .fixed_view::<D, D>(0, 0)
-            .into_owned();
-        let still: Vec<usize> = loose(&mobility).collect();
+        let still: Vec<usize> = loose(&self.mobility).collect();
         let free: Vec<usize> = (0..D).filter(|i| !still.contains(i)).collect();
         let moving = free.len();
         let strains = n * (1 + self.relaxing.len());
         // (e, z)_t before the wrench is known, what the wrench adds, and what of them moves the end.
         let mut rate = DMatrix::zeros(strains, strains);
-        rate.view_mut((0, 0), (n, n)).copy_from(&rod.drift);
+        let Drift::Whole(drift) = &rod.drift else {
+            return None;
+        };
+        rate.view_mut((0, 0), (n, n)).copy_from(drift);
         for (k, (blocks, time)) in self.relaxing.iter().enumerate() {
             let first = (k + 1) * n;
             for (node, block) in blocks.iter().enumerate() {
