@@ -308,11 +308,10 @@ where
         }
         let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
         self.write_body(y, pose, &wrench, dissipated, slots);
-        let (mut reached, mut numbers) = ([0.0; 7], [0.0; D]);
-        let reached = &mut reached[..K::PLACE];
-        K::place(pose, reached);
-        numbers.copy_from_slice(place::gap::<D>(self.place(y), reached).as_slice());
-        slots[layout.wrench()..].copy_from_slice(&numbers);
+        let mut reached = vec![0.0; K::PLACE];
+        K::place(pose, &mut reached);
+        let gap = place::gap::<D>(self.place(y), &reached);
+        slots[layout.wrench()..].copy_from_slice(gap.as_slice());
         slots.iter().all(|x| x.is_finite()).then_some(())
     }
 
@@ -345,7 +344,7 @@ where
         Some((at, flow))
     }
 
-    /// The Jacobian from that of the rod, at the wrench that goes with strains and velocity: that of the state may be a poorer one.
+    /// The Jacobian from that of the rod.
     fn with_body(
         &self,
         y: &DVector<f64>,
@@ -481,6 +480,7 @@ where
         Some(())
     }
 
+    /// At the wrench that goes with strains and velocity: that of the state may be a poorer one.
     fn linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = self.at(y)?;
         let rod = self.rod.linear(&at, &flow)?;
