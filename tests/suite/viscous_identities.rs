@@ -308,7 +308,7 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
         .iter()
         .map(|y| y.fixed_rows::<D>(layout.wrench()).into_owned())
         .collect();
-    let mut resultants = vec![Local::zeros(); 9 * layout.nodes];
+    let mut resultants = vec![0.0; 9 * layout.field()];
     let rod = &system.rod;
     let poses = rod
         .kinematics

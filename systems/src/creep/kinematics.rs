@@ -77,14 +77,14 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
     /// The pose in these numbers.
     fn place(pose: &Self::Pose, out: &mut [f64]);
 
-    /// The poses of the end in several states at once, and Q_i w at the nodes, state by state into `resultants`. Each state has its strains,
+    /// The poses of the end in several states at once, and Q_i w at the nodes, state by state and node by node into `resultants`. Each state has its strains,
     /// node by node, and its end wrench. None if that is to be done one by one.
     fn loaded(
         &self,
         _grid: &Grid,
         _strains: &[&[f64]],
         _wrenches: &[AtEnd<D>],
-        _resultants: &mut [Local<M>],
+        _resultants: &mut [f64],
     ) -> Option<Vec<Self::Pose>> {
         None
     }

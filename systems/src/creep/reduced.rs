@@ -170,7 +170,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         &self,
         strains: &[&[f64]],
         wrenches: &[AtEnd<D>],
-        resultants: &mut [Local<M>],
+        resultants: &mut [f64],
     ) -> Option<Vec<K::Pose>> {
         let force = self.material.load_at(self.grid.nodes());
         if force.is_none()
@@ -181,21 +181,22 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             return Some(poses);
         }
         let states = strains.iter().zip(wrenches);
-        let resultants = resultants.chunks_exact_mut(self.grid.len());
+        let resultants = resultants.chunks_exact_mut(self.grid.len() * M);
         let poses = states.zip(resultants).map(|((strains, w), resultants)| {
             let strains: Vec<_> = strains
                 .chunks_exact(M)
                 .map(Local::from_column_slice)
                 .collect();
             let shape = self.kinematics.shape(&self.grid, &strains)?;
-            for (i, local) in resultants.iter_mut().enumerate() {
-                *local = self.kinematics.transfer(&shape, i) * w;
-            }
-            if let Some(force) = &force {
-                let borne = self.kinematics.borne(&self.grid, &shape, force);
-                for (local, g) in resultants.iter_mut().zip(&borne.resultants) {
-                    *local += g;
+            let borne = force
+                .as_ref()
+                .map(|force| self.kinematics.borne(&self.grid, &shape, force));
+            for (i, place) in resultants.chunks_exact_mut(M).enumerate() {
+                let mut local = self.kinematics.transfer(&shape, i) * w;
+                if let Some(borne) = &borne {
+                    local += borne.resultants[i];
                 }
+                place.copy_from_slice(local.as_slice());
             }
             Some(self.kinematics.pose(&shape))
         });

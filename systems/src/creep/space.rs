@@ -270,15 +270,22 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         grid: &Grid,
         strains: &[&[f64]],
         wrenches: &[AtEnd<D>],
-        resultants: &mut [Local<M>],
+        resultants: &mut [f64],
     ) -> Option<Vec<Isometry3<f64>>> {
         let mut ends = Vec::with_capacity(strains.len());
+        let wrenches: Vec<[f64; 6]> = wrenches
+            .iter()
+            .map(|w| {
+                let (m, n) = Self::wrench(w);
+                [m.x, m.y, m.z, n.x, n.y, n.z]
+            })
+            .collect();
         let states = strains.chunks(LANES).zip(wrenches.chunks(LANES));
-        for ((strains, wrenches), resultants) in
-            states.zip(resultants.chunks_mut(LANES * grid.len()))
-        {
+        let resultants = resultants.chunks_mut(LANES * grid.len() * M);
+        for ((strains, wrenches), resultants) in states.zip(resultants) {
             let loading = Loading {
                 grid,
+                places: &Self::places(),
                 strains,
                 wrenches,
                 resultants,
@@ -289,11 +296,8 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
             }
         }
         let poses = ends.into_iter();
-        Some(
-            poses
-                .map(|(turn, place)| pose(place.into(), &turn.into()))
-                .collect(),
-        )
+        let poses = poses.map(|(turn, place)| pose(place.into(), &turn.into()));
+        Some(poses.collect())
     }
 
     fn transfer(&self, curve: &Curve, i: usize) -> SMatrix<f64, M, D> {

@@ -280,7 +280,7 @@ where
         &self,
         y: &DVector<f64>,
         pose: &K::Pose,
-        resultants: &[Local<M>],
+        resultants: &[f64],
         out: &mut DVector<f64>,
     ) -> Option<()> {
         let (layout, material) = (self.layout(), &self.rod.material);
@@ -288,7 +288,9 @@ where
         let (from, slots) = (y.as_slice(), out.as_mut_slice());
         let mut dissipated = 0.0;
         let nodes = self.rod.grid.nodes().iter().zip(self.rod.grid.weights());
+        let resultants = resultants.chunks_exact(M);
         for (i, ((s, weight), local)) in nodes.zip(resultants).enumerate() {
+            let local = Local::<M>::from_column_slice(local);
             let first = i * M;
             let e = Local::<M>::from_column_slice(&from[first..first + M]);
             let mut overstress = local - material.stored(*s, &e)?.resultants;
@@ -462,9 +464,9 @@ where
             .iter()
             .map(|y| y.fixed_rows::<D>(layout.wrench()).into_owned());
         let (strains, wrenches): (Vec<_>, Vec<_>) = strains.zip(wrenches).unzip();
-        let mut resultants = vec![Local::zeros(); nodes * states.len()];
+        let mut resultants = vec![0.0; nodes * M * states.len()];
         let poses = self.rod.loaded(&strains, &wrenches, &mut resultants)?;
-        let poses = poses.iter().zip(resultants.chunks_exact(nodes));
+        let poses = poses.iter().zip(resultants.chunks_exact(nodes * M));
         pairs
             .zip(poses)
             .try_for_each(|((y, out), (pose, resultants))| self.held(y, pose, resultants, out))

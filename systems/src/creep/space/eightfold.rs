@@ -3,8 +3,6 @@
 //! The same equations in the same order as [`super::turn`], with one number of corrections for all states.
 
 use super::super::grid::{Element, Grid};
-use super::super::kinematics::{AtEnd, Local};
-use super::free_v;
 use crate::math::eight::{Eight, wide};
 use crate::math::real::Real;
 use nalgebra::DMatrix;
@@ -28,46 +26,51 @@ type Turn<S> = [Eight<S>; 4];
 /// Rotation (w, x, y, z) and position of the end.
 pub(super) type End = ([f64; 4], [f64; 3]);
 
-/// The local resultants that end wrenches make at the nodes, and where the ends are.
-pub(super) struct Loading<'a, const M: usize, const D: usize> {
+/// The local resultants that end wrenches make at the nodes, and where the ends are. Not generic in the strains and the end: it would be
+/// compiled for each.
+pub(super) struct Loading<'a> {
     pub grid: &'a Grid,
+    /// Places of the strains that can change among u1 .. v3.
+    pub places: &'a [usize],
     /// The strains of at most [`LANES`] states, node by node.
     pub strains: &'a [&'a [f64]],
-    pub wrenches: &'a [AtEnd<D>],
-    /// Q_i w, state by state.
-    pub resultants: &'a mut [Local<M>],
+    /// (m1, n1) of each.
+    pub wrenches: &'a [[f64; 6]],
+    /// Q_i w, state by state and node by node.
+    pub resultants: &'a mut [f64],
     /// One for each state.
     pub ends: &'a mut Vec<End>,
 }
 
-impl<const M: usize, const D: usize> Loading<'_, M, D> {
+impl Loading<'_> {
     /// False, and nothing is written, if the nodes do not resolve a shape.
     pub(super) fn done(self) -> bool {
         wide(self)
     }
 }
 
-impl<const M: usize, const D: usize> WithSimd for Loading<'_, M, D> {
+impl WithSimd for Loading<'_> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let (grid, n) = (self.grid, self.grid.len());
+        let (grid, n, m) = (self.grid, self.grid.len(), self.places.len());
         let zero = Eight::all(simd, 0.0);
         // Lanes without a state of their own repeat the first.
         let states: [&[f64]; LANES] =
             std::array::from_fn(|lane| *self.strains.get(lane).unwrap_or(&self.strains[0]));
         // Aligned memory is dear: all of it is taken at once.
-        let mut room = vec![zero; n * (M + 21 + 8 * USUAL)];
+        let mut room = vec![zero; n * (27 + 8 * USUAL)];
         let mut room = Room(&mut room);
-        let strains = room.take::<M>(n);
+        let strains = room.take::<6>(n);
         for (i, strain) in strains.iter_mut().enumerate() {
-            for (k, strain) in strain.iter_mut().enumerate() {
+            strain[5] = zero.with(1.0);
+            for (k, place) in self.places.iter().enumerate() {
                 let mut at = [0.0; LANES];
                 for (x, state) in at.iter_mut().zip(states) {
-                    *x = state[i * M + k];
+                    *x = state[i * m + k];
                 }
-                *strain = Eight::of(simd, at);
+                strain[*place] = Eight::of(simd, at);
             }
         }
         let (u, p, positions) = (room.take::<3>(n), room.take::<4>(n), room.take::<3>(n));
@@ -101,11 +104,9 @@ impl<const M: usize, const D: usize> WithSimd for Loading<'_, M, D> {
             {
                 let [d1, d2, d3] = directors(p);
                 *t = d3;
-                if M == 4 {
-                    *t = scaled(&d3, strain[M - 1]);
-                } else if M == 6 {
-                    let shear = added(&scaled(&d1, strain[M - 3]), &scaled(&d2, strain[M - 2]));
-                    *t = added(&shear, &scaled(&d3, strain[M - 1]));
+                if m > 3 {
+                    let shear = added(&scaled(&d1, strain[3]), &scaled(&d2, strain[4]));
+                    *t = added(&shear, &scaled(&d3, strain[5]));
                 }
             }
             let out = &mut positions[nodes.clone()];
@@ -117,7 +118,7 @@ impl<const M: usize, const D: usize> WithSimd for Loading<'_, M, D> {
                 end = added(&scaled(t, zero.with(*weight)), &end);
             }
         }
-        let mut wrench = [zero; D];
+        let mut wrench = [zero; 6];
         for (k, wrench) in wrench.iter_mut().enumerate() {
             let mut at = [0.0; LANES];
             for (x, w) in at.iter_mut().zip(self.wrenches) {
@@ -125,26 +126,20 @@ impl<const M: usize, const D: usize> WithSimd for Loading<'_, M, D> {
             }
             *wrench = Eight::of(simd, at);
         }
-        let (mut couple, mut force) = ([zero; 3], [zero; 3]);
-        force.copy_from_slice(&wrench[D - 3..]);
-        if D == 6 {
-            couple.copy_from_slice(&wrench[..3]);
-        }
+        let [m1, m2, m3, n1, n2, n3] = wrench;
+        let (couple, force) = ([m1, m2, m3], [n1, n2, n3]);
         for (i, (p, r)) in p.iter().zip(&*positions).enumerate() {
             let arm = [end[0] - r[0], end[1] - r[1], end[2] - r[2]];
             let moment = added(&cross(&arm, &force), &couple);
             let directors = directors(p);
-            let mut local = [zero; M];
-            for k in 0..3 {
-                local[k] = dot(&directors[k], &moment);
-            }
-            for k in free_v(M) {
-                local[k + M - 3] = dot(&directors[k], &force);
-            }
-            for (k, local) in local.iter().enumerate() {
-                let numbers = local.numbers();
-                for (state, x) in self.resultants.chunks_exact_mut(n).zip(numbers) {
-                    state[i][k] = x;
+            for (k, place) in self.places.iter().enumerate() {
+                let local = match *place {
+                    0..3 => dot(&directors[*place], &moment),
+                    _ => dot(&directors[*place - 3], &force),
+                };
+                let states = self.resultants.chunks_exact_mut(n * m);
+                for (state, x) in states.zip(local.numbers()) {
+                    state[i * m + k] = x;
                 }
             }
         }
