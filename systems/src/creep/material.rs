@@ -174,7 +174,7 @@ impl<const M: usize> Material<M> {
     }
 
     /// Stored energy and its resultants at s in [0, 1]; None outside the law's domain.
-    #[inline(always)]
+    #[inline]
     pub fn stored(&self, s: f64, e: &Local<M>) -> Option<Stored<M>> {
         if let Some(h) = &self.hoisted {
             let deviation = e - h.rest;
@@ -201,7 +201,7 @@ impl<const M: usize> Material<M> {
     }
 
     /// The strain rates under an overstress, with their derivatives; None outside the law's domain.
-    #[inline(always)]
+    #[inline]
     pub fn creep(&self, s: f64, e: &Local<M>, overstress: &Local<M>) -> Option<Creep<M>> {
         if let Some(h) = &self.hoisted {
             return Some(Creep {
