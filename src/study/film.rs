@@ -230,13 +230,13 @@ pub fn film<'m>(
         }
     }
     camera.thin();
-    if camera
-        .pictures
-        .kept
-        .last()
-        .is_none_or(|(at, ..)| at.t < last.t)
-    {
+    // The end may not have been wanted, or dropped again.
+    if camera.pictures.lacks(last.t) {
         camera.keep(&*motion.now(), Place::Way)?;
+    }
+    if camera.trace.lacks(last.t) {
+        let traced = of.traced(&*motion.now());
+        camera.trace.keep(&camera.measure, (last, traced, false));
     }
     let shaped = |still: &Still| still.rods.iter().all(|rod| rod.len() > 1);
     let stills = camera.pictures.kept.into_iter().map(|(_, still, _)| still);
@@ -431,6 +431,11 @@ impl<T> Reel<T> {
     fn wants(&self, measure: &Measure, at: &Glimpse) -> bool {
         let far = |(last, ..): &(Glimpse, T, bool)| measure.way(last, at) >= self.step;
         self.kept.last().is_none_or(far)
+    }
+
+    /// True if all that was taken is before the time.
+    fn lacks(&self, t: f64) -> bool {
+        self.kept.last().is_none_or(|(at, ..)| at.t < t)
     }
 
     fn keep(&mut self, measure: &Measure, one: (Glimpse, T, bool)) {
