@@ -21,6 +21,7 @@ pub mod radau7;
 mod radau_stages;
 mod relocate;
 pub mod roots;
+mod rough;
 pub mod special;
 pub mod stepper;
 pub mod switching;

@@ -6,6 +6,7 @@
 use super::cost::Cost;
 use super::dop853::StepTooSmall;
 use super::radau_stages::{Factors, Newton, Order, Outcome, Stages};
+use super::rough::Rough;
 use super::system::{AnyLinearised, AnySystem};
 use nalgebra::DVector;
 
@@ -20,16 +21,6 @@ const FAST: f64 = 0.02;
 /// Newton's iteration contracts in proportion to the step, along which the Jacobian changes: a step at which it would contract by less
 /// than this in an iteration is not tried.
 const CONTRACTING: f64 = 0.3;
-/// Rough Jacobians are doubted where Newton's iteration contracts by less than this in an iteration, in the mean of about so many steps.
-const ROUGH: f64 = 0.2;
-const MEAN: f64 = 4.0;
-/// Steps that are then taken with whole ones.
-const TRIAL: u32 = 4;
-/// Whole ones are worth their price if they make the logarithm of the contraction so many times what it was: iterations are fewer by as much.
-const BETTER: f64 = 1.5;
-/// Steps for which such a verdict holds: at first, and at most when it was the same again and again.
-const PATIENCE: u32 = 16;
-const PATIENCE_LIMIT: u32 = 1024;
 /// A step below this multiple of the largest step so far has stalled.
 const STALL: f64 = 1e-14;
 /// Steps of a motion that rests grow for ever; squares of 1/h must be numbers, for complex ones to be divided by it.
@@ -53,61 +44,6 @@ pub(super) fn estimate_bound(tolerance: f64) -> f64 {
 struct Accepted {
     h: f64,
     error: f64,
-}
-
-/// What is known of rough Jacobians ([`AnySystem::roughly_linearised`]): whether they serve is tried.
-#[derive(Debug, Clone, Copy)]
-struct Rough {
-    /// The Jacobian in use is one.
-    used: bool,
-    /// Steps to be taken with whole ones, and whether they are a trial.
-    whole: u32,
-    trying: bool,
-    /// Steps to be taken with rough ones, however poor.
-    trusted: u32,
-    /// How long the next verdict holds.
-    patience: u32,
-    /// Logarithms of the contraction, in the mean: with rough ones, and of the trial so far.
-    usual: f64,
-    tried: f64,
-}
-
-impl Rough {
-    /// Nothing is known, and the best is hoped.
-    const HOPED: Self = Self {
-        used: false,
-        whole: 0,
-        trying: false,
-        trusted: 0,
-        patience: PATIENCE,
-        usual: -2.0 * MEAN,
-        tried: 0.0,
-    };
-
-    /// Newton's iteration contracted by this; 1 if it failed.
-    fn seen(&mut self, contraction: f64) {
-        let log = contraction.max(FAST).ln();
-        if self.used {
-            self.usual += (log - self.usual) / MEAN;
-            self.trusted = self.trusted.saturating_sub(1);
-            if self.trusted == 0 && self.usual > ROUGH.ln() {
-                (self.whole, self.trying, self.tried) = (TRIAL, true, 0.0);
-            }
-            return;
-        }
-        self.tried += log / f64::from(TRIAL);
-        self.whole = self.whole.saturating_sub(1);
-        if self.whole > 0 || !std::mem::take(&mut self.trying) {
-            return;
-        }
-        if self.tried < BETTER * self.usual {
-            self.whole = self.patience;
-            self.usual = Self::HOPED.usual;
-        } else {
-            self.trusted = self.patience;
-        }
-        self.patience = (2 * self.patience).min(PATIENCE_LIMIT);
-    }
 }
 
 /// An integration in progress.
@@ -173,10 +109,7 @@ impl Radau {
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
-            rough: Rough {
-                used: false,
-                ..self.rough
-            },
+            rough: self.rough.anew(),
             cost: self.cost,
             ..Self::new(state, slope, h, self.tolerance)
         };
@@ -233,9 +166,9 @@ impl Radau {
     /// served so far; at the current state if there is none.
     fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
         let middle = &self.state + self.beyond(1.0 + (0.5 * h / self.span).min(1.0));
-        let rough = match self.rough.whole {
-            0 => system.roughly_linearised(&middle),
-            _ => None,
+        let rough = match self.rough.is_due() {
+            true => system.roughly_linearised(&middle),
+            false => None,
         };
         self.rough.used = rough.is_some();
         let Some(jacobian) = rough.or_else(|| system.linearised(&middle)) else {

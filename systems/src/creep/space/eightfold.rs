@@ -43,7 +43,7 @@ pub(super) struct Loading<'a> {
 }
 
 impl Loading<'_> {
-    /// False, and nothing is written, if the nodes do not resolve a shape.
+    /// False if the nodes do not resolve a shape, or it is not finite; what has been written is then of no use.
     pub(super) fn done(self) -> bool {
         wide(self)
     }

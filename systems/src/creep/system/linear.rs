@@ -114,7 +114,7 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
                 let condensed = self.condensed(&blocks, &follows, &damped);
                 Solver::Local {
                     blocks,
-                    wrench: inverse(condensed.scale(unit))?,
+                    wrench: condensed.scale(unit).try_inverse()?,
                 }
             }
         };
@@ -248,7 +248,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
                 let share = T::one() / (T::one() + sigma * real(*time));
                 block -= blocks[node].map(|x| real(x) * share);
             }
-            inverse(block)
+            block.try_inverse()
         });
         inverses.collect()
     }
@@ -341,47 +341,6 @@ impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
         right.rows_mut(n, D).copy_from(&wrench);
         Some(right)
     }
-}
-
-/// The inverse of a matrix of at most six rows; None if it is singular.
-fn inverse<T: Scalar, const N: usize>(mut matrix: SMatrix<T, N, N>) -> Option<SMatrix<T, N, N>> {
-    invert(matrix.as_mut_slice(), N).then_some(matrix)
-}
-
-/// Inverts a matrix of n columns, n at most six, by elimination with partial pivoting; false if it is singular. Not generic in n: the
-/// inverses of nalgebra took as long to compile as all else here.
-fn invert<T: Scalar>(a: &mut [T], n: usize) -> bool {
-    let mut rows = [0; 6];
-    for k in 0..n {
-        let size = |i: &usize| a[k * n + i].norm1();
-        let row = (k..n).max_by(|i, j| size(i).total_cmp(&size(j)));
-        rows[k] = row.unwrap_or(k);
-        for column in a.chunks_exact_mut(n) {
-            column.swap(k, rows[k]);
-        }
-        let pivot = a[k * n + k];
-        if !(pivot.norm1() > 0.0 && pivot.is_finite()) {
-            return false;
-        }
-        // The column of the identity that is eliminated takes the place of the one that becomes it.
-        let mut multiples = [T::zero(); 6];
-        for (i, multiple) in multiples[..n].iter_mut().enumerate() {
-            let entry = &mut a[k * n + i];
-            *multiple = std::mem::replace(entry, if i == k { T::one() } else { T::zero() });
-        }
-        for column in a.chunks_exact_mut(n) {
-            let x = column[k] / pivot;
-            for (i, (entry, multiple)) in column.iter_mut().zip(multiples).enumerate() {
-                *entry = if i == k { x } else { *entry - multiple * x };
-            }
-        }
-    }
-    for k in (0..n).rev() {
-        for i in 0..n {
-            a.swap(k * n + i, rows[k] * n + i);
-        }
-    }
-    true
 }
 
 /// Adds what the strains of a node, a column for each wrench, do to the end.
