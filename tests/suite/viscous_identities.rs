@@ -9,6 +9,7 @@ use snaprod::creep::place::gap;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
+use snaprod::math::eight::Registers;
 use snaprod::motion::creep::{Hold, ViscousRun, ViscousSample, ViscousStart, ViscousSystem};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{
@@ -313,8 +314,8 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
     let poses = rod
         .kinematics
         .loaded(&rod.grid, &strains, &wrenches, &mut resultants);
-    let in_space = K::PLACE != 2;
-    assert_eq!(poses.is_some(), in_space && scaled < 10.0, "{what}");
+    let wide = K::PLACE != 2 && Registers::widest().is_some();
+    assert_eq!(poses.is_some(), wide && scaled < 10.0, "{what}");
     for (k, (y, slope)) in states.iter().zip(&slopes).enumerate() {
         let rod = &system.rod;
         let at = rod.configuration(system.strains(y), system.memory(y));

@@ -12,7 +12,7 @@ use super::model::Elastica;
 use super::slight::SLIGHT;
 use crate::manifold::{EightPoints, Eightfold, EquilibriumManifold};
 use crate::math::Row;
-use crate::math::eight::{Eight, wide};
+use crate::math::eight::{Eight, Registers};
 use crate::math::means::integrals;
 use crate::math::real::{Halves, Real};
 use nalgebra::Vector2;
@@ -54,7 +54,8 @@ impl Eightfold<2> for Eightfolds {
     /// Outside of what is served in wide registers one by one.
     #[inline]
     fn points(&mut self, q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
-        wide(Work { all: self, q, to }) || one_by_one(q, to)
+        let work = Work { all: self, q, to };
+        Registers::widest().is_some_and(|registers| registers.work(work)) || one_by_one(q, to)
     }
 }
 

@@ -83,6 +83,46 @@ pub fn wide<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
+/// Registers that hold four numbers or more, for large kernels beside which there is another way: of those there is no version for processors
+/// without such registers, which would take as long to compile as all others.
+#[derive(Clone, Copy)]
+pub enum Registers {
+    /// Eight numbers.
+    #[cfg(target_arch = "x86_64")]
+    V4(pulp::x86::V4),
+    /// Four.
+    #[cfg(target_arch = "x86_64")]
+    V3(pulp::x86::V3),
+    /// Other machines: what they have.
+    #[cfg(not(target_arch = "x86_64"))]
+    Any(Arch),
+}
+
+impl Registers {
+    /// The widest that this processor has.
+    #[inline]
+    pub fn widest() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        return (pulp::x86::V4::try_new().map(Self::V4))
+            .or_else(|| pulp::x86::V3::try_new().map(Self::V3));
+        #[cfg(not(target_arch = "x86_64"))]
+        Some(Self::Any(Arch::new()))
+    }
+
+    /// Does `work`, all of which is inlined, compiled for them.
+    #[inline(always)]
+    pub fn work<W: WithSimd>(self, work: W) -> W::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::V4(simd) => Simd::vectorize(simd, work),
+            #[cfg(target_arch = "x86_64")]
+            Self::V3(simd) => Simd::vectorize(simd, work),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Any(arch) => arch.dispatch(work),
+        }
+    }
+}
+
 /// The Gauss rule on a step.
 pub(crate) struct Rule<S: Simd> {
     /// h b_j.
@@ -139,6 +179,30 @@ impl<S: Simd> Rule<S> {
     }
 }
 
+/// An operation on the registers in which eight numbers lie, written out for one and for two of them: the kernels consist of hundreds of such
+/// operations, and a loop for each is what the compiler would spend most of its time with.
+macro_rules! of_registers {
+    ($x:ident in $to:expr $(, $y:ident in $other:expr)* => $result:expr) => {{
+        let (at, _) = S::as_mut_simd_f64s(&mut $to);
+        $(let ($y, _) = S::as_simd_f64s(&$other);)*
+        if size_of::<S::f64s>() == 64 {
+            at[0] = of_registers!(@one 0, at $x $($y)*, $result);
+        } else if size_of::<S::f64s>() == 32 {
+            at[0] = of_registers!(@one 0, at $x $($y)*, $result);
+            at[1] = of_registers!(@one 1, at $x $($y)*, $result);
+        } else {
+            for i in 0..at.len() {
+                at[i] = of_registers!(@one i, at $x $($y)*, $result);
+            }
+        }
+    }};
+    (@one $i:expr, $at:ident $x:ident $($y:ident)*, $result:expr) => {{
+        let $x = $at[$i];
+        $(let $y = $y[$i];)*
+        $result
+    }};
+}
+
 /// Eight numbers; a line of the cache.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
@@ -186,22 +250,14 @@ impl<S: Simd> Eight<S> {
     /// The smaller of two.
     #[inline(always)]
     pub fn smaller(mut self, other: Self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        let (other, _) = S::as_simd_f64s(&other.at);
-        for (x, y) in at.iter_mut().zip(other) {
-            *x = self.simd.min_f64s(*x, *y);
-        }
+        of_registers!(x in self.at, y in other.at => self.simd.min_f64s(x, y));
         self
     }
 
     /// The greater of two.
     #[inline(always)]
     pub fn greater(mut self, other: Self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        let (other, _) = S::as_simd_f64s(&other.at);
-        for (x, y) in at.iter_mut().zip(other) {
-            *x = self.simd.max_f64s(*x, *y);
-        }
+        of_registers!(x in self.at, y in other.at => self.simd.max_f64s(x, y));
         self
     }
 
@@ -243,12 +299,7 @@ impl<S: Simd> Eight<S> {
     /// self times the one plus the other, rounded once where the processor does that as fast.
     #[inline(always)]
     pub fn times_plus(mut self, factor: Self, plus: Self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        let (factor, _) = S::as_simd_f64s(&factor.at);
-        let (plus, _) = S::as_simd_f64s(&plus.at);
-        for ((x, factor), plus) in at.iter_mut().zip(factor).zip(plus) {
-            *x = self.simd.mul_add_e_f64s(*x, *factor, *plus);
-        }
+        of_registers!(x in self.at, y in factor.at, z in plus.at => self.simd.mul_add_e_f64s(x, y, z));
         self
     }
 
@@ -260,13 +311,12 @@ impl<S: Simd> Eight<S> {
 
     /// The sum of their products with `weights`.
     #[inline(always)]
-    fn sum(self, weights: Self) -> f64 {
-        let (at, _) = S::as_simd_f64s(&self.at);
-        let (weights, _) = S::as_simd_f64s(&weights.at);
+    fn sum(mut self, weights: Self) -> f64 {
         let mut sum = self.simd.splat_f64s(0.0);
-        for (x, weight) in at.iter().zip(weights) {
-            sum = self.simd.mul_add_e_f64s(*x, *weight, sum);
-        }
+        of_registers!(x in self.at, weight in weights.at => {
+            sum = self.simd.mul_add_e_f64s(x, weight, sum);
+            sum
+        });
         self.simd.reduce_sum_f64s(sum)
     }
 }
@@ -275,11 +325,7 @@ impl<S: Simd> Add for Eight<S> {
     type Output = Self;
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        let (other, _) = S::as_simd_f64s(&other.at);
-        for (x, y) in at.iter_mut().zip(other) {
-            *x = self.simd.add_f64s(*x, *y);
-        }
+        of_registers!(x in self.at, y in other.at => self.simd.add_f64s(x, y));
         self
     }
 }
@@ -288,11 +334,7 @@ impl<S: Simd> Sub for Eight<S> {
     type Output = Self;
     #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        let (other, _) = S::as_simd_f64s(&other.at);
-        for (x, y) in at.iter_mut().zip(other) {
-            *x = self.simd.sub_f64s(*x, *y);
-        }
+        of_registers!(x in self.at, y in other.at => self.simd.sub_f64s(x, y));
         self
     }
 }
@@ -301,11 +343,7 @@ impl<S: Simd> Mul for Eight<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(mut self, other: Self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        let (other, _) = S::as_simd_f64s(&other.at);
-        for (x, y) in at.iter_mut().zip(other) {
-            *x = self.simd.mul_f64s(*x, *y);
-        }
+        of_registers!(x in self.at, y in other.at => self.simd.mul_f64s(x, y));
         self
     }
 }
@@ -326,19 +364,14 @@ impl<S: Simd> Real for Eight<S> {
 
     #[inline(always)]
     fn inverse(mut self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        for x in at {
-            *x = self.simd.div_f64s(self.simd.splat_f64s(1.0), *x);
-        }
+        let one = self.simd.splat_f64s(1.0);
+        of_registers!(x in self.at => self.simd.div_f64s(one, x));
         self
     }
 
     #[inline(always)]
     fn sqrt(mut self) -> Self {
-        let (at, _) = S::as_mut_simd_f64s(&mut self.at);
-        for x in at {
-            *x = self.simd.sqrt_f64s(*x);
-        }
+        of_registers!(x in self.at => self.simd.sqrt_f64s(x));
         self
     }
 

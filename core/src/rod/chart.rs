@@ -65,6 +65,45 @@ pub trait Chart {
     }
 }
 
+/// A [`Chart`] without its types: searches for an equilibrium are compiled once.
+pub(super) trait AnyChart {
+    /// [`Chart::size`].
+    fn size(&self) -> usize;
+    /// [`Chart::equations`] at `x`.
+    fn equations(&self, problem: &Problem, x: &DVector<f64>) -> Result<Equations>;
+    /// [`Chart::wrench`].
+    fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench>;
+    /// [`Chart::winding`].
+    fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64>;
+    /// [`Chart::unknowns`].
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>>;
+}
+
+impl<C: Chart> AnyChart for C {
+    fn size(&self) -> usize {
+        Chart::size(self)
+    }
+
+    fn equations(&self, problem: &Problem, x: &DVector<f64>) -> Result<Equations> {
+        Ok(Chart::equations(self, problem, &self.trial(problem, x)?))
+    }
+
+    fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {
+        Chart::wrench(self, problem, x)
+    }
+
+    fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
+        Chart::winding(self, problem, x)
+    }
+
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
+        Chart::unknowns(self, problem, b)
+    }
+}
+
+/// Residuals and their derivatives by the unknowns.
+pub(super) type Equations = (DVector<f64>, DMatrix<f64>);
+
 /// Unknowns in the chart's own size.
 ///
 /// # Errors

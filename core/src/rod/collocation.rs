@@ -16,14 +16,14 @@
 mod conjugate;
 mod tangent;
 
-use super::line::{LineState, STEP_LIMIT, Wrench, rate};
+use super::line::{LineState, STEP_LIMIT, Wrench, lost, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
-use crate::math::eight::{Eight, Rule, wide};
+use crate::math::eight::{Eight, Registers, Rule};
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
-pub(super) use conjugate::followed;
+use conjugate::Turning;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;
@@ -35,20 +35,38 @@ const SWEEPS: f64 = 23.0;
 /// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of some rods are; steps of twice that are taken.
 const TOP: f64 = 2.0;
 
-/// The end of a uniform linear rod, with `K` columns of its tangent, by the components of the base wrench from `first` on; or the place
-/// from which it cannot go on.
-pub(super) fn end<const K: usize>(
-    (law, linear): (&ScaledLaw, &UniformLinear),
-    b: &Wrench,
-    first: usize,
-    tolerance: f64,
-) -> Result<std::result::Result<(LineState<K>, Cost), f64>> {
-    let along = Along::new((law, linear), b, first, tolerance)?;
-    let ended = wide(Whole {
-        along: &along,
-        beside: (),
-    });
-    Ok(ended.map(|ended| (along.ended(&ended), ended.cost)))
+/// A uniform linear rod on a processor with registers for this; other rods, and all of them elsewhere, are integrated step by step.
+#[derive(Clone, Copy)]
+pub(super) struct Collocated<'a> {
+    law: &'a ScaledLaw,
+    linear: &'a UniformLinear,
+    registers: Registers,
+}
+
+impl<'a> Collocated<'a> {
+    pub(super) fn of(law: &'a ScaledLaw) -> Option<Self> {
+        Some(Self {
+            law,
+            linear: law.uniform()?,
+            registers: Registers::widest()?,
+        })
+    }
+
+    /// The end, with `K` columns of its tangent, by the components of the base wrench from `first` on.
+    ///
+    /// # Errors
+    /// The place from which it cannot go on.
+    pub(super) fn end<const K: usize>(
+        &self,
+        b: &Wrench,
+        first: usize,
+        tolerance: f64,
+    ) -> Result<(LineState<K>, Cost)> {
+        let along = Along::new(self, b, first, tolerance)?;
+        let ended = along.follow(None);
+        let ended = ended.map_err(|s| lost(self.law, b, None, s))?;
+        Ok((along.ended(&ended), ended.cost))
+    }
 }
 
 /// One compliance is alone if the square of their sum is greater than the sum of their pairs by this factor: it is 15 times the others or more.
@@ -80,6 +98,7 @@ fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
 
 /// A rod, and how it is followed.
 struct Along<'a> {
+    registers: Registers,
     linear: &'a UniformLinear,
     sense: f64,
     /// The axes along which vectors are given, by columns.
@@ -121,12 +140,12 @@ struct Sections<S: Simd> {
 }
 
 /// Where it ended, along the rod's axes.
-struct Ended<const K: usize, B> {
+struct Ended<const K: usize> {
     q: [f64; 4],
     r: [f64; 3],
     energy: f64,
     columns: Columns<K>,
-    beside: B,
+    turning: Option<Turning>,
     cost: Cost,
 }
 
@@ -146,51 +165,21 @@ struct Step<'a, S: Simd, const K: usize> {
     slopes: &'a [[Eight<S>; 6]; K],
 }
 
-/// What is followed along a rod beside its end.
-trait Beside<const K: usize> {
-    /// The longest step.
-    fn longest(&self) -> f64;
-
-    /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for a shorter step.
-    fn follow<S: Simd>(
-        &mut self,
-        along: &Along,
-        step: &Step<S, K>,
-        columns: &Columns<K>,
-        to: (&[f64; 3], &mut Columns<K>),
-    ) -> bool;
-}
-
-impl<const K: usize> Beside<K> for () {
-    #[inline(always)]
-    fn longest(&self) -> f64 {
-        1.0
-    }
-
-    #[inline(always)]
-    fn follow<S: Simd>(
-        &mut self,
-        _: &Along,
-        _: &Step<S, K>,
-        _: &Columns<K>,
-        _: (&[f64; 3], &mut Columns<K>),
-    ) -> bool {
-        true
-    }
-}
-
-/// The whole way from clamp to end, with `K` columns.
-struct Whole<'a, const K: usize, B> {
+/// The whole way from clamp to end, with `K` columns, and with the angle of all of them if that is asked for.
+struct Whole<'a, const K: usize> {
     along: &'a Along<'a>,
-    beside: B,
+    turning: Option<Turning>,
 }
 
-impl<const K: usize, B: Beside<K>> WithSimd for Whole<'_, K, B> {
-    type Output = std::result::Result<Ended<K, B>, f64>;
+impl<const K: usize> WithSimd for Whole<'_, K> {
+    type Output = std::result::Result<Ended<K>, f64>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { along, mut beside } = self;
+        let Self {
+            along,
+            turning: mut angle,
+        } = self;
         let zero = Eight::all(simd, 0.0);
         let mut cost = Cost::default();
         let (mut s, mut energy) = (0.0, 0.0);
@@ -202,7 +191,7 @@ impl<const K: usize, B: Beside<K>> WithSimd for Whole<'_, K, B> {
         for k in 0..K {
             columns.base[k][(along.first + k) % 6] = 1.0;
         }
-        let longest = beside.longest();
+        let longest = angle.as_ref().map_or(1.0, |angle| angle.longest);
         let mut step = along.step.min(longest);
         while 1.0 - s > 1e-14 {
             if cost.steps + cost.rejected > STEP_LIMIT {
@@ -258,17 +247,21 @@ impl<const K: usize, B: Beside<K>> WithSimd for Whole<'_, K, B> {
             }
             let mut carried = columns;
             carry(&mut carried.tangent, &rule, &varying, &moved);
-            let taken = Step {
-                rule: &rule,
-                h,
-                from: &r,
-                at: &at,
-                slopes: &varying,
-            };
-            if !beside.follow(along, &taken, &columns, (&to, &mut carried)) {
-                step = 0.5 * h;
-                cost.rejected += 1;
-                continue;
+            if let Some(angle) = &mut angle
+                && K > 0
+            {
+                let taken = Step {
+                    rule: &rule,
+                    h,
+                    from: &r,
+                    at: &at,
+                    slopes: &varying,
+                };
+                if !angle.follow(along, &taken, &columns, (&to, &mut carried)) {
+                    step = 0.5 * h;
+                    cost.rejected += 1;
+                    continue;
+                }
             }
             for (z, slope) in q.iter_mut().zip(&turning) {
                 *z += rule.integral(slope);
@@ -283,7 +276,7 @@ impl<const K: usize, B: Beside<K>> WithSimd for Whole<'_, K, B> {
             r,
             energy,
             columns,
-            beside,
+            turning: angle,
             cost,
         })
     }
@@ -300,12 +293,12 @@ fn largest(columns: &[[f64; 6]]) -> f64 {
 }
 
 impl<'a> Along<'a> {
-    fn new(
-        (law, linear): (&ScaledLaw, &'a UniformLinear),
-        b: &Wrench,
-        first: usize,
-        tolerance: f64,
-    ) -> Result<Self> {
+    fn new(rod: &Collocated<'a>, b: &Wrench, first: usize, tolerance: f64) -> Result<Self> {
+        let Collocated {
+            law,
+            linear,
+            registers,
+        } = *rod;
         let rate = rate(law, b)?;
         let axes = axes(&b.fixed_rows::<3>(3).into_owned());
         let m = axes.tr_mul(&b.fixed_rows::<3>(0));
@@ -316,6 +309,7 @@ impl<'a> Along<'a> {
         // c1 c2 + c2 c3 + c3 c1.
         let pairs = 0.5 * (trace * trace - turning.norm_squared());
         Ok(Self {
+            registers,
             linear,
             sense: law.sense(),
             axes,
@@ -331,6 +325,19 @@ impl<'a> Along<'a> {
         })
     }
 
+    /// Follows it with `K` columns; or the place from which it cannot go on. This is compiled for each kind of processor and takes long: there is
+    /// one of it, with the angle or without.
+    #[inline(never)]
+    fn follow<const K: usize>(
+        &self,
+        turning: Option<Turning>,
+    ) -> std::result::Result<Ended<K>, f64> {
+        self.registers.work(Whole {
+            along: self,
+            turning,
+        })
+    }
+
     /// The turn from the rod's axes to those of the clamp.
     fn clamp(&self) -> [f64; 4] {
         let clamp = Rotation3::from_matrix_unchecked(self.axes.transpose());
@@ -339,7 +346,7 @@ impl<'a> Along<'a> {
     }
 
     /// The end along the axes of the clamp.
-    fn ended<const K: usize, B>(&self, ended: &Ended<K, B>) -> LineState<K> {
+    fn ended<const K: usize>(&self, ended: &Ended<K>) -> LineState<K> {
         let q = product(&conjugate(&Turn::from(self.clamp())), &Turn::from(ended.q));
         let r = self.axes * Vector3::from(ended.r);
         let tangent = self.turned(&ended.columns.tangent);

@@ -1,6 +1,6 @@
 //! Solving a problem: from a guess, or from the unloaded rod by continuation.
 
-use super::chart::{Chart, Spatial, dynamic};
+use super::chart::{AnyChart, Spatial, dynamic};
 use super::follow::{Search, follow, newton, options};
 use super::free_end::FreeEnd;
 use super::line::Wrench;
@@ -112,11 +112,15 @@ impl Problem {
             Charted::Spatial(_) | Charted::FreeEnd(_) => {
                 return search.verdict(self.solve_in_space(&search, guess, taken));
             }
-            Charted::Planar(plane) => {
-                self.solve_in(&plane, &search, self.planar_starts(&plane), guess, taken)
-            }
+            Charted::Planar(plane) => self.solve_in(
+                &plane,
+                &search,
+                &mut self.planar_starts(&plane),
+                guess,
+                taken,
+            ),
             Charted::ClosedForm(chart) => {
-                let starts = self.closed_starts(&chart);
+                let starts = &mut self.closed_starts(&chart);
                 let closed = self.solve_in(&chart, &search, starts, guess, taken);
                 match closed {
                     Err(why) if self.path == Path::Auto => {
@@ -124,7 +128,7 @@ impl Problem {
                             format!("the data are planar; the closed form gave no answer: {why}");
                         let plane = chart.plane();
                         let taken = Taken::new(Path::Planar, why);
-                        self.solve_in(plane, &search, self.planar_starts(plane), guess, taken)
+                        self.solve_in(plane, &search, &mut self.planar_starts(plane), guess, taken)
                     }
                     closed => closed,
                 }
@@ -189,9 +193,9 @@ impl Problem {
         taken: Taken,
     ) -> Result<Equilibrium> {
         if !self.has_free_end() {
-            return self.solve_in(&Spatial, search, self.starts(), guess, taken);
+            return self.solve_in(&Spatial, search, &mut self.starts(), guess, taken);
         }
-        let starts = self.free_starts();
+        let starts = &mut self.free_starts();
         let reduced = self.solve_in(&FreeEnd, search, starts, guess, taken.clone());
         let enough = |found: &Equilibrium| found.index == 0 || self.end.follower;
         if guess.is_some() || reduced.as_ref().is_ok_and(enough) {
@@ -199,7 +203,7 @@ impl Problem {
         }
         match (
             reduced,
-            self.solve_in(&Spatial, search, self.starts(), guess, taken),
+            self.solve_in(&Spatial, search, &mut self.starts(), guess, taken),
         ) {
             (Ok(reduced), Ok(whole)) if whole.index < reduced.index => Ok(whole),
             (Err(_), whole) => whole,
@@ -208,11 +212,11 @@ impl Problem {
     }
 
     /// The stable equilibrium that the first of the starts leads to, or else the one of lowest index.
-    fn solve_in<C: Chart>(
+    fn solve_in(
         &self,
-        chart: &C,
+        chart: &dyn AnyChart,
         search: &Search,
-        starts: impl Iterator<Item = PathStart>,
+        starts: &mut dyn Iterator<Item = PathStart>,
         guess: Option<&Wrench>,
         taken: Taken,
     ) -> Result<Equilibrium> {
@@ -252,9 +256,9 @@ impl Problem {
         (10.0 * self.tolerance).max(1e-12)
     }
 
-    fn describe<C: Chart>(
+    fn describe(
         &self,
-        chart: &C,
+        chart: &dyn AnyChart,
         solved: &Solution,
         route: Route,
         taken: Taken,
@@ -290,9 +294,9 @@ impl Problem {
     }
 
     /// The rod led from `start` to the end condition.
-    pub(super) fn walk<C: Chart>(
+    pub(super) fn walk(
         &self,
-        chart: &C,
+        chart: &dyn AnyChart,
         search: &Search,
         start: PathStart,
         taken: &Taken,
@@ -329,7 +333,7 @@ impl Problem {
             ))
             .scaled_axis()
         });
-        let mut solved = follow(chart, search, x, &mut route, start.whence(), |part| {
+        let mut solved = follow(chart, search, x, &mut route, start.whence(), &|part| {
             let mut way = first.clone();
             way.weight = self.share(begun + (1.0 - begun) * part);
             way.couple = couple + (self.couple - couple) * part;
@@ -355,7 +359,7 @@ impl Problem {
                 solved.x,
                 &mut route,
                 start.whence(),
-                |part| Problem {
+                &|part| Problem {
                     rod: self.bent(bend * (1.0 - part)),
                     ..self.clone()
                 },
@@ -365,9 +369,9 @@ impl Problem {
     }
 
     /// The rod under a part of the dead force, reached by turning a pull along the clamp's d3 about `axis`.
-    fn turn_pull<C: Chart>(
+    fn turn_pull(
         &self,
-        chart: &C,
+        chart: &dyn AnyChart,
         search: &Search,
         axis: &Vector3<f64>,
         route: &mut Route,
@@ -396,8 +400,8 @@ impl Problem {
             }
         };
         let zero = DVector::zeros(chart.size());
-        let pulled = follow(chart, search, zero, route, whence, |t| way(0.0, t))?;
-        let turned = follow(chart, search, pulled.x, route, whence, |t| way(t, 1.0))?;
+        let pulled = follow(chart, search, zero, route, whence, &|t| way(0.0, t))?;
+        let turned = follow(chart, search, pulled.x, route, whence, &|t| way(t, 1.0))?;
         Ok(turned.x)
     }
 

@@ -1,12 +1,12 @@
 //! Following a solution from an easy problem to the one asked for, in any chart.
 
-use super::chart::Chart;
+use super::chart::{AnyChart, Equations};
 use super::equilibrium::{Equilibrium, Route};
 use super::line;
 use super::problem::Problem;
 use crate::error::{Error, Result};
 use crate::solve::newton::{self, Failure, REMEDY, Solution};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use std::cell::{Cell, RefCell};
 
 /// First and smallest step of the way, as fractions of it.
@@ -105,13 +105,13 @@ pub(super) fn options(tolerance: f64, max_iterations: usize) -> newton::Options 
 }
 
 /// Newton's method in a chart.
-pub(super) fn newton<C: Chart>(
-    chart: &C,
+pub(super) fn newton(
+    chart: &dyn AnyChart,
     problem: &Problem,
     guess: &DVector<f64>,
     options: &newton::Options,
 ) -> Result<Solution> {
-    let solved = newton::attempt(|x| evaluate(chart, problem, x), guess, options);
+    let solved = newton::attempt(|x| chart.equations(problem, x), guess, options);
     solved.map_err(|failure| match &failure {
         Failure::Stopped {
             x,
@@ -129,18 +129,12 @@ pub(super) fn newton<C: Chart>(
     })
 }
 
-type Evaluated = (DVector<f64>, DMatrix<f64>);
-
-fn evaluate<C: Chart>(chart: &C, problem: &Problem, x: &DVector<f64>) -> Result<Evaluated> {
-    Ok(chart.equations(problem, &chart.trial(problem, x)?))
-}
-
-pub(super) fn tamely<C: Chart>(
-    chart: &C,
+pub(super) fn tamely(
+    chart: &dyn AnyChart,
     search: &Search,
     problem: &Problem,
     x: &DVector<f64>,
-) -> Result<Evaluated> {
+) -> Result<Equations> {
     search.evaluations.set(search.evaluations.get() + 1);
     if search.is_over() {
         return Err(Error::no_convergence("the search has taken too long"));
@@ -151,17 +145,17 @@ pub(super) fn tamely<C: Chart>(
             "the next trial wrench would wind the rod up by more than {WILD} radians"
         )));
     }
-    evaluate(chart, problem, x)
+    chart.equations(problem, x)
 }
 
 /// Follows the solution of `at(part)` from part = 0, where `x` solves it, to 1.
-pub(super) fn follow<C: Chart>(
-    chart: &C,
+pub(super) fn follow(
+    chart: &dyn AnyChart,
     search: &Search,
     x: DVector<f64>,
     route: &mut Route,
     whence: &str,
-    at: impl Fn(f64) -> Problem,
+    at: &dyn Fn(f64) -> Problem,
 ) -> Result<Solution> {
     let mut done = (0.0, x);
     let mut before: Option<(f64, DVector<f64>)> = None;
@@ -220,8 +214,8 @@ pub(super) fn follow<C: Chart>(
 
 /// Steps of least length where the equilibrium is one of a continuous family (a column of equal bending stiffnesses
 /// buckles any way round): Newton's method finds no single solution there, these find the nearest.
-fn settle<C: Chart>(
-    chart: &C,
+fn settle(
+    chart: &dyn AnyChart,
     search: &Search,
     problem: &Problem,
     guess: &DVector<f64>,

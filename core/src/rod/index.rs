@@ -18,7 +18,7 @@
 //! the sign that goes with a stable mode.
 
 use super::Problem;
-use super::collocation;
+use super::collocation::Collocated;
 use super::line::Wrench;
 use super::taut::Spring;
 use super::variations::{Variations, followed, variations};
@@ -98,19 +98,15 @@ impl Problem {
 impl Problem {
     fn variations<const K: usize>(&self, b: &Wrench, tolerance: f64) -> Result<Variations<K>> {
         let law = &self.rod.law;
-        match (&self.weight, law.uniform()) {
-            (Some(weight), _) => {
-                let rod = (law, weight);
-                variations::<K, Heavy<K>>(rod, b, |kappa| followed(rod, b, kappa, tolerance))
-            }
-            (None, Some(linear)) => variations((law, &()), b, |kappa| {
-                collocation::followed((law, linear), b, kappa, tolerance)
-            }),
-            (None, None) => {
-                let rod = (law, &());
-                variations::<K, ()>(rod, b, |kappa| followed(rod, b, kappa, tolerance))
-            }
+        if let Some(weight) = &self.weight {
+            let rod = (law, weight);
+            return variations::<K, Heavy<K>>(rod, b, |kappa| followed(rod, b, kappa, tolerance));
         }
+        let rod = (law, &());
+        variations::<K, ()>(rod, b, |kappa| match Collocated::of(law) {
+            Some(rod) => rod.followed(b, kappa, tolerance),
+            None => followed(rod, b, kappa, tolerance),
+        })
     }
 }
 

@@ -16,7 +16,7 @@
 //! tau = dm(0) - r x dn - rho x n + m x phi,   nu = dn + n x phi.
 //! ```
 
-use super::collocation;
+use super::collocation::Collocated;
 use super::scaled_law::ScaledLaw;
 use super::weight::Carried;
 use crate::error::{Error, Result};
@@ -387,7 +387,7 @@ impl<const K: usize, C: Carried<K>> Flow<'_, K, C> {
 }
 
 /// Why an integration, which the law may have refused, cannot go on at s.
-fn lost(law: &ScaledLaw, b: &Wrench, refusal: Option<Error>, s: f64) -> Error {
+pub(super) fn lost(law: &ScaledLaw, b: &Wrench, refusal: Option<Error>, s: f64) -> Error {
     let why = refusal.unwrap_or_else(|| {
         Error::no_convergence(format!(
             "the integration along the rod cannot go on; the base wrench is too large: {}",
@@ -510,9 +510,8 @@ pub(super) fn end<const K: usize>(
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K>, Cost)> {
-    if let Some(linear) = law.uniform() {
-        return collocation::end((law, linear), b, 0, tolerance)?
-            .map_err(|s| lost(law, b, None, s));
+    if let Some(rod) = Collocated::of(law) {
+        return rod.end(b, 0, tolerance);
     }
     loaded_end((law, &()), b, tolerance)
 }
@@ -543,9 +542,8 @@ pub(super) fn clamp_from_end<const K: usize>(
     tolerance: f64,
 ) -> Result<LineState<K>> {
     let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
-    if let Some(linear) = reversed.uniform() {
-        let found = collocation::end((reversed, linear), &b, 3, tolerance)?;
-        return (found.map(|(end, _)| end)).map_err(|s| lost(reversed, &b, None, s));
+    if let Some(rod) = Collocated::of(reversed) {
+        return rod.end(&b, 3, tolerance).map(|(end, _)| end);
     }
     let dn = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     let columns = (LineState::clamp(), [[[0.0; K]; 3], dn]);

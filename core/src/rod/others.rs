@@ -1,6 +1,6 @@
 //! Other equilibria under the same end condition: what every start leads to, and what deflation finds besides.
 
-use super::chart::{Chart, Spatial, dynamic};
+use super::chart::{AnyChart, Spatial, dynamic};
 use super::follow::{Search, options, tamely};
 use super::line::Wrench;
 use super::path::{Charted, Path, Taken};
@@ -48,25 +48,25 @@ impl Problem {
         let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();
         match self.charted(None) {
             Ok((Charted::ClosedForm(chart), taken)) => {
-                self.gather(&chart, self.closed_starts(&chart), &taken, &mut all);
+                self.gather(&chart, &mut self.closed_starts(&chart), &taken, &mut all);
             }
             Ok((Charted::Planar(plane), taken)) => {
-                self.gather(&plane, self.planar_starts(&plane), &taken, &mut all);
+                self.gather(&plane, &mut self.planar_starts(&plane), &taken, &mut all);
             }
             _ => {}
         }
         let taken = Taken::new(Path::Spatial, "all equilibria are looked for".to_owned());
-        self.gather(&Spatial, self.starts(), &taken, &mut all);
+        self.gather(&Spatial, &mut self.starts(), &taken, &mut all);
         self.deflate(&mut all);
         let found = all.split_off(known.len()).into_iter();
         found.map(|b| self.rod.outward_wrench(&b)).collect()
     }
 
     /// Adds what the starts lead to.
-    fn gather<C: Chart>(
+    fn gather(
         &self,
-        chart: &C,
-        starts: impl Iterator<Item = PathStart>,
+        chart: &dyn AnyChart,
+        starts: &mut dyn Iterator<Item = PathStart>,
         taken: &Taken,
         all: &mut Vec<Wrench>,
     ) {

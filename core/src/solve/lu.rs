@@ -65,18 +65,35 @@ impl Lu {
         for (numbers, column) in columns().zip(lu.im.chunks_exact_mut(each)) {
             part(numbers, column, |x| x.imaginary());
         }
-        if !wide(Eliminating(&mut lu)) {
-            return None;
+        lu.eliminate().then_some(lu)
+    }
+
+    /// Makes factors of a matrix; false if it is singular, or has entries that are not finite.
+    fn eliminate(&mut self) -> bool {
+        if !wide(Eliminating(self)) {
+            return false;
         }
         // Columns of L were left as they were when it was their turn.
-        for part in [&mut lu.re, &mut lu.im] {
+        let each = self.lines().max(1);
+        for part in [&mut self.re, &mut self.im] {
             for (i, column) in part.chunks_exact_mut(each).enumerate() {
-                for (k, row) in lu.rows.iter().enumerate().skip(i + 1) {
+                for (k, row) in self.rows.iter().enumerate().skip(i + 1) {
                     exchange(column, k, *row);
                 }
             }
         }
-        Some(lu)
+        true
+    }
+
+    /// The solution, by its parts, of right-hand sides by theirs, which are overwritten.
+    fn solved(&self, sides: [&mut [Line]; 2]) -> Vec<[f64; 2]> {
+        let mut found = vec![[0.0; 2]; self.size];
+        wide(Solving {
+            lu: self,
+            sides,
+            found: &mut found,
+        });
+        found
     }
 
     /// Lines of a column.
@@ -341,12 +358,7 @@ impl<T: Scalar> Factor<T> for Lu {
         let (x, y) = sides.split_at_mut(self.lines());
         part(b.as_slice(), x, |b| b.real());
         part(b.as_slice(), y, |b| b.imaginary());
-        let mut found = vec![[0.0; 2]; self.size];
-        wide(Solving {
-            lu: self,
-            sides: [x, y],
-            found: &mut found,
-        });
+        let found = self.solved([x, y]);
         for (b, [re, im]) in b.iter_mut().zip(&found) {
             *b = T::of(*re, *im);
         }

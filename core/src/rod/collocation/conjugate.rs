@@ -4,45 +4,42 @@
 //! added to what the determinants at both ends of the step tell.
 
 use super::tangent::cross;
-use super::{Along, Beside, Columns, Step, Vector, Whole, largest};
+use super::{Along, Collocated, Columns, Step, Vector, largest};
 use crate::error::Result;
-use crate::math::eight::{Eight, wide};
+use crate::math::eight::Eight;
 use crate::math::real::Real;
 use crate::rod::line::Wrench;
-use crate::rod::scaled_law::ScaledLaw;
 use crate::rod::variations::{Followed, GROWN, lost, separating, whole};
-use crate::section::UniformLinear;
 use nalgebra::{Complex, Matrix3, SMatrix, Vector3};
 use pulp::Simd;
 use std::f64::consts::TAU;
 
-/// Follows a uniform linear rod from clamp to end as `variations` does any rod.
-pub(in crate::rod) fn followed<const K: usize>(
-    rod: (&ScaledLaw, &UniformLinear),
-    b: &Wrench,
-    weight: f64,
-    tolerance: f64,
-) -> Result<Followed<K>> {
-    let along = Along::new(rod, b, 0, tolerance)?;
-    let beside = Turning {
-        weight,
-        longest: LONGEST / along.rate,
-        last: Complex::new(1.0, 0.0),
-        angle: 0.0,
-        growth: 1.0,
-    };
-    let whole = Whole::<K, _> {
-        along: &along,
-        beside,
-    };
-    let ended = wide(whole).map_err(|_| lost())?;
-    let base = along.turned(&ended.columns.base);
-    Ok(Followed {
-        end: along.ended(&ended),
-        dm: std::array::from_fn(|i| std::array::from_fn(|k| base[k][i])),
-        angle: ended.beside.angle,
-        growth: ended.beside.growth,
-    })
+impl Collocated<'_> {
+    /// The rod from clamp to end as `variations::followed` has any rod.
+    pub(in crate::rod) fn followed<const K: usize>(
+        &self,
+        b: &Wrench,
+        weight: f64,
+        tolerance: f64,
+    ) -> Result<Followed<K>> {
+        let along = Along::new(self, b, 0, tolerance)?;
+        let turning = Turning {
+            weight,
+            longest: LONGEST / along.rate,
+            last: Complex::new(1.0, 0.0),
+            angle: 0.0,
+            growth: 1.0,
+        };
+        let ended = along.follow(Some(turning)).map_err(|_| lost())?;
+        let turning = ended.turning.as_ref().ok_or_else(lost)?;
+        let base = along.turned(&ended.columns.base);
+        Ok(Followed {
+            end: along.ended(&ended),
+            dm: std::array::from_fn(|i| std::array::from_fn(|k| base[k][i])),
+            angle: turning.angle,
+            growth: turning.growth,
+        })
+    }
 }
 
 /// The longest step, times the rate of the rod's variables.
@@ -56,21 +53,18 @@ const TURN: f64 = 1.5;
 pub(super) struct Turning {
     /// kappa.
     weight: f64,
-    longest: f64,
+    /// The longest step.
+    pub longest: f64,
     /// The determinant where the next step starts, but for its size.
     last: Complex<f64>,
     angle: f64,
     growth: f64,
 }
 
-impl<const K: usize> Beside<K> for Turning {
+impl Turning {
+    /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for a shorter step.
     #[inline(always)]
-    fn longest(&self) -> f64 {
-        self.longest
-    }
-
-    #[inline(always)]
-    fn follow<S: Simd>(
+    pub fn follow<S: Simd, const K: usize>(
         &mut self,
         along: &Along,
         step: &Step<S, K>,
@@ -81,9 +75,7 @@ impl<const K: usize> Beside<K> for Turning {
         let (expected, fastest) = (step.rule.integral(&rate), rate.abs().greatest());
         self.take(along, (r, to), expected, fastest * step.h)
     }
-}
 
-impl Turning {
     /// The rate at which the angle of det X turns, at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
     #[inline(always)]
     fn rate<S: Simd, const K: usize>(

@@ -3,7 +3,7 @@
 //! The same equations in the same order as [`super::turn`], with one number of corrections for all states.
 
 use super::super::grid::{Element, Grid};
-use crate::math::eight::{Eight, wide};
+use crate::math::eight::{Eight, Registers};
 use crate::math::real::Real;
 use nalgebra::DMatrix;
 use pulp::{Simd, WithSimd};
@@ -43,9 +43,9 @@ pub(super) struct Loading<'a> {
 }
 
 impl Loading<'_> {
-    /// False if the nodes do not resolve a shape, or it is not finite; what has been written is then of no use.
+    /// False if the nodes do not resolve a shape, it is not finite, or the processor has no registers for this; what has been written is then of no use.
     pub(super) fn done(self) -> bool {
-        wide(self)
+        Registers::widest().is_some_and(|registers| registers.work(self))
     }
 }
 

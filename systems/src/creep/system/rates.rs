@@ -13,7 +13,7 @@
 
 use super::ViscousLinear;
 use crate::creep::reduced::{Drift, loose};
-use nalgebra::{Complex, DMatrix, DVector, Schur};
+use nalgebra::{Complex, DMatrix, DVector, SMatrix, Schur};
 
 /// An imaginary part below this part of the eigenvalue is rounding of a multiple real one.
 const REAL: f64 = 1e-6;
@@ -41,11 +41,67 @@ pub struct Rates {
 
 impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     /// The eigenvalues, if the state is an equilibrium; `weights` are those of the nodes. None if they do not converge.
-    ///
-    /// The whole pencil has those of the body and, slightly changed, those of the rod with its end held. Each of the latter is paired
-    /// with the nearest real one of the whole; what is left is the body's.
     pub fn rates(&self, weights: &[f64]) -> Option<Rates> {
-        let (matrix, moving) = self.first_order(weights)?;
+        let (rod, n) = (&self.rod, self.layout.field());
+        let Drift::Whole(drift) = &rod.drift else {
+            return None;
+        };
+        let strains = n * (1 + self.relaxing.len());
+        let mut rate = DMatrix::zeros(strains, strains);
+        rate.view_mut((0, 0), (n, n)).copy_from(drift);
+        for (k, (blocks, time)) in self.relaxing.iter().enumerate() {
+            let first = (k + 1) * n;
+            for (node, block) in blocks.iter().enumerate() {
+                rate.fixed_view_mut::<M, M>(node * M, first + node * M)
+                    .copy_from(block);
+            }
+            for j in 0..n {
+                rate[(first + j, j)] = 1.0 / time;
+                rate[(first + j, first + j)] = -1.0 / time;
+            }
+        }
+        let matrix =
+            |fixed: &SMatrix<f64, D, D>| DMatrix::from_column_slice(D, D, fixed.as_slice());
+        let still: Vec<usize> = loose(&self.mobility).collect();
+        let motion = SmallMotion {
+            rate,
+            push: &rod.push,
+            gather: &rod.gather,
+            convection: &rod.convection,
+            roots: (0..strains).map(|i| weights[i % n / M].sqrt()).collect(),
+            free: (0..D).filter(|i| !still.contains(i)).collect(),
+            mass: matrix(&self.body.by_wrench.try_inverse()?),
+            by_pose: matrix(&self.body.by_pose),
+            by_velocity: matrix(&self.body.by_velocity),
+        };
+        motion.rates()
+    }
+}
+
+/// The linearised equations of strains, memory and body, with numbers of rows and columns that are known when they are made.
+struct SmallMotion<'a> {
+    /// (e, z_1, ..)_t before the wrench is known.
+    rate: DMatrix<f64>,
+    /// What the wrench adds to e_t, what strains do to the place of the end, and to its velocity beside their rate.
+    push: &'a DMatrix<f64>,
+    gather: &'a DMatrix<f64>,
+    convection: &'a DMatrix<f64>,
+    /// The roots of the weights of (e, z).
+    roots: Vec<f64>,
+    /// The directions in which the end moves.
+    free: Vec<usize>,
+    /// M, and what the acceleration is by pose and velocity.
+    mass: DMatrix<f64>,
+    by_pose: DMatrix<f64>,
+    by_velocity: DMatrix<f64>,
+}
+
+impl SmallMotion<'_> {
+    /// The whole pencil has the eigenvalues of the body and, slightly changed, those of the rod with its end held. Each of the latter is paired
+    /// with the nearest real one of the whole; what is left is the body's.
+    fn rates(self) -> Option<Rates> {
+        let moving = self.free.len();
+        let matrix = self.first_order()?;
         let inner = matrix.nrows() - moving;
         let held = matrix.view((0, 0), (inner, inner)).into_owned();
         let mut held = eigenvalues(held)?;
@@ -74,47 +130,32 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     }
 
     /// The matrix of (e, z_1, ..; V) without the directions that are held, the strains in a basis of those that wrenches on the end
-    /// ever bring about; and the number of V.
-    fn first_order(&self, weights: &[f64]) -> Option<(DMatrix<f64>, usize)> {
-        let (rod, n) = (&self.rod, self.layout.field());
-        let still: Vec<usize> = loose(&self.mobility).collect();
-        let free: Vec<usize> = (0..D).filter(|i| !still.contains(i)).collect();
-        let moving = free.len();
-        let strains = n * (1 + self.relaxing.len());
-        // (e, z)_t before the wrench is known, what the wrench adds, and what of them moves the end.
-        let mut rate = DMatrix::zeros(strains, strains);
-        let Drift::Whole(drift) = &rod.drift else {
-            return None;
-        };
-        rate.view_mut((0, 0), (n, n)).copy_from(drift);
-        for (k, (blocks, time)) in self.relaxing.iter().enumerate() {
-            let first = (k + 1) * n;
-            for (node, block) in blocks.iter().enumerate() {
-                rate.fixed_view_mut::<M, M>(node * M, first + node * M)
-                    .copy_from(block);
-            }
-            for j in 0..n {
-                rate[(first + j, j)] = 1.0 / time;
-                rate[(first + j, first + j)] = -1.0 / time;
-            }
-        }
+    /// ever bring about.
+    fn first_order(self) -> Option<DMatrix<f64>> {
+        let Self {
+            mut rate,
+            roots,
+            free,
+            mass,
+            ..
+        } = self;
+        let (n, strains, moving) = (self.push.nrows(), rate.nrows(), free.len());
         let mut push = DMatrix::zeros(strains, moving);
         push.rows_mut(0, n)
-            .copy_from(&rod.push.select_columns(&free));
-        let mut gather = DMatrix::zeros(D, strains);
-        gather.columns_mut(0, n).copy_from(&rod.gather);
-        let mut convection = DMatrix::zeros(D, strains);
-        convection.columns_mut(0, n).copy_from(&rod.convection);
+            .copy_from(&self.push.select_columns(&free));
+        let mut gather = DMatrix::zeros(self.gather.nrows(), strains);
+        gather.columns_mut(0, n).copy_from(self.gather);
+        let mut convection = DMatrix::zeros(self.gather.nrows(), strains);
+        convection.columns_mut(0, n).copy_from(self.convection);
         // Times the roots of the weights, in which laws that are symmetric are symmetric matrices.
-        let root = |i: usize| weights[i % n / M].sqrt();
-        for i in 0..strains {
-            rate.row_mut(i).scale_mut(root(i));
-            push.row_mut(i).scale_mut(root(i));
+        for (i, root) in roots.iter().enumerate() {
+            rate.row_mut(i).scale_mut(*root);
+            push.row_mut(i).scale_mut(*root);
         }
-        for j in 0..strains {
-            rate.column_mut(j).unscale_mut(root(j));
-            gather.column_mut(j).unscale_mut(root(j));
-            convection.column_mut(j).unscale_mut(root(j));
+        for (j, root) in roots.iter().enumerate() {
+            rate.column_mut(j).unscale_mut(*root);
+            gather.column_mut(j).unscale_mut(*root);
+            convection.column_mut(j).unscale_mut(*root);
         }
         let basis = reached(&rate, &push);
         let inner = basis.ncols();
@@ -137,9 +178,8 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
         let mut strained = matrix.rows_mut(0, inner);
         strained += push * &wrench;
         // M V_t of the free directions; the others give the wrench there.
-        let mass = self.body.by_wrench.try_inverse()?;
-        let pose = mass * self.body.by_pose * gather;
-        let drag = mass * self.body.by_velocity;
+        let pose = &mass * self.by_pose * gather;
+        let drag = &mass * self.by_velocity;
         let mut balance = -wrench;
         for (i, &row) in free.iter().enumerate() {
             for j in 0..inner {
@@ -152,10 +192,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
         let mass = DMatrix::from_fn(moving, moving, |i, j| mass[(free[i], free[j])]);
         let acceleration = mass.lu().solve(&balance)?;
         matrix.rows_mut(inner, moving).copy_from(&acceleration);
-        matrix
-            .iter()
-            .all(|x| x.is_finite())
-            .then_some((matrix, moving))
+        matrix.iter().all(|x| x.is_finite()).then_some(matrix)
     }
 }
 
