@@ -445,11 +445,13 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
         return Ok("below the tolerance".to_owned());
     }
     if found.reason.is_none() && !text.contains("\"bar\"") {
-        let tolerance = text
-            .lines()
-            .find_map(|line| line.strip_prefix("tolerance = ")?.parse::<f64>().ok());
+        let tolerance = number(text, "tolerance = ").unwrap_or(1e-8);
+        let stiffness = number(text, "bending_stiffness = ").or(number(text, "bending = ["));
+        let unit = stiffness
+            .zip(number(text, "length = "))
+            .map_or(0.0, |(b, l)| b / l);
         for table in &tables {
-            closed(table, tolerance.unwrap_or(1e-8))?;
+            closed(table, tolerance, unit)?;
         }
     }
     Ok(outcome)
@@ -489,8 +491,15 @@ fn finite(tables: &[Table], names: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
-/// The ledger of a run that says that all is well.
-fn closed(table: &Table, tolerance: f64) -> Result<(), String> {
+/// The first number behind `key`.
+fn number(text: &str, key: &str) -> Option<f64> {
+    let (_, rest) = text.split_once(key)?;
+    rest.split([',', ']', '\n']).next()?.parse().ok()
+}
+
+/// The ledger of a run that says that all is well. Shapes are known to within the tolerance, in units of the rod, and an energy E to within its root
+/// times that of the rod's `unit`, B/L: more than the former bound where E is far below B/L.
+fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
     let total = table.reals("total");
     let terms = [
         "kinetic",
@@ -511,7 +520,8 @@ fn closed(table: &Table, tolerance: f64) -> Result<(), String> {
     let off = total
         .iter()
         .fold(0.0, |most, x| f64::max(most, (x - first).abs()));
-    match off <= (1e5 * tolerance).max(1e-9) * largest {
+    let resolved = 10.0 * tolerance * (unit * largest).sqrt();
+    match off <= ((1e5 * tolerance).max(1e-9) * largest).max(resolved) {
         true => Ok(()),
         false => Err(format!(
             "the ledger opens by {:e} of its largest term",

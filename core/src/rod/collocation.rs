@@ -62,7 +62,7 @@ impl<'a> Collocated<'a> {
         first: usize,
         tolerance: f64,
     ) -> Result<(LineState<K>, Cost)> {
-        let along = Along::new(self, b, first, tolerance)?;
+        let along = Along::new(self, b, (first, K), tolerance)?;
         let ended = along.follow(None);
         let ended = ended.map_err(|s| lost(self.law, b, None, s))?;
         Ok((along.ended(&ended), ended.cost))
@@ -106,8 +106,9 @@ struct Along<'a> {
     /// m(0) and |n|.
     m: [f64; 3],
     n: f64,
-    /// The component of the base wrench by which the first column of the tangent is.
+    /// The component of the base wrench by which the first column of the tangent is, and how many columns there are.
     first: usize,
+    count: usize,
     /// One of the compliances in bending and torsion is much greater than the others.
     alone: bool,
     /// How fast the rod's variables change along it.
@@ -126,6 +127,8 @@ type Matrix<S> = [Vector<S>; 3];
 
 /// Frame as a quaternion, then the place across the force.
 const FRAME: usize = 6;
+/// The most columns.
+const MOST: usize = 6;
 
 /// The sections at the nodes.
 struct Sections<S: Simd> {
@@ -140,39 +143,39 @@ struct Sections<S: Simd> {
 }
 
 /// Where it ended, along the rod's axes.
-struct Ended<const K: usize> {
+struct Ended {
     q: [f64; 4],
     r: [f64; 3],
     energy: f64,
-    columns: Columns<K>,
+    columns: Columns,
     turning: Option<Turning>,
     cost: Cost,
 }
 
-/// Columns of the tangent, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
+/// Columns of the tangent, beyond how many there are zero, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
 #[derive(Clone, Copy)]
-struct Columns<const K: usize> {
-    base: [[f64; 6]; K],
-    tangent: [[f64; 6]; K],
+struct Columns {
+    base: [[f64; 6]; MOST],
+    tangent: [[f64; 6]; MOST],
 }
 
 /// A step: its rule and length, the place where it starts, the sections at the nodes, and the slopes of the columns there.
-struct Step<'a, S: Simd, const K: usize> {
+struct Step<'a, S: Simd> {
     rule: &'a Rule<S>,
     h: f64,
     from: &'a [f64; 3],
     at: &'a Sections<S>,
-    slopes: &'a [[Eight<S>; 6]; K],
+    slopes: &'a [[Eight<S>; 6]],
 }
 
-/// The whole way from clamp to end, with `K` columns, and with the angle of all of them if that is asked for.
-struct Whole<'a, const K: usize> {
+/// The whole way from clamp to end, with the angle of the columns if that is asked for.
+struct Whole<'a> {
     along: &'a Along<'a>,
     turning: Option<Turning>,
 }
 
-impl<const K: usize> WithSimd for Whole<'_, K> {
-    type Output = std::result::Result<Ended<K>, f64>;
+impl WithSimd for Whole<'_> {
+    type Output = std::result::Result<Ended, f64>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -185,10 +188,12 @@ impl<const K: usize> WithSimd for Whole<'_, K> {
         let (mut s, mut energy) = (0.0, 0.0);
         let (mut q, mut r) = (along.clamp(), [0.0; 3]);
         let mut columns = Columns {
-            base: [[0.0; 6]; K],
-            tangent: [[0.0; 6]; K],
+            base: [[0.0; 6]; MOST],
+            tangent: [[0.0; 6]; MOST],
         };
-        for k in 0..K {
+        // How many there are is known when they are followed: loops over them, which are long, are not written out.
+        let count = along.count.min(MOST);
+        for k in 0..count {
             columns.base[k][(along.first + k) % 6] = 1.0;
         }
         let longest = angle.as_ref().map_or(1.0, |angle| angle.longest);
@@ -202,7 +207,8 @@ impl<const K: usize> WithSimd for Whole<'_, K> {
             let rule = Rule::new(simd, h);
             let start = [q[0], q[1], q[2], q[3], r[0], r[1]];
             let mut turning = [zero; FRAME];
-            let mut varying = [[zero; 6]; K];
+            let mut varying = [[zero; 6]; MOST];
+            let varying = &mut varying[..count];
             let Some(mut sweeps) = along.sweep(&rule, &start, &mut turning, h) else {
                 step = 0.5 * h;
                 cost.rejected += 1;
@@ -212,14 +218,14 @@ impl<const K: usize> WithSimd for Whole<'_, K> {
             let at = along.sections(&rule.places(&start, &turning));
             let [q0, q1, q2, q3, ..] = turning;
             let mut top = rule.top(&[q0, q1, q2, q3]).max(rule.top(&at.along));
-            if K > 0 && top <= 2.0 * along.goal {
-                let size = largest(&columns.tangent).max(1.0);
+            if count > 0 && top <= 2.0 * along.goal {
+                let size = largest(&columns.tangent[..count]).max(1.0);
                 let stays = size * along.stays / h;
                 let start = (&r, &columns);
                 let swept = if along.alone {
-                    along.vary::<S, K, true>(&at, &rule, start, &mut varying, stays)
+                    along.vary::<S, true>(&at, &rule, start, varying, stays)
                 } else {
-                    along.vary::<S, K, false>(&at, &rule, start, &mut varying, stays)
+                    along.vary::<S, false>(&at, &rule, start, varying, stays)
                 };
                 let Some(more) = swept else {
                     step = 0.5 * h;
@@ -228,7 +234,7 @@ impl<const K: usize> WithSimd for Whole<'_, K> {
                 };
                 cost.evaluations += 8 * more as u64;
                 sweeps = sweeps.max(more);
-                for column in &varying {
+                for column in &*varying {
                     top = top.max(rule.top(column) / size);
                 }
             }
@@ -246,16 +252,14 @@ impl<const K: usize> WithSimd for Whole<'_, K> {
                 to[i] += moved[i];
             }
             let mut carried = columns;
-            carry(&mut carried.tangent, &rule, &varying, &moved);
-            if let Some(angle) = &mut angle
-                && K > 0
-            {
+            carry(&mut carried.tangent, &rule, varying, &moved);
+            if let Some(angle) = &mut angle {
                 let taken = Step {
                     rule: &rule,
                     h,
                     from: &r,
                     at: &at,
-                    slopes: &varying,
+                    slopes: varying,
                 };
                 if !angle.follow(along, &taken, &columns, (&to, &mut carried)) {
                     step = 0.5 * h;
@@ -285,15 +289,27 @@ impl<const K: usize> WithSimd for Whole<'_, K> {
 /// The largest size of an entry.
 #[inline(always)]
 fn largest(columns: &[[f64; 6]]) -> f64 {
-    let mut size = 0.0_f64;
-    for y in columns.as_flattened() {
-        size = size.max(y.abs());
+    // Row by row: six at once, and no number waits for the one before.
+    let mut sizes = [0.0_f64; 6];
+    for column in columns {
+        for i in 0..6 {
+            let size = column[i].abs();
+            if size > sizes[i] {
+                sizes[i] = size;
+            }
+        }
     }
-    size
+    let [a, b, c, d, e, f] = sizes;
+    a.max(b).max(c.max(d)).max(e.max(f))
 }
 
 impl<'a> Along<'a> {
-    fn new(rod: &Collocated<'a>, b: &Wrench, first: usize, tolerance: f64) -> Result<Self> {
+    fn new(
+        rod: &Collocated<'a>,
+        b: &Wrench,
+        (first, count): (usize, usize),
+        tolerance: f64,
+    ) -> Result<Self> {
         let Collocated {
             law,
             linear,
@@ -316,6 +332,7 @@ impl<'a> Along<'a> {
             m: m.into(),
             n,
             first,
+            count,
             alone: SOFT * pairs < trace * trace,
             rate,
             step: (5.0 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
@@ -325,13 +342,10 @@ impl<'a> Along<'a> {
         })
     }
 
-    /// Follows it with `K` columns; or the place from which it cannot go on. This is compiled for each kind of processor and takes long: there is
-    /// one of it, with the angle or without.
+    /// Follows it; or the place from which it cannot go on. This is compiled for each kind of processor and takes long: there is one of it, for any
+    /// number of columns, with their angle or without.
     #[inline(never)]
-    fn follow<const K: usize>(
-        &self,
-        turning: Option<Turning>,
-    ) -> std::result::Result<Ended<K>, f64> {
+    fn follow(&self, turning: Option<Turning>) -> std::result::Result<Ended, f64> {
         self.registers.work(Whole {
             along: self,
             turning,
@@ -346,7 +360,7 @@ impl<'a> Along<'a> {
     }
 
     /// The end along the axes of the clamp.
-    fn ended<const K: usize>(&self, ended: &Ended<K>) -> LineState<K> {
+    fn ended<const K: usize>(&self, ended: &Ended) -> LineState<K> {
         let q = product(&conjugate(&Turn::from(self.clamp())), &Turn::from(ended.q));
         let r = self.axes * Vector3::from(ended.r);
         let tangent = self.turned(&ended.columns.tangent);
@@ -354,7 +368,7 @@ impl<'a> Along<'a> {
     }
 
     /// Pairs of vectors along the axes of the clamp, by whose couples and forces they are; as columns they come in threes.
-    fn turned<const K: usize>(&self, pairs: &[[f64; 6]; K]) -> [[f64; 6]; K] {
+    fn turned<const K: usize>(&self, pairs: &[[f64; 6]; MOST]) -> [[f64; 6]; K] {
         let axes = &self.axes;
         std::array::from_fn(|k| {
             let block = k - k % 3;

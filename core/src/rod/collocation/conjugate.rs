@@ -4,7 +4,7 @@
 //! added to what the determinants at both ends of the step tell.
 
 use super::tangent::cross;
-use super::{Along, Collocated, Columns, Step, Vector, largest};
+use super::{Along, Collocated, Columns, MOST, Step, Vector, largest};
 use crate::error::Result;
 use crate::math::eight::Eight;
 use crate::math::real::Real;
@@ -22,7 +22,7 @@ impl Collocated<'_> {
         weight: f64,
         tolerance: f64,
     ) -> Result<Followed<K>> {
-        let along = Along::new(self, b, 0, tolerance)?;
+        let along = Along::new(self, b, (0, K), tolerance)?;
         let turning = Turning {
             weight,
             longest: LONGEST / along.rate,
@@ -32,7 +32,7 @@ impl Collocated<'_> {
         };
         let ended = along.follow(Some(turning)).map_err(|_| lost())?;
         let turning = ended.turning.as_ref().ok_or_else(lost)?;
-        let base = along.turned(&ended.columns.base);
+        let base = along.turned::<K>(&ended.columns.base);
         Ok(Followed {
             end: along.ended(&ended),
             dm: std::array::from_fn(|i| std::array::from_fn(|k| base[k][i])),
@@ -64,12 +64,12 @@ pub(super) struct Turning {
 impl Turning {
     /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for a shorter step.
     #[inline(always)]
-    pub fn follow<S: Simd, const K: usize>(
+    pub fn follow<S: Simd>(
         &mut self,
         along: &Along,
-        step: &Step<S, K>,
-        columns: &Columns<K>,
-        (r, to): (&[f64; 3], &mut Columns<K>),
+        step: &Step<S>,
+        columns: &Columns,
+        (r, to): (&[f64; 3], &mut Columns),
     ) -> bool {
         let rate = self.rate(along, step, columns);
         let (expected, fastest) = (step.rule.integral(&rate), rate.abs().greatest());
@@ -78,12 +78,7 @@ impl Turning {
 
     /// The rate at which the angle of det X turns, at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
     #[inline(always)]
-    fn rate<S: Simd, const K: usize>(
-        &self,
-        along: &Along,
-        step: &Step<S, K>,
-        columns: &Columns<K>,
-    ) -> Eight<S> {
+    fn rate<S: Simd>(&self, along: &Along, step: &Step<S>, columns: &Columns) -> Eight<S> {
         let Step { rule, at, .. } = step;
         let ([m1, m2, m3], n) = (along.couple(step.from), along.n);
         let a = rule.places(&[0.0; 3], &at.along);
@@ -147,10 +142,10 @@ impl Turning {
     }
 
     /// Takes a step to `to`, along which the angle is to turn by `expected`, and at its fastest by `fastest` times its length.
-    fn take<const K: usize>(
+    fn take(
         &mut self,
         along: &Along,
-        (r, to): (&[f64; 3], &mut Columns<K>),
+        (r, to): (&[f64; 3], &mut Columns),
         expected: f64,
         fastest: f64,
     ) -> bool {
@@ -171,7 +166,7 @@ impl Turning {
             };
             self.growth *= size;
             for columns in [&mut to.base, &mut to.tangent] {
-                let all = SMatrix::<f64, 6, K>::from_fn(|i, k| columns[k][i]) * mixing;
+                let all = SMatrix::<f64, 6, MOST>::from_fn(|i, k| columns[k][i]) * mixing;
                 *columns = std::array::from_fn(|k| all.column(k).into_owned().into());
             }
         }
@@ -181,13 +176,13 @@ impl Turning {
 
 impl Along<'_> {
     /// J and P of all columns at a place.
-    fn conjugate<const K: usize>(
+    fn conjugate(
         &self,
         r: &[f64; 3],
-        columns: &Columns<K>,
-    ) -> (SMatrix<f64, 3, K>, SMatrix<f64, 3, K>) {
-        let part = |pairs: &[[f64; 6]; K], from: usize| {
-            SMatrix::<f64, 3, K>::from_fn(|i, k| pairs[k][from + i])
+        columns: &Columns,
+    ) -> (SMatrix<f64, 3, MOST>, SMatrix<f64, 3, MOST>) {
+        let part = |pairs: &[[f64; 6]; MOST], from: usize| {
+            SMatrix::<f64, 3, MOST>::from_fn(|i, k| pairs[k][from + i])
         };
         let m: Matrix3<f64> = Vector3::from(self.couple(r)).cross_matrix();
         let n = Vector3::new(0.0, 0.0, self.n).cross_matrix();

@@ -25,7 +25,7 @@
 //! If one compliance is much greater than the others, as that of a rod that is soft in torsion, A is nearly nilpotent, for d.(m x d) = 0, and
 //! swept as a whole it is done at once however great it is. Its halves are not: there both are taken from the sweep before.
 
-use super::{Along, Columns, MOST_SWEEPS, Matrix, Sections, Vector};
+use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Vector};
 use crate::math::eight::{Eight, Rule};
 use crate::section::Compliance;
 use nalgebra::Matrix6;
@@ -86,9 +86,9 @@ impl Along<'_> {
 
     /// y at a place: how couple and force change there.
     #[inline(always)]
-    fn changed<const K: usize>(&self, r: &[f64; 3], columns: &Columns<K>) -> [[f64; 6]; K] {
+    fn changed(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MOST] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
-        let mut all = [[0.0; 6]; K];
+        let mut all = [[0.0; 6]; MOST];
         for (y, (at, base)) in (all.iter_mut()).zip(columns.tangent.iter().zip(&columns.base)) {
             let [p1, p2, p3, r1, r2, _] = *at;
             let [a, b, c, d, e, f] = *base;
@@ -107,16 +107,17 @@ impl Along<'_> {
     /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
     /// of sweeps. `ALONE`: one compliance is much greater than the others.
     #[inline(always)]
-    pub(super) fn vary<S: Simd, const K: usize, const ALONE: bool>(
+    pub(super) fn vary<S: Simd, const ALONE: bool>(
         &self,
         at: &Sections<S>,
         rule: &Rule<S>,
-        (r, columns): (&[f64; 3], &Columns<K>),
-        slopes: &mut [[Eight<S>; 6]; K],
+        (r, columns): (&[f64; 3], &Columns),
+        slopes: &mut [[Eight<S>; 6]],
         stays: f64,
     ) -> Option<usize> {
         let change = self.changes(at, &rule.places(&[0.0; 3], &at.along));
         let y = self.changed(r, columns);
+        let count = slopes.len().min(MOST);
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let zero = change[0][0].with(0.0);
         // H C* and A.
@@ -130,11 +131,11 @@ impl Along<'_> {
             let [a1, a2, a3, a4, a5, _] = rows[i];
             by[i] = [a5 * n - a3 * m2, a3 * m1 - a4 * n, a1, a2];
         }
-        let mut own = [[zero; 4]; K];
-        let mut x = [[zero; 4]; K];
-        let mut turning = [[zero; 2]; K];
+        let mut own = [[zero; 4]; MOST];
+        let mut x = [[zero; 4]; MOST];
+        let mut turning = [[zero; 2]; MOST];
         let mut pulled = turning;
-        for k in 0..K {
+        for k in 0..count {
             let mut begun = [zero; 6];
             for j in 0..6 {
                 begun[j] = zero.with(y[k][j]);
@@ -151,7 +152,7 @@ impl Along<'_> {
         for sweeps in 1..=MOST_SWEEPS {
             // The newest of each: tau' by phi, then phi' by tau; for all columns at once, since what is stored at the nodes is loaded again at
             // all lanes, which it could not be at once.
-            for k in 0..K {
+            for k in 0..count {
                 let [_, _, mut k3, mut k4] = own[k];
                 let [_, _, tau1, tau2] = x[k];
                 let [phi1, phi2] = rule.places(&[0.0; 2], &turning[k]);
@@ -164,7 +165,7 @@ impl Along<'_> {
                 pulled[k] = [k3, k4];
             }
             let mut moved = zero;
-            for k in 0..K {
+            for k in 0..count {
                 let [mut k1, mut k2, ..] = own[k];
                 let [phi1, phi2, ..] = x[k];
                 let [tau1, tau2] = rule.places(&[0.0; 2], &pulled[k]);
@@ -187,7 +188,7 @@ impl Along<'_> {
             let moved = moved.total();
             // As for the frame.
             if moved * moved <= stays * stays * last {
-                for k in 0..K {
+                for k in 0..count {
                     let [phi1, phi2, tau1, tau2] = x[k];
                     let [t1, t2, t3, s1, s2, s3] = y[k];
                     let all = [
@@ -212,10 +213,10 @@ impl Along<'_> {
 
 /// Adds a step with these slopes, which has moved the section.
 #[inline(always)]
-pub(super) fn carry<S: Simd, const K: usize>(
-    tangent: &mut [[f64; 6]; K],
+pub(super) fn carry<S: Simd>(
+    tangent: &mut [[f64; 6]],
     rule: &Rule<S>,
-    slopes: &[[Eight<S>; 6]; K],
+    slopes: &[[Eight<S>; 6]],
     moved: &[f64; 3],
 ) {
     for (column, slopes) in tangent.iter_mut().zip(slopes) {
