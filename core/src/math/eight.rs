@@ -227,23 +227,18 @@ impl<S: Simd> Eight<S> {
     /// Sizes.
     #[inline(always)]
     pub fn abs(mut self) -> Self {
-        // Where the compiler has no lanes of its own, as for comparisons, it finds them.
-        for x in &mut self.at {
-            *x = x.abs();
-        }
+        of_registers!(x in self.at => self.simd.abs_f64s(x));
         self
     }
 
     /// Where this is less than `bound` the one, elsewhere the other.
     #[inline(always)]
     pub fn below(mut self, bound: f64, one: Self, other: Self) -> Self {
-        for i in 0..8 {
-            self.at[i] = if self.at[i] < bound {
-                one.at[i]
-            } else {
-                other.at[i]
-            };
-        }
+        let simd = self.simd;
+        let bound = simd.splat_f64s(bound);
+        of_registers!(x in self.at, y in one.at, z in other.at => {
+            simd.select_f64s(simd.less_than_f64s(x, bound), y, z)
+        });
         self
     }
 
