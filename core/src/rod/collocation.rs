@@ -55,7 +55,7 @@ impl<'a> Collocated<'a> {
     /// The end, with `K` columns of its tangent, by the components of the base wrench from `first` on.
     ///
     /// # Errors
-    /// The place from which it cannot go on.
+    /// If it cannot go on, the place from which it cannot.
     pub(super) fn end<const K: usize>(
         &self,
         b: &Wrench,
@@ -152,7 +152,7 @@ struct Ended {
     cost: Cost,
 }
 
-/// Columns of the tangent, beyond how many there are zero, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
+/// Columns of the tangent, and zeros for those that are not asked for, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
 #[derive(Clone, Copy)]
 struct Columns {
     base: [[f64; 6]; MOST],
