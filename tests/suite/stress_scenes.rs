@@ -498,7 +498,7 @@ fn number(text: &str, key: &str) -> Option<f64> {
 }
 
 /// The ledger of a run that says that all is well. Shapes are known to within the tolerance, in units of the rod, and an energy E to within its root
-/// times that of the rod's `unit`, B/L: more than the former bound where E is far below B/L.
+/// times that of the rod's `unit`, B/L, which is more than a part of E where E is below 1e-10 B/L or so.
 fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
     let total = table.reals("total");
     let terms = [
@@ -520,7 +520,7 @@ fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
     let off = total
         .iter()
         .fold(0.0, |most, x| f64::max(most, (x - first).abs()));
-    let resolved = 10.0 * tolerance * (unit * largest).sqrt();
+    let resolved = tolerance * (unit * largest).sqrt();
     match off <= ((1e5 * tolerance).max(1e-9) * largest).max(resolved) {
         true => Ok(()),
         false => Err(format!(
