@@ -104,7 +104,8 @@ fn the_error_falls_with_high_order() {
                 "{}: {error:e} at {tolerance:e}",
                 row["name"]
             );
-            if error > 1e-13 {
+            // One step is as long as the rod, whatever the tolerance.
+            if error > 1e-13 && end.steps > 1 {
                 points.push(((end.steps as f64).ln(), error.ln()));
             }
         }

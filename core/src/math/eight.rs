@@ -179,6 +179,48 @@ impl<S: Simd> Rule<S> {
     }
 }
 
+/// Polynomials through values at the nodes of a step, at those of another.
+pub(crate) struct Extension<S: Simd> {
+    /// Lagrange's polynomials of the first step's nodes.
+    by: [Eight<S>; 8],
+}
+
+impl<S: Simd> Extension<S> {
+    /// For a step that starts where the other does or, in parts of its length, `from` later, and is `ratio` times as long.
+    #[inline(always)]
+    pub fn new(simd: S, from: f64, ratio: f64) -> Self {
+        let x = Eight::of(simd, NODES) * ratio + Eight::all(simd, 2.0 * from + ratio - 1.0);
+        let mut p = [Eight::all(simd, 1.0), x, x, x, x, x, x, x];
+        for k in 1..7 {
+            let n = k as f64;
+            p[k + 1] = x * p[k] * ((2.0 * n + 1.0) / (n + 1.0)) - p[k - 1] * (n / (n + 1.0));
+        }
+        let mut by = p;
+        for j in 0..8 {
+            by[j] = Eight::all(simd, MODES[0][j]);
+            for k in 1..8 {
+                by[j] = p[k].times_plus(x.with(MODES[k][j]), by[j]);
+            }
+        }
+        Self { by }
+    }
+
+    /// The values there.
+    #[inline(always)]
+    pub fn of<const N: usize>(&self, values: &[Eight<S>; N]) -> [Eight<S>; N] {
+        let mut all = *values;
+        for i in 0..N {
+            all[i] = self.by[0] * values[i].spread(0);
+        }
+        for j in 1..8 {
+            for i in 0..N {
+                all[i] = self.by[j].times_plus(values[i].spread(j), all[i]);
+            }
+        }
+        all
+    }
+}
+
 /// An operation on the registers in which eight numbers lie, written out for one and for two of them: the kernels consist of hundreds of such
 /// operations, and a loop for each is what the compiler would spend most of its time with.
 macro_rules! of_registers {
@@ -388,5 +430,39 @@ impl<S: Simd> Real for Eight<S> {
             *k = f64::from_bits(k.to_bits() << 52);
         }
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Extending([f64; 2]);
+
+    impl WithSimd for Extending {
+        type Output = f64;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> f64 {
+            let [from, ratio] = self.0;
+            let seventh = |x: f64| (x - 0.3).powi(7) + x;
+            let at = Eight::of(simd, NODES.map(seventh));
+            let [there] = Extension::new(simd, from, ratio).of(&[at]);
+            let mut off = 0.0_f64;
+            for (x, value) in NODES.iter().zip(there.numbers()) {
+                let x = 2.0 * (from + 0.5 * ratio * (x + 1.0)) - 1.0;
+                off = off.max((value - seventh(x)).abs() / (1.0 + seventh(x).abs()));
+            }
+            off
+        }
+    }
+
+    /// Catches guesses for a step that are those for another: polynomials of degree 7 are the same everywhere.
+    #[test]
+    fn polynomials_extend_to_other_steps() {
+        for (from, ratio) in [(0.0, 1.0), (0.0, 0.5), (1.0, 0.4), (1.0, 1.0), (1.0, 2.0)] {
+            let off = wide(Extending([from, ratio]));
+            assert!(off < 1e-11, "{from}, {ratio}: {off:e}");
+        }
     }
 }

@@ -6,8 +6,9 @@
 //! z_i = z(s) + h sum_j a_ij k_j,   k_i = f(z_i),   z(s + h) = z(s) + h sum_j b_j k_j,   a_ij = int_0^{c_i} l_j,
 //! ```
 //!
-//! of order 16 at the end. They are swept until they stay. That is cheap here, where sections at the nodes are worked on side by side, as the
-//! lanes of wide registers. Gauss methods keep quadratic invariants, such as |q|^2 = 1: the directors need no division.
+//! of order 16 at the end. They are swept until they stay, from the polynomials of the step before. That is cheap here, where sections at the
+//! nodes are worked on side by side, as the lanes of wide registers. Gauss methods keep quadratic invariants, such as |q|^2 = 1: the directors
+//! need no division.
 //!
 //! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). Of m = m(0) - r x n the third is then the same
 //! along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept. Of the tangent it is four variables for each
@@ -19,7 +20,7 @@ mod tangent;
 use super::line::{LineState, STEP_LIMIT, Wrench, lost, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
-use crate::math::eight::{Eight, Registers, Rule};
+use crate::math::eight::{Eight, Extension, Registers, Rule};
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
@@ -28,12 +29,14 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;
 
-/// Sweeps beyond which a step is halved, and those that a longer step is to take at most: about as many more as it is longer.
+/// Sweeps beyond which a step is halved, and those that a longer step is to take: about as many more as it is longer.
 const MOST_SWEEPS: usize = 28;
-const SWEEPS: f64 = 23.0;
+const SWEEPS: f64 = 15.0;
 
-/// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of some rods are; steps of twice that are taken.
-const TOP: f64 = 2.0;
+/// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of some rods are, and by how much more a step may
+/// have that is taken.
+const TOP: f64 = 4.0;
+const MORE: f64 = 1.5;
 
 /// A uniform linear rod on a processor with registers for this; other rods, and all of them elsewhere, are integrated step by step.
 #[derive(Clone, Copy)]
@@ -168,6 +171,22 @@ struct Step<'a, S: Simd> {
     slopes: &'a [[Eight<S>; 6]],
 }
 
+/// The last step that was tried, from which the slopes of the next are guessed: where it starts, its length, the third component of the place
+/// there, and what was swept.
+struct Tried<S: Simd> {
+    s: f64,
+    h: f64,
+    along: f64,
+    slopes: [Eight<S>; FRAME],
+    swept: Swept<S>,
+}
+
+/// Slopes of x by columns: of phi and of tau across the force.
+struct Swept<S: Simd> {
+    turning: [[Eight<S>; 2]; MOST],
+    pulled: [[Eight<S>; 2]; MOST],
+}
+
 /// The whole way from clamp to end, with the angle of the columns if that is asked for.
 struct Whole<'a> {
     along: &'a Along<'a>,
@@ -196,8 +215,22 @@ impl WithSimd for Whole<'_> {
         for k in 0..count {
             columns.base[k][(along.first + k) % 6] = 1.0;
         }
-        let longest = angle.as_ref().map_or(1.0, |angle| angle.longest);
-        let mut step = along.step.min(longest);
+        let mut tried = Tried {
+            s: 0.0,
+            h: 0.0,
+            along: 0.0,
+            slopes: [zero; FRAME],
+            swept: Swept {
+                turning: [[zero; 2]; MOST],
+                pulled: [[zero; 2]; MOST],
+            },
+        };
+        // How fast the angle turns is not known yet.
+        let (first, longest) = match &angle {
+            Some(angle) => (0.4 * angle.longest, angle.longest),
+            None => (1.0, 1.0),
+        };
+        let mut step = along.step.min(first);
         while 1.0 - s > 1e-14 {
             if cost.steps + cost.rejected > STEP_LIMIT {
                 return Err(s);
@@ -206,7 +239,12 @@ impl WithSimd for Whole<'_> {
             let h = (1.0 - s) / ((1.0 - s) / step - 1e-6).ceil().max(1.0);
             let rule = Rule::new(simd, h);
             let start = [q[0], q[1], q[2], q[3], r[0], r[1]];
+            let extension =
+                (tried.h > 0.0).then(|| Extension::new(simd, (s - tried.s) / tried.h, h / tried.h));
             let mut turning = [zero; FRAME];
+            if let Some(extension) = &extension {
+                turning = extension.of(&tried.slopes);
+            }
             let mut varying = [[zero; 6]; MOST];
             let varying = &mut varying[..count];
             let Some(mut sweeps) = along.sweep(&rule, &start, &mut turning, h) else {
@@ -218,30 +256,36 @@ impl WithSimd for Whole<'_> {
             let at = along.sections(&rule.places(&start, &turning));
             let [q0, q1, q2, q3, ..] = turning;
             let mut top = rule.top(&[q0, q1, q2, q3]).max(rule.top(&at.along));
-            if count > 0 && top <= 2.0 * along.goal {
-                let size = largest(&columns.tangent[..count]).max(1.0);
-                let stays = size * along.stays / h;
-                let start = (&r, &columns);
-                let swept = if along.alone {
-                    along.vary::<S, true>(&at, &rule, start, varying, stays)
-                } else {
-                    along.vary::<S, false>(&at, &rule, start, varying, stays)
-                };
-                let Some(more) = swept else {
-                    step = 0.5 * h;
-                    cost.rejected += 1;
-                    continue;
-                };
-                cost.evaluations += 8 * more as u64;
-                sweeps = sweeps.max(more);
-                for column in &*varying {
-                    top = top.max(rule.top(column) / size);
+            if top <= MORE * along.goal {
+                if count > 0 {
+                    let size = largest(&columns.tangent[..count]).max(1.0);
+                    let stays = size * along.stays / h;
+                    let start = (&r, &columns);
+                    let guess = extension.as_ref().map(|by| (by, r[2] - tried.along));
+                    let known = (&mut tried.swept, guess);
+                    let swept = if along.alone {
+                        along.vary::<S, true>(&at, &rule, start, known, varying, stays)
+                    } else {
+                        along.vary::<S, false>(&at, &rule, start, known, varying, stays)
+                    };
+                    let Some(more) = swept else {
+                        step = 0.5 * h;
+                        cost.rejected += 1;
+                        tried.h = 0.0;
+                        continue;
+                    };
+                    cost.evaluations += 8 * more as u64;
+                    sweeps = sweeps.max(more);
+                    for column in &*varying {
+                        top = top.max(rule.top(column) / size);
+                    }
                 }
+                (tried.s, tried.h, tried.along, tried.slopes) = (s, h, r[2], turning);
             }
             let longer = (SWEEPS / sweeps as f64).min(2.0);
-            step = h * (0.95 * (along.goal / top).powf(1.0 / 7.0)).clamp(0.2, longer);
+            step = h * (0.75 * (along.goal / top).powf(1.0 / 7.0)).clamp(0.2, longer);
             step = step.min(longest);
-            if top > 2.0 * along.goal {
+            if top > MORE * along.goal {
                 cost.rejected += 1;
                 continue;
             }
@@ -261,10 +305,15 @@ impl WithSimd for Whole<'_> {
                     at: &at,
                     slopes: varying,
                 };
+                let growth = angle.growth;
                 if !angle.follow(along, &taken, &columns, (&to, &mut carried)) {
                     step = 0.5 * h;
                     cost.rejected += 1;
                     continue;
+                }
+                if angle.growth != growth {
+                    // Columns were mixed: no guess.
+                    tried.h = 0.0;
                 }
             }
             for (z, slope) in q.iter_mut().zip(&turning) {
@@ -335,10 +384,10 @@ impl<'a> Along<'a> {
             count,
             alone: SOFT * pairs < trace * trace,
             rate,
-            step: (5.0 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
+            step: (7.5 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
             // Of a function whose coefficients fall like x^k some x^16 is lost at the end of a step, where P_7 has x^7.
             goal: TOP * rate * (tolerance / rate).powf(7.0 / 16.0),
-            stays: 0.002 * tolerance + 5e-16,
+            stays: 0.005 * tolerance + 5e-16,
         })
     }
 

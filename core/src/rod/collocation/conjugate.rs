@@ -58,7 +58,7 @@ pub(super) struct Turning {
     /// The determinant where the next step starts, but for its size.
     last: Complex<f64>,
     angle: f64,
-    growth: f64,
+    pub growth: f64,
 }
 
 impl Turning {

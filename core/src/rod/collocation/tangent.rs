@@ -25,8 +25,8 @@
 //! If one compliance is much greater than the others, as that of a rod that is soft in torsion, A is nearly nilpotent, for d.(m x d) = 0, and
 //! swept as a whole it is done at once however great it is. Its halves are not: there both are taken from the sweep before.
 
-use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Vector};
-use crate::math::eight::{Eight, Rule};
+use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Swept, Vector};
+use crate::math::eight::{Eight, Extension, Rule};
 use crate::section::Compliance;
 use nalgebra::Matrix6;
 use pulp::Simd;
@@ -105,13 +105,15 @@ impl Along<'_> {
     }
 
     /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
-    /// of sweeps. `ALONE`: one compliance is much greater than the others.
+    /// of sweeps. They begin with what `swept` on another step extends to, if there is one, which starts by that much earlier along the force.
+    /// `ALONE`: one compliance is much greater than the others.
     #[inline(always)]
     pub(super) fn vary<S: Simd, const ALONE: bool>(
         &self,
         at: &Sections<S>,
         rule: &Rule<S>,
         (r, columns): (&[f64; 3], &Columns),
+        (swept, guess): (&mut Swept<S>, Option<(&Extension<S>, f64)>),
         slopes: &mut [[Eight<S>; 6]],
         stays: f64,
     ) -> Option<usize> {
@@ -133,8 +135,7 @@ impl Along<'_> {
         }
         let mut own = [[zero; 4]; MOST];
         let mut x = [[zero; 4]; MOST];
-        let mut turning = [[zero; 2]; MOST];
-        let mut pulled = turning;
+        let Swept { turning, pulled } = swept;
         for k in 0..count {
             let mut begun = [zero; 6];
             for j in 0..6 {
@@ -143,8 +144,18 @@ impl Along<'_> {
             for i in 0..4 {
                 own[k][i] = product(&rows[i], &begun);
             }
-            let [f1, f2, f3, f4] = own[k];
-            turning[k] = [f1, f2];
+            let [f1, f2, mut f3, mut f4] = own[k];
+            turning[k] = match &guess {
+                None => [f1, f2],
+                Some((extension, further)) => {
+                    let ([k1, k2], [k3, k4]) = (turning[k], pulled[k]);
+                    let [k1, k2, k3, k4] = extension.of(&[k1, k2, k3, k4]);
+                    // Couples about the one start and about the other.
+                    f3 = k1.times_plus(zero.with(n * further), k3);
+                    f4 = k2.times_plus(zero.with(n * further), k4);
+                    [k1, k2]
+                }
+            };
             let [tau1, tau2] = rule.places(&[0.0; 2], &[f3, f4]);
             x[k] = [zero, zero, tau1, tau2];
         }
