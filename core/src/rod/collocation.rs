@@ -263,11 +263,7 @@ impl WithSimd for Whole<'_> {
                     let start = (&r, &columns);
                     let guess = extension.as_ref().map(|by| (by, r[2] - tried.along));
                     let known = (&mut tried.swept, guess);
-                    let swept = if along.alone {
-                        along.vary::<S, true>(&at, &rule, start, known, varying, stays)
-                    } else {
-                        along.vary::<S, false>(&at, &rule, start, known, varying, stays)
-                    };
+                    let swept = along.vary(&at, &rule, start, known, varying, stays);
                     let Some(more) = swept else {
                         step = 0.5 * h;
                         cost.rejected += 1;

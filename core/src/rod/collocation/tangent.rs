@@ -106,9 +106,8 @@ impl Along<'_> {
 
     /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
     /// of sweeps. They begin with what `swept` on another step extends to, if there is one, which starts by that much earlier along the force.
-    /// `ALONE`: one compliance is much greater than the others.
     #[inline(always)]
-    pub(super) fn vary<S: Simd, const ALONE: bool>(
+    pub(super) fn vary<S: Simd>(
         &self,
         at: &Sections<S>,
         rule: &Rule<S>,
@@ -181,7 +180,7 @@ impl Along<'_> {
                 let [phi1, phi2, ..] = x[k];
                 let [tau1, tau2] = rule.places(&[0.0; 2], &pulled[k]);
                 let newest = [phi1, phi2, tau1, tau2];
-                if !ALONE {
+                if !self.alone {
                     x[k] = newest;
                 }
                 for j in 0..4 {
@@ -192,9 +191,7 @@ impl Along<'_> {
                 let (d1, d2) = (k1 - before1, k2 - before2);
                 moved = d1.times_plus(d1, d2.times_plus(d2, moved));
                 turning[k] = [k1, k2];
-                if ALONE {
-                    x[k] = newest;
-                }
+                x[k] = newest;
             }
             let moved = moved.total();
             // As for the frame.
