@@ -1,6 +1,6 @@
 //! The memory kernel against full nonlinear motions of small size.
 
-use crate::support::assert_close;
+use crate::support::{assert_close, exponential};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector1, Vector2, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody};
 use snaprod::creep::kernel::{MemoryKernel, Mode};
@@ -83,7 +83,7 @@ fn with_memory(
     let mut state = DVector::zeros(size);
     state.rows_mut(0, n).copy_from_slice(v);
     state.rows_mut(n, n).copy_from_slice(d);
-    let step = (system * (duration / (SAMPLES - 1) as f64)).exp();
+    let step = exponential(&(system * (duration / (SAMPLES - 1) as f64)));
     (0..SAMPLES)
         .map(|_| {
             let here = &wrench * &state;

@@ -1,6 +1,9 @@
 //! Reference data and comparisons that a NaN, a wrong sign or a missing file cannot pass.
 
-use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+use nalgebra::allocator::Allocator;
+use nalgebra::{
+    DefaultAllocator, Dim, Matrix6, OMatrix, Quaternion, UnitQuaternion, Vector3, Vector6,
+};
 use serde_json::Value;
 use snaprod::motion::{Motion, Snap};
 use snaprod::rod::{Fallen, Rod};
@@ -178,3 +181,19 @@ twist = 0.0
 force = [1.0, -2.0, 0.5]
 couple = [0.3, 0.2, -0.8]
 "#;
+
+/// The exponential of a matrix: of a part of it by the series, squared again.
+pub fn exponential<D: Dim>(matrix: &OMatrix<f64, D, D>) -> OMatrix<f64, D, D>
+where
+    DefaultAllocator: Allocator<D, D>,
+{
+    let halvings = (matrix.norm().log2().ceil() as i32 + 2).max(0);
+    let part = matrix / 2f64.powi(halvings);
+    let (rows, columns) = matrix.shape_generic();
+    let one = OMatrix::identity_generic(rows, columns);
+    let mut sum = one.clone();
+    for k in (1..=16).rev() {
+        sum = &one + &part * sum / f64::from(k);
+    }
+    (0..halvings).fold(sum, |root, _| &root * &root)
+}

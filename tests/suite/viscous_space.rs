@@ -1,6 +1,6 @@
 //! Rods in space: the curve of a strain field, Q, and their derivatives.
 
-use crate::support::assert_close;
+use crate::support::{assert_close, exponential};
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix4, SVector, UnitQuaternion, Vector3, Vector6,
 };
@@ -96,7 +96,8 @@ fn fine(e: impl Fn(f64) -> Vector6<f64>, s: f64, steps: usize) -> (Matrix3<f64>,
         (0..steps).fold(Matrix4::identity(), |g, k| {
             let middle = h * (k as f64 + 0.5);
             let (a, b) = (twist(middle - off * h), twist(middle + off * h));
-            g * ((a + b) * (0.5 * h) + (a * b - b * a) * (0.5 * off * h * h)).exp()
+            let turn = (a + b) * (0.5 * h) + (a * b - b * a) * (0.5 * off * h * h);
+            g * exponential(&turn)
         })
     };
     let g = (with(2 * steps) * 16.0 - with(steps)) / 15.0;
