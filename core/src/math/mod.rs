@@ -11,7 +11,7 @@ pub(crate) mod interval;
 pub mod jacobi;
 pub(crate) mod means;
 pub mod order;
-pub(crate) mod product;
+pub mod product;
 pub mod real;
 pub mod se3;
 pub(crate) mod theta;

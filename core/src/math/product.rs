@@ -14,12 +14,13 @@ const BLOCK: usize = 4;
 
 /// A matrix, its columns in lines of eight.
 #[derive(Debug, Clone)]
-pub(crate) struct Matrix {
+pub struct Matrix {
     lines: Vec<Line>,
     rows: usize,
 }
 
 impl Matrix {
+    /// The same matrix.
     pub fn new(matrix: &DMatrix<f64>) -> Self {
         let mut lines = Vec::with_capacity(matrix.ncols() * matrix.nrows().div_ceil(8));
         for column in matrix.column_iter() {
@@ -38,19 +39,40 @@ impl Matrix {
     /// Its products with K vectors, each as long as it has columns.
     pub fn times<const K: usize>(&self, vectors: [&DVector<f64>; K]) -> [DVector<f64>; K] {
         let mut products = std::array::from_fn(|_| DVector::zeros(self.rows));
+        let slices = products.each_mut().map(DVector::as_mut_slice);
+        self.write_times(vectors.map(DVector::as_slice), slices);
+        products
+    }
+
+    /// The same into `products`, each as long as it has rows.
+    pub fn write_times<const K: usize>(&self, vectors: [&[f64]; K], products: [&mut [f64]; K]) {
         wide(Times {
             matrix: self,
             vectors,
-            products: &mut products,
+            products,
         });
+    }
+
+    /// Its products with as many vectors, the columns of K matrices with as many rows as it has columns.
+    pub fn times_all<const K: usize>(&self, matrices: [&DMatrix<f64>; K]) -> [DMatrix<f64>; K] {
+        let mut products = matrices.map(|matrix| DMatrix::zeros(self.rows, matrix.ncols()));
+        for j in 0..matrices.first().map_or(0, |matrix| matrix.ncols()) {
+            let each = |matrix: &DMatrix<f64>| j * matrix.nrows()..(j + 1) * matrix.nrows();
+            let vectors = matrices.map(|matrix| &matrix.as_slice()[each(matrix)]);
+            let columns = products.each_mut().map(|product| {
+                let column = each(product);
+                &mut product.as_mut_slice()[column]
+            });
+            self.write_times(vectors, columns);
+        }
         products
     }
 }
 
 struct Times<'a, const K: usize> {
     matrix: &'a Matrix,
-    vectors: [&'a DVector<f64>; K],
-    products: &'a mut [DVector<f64>; K],
+    vectors: [&'a [f64]; K],
+    products: [&'a mut [f64]; K],
 }
 
 impl<const K: usize> WithSimd for Times<'_, K> {
@@ -85,7 +107,7 @@ impl<const K: usize> Times<'_, K> {
             }
         }
         for (product, sums) in self.products.iter_mut().zip(sums) {
-            let product = &mut product.as_mut_slice()[8 * first..];
+            let product = &mut product[8 * first..];
             for (part, sum) in product.chunks_mut(8).zip(sums) {
                 part.copy_from_slice(&sum.numbers()[..part.len()]);
             }
@@ -151,6 +173,9 @@ mod tests {
             let [ax, ay] = Matrix::new(&matrix).times([&x, &y]);
             assert!((&matrix * x - ax).amax() < 1e-14 * columns as f64);
             assert!((&matrix * y - ay).amax() < 1e-14 * columns as f64);
+            let many = matrix.transpose();
+            let [product] = Matrix::new(&matrix).times_all([&many]);
+            assert!((&matrix * many - product).amax() < 1e-14 * columns as f64);
         }
         let angles = DVector::from_fn(53, |i, _| 40.0 * number(i) + 1e-3 * number(7 * i));
         let [cosines, sines] = cosines_and_sines(&angles);

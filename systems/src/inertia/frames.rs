@@ -10,13 +10,18 @@
 //! A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi = A (R du), a turn of the base
 //! by what it is, and all derivatives follow from dR = phi x R.
 
-use super::spins::{Own, Quads, Spins, Spun, pure, twice};
+mod derivatives;
+
+pub use derivatives::{Carried, Turned};
+
+use super::spins::{Spins, pure, twice};
 use crate::creep::grid::Grid;
 use crate::creep::kinematics::Kinematics;
 use crate::creep::space::Space;
+use crate::math::product::Matrix;
 use crate::math::se3::{Turn, halves, joined, product};
 use crate::section::Strain;
-use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
 use std::sync::Arc;
 
 /// Three components of a vector at sections (rows) for changes of the strains (columns).
@@ -41,6 +46,9 @@ pub struct Sections {
     pub grid: Grid,
     /// Row i: int_0^{s_i}; the last: over the whole rod.
     up: DMatrix<f64>,
+    /// It, and its transpose, for products.
+    upward: Matrix,
+    downward: Matrix,
     /// Length of the rod.
     length: f64,
     /// Which strains can change, places among u1 .. v3.
@@ -94,35 +102,20 @@ pub struct Change {
     turning: Vec<Turn>,
 }
 
-/// Turns and moves of the sections per change of the strains.
-#[derive(Debug, Clone)]
-pub struct Turned {
-    /// phi.
-    pub phi: Triple,
-    /// dr.
-    pub r: Triple,
-    /// d tau, at the nodes.
-    tau: Triple,
-    /// In space eta of [`Spins`].
-    eta: Option<Quads>,
-}
-
-/// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are [`Turned`].
-#[derive(Debug, Clone)]
-pub struct Carried {
-    /// d omega and d r_t by the strains.
-    pub velocity: [Triple; 2],
-    /// d omega_t and d r_tt by the strains.
-    pub by_strain: [Triple; 2],
-    /// d omega_t and d r_tt by the rates.
-    pub by_rate: [Triple; 2],
-}
-
 /// Motions of a base: three turns, three moves.
 pub const BASE: usize = 6;
 
 fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
+}
+
+/// The product with the three components of a field.
+fn summed(matrix: &Matrix, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let parts: [_; 3] = std::array::from_fn(|k| DVector::from_fn(f.len(), |j, _| f[j][k]));
+    let [x, y, z] = matrix.times(parts.each_ref());
+    (0..x.len())
+        .map(|i| Vector3::new(x[i], y[i], z[i]))
+        .collect()
 }
 
 impl Sections {
@@ -137,6 +130,8 @@ impl Sections {
         up *= length;
         Self {
             grid,
+            upward: Matrix::new(&up),
+            downward: Matrix::new(&up.transpose()),
             up,
             length,
             active: active.to_vec(),
@@ -172,30 +167,17 @@ impl Sections {
 
     /// What a field at the nodes adds up to, at every section.
     fn up(&self, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let n = f.len();
-        let mut out = vec![Vector3::zeros(); n + 1];
-        for (j, f) in f.iter().enumerate() {
-            for (out, a) in out.iter_mut().zip(self.up.column(j).iter()) {
-                *out += f * *a;
-            }
-        }
-        out
+        summed(&self.upward, f)
     }
 
     /// The transpose: sections to nodes.
     fn down(&self, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let columns = self.up.column_iter();
-        columns
-            .map(|column| {
-                let pairs = column.iter().zip(f);
-                pairs.fold(Vector3::zeros(), |sum, (a, f)| sum + f * *a)
-            })
-            .collect()
+        summed(&self.downward, f)
     }
 
     /// [`Sections::up`] of every column.
     fn up_all(&self, f: &Triple) -> Triple {
-        f.each_ref().map(|f| &self.up * f)
+        self.upward.times_all(f.each_ref())
     }
 
     /// The curve of the strains at the nodes, begun at `base`; None if they are too large for one.
@@ -377,259 +359,6 @@ impl Sections {
         }
         [arms, beyond]
     }
-
-    /// The strains that turn their nodes.
-    fn own(&self, shape: &Shape) -> Vec<Own> {
-        let count = self.active.len();
-        let nodes = shape.directors[..self.grid.len()].iter().enumerate();
-        let own = nodes.flat_map(|(node, directors)| {
-            let bends = self.active.iter().enumerate().filter(|(_, k)| **k < 3);
-            bends.map(move |(a, k)| Own {
-                column: node * count + a,
-                node,
-                axis: directors.column(*k).into_owned(),
-            })
-        });
-        own.collect()
-    }
-
-    /// Where the turns of the base begin among columns, if there are any.
-    fn base(&self, columns: usize) -> Option<usize> {
-        (columns > self.size()).then_some(self.size())
-    }
-
-    /// J: turns and moves of the sections; with six columns more, those of the base turned and moved, where it is `free` to.
-    pub fn turned(&self, shape: &Shape, free: bool) -> Turned {
-        let n = self.grid.len();
-        let columns = self.size() + if free { BASE } else { 0 };
-        let own = self.own(shape);
-        let eta = shape.spins.as_ref();
-        let eta = eta.map(|spins| spins.turned(&own, self.base(columns), columns));
-        let phi = match &eta {
-            Some(eta) => [1, 2, 3].map(|k| &eta[k] * 2.0),
-            None => {
-                let mut phi = blank(n + 1, columns);
-                for Own { column, node, axis } in own {
-                    for (phi, along) in phi.iter_mut().zip(axis.iter()) {
-                        phi.column_mut(column)
-                            .axpy(*along, &self.up.column(node), 0.0);
-                    }
-                }
-                if let Some(base) = self.base(columns) {
-                    for (k, phi) in phi.iter_mut().enumerate() {
-                        phi.column_mut(base + k).fill(1.0);
-                    }
-                }
-                phi
-            }
-        };
-        let mut tau = self.local(&phi, |j| -cross(&shape.tangents[j]));
-        self.add_stretch(&mut tau, |j, k| shape.directors[j].column(k).into_owned());
-        let mut r = self.up_all(&tau);
-        if free {
-            for (k, r) in r.iter_mut().enumerate() {
-                r.column_mut(self.size() + 3 + k).fill(1.0);
-            }
-        }
-        Turned { r, phi, tau, eta }
-    }
-
-    /// A 3 x 3 matrix of each node times what is there.
-    fn local(&self, x: &Triple, matrix: impl Fn(usize) -> Matrix3<f64>) -> Triple {
-        let mut out = blank(self.grid.len(), x[0].ncols());
-        self.add_local(&mut out, x, matrix);
-        out
-    }
-
-    fn add_local(&self, out: &mut Triple, x: &Triple, matrix: impl Fn(usize) -> Matrix3<f64>) {
-        let n = self.grid.len();
-        let matrices: Vec<_> = (0..n).map(matrix).collect();
-        let [ox, oy, oz] = out;
-        for column in 0..x[0].ncols() {
-            let [x, y, z] = x.each_ref().map(|x| x.column(column));
-            let mut ox = ox.column_mut(column);
-            let mut oy = oy.column_mut(column);
-            let mut oz = oz.column_mut(column);
-            for (j, m) in matrices.iter().enumerate() {
-                let v = m * Vector3::new(x[j], y[j], z[j]);
-                ox[j] += v.x;
-                oy[j] += v.y;
-                oz[j] += v.z;
-            }
-        }
-    }
-
-    /// Adds what a change of a strain does at its own node: `part` of u or of v.
-    fn add_own(&self, out: &mut Triple, of_v: bool, part: impl Fn(usize, usize) -> Vector3<f64>) {
-        let count = self.active.len();
-        for j in 0..self.grid.len() {
-            for (a, k) in self.active.iter().enumerate() {
-                if (*k >= 3) == of_v {
-                    let v = part(j, *k % 3);
-                    for (out, v) in out.iter_mut().zip(v.iter()) {
-                        out[(j, j * count + a)] += v;
-                    }
-                }
-            }
-        }
-    }
-
-    fn add_stretch(&self, out: &mut Triple, part: impl Fn(usize, usize) -> Vector3<f64>) {
-        self.add_own(out, true, part);
-    }
-
-    /// Derivatives of velocities and accelerations.
-    pub fn carried(&self, shape: &Shape, flow: &Flow, change: &Change, turned: &Turned) -> Carried {
-        let (tau, bend, slide) = (&shape.tangents, &flow.bends, &flow.stretches);
-        let spin = &flow.spins;
-        let [d_omega, d_alpha, alpha_by_rate] = match (&shape.spins, &turned.eta) {
-            (Some(spins), Some(eta)) => {
-                let spun = Spun {
-                    bends: bend,
-                    faster: &change.bends,
-                    y: &flow.turning,
-                    z: &change.turning,
-                    base: flow.base,
-                };
-                spins.carried(eta, &self.own(shape), self.base(eta[0].ncols()), &spun)
-            }
-            _ => self.carried_in_plane(shape, flow, change, turned),
-        };
-        let mut grown = self.local(&d_omega, |j| -cross(&tau[j]));
-        self.add_local(&mut grown, &turned.tau, |j| cross(&spin[j]));
-        self.add_local(&mut grown, &turned.phi, |j| -cross(&slide[j]));
-        let d_velocity = self.up_all(&grown);
-
-        // What a change of omega does to r_tt.
-        let by_spin = |j: usize| {
-            -cross(&spin[j].cross(&tau[j]))
-                - cross(&spin[j]) * cross(&tau[j])
-                - cross(&slide[j]) * 2.0
-        };
-        let mut grown = self.local(&d_alpha, |j| -cross(&tau[j]));
-        self.add_local(&mut grown, &turned.tau, |j| {
-            cross(&change.spins[j]) + cross(&spin[j]) * cross(&spin[j])
-        });
-        self.add_local(&mut grown, &d_omega, by_spin);
-        self.add_local(&mut grown, &turned.phi, |j| {
-            -cross(&spin[j]) * cross(&slide[j]) * 2.0 - cross(&change.stretches[j])
-        });
-        let d_acceleration = self.up_all(&grown);
-
-        let mut grown = self.local(&alpha_by_rate, |j| -cross(&tau[j]));
-        self.add_local(&mut grown, &turned.phi, by_spin);
-        self.add_stretch(&mut grown, |j, k| {
-            spin[j].cross(&shape.directors[j].column(k)) * 2.0
-        });
-        Carried {
-            velocity: [d_omega, d_velocity],
-            by_strain: [d_alpha, d_acceleration],
-            by_rate: [alpha_by_rate, self.up_all(&grown)],
-        }
-    }
-
-    /// How omega and omega_t change with the strains, and omega_t with their rates, where A leads to all turns.
-    fn carried_in_plane(
-        &self,
-        shape: &Shape,
-        flow: &Flow,
-        change: &Change,
-        turned: &Turned,
-    ) -> [Triple; 3] {
-        let (bend, spin) = (&flow.bends, &flow.spins);
-        let d_omega = self.up_all(&self.local(&turned.phi, |j| -cross(&bend[j])));
-        let mut turning = self.local(&turned.phi, |j| {
-            -cross(&change.bends[j]) - cross(&spin[j]) * cross(&bend[j])
-        });
-        self.add_local(&mut turning, &d_omega, |j| -cross(&bend[j]));
-        let d_alpha = self.up_all(&turning);
-        let mut turning = self.local(&turned.phi, |j| -cross(&bend[j]));
-        self.add_own(&mut turning, false, |j, k| {
-            spin[j].cross(&shape.directors[j].column(k))
-        });
-        [d_omega, d_alpha, self.up_all(&turning)]
-    }
-
-    /// d(J^T f)/dq at couples and forces that stay as they are; with six rows more, the wrench on the base, where that is free.
-    pub fn geometric(
-        &self,
-        shape: &Shape,
-        turned: &Turned,
-        couples: &[Vector3<f64>],
-        forces: &[Vector3<f64>],
-    ) -> DMatrix<f64> {
-        let [arms, beyond] = self.borne(shape, couples, forces);
-        let n = self.grid.len();
-        let pressed = self.local(&turned.tau, |j| -cross(&beyond[j]));
-        let mut bent = None;
-        let by_u = match (&shape.spins, &turned.eta) {
-            (Some(spins), Some(eta)) => {
-                let (own, base) = (self.own(shape), self.base(eta[0].ncols()));
-                let gathered = spins.gathered(&arms);
-                bent = Some((spins.bent(eta, &own, base, (&arms, &gathered)), own));
-                spins.gathered_all(&pressed)
-            }
-            _ => {
-                let inner = self.up.rows(0, n);
-                let moments = self.down(&arms);
-                let mut by_u = pressed.each_ref().map(|f| inner.tr_mul(f));
-                self.add_local(&mut by_u, &turned.phi, |j| cross(&moments[j]));
-                by_u
-            }
-        };
-        let by_v = self.local(&turned.phi, |j| cross(&beyond[j]));
-        let count = self.active.len();
-        let columns = turned.phi[0].ncols();
-        let mut out = DMatrix::zeros(columns, columns);
-        if columns > self.size() {
-            for (i, force) in forces.iter().enumerate() {
-                let arm = |column: usize| {
-                    Vector3::from_fn(|k, _| {
-                        let moved = if column == self.size() + 3 + k {
-                            1.0
-                        } else {
-                            0.0
-                        };
-                        turned.r[k][(i, column)] - moved
-                    })
-                };
-                for column in 0..columns {
-                    let mut couple = out.fixed_view_mut::<3, 1>(self.size(), column);
-                    couple += arm(column).cross(force);
-                }
-            }
-        }
-        if let Some((bent, own)) = bent {
-            for (row, own) in bent.row_iter().zip(own) {
-                out.row_mut(own.column).copy_from(&row);
-            }
-        }
-        for column in 0..columns {
-            for (j, directors) in shape.directors[..n].iter().enumerate() {
-                for (a, k) in self.active.iter().enumerate() {
-                    let x = if *k < 3 { &by_u } else { &by_v };
-                    let d = directors.column(*k % 3);
-                    out[(j * count + a, column)] +=
-                        d.x * x[0][(j, column)] + d.y * x[1][(j, column)] + d.z * x[2][(j, column)];
-                }
-            }
-        }
-        out
-    }
-}
-
-impl Turned {
-    /// Twists of the end, six rows.
-    pub fn end(&self) -> DMatrix<f64> {
-        last_rows([&self.phi, &self.r])
-    }
-}
-
-impl Carried {
-    /// Derivatives of the acceleration of the end by strains and by rates, six rows each.
-    pub fn end(&self) -> [DMatrix<f64>; 2] {
-        [&self.by_strain, &self.by_rate].map(|by| last_rows(by.each_ref()))
-    }
 }
 
 impl Change {
@@ -679,10 +408,6 @@ fn outward(shape: &Shape, rates: &[Strain]) -> [Vec<Vector3<f64>>; 2] {
         let pairs = shape.directors.iter().zip(rates);
         pairs.map(|(r, e)| r * e.fixed_rows::<3>(first)).collect()
     })
-}
-
-fn blank(rows: usize, columns: usize) -> Triple {
-    std::array::from_fn(|_| DMatrix::zeros(rows, columns))
 }
 
 /// Directors of a section in the plane whose tangent is at this angle to x: d1 along z.
