@@ -325,7 +325,7 @@ impl Newton {
         self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
-        // W = T^-1 Z is kept apart, as in the book: Z = T W.
+        // W = T^-1 Z is kept apart, as in the book.
         let (mut w, mut increment) = (slopes.clone(), slopes.clone());
         combine_all(&tableau.t_inverse, z, &mut w);
         let mut changes = slopes.clone();
@@ -367,9 +367,9 @@ impl Newton {
             let mut square = 0.0;
             for i in 0..stages {
                 w[i] += &increment[i];
+                z[i] += &changes[i];
                 square += system.mean_square(&changes[i], y, y) / stages as f64;
             }
-            combine_all(&tableau.t, &w, z);
             self.iterations += 1;
             let size = square.sqrt();
             if !size.is_finite() {
