@@ -361,7 +361,7 @@ fn strides_over_turns_are_the_motion_itself() {
 
 /// Catches steps wasted where the undamped strip comes back to the straight rod, to 7e-9 of its length, and bounces along it 1500
 /// times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that found in this chart with the
-/// tolerance 1e-12.
+/// tolerance 1e-12: to three tolerances, for the bounces multiply rounding, and with tolerances about this one 0.03 to 1.6 of them are seen.
 #[test]
 fn the_undamped_strip_runs_for_a_second() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
@@ -372,7 +372,7 @@ fn the_undamped_strip_runs_for_a_second() {
     assert_eq!(run.by_ref().last(), Some(Event::Stop(Outcome::EndOfTime)));
     let end = run.now();
     let off = end.pose - vector![0.260_798_199_801, -0.134_722_768_219] / length;
-    assert!(off.amax() < 1e-10, "{off:?}");
+    assert!(off.amax() < 3e-10, "{off:?}");
     assert!((end.ledger.total() - start).abs() < 1e-11);
     let cost = run.cost();
     assert!(
