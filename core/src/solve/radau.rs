@@ -253,14 +253,7 @@ impl Radau {
                 continue;
             }
             let to = &self.state + &z[z.len() - 1];
-            let mut slope = DVector::zeros(to.len());
-            self.cost.evaluations += 1;
-            let inside = system.balance(&to, &mut slope).is_some();
-            let error = if inside {
-                self.error(system, &z, &to, rejected || self.accepted.is_none())
-            } else {
-                f64::INFINITY
-            };
+            let error = self.error(system, &z, &to, rejected || self.accepted.is_none());
             // The more iterations this step took, the more cautious the next one.
             let most = 2.0 * f64::from(Newton::most(self.order));
             let power = 1.0 / (z.len() + 1) as f64;
@@ -277,6 +270,7 @@ impl Radau {
                     factor = factor.min((CONTRACTING / self.newton.contraction).max(1.0));
                 }
                 let clipped = h < self.h;
+                let slope = self.end_slope(system, (&z, &to), (h, h_max));
                 self.accept(z, to, slope, Accepted { h, error });
                 self.worn = self.newton.contraction > FAST;
                 self.rough.seen(self.newton.contraction);
@@ -298,6 +292,27 @@ impl Radau {
                 factor.clamp(SHRINK, SAFETY)
             };
         }
+    }
+
+    /// The slope at the end of a step of length `h`: that of the collocation polynomial, for the end is its last stage and fulfils the
+    /// equations. Where the step has the length `h_max` it may have ended at a break of the loads, beyond which the slope is another one.
+    fn end_slope(
+        &mut self,
+        system: &dyn AnySystem,
+        (z, to): (&[DVector<f64>], &DVector<f64>),
+        (h, h_max): (f64, f64),
+    ) -> DVector<f64> {
+        if h == h_max {
+            let mut slope = DVector::zeros(to.len());
+            self.cost.evaluations += 1;
+            if system.balance(to, &mut slope).is_some() {
+                return slope;
+            }
+        }
+        let mut slope = self.order.tableau().end_slope(h, z);
+        let algebraic = system.algebraic();
+        slope.rows_mut(to.len() - algebraic, algebraic).fill(0.0);
+        slope
     }
 
     fn accept(&mut self, z: Stages, to: DVector<f64>, slope: DVector<f64>, step: Accepted) {

@@ -58,8 +58,9 @@ pub(super) struct Tableau {
     pairs: Vec<Complex<f64>>,
     t: DMatrix<f64>,
     t_inverse: DMatrix<f64>,
-    /// Weights of the stages z_i in the slope at the start of the collocation polynomial, times the step.
+    /// Weights of the stages z_i in the slopes at the start and at the end of the collocation polynomial, times the step.
     start: Vec<f64>,
+    end: Vec<f64>,
 }
 
 impl Tableau {
@@ -87,14 +88,15 @@ impl Tableau {
         }
         // Of constants that the test below holds to be regular.
         let t_inverse = t.clone().try_inverse().unwrap_or_default();
-        let start = (0..s).map(|j| slope_of_basis(nodes, j, 0.0)).collect();
+        let slope = |x: f64| (0..s).map(|j| slope_of_basis(nodes, j, x)).collect();
         Self {
             nodes,
             gamma,
             pairs,
             t,
             t_inverse,
-            start,
+            start: slope(0.0),
+            end: slope(1.0),
         }
     }
 
@@ -112,6 +114,11 @@ impl Tableau {
     pub(super) fn polynomial(&self, x: f64, z: &[DVector<f64>]) -> DVector<f64> {
         let weights = (0..self.stages()).map(|j| basis(self.nodes, j, x));
         combined(weights, z)
+    }
+
+    /// Its slope at the end of a step of length `h`, where the polynomial fulfils the equations.
+    pub(super) fn end_slope(&self, h: f64, z: &[DVector<f64>]) -> DVector<f64> {
+        combined(self.end.iter().map(|w| w / h), z)
     }
 }
 
