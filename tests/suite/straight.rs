@@ -361,24 +361,29 @@ fn strides_over_turns_are_the_motion_itself() {
 
 /// Catches steps wasted where the undamped strip comes back to the straight rod, to 7e-9 of its length, and bounces along it 1500
 /// times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that found in this chart with the
-/// tolerance 1e-12: to three tolerances, for the bounces multiply rounding, and with tolerances about this one 0.03 to 1.6 of them are seen.
+/// tolerance 1e-12. The bounces multiply rounding, by chance more or less: of three runs with tolerances next to each other the one in the
+/// middle counts.
 #[test]
 fn the_undamped_strip_runs_for_a_second() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
     let (length, time) = (0.3, (0.05 * 0.3_f64.powi(3) / bending).sqrt());
     let body = loaded([0.0, -0.05 * 9.81 * length * length / bending]);
-    let mut run = Run::straight(&body, vector![0.0, 0.0], options(1.0 / time, 1e-10)).unwrap();
-    let start = run.given().ledger.total();
-    assert_eq!(run.by_ref().last(), Some(Event::Stop(Outcome::EndOfTime)));
-    let end = run.now();
-    let off = end.pose - vector![0.260_798_199_801, -0.134_722_768_219] / length;
-    assert!(off.amax() < 3e-10, "{off:?}");
-    assert!((end.ledger.total() - start).abs() < 1e-11);
-    let cost = run.cost();
-    assert!(
-        cost.steps < 250_000 && cost.evaluations < 3_300_000,
-        "{cost:?}"
-    );
+    let mut errors = [1e-10, 0.98e-10, 0.96e-10].map(|tolerance| {
+        let options = options(1.0 / time, tolerance);
+        let mut run = Run::straight(&body, vector![0.0, 0.0], options).unwrap();
+        let start = run.given().ledger.total();
+        assert_eq!(run.by_ref().last(), Some(Event::Stop(Outcome::EndOfTime)));
+        let end = run.now();
+        assert!((end.ledger.total() - start).abs() < 1e-11);
+        let cost = run.cost();
+        assert!(
+            cost.steps < 250_000 && cost.evaluations < 3_300_000,
+            "{cost:?}"
+        );
+        (end.pose - vector![0.260_798_199_801, -0.134_722_768_219] / length).amax()
+    });
+    errors.sort_by(f64::total_cmp);
+    assert!(errors[1] < 1e-10, "{errors:?}");
 }
 
 /// Catches landings on the fold's own twin: next to the straight rod 1 - x has no digits in the pose, and a rod that started with
