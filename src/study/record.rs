@@ -4,6 +4,7 @@ use crate::{Error, Result};
 use serde::Serialize;
 use serde_json::Value;
 use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::io::Write;
 
 /// A table: columns of equal length. A sink is given it without rows.
@@ -323,8 +324,9 @@ impl<W: Write> Csv<W> {
             }
             match cell {
                 Cell::Real(x) if x.is_nan() => {}
-                Cell::Real(x) => self.line.push_str(&exact(*x)),
-                Cell::Integer(n) => self.line.push_str(&n.to_string()),
+                // Nothing fails in memory.
+                Cell::Real(x) => drop(write!(self.line, "{:?}", unsigned(*x))),
+                Cell::Integer(n) => drop(write!(self.line, "{n}")),
                 Cell::Word(word) if word.contains([',', '"', '\n', '\r']) => {
                     let doubled = word.replace('"', "\"\"");
                     self.line.extend(["\"", &doubled, "\""]);
@@ -350,8 +352,12 @@ impl<W: Write> Csv<W> {
 /// A number in full precision, the shortest decimal that is read back as the same double: with an exponent where its digits
 /// would be many zeros, and no minus before a zero.
 pub fn exact(x: f64) -> String {
-    // -0.0 + 0.0 is 0.0.
-    format!("{:?}", x + 0.0)
+    format!("{:?}", unsigned(x))
+}
+
+/// The number without a minus before a zero: -0.0 + 0.0 is 0.0.
+fn unsigned(x: f64) -> f64 {
+    x + 0.0
 }
 
 /// JSON text; no number in it is -0.0.

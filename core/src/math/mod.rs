@@ -4,6 +4,7 @@ pub(crate) mod carlson;
 mod domain;
 pub mod eight;
 pub mod elliptic;
+pub mod fixed;
 pub mod frame;
 pub mod gauss;
 #[cfg(test)]

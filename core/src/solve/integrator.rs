@@ -389,6 +389,14 @@ impl Integrator {
         }
     }
 
+    /// The part of the last step at whose end the component number `time`, which counts it, is `t`; None outside the step. (From the times at its ends:
+    /// by its length, which rounding makes another one, moments just after its start would lie before it.)
+    pub fn fraction(&self, time: usize, t: f64) -> Option<f64> {
+        let (from, to) = (self.from()[time], self.state()[time]);
+        let inside = from < to && (from..=to).contains(&t);
+        inside.then(|| (t - from) / (to - from))
+    }
+
     /// Length of the last step; 0 before the first.
     pub fn span(&self) -> f64 {
         self.span

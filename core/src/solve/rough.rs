@@ -7,7 +7,7 @@ const MEAN: f64 = 4.0;
 /// Steps that are then taken with whole ones.
 const TRIAL: u32 = 4;
 /// Whole ones are worth their price if they make the logarithm of the contraction so many times what it was: iterations are fewer by as much.
-const BETTER: f64 = 1.5;
+const BETTER: f64 = 2.0;
 /// Steps for which such a verdict holds: at first, and at most, for each holds twice as long as the one before.
 const PATIENCE: u32 = 16;
 const PATIENCE_LIMIT: u32 = 1024;

@@ -1,7 +1,9 @@
 //! Systems of run-time dimension, y' = f(y), and their Jacobians in the form that is best factored.
 
 use super::lu::Lu;
-use nalgebra::{Complex, ComplexField, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
+
+pub use crate::math::fixed::Scalar;
 
 /// An autonomous system y' = f(y) of any dimension; time is a component of y where it is needed.
 pub trait System {
@@ -45,24 +47,6 @@ pub trait System {
 
     /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
-}
-
-/// A real or complex number.
-pub trait Scalar: ComplexField<RealField = f64> + Copy {
-    /// The number with these parts; a real one has the first alone.
-    fn of(re: f64, im: f64) -> Self;
-}
-
-impl Scalar for f64 {
-    fn of(re: f64, _: f64) -> Self {
-        re
-    }
-}
-
-impl Scalar for Complex<f64> {
-    fn of(re: f64, im: f64) -> Self {
-        Self::new(re, im)
-    }
 }
 
 /// A Jacobian J.

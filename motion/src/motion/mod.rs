@@ -35,4 +35,4 @@ pub use options::{Nodes, Options};
 pub use run::{Run, Sample, on_elastica};
 pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
-pub use state::{Labels, RodCurve, Seen, State};
+pub use state::{Labels, RodCurve, Seen, State, curve_outward, outward};

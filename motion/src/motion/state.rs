@@ -97,6 +97,19 @@ pub trait State {
 /// Sections of a rod from its base to its end, each by its arclength in the unstrained rod and its pose.
 pub type RodCurve = Vec<(f64, Isometry3<f64>)>;
 
+/// A pose seen from a `clamp` that stands so in the world, in units of a rod of this `length`, as the world sees it.
+pub fn outward(clamp: &Isometry3<f64>, length: f64, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    let pose = clamp * pose;
+    Isometry3::from_parts((pose.translation.vector * length).into(), pose.rotation)
+}
+
+/// The same of all sections of a curve, and their arclengths.
+pub fn curve_outward(clamp: &Isometry3<f64>, length: f64, curve: &mut RodCurve) {
+    for (s, pose) in curve {
+        (*s, *pose) = (*s * length, outward(clamp, length, pose));
+    }
+}
+
 /// A state that a motion keeps, or has made to be seen.
 pub enum Seen<'a> {
     /// Kept by the motion.

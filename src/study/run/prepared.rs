@@ -6,9 +6,10 @@ use super::spring::Spring;
 use crate::elastica::{Elastica, Passage};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::motion::{Beside, Bounce, Ledger, Light, Motion, RodCurve, Snap, State};
+use crate::motion::{
+    Beside, Bounce, Ledger, Light, Motion, RodCurve, Snap, State, curve_outward, outward,
+};
 use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
-use crate::section::Strain;
 use crate::study::Solid;
 use crate::study::mass::{
     BouncePassed, BouncingRod, FoldPassed, Followed, Follows, Light as Planar, Resting, SmallMass,
@@ -307,8 +308,8 @@ impl Prepared {
         let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
             t: state.time() * k.time,
-            clamp: self.outward(&clamp.pose(), &Isometry3::identity()),
-            pose: self.outward(&clamp.pose(), &pose),
+            clamp: outward(&clamp.pose(), k.length, &Isometry3::identity()),
+            pose: outward(&clamp.pose(), k.length, &pose),
             velocity: twist.fixed_rows::<3>(3) * k.velocity,
             angular_velocity: twist.fixed_rows::<3>(0) / k.time,
             force: action.fixed_rows::<3>(3) * k.force,
@@ -327,10 +328,10 @@ impl Prepared {
 
     /// Sections from the clamp to the end in the world frame and the scene's units, as [`State::sections`].
     pub(in crate::study) fn curve(&self, state: &dyn State, points: usize) -> RodCurve {
-        let sections = state.sections(points);
+        let mut sections = state.sections(points);
         let clamp = self.setup.model.clamp(state.time()).pose();
-        let outward = |(s, pose): &(f64, _)| (s * self.scales.length, self.outward(&clamp, pose));
-        sections.iter().map(outward).collect()
+        curve_outward(&clamp, self.scales.length, &mut sections);
+        sections
     }
 
     /// The poses alone.
@@ -345,10 +346,12 @@ impl Prepared {
     /// Each of the strains that move at places in [0, 1], in growing order, in the scene's units.
     pub(super) fn strains_at(&self, state: &dyn State, places: &[f64]) -> Vec<Vec<f64>> {
         let (all, length) = (state.strains_at(places), self.scales.length);
-        let outward = |e: &Strain, i: usize| if i < 3 { e[i] / length } else { e[i] };
         let moving = self.strains().into_iter();
         moving
-            .map(|(_, i)| all.iter().map(|e| outward(e, i)).collect())
+            .map(|(_, i)| {
+                let unit = if i < 3 { length } else { 1.0 };
+                all.iter().map(|e| e.as_slice()[i] / unit).collect()
+            })
             .collect()
     }
 
@@ -392,12 +395,5 @@ impl Prepared {
         let flat = |v: Vector3<f64>| DVector::from_column_slice(&v.as_slice()[..pose.len()]);
         let (x, v) = (lifted(pose), lifted(velocity));
         (flat(clamp.place(&x)), flat(clamp.absolute(&x, &v)))
-    }
-
-    /// A pose seen from the clamp and in the units of the rod in the world frame and the scene's units.
-    fn outward(&self, clamp: &Isometry3<f64>, pose: &Isometry3<f64>) -> Isometry3<f64> {
-        let pose = clamp * pose;
-        let position = pose.translation.vector * self.scales.length;
-        Isometry3::from_parts(position.into(), pose.rotation)
     }
 }

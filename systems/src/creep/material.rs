@@ -2,6 +2,7 @@
 
 use super::kinematics::Local;
 use crate::error::{Error, Result};
+use crate::math::fixed::times;
 use crate::rod::Distributed;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
@@ -178,7 +179,7 @@ impl<const M: usize> Material<M> {
     pub fn stored(&self, s: f64, e: &Local<M>) -> Option<Stored<M>> {
         if let Some(h) = &self.hoisted {
             let deviation = e - h.rest;
-            let resultants = h.stiffness * deviation;
+            let resultants = times(&h.stiffness, &deviation);
             return Some(Stored {
                 energy: 0.5 * deviation.dot(&resultants),
                 resultants,
@@ -205,7 +206,7 @@ impl<const M: usize> Material<M> {
     pub fn creep(&self, s: f64, e: &Local<M>, overstress: &Local<M>) -> Option<Creep<M>> {
         if let Some(h) = &self.hoisted {
             return Some(Creep {
-                rate: h.fluidity * overstress,
+                rate: times(&h.fluidity, overstress),
                 fluidity: h.fluidity,
                 by_strain: SMatrix::zeros(),
             });

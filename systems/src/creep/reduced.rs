@@ -12,6 +12,7 @@
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Kinematics, Local};
 use super::material::Material;
+use crate::math::fixed::{add_times, add_transposed_times, times};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use std::sync::Arc;
 
@@ -58,6 +59,8 @@ pub struct Flow<const M: usize, const D: usize> {
     pub fluidity: Vec<SMatrix<f64, M, M>>,
     /// d e_t/d e at fixed overstress.
     pub by_strain: Vec<SMatrix<f64, M, M>>,
+    /// G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
+    pub mobility: SMatrix<f64, D, D>,
 }
 
 /// The flow linearised in strains e, memory z, end velocity V and wrench w1, all nodes in one column:
@@ -96,7 +99,7 @@ impl<const M: usize> Drift<M> {
                 let mut rates = strains.clone();
                 for (i, block) in blocks.iter().enumerate() {
                     let mut rate = rates.fixed_rows_mut::<M>(i * M);
-                    let product = block * &rate;
+                    let product = times(block, &rate.clone_owned());
                     rate.copy_from(&product);
                 }
                 rates
@@ -137,7 +140,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             let (mut density, mut resultants) = (stored.energy, stored.resultants);
             for (branch, z) in self.material.branches().iter().zip(&memory) {
                 let stretched = e - z[i];
-                let force = branch.modulus * stretched;
+                let force = times(&branch.modulus, &stretched);
                 density += 0.5 * stretched.dot(&force);
                 resultants += force;
             }
@@ -192,7 +195,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
                 .as_ref()
                 .map(|force| self.kinematics.borne(&self.grid, &shape, force));
             for (i, place) in resultants.chunks_exact_mut(M).enumerate() {
-                let mut local = self.kinematics.transfer(&shape, i) * w;
+                let mut local = times(&self.kinematics.transfer(&shape, i), w);
                 if let Some(borne) = &borne {
                     local += borne.resultants[i];
                 }
@@ -209,10 +212,10 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     /// differences of large stresses, and what is lost there must not make the end drift.
     pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
         let mut flow = self.under(at, &AtEnd::zeros())?;
-        let (mut residual, mut g) = self.imbalance(at, &flow, v);
+        let mut residual = self.moved(at, &flow) - v;
         if self.material.is_linear() {
             for step in 0..REFINEMENTS {
-                let change = solve(&g, &-residual)?;
+                let change = solve(&flow.mobility, &-residual)?;
                 if step == 0 && !self.material.is_constant() {
                     // The derivatives of the rates by the strains depend on the overstress: they are taken at the final one.
                     flow = self.under(at, &change)?;
@@ -227,7 +230,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         // straight to within an angle a is not known better than to rounding/a, and need not be.
         let mut before = f64::INFINITY;
         for _ in 0..MOST {
-            let change = solve(&g, &-residual)?;
+            let change = solve(&flow.mobility, &-residual)?;
             let decrement = -residual.dot(&change);
             let power = self.power(at, &flow);
             let settled = decrement <= CONVERGED * power;
@@ -241,9 +244,9 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             let mut fraction = 1.0;
             loop {
                 let next = self.under(at, &(flow.wrench + change * fraction))?;
-                let (after, g_after) = self.imbalance(at, &next, v);
+                let after = self.moved(at, &next) - v;
                 if after.dot(&change) <= 0.9 * decrement || fraction < 1e-10 {
-                    (flow, residual, g) = (next, after, g_after);
+                    (flow, residual) = (next, after);
                     break;
                 }
                 fraction *= 0.5;
@@ -267,9 +270,9 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     fn load(&self, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>, w: &AtEnd<D>) {
         flow.wrench += w;
         for (i, q) in at.transfer.iter().enumerate() {
-            let more = q * w;
+            let more = times(q, w);
             flow.overstress[i] += more;
-            flow.rates[i] += flow.fluidity[i] * more;
+            add_times(&mut flow.rates[i], &flow.fluidity[i], &more);
         }
     }
 
@@ -282,12 +285,15 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             overstress: Vec::with_capacity(n),
             fluidity: Vec::with_capacity(n),
             by_strain: Vec::with_capacity(n),
+            mobility: SMatrix::zeros(),
         };
-        for i in 0..n {
-            let overstress = at.transfer[i] * w - at.taken[i];
+        for (i, q) in at.transfer.iter().enumerate() {
+            let overstress = times(q, w) - at.taken[i];
             let creep = self
                 .material
                 .creep(self.grid.nodes()[i], &at.strains[i], &overstress)?;
+            let pushed = times(&creep.fluidity, q) * self.grid.weights()[i];
+            add_transposed_times(&mut flow.mobility, q, &pushed);
             flow.rates.push(creep.rate);
             flow.overstress.push(overstress);
             flow.fluidity.push(creep.fluidity);
@@ -299,35 +305,11 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     /// int Q^T e_t, the velocity at which the rates move the end.
     pub fn moved(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> AtEnd<D> {
         let nodes = at.transfer.iter().zip(&flow.rates).zip(self.grid.weights());
-        nodes.fold(AtEnd::zeros(), |sum, ((q, rate), weight)| {
-            sum + q.transpose() * rate * *weight
-        })
-    }
-
-    /// int Q^T e_t - V, and G.
-    fn imbalance(
-        &self,
-        at: &Configuration<K::Shape, M, D>,
-        flow: &Flow<M, D>,
-        v: &AtEnd<D>,
-    ) -> (AtEnd<D>, SMatrix<f64, D, D>) {
-        let mut residual = -v;
-        let mut g = SMatrix::zeros();
-        for (i, q) in at.transfer.iter().enumerate() {
-            let gathered = q.transpose() * self.grid.weights()[i];
-            residual += gathered * flow.rates[i];
-            g += gathered * (flow.fluidity[i] * q);
+        let mut sum = AtEnd::zeros();
+        for ((q, rate), weight) in nodes {
+            add_transposed_times(&mut sum, q, &(rate * *weight));
         }
-        (residual, g)
-    }
-
-    /// G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
-    pub fn mobility(
-        &self,
-        at: &Configuration<K::Shape, M, D>,
-        flow: &Flow<M, D>,
-    ) -> SMatrix<f64, D, D> {
-        self.imbalance(at, flow, &AtEnd::zeros()).1
+        sum
     }
 
     /// The whole dissipation, per time.
@@ -351,7 +333,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         for (branch, z) in self.material.branches().iter().zip(&at.memory) {
             for ((d, e), z) in density.iter_mut().zip(&at.strains).zip(z) {
                 let stretched = e - z;
-                *d += stretched.dot(&(branch.modulus * stretched)) / branch.time;
+                *d += stretched.dot(&times(&branch.modulus, &stretched)) / branch.time;
             }
         }
         density
@@ -409,7 +391,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         nodes
             .zip(flows)
             .map(|((s, e), (fluidity, by_strain))| {
-                Some(by_strain - fluidity * (self.material.tangent(*s, e)? + total))
+                Some(by_strain - times(fluidity, &(self.material.tangent(*s, e)? + total)))
             })
             .collect()
     }
@@ -425,7 +407,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         let mut gather = DMatrix::zeros(D, n * M);
         for (i, q) in at.transfer.iter().enumerate() {
             push.fixed_view_mut::<M, D>(i * M, 0)
-                .copy_from(&(flow.fluidity[i] * q));
+                .copy_from(&times(&flow.fluidity[i], q));
             gather
                 .fixed_view_mut::<D, M>(0, i * M)
                 .copy_from(&(q.transpose() * self.grid.weights()[i]));

@@ -14,6 +14,7 @@ mod turn;
 
 use super::grid::{Element, Grid};
 use super::kinematics::{AtEnd, Borne, Kinematics, Local};
+use crate::math::fixed::{add_times, times};
 use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::section::Strain;
 use eightfold::{LANES, Loading};
@@ -307,7 +308,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
             q.fixed_view_mut::<3, 3>(0, 0).copy_from(&across);
         }
         q.fixed_view_mut::<3, 3>(0, D - 3)
-            .copy_from(&(across * curve.arm(i).cross_matrix()));
+            .copy_from(&times(&across, &curve.arm(i).cross_matrix()));
         for k in free_v(M) {
             q.fixed_view_mut::<1, 3>(k + M - 3, D - 3)
                 .copy_from(&across.row(k));
@@ -331,10 +332,9 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         let rows: Vec<[Matrix3<f64>; 2]> = (0..n)
             .map(|i| {
                 let across = curve.directors[i].transpose();
-                [
-                    across,
-                    across * (m1_cross + curve.arm(i).cross_matrix() * n1_cross),
-                ]
+                let mut own = m1_cross;
+                add_times(&mut own, &curve.arm(i).cross_matrix(), &n1_cross);
+                [across, times(&across, &own)]
             })
             .collect();
         let mut up_to = vec![0.0; n];
@@ -343,19 +343,21 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 column(grid, element, j, &mut up_to);
                 let weight = grid.weights()[j];
                 let directors = &curve.directors[j];
-                let forced = n1_cross * directors;
-                let lever = n1_cross * curve.arm(j).cross_matrix() * directors;
+                let forced = times(&n1_cross, directors);
+                let arm = times(&n1_cross, &curve.arm(j).cross_matrix());
+                let lever = times(&arm, directors);
                 for k in 0..3 {
                     let (d, f, l) = (directors.column(k), forced.column(k), lever.column(k));
                     let mut target = out.column_mut(M * j + k);
                     let blocks = target.as_mut_slice().chunks_exact_mut(M);
                     for ((block, [across, own]), a) in blocks.zip(&rows).zip(&up_to) {
-                        let dm = own * (d * *a) + across * (l * (weight - a));
+                        let mut dm = times(own, &(d * *a));
+                        add_times(&mut dm, across, &(l * (weight - a)));
                         for (entry, dm) in block.iter_mut().zip(dm.iter()) {
                             *entry += dm;
                         }
                         if M > 3 {
-                            let dn = across * (f * *a);
+                            let dn = times(across, &(f * *a));
                             for k in free_v(M) {
                                 block[k + M - 3] += dn[k];
                             }
@@ -367,7 +369,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                     let mut target = out.column_mut(M * j + k + M - 3);
                     let blocks = target.as_mut_slice().chunks_exact_mut(M);
                     for ((block, [across, _]), a) in blocks.zip(&rows).zip(&up_to) {
-                        let dm = across * (f * (a - weight));
+                        let dm = times(across, &(f * (a - weight)));
                         for (entry, dm) in block.iter_mut().zip(dm.iter()) {
                             *entry += dm;
                         }
@@ -401,7 +403,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         let mut sums: Vec<SVector<f64, 6>> = Vec::with_capacity(grid.len());
         let mut total = Vector3::zeros();
         for (i, (directors, rate)) in curve.directors.iter().zip(rates).enumerate() {
-            let a = directors * curvature(rate);
+            let a = times(directors, &curvature(rate));
             let p = a.cross(&curve.positions[i]) - stretched(directors, rate);
             total += a * grid.weights()[i];
             sums.push(SVector::from([a.x, a.y, a.z, p.x, p.y, p.z]));
@@ -415,14 +417,15 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
             let directors = &curve.directors[j];
             let all = (total * grid.weights()[j]).cross_matrix();
             let c_cross = c.cross_matrix();
-            let by_u = c * end.transpose() - r * c.transpose() + p.cross_matrix()
-                - all * x.cross_matrix()
-                - Matrix3::from_diagonal_element(c.dot(&x));
+            let mut by_u = p.cross_matrix() - Matrix3::from_diagonal_element(c.dot(&x));
+            add_times(&mut by_u, &c, &end.transpose());
+            add_times(&mut by_u, &-r, &c.transpose());
+            add_times(&mut by_u, &-all, &x.cross_matrix());
             out.fixed_view_mut::<3, 3>(D - 3, M * j)
-                .copy_from(&(by_u * directors));
+                .copy_from(&times(&by_u, directors));
             if D == 6 {
                 out.fixed_view_mut::<3, 3>(0, M * j)
-                    .copy_from(&(-c_cross * directors));
+                    .copy_from(&times(&-c_cross, directors));
             }
             for k in free_v(M) {
                 let at = M * j + k + M - 3;

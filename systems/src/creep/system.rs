@@ -29,6 +29,7 @@ use crate::body::EndBody;
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
 use crate::creep::place;
 use crate::creep::reduced::{Configuration, Flow, Linear, Reduced, loose};
+use crate::math::fixed::times;
 use crate::solve::system::System;
 use linear::relaxation;
 use nalgebra::{DMatrix, DVector};
@@ -190,18 +191,18 @@ where
         let nodes = self.rod.grid.nodes().iter().zip(&at.strains);
         let strains = nodes
             .zip(&flow.fluidity)
-            .filter_map(|((s, e), c)| Some((c * self.rod.material.tangent(*s, e)?).norm()))
+            .filter_map(|((s, e), c)| Some(times(c, &self.rod.material.tangent(*s, e)?).norm()))
             .fold(0.0, f64::max);
         let pose = self.rod.kinematics.pose(&at.shape);
         let time = y[self.layout().time()];
         let body = self
             .body
             .linearised(time, &pose, &self.velocity(y), &-flow.wrench);
-        let g = self.rod.mobility(at, flow);
-        let end = if loose(&g).next().is_some() {
+        let g = &flow.mobility;
+        let end = if loose(g).next().is_some() {
             f64::INFINITY
         } else {
-            relaxation(&body.by_wrench, &g)
+            relaxation(&body.by_wrench, g)
         };
         let stiff = STIFF[usize::from(self.hold == Hold::Place)];
         let tight = TIGHT[usize::from(self.hold == Hold::Together)];
@@ -298,7 +299,7 @@ where
             for (k, branch) in material.branches().iter().enumerate() {
                 let place = (k + 1) * n + first..(k + 1) * n + first + M;
                 let stretched = e - Local::<M>::from_column_slice(&from[place.clone()]);
-                let (force, rate) = (branch.modulus * stretched, stretched / branch.time);
+                let (force, rate) = (times(&branch.modulus, &stretched), stretched / branch.time);
                 overstress -= force;
                 density += force.dot(&rate);
                 slots[place].copy_from_slice(rate.as_slice());
@@ -362,7 +363,11 @@ where
             layout,
             relaxing: branches
                 .map(|branch| {
-                    let blocks = rod.fluidity.iter().map(|c| c * branch.modulus).collect();
+                    let blocks = rod
+                        .fluidity
+                        .iter()
+                        .map(|c| times(c, &branch.modulus))
+                        .collect();
                     (blocks, branch.time)
                 })
                 .collect(),
@@ -372,7 +377,7 @@ where
             spin: place::spin(self.place(y), &velocity),
             place: self.place(y).into(),
             hold: self.hold,
-            mobility: self.rod.mobility(at, flow),
+            mobility: flow.mobility,
             rod: Arc::new(rod),
         }
     }
@@ -381,7 +386,7 @@ where
     /// V = int Q^T e_t says nothing of that component of w1. Its derivative does: V_t = (int Q^T e_t)_t, in which e_tt
     /// has no part; what V has drifted off fades.
     fn hold(&self, y: &DVector<f64>, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>) {
-        let g = self.rod.mobility(at, flow);
+        let g = flow.mobility;
         for i in loose(&g) {
             let pose = self.rod.kinematics.pose(&at.shape);
             let (time, v) = (y[self.layout().time()], self.velocity(y));

@@ -168,15 +168,10 @@ where
 
     /// The state at a time within the last step; None outside it.
     pub fn sample(&mut self, t: f64) -> Option<ViscousSample<K, M, D>> {
-        let to = self.time();
-        if t == to {
+        if t == self.time() {
             return Some(self.current.clone());
         }
-        let span = self.integrator.span();
-        let fraction = 1.0 - (to - t) / span;
-        if !((0.0..=1.0).contains(&fraction)) {
-            return None;
-        }
+        let fraction = self.integrator.fraction(self.system.layout().time(), t)?;
         let y = self.integrator.at(&self.system, fraction)?;
         let mut sample = self.sample_of(&y)?;
         sample.t = t;

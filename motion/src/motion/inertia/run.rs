@@ -404,14 +404,10 @@ impl<'a> Motion<'a> for HeavyRun {
     }
 
     fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
-        let to = self.time();
-        if t == to {
+        if t == self.time() {
             return Some(Seen::Kept(&*self.current));
         }
-        let fraction = 1.0 - (to - t) / self.integrator.span();
-        if !((0.0..=1.0).contains(&fraction)) {
-            return None;
-        }
+        let fraction = self.integrator.fraction(self.model.time(), t)?;
         let mut y = self.integrator.at(self.model.system(), fraction)?;
         y[self.model.time()] = t;
         Some(Seen::Made(self.sample_of(&y)?))

@@ -5,6 +5,7 @@ use crate::body::EndLinear;
 use crate::creep::kinematics::AtEnd;
 use crate::creep::place;
 use crate::creep::reduced::{Drift, Linear, loose, solve};
+use crate::math::fixed::{add_times, times};
 use crate::solve::lu::Lu;
 use crate::solve::system::{Factor, Linearised, Scalar};
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -269,7 +270,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
             for (j, push) in pushing.chunks_exact(n).enumerate() {
                 for (k, push) in push[i * M..(i + 1) * M].iter().enumerate() {
                     for l in 0..M {
-                        strained[(l, j)] += block[(l, k)].scale(*push);
+                        strained[(l, j)] = strained[(l, j)].plus_scaled(*push, block[(l, k)]);
                     }
                 }
             }
@@ -279,7 +280,12 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
             }
         }
         let real = T::from_real;
-        self.body.by_wrench.map(real) + follows * moved + damped * convected
+        let mut condensed = self.body.by_wrench.map(real);
+        add_times(&mut condensed, follows, &moved);
+        if self.hold != Hold::Place {
+            add_times(&mut condensed, damped, &convected);
+        }
+        condensed
     }
 }
 
@@ -319,24 +325,30 @@ impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
         let rod = &self.linear.rod;
         for (i, block) in blocks.iter().enumerate() {
             let mut strain = right.fixed_rows_mut::<M>(i * M);
-            let alone = block * &strain;
+            let alone = times(block, &strain.clone_owned());
             strain.copy_from(&alone);
         }
-        let mut missing = pushed - self.follows * gathered(&rod.gather, right.as_slice());
+        let mut missing = *pushed;
+        add_times(
+            &mut missing,
+            &self.follows,
+            &-gathered(&rod.gather, right.as_slice()),
+        );
         if self.linear.hold != Hold::Place {
-            missing -= self.damped * gathered(&rod.convection, right.as_slice());
+            let convected = gathered(&rod.convection, right.as_slice());
+            add_times(&mut missing, &self.damped, &-convected);
         }
-        let wrench = inverse * missing;
+        let wrench = times(inverse, &missing);
         let pushing = rod.push.as_slice();
         for (i, block) in blocks.iter().enumerate() {
             let mut rate = SMatrix::<T, M, 1>::zeros();
             for (column, w) in pushing.chunks_exact(n).zip(wrench.iter()) {
                 for (rate, push) in rate.iter_mut().zip(&column[i * M..]) {
-                    *rate += w.scale(*push);
+                    *rate = rate.plus_scaled(*push, *w);
                 }
             }
             let mut strain = right.fixed_rows_mut::<M>(i * M);
-            strain += block * rate.scale(self.unit);
+            strain += times(block, &rate.scale(self.unit));
         }
         right.rows_mut(n, D).copy_from(&wrench);
         Some(right)
@@ -354,8 +366,8 @@ fn add_moved<T: Scalar, const M: usize, const D: usize>(
     for (k, gather) in gather.take(M).enumerate() {
         for j in 0..D {
             let strain = strained[(k, j)];
-            for (i, g) in gather.iter().enumerate() {
-                moved[(i, j)] += strain.scale(*g);
+            for (moved, g) in moved.data.0[j].iter_mut().zip(gather) {
+                *moved = moved.plus_scaled(*g, strain);
             }
         }
     }
@@ -365,8 +377,8 @@ fn add_moved<T: Scalar, const M: usize, const D: usize>(
 fn gathered<T: Scalar, const D: usize>(columns: &DMatrix<f64>, field: &[T]) -> SMatrix<T, D, 1> {
     let mut sum = SMatrix::<T, D, 1>::zeros();
     for (column, x) in columns.as_slice().chunks_exact(D).zip(field) {
-        for (sum, g) in sum.iter_mut().zip(column) {
-            *sum += x.scale(*g);
+        for (sum, g) in sum.data.0[0].iter_mut().zip(column) {
+            *sum = sum.plus_scaled(*g, *x);
         }
     }
     sum
@@ -385,11 +397,12 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
         let turning = self.turning;
         let strains = || gathered(&rod.gather, &b.as_slice()[..n]);
         let lag = match hold {
-            Hold::Place => turning * missed + moved,
+            Hold::Place => times(&turning, &missed) + moved,
             Hold::Velocity => strains(),
             Hold::Together => strains() + missed,
         };
-        let pushed = b.fixed_rows::<D>(velocity).into_owned() + self.damped * lag;
+        let mut pushed = b.fixed_rows::<D>(velocity).into_owned();
+        add_times(&mut pushed, &self.damped, &lag);
         for (k, (blocks, time)) in linear.relaxing.iter().enumerate() {
             // dz = (b_z + de/tau)/(sigma + 1/tau)
             let share = T::one() / (self.sigma + real(1.0 / time));
@@ -405,7 +418,7 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
         };
         let followed = gathered(&rod.gather, &right.as_slice()[..n]);
         let (v, twist) = match hold {
-            Hold::Place => (turning * followed - lag, followed - missed),
+            Hold::Place => (times(&turning, &followed) - lag, followed - missed),
             Hold::Velocity | Hold::Together => {
                 let convected = gathered(&rod.convection, &right.as_slice()[..n]);
                 let v = followed * self.sigma - lag + convected;
