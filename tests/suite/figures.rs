@@ -136,7 +136,7 @@ fn motions_are_drawn_closer_than_their_samples() {
         assert!(rises(&branch.way) && near(&branch.way, most) && branch.way.len() > 50);
         let names = ["x", if prepared.kind().in_space() { "z" } else { "y" }];
         true_to(&prepared, &branch.way, names, 1e-7);
-        // Steps end at these times: just after them a moment lies in the next step, which by its length it might not.
+        // Steps end at these times. The next double after each of them lies in the step that follows.
         let (_, before) = branch.way.split_last().expect("a way");
         let after: Vec<f64> = before.iter().map(|moment| moment.t.next_up()).collect();
         let told = run::samples(&prepared, &after, &mut Silent).unwrap();

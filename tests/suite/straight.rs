@@ -362,7 +362,7 @@ fn strides_over_turns_are_the_motion_itself() {
 /// Catches steps wasted where the undamped strip comes back to the straight rod, to 7e-9 of its length, and bounces along it 1500
 /// times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that found in this chart with the
 /// tolerance 1e-12. The bounces multiply rounding, by chance more or less: of three runs with tolerances next to each other the one in the
-/// middle counts.
+/// middle is held to the tolerance, and all of them to three.
 #[test]
 fn the_undamped_strip_runs_for_a_second() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
@@ -383,7 +383,7 @@ fn the_undamped_strip_runs_for_a_second() {
         (end.pose - vector![0.260_798_199_801, -0.134_722_768_219] / length).amax()
     });
     errors.sort_by(f64::total_cmp);
-    assert!(errors[1] < 1e-10, "{errors:?}");
+    assert!(errors[1] < 1e-10 && errors[2] < 3e-10, "{errors:?}");
 }
 
 /// Catches landings on the fold's own twin: next to the straight rod 1 - x has no digits in the pose, and a rod that started with

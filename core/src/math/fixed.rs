@@ -1,7 +1,7 @@
 //! Products of small matrices whose sizes are known to the compiler, written out.
 //!
 //! nalgebra's operators go through general kernels, column by column, which are calls where code is not compiled at the highest level: for
-//! matrices of this size a call costs more than its products. In a loop over nodes these are a third to a half of the time. The loops here count
+//! matrices of this size a call costs more than its products (a fifth of the time of a viscoelastic rod in space went into them). The loops here count
 //! by hand, for adapters of iterators are calls there, too.
 
 use nalgebra::{Complex, ComplexField, SMatrix};

@@ -389,8 +389,9 @@ impl Integrator {
         }
     }
 
-    /// The part of the last step at whose end the component number `time`, which counts it, is `t`; None outside the step. (From the times at its ends:
-    /// by its length, which rounding makes another one, moments just after its start would lie before it.)
+    /// The part of the last step, in [0, 1], after which the time is `t`; None outside the step. The time is the component number `time` of the
+    /// state. It is taken from the states at both ends of the step: their difference is the length of the step only up to rounding, and measured by
+    /// that length a moment just after the start could lie before it.
     pub fn fraction(&self, time: usize, t: f64) -> Option<f64> {
         let (from, to) = (self.from()[time], self.state()[time]);
         let inside = from < to && (from..=to).contains(&t);
