@@ -54,6 +54,18 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
     const PLACES: usize = N;
     const ROWS: usize = 2 * N + 3;
 
+    /// Work and loss behind the time stay as they are where there is neither drag nor what depends on time.
+    fn changing(&self) -> usize {
+        match self.is_timed() || self.body.drag != 0.0 {
+            true => Self::ROWS,
+            false => 2 * N + 1,
+        }
+    }
+
+    fn is_timed(&self) -> bool {
+        self.body.support.is_some() || !self.body.forces.is_empty()
+    }
+
     fn begin(&mut self) {
         self.chart.begin();
     }
@@ -75,7 +87,7 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
         self.slow = slow.numbers();
         slopes.0[2 * N] = rate.numbers();
         let body = self.body;
-        if body.support.is_some() || !body.forces.is_empty() {
+        if self.is_timed() {
             self.driven(at, &rate.numbers(), slopes);
             return true;
         }

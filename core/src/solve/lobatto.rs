@@ -32,6 +32,12 @@ pub trait Sweeps {
     /// Number of rows, at most 8.
     const ROWS: usize;
 
+    /// How many of the rows change in this motion; those behind them have no slope.
+    fn changing(&self) -> usize;
+
+    /// Whether forces depend on time.
+    fn is_timed(&self) -> bool;
+
     /// Begins a step, which does not depend on what was asked before.
     fn begin(&mut self);
 
@@ -311,7 +317,8 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             guess,
             judged,
         } = step;
-        let (places, rows) = (M::PLACES, M::ROWS);
+        let (places, rows, timed) = (M::PLACES, motion.changing(), motion.is_timed());
+        let all = M::ROWS as f64;
         // Nothing depends on the rows behind the time.
         let time = 2 * places;
         let mut scales = *from;
@@ -333,20 +340,24 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         let mut last = f64::NAN;
         for sweep in 1..=SWEEPS {
             integrated(simd, (from, start, &slopes), *h, 0..places, &mut at);
-            integrated(simd, (from, start, &slopes), *h, time..time + 1, &mut at);
+            if timed {
+                integrated(simd, (from, start, &slopes), *h, time..time + 1, &mut at);
+            }
             if !motion.forces(simd, &at, &mut new) {
                 return Err(Fails::Domain);
             }
             integrated(simd, (from, start, &new), *h, places..time, &mut at);
             motion.moves(simd, &at, &mut new);
-            let moved = h * changed(simd, [&slopes, &new], &scales, rows).sqrt();
+            let change = changed(simd, [&slopes, &new], &scales, rows);
+            let moved = h * (change / (8.0 * all)).sqrt();
             slopes = new;
             let ratio = if sweep == 1 { EXPECTED } else { moved / last };
             let stays = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
             let stays = stays || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
             if stays || *judged && sweep == LOOK {
                 let modes = Modes::new(simd, start, &slopes, rows);
-                let error = h * size(modes.tail(&scales, rows)) / (GOAL * tolerance.sqrt());
+                let tail = size(modes.tail(&scales, rows)) / all.sqrt();
+                let error = h * tail / (GOAL * tolerance.sqrt());
                 if stays {
                     to.to = *from;
                     for (x, mode) in to.to.iter_mut().zip(&modes.low.0) {

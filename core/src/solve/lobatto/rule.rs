@@ -125,7 +125,7 @@ pub(super) fn integrated<S: Simd>(
     }
 }
 
-/// The mean square over places and rows of the change of the slopes, each by its scale.
+/// The sum over places and rows of the squares of the change of the slopes, each by its scale.
 #[inline(always)]
 pub(super) fn changed<S: Simd>(
     simd: S,
@@ -138,7 +138,7 @@ pub(super) fn changed<S: Simd>(
         let change = (Eight::of(simd, now.0[i]) - Eight::of(simd, before.0[i])) * scales[i];
         sum = change.times_plus(change, sum);
     }
-    sum.total() / (8 * rows) as f64
+    sum.total()
 }
 
 /// Work: the polynomials through these slopes.
@@ -210,7 +210,7 @@ impl Modes {
         to
     }
 
-    /// The sizes of the last four coefficients, each row by its scale.
+    /// The norms over the rows of the last four coefficients, each row by its scale.
     #[inline(always)]
     pub fn tail(&self, scales: &Row, rows: usize) -> [f64; 4] {
         let mut sizes = [0.0; 4];
@@ -222,7 +222,7 @@ impl Modes {
             }
         }
         for size in &mut sizes {
-            *size = (*size / rows as f64).sqrt();
+            *size = size.sqrt();
         }
         sizes
     }
