@@ -280,6 +280,35 @@ pub(super) struct Newton {
     pub(super) contraction: f64,
     /// Iterations of the last solution.
     pub(super) iterations: u64,
+    room: Room,
+}
+
+/// Where stages are worked on, kept from one solution to the next.
+#[derive(Debug, Clone)]
+struct Room {
+    states: Stages,
+    slopes: Stages,
+    /// W = T^-1 Z, which is kept apart, as in the book, and its increments.
+    transformed: Stages,
+    increments: Stages,
+    /// Those of the stages.
+    changes: Stages,
+    pair: DVector<Complex<f64>>,
+}
+
+impl Room {
+    /// For so many stages of n numbers.
+    fn new(stages: usize, n: usize) -> Self {
+        let all = vec![DVector::zeros(n); stages];
+        Self {
+            states: all.clone(),
+            slopes: all.clone(),
+            transformed: all.clone(),
+            increments: all.clone(),
+            changes: all,
+            pair: DVector::zeros(n),
+        }
+    }
 }
 
 impl Newton {
@@ -291,6 +320,7 @@ impl Newton {
             remainder: 1.0,
             contraction: 0.0,
             iterations: 0,
+            room: Room::new(0, 0),
         }
     }
 
@@ -323,8 +353,17 @@ impl Newton {
         let (stages, most) = (tableau.stages(), Self::most(factors.order));
         // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
-        let mut slopes = vec![DVector::zeros(n); stages];
-        let mut states = slopes.clone();
+        if self.room.pair.len() != n || self.room.states.len() != stages {
+            self.room = Room::new(stages, n);
+        }
+        let Room {
+            states,
+            slopes,
+            transformed: w,
+            increments,
+            changes,
+            pair,
+        } = &mut self.room;
         let (mut last, mut last_ratio) = (0.0, 0.0);
         // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time before the next.
         let blind = z.iter().all(|z| z.amax() == 0.0);
@@ -332,11 +371,7 @@ impl Newton {
         self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
-        // W = T^-1 Z is kept apart, as in the book.
-        let (mut w, mut increment) = (slopes.clone(), slopes.clone());
-        combine_all(&tableau.t_inverse, z, &mut w);
-        let mut changes = slopes.clone();
-        let mut pair = DVector::<Complex<f64>>::zeros(n);
+        combine_all(&tableau.t_inverse, z, w);
         let differential = n - system.algebraic();
         for k in 0..most {
             for (at, z) in states.iter_mut().zip(&*z) {
@@ -344,36 +379,36 @@ impl Newton {
                 *at += z;
             }
             *evaluations += stages as u64;
-            if system.balances(&states, &mut slopes).is_none() {
+            if system.balances(states, slopes).is_none() {
                 return Outcome::Outside(k);
             }
-            combine_all(&tableau.t_inverse, &slopes, &mut increment);
+            combine_all(&tableau.t_inverse, slopes, increments);
             for i in 0..differential {
-                increment[0][i] -= tableau.gamma / h * w[0][i];
+                increments[0][i] -= tableau.gamma / h * w[0][i];
             }
-            if !factors.real.solve(&mut increment[0]) {
+            if !factors.real.solve(&mut increments[0]) {
                 return Outcome::Slow(0.5);
             }
             for (m, (value, factor)) in tableau.pairs.iter().zip(&factors.complex).enumerate() {
                 let (re, im) = (2 * m + 1, 2 * m + 2);
                 for i in 0..n {
-                    pair[i] = Complex::new(increment[re][i], increment[im][i]);
+                    pair[i] = Complex::new(increments[re][i], increments[im][i]);
                     if i < differential {
                         pair[i] -= value / h * Complex::new(w[re][i], w[im][i]);
                     }
                 }
-                if !factor.solve(&mut pair) {
+                if !factor.solve(pair) {
                     return Outcome::Slow(0.5);
                 }
                 for i in 0..n {
-                    increment[re][i] = pair[i].re;
-                    increment[im][i] = pair[i].im;
+                    increments[re][i] = pair[i].re;
+                    increments[im][i] = pair[i].im;
                 }
             }
-            combine_all(&tableau.t, &increment, &mut changes);
+            combine_all(&tableau.t, increments, changes);
             let mut square = 0.0;
             for i in 0..stages {
-                w[i] += &increment[i];
+                w[i] += &increments[i];
                 z[i] += &changes[i];
                 square += system.mean_square(&changes[i], y, y) / stages as f64;
             }

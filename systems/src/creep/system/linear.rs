@@ -307,51 +307,55 @@ fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
-    /// The strains and the wrench, in its unit, that go with the strains' right-hand sides and the body's.
-    fn strained(&self, strains: &[T], pushed: &SMatrix<T, D, 1>) -> Option<DVector<T>> {
+    /// Puts the strains in the place of their right-hand sides; returns the wrench, in its unit, that goes with these and the body's.
+    fn strained(&self, strains: &mut [T], pushed: &SMatrix<T, D, 1>) -> Option<SMatrix<T, D, 1>> {
         let n = strains.len();
-        let mut right = DVector::<T>::zeros(n + D);
-        right.as_mut_slice()[..n].copy_from_slice(strains);
         let (blocks, inverse) = match &self.solver {
             Solver::Whole { lu, rows } => {
+                let mut right = DVector::<T>::zeros(n + D);
+                right.as_mut_slice()[..n].copy_from_slice(strains);
                 right.rows_mut(n, D).copy_from(pushed);
                 for (value, row) in right.iter_mut().zip(rows) {
                     *value = value.scale(*row);
                 }
-                return lu.solve(&mut right).then_some(right);
+                if !lu.solve(&mut right) {
+                    return None;
+                }
+                strains.copy_from_slice(&right.as_slice()[..n]);
+                return Some(right.fixed_rows::<D>(n).into_owned());
             }
             Solver::Local { blocks, wrench } => (blocks, wrench),
         };
         let rod = &self.linear.rod;
-        for (i, block) in blocks.iter().enumerate() {
-            let mut strain = right.fixed_rows_mut::<M>(i * M);
-            let alone = times(block, &strain.clone_owned());
-            strain.copy_from(&alone);
+        for (strain, block) in strains.chunks_exact_mut(M).zip(blocks) {
+            let alone = times(block, &SMatrix::<T, M, 1>::from_column_slice(strain));
+            strain.copy_from_slice(alone.as_slice());
         }
         let mut missing = *pushed;
         add_times(
             &mut missing,
             &self.follows,
-            &-gathered(&rod.gather, right.as_slice()),
+            &-gathered(&rod.gather, strains),
         );
         if self.linear.hold != Hold::Place {
-            let convected = gathered(&rod.convection, right.as_slice());
+            let convected = gathered(&rod.convection, strains);
             add_times(&mut missing, &self.damped, &-convected);
         }
         let wrench = times(inverse, &missing);
         let pushing = rod.push.as_slice();
-        for (i, block) in blocks.iter().enumerate() {
+        for (i, (strain, block)) in strains.chunks_exact_mut(M).zip(blocks).enumerate() {
             let mut rate = SMatrix::<T, M, 1>::zeros();
             for (column, w) in pushing.chunks_exact(n).zip(wrench.iter()) {
                 for (rate, push) in rate.iter_mut().zip(&column[i * M..]) {
                     *rate = rate.plus_scaled(*push, *w);
                 }
             }
-            let mut strain = right.fixed_rows_mut::<M>(i * M);
-            strain += times(block, &rate.scale(self.unit));
+            let more = times(block, &rate.scale(self.unit));
+            for (strain, more) in strain.iter_mut().zip(more.iter()) {
+                *strain += *more;
+            }
         }
-        right.rows_mut(n, D).copy_from(&wrench);
-        Some(right)
+        Some(wrench)
     }
 }
 
@@ -413,14 +417,14 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
                 }
             }
         }
-        let Some(right) = self.strained(&b.as_slice()[..n], &pushed) else {
+        let Some(wrench) = self.strained(&mut b.as_mut_slice()[..n], &pushed) else {
             return false;
         };
-        let followed = gathered(&rod.gather, &right.as_slice()[..n]);
+        let followed = gathered(&rod.gather, &b.as_slice()[..n]);
         let (v, twist) = match hold {
             Hold::Place => (times(&turning, &followed) - lag, followed - missed),
             Hold::Velocity | Hold::Together => {
-                let convected = gathered(&rod.convection, &right.as_slice()[..n]);
+                let convected = gathered(&rod.convection, &b.as_slice()[..n]);
                 let v = followed * self.sigma - lag + convected;
                 (v, (moved + v) / self.sigma)
             }
@@ -430,20 +434,21 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
             let share = T::one() / (self.sigma + real(1.0 / time));
             for j in 0..n {
                 let at = (k + 1) * n + j;
-                b[at] = (b[at] + right[j] * real(1.0 / time)) * share;
+                b[at] = (b[at] + b[j] * real(1.0 / time)) * share;
             }
         }
-        b.rows_mut(0, n).copy_from(&right.rows(0, n));
         for i in time..layout.place() {
             b[i] /= self.sigma;
         }
         let slots = &mut b.as_mut_slice()[placed];
         place::join(&linear.place, &twist, grown / self.sigma, slots);
-        for i in 0..D {
-            let wrench = &mut b[layout.wrench() + i];
-            *wrench = match hold {
-                Hold::Velocity => *wrench / self.sigma,
-                Hold::Together | Hold::Place => right[n + i].scale(self.unit),
+        for (place, wrench) in b.as_mut_slice()[layout.wrench()..]
+            .iter_mut()
+            .zip(wrench.iter())
+        {
+            *place = match hold {
+                Hold::Velocity => *place / self.sigma,
+                Hold::Together | Hold::Place => wrench.scale(self.unit),
             };
         }
         b.iter().all(|x| x.is_finite())
