@@ -308,7 +308,7 @@ fn carried<S: Simd>(simd: S, base: &Base, error: f64, q: [Eight<S>; 2]) -> Optio
     let lam = lam + second[0].times_plus(twelfth, first[0] * 0.5);
     let b = b + second[1].times_plus(twelfth, first[1] * 0.5);
     let way = here.way(dp, dw);
-    // The derivatives at the end depend on the integrals there: from the second-order guess they are right after two corrections.
+    // The derivatives at the end depend on the integrals there, which are guessed by the derivatives at the start; each correction gains an order.
     for _ in 0..2 {
         let [first, second] = here.along(&way);
         here.lam = lam + (first[0] * 0.5 - second[0] * twelfth);
@@ -325,8 +325,8 @@ const SINH: [f64; 3] = [1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0];
 const COS: [f64; 3] = [-1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0];
 const SIN: [f64; 3] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0];
 
-/// A straight way in the chart, at one of its ends: what the derivatives along it are made of, beside kap and the integrals. A prime is the derivative
-/// by the part of the way that is gone.
+/// A straight way in the chart, at one of its ends: what the derivatives along it are made of, beside kap and the integrals. Derivatives are
+/// by the part of the way, from 0 at its start to 1 at its end.
 struct Way<S: Simd> {
     dp: Eight<S>,
     /// c s/D and its derivative.
@@ -460,6 +460,11 @@ fn turned<S: Simd>([cos, sin]: [Eight<S>; 2], v: [Eight<S>; 2]) -> [Eight<S>; 2]
 mod tests {
     use super::*;
 
+    /// The larger of two errors; a NaN stays one.
+    fn worse(a: f64, b: f64) -> f64 {
+        if a.is_nan() || b <= a { a } else { b }
+    }
+
     /// The largest difference from points made one by one, relative to the sizes of force, Jacobian and so on.
     fn off(q: &[Row; 2], to: &EightPoints<2>) -> f64 {
         let mut worst = 0.0_f64;
@@ -467,9 +472,7 @@ mod tests {
             let at = Elastica.point(&Vector2::new(*p, *w)).unwrap();
             let (j, size) = (at.jacobian, at.jacobian.norm());
             let mut compare = |a: f64, b: f64, size: f64| {
-                let e = (a - b).abs() / size;
-                // A NaN stays one.
-                worst = if e <= worst { worst } else { e };
+                worst = worse(worst, (a - b).abs() / size);
             };
             for k in 0..2 {
                 compare(to.pose[k][i], at.pose[k], 1.0);
@@ -558,9 +561,7 @@ mod tests {
             for (got, want) in [(got.lam, want.lam), (got.b, want.b)] {
                 let lanes = got.numbers().into_iter().zip(want.numbers());
                 off = lanes.fold(off, |off, (got, want)| {
-                    let e = (got - want).abs() / (1.0 + want.abs());
-                    // A NaN stays one.
-                    if e <= off { off } else { e }
+                    worse(off, (got - want).abs() / (1.0 + want.abs()))
                 });
             }
             Some((off, goes_on))
