@@ -13,7 +13,7 @@ pub struct Cost {
     pub rejected: u64,
     /// Jacobians evaluated.
     pub jacobians: u64,
-    /// Sets of matrices factored, a real one and one complex one, at order 9 two.
+    /// Sets of matrices factored, a real one and one complex one, at order 9 two, at order 13 three.
     pub factorisations: u64,
     /// Newton iterations: a slope for every stage, and a solution with every matrix.
     pub iterations: u64,

@@ -1,15 +1,16 @@
-//! The stages of Radau IIA of orders 5 and 9: tableaux, collocation polynomials, and the simplified Newton iteration that
+//! The stages of Radau IIA of orders 5, 9 and 13: tableaux, collocation polynomials, and the simplified Newton iteration that
 //! solves them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the same: *Stiff differential
 //! equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
 
+use super::radau_lines::{Advance, Residuals};
+use super::radau7::NODES;
 use super::system::{AnyLinearised, AnySystem, Factor};
-use crate::math::eight::{Eight, wide};
+use crate::math::eight::wide;
 use nalgebra::{Complex, DMatrix, DVector};
-use pulp::{Simd, WithSimd};
 use std::sync::OnceLock;
 
 const SQRT6: f64 = 2.449_489_742_783_178;
-/// Nodes c of the stages of the two methods; the last is the end of the step.
+/// Nodes c of the stages of two methods, those of the third stand in [`super::radau7`]; the last is the end of the step.
 const THREE: [f64; 3] = [(4.0 - SQRT6) / 10.0, (4.0 + SQRT6) / 10.0, 1.0];
 const FIVE: [f64; 5] = [
     0.057_104_196_114_517_68,
@@ -26,6 +27,8 @@ pub(super) enum Order {
     Five,
     /// Five stages.
     Nine,
+    /// Seven stages.
+    Thirteen,
 }
 
 /// Steps that are as accurate as this are fewer by so much with the order 9 that they cost less, each at two to three times the price.
@@ -41,10 +44,19 @@ impl Order {
         }
     }
 
+    /// That of the method with so many stages.
+    pub(super) fn of_stages(stages: usize) -> Self {
+        match stages {
+            0..5 => Self::Five,
+            5..7 => Self::Nine,
+            _ => Self::Thirteen,
+        }
+    }
+
     /// The tableau of the method of this order.
     pub(super) fn tableau(self) -> &'static Tableau {
-        static TABLEAUX: OnceLock<[Tableau; 2]> = OnceLock::new();
-        let all = TABLEAUX.get_or_init(|| [&THREE[..], &FIVE].map(Tableau::new));
+        static TABLEAUX: OnceLock<[Tableau; 3]> = OnceLock::new();
+        let all = TABLEAUX.get_or_init(|| [&THREE[..], &FIVE, &NODES].map(Tableau::new));
         &all[self as usize]
     }
 }
@@ -54,10 +66,10 @@ impl Order {
 #[derive(Debug)]
 pub(super) struct Tableau {
     nodes: &'static [f64],
-    gamma: f64,
-    pairs: Vec<Complex<f64>>,
-    t: DMatrix<f64>,
-    t_inverse: DMatrix<f64>,
+    pub(super) gamma: f64,
+    pub(super) pairs: Vec<Complex<f64>>,
+    pub(super) t: DMatrix<f64>,
+    pub(super) t_inverse: DMatrix<f64>,
     /// Weights of the stages z_i in the slopes at the start and at the end of the collocation polynomial, times the step.
     start: Vec<f64>,
     end: Vec<f64>,
@@ -171,46 +183,14 @@ pub(super) type Stages = Vec<DVector<f64>>;
 /// sum_i a_i z_i.
 fn combined(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>]) -> DVector<f64> {
     let mut sum = DVector::zeros(z[0].len());
-    for (a, z) in a.into_iter().zip(z) {
-        sum.axpy(a, z, 1.0);
-    }
+    combine(a, z, &mut sum);
     sum
 }
 
-/// The combinations of `z` by the rows of a matrix.
-fn combine_all(rows: &DMatrix<f64>, z: &[DVector<f64>], sums: &mut [DVector<f64>]) {
-    wide(Combining { rows, z, sums });
-}
-
-struct Combining<'a> {
-    rows: &'a DMatrix<f64>,
-    z: &'a [DVector<f64>],
-    sums: &'a mut [DVector<f64>],
-}
-
-impl WithSimd for Combining<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for (i, sum) in self.sums.iter_mut().enumerate() {
-            let (blocks, rest) = sum.as_mut_slice().as_chunks_mut::<8>();
-            for (b, block) in blocks.iter_mut().enumerate() {
-                let mut line = Eight::all(simd, 0.0);
-                for (j, z) in self.z.iter().enumerate() {
-                    let z = Eight::of(simd, z.as_slice().as_chunks::<8>().0[b]);
-                    line = z.times_plus(z.with(self.rows[(i, j)]), line);
-                }
-                *block = line.numbers();
-            }
-            let first = 8 * blocks.len();
-            for (k, x) in rest.iter_mut().enumerate() {
-                *x = 0.0;
-                for (j, z) in self.z.iter().enumerate() {
-                    *x += self.rows[(i, j)] * z[first + k];
-                }
-            }
-        }
+fn combine(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>], sum: &mut DVector<f64>) {
+    sum.fill(0.0);
+    for (a, z) in a.into_iter().zip(z) {
+        sum.axpy(a, z, 1.0);
     }
 }
 
@@ -291,8 +271,8 @@ struct Room {
     /// W = T^-1 Z, which is kept apart, as in the book, and its increments.
     transformed: Stages,
     increments: Stages,
-    /// Those of the stages.
-    changes: Stages,
+    /// What the increments change the stages by: the root of the mean square over them.
+    change: DVector<f64>,
     pair: DVector<Complex<f64>>,
 }
 
@@ -304,8 +284,8 @@ impl Room {
             states: all.clone(),
             slopes: all.clone(),
             transformed: all.clone(),
-            increments: all.clone(),
-            changes: all,
+            increments: all,
+            change: DVector::zeros(n),
             pair: DVector::zeros(n),
         }
     }
@@ -334,6 +314,7 @@ impl Newton {
         match order {
             Order::Five => 8,
             Order::Nine => 13,
+            Order::Thirteen => 18,
         }
     }
 
@@ -361,7 +342,7 @@ impl Newton {
             slopes,
             transformed: w,
             increments,
-            changes,
+            change,
             pair,
         } = &mut self.room;
         let (mut last, mut last_ratio) = (0.0, 0.0);
@@ -371,31 +352,32 @@ impl Newton {
         self.remainder = self.remainder.powf(0.8);
         self.contraction = 0.0;
         self.iterations = 0;
-        combine_all(&tableau.t_inverse, z, w);
         let differential = n - system.algebraic();
+        for i in 0..stages {
+            combine(tableau.t_inverse.row(i).iter().copied(), z, &mut w[i]);
+            states[i].copy_from(y);
+            states[i] += &z[i];
+        }
         for k in 0..most {
-            for (at, z) in states.iter_mut().zip(&*z) {
-                at.copy_from(y);
-                *at += z;
-            }
             *evaluations += stages as u64;
             if system.balances(states, slopes).is_none() {
                 return Outcome::Outside(k);
             }
-            combine_all(&tableau.t_inverse, slopes, increments);
-            for i in 0..differential {
-                increments[0][i] -= tableau.gamma / h * w[0][i];
-            }
+            wide(Residuals {
+                tableau,
+                h,
+                differential,
+                slopes,
+                w,
+                to: increments,
+            });
             if !factors.real.solve(&mut increments[0]) {
                 return Outcome::Slow(0.5);
             }
-            for (m, (value, factor)) in tableau.pairs.iter().zip(&factors.complex).enumerate() {
+            for (m, factor) in factors.complex.iter().enumerate() {
                 let (re, im) = (2 * m + 1, 2 * m + 2);
                 for i in 0..n {
                     pair[i] = Complex::new(increments[re][i], increments[im][i]);
-                    if i < differential {
-                        pair[i] -= value / h * Complex::new(w[re][i], w[im][i]);
-                    }
                 }
                 if !factor.solve(pair) {
                     return Outcome::Slow(0.5);
@@ -405,15 +387,17 @@ impl Newton {
                     increments[im][i] = pair[i].im;
                 }
             }
-            combine_all(&tableau.t, increments, changes);
-            let mut square = 0.0;
-            for i in 0..stages {
-                w[i] += &increments[i];
-                z[i] += &changes[i];
-                square += system.mean_square(&changes[i], y, y) / stages as f64;
-            }
+            wide(Advance {
+                t: &tableau.t,
+                increments,
+                y,
+                w,
+                z,
+                states,
+                change,
+            });
             self.iterations += 1;
-            let size = square.sqrt();
+            let size = system.mean_square(change, y, y).sqrt();
             if !size.is_finite() {
                 return Outcome::Slow(0.3);
             }
@@ -463,12 +447,24 @@ impl Newton {
 mod tests {
     use super::*;
 
-    /// Catches a wrong digit of a node or a wrong transformation: A integrates c^p up to each node, and T block-diagonalises A^-1.
+    /// Catches a wrong digit of a node or a wrong transformation: nodes are those of Radau, P_s = P_(s-1), A integrates c^p up to each node, and T block-diagonalises A^-1.
     #[test]
     fn transformations_are_those_of_the_tableaux() {
-        for (order, bound) in [(Order::Five, 1e-14), (Order::Nine, 1e-13)] {
+        for (order, bound) in [
+            (Order::Five, 1e-14),
+            (Order::Nine, 1e-13),
+            (Order::Thirteen, 1e-12),
+        ] {
             let tableau = order.tableau();
             let (c, s) = (tableau.nodes, tableau.stages());
+            for c in c {
+                let (x, mut before, mut last) = (2.0 * c - 1.0, 1.0, 2.0 * c - 1.0);
+                for n in 1..s {
+                    let n = n as f64;
+                    (before, last) = (last, ((2.0 * n + 1.0) * x * last - n * before) / (n + 1.0));
+                }
+                assert!((last - before).abs() < 1e-14, "{order:?}: {c}");
+            }
             let v = DMatrix::from_fn(s, s, |i, j| c[i].powi(j as i32));
             let b = DMatrix::from_fn(s, s, |i, j| c[i].powi(j as i32 + 1) / (j + 1) as f64);
             let a = b * v.try_inverse().unwrap();

@@ -45,7 +45,8 @@ pub trait System {
         Some(())
     }
 
-    /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root.
+    /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root. It is a sum of multiples of the
+    /// squares of the components: that of several errors, in the mean, is that of the root mean squares of their components.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
 }
 

@@ -1,0 +1,202 @@
+//! Which of the orders 9 and 13 implicit steps take: the one that costs less is found by trying the other one now and then.
+
+use super::radau_stages::Order;
+
+/// Errors of steps below which the order 13 is tried at all: above, it is rarely worth what trying it costs.
+const FINEST: f64 = 2e-11;
+/// It is tried where Newton's iteration contracts by less than this, in the mean of about MEAN steps: it is the error that bounds
+/// the steps then, and those of the higher order are longer.
+const EASY: f64 = 0.08;
+const MEAN: f64 = 8.0;
+/// It is left at once where the iteration contracts by more than this: more stages cost more for nothing.
+const HARD: f64 = 0.2;
+/// Steps of a trial, and those at its beginning that do not count, since their length is still that of the other order.
+const TRIAL: u32 = 12;
+const SETTLING: u32 = 4;
+/// What is tried must cost no more than this part of what there is.
+const BETTER: f64 = 0.9;
+/// Steps from a trial to the next: at first, and at most, for each makes them twice as many.
+const PATIENCE: u32 = 16;
+const PATIENCE_LIMIT: u32 = 512;
+
+/// Steps, fading ones less than one each, with their work and length.
+#[derive(Debug, Clone, Copy, Default)]
+struct Steps {
+    count: f64,
+    work: f64,
+    length: f64,
+}
+
+impl Steps {
+    fn fade(&mut self) {
+        for sum in [&mut self.count, &mut self.work, &mut self.length] {
+            *sum -= *sum / MEAN;
+        }
+    }
+
+    fn add(&mut self, work: f64, length: f64) {
+        self.count += 1.0;
+        self.work += work;
+        self.length += length;
+    }
+
+    /// Work for a unit of length.
+    fn cost(&self) -> f64 {
+        self.work / self.length
+    }
+}
+
+/// The order in use, and what is known of the other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Orders {
+    now: Order,
+    /// Another one may be tried.
+    free: bool,
+    /// Logarithm of the contraction of Newton's iteration, in the mean.
+    ease: f64,
+    /// The last steps of this order.
+    last: Steps,
+    /// If this order is being tried, those of the other one.
+    other: Option<Steps>,
+    /// Length of the steps of order 9 when that of order 13 was last begun.
+    short: f64,
+    /// Steps until that is decided, or until the other order may be tried.
+    left: u32,
+    patience: u32,
+}
+
+impl Orders {
+    /// The order that suits the tolerance; nothing is known of another.
+    pub(super) fn suited(tolerance: f64) -> Self {
+        Self {
+            now: Order::suited(tolerance),
+            free: tolerance <= FINEST,
+            ease: 0.0,
+            last: Steps::default(),
+            other: None,
+            short: f64::INFINITY,
+            left: PATIENCE,
+            patience: PATIENCE,
+        }
+    }
+
+    /// One order, which is not changed.
+    #[cfg(test)]
+    pub(super) fn only(now: Order) -> Self {
+        Self {
+            now,
+            ..Self::suited(1.0)
+        }
+    }
+
+    /// The order in use.
+    pub(super) fn now(&self) -> Order {
+        self.now
+    }
+
+    /// Newton's iteration failed.
+    pub(super) fn failed(&mut self) {
+        self.ease -= self.ease / MEAN;
+    }
+
+    /// A step of this length was taken with so much work, and the iteration contracted by this.
+    pub(super) fn taken(&mut self, contraction: f64, work: f64, length: f64) {
+        self.ease += (contraction.max(f64::EPSILON).ln() - self.ease) / MEAN;
+        self.left = self.left.saturating_sub(1);
+        match self.other {
+            Some(_) if self.left >= TRIAL - SETTLING => return,
+            Some(_) => {}
+            None => self.last.fade(),
+        }
+        self.last.add(work, length);
+    }
+
+    /// Chooses the order of the next step, of the length `h` if it keeps its order; the length of one of another order is returned.
+    pub(super) fn choose(&mut self, h: f64) -> Option<f64> {
+        if !self.free {
+            return None;
+        }
+        let other = match self.now {
+            Order::Thirteen => Order::Nine,
+            _ => Order::Thirteen,
+        };
+        let hard = self.now == Order::Thirteen && self.ease > HARD.ln();
+        if self.left > 0 && !hard {
+            return None;
+        }
+        let before = self.other.take();
+        let worse = before.is_some_and(|before| !(self.last.cost() < BETTER * before.cost()));
+        if worse || hard {
+            self.begin(other, self.patience);
+            return Some(self.fit(h));
+        }
+        if before.is_some() {
+            self.left = self.patience;
+            return None;
+        }
+        if self.now != Order::Thirteen && !(self.ease < EASY.ln()) {
+            return None;
+        }
+        if other == Order::Thirteen {
+            self.short = self.last.length / self.last.count;
+        }
+        self.other = Some(self.last);
+        self.patience = (2 * self.patience).min(PATIENCE_LIMIT);
+        self.begin(other, TRIAL);
+        Some(self.fit(h))
+    }
+
+    /// The length of the next step, `h` by the order before: of order 9 none that is longer than they were.
+    fn fit(&self, h: f64) -> f64 {
+        match self.now {
+            Order::Thirteen => h,
+            _ => h.min(self.short),
+        }
+    }
+
+    fn begin(&mut self, order: Order, left: u32) {
+        (self.now, self.last, self.left) = (order, Steps::default(), left);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Part of the steps that are of order 13, if these are `longer` times as long and Newton's iteration contracts by `contraction`.
+    fn share(longer: f64, contraction: f64) -> f64 {
+        let mut orders = Orders::suited(1e-12);
+        let (mut count, mut h) = (0.0, 1.0);
+        for _ in 0..4000 {
+            h = orders.choose(h).unwrap_or(h);
+            let (work, length) = match orders.now() {
+                Order::Thirteen => (7.0, longer),
+                _ => (5.0, 1.0),
+            };
+            h += 0.5 * (length - h);
+            count += f64::from(orders.now() == Order::Thirteen) / 4000.0;
+            orders.taken(contraction, work, h);
+        }
+        count
+    }
+
+    /// Catches an order that costs more and is kept, and trials without end.
+    #[test]
+    fn the_order_that_costs_less_is_kept() {
+        for (longer, contraction, expected) in [
+            (1.0, 0.01, 0.0..0.05),
+            (1.5, 0.01, 0.0..0.05),
+            (1.7, 0.01, 0.95..1.0),
+            (3.0, 0.01, 0.95..1.0),
+            (3.0, 0.1, 0.0..1e-9),
+            (3.0, 0.5, 0.0..1e-9),
+        ] {
+            let found = share(longer, contraction);
+            assert!(
+                expected.contains(&found),
+                "{longer} times as long, {contraction}: {found}"
+            );
+        }
+        assert_eq!(Orders::suited(1e-10).choose(1.0), None);
+    }
+}
