@@ -15,7 +15,7 @@ const TRIAL: u32 = 12;
 const SETTLING: u32 = 4;
 /// What is tried must cost no more than this part of what there is.
 const BETTER: f64 = 0.9;
-/// Steps from a trial to the next: at first, and at most, for each makes them twice as many.
+/// Steps from one trial to the next, at first and at most: each trial doubles them.
 const PATIENCE: u32 = 16;
 const PATIENCE_LIMIT: u32 = 512;
 
@@ -56,12 +56,12 @@ pub(super) struct Orders {
     ease: f64,
     /// The last steps of this order.
     last: Steps,
-    /// If this order is being tried, those of the other one.
-    other: Option<Steps>,
-    /// Length of the steps of order 9 when that of order 13 was last begun.
-    short: f64,
-    /// Steps until that is decided, or until the other order may be tried.
+    /// If this order is being tried, what a unit of length cost with the other one.
+    other: Option<f64>,
+    /// Steps until a trial is decided, or until the other order may be tried.
     left: u32,
+    /// Length of the steps of order 9 when order 13 was last tried.
+    short: f64,
     patience: u32,
 }
 
@@ -74,8 +74,8 @@ impl Orders {
             ease: 0.0,
             last: Steps::default(),
             other: None,
-            short: f64::INFINITY,
             left: PATIENCE,
+            short: f64::INFINITY,
             patience: PATIENCE,
         }
     }
@@ -111,7 +111,7 @@ impl Orders {
         self.last.add(work, length);
     }
 
-    /// Chooses the order of the next step, of the length `h` if it keeps its order; the length of one of another order is returned.
+    /// Chooses the order of the next step, which would have the length `h`: if it is another order, the length that the step is to have with it.
     pub(super) fn choose(&mut self, h: f64) -> Option<f64> {
         if !self.free {
             return None;
@@ -125,7 +125,7 @@ impl Orders {
             return None;
         }
         let before = self.other.take();
-        let worse = before.is_some_and(|before| !(self.last.cost() < BETTER * before.cost()));
+        let worse = before.is_some_and(|before| !(self.last.cost() < BETTER * before));
         if worse || hard {
             self.begin(other, self.patience);
             return Some(self.fit(h));
@@ -140,13 +140,13 @@ impl Orders {
         if other == Order::Thirteen {
             self.short = self.last.length / self.last.count;
         }
-        self.other = Some(self.last);
+        self.other = Some(self.last.cost());
         self.patience = (2 * self.patience).min(PATIENCE_LIMIT);
         self.begin(other, TRIAL);
         Some(self.fit(h))
     }
 
-    /// The length of the next step, `h` by the order before: of order 9 none that is longer than they were.
+    /// The length to begin an order with, where the other one had `h`: order 9 goes back to the length that it had.
     fn fit(&self, h: f64) -> f64 {
         match self.now {
             Order::Thirteen => h,
