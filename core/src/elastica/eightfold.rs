@@ -30,18 +30,21 @@ const STRAIGHTEST: f64 = 1e-3;
 
 /// Chart points at eight places, and the integrals that they were last made from.
 pub(super) struct Eightfolds {
+    registers: Registers,
     /// The error that integrals may have that are carried on to other places.
     error: f64,
     base: Option<Base>,
 }
 
 impl Eightfolds {
-    /// With integrals as good as `error`.
-    pub fn new(error: f64) -> Self {
-        Self {
+    /// With integrals as good as `error`. None on a processor without registers for them: eight places would cost eight times what one does there, and
+    /// steps with one slope after the other ask for fewer slopes.
+    pub fn new(error: f64) -> Option<Self> {
+        Some(Self {
+            registers: Registers::widest()?,
             error: error.max(f64::EPSILON),
             base: None,
-        }
+        })
     }
 }
 
@@ -53,8 +56,8 @@ impl Eightfold<2> for Eightfolds {
     /// Outside of what is served in wide registers one by one.
     #[inline]
     fn points(&mut self, q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
-        let work = Work { all: self, q, to };
-        Registers::widest().is_some_and(|registers| registers.work(work)) || one_by_one(q, to)
+        let registers = self.registers;
+        registers.work(Work { all: self, q, to }) || one_by_one(q, to)
     }
 }
 
@@ -274,6 +277,10 @@ mod tests {
         worst
     }
 
+    fn served() -> Eightfolds {
+        Eightfolds::new(1e-12).expect("a processor with wide registers")
+    }
+
     /// Catches formulas in wide registers that are not those of the chart: slack rods, taut ones, loops, some half turns, and lanes of all kinds beside each other. What is
     /// carried on from other places is as good as was asked for, and evaluated anew where they are too far.
     #[test]
@@ -287,7 +294,7 @@ mod tests {
                 std::array::from_fn(|i| size * wave(i, 1.1)),
                 std::array::from_fn(|i| 4.0 + 3.99 * wave(i, 0.7)),
             ];
-            let mut served = Eightfolds::new(1e-12);
+            let mut served = served();
             assert!(served.points(&q, &mut to), "{q:?}");
             let e = off(&q, &to);
             assert!(e < 1e-13, "{e:e} at {q:?}");
@@ -320,7 +327,7 @@ mod tests {
             }
         }
         assert!(near > 3000 && far < 2500, "{near} {far}");
-        assert!(!Eightfolds::new(1e-12).points(&[[1.0; 8], [-0.1; 8]], &mut to));
-        assert!(!Eightfolds::new(1e-12).points(&[[f64::NAN; 8], [1.0; 8]], &mut to));
+        assert!(!served().points(&[[1.0; 8], [-0.1; 8]], &mut to));
+        assert!(!served().points(&[[f64::NAN; 8], [1.0; 8]], &mut to));
     }
 }

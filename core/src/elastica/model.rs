@@ -116,7 +116,10 @@ impl Multivalued<2> for Elastica {
     }
 
     fn eightfold(&self, patch: Patch, error: f64) -> Option<Box<dyn Eightfold<2> + Send>> {
-        (patch == Patch::Global).then(|| Box::new(Eightfolds::new(error)) as _)
+        match patch {
+            Patch::Global => Some(Box::new(Eightfolds::new(error)?)),
+            Patch::Near(_) => None,
+        }
     }
 
     /// Along the straight rod.

@@ -1,7 +1,9 @@
 //! The plan of a motion of one rod.
 
 use super::{Plan, RADAU, RADAU7, choice, steps, symmetric};
+use crate::elastica::Elastica;
 use crate::error::Result;
+use crate::manifold::{Multivalued, Patch};
 use crate::motion::LandingRule;
 use crate::scene::{Joint, Scene};
 use crate::solve::integrator::Method;
@@ -57,9 +59,11 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
             },
         ),
     };
+    // Not of every processor.
+    let eight = Elastica.eightfold(Patch::Global, 1.0).is_some();
     plan.method = match (kind, run.method) {
         (_, Method::Symmetric) => symmetric(),
-        (ModelKind::Sheet, _) if scene.rod.is_light() => choice(
+        (ModelKind::Sheet, _) if scene.rod.is_light() || !eight => choice(
             "explicit steps of order 8 (DOP853)",
             "in a time of their own, which slows at folds and next to the taut wall, so that the motion is smooth there",
         ),
