@@ -120,7 +120,7 @@ pub struct Unsolved<'a> {
     h: f64,
     tolerance: f64,
     guess: Option<Guess<'a>>,
-    /// Given up as soon as it is seen to be too long.
+    /// Given up as soon as it is seen to be too long; if not, it is a part of one that was taken.
     judged: bool,
 }
 
@@ -352,8 +352,11 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             let moved = h * (change / (8.0 * all)).sqrt();
             slopes = new;
             let ratio = if sweep == 1 { EXPECTED } else { moved / last };
-            let stays = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
-            let stays = stays || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
+            let stalls = sweep > 3 && ratio > CONVERGES && moved > NOISE;
+            let rounding = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
+            // A part of a step converges as the whole did: there, too, it is rounding that stays.
+            let rounding = rounding || !judged && stalls && moved < *tolerance;
+            let stays = rounding || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
             if stays || *judged && sweep == LOOK {
                 let modes = Modes::new(simd, start, &slopes, rows);
                 let tail = size(modes.tail(&scales, rows)) / all.sqrt();
@@ -371,7 +374,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
                     return Err(Fails::Long(error));
                 }
             }
-            if !(moved < f64::INFINITY) || sweep > 3 && ratio > CONVERGES && moved > NOISE {
+            if !(moved < f64::INFINITY) || stalls {
                 break;
             }
             last = moved;
@@ -469,3 +472,6 @@ impl<Y: State> LobattoStep<Y> {
         Some(finished((from, slope), &to, (h, self.tolerance), of))
     }
 }
+
+#[cfg(test)]
+mod tests;
