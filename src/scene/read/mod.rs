@@ -19,6 +19,7 @@ mod rule;
 mod run;
 mod scene;
 mod section;
+mod site;
 mod solid;
 mod sources;
 mod start;
