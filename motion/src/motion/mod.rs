@@ -17,6 +17,7 @@ mod event;
 pub mod inertia;
 mod ledger;
 mod locate;
+mod nodes;
 mod options;
 pub mod reduction;
 mod run;

@@ -10,6 +10,7 @@ use crate::creep::reduced::Reduced;
 use crate::creep::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
 use crate::creep::system::{Hold, ViscousSystem};
 use crate::error::{Cause, Error, Message, Quantity, Result};
+use crate::motion::nodes::Following;
 use crate::motion::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
@@ -57,10 +58,7 @@ where
     /// An event of the last step that is to be told.
     found: Option<Event>,
     tail: f64,
-    most_nodes: usize,
-    idle: u32,
-    /// Nodes that the next step should have.
-    wanted: Option<Vec<usize>>,
+    nodes: Following,
     first: ViscousSample<K, M, D>,
     current: ViscousSample<K, M, D>,
     stopped: bool,
@@ -137,7 +135,7 @@ where
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(&system, y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
-        let most_nodes = system.rod.grid.len();
+        let nodes = Following::new(options.nodes, PATIENCE, system.rod.grid.len());
         let watch = LayerWatch::new(&first);
         Ok(Self {
             system,
@@ -146,9 +144,7 @@ where
             watch,
             found: None,
             tail: 0.0,
-            most_nodes,
-            idle: 0,
-            wanted: None,
+            nodes,
             current: first.clone(),
             first,
             stopped: false,
@@ -219,7 +215,7 @@ where
 
     /// Most nodes so far.
     pub fn most_nodes(&self) -> usize {
-        self.most_nodes
+        self.nodes.most()
     }
 
     /// The rod.
@@ -248,7 +244,7 @@ where
         self.stop(outcome)
     }
 
-    /// Judges the nodes after a step; what it finds is done before the next one, so that the last step can be sampled.
+    /// Judges the nodes after a step.
     fn judge(&mut self) -> std::result::Result<(), Cause> {
         let y = self.integrator.state();
         let strains = self.system.strains(y);
@@ -265,30 +261,7 @@ where
             demand = Demand::More(rod.grid.counts().into_iter().map(more).collect());
         }
         self.tail = self.tail.max(tail);
-        if self.options.nodes != Nodes::Adaptive {
-            return Ok(());
-        }
-        match demand {
-            Demand::More(counts) => {
-                self.idle = 0;
-                if counts.iter().any(|n| *n > MOST_NODES) {
-                    return Err(Cause::Unresolved {
-                        most: MOST_NODES,
-                        tail,
-                    });
-                }
-                self.wanted = Some(counts);
-            }
-            Demand::Fewer(counts) => {
-                self.idle += 1;
-                if self.idle >= PATIENCE {
-                    self.idle = 0;
-                    self.wanted = Some(counts);
-                }
-            }
-            Demand::Enough => self.idle = 0,
-        }
-        Ok(())
+        self.nodes.asked(demand, tail)
     }
 
     /// Carries the state over to a grid with so many nodes on the elements.
@@ -301,7 +274,7 @@ where
         let memory: Vec<_> = self.system.memory(y).iter().map(|z| carry(z)).collect();
         let integrals = y.as_slice()[self.system.layout().time()..].to_vec();
         let velocity = self.system.velocity(y);
-        self.most_nodes = self.most_nodes.max(grid.len());
+        self.nodes.became(grid.len());
         self.system.rod.grid = grid;
         let mut next = self.system.state(&strains, &memory, &velocity);
         next.as_mut_slice()[self.system.layout().time()..].copy_from_slice(&integrals);
@@ -344,7 +317,7 @@ where
             return self.stop(Outcome::StepLimit);
         }
         let held = self.reform();
-        let wanted = self.wanted.take();
+        let wanted = self.nodes.wanted();
         if held.is_none() || wanted.is_some_and(|counts| self.regrid(&counts).is_none()) {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
@@ -442,7 +415,7 @@ where
 
     fn resolution(&self) -> Option<Resolution> {
         Some(Resolution {
-            most_nodes: self.most_nodes,
+            most_nodes: self.nodes.most(),
             tail: self.tail,
             rate_tail: None,
         })

@@ -9,6 +9,7 @@ use crate::error::{Cause, Error, Result};
 use crate::inertia::assembly::HeavyAssembly;
 use crate::inertia::rod::Given;
 use crate::inertia::system::INTEGRALS;
+use crate::motion::nodes::Following;
 use crate::motion::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
@@ -42,10 +43,7 @@ pub struct HeavyRun {
     integrator: Integrator,
     options: Options,
     tails: [f64; 2],
-    most_nodes: usize,
-    idle: u32,
-    /// Nodes that the next step should have.
-    wanted: Option<Vec<usize>>,
+    nodes: Following,
     first: Box<dyn State>,
     current: Box<dyn State>,
     /// How near rods with a contact diameter are to each other.
@@ -146,13 +144,11 @@ impl HeavyRun {
         let integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
         Ok(Self {
-            most_nodes: nodes,
+            nodes: Following::new(options.nodes, PATIENCE, nodes),
             model,
             integrator,
             options,
             tails: [0.0; 2],
-            idle: 0,
-            wanted: None,
             current,
             first,
             near,
@@ -182,7 +178,7 @@ impl HeavyRun {
         self.stop(outcome)
     }
 
-    /// Judges the nodes after a step; what it finds is done before the next one.
+    /// Judges the nodes after a step.
     fn judge(&mut self) -> std::result::Result<(), Cause> {
         let judged = Judged::new(&*self.model, self.integrator.state(), &self.options);
         let Some(judged) = judged else {
@@ -191,34 +187,10 @@ impl HeavyRun {
         let ([tail, spill], demand) = (judged.tails, judged.demand);
         self.tails[0] = self.tails[0].max(tail);
         // Nodes that are about to be added hold the next states.
-        let growing = self.options.nodes == Nodes::Adaptive && matches!(demand, Demand::More(_));
-        if !growing {
+        if !self.nodes.grows(&demand) {
             self.tails[1] = self.tails[1].max(spill);
         }
-        if self.options.nodes != Nodes::Adaptive {
-            return Ok(());
-        }
-        match demand {
-            Demand::More(counts) => {
-                self.idle = 0;
-                if counts.iter().any(|n| *n > MOST_NODES) {
-                    return Err(Cause::Unresolved {
-                        most: MOST_NODES,
-                        tail,
-                    });
-                }
-                self.wanted = Some(counts);
-            }
-            Demand::Fewer(counts) => {
-                self.idle += 1;
-                if self.idle >= PATIENCE {
-                    self.idle = 0;
-                    self.wanted = Some(counts);
-                }
-            }
-            Demand::Enough => self.idle = 0,
-        }
-        Ok(())
+        self.nodes.asked(demand, tail)
     }
 
     /// Carries the state over to a grid with so many nodes on the elements.
@@ -227,7 +199,7 @@ impl HeavyRun {
         self.integrator.restart(model.system(), state, None)?;
         self.model = model;
         let nodes = Judged::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
-        self.most_nodes = self.most_nodes.max(nodes);
+        self.nodes.became(nodes);
         Some(())
     }
 
@@ -255,7 +227,7 @@ impl HeavyRun {
         if self.integrator.cost().steps >= self.options.max_steps {
             return self.stop(Outcome::StepLimit);
         }
-        let wanted = self.wanted.take();
+        let wanted = self.nodes.wanted();
         if wanted.is_some_and(|counts| self.regrid(&counts).is_none()) {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
@@ -447,7 +419,7 @@ impl<'a> Motion<'a> for HeavyRun {
 
     fn resolution(&self) -> Option<Resolution> {
         Some(Resolution {
-            most_nodes: self.most_nodes,
+            most_nodes: self.nodes.most(),
             tail: self.tails[0],
             rate_tail: Some(self.tails[1]),
         })
