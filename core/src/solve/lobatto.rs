@@ -291,7 +291,7 @@ fn solved<Y>(
 /// Solves a step: sweeps from its guess until the slopes stay.
 ///
 /// # Errors
-/// Why it is not solved.
+/// Why it is not solved; what `to` holds then says nothing.
 pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved, to: &mut Solved) -> Result<(), Fails> {
     motion.begin();
     wide(Sweeping { motion, step, to })
@@ -326,31 +326,35 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             *x = 1.0 / (1.0 + x.abs());
         }
         scales[time] = 1.0;
-        let mut slopes = Block::ZERO;
+        // Slopes before and after a sweep, which change places from one sweep to the next.
+        let mut slopes = [Block::ZERO; 2];
         match guess {
-            Some(guess) => slopes = guess.of.at(simd, guess.from, guess.ratio, rows),
+            Some(guess) => guess
+                .of
+                .at(simd, (guess.from, guess.ratio), rows, &mut slopes[0]),
             None => {
-                for (row, slope) in slopes.0.iter_mut().zip(start) {
+                for (row, slope) in slopes[0].0.iter_mut().zip(start) {
                     *row = [*slope; 8];
                 }
             }
         }
-        let (mut at, mut new) = (Block::ZERO, Block::ZERO);
-        integrated(simd, (from, start, &slopes), *h, places..time, &mut at);
-        let mut last = f64::NAN;
+        let [mut old, mut new] = slopes.each_mut();
+        let mut at = Block::ZERO;
+        integrated(simd, (from, start, old), *h, places..time, &mut at);
+        let (mut last, mean) = (f64::NAN, h * h / (8.0 * all));
         for sweep in 1..=SWEEPS {
-            integrated(simd, (from, start, &slopes), *h, 0..places, &mut at);
+            integrated(simd, (from, start, old), *h, 0..places, &mut at);
             if timed {
-                integrated(simd, (from, start, &slopes), *h, time..time + 1, &mut at);
+                integrated(simd, (from, start, old), *h, time..time + 1, &mut at);
             }
-            if !motion.forces(simd, &at, &mut new) {
+            if !motion.forces(simd, &at, new) {
                 return Err(Fails::Domain);
             }
-            integrated(simd, (from, start, &new), *h, places..time, &mut at);
-            motion.moves(simd, &at, &mut new);
-            let change = changed(simd, [&slopes, &new], &scales, rows);
-            let moved = h * (change / (8.0 * all)).sqrt();
-            slopes = new;
+            integrated(simd, (from, start, new), *h, places..time, &mut at);
+            motion.moves(simd, &at, new);
+            let change = changed(simd, [old, new], &scales, rows);
+            let moved = (change * mean).sqrt();
+            (old, new) = (new, old);
             let ratio = if sweep == 1 { EXPECTED } else { moved / last };
             let stalls = sweep > 3 && ratio > CONVERGES && moved > NOISE;
             let rounding = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
@@ -358,15 +362,15 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             let rounding = rounding || !judged && stalls && moved < *tolerance;
             let stays = rounding || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
             if stays || *judged && sweep == LOOK {
-                let modes = Modes::new(simd, start, &slopes, rows);
-                let tail = size(modes.tail(&scales, rows)) / all.sqrt();
+                to.modes.fit(simd, start, old, rows);
+                let tail = size(to.modes.tail(&scales, rows)) / all.sqrt();
                 let error = h * tail / (GOAL * tolerance.sqrt());
                 if stays {
                     to.to = *from;
-                    for (x, mode) in to.to.iter_mut().zip(&modes.low.0) {
-                        *x += h * mode[0];
+                    for i in 0..rows {
+                        to.to[i] += h * to.modes.low.0[i][0];
                     }
-                    (to.slopes, to.modes) = (slopes, modes);
+                    to.slopes = *old;
                     (to.error, to.sweeps) = (error, sweep as u64);
                     return Ok(());
                 }

@@ -152,7 +152,9 @@ impl WithSimd for Fitting {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Modes {
-        Modes::new(simd, &self.start, &self.slopes, ROWS)
+        let mut modes = Modes::ZERO;
+        modes.fit(simd, &self.start, &self.slopes, ROWS);
+        modes
     }
 }
 
@@ -162,9 +164,9 @@ impl Modes {
         last: [0.0; 8],
     };
 
-    /// Those of the polynomials through these slopes.
+    /// Makes these those of the polynomials through these slopes; rows that have none stay.
     #[inline(always)]
-    pub fn new<S: Simd>(simd: S, start: &Row, slopes: &Block, rows: usize) -> Self {
+    pub fn fit<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
         let mut low = [Eight::all(simd, 0.0); 9];
         let mut last = [0.0; 8];
         for j in 0..9 {
@@ -176,21 +178,19 @@ impl Modes {
             }
         }
         let last = Eight::of(simd, last);
-        let mut modes = Self::ZERO;
         for i in 0..rows {
             let mut sum = low[0] * start[i];
             for j in 0..8 {
                 sum = low[j + 1].times_plus(low[0].with(slopes.0[i][j]), sum);
             }
-            modes.low.0[i] = sum.numbers();
-            modes.last[i] = MODES[0][8] * start[i] + (last * Eight::of(simd, slopes.0[i])).total();
+            self.low.0[i] = sum.numbers();
+            self.last[i] = MODES[0][8] * start[i] + (last * Eight::of(simd, slopes.0[i])).total();
         }
-        modes
     }
 
     /// The polynomials at the places of a step that begins at `from` on [-1, 1] and is `ratio` times as long.
     #[inline(always)]
-    pub fn at<S: Simd>(&self, simd: S, from: f64, ratio: f64, rows: usize) -> Block {
+    pub fn at<S: Simd>(&self, simd: S, (from, ratio): (f64, f64), rows: usize, to: &mut Block) {
         let one = Eight::all(simd, 1.0);
         let x = (Eight::of(simd, PLACES) + one).times_plus(one.with(ratio), one.with(from));
         let mut p = [one; 9];
@@ -199,7 +199,6 @@ impl Modes {
             let n = k as f64;
             p[k + 1] = x * p[k] * ((2.0 * n + 1.0) / (n + 1.0)) - p[k - 1] * (n / (n + 1.0));
         }
-        let mut to = Block::ZERO;
         for i in 0..rows {
             let mut sum = p[8] * self.last[i];
             for k in 0..8 {
@@ -207,7 +206,6 @@ impl Modes {
             }
             to.0[i] = sum.numbers();
         }
-        to
     }
 
     /// The norms over the rows of the last four coefficients, each row by its scale.
