@@ -16,7 +16,7 @@ const SETTLING: u32 = 4;
 /// What is tried must cost no more than this part of what there is.
 const BETTER: f64 = 0.9;
 /// Steps from one trial to the next, at first and at most: each trial doubles them.
-const PATIENCE: u32 = 16;
+const PATIENCE: u32 = 48;
 const PATIENCE_LIMIT: u32 = 512;
 
 /// Steps, fading ones less than one each, with their work and length.
