@@ -144,6 +144,12 @@ impl Integrator {
         })
     }
 
+    /// Implicit steps try no order but the one that suits the tolerance: for systems whose samples inside of steps cost as much as steps, so that
+    /// longer ones do not pay.
+    pub fn keep_order(&mut self) {
+        self.radau.keep_order();
+    }
+
     /// Starts anew at `y`, of any dimension and with a system that may have changed; step size, method and cost are
     /// kept, unless a first step is given. None, and nothing has changed, if `y` is outside the domain.
     pub fn restart(

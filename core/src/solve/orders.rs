@@ -89,6 +89,11 @@ impl Orders {
         }
     }
 
+    /// No other order is tried from here on.
+    pub(super) fn stay(&mut self) {
+        self.free = false;
+    }
+
     /// The order in use.
     pub(super) fn now(&self) -> Order {
         self.now

@@ -108,6 +108,11 @@ impl Radau {
         }
     }
 
+    /// Tries no order but the one that suits the tolerance.
+    pub fn keep_order(&mut self) {
+        self.orders.stay();
+    }
+
     /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {

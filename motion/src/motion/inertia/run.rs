@@ -141,8 +141,10 @@ impl HeavyRun {
             return Err(contact.at_start());
         }
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
-        let integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
+        let mut integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        // Factors are dense here, and every sample takes some of its own.
+        integrator.keep_order();
         Ok(Self {
             nodes: Following::new(options.nodes, PATIENCE, nodes),
             model,
