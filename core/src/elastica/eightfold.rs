@@ -277,10 +277,6 @@ mod tests {
         worst
     }
 
-    fn served() -> Eightfolds {
-        Eightfolds::new(1e-12).expect("a processor with wide registers")
-    }
-
     /// Catches formulas in wide registers that are not those of the chart: slack rods, taut ones, loops, some half turns, and lanes of all kinds beside each other. What is
     /// carried on from other places is as good as was asked for, and evaluated anew where they are too far.
     #[test]
@@ -294,7 +290,10 @@ mod tests {
                 std::array::from_fn(|i| size * wave(i, 1.1)),
                 std::array::from_fn(|i| 4.0 + 3.99 * wave(i, 0.7)),
             ];
-            let mut served = served();
+            // A processor without wide registers has nothing to be tested.
+            let Some(mut served) = Eightfolds::new(1e-12) else {
+                return;
+            };
             assert!(served.points(&q, &mut to), "{q:?}");
             let e = off(&q, &to);
             assert!(e < 1e-13, "{e:e} at {q:?}");
@@ -327,7 +326,9 @@ mod tests {
             }
         }
         assert!(near > 3000 && far < 2500, "{near} {far}");
-        assert!(!served().points(&[[1.0; 8], [-0.1; 8]], &mut to));
-        assert!(!served().points(&[[f64::NAN; 8], [1.0; 8]], &mut to));
+        for q in [[[1.0; 8], [-0.1; 8]], [[f64::NAN; 8], [1.0; 8]]] {
+            let served = Eightfolds::new(1e-12);
+            assert!(served.is_some_and(|mut served| !served.points(&q, &mut to)));
+        }
     }
 }

@@ -429,7 +429,7 @@ impl Integrator {
 
     /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
     /// asked (3 slopes); near its limit of stability, where that is poor, it repeats the step as short as needed (12
-    /// slopes). The collocation polynomial of Radau is of order 3, or 5, too poor by far, and slopes at the ends are
+    /// slopes). The collocation polynomial of Radau is of order 3, 5 or 7, too poor by far, and slopes at the ends are
     /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
     /// accuracy of the steps, for the price of new factors and an iteration or two. None if that fails.
     pub fn at(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {

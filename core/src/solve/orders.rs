@@ -185,7 +185,7 @@ mod tests {
         count
     }
 
-    /// Catches an order that costs more and is kept, and trials without end.
+    /// Catches an order that costs more and is kept, trials without end, and trials where none is to be.
     #[test]
     fn the_order_that_costs_less_is_kept() {
         for (longer, contraction, expected) in [
@@ -202,6 +202,13 @@ mod tests {
                 "{longer} times as long, {contraction}: {found}"
             );
         }
-        assert_eq!(Orders::suited(1e-10).choose(1.0), None);
+        let mut kept = Orders::suited(1e-12);
+        kept.stay();
+        for mut orders in [Orders::suited(1e-10), kept] {
+            for _ in 0..1000 {
+                assert_eq!(orders.choose(1.0), None);
+                orders.taken(0.01, 5.0, 1.0);
+            }
+        }
     }
 }

@@ -206,8 +206,12 @@ fn symmetric() -> Choice {
     )
 }
 
-/// Radau IIA, of rods with strains.
-const RADAU: &str = "implicit ones (Radau IIA, of order 9 at tolerances of 1e-7 and less, or 13 at 1e-10 and less, of order 5 at others)";
+/// Radau IIA, of rods with all of their mass.
+const RADAU: &str =
+    "implicit ones (Radau IIA, of order 9 at tolerances of 1e-7 and less, of order 5 at others)";
+
+/// The same of rods with friction and no mass.
+const RADAU_LIGHT: &str = "implicit ones (Radau IIA, of order 9 at tolerances of 1e-7 and less, or 13 at 1e-10 and less, of order 5 at others)";
 
 /// The same with seven stages, of elastic rods in space.
 const RADAU7: &str = "implicit ones of order 13 (Radau IIA with seven stages)";

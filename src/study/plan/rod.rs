@@ -1,6 +1,6 @@
 //! The plan of a motion of one rod.
 
-use super::{Plan, RADAU, RADAU7, choice, steps, symmetric};
+use super::{Plan, RADAU, RADAU_LIGHT, RADAU7, choice, steps, symmetric};
 use crate::elastica::Elastica;
 use crate::error::Result;
 use crate::manifold::{Multivalued, Patch};
@@ -72,7 +72,8 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
             "in a time of their own, which slows at folds and next to the taut wall, so that the motion is smooth there; beside the straight rod one slope after the other, explicit steps of order 8 (DOP853)",
         ),
         (ModelKind::ElasticSpace, method) => steps(method, RADAU7),
-        (_, method) => steps(method, RADAU),
+        (_, method) if full => steps(method, RADAU),
+        (_, method) => steps(method, RADAU_LIGHT),
     };
     parts_of_rod(&mut plan, scene, &prepared)?;
     Ok(plan)
