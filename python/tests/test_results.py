@@ -60,8 +60,11 @@ def test_shapes_are_elasticas_that_end_at_the_mass(snap):
     # Times between samples, and of any shape.
     between = run.shape([[0.0123, 0.4567]], 11)
     assert between.shape == (1, 2, 11, 3)
+    assert run.shape([], 11).shape == (0, 11, 3)
     with pytest.raises(snaprod.SceneError, match="ended at t = 1"):
         run.shape(1.5)
+    with pytest.raises(ValueError, match="at least 2"):
+        run.shape(0.1, 1)
 
 
 def test_equilibria_broadcast_and_hold_the_end():

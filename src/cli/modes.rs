@@ -36,7 +36,10 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
         let out = Output::open(Some(directory), FILES, args.figures)?;
         out.write("summary.json", json_text(record.summary()).as_bytes())?;
         out.table(&record.table()?)?;
-        out.figure("modes", || Ok(shapes(&record)), mode_shapes);
+        // Under loads that turn with bodies no motion has a shape.
+        if !record.motions.modes.is_empty() {
+            out.figure("modes", || Ok(shapes(&record)), mode_shapes);
+        }
         out.finish()?;
     }
     if args.json {

@@ -28,7 +28,7 @@ pub struct RunArgs {
     /// Print nothing but errors; no progress bar.
     #[arg(long)]
     pub quiet: bool,
-    /// Write no strain.csv, the strains along a rod with damping.
+    /// Write no strain.csv, the strains along a rod with damping or mass, or an elastic one in space.
     #[arg(long)]
     pub no_strain: bool,
     /// Write all samples into strain.csv, not only some 400 of them.
@@ -65,6 +65,7 @@ pub const FILES: &[&str] = &[
     "trajectory.csv",
     "trajectory-*.csv",
     "strain.csv",
+    "strain-*.csv",
     "events.json",
     "summary.json",
     "resolved.toml",

@@ -1,6 +1,8 @@
 //! Parameters of a scene: dotted paths to its numbers.
 
-use super::{AssemblyScene, Component, Load, Orientation, Scene, Section, Site, Stiffness, Units};
+use super::{
+    AssemblyScene, Component, Load, LoadAlong, Orientation, Scene, Section, Site, Stiffness, Units,
+};
 use crate::error::{Error, Quantity};
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -337,7 +339,8 @@ impl Scene {
                 // Tables hold arclengths, which end at the length.
                 let stiffness = linear.iter().flat_map(|linear| linear.named());
                 let mut all = stiffness.map(|(_, along)| along).chain(rod.rest.all());
-                let tables = all.any(|along| !along.nodes().is_empty());
+                let tables = all.any(|along| !along.nodes().is_empty())
+                    || matches!(loads.distributed, LoadAlong::Table { .. });
                 (!tables).then_some(&mut rod.length)
             }
             Bending(i) => linear?.bending.get_mut(i)?.constant_mut(),

@@ -16,6 +16,7 @@ mod bounces_space;
 #[cfg(feature = "scene")]
 mod branch_folds;
 mod branch_folds_assemblies;
+mod breaks;
 #[cfg(feature = "scene")]
 mod cheap_paths;
 mod clamps;
@@ -141,6 +142,7 @@ mod scene;
 #[cfg(feature = "scene")]
 mod scene_assemblies;
 #[cfg(feature = "scene")]
+mod scene_refusals;
 mod scene_rods;
 #[cfg(feature = "scene")]
 mod scene_scales;
@@ -150,6 +152,7 @@ mod scene_spatial;
 mod scene_starts;
 #[cfg(feature = "scene")]
 mod scene_viscous;
+mod schema;
 mod sections;
 mod sections_nonlinear;
 #[cfg(feature = "cli")]

@@ -1,7 +1,7 @@
 //! Natural frequencies and mode shapes of scenes.
 
 use crate::program::Place;
-use nalgebra::Vector2;
+use nalgebra::{Complex, Vector2};
 use snaprod::body::Body;
 use snaprod::elastica::{Elastica, EndStiffness, fold_at, settled};
 use snaprod::motion::{Event, Options, Run};
@@ -38,6 +38,40 @@ fn of(text: &str) -> ModesRecord {
 fn frequencies(record: &ModesRecord) -> Vec<f64> {
     let modes = record.motions.modes.iter();
     modes.map(|mode| mode.angular_frequency).collect()
+}
+
+/// Catches a single rod with mass that is judged by the symmetric part of its stiffness under a load that turns with its end: Beck's column
+/// flutters from P = 20.05 EI/L^2 on, whatever vibrations of fixed shape would say, and the same rod written as an assembly agrees.
+#[test]
+fn becks_column_flutters() {
+    let rod = "model = \"cosserat\"\nlength = 1.0\nmass = 1.0\ninertia = \"full\"\n\
+               section = { bending = [1.0, 1.6], torsion = 1.0 }\nsection_inertia = [1e-7, 1e-7, 2e-7]\n";
+    let body = "mass = 1e-5\ninertia = [1e-9, 1e-9, 1e-9]\n";
+    let rest = "[start]\nsettled = true\n[run]\nduration = 1.0\n";
+    for (load, flutters) in [(19.9, false), (20.2, true)] {
+        let force = format!(
+            "force = {{ direction = [0.0, 0.0, -1.0], constant = {load:?}, follower = true }}\n"
+        );
+        let alone = format!("[rod]\n{rod}[body]\n{body}[loads]\n{force}{rest}");
+        let chain = format!(
+            "[[rod]]\nname = \"r\"\n{rod}from = {{ position = [0.0, 0.0, 0.0] }}\nto = {{ body = \"m\" }}\n\
+             [[body]]\nname = \"m\"\n{body}{force}{rest}"
+        );
+        let [alone, chain] = [alone, chain].map(|text| of(&text).motions);
+        assert_eq!((alone.stable, alone.conservative), (!flutters, false));
+        assert!(alone.modes.is_empty() && alone.eigenvalues.is_some());
+        let grows = |found: &[Complex<f64>]| found.iter().any(|s| s.re > 0.1 && s.im > 1.0);
+        assert_eq!(grows(&alone.eigenvalues.clone().unwrap()), flutters);
+        assert_eq!(chain.stable, alone.stable);
+        // Growing and decaying ones have no order.
+        let among = alone.eigenvalues.as_deref().unwrap_or_default();
+        for s in chain.eigenvalues.iter().flatten().take(4) {
+            let near = among
+                .iter()
+                .any(|other| (s - other).norm() < 1e-6 * s.norm());
+            assert!(near, "{s} among {among:?}");
+        }
+    }
 }
 
 /// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency where the rod is rigid, and a growth that is

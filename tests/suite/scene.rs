@@ -861,23 +861,3 @@ fn very_many_faults() {
     let large = fault("mass = 1.0", "mass = 1.0\nzzzz = 1e308");
     assert!(large.to_string().len() < 200, "{large}");
 }
-
-/// Catches a reference that is not that of the tables; `snaprod schema --markdown > docs/scene.md` renews it.
-#[test]
-fn the_reference_is_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
-    let written = std::fs::read_to_string(path).unwrap();
-    assert!(
-        written == snaprod::scene::reference(),
-        "docs/scene.md is stale"
-    );
-    let schema = snaprod::scene::json_schema();
-    assert_eq!(
-        schema["properties"]["run"]["properties"]["samples"]["default"],
-        400
-    );
-    assert_eq!(
-        schema["properties"]["body"]["properties"]["mass"]["anyOf"][0]["exclusiveMinimum"],
-        0
-    );
-}

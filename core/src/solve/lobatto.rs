@@ -100,6 +100,8 @@ const SWEEPS: usize = 13;
 const CONVERGES: f64 = 0.7;
 /// Differences below this are rounding where a sweep leaves more of them than that.
 const NOISE: f64 = 1e-12;
+/// Rounding in a part of a step that was taken, in tolerances.
+const ROUGH: f64 = 10.0;
 const STALLS: f64 = 0.5;
 /// What is expected of the first decrease.
 const EXPECTED: f64 = 0.3;
@@ -359,7 +361,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             let stalls = sweep > 3 && ratio > CONVERGES && moved > NOISE;
             let rounding = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
             // A part of a step converges as the whole did: there, too, it is rounding that stays.
-            let rounding = rounding || !judged && stalls && moved < *tolerance;
+            let rounding = rounding || !judged && stalls && moved < ROUGH * tolerance;
             let stays = rounding || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
             if stays || *judged && sweep == LOOK {
                 to.modes.fit(simd, start, old, rows);

@@ -163,7 +163,8 @@ impl AssemblyRun {
     pub fn new(assembly: Assembly, start: &Configuration, options: Options) -> Result<Self> {
         if let LandingRule::Named(_) = options.landing {
             return Err(Error::domain(
-                "landing: in space equilibria have no names; tell them by their energy, landing = { order = 1 }",
+                "landing: equilibria have names of sheets in the plane alone, and there under no load along the rod, its weight or another; tell them by \
+                 their energy, landing = \"lowest\", or follow them all, landing = \"all\"",
             ));
         }
         light::check(&assembly, &options)?;

@@ -123,7 +123,7 @@ pub struct OnSheet<'a, M, const N: usize> {
 const LOCAL: f64 = 0.1;
 /// Steps by collocation are so many times as long as those of DOP853.
 const LONGER: f64 = 3.0;
-/// A state this near to the end of time, relative to 1 + its size, is at it.
+/// A state this near to the end of time, relative to 1 + its size, is at it; where rounding is larger, as near as the error that a step may have.
 const ON_TIME: f64 = 1e-12;
 /// A fold that is not found in a step shortened so many times is none: time stands still.
 const HALVINGS: u32 = 60;
@@ -344,7 +344,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             h_max = 0.5 * step.h();
         };
         let progress = match fold {
-            Some(fold) if fold.step.to().t < end => {
+            // At the end of time, too: there is no step from a fold.
+            Some(mut fold) if fold.step.to().t <= end + ON_TIME * (1.0 + end) => {
+                let to = fold.step.to_mut();
+                to.t = to.t.min(end);
                 self.rewind(fold.step);
                 Progress::Fold {
                     time_error: fold.time_error,
@@ -411,7 +414,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// that moment cannot be hit.
     fn finish(
         &mut self,
-        step: Taken<Phase<N>>,
+        mut step: Taken<Phase<N>>,
         end: f64,
         f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
         cost: &mut Cost,
@@ -422,10 +425,24 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             rate: (to - from) / step.h(),
             t: end,
         };
-        let hit =
-            |ended: &Located<Phase<N>>| (ended.step.to().t - end).abs() <= ON_TIME * (1.0 + end);
+        let off = |ended: &Located<Phase<N>>| (ended.step.to().t - end).abs() / (1.0 + end);
+        let missing = |state: &Phase<N>, _: &Phase<N>| state.t - end;
         let both = &mut self.both(f);
-        match locate(&step, both, guess, |state, _| state.t - end, cost).filter(hit) {
+        let mut ended =
+            locate(&step, both, guess, missing, cost).filter(|ended| off(ended) <= ON_TIME);
+        if ended.is_none() {
+            // Next to a fold time all but stands: the polynomial of the step tells where, and how fast it goes there.
+            let guess = step.inside(both, cost).and_then(|dense| {
+                let left = |x: f64| dense.at(x).t - end;
+                let x = chandrupatla(left, (0.0, from - end), (1.0, to - end), 0.0)?;
+                let rate = f(&dense.at(x))?.t;
+                let h = x * step.h();
+                (rate > 0.0).then_some(Guess { h, rate, t: end })
+            });
+            ended = guess.and_then(|guess| locate(&step, both, guess, missing, cost));
+            ended = ended.filter(|ended| off(ended) <= ON_TIME.max(self.tolerance));
+        }
+        match ended {
             Some(mut ended) => {
                 ended.step.to_mut().t = end;
                 self.rewind(ended.step);

@@ -130,17 +130,19 @@ class Run(Result):
         self._given = given
 
     def shape(self, t: ArrayLike, n: int = 101) -> Array | dict[str, Array]:
-        """The rod at the times ``t``: positions of ``n`` sections, of the shape (times, sections, 3); of an assembly by the names of its
-        rods.
+        """The rod at the times ``t``: positions of ``n`` sections, at least 2, of the shape (times, sections, 3); of an assembly by the
+        names of its rods.
 
         Times are exact, not interpolated between samples: the motion is followed once more, as far as the last of them. So ask for all
         times at once. A light elastic rod has ``n`` sections, in space evenly spaced, in the plane those of the elastica in closed form, closer
         where it bends; a rod with strains of its own has the Gauss nodes at which it is known, ``n`` on every element, and its two ends.
         Where there is no shape to tell, NaN.
         """
+        if n < 2:
+            raise ValueError(f"n = {n!r}: must be at least 2, for the sections at both ends")
         times = np.atleast_1d(np.asarray(t, dtype=float))
         names, counts, numbers = _core.shapes(self._given, times.ravel(), int(n))
-        most = [max(of) for of in zip(*counts)]
+        most = [max(of) for of in zip(*counts)] or [n] * len(names)
         rods = {name: np.full((times.size, many, 3), np.nan) for name, many in zip(names, most)}
         points, at = numbers.reshape(-1, 3), 0
         for i, of in enumerate(counts):

@@ -206,6 +206,10 @@ impl MotionModel for ElasticSpace {
         self.light.is_some()
     }
 
+    fn looks_for_contact(&self) -> bool {
+        self.diameter > 0.0
+    }
+
     fn start_index(&self) -> Option<usize> {
         self.common.start_index
     }

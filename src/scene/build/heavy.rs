@@ -387,6 +387,10 @@ impl MotionModel for HeavySpace {
         active.map(|k| (StrainName::ALL[*k].as_str(), *k)).collect()
     }
 
+    fn looks_for_contact(&self) -> bool {
+        self.given.diameter.is_some()
+    }
+
     fn start_index(&self) -> Option<usize> {
         None
     }

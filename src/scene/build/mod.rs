@@ -64,6 +64,11 @@ pub trait MotionModel {
         false
     }
 
+    /// True if contacts of the rod with itself are looked for, provided that it is known how thick it is.
+    fn looks_for_contact(&self) -> bool {
+        false
+    }
+
     /// The loads on the end of a planar rod at t = 0, along the axes of its clamp; None of other rods, and where the clamp moves.
     fn load(&self) -> Option<Vector2<f64>> {
         None

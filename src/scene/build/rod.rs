@@ -75,14 +75,14 @@ impl Scene {
         }
     }
 
-    /// True of a rod at rest with a load along it, be it 0 where the branch begins.
+    /// True of a rod at rest with a load along it, be it 0 where the branch begins, or one that cannot be: whoever asks for it is told why.
     pub fn is_loaded_along(&self) -> bool {
         let branch = self.continuation.iter();
         let mut varied = branch.flat_map(|wanted| {
             let second = wanted.second.as_ref().map(|second| second.parameter);
             std::iter::once(wanted.parameter).chain(second)
         });
-        self.load_along().is_ok_and(|load| !load.is_zero()) || varied.any(Parameter::is_along)
+        self.load_along().map_or(true, |load| !load.is_zero()) || varied.any(Parameter::is_along)
     }
 
     /// The guess of `[start]`, if there is one.

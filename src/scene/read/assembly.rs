@@ -32,8 +32,10 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         "name = \"left\", model = \"cosserat\", ...",
     );
     let body_tables = tables(top, "body", &BODY, "name = \"m\" and mass = 1.0");
+    // All rods have the same, or it is reported.
+    let memory = rod_tables.iter().flatten().next().map(Memory::of);
     let run = match part(top, &RUN) {
-        Some(Some(table)) => run(&table, None).map(Some),
+        Some(Some(table)) => run(&table, memory).map(Some),
         Some(None) => Some(None),
         None => None,
     };
@@ -100,6 +102,13 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let bodies: Option<Vec<AssemblyBody>> =
         bodies.and_then(|(bodies, _)| bodies.into_iter().collect());
     let ((rods, free), bodies) = (rods?, bodies?);
+    if rods.is_empty()
+        && let Some(table) = rod_tables.iter().flatten().next()
+    {
+        let hint = "write to = { body = \"...\" } or to = { position = [...] } in a [[rod]]";
+        let allowed = "on a body or on the ground, of one rod at least: an assembly is what such rods hold together";
+        return table.refuse(FaultKind::Conflict, "to", allowed, hint);
+    }
     let mut scene = Scene {
         units: units?,
         rod: rods.first()?.rod.clone(),
@@ -403,9 +412,6 @@ fn free_come_last(tables: &[Table]) {
 fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
     let heavy = |table: &Table| Memory::of(table).heavy;
     let mut alike = true;
-    let Some(first) = tables.first() else {
-        return true;
-    };
     for table in tables {
         let mut refuse = |name: &str, allowed: &str, hint: &str| {
             alike = false;
@@ -418,17 +424,29 @@ fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
         } else if heavy(table) && tables.iter().any(|other| !heavy(other)) {
             let hint = "give all rods of the assembly a mass and inertia = \"full\", or none";
             refuse("inertia", "the same in all [[rod]]", hint);
-        } else if table.has("nodes") {
-            let number = |table: &Table| {
-                table
-                    .get("nodes")
-                    .and_then(|x| x.get_ref().as_integer().map(|x| x.as_str().to_owned()))
-            };
-            if number(table) != number(first) {
-                let hint = "leave it out, and the program chooses for every rod";
-                refuse("nodes", "the same in all [[rod]]", hint);
-            }
         }
+    }
+    let number = |table: &Table| {
+        let value = table.get("nodes")?.get_ref().as_integer()?;
+        Some(value.as_str().to_owned())
+    };
+    let unlike = tables
+        .iter()
+        .find(|table| number(table) != number(&tables[0]));
+    if let Some(other) = unlike {
+        alike = false;
+        let table = if other.has("nodes") {
+            other
+        } else {
+            &tables[0]
+        };
+        let hint = "leave it out, and the program chooses for every rod";
+        table.fault(
+            FaultKind::Conflict,
+            "nodes",
+            "the same in all [[rod]]",
+            hint,
+        );
     }
     alike
 }

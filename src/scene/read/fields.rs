@@ -200,6 +200,7 @@ pub(super) static SECTION: Spec = spec("rod.section", &[
     field("rectangle", IN_SPACE, Table(&RECTANGLE), "", No, "A solid rectangle of rod.material."),
 ]);
 const VARIES: Form = OneOf(&[Number(&STIFFNESS), Table(&ALONG)]);
+const BENT: Form = OneOf(&[Number(&VALUE), Table(&ALONG)]);
 
 #[rustfmt::skip]
 pub(super) static ALONG: Spec = spec("along", &[
@@ -214,8 +215,8 @@ pub(super) static BARRIER: Spec = spec("barrier", &[
 ]);
 #[rustfmt::skip]
 pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
-    field("curvature", IN_SPACE, Array(&VARIES), "1/m", Or("[0.0, 0.0]"), "Flexures of the unloaded rod about d1 and d2."),
-    field("twist", IN_SPACE, VARIES, "rad/m", Or("0.0"), "Twist of the unloaded rod."),
+    field("curvature", IN_SPACE, Array(&BENT), "1/m", Or("[0.0, 0.0]"), "Flexures of the unloaded rod about d1 and d2."),
+    field("twist", IN_SPACE, BENT, "rad/m", Or("0.0"), "Twist of the unloaded rod."),
 ]);
 #[rustfmt::skip]
 pub(super) static DAMPING: Spec = spec("damping", &[
@@ -463,10 +464,10 @@ pub(super) static RUN: Spec = Spec {
     fields: &[
         field("duration", DRIVEN, Number(&POSITIVE), "s", Yes("duration = 3.0"), "How long the motion is followed."),
         field("tolerance", PLANE, Number(&TOLERANCE), "", Or("1e-10"), "Relative tolerance of the time steps; with damping at least 1e-13."),
-        field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; with damping at least 1e-13."),
+        field("tolerance", SPACE | ASSEMBLY, Number(&TOLERANCE), "", Or("1e-8"), "Relative tolerance of the time steps; at least 1e-13."),
         field("method", RUNS, Word(&["auto", "explicit", "implicit", "symmetric"]), "", Or("\"auto\""),
             "How the run steps through time. With damping the program chooses, or takes explicit steps, or implicit ones for stiff rods. Without, steps are explicit; in space and of assemblies implicit where that takes less work, as where a rod is stiff, or, asked for, whatever rings in its fast modes: they damp it; or symmetric: of one length, they keep the energy of an unforced motion over any number of periods, and cost about as much as explicit ones at a tolerance a hundred times finer."),
-        field("reduce", SPACE, Flag, "", Or("true"), "Integrate a motion that is exactly that of a spring and a dashpot as one."),
+        field("reduce", SPACE, Flag, "", Or("true"), "Look whether the motion is exactly that of a spring and a dashpot, and tell of which."),
         field("landing", PLANE, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
             "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),
         field("landing", SPACE | ASSEMBLY, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),

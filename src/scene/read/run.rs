@@ -21,7 +21,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let elastic = memory.is_some_and(|memory| !memory.has_strains());
     let method = method(
         table,
-        elastic || kind == ASSEMBLY,
+        elastic,
         planar,
         memory.is_some_and(|memory| !memory.damped),
     );

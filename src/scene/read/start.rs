@@ -94,8 +94,19 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
         (None, None, None, Some(None), None) => STRAIGHT,
         (None, None, None, Some(Some(position)), None) => Place::Position { position, sheet },
         (None, None, None, None, Some(curvature)) => Place::Curvature { curvature },
-        // `one_place` has reported every other case.
-        _ => unloaded?,
+        // `one_place` has reported every other case but this one.
+        _ => match unloaded {
+            Some(place) => place,
+            None => {
+                let hint = "write settled = true, or where else the rod starts, as `lambda = 6.3` and `kappa = 0.6`";
+                return table.refuse(
+                    FaultKind::Value,
+                    "settled",
+                    "true where no other start is given",
+                    hint,
+                );
+            }
+        },
     };
     Some(Start {
         place,

@@ -11,6 +11,7 @@ use crate::study::beside;
 use crate::study::mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
+use crate::study::run::record::unresolved;
 use crate::study::run::recorder::drowned;
 use crate::study::run::summary::{elastic_cost, object};
 use crate::study::run::trajectory_name;
@@ -190,10 +191,13 @@ impl AssemblyRunRecord {
         self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
-    /// What is to be said of a motion below the tolerance, or of an unstable start.
+    /// What is to be said of strain rates that the nodes do not hold, of a motion below the tolerance, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
-        let closings = self.branches.iter().map(|branch| &branch.closing);
-        drowned(closings, self.scales.energy).or_else(|| self.unstable())
+        let closings = || self.branches.iter().map(|branch| &branch.closing);
+        let rates = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
+        unresolved(rates)
+            .or_else(|| drowned(closings(), self.scales.energy))
+            .or_else(|| self.unstable())
     }
 
     fn unstable(&self) -> Option<String> {

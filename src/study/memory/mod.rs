@@ -61,6 +61,11 @@ pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
     if scene.bar.is_some() {
         scene.body()?;
     }
+    if scene.assembly.is_some() {
+        return Err(Error::domain(
+            "the memory told here is that of one rod and its end: write it as [rod] with [clamp], [body], [start] and [run] in place of [[rod]] and [[body]]",
+        ));
+    }
     let Some(body) = &scene.body else {
         return Err(Error::domain(
             "a scene of statics has no internal friction, and the memory is that of friction: give [rod] damping, as in \

@@ -9,7 +9,7 @@ use crate::inertia::rod::{Given, HeavyRod};
 use crate::inertia::statics::Vibration;
 use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Scene};
 use crate::section::Strain;
-use nalgebra::{DVector, Isometry3, Matrix3, Vector3};
+use nalgebra::{Complex, DVector, Isometry3, Matrix3, Vector3};
 
 /// Vibrations that are told.
 pub(super) const COUNT: usize = 8;
@@ -75,12 +75,20 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         clamp,
         scales: &scales,
     };
-    let squares: Vec<f64> = found.modes.iter().map(|mode| mode.square).collect();
-    let index = squares.iter().filter(|square| **square < 0.0).count();
-    let stable = index == 0;
+    let (mut conservative, mut followed) = (true, false);
+    if let Some(Mass::Rigid(body)) = &given.body {
+        (conservative, followed) = (body.is_conservative(0.0), body.is_followed(0.0));
+    }
+    let lossy =
+        given.law.is_damped() || !conservative || given.body.as_ref().is_some_and(is_damped);
+    let eigenvalues = match lossy {
+        true => Some(rod.decaying(0.0, &found.q, COUNT)?),
+        false => None,
+    };
+    let judged = Judged::new(&found.modes, eigenvalues.as_deref(), conservative, followed);
     let here = stations(rod, &found.q)?;
     let mut list = Vec::new();
-    for (mode, omega) in found.modes.iter().zip(frequencies(&squares, 0.0, stable)) {
+    for (mode, omega) in found.modes.iter().zip(&judged.frequencies) {
         let step = NUDGE / mode.shape.amax();
         let moved = |by: f64| {
             let q: Vec<f64> = found
@@ -128,29 +136,16 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         (false, true) => &["rx", "ry", "rz", "dx", "dy", "dz"],
         (false, false) => &["dx", "dy", "dz"],
     };
-    let lossy = given.law.is_damped() || given.body.as_ref().is_some_and(is_damped);
-    let eigenvalues = match lossy {
-        true => Some(
-            rod.decaying(0.0, &found.q, COUNT)?
-                .into_iter()
-                .map(|s| s / scales.time)
-                .collect(),
-        ),
-        false => None,
-    };
     let motions = SmallMotions {
         mass: None,
-        index,
-        stable,
-        conservative: match &given.body {
-            Some(Mass::Rigid(body)) => body.is_conservative(0.0),
-            _ => true,
-        },
+        index: judged.index,
+        stable: judged.stable,
+        conservative: judged.conservative,
         coordinates: names.iter().map(|name| (*name).to_owned()).collect(),
         modes: list,
         rigid: 0,
         change,
-        eigenvalues,
+        eigenvalues: eigenvalues.map(|all| all.iter().map(|s| s / scales.time).collect()),
         creep: None,
         rods: vec![
             here.iter()
@@ -174,6 +169,41 @@ fn is_damped(body: &Mass) -> bool {
     match body {
         Mass::Point(body) => body.is_damped(),
         Mass::Rigid(body) => body.is_damped() || *body.rotor() != Vector3::zeros(),
+    }
+}
+
+/// What vibrations and eigenvalues say of an equilibrium.
+pub(super) struct Judged {
+    pub index: usize,
+    pub stable: bool,
+    pub conservative: bool,
+    /// Of the vibrations, as [`frequencies`]. None under loads that turn with bodies: motions are those of the eigenvalues there.
+    pub frequencies: Vec<f64>,
+}
+
+impl Judged {
+    /// `conservative`: all loads have a potential; `followed`: some turn with bodies.
+    pub(super) fn new(
+        modes: &[Vibration],
+        eigenvalues: Option<&[Complex<f64>]>,
+        conservative: bool,
+        followed: bool,
+    ) -> Self {
+        let squares: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
+        let index = squares.iter().filter(|square| **square < 0.0).count();
+        let all = eigenvalues.unwrap_or_default();
+        let fastest = all.iter().fold(0.0, |a: f64, s| a.max(s.norm()));
+        let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
+        Self {
+            index,
+            // The index of the symmetric part of the stiffness decides nothing where loads turn with bodies.
+            stable: (followed || index == 0) && (conservative || all.iter().all(decaying)),
+            conservative,
+            frequencies: match followed {
+                true => Vec::new(),
+                false => frequencies(&squares, 0.0, index == 0),
+            },
+        }
     }
 }
 

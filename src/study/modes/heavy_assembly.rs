@@ -1,14 +1,14 @@
 //! Small motions of several rods with mass and of their bodies.
 
 use super::assembled::{coordinates, is_simple, of_twists};
-use super::heavy::{COUNT, converged, stations_from};
-use super::{BALANCED, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use super::heavy::{COUNT, Judged, converged, stations_from};
+use super::{BALANCED, Mode, NUDGE, Outward, SmallMotions, Station};
 use crate::error::{Error, Result};
 use crate::inertia::assembly::HeavyAssembly;
 use crate::inertia::statics::Vibration;
 use crate::motion::inertia::HeavyAssemblyStart;
 use crate::scene::{AssemblySetup, HeavySpace, Place, Scene};
-use nalgebra::{Complex, DVector, Isometry3, Vector6};
+use nalgebra::{DVector, Isometry3, Vector6};
 
 /// Coordinates beyond which no more nodes are taken.
 const MOST: usize = 200;
@@ -123,16 +123,9 @@ impl Asked<'_> {
             true => Some(assembly.decaying(y, COUNT)?),
             false => None,
         };
-        let squares: Vec<f64> = modes.iter().map(|mode| mode.square).collect();
-        let index = squares.iter().filter(|square| **square < 0.0).count();
-        let all = || eigenvalues.iter().flatten();
-        let fastest = all().fold(0.0, |a: f64, s: &Complex<f64>| a.max(s.norm()));
-        let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
-        let stable = (followed || index == 0) && (conservative || all().all(decaying));
+        let judged = Judged::new(modes, eigenvalues.as_deref(), conservative, followed);
         let mut list = Vec::new();
-        // Under loads that turn with bodies motions are those of the eigenvalues.
-        let pairs = modes.iter().zip(frequencies(&squares, 0.0, index == 0));
-        for (mode, omega) in pairs.filter(|_| !followed) {
+        for (mode, omega) in modes.iter().zip(&judged.frequencies) {
             let step = NUDGE / mode.shape.amax();
             let at = |by: f64| stations(assembly, &assembly.displaced(y, &mode.shape, by));
             let (before, after) = (at(-step)?, at(step)?);
@@ -154,9 +147,9 @@ impl Asked<'_> {
         let rods = rods.iter();
         let motions = SmallMotions {
             mass: None,
-            index,
-            stable,
-            conservative,
+            index: judged.index,
+            stable: judged.stable,
+            conservative: judged.conservative,
             coordinates: self.coordinates.clone(),
             modes: list,
             rigid: 0,

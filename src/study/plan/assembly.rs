@@ -85,7 +85,7 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
     if rods().all(|rod| rod.from.motion.is_none() && rod.to.motion.is_none()) {
         plan.leave_out("motion of supports", "no site has a motion: they stand");
     }
-    if !given.free.is_empty() {
+    if !full && !given.free.is_empty() {
         plan.leave_out(
             "rods with a free end",
             "nothing hangs on them: they are equilibria alone, found when they are drawn",

@@ -154,8 +154,8 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
             "no rod.relaxation: the damping is of Kelvin-Voigt's kind",
         );
     }
-    let looked_for = in_space && (full || kind.is_elastic());
-    if !looked_for || scene.rod.thickness().is_none() {
+    let looked_for = !scene.is_planar() && (full || kind.is_elastic());
+    if prepared.thickness.is_none() {
         plan.leave_out(
             "contact of the rod with itself",
             match looked_for {

@@ -36,7 +36,7 @@ pub struct Prepared {
     /// What is done with the mass of an elastic rod, if it is known.
     pub(super) mass: Option<RodMassNote>,
     /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
-    pub(super) thickness: Option<f64>,
+    pub(in crate::study) thickness: Option<f64>,
     /// The body as figures show it.
     pub(in crate::study) solid: Solid,
     /// Whether the body slides in a groove.
@@ -75,6 +75,7 @@ impl Prepared {
     pub fn new(scene: &Scene) -> Result<Self> {
         let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
         let setup_kind = setup.model.kind();
+        let looks_for_contact = setup.model.looks_for_contact();
         let scales = setup.scales;
         let massive = match (setup_kind.in_space(), setup.load) {
             (true, _) => {
@@ -108,10 +109,7 @@ impl Prepared {
             massive,
             relaxes: !scene.rod.relaxation.is_empty(),
             mass: scene.mass_notes().into_iter().next(),
-            thickness: scene
-                .rod
-                .thickness()
-                .filter(|_| setup_kind == ModelKind::ElasticSpace),
+            thickness: looks_for_contact.then(|| scene.rod.thickness()).flatten(),
             solid: match &scene.body()?.joint {
                 Joint::Ball => Solid::point(),
                 Joint::Weld {

@@ -273,6 +273,17 @@ pub struct Frame {
 /// What a passage releases, of the largest energy of the run, at least.
 const RELEASED: f64 = 1e-9;
 
+/// What is to be said of strain rates that the nodes do not hold, from what the last coefficients of each branch carry of them.
+pub(in crate::study) fn unresolved(rate_tails: impl Iterator<Item = f64>) -> Option<String> {
+    let worst = rate_tails.fold(0.0, f64::max);
+    (worst > SPILL).then(|| {
+        format!(
+            "the last coefficients of the strain rates carry {worst:.1e} of them, more than {SPILL:.0e}: waves in the rod are shorter than \
+             its nodes; leave out rod.nodes, lower the tolerance, or give the rod damping"
+        )
+    })
+}
+
 impl RunRecord {
     /// The branch that ran last.
     pub fn last(&self) -> &RunBranch {
@@ -330,7 +341,8 @@ impl RunRecord {
     /// What is to be said of strain rates that the nodes do not hold, of a motion below the tolerance, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
         let closings = || self.branches.iter().map(|branch| &branch.closing);
-        (self.unresolved())
+        let rates = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
+        unresolved(rates)
             .or_else(|| drowned(closings(), self.scales.energy))
             .or_else(|| self.unstable())
     }
@@ -345,17 +357,6 @@ impl RunRecord {
     pub fn unfelt(&self) -> Option<f64> {
         let time: f64 = self.branches.iter().map(|branch| branch.unfelt).sum();
         (time > 0.0).then_some(time)
-    }
-
-    fn unresolved(&self) -> Option<String> {
-        let tails = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
-        let worst = tails.fold(0.0, f64::max);
-        (worst > SPILL).then(|| {
-            format!(
-                "the last coefficients of the strain rates carry {worst:.1e} of them, more than {SPILL:.0e}: waves in the rod are shorter than \
-                 its nodes; leave out rod.nodes, lower the tolerance, or give the rod damping"
-            )
-        })
     }
 
     fn unstable(&self) -> Option<String> {

@@ -126,7 +126,7 @@ impl<'r> Recorder<'r> {
         let strain = match stride(prepared, fields) {
             None => None,
             Some(stride) => Some(Strain {
-                table: sink.begin(table::strain(prepared))?,
+                table: sink.begin(table::strain(prepared, id))?,
                 stride,
                 seen: 0,
             }),

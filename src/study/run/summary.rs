@@ -60,6 +60,8 @@ impl RunRecord {
         if self.kind == ModelKind::ElasticSpace {
             let drift = self.branches.iter().map(|b| b.closing.drift);
             add("drift", json!(drift.fold(0.0, f64::max)));
+        }
+        if self.kind.in_space() {
             // null: contacts are not looked for.
             add("contact_diameter", json!(self.thickness));
         }

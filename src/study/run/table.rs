@@ -9,9 +9,14 @@ use crate::study::{Cell, Column, Table};
 
 /// The name of a branch's trajectory, without the ending.
 pub fn trajectory_name(branch: usize) -> String {
+    name("trajectory", branch)
+}
+
+/// The name of a table of a branch.
+fn name(table: &str, branch: usize) -> String {
     match branch {
-        0 => "trajectory".to_owned(),
-        _ => format!("trajectory-{branch}"),
+        0 => table.to_owned(),
+        _ => format!("{table}-{branch}"),
     }
 }
 
@@ -161,8 +166,8 @@ pub(super) fn row((kind, heavy): (ModelKind, bool), at: &Moment) -> Vec<Cell> {
     cells
 }
 
-/// The strain field over time and arclength, without rows.
-pub(super) fn strain(prepared: &Prepared) -> Table {
+/// The strain field of a branch over time and arclength, without rows.
+pub(super) fn strain(prepared: &Prepared, branch: usize) -> Table {
     let u = prepared.units;
     let mut columns = vec![
         Column::reals("t", u.time(), "time"),
@@ -186,5 +191,5 @@ pub(super) fn strain(prepared: &Prepared) -> Table {
         power,
         "power dissipated per length",
     ));
-    Table::new("strain", columns)
+    Table::new(name("strain", branch), columns)
 }

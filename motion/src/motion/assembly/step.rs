@@ -4,7 +4,7 @@ use super::{AssemblyRun, Numbers, first_step};
 use crate::assembly::{Joint, Sight, Slowed};
 use crate::body::Groove;
 use crate::motion::event::Outcome;
-use crate::motion::locate::{Guess, Timed, at_time, first_fold, locate};
+use crate::motion::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use crate::solve::cost::Cost;
 use crate::solve::stepper::Taken;
 use nalgebra::DVector;
@@ -64,11 +64,17 @@ impl AssemblyRun {
             return Some(());
         }
         self.until = until;
+        self.see()
+    }
+
+    /// Sees the rods where the solver stands: what was seen last was the end of a step, which may lie behind the moment to which that was cut.
+    fn see(&mut self) -> Option<()> {
         let state = self.solver.state().clone();
         let mut slope = state.clone();
         let (slowed, along, watch) = (self.slowed.as_ref(), self.along(), &mut self.watch);
+        let seen = state.seen(self.until);
         self.assembly
-            .write_slope(&state.0, slowed, along, &mut slope.0, |k, sight| {
+            .write_slope(&seen.0, slowed, along, &mut slope.0, |k, sight| {
                 watch[k] = sight
             })?;
         self.extra.evaluations += 1;
@@ -112,6 +118,7 @@ impl AssemblyRun {
         if let Some(progress) = self.cut(&mut step) {
             self.step = Some(step);
             self.implicit.forget();
+            self.see();
             return progress;
         }
         if arrived {
@@ -225,16 +232,17 @@ impl AssemblyRun {
                 rate: passed / step.h(),
                 t: end,
             };
-            let found = locate(
-                &step,
-                &mut { f },
-                guess,
-                |state, _| state.time() - end,
-                &mut cost,
-            )?;
-            if (found.step.to().time() - end).abs() > ON_TIME * (1.0 + end) {
+            let missing = |state: &Numbers, _: &Numbers| state.time() - end;
+            let found = locate(&step, &mut { f }, guess, missing, &mut cost);
+            let near = ON_TIME.max(self.local()) * (1.0 + end);
+            let hit = |found: &Located<Numbers>| (found.step.to().time() - end).abs() <= near;
+            let Some(found) = found.filter(hit) else {
+                // The state stays where it was.
+                self.solver
+                    .rewind(step.from().clone(), step.start_slope().clone());
+                self.see();
                 return None;
-            }
+            };
             step = found.step;
             *step.to_mut() = step.to().clone().at_time(end);
             progress = Progress::Arrived;
@@ -250,9 +258,11 @@ impl AssemblyRun {
         if !whole {
             self.solver
                 .rewind(step.to().clone(), step.end_slope().clone());
+            self.see()?;
         }
         if let Some(ended) = self.cut(&mut step) {
             self.step = Some(step);
+            self.see();
             return ended;
         }
         let (cause, scale) = self.slowed.as_ref()?.rods[0];

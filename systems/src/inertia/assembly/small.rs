@@ -5,7 +5,7 @@ use super::blocks::Sides;
 use super::statics::{DEPENDENT, rigid};
 use crate::assembly::{Attachment, On};
 use crate::error::{Error, Result};
-use crate::inertia::statics::{SUBSPACE, Vibration, decaying, slowest};
+use crate::inertia::statics::{ALL, Vibration, decaying, slowest};
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
 /// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds the assembly.
@@ -60,20 +60,22 @@ impl HeavyAssembly {
     }
 
     /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `y`, Im s >= 0, the smallest ones by Im s: with friction,
-    /// drag, rotors and loads that follow a body, within the space of the 24 slowest vibrations. Motions that nothing holds and no
+    /// drag, rotors and loads that turn with a body. Motions that nothing holds and no
     /// friction meets are left out.
     ///
     /// # Errors
     /// As [`HeavyAssembly::vibrations`].
     pub fn decaying(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Complex<f64>>> {
         let (matrices, ends) = self.small(y)?;
-        let mut modes = self.within(&matrices, &ends, SUBSPACE)?;
+        let conservative = self.carriers.iter().all(|body| body.is_conservative(0.0));
+        let mut modes = self.within(&matrices, &ends, ALL)?;
         let [stiffness, damping, _] = &matrices;
         let most = modes.iter().map(|mode| (damping * &mode.shape).amax());
         let most = most.fold(0.0, f64::max);
         modes.retain(|mode| mode.square != 0.0 || (damping * &mode.shape).amax() > UNFELT * most);
         let branches = self.moduli(stiffness.nrows());
-        Ok(decaying(&modes, [stiffness, damping], &branches, count))
+        let matrices = ([stiffness, damping], conservative);
+        Ok(decaying(&modes, matrices, &branches, count))
     }
 
     /// Moduli, at the weights of the nodes, and times of the Maxwell branches of all rods, among so many coordinates.
