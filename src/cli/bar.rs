@@ -102,7 +102,7 @@ fn snapshots(record: &BarRecord) -> Lines {
         })
     });
     Lines {
-        x_label: labelled("X", record.units.length()),
+        x_label: Units::label("X", record.units.length()),
         y_label: stress(record.units).to_owned(),
         series: series.collect(),
         ..Lines::default()
@@ -118,8 +118,8 @@ fn energies(record: &BarRecord) -> Lines {
         ..Series::default()
     };
     Lines {
-        x_label: labelled("time t", record.units.time()),
-        y_label: labelled("energy", record.units.energy()),
+        x_label: Units::label("time t", record.units.time()),
+        y_label: Units::label("energy", record.units.energy()),
         series: vec![
             curve("work", &|l| l.work),
             curve("kinetic", &|l| l.kinetic),
@@ -127,13 +127,6 @@ fn energies(record: &BarRecord) -> Lines {
             curve("lost", &|l| l.lost),
         ],
         ..Lines::default()
-    }
-}
-
-fn labelled(name: &str, symbol: &str) -> String {
-    match symbol {
-        "" => name.to_owned(),
-        _ => format!("{name} ({symbol})"),
     }
 }
 

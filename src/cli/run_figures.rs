@@ -13,7 +13,7 @@ use snaprod::plot::{
     PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, SpaceWay,
     StrainMap, Trace,
 };
-use snaprod::scene;
+use snaprod::scene::{self, Units};
 use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
 
 /// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
@@ -351,7 +351,7 @@ impl<'r> Drawn<'r> {
             _ => ("stretch v3 − 1", false),
         };
         let label = match self.units.length.as_str() {
-            length if turns && !length.is_empty() => labelled(what, &format!("1/{length}")),
+            length if turns && !length.is_empty() => Units::label(what, &format!("1/{length}")),
             _ => what.to_owned(),
         };
         let mut map = self.strain(i, &label);
@@ -387,7 +387,7 @@ impl<'r> Drawn<'r> {
     }
 
     fn time_label(&self) -> String {
-        labelled("time", &self.units.time)
+        Units::label("time", &self.units.time)
     }
 
     fn shapes(&self) -> RodShapes {
@@ -458,8 +458,8 @@ impl<'r> Drawn<'r> {
             title: format!("once in {} {}", number(period), self.units.time)
                 .trim_end()
                 .to_owned(),
-            x_label: labelled(name, &self.units.length),
-            y_label: labelled(
+            x_label: Units::label(name, &self.units.length),
+            y_label: Units::label(
                 &format!("velocity along {name}"),
                 self.record.units.velocity(),
             ),
@@ -535,13 +535,5 @@ impl<'r> Drawn<'r> {
             units: self.units.clone(),
             ..SnapLosses::default()
         })
-    }
-}
-
-/// "name (unit)", or the name alone.
-fn labelled(name: &str, unit: &str) -> String {
-    match unit {
-        "" => name.to_owned(),
-        _ => format!("{name} ({unit})"),
     }
 }

@@ -64,3 +64,12 @@ pub trait Hooks {
 pub struct Silent;
 
 impl Hooks for Silent {}
+
+/// Asked whether to stop, but told nothing: of one run among many.
+struct Quiet<'a>(&'a mut dyn Hooks);
+
+impl Hooks for Quiet<'_> {
+    fn interrupted(&mut self) -> bool {
+        self.0.interrupted()
+    }
+}

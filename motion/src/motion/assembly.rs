@@ -168,7 +168,8 @@ impl AssemblyRun {
             ));
         }
         light::check(&assembly, &options)?;
-        Carrier::start_in_grooves(assembly.carriers(), &start.bodies)?;
+        let name = |body: usize| assembly.body_name(body);
+        Carrier::start_in_grooves(assembly.carriers(), &start.bodies, name)?;
         let mut assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
         let along = (ALONG * local).max(FINEST);

@@ -13,7 +13,7 @@ pub use data::Data;
 pub use record::{FitColumn, FitRecord, Parameter};
 
 use super::sweep::{Vary, cell, chance, outcome};
-use super::{Cell, Column, Hooks, Table, Values, any, modes};
+use super::{Cell, Column, Hooks, Quiet, Table, Values, any, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use least::Least;
@@ -369,7 +369,7 @@ impl Fit {
             let last = times.iter().copied().fold(0.0, f64::max);
             run.duration = last.max(f64::MIN_POSITIVE);
         }
-        let table = any::samples(&scene, times, &mut Asked(hooks));
+        let table = any::samples(&scene, times, &mut Quiet(hooks));
         if hooks.interrupted() {
             return Err(Fault::interrupted());
         }
@@ -448,7 +448,7 @@ impl Fit {
         };
         let summary = match names().all(|name| name.starts_with(MODES)) {
             true => None,
-            false => Some(outcome(scene.clone(), &mut Asked(hooks)).map_err(no_run)?),
+            false => Some(outcome(scene.clone(), &mut Quiet(hooks)).map_err(no_run)?),
         };
         if hooks.interrupted() {
             return Err(Fault::interrupted());
@@ -483,14 +483,5 @@ enum Fault {
 impl Fault {
     fn interrupted() -> Self {
         Self::Fatal(Error::domain("the fit was interrupted"))
-    }
-}
-
-/// The hooks of a fit within one run: asked, but not told of its steps.
-struct Asked<'a>(&'a mut dyn Hooks);
-
-impl Hooks for Asked<'_> {
-    fn interrupted(&mut self) -> bool {
-        self.0.interrupted()
     }
 }

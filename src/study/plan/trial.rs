@@ -3,9 +3,9 @@
 use crate::error::Result;
 use crate::motion::LandingRule;
 use crate::scene::{Scene, Units};
-use crate::study::record::Cell;
+use crate::study::record::Nowhere;
 use crate::study::run::Fields;
-use crate::study::{Hooks, Sink, Table, any};
+use crate::study::{Hooks, any};
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
@@ -89,19 +89,6 @@ fn long(seconds: f64) -> String {
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
         s if s < 2e5 => format!("{:.0} h", s / 3600.0),
         s => format!("{:.3e} days", s / 86400.0),
-    }
-}
-
-/// Takes all rows, and keeps none.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    fn begin(&mut self, _: Table) -> Result<usize> {
-        Ok(0)
-    }
-
-    fn row(&mut self, _: usize, _: &[Cell]) -> Result<()> {
-        Ok(())
     }
 }
 

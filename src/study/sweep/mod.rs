@@ -9,8 +9,9 @@ mod vary;
 pub use directory::{Directory, Rows};
 pub use vary::Vary;
 
+use super::record::Nowhere;
 use super::run::Fields;
-use super::{Cell, Column, Csv, Hooks, Sink, Table, any};
+use super::{Cell, Column, Csv, Hooks, Quiet, Table, any};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde_json::{Value, json};
@@ -364,28 +365,6 @@ pub(in crate::study) fn chance(seed: u64, point: u64, field: u64) -> f64 {
     };
     let x = mixed(mixed(mixed(seed) ^ point) ^ field);
     (x >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// Rows that nobody reads.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    fn begin(&mut self, _table: Table) -> Result<usize> {
-        Ok(0)
-    }
-
-    fn row(&mut self, _table: usize, _cells: &[Cell]) -> Result<()> {
-        Ok(())
-    }
-}
-
-/// The hooks of a sweep within a point: asked, but not told of its steps.
-struct Quiet<'a>(&'a mut dyn Hooks);
-
-impl Hooks for Quiet<'_> {
-    fn interrupted(&mut self) -> bool {
-        self.0.interrupted()
-    }
 }
 
 /// The cells of a row of a sweep, as [`Sweep::rows`] writes it.

@@ -189,17 +189,22 @@ impl Carrier {
         ((x - r).norm(), (v - along * along.dot(&v)).norm())
     }
 
-    /// An error unless bodies that slide in grooves start there, with a velocity along them.
+    /// An error unless bodies that slide in grooves start there, with a velocity along them; `name` is what a message calls a body.
     ///
     /// # Errors
     /// A body beside its groove.
-    pub fn start_in_grooves(carriers: &[Self], places: &[Place]) -> Result<()> {
+    pub fn start_in_grooves(
+        carriers: &[Self],
+        places: &[Place],
+        name: impl Fn(usize) -> String,
+    ) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
             let (beside, leaving) = carrier.beside_groove(place);
             let speed = halves(&place.twist).1.norm();
             if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
+                let body = name(body);
                 return Err(Error::domain(format!(
-                    "body {body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
+                    "{body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
                      groove, with a velocity along it"
                 )));
             }

@@ -133,7 +133,7 @@ impl Assembly {
     }
 
     /// What messages call a body.
-    pub(crate) fn body_name(&self, body: usize) -> String {
+    pub fn body_name(&self, body: usize) -> String {
         match self.names[0].get(body) {
             Some(name) => format!("body {name:?}"),
             None => format!("body {body}"),

@@ -78,7 +78,8 @@ impl HeavyRun {
         start: &HeavyAssemblyStart<'_>,
         options: Options,
     ) -> Result<Self> {
-        Carrier::start_in_grooves(&given.carriers, &start.bodies)?;
+        let name = |body: usize| format!("body {body}");
+        Carrier::start_in_grooves(&given.carriers, &start.bodies, name)?;
         let rods = given.links.iter();
         let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
         let begun = |counts: &[usize]| assembly::begun(given, start, counts);
