@@ -18,7 +18,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     let planar = kind == PLANE;
     let duration = table.number("duration");
     let tolerance = tolerance(table, !planar || memory.is_some_and(Memory::has_strains));
-    let elastic = memory.is_some_and(|memory| !memory.has_strains());
+    let elastic = memory.map_or(kind == ASSEMBLY, |memory| !memory.has_strains());
     let method = method(
         table,
         elastic,

@@ -10,8 +10,9 @@ use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
 /// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds the assembly.
 const NEUTRAL: f64 = 1e-8;
-/// Friction on such a motion below this, relative to the largest, is rounding.
+/// Friction on such a motion below this, relative to the largest on the slow ones, is rounding.
 const UNFELT: f64 = 1e-9;
+const SLOW: usize = 24;
 
 impl HeavyAssembly {
     /// Stiffness, damping and mass of a state at rest in strains, then bodies and bases, and the rows of the ends.
@@ -70,7 +71,9 @@ impl HeavyAssembly {
         let conservative = self.carriers.iter().all(|body| body.is_conservative(0.0));
         let mut modes = self.within(&matrices, &ends, ALL)?;
         let [stiffness, damping, _] = &matrices;
-        let most = modes.iter().map(|mode| (damping * &mode.shape).amax());
+        // The fastest vibrations rub by orders more.
+        let slow = modes.iter().take(SLOW);
+        let most = slow.map(|mode| (damping * &mode.shape).amax());
         let most = most.fold(0.0, f64::max);
         modes.retain(|mode| mode.square != 0.0 || (damping * &mode.shape).amax() > UNFELT * most);
         let branches = self.moduli(stiffness.nrows());
