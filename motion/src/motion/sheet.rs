@@ -123,7 +123,7 @@ pub struct OnSheet<'a, M, const N: usize> {
 const LOCAL: f64 = 0.1;
 /// Steps by collocation are so many times as long as those of DOP853.
 const LONGER: f64 = 3.0;
-/// A state this near to the end of time, relative to 1 + its size, is at it; where rounding is larger, as near as the error that a step may have.
+/// A state this near to the end of time, relative to 1 + its size, is at it.
 const ON_TIME: f64 = 1e-12;
 /// A fold that is not found in a step shortened so many times is none: time stands still.
 const HALVINGS: u32 = 60;
@@ -425,11 +425,11 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             rate: (to - from) / step.h(),
             t: end,
         };
-        let off = |ended: &Located<Phase<N>>| (ended.step.to().t - end).abs() / (1.0 + end);
+        let hit =
+            |ended: &Located<Phase<N>>| (ended.step.to().t - end).abs() <= ON_TIME * (1.0 + end);
         let missing = |state: &Phase<N>, _: &Phase<N>| state.t - end;
         let both = &mut self.both(f);
-        let mut ended =
-            locate(&step, both, guess, missing, cost).filter(|ended| off(ended) <= ON_TIME);
+        let mut ended = locate(&step, both, guess, missing, cost).filter(hit);
         if ended.is_none() {
             // Next to a fold time all but stands: the polynomial of the step tells where, and how fast it goes there.
             let guess = step.inside(both, cost).and_then(|dense| {
@@ -439,8 +439,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
                 let h = x * step.h();
                 (rate > 0.0).then_some(Guess { h, rate, t: end })
             });
-            ended = guess.and_then(|guess| locate(&step, both, guess, missing, cost));
-            ended = ended.filter(|ended| off(ended) <= ON_TIME.max(self.tolerance));
+            ended = guess.and_then(|guess| locate(&step, both, guess, missing, cost).filter(hit));
         }
         match ended {
             Some(mut ended) => {

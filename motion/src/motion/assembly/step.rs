@@ -234,7 +234,7 @@ impl AssemblyRun {
             };
             let missing = |state: &Numbers, _: &Numbers| state.time() - end;
             let found = locate(&step, &mut { f }, guess, missing, &mut cost);
-            let near = ON_TIME.max(self.local()) * (1.0 + end);
+            let near = ON_TIME * (1.0 + end);
             let hit = |found: &Located<Numbers>| (found.step.to().time() - end).abs() <= near;
             let Some(found) = found.filter(hit) else {
                 // The state stays where it was.
