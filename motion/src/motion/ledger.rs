@@ -116,7 +116,7 @@ const ALLOWED: f64 = 1e3;
 /// Tolerances below this drown in rounding.
 const FINEST: f64 = 1e-13;
 /// Errors beyond this part of the largest term leave no energy of a motion to be trusted.
-const DROWNED: f64 = 1e-3;
+const OPEN: f64 = 1e-3;
 /// Energies below this, in the units of the rod, are the rounding of a rod at rest.
 const REST: f64 = 1e-29;
 
@@ -164,10 +164,10 @@ impl Closing {
         }
     }
 
-    /// True if the motion is so small that errors within the tolerance, which is relative to 1 + size, are of the size of its energies, the
-    /// unit of which is `energy` here.
-    pub fn is_drowned(&self, energy: f64) -> bool {
-        self.error > DROWNED * self.largest && self.largest > REST * energy
+    /// True if no energy of the motion can be trusted: as where it is so small that errors within the tolerance, which is relative to
+    /// 1 + size, are of the size of its energies. The unit of energy is `energy` here.
+    pub fn is_open(&self, energy: f64) -> bool {
+        self.error > OPEN * self.largest && self.largest > REST * energy
     }
 
     /// False if the run cannot be trusted: with E the largest term, in the units of the rod, EI/L, the error is beyond 1000

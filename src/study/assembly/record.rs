@@ -12,7 +12,7 @@ use crate::study::mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
 use crate::study::run::record::unresolved;
-use crate::study::run::recorder::drowned;
+use crate::study::run::recorder::untrusted;
 use crate::study::run::summary::{elastic_cost, object};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::Stem;
@@ -191,12 +191,12 @@ impl AssemblyRunRecord {
         self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
-    /// What is to be said of strain rates that the nodes do not hold, of a motion below the tolerance, or of an unstable start.
+    /// What is to be said of strain rates that the nodes do not hold, of energies that the tolerance does not hold, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
         let closings = || self.branches.iter().map(|branch| &branch.closing);
         let rates = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
         unresolved(rates)
-            .or_else(|| drowned(closings(), self.scales.energy))
+            .or_else(|| untrusted(closings(), self.scales.energy, self.bounds.tolerance))
             .or_else(|| self.unstable())
     }
 

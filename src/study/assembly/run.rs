@@ -376,6 +376,7 @@ pub fn run(
         solids: prepared.solids(),
         duration: prepared.run.duration,
         bounds: Bounds {
+            tolerance: prepared.run.tolerance,
             steps: prepared.run.max_steps,
             snaps: prepared.run.max_snaps,
             branches: most,

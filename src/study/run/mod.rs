@@ -123,6 +123,7 @@ pub fn run(
         solid: prepared.solid.clone(),
         strobe: prepared.run.strobe,
         bounds: Bounds {
+            tolerance: prepared.run.tolerance,
             steps: prepared.run.max_steps,
             snaps: prepared.run.max_snaps,
             branches: prepared.run.branches,

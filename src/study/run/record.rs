@@ -2,7 +2,7 @@
 
 use super::ModelKind;
 use super::bounces::Bounces;
-use super::recorder::drowned;
+use super::recorder::untrusted;
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
@@ -61,8 +61,10 @@ pub struct RunRecord {
 }
 
 /// Bounds of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
+    /// The tolerance of the steps.
+    pub tolerance: f64,
     /// Most steps.
     pub steps: usize,
     /// Most snaps.
@@ -338,12 +340,12 @@ impl RunRecord {
         })
     }
 
-    /// What is to be said of strain rates that the nodes do not hold, of a motion below the tolerance, or of an unstable start.
+    /// What is to be said of strain rates that the nodes do not hold, of energies that the tolerance does not hold, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
         let closings = || self.branches.iter().map(|branch| &branch.closing);
         let rates = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
         unresolved(rates)
-            .or_else(|| drowned(closings(), self.scales.energy))
+            .or_else(|| untrusted(closings(), self.scales.energy, self.bounds.tolerance))
             .or_else(|| self.unstable())
     }
 

@@ -94,20 +94,32 @@ pub(in crate::study) fn audited(
     ))
 }
 
-/// What is to be said of motions below what their tolerance resolves, of which one unit of energy is `energy`.
-pub(in crate::study) fn drowned<'a>(
+/// A motion is resolved if its speeds, in units of the rod, are so many tolerances.
+const RESOLVED: f64 = 1e3;
+
+/// What is to be said of motions whose energies nobody can trust at the `tolerance`; one unit of energy is `energy`.
+pub(in crate::study) fn untrusted<'a>(
     closings: impl Iterator<Item = &'a Closing>,
     energy: f64,
+    tolerance: f64,
 ) -> Option<String> {
-    let mut drowned = closings.filter(|closing| closing.is_drowned(energy));
-    let closing = drowned.next()?;
+    let mut open = closings.filter(|closing| closing.is_open(energy));
+    let closing = open.next()?;
     // Of mass 1.
     let speed = (2.0 * closing.largest / energy).sqrt();
-    Some(format!(
-        "the motion is smaller than run.tolerance resolves, which is relative to 1 + size in units of the rod: there its speeds are some {speed:.1e}, and the \
-         energies are off by {:.1e} of the largest; lower run.tolerance to a thousandth of these speeds, or do not trust the motion beyond that it is small",
+    let off = format!(
+        "the energies are off by {:.1e} of the largest",
         closing.relative()
-    ))
+    );
+    Some(match RESOLVED * tolerance > speed {
+        true => format!(
+            "the motion is smaller than run.tolerance resolves, which is relative to 1 + size in units of the rod: there its speeds are some {speed:.1e}, and \
+             {off}; lower run.tolerance to a thousandth of these speeds, or do not trust the motion beyond that it is small"
+        ),
+        false => format!(
+            "{off}: column total of the trajectory tells from when on; lower run.tolerance, or do not trust what follows"
+        ),
+    })
 }
 
 impl<'r> Recorder<'r> {
