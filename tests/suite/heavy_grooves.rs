@@ -125,6 +125,11 @@ fn a_single_rod_is_an_assembly_of_one() {
          groove = {{ circle = {{ centre = [0.5, 0.1, 0.9], axis = [0.3, 1.0, 0.2], radius = 0.5 }} }}\n\
          [loads]\ngravity = [0.3, -0.7, 0.2]\n[run]\nduration = 0.2\ntolerance = 1e-8\nsamples = 5\n"
     );
+    let leaving = replaced(&several, &[(&velocity, "[0.1, 0.1, 0.1]")]);
+    let refused = AssemblyPrepared::new(&Scene::parse(&leaving).unwrap());
+    let told = refused.and_then(|prepared| prepared.motion().map(drop));
+    let told = told.unwrap_err().to_string();
+    assert!(told.starts_with("body \"b\" starts"), "{told}");
     let scene = Scene::parse(&several).unwrap();
     let prepared = AssemblyPrepared::new(&scene).unwrap();
     let mut others: Vec<Table> = Vec::new();
@@ -357,5 +362,9 @@ fn grooves_are_kept_to() {
     let beside = replaced(&line, &[("strain = {}", "strain = { u1 = [0.01] }")]);
     let scene = Scene::parse(&beside).unwrap();
     let told = Prepared::new(&scene).and_then(|prepared| prepared.motion().map(drop));
-    assert!(told.unwrap_err().to_string().contains("beside its groove"));
+    let told = told.unwrap_err().to_string();
+    assert!(
+        told.contains("the body starts") && told.contains("beside its groove"),
+        "{told}"
+    );
 }

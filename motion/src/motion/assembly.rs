@@ -168,8 +168,7 @@ impl AssemblyRun {
             ));
         }
         light::check(&assembly, &options)?;
-        let name = |body: usize| assembly.body_name(body);
-        Carrier::start_in_grooves(assembly.carriers(), &start.bodies, name)?;
+        Carrier::start_in_grooves(assembly.carriers(), &start.bodies)?;
         let mut assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
         let along = (ALONG * local).max(FINEST);

@@ -64,6 +64,7 @@ impl AssemblySetup {
         let carriers = |gravity: [f64; 3]| {
             let bodies = given.bodies.iter().map(|body| {
                 carrier(body, &scales, gravity)
+                    .map(|carrier| carrier.named(body.name.clone()))
                     .map_err(|why| why.context(format!("the body {:?}", body.name)))
             });
             bodies.collect::<Result<Vec<Carrier>>>()
@@ -138,10 +139,7 @@ impl AssemblySetup {
         });
         Ok(Self {
             assembly: Assembly::new(carriers(if falls { [0.0; 3] } else { gravity })?, links)?
-                .with_names(
-                    given.bodies.iter().map(|body| body.name.clone()).collect(),
-                    given.rods.iter().map(|rod| rod.name.clone()).collect(),
-                )
+                .with_names(given.rods.iter().map(|rod| rod.name.clone()).collect())
                 .with_free(free)?
                 .with_light_rods(masses)?,
             scales,

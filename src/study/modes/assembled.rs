@@ -238,7 +238,7 @@ fn described(
         index,
         stable,
         conservative,
-        coordinates: coordinates(assembly.carriers(), |body| assembly.name_of_body(body)),
+        coordinates: coordinates(assembly.carriers()),
         rigid: assembly.freedoms().1 - modes.squares.len(),
         change: 0.0,
         modes: list,
@@ -269,13 +269,10 @@ pub(super) fn is_simple(carrier: &Carrier) -> bool {
 }
 
 /// Names of the components of a shape; with several bodies, with the body's name or number.
-pub(super) fn coordinates<'a>(
-    carriers: &[Carrier],
-    name: impl Fn(usize) -> Option<&'a str>,
-) -> Vec<String> {
+pub(super) fn coordinates(carriers: &[Carrier]) -> Vec<String> {
     let several = carriers.len() > 1;
     let of = |(body, carrier): (usize, &Carrier)| {
-        let prefix = match (name(body), several) {
+        let prefix = match (carrier.name(), several) {
             (Some(name), _) => format!("{name}."),
             (None, true) => format!("body{body}_"),
             (None, false) => String::new(),

@@ -57,7 +57,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
             following: false,
             ..setup.heavy_start(&now)?
         },
-        coordinates: coordinates(&given.carriers, |body| light.name_of_body(body)),
+        coordinates: coordinates(&given.carriers),
         given,
         settled,
         outward: Outward {
@@ -83,7 +83,7 @@ pub(super) fn in_groove(
             following: false,
             ..model.assembly_start()?
         },
-        coordinates: coordinates(&given.carriers, |_| None),
+        coordinates: coordinates(&given.carriers),
         given,
         settled: true,
         outward,

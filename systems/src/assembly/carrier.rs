@@ -14,6 +14,7 @@ const BESIDE: f64 = 1e-9;
 pub struct Carrier {
     mass: Mass,
     groove: Option<Groove>,
+    name: Option<String>,
 }
 
 /// What a body is.
@@ -62,6 +63,7 @@ impl Carrier {
         Self {
             mass: Mass::Rigid(Box::new(body)),
             groove: None,
+            name: None,
         }
     }
 
@@ -70,6 +72,7 @@ impl Carrier {
         Self {
             mass: Mass::Point(Box::new(body)),
             groove: None,
+            name: None,
         }
     }
 
@@ -78,6 +81,26 @@ impl Carrier {
     pub fn in_groove(mut self, groove: Groove) -> Self {
         self.groove = Some(groove);
         self
+    }
+
+    /// Gives it a name, by which messages call it; without one it has its place in the list.
+    #[must_use]
+    pub fn named(mut self, name: String) -> Self {
+        self.name = Some(name);
+        self
+    }
+
+    /// Its name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// What messages call it, the body at `place` of a list.
+    pub fn called(&self, place: usize) -> String {
+        match &self.name {
+            Some(name) => format!("body {name:?}"),
+            None => format!("body {place}"),
+        }
     }
 
     /// What it is.
@@ -189,20 +212,19 @@ impl Carrier {
         ((x - r).norm(), (v - along * along.dot(&v)).norm())
     }
 
-    /// An error unless bodies that slide in grooves start there, with a velocity along them; `name` is what a message calls a body.
+    /// An error unless bodies that slide in grooves start there, with a velocity along them.
     ///
     /// # Errors
     /// A body beside its groove.
-    pub fn start_in_grooves(
-        carriers: &[Self],
-        places: &[Place],
-        name: impl Fn(usize) -> String,
-    ) -> Result<()> {
+    pub fn start_in_grooves(carriers: &[Self], places: &[Place]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
             let (beside, leaving) = carrier.beside_groove(place);
             let speed = halves(&place.twist).1.norm();
             if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
-                let body = name(body);
+                let body = match carriers {
+                    [Self { name: None, .. }] => "the body".to_owned(),
+                    _ => carrier.called(body),
+                };
                 return Err(Error::domain(format!(
                     "{body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
                      groove, with a velocity along it"

@@ -180,7 +180,7 @@ impl Frame {
             if !(turn < TURNED) {
                 return Err(Error::domain(format!(
                     "{} has turned by {turn:.1} radians from where the search began, near a full turn",
-                    assembly.body_name(body)
+                    carrier.called(body)
                 )));
             }
         }

@@ -60,7 +60,7 @@ pub struct Assembly {
     /// Rods with mass, by their place among the links; empty where none has any.
     light: Vec<Option<LightRod>>,
     /// Names of bodies and rods, for messages; none, or one each.
-    names: [Vec<String>; 2],
+    names: Vec<String>,
 }
 
 impl Assembly {
@@ -116,38 +116,25 @@ impl Assembly {
             links,
             free: Vec::new(),
             light: Vec::new(),
-            names: [Vec::new(), Vec::new()],
+            names: Vec::new(),
         })
     }
 
-    /// Gives bodies and rods names, in order, by which messages call them; without, they have their numbers.
+    /// Gives the rods names, in order, by which messages call them; without, they have their numbers.
     #[must_use]
-    pub fn with_names(mut self, bodies: Vec<String>, rods: Vec<String>) -> Self {
-        self.names = [bodies, rods];
+    pub fn with_names(mut self, rods: Vec<String>) -> Self {
+        self.names = rods;
         self
-    }
-
-    /// Its name, if the bodies have names.
-    pub fn name_of_body(&self, body: usize) -> Option<&str> {
-        self.names[0].get(body).map(String::as_str)
-    }
-
-    /// What messages call a body.
-    pub fn body_name(&self, body: usize) -> String {
-        match self.names[0].get(body) {
-            Some(name) => format!("body {name:?}"),
-            None => format!("body {body}"),
-        }
     }
 
     /// Its name, if the rods have names.
     pub fn name_of_rod(&self, rod: usize) -> Option<&str> {
-        self.names[1].get(rod).map(String::as_str)
+        self.names.get(rod).map(String::as_str)
     }
 
     /// What messages call a rod.
     pub fn rod_name(&self, rod: usize) -> String {
-        match (self.names[1].get(rod), self.links.len()) {
+        match (self.names.get(rod), self.links.len()) {
             (Some(name), _) => format!("rod {name:?}"),
             (None, 1) => "the rod".to_owned(),
             (None, _) => format!("rod {rod}"),

@@ -484,7 +484,7 @@ impl Assembly {
                 Error::domain(format!(
                     "no chain of rods joins {} to the ground or to a support: it has no equilibrium of its own; hold it by \
                      a rod",
-                    self.body_name(body)
+                    self.carriers[body].called(body)
                 ))
             })
         });

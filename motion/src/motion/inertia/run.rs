@@ -78,8 +78,7 @@ impl HeavyRun {
         start: &HeavyAssemblyStart<'_>,
         options: Options,
     ) -> Result<Self> {
-        let name = |body: usize| format!("body {body}");
-        Carrier::start_in_grooves(&given.carriers, &start.bodies, name)?;
+        Carrier::start_in_grooves(&given.carriers, &start.bodies)?;
         let rods = given.links.iter();
         let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
         let begun = |counts: &[usize]| assembly::begun(given, start, counts);
