@@ -5,7 +5,7 @@ use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyOSError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
-use serde_json::Value;
+use serde_json::{Value, json};
 use snaprod::scene::Faults;
 use snaprod::study::{Column, Table, Values, exact};
 
@@ -102,8 +102,19 @@ pub fn refused(error: &snaprod::Error) -> PyErr {
     })
 }
 
-/// A value as TOML; numbers so that the same double is read back.
-pub fn toml(value: &Bound<'_, PyAny>) -> PyResult<String> {
+/// How deep sequences and dicts may be nested: as deep as the TOML reader goes. The limit is what a list that holds itself meets.
+const DEEPEST: usize = 80;
+
+/// A value as TOML; numbers so that the same double is read back. `field` is what messages call it.
+///
+/// # Errors
+/// What is no value of a scene; a value that is nested deeper than [`DEEPEST`].
+pub fn toml(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    written(field, value, DEEPEST)
+}
+
+/// A value that may hold others, so many levels below it.
+fn written(field: &str, value: &Bound<'_, PyAny>, levels: usize) -> PyResult<String> {
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(flag.is_true().to_string());
     }
@@ -116,22 +127,26 @@ pub fn toml(value: &Bound<'_, PyAny>) -> PyResult<String> {
     if value.is_instance_of::<PyFloat>() {
         return Ok(number(value.extract()?));
     }
+    let inner = |item: &Bound<'_, PyAny>| match levels.checked_sub(1) {
+        Some(levels) => written(field, item, levels),
+        None => Err(too_deep(value.py(), field)),
+    };
     if let Ok(table) = value.cast::<PyMapping>() {
         let mut fields = Vec::new();
         for pair in table.items()?.iter() {
             let (name, field): (String, Bound<'_, PyAny>) = pair.extract()?;
             if !field.is_none() {
-                fields.push(format!("{} = {}", quoted(&name), toml(&field)?));
+                fields.push(format!("{} = {}", quoted(&name), inner(&field)?));
             }
         }
         return Ok(format!("{{ {} }}", fields.join(", ")));
     }
     // Scalars of NumPy are those of Python by item(), arrays lists.
     if let Ok(plain) = value.call_method0("tolist") {
-        return toml(&plain);
+        return inner(&plain);
     }
     if let Ok(items) = value.try_iter() {
-        let items = items.map(|item| toml(&item?));
+        let items = items.map(|item| inner(&item?));
         return Ok(format!(
             "[{}]",
             items.collect::<PyResult<Vec<_>>>()?.join(", ")
@@ -144,6 +159,18 @@ pub fn toml(value: &Bound<'_, PyAny>) -> PyResult<String> {
         "{} is no value of a scene: give a number, True or False, text, a sequence or a dict",
         value.repr()?
     )))
+}
+
+fn too_deep(py: Python<'_>, field: &str) -> PyErr {
+    let allowed = format!("sequences and dicts that are nested at most {DEEPEST} deep");
+    let hint = "a list or a dict that holds itself has no end";
+    let text = format!("{field}: must be {allowed}; {hint}");
+    let fault = json!([{
+        "kind": "value", "field": field, "value": null, "allowed": allowed, "hint": hint, "line": 0, "column": 0,
+    }]);
+    raised(py, "SceneError", |class| {
+        class.call1((vec![text], value(class.py(), &fault)?, false))
+    })
 }
 
 fn number(x: f64) -> String {

@@ -7,6 +7,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use snaprod::study::{Data, Fit, Hooks, Vary};
 
+/// The columns and rows of CSV, as the program reads it; messages begin with the name of the file.
+#[pyfunction]
+pub fn data(name: &str, text: &str) -> PyResult<(Vec<String>, Vec<Vec<f64>>)> {
+    let read =
+        Data::parse(text).map_err(|e| refused(&snaprod::Error::domain(format!("{name}: {e}"))))?;
+    Ok((read.names, read.rows))
+}
+
 /// Fits fields of a scene to data: names of columns and rows of numbers, NaN where nothing was measured.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)] // As the program has options.

@@ -30,10 +30,10 @@ fn read(py: Python<'_>, (text, set, name): &Given) -> PyResult<Scene> {
     Scene::parse_with(text, &set).map_err(|faults| fault(py, &faults, name.as_deref()))
 }
 
-/// A value of Python as TOML: of a dict an inline table.
+/// A value of Python as TOML: of a dict an inline table. Messages name the field.
 #[pyfunction]
-fn toml(value: &Bound<'_, PyAny>) -> PyResult<String> {
-    convert::toml(value)
+fn toml(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    convert::toml(field, value)
 }
 
 /// The path of a field as overrides have it: start.velocity[1] for start.velocity.1.
@@ -297,5 +297,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(equilibria, module)?)?;
     module.add_function(wrap_pyfunction!(folds, module)?)?;
     module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::data, module)?)?;
     Ok(())
 }

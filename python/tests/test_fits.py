@@ -33,7 +33,7 @@ def test_a_fit_by_rows_is_the_regression(tmp_path):
     file = tmp_path / "data.csv"
     lines = [f"{m!r},{w!r}" for m, w in zip(masses.tolist(), omega.tolist())]
     file.write_text("# measured\nbody.mass," + OMEGA + "\n" + "\n".join(lines) + "\n")
-    again = snaprod.fit(SWING, file, {path: "0.5:4"}, by_row=["body.mass"], starts=1)
+    again = snaprod.fit(SWING, file, {"rod__bending_stiffness": "0.5:4"}, by_row="body.mass", starts=1)
     assert again.values == found.values
     assert len(found.plot().lines) == 2
 
@@ -55,9 +55,26 @@ def test_a_motion_is_fitted_and_drawn(snap):
         found.plot(name="x")
 
 
-def test_what_is_wrong_is_said():
-    """Catches a message without the name of what is meant."""
+def test_what_is_wrong_is_said(tmp_path):
+    """Catches a message without the name of what is meant, and files that are read otherwise than by the program."""
     data = {"t": [0.0, 0.1], "x": [1.0, 0.9]}
+    file = tmp_path / "film.csv"
+    for text, message in {
+        "t,x,x\n0,1,1\n": "the data have two columns x",
+        "t,x\n0,1_000\n": "line 2 of the data, x = 1_000: not a number",
+        "t,x\n0,inf\n": "line 2 of the data, x = inf: not a number",
+        "# film\nt,x\n\n0\n": "line 4 of the data has 1 cells, the line of names 2",
+        "0,1\n": "the data begin with numbers",
+    }.items():
+        file.write_text(text)
+        with pytest.raises(snaprod.SceneError, match=f"film.csv: {message}"):
+            snaprod.fit(SWING, file, {"body.mass": (1, 2)})
+    with pytest.raises(TypeError, match="data = None: must be"):
+        snaprod.fit(SWING, None, {"body.mass": (1, 2)})
+    with pytest.raises(TypeError, match="free: body.mass = 1: must be"):
+        snaprod.fit(SWING, data, {"body.mass": 1})
+    with pytest.raises(ValueError, match="seed = -1"):
+        snaprod.fit(SWING, data, {"body.mass": (1, 2)}, seed=-1)
     with pytest.raises(ValueError, match="as many numbers"):
         snaprod.fit(SWING, {"t": [0.0], "x": [1.0, 2.0]}, {"body.mass": (1, 2)})
     with pytest.raises(snaprod.SceneError, match="FROM is not below TO"):

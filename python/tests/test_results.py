@@ -63,7 +63,7 @@ def test_shapes_are_elasticas_that_end_at_the_mass(snap):
     assert run.shape([], 11).shape == (0, 11, 3)
     with pytest.raises(snaprod.SceneError, match="ended at t = 1"):
         run.shape(1.5)
-    with pytest.raises(ValueError, match="at least 2"):
+    with pytest.raises(ValueError, match="n = 1: must be an integer >= 2"):
         run.shape(0.1, 1)
 
 
@@ -137,6 +137,18 @@ def test_faults_come_together_with_their_fields(snap):
         snaprod.run(snap, body__mass=-2.0)
     with pytest.raises(TypeError, match="no value of a scene"):
         snaprod.check(snap, body__mass=object())
+    # What has no end is refused before the stack ends, with its name.
+    endless, table, deep = [], {}, 1.0
+    endless.append(endless)
+    table["mass"] = table
+    for _ in range(8000):
+        deep = [deep]
+    for value in (endless, table, deep):
+        with pytest.raises(snaprod.SceneError, match="body.mass: must be .* nested at most 80 deep") as raised:
+            snaprod.run(snap, body__mass=value)
+        assert [fault.field for fault in raised.value.faults] == ["body.mass"]
+    with pytest.raises(snaprod.SceneError, match="body: must be .* nested at most 80 deep"):
+        snaprod.run({**snap, "body": table})
     with pytest.raises(OSError):
         snaprod.check("nowhere.toml")
     with pytest.raises(ValueError, match="lam with kappa or p"):
@@ -144,6 +156,31 @@ def test_faults_come_together_with_their_fields(snap):
     # What check returns is the scene again.
     whole = snaprod.check(snap, **{"start.velocity.1": -0.25})
     assert whole["start"]["velocity"] == [0.0, -0.25] and whole == snaprod.check(whole)
+
+
+def test_arguments_are_named_and_words_stay_words(snap, scenes):
+    """Catches integers that are cut off or overflow without a name, and a column whose type depends on whether it has rows."""
+    oscillation = scenes / "oscillation.toml"
+    run = snaprod.run(snap, run__duration=0.01)
+    calls = {
+        "points": lambda n: snaprod.memory(oscillation, points=n),
+        "random": lambda n: snaprod.sweep(snap, {"body.mass": "1:2"}, random=n),
+        "seed": lambda n: snaprod.sweep(snap, {"body.mass": "1:2"}, random=1, seed=n),
+        "threads": lambda n: snaprod.sweep(snap, {"body.mass": "1:2:2"}, threads=n),
+        "starts": lambda n: snaprod.fit(snap, {"t": [0.0]}, {"body.mass": (1, 2)}, starts=n),
+        "mode": lambda n: snaprod.elastica(mode=n, sign="+", k=0.5, beta=0.1),
+        "s": lambda n: snaprod.elastica(lam=6.3, kappa=0.6, s=n),
+        "count": lambda n: snaprod.folds(n),
+        "n": lambda n: run.shape(0.0, n),
+    }
+    for name, call in calls.items():
+        with pytest.raises(ValueError, match=rf"\b{name} = -1: must be an integer"):
+            call(-1)
+        with pytest.raises(TypeError, match=rf"\b{name} = 2.7: must be an integer"):
+            call(2.7)
+    assert run.shape(0.0, 1e1).shape == (10, 3)
+    table = snaprod.Table._of({"name": "none", "columns": [("t", "s", "time", np.empty(0)), ("label", "", "name", [])]})
+    assert table["t"].dtype == np.float64 and table["label"].dtype.kind == "U"
 
 
 def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
@@ -185,6 +222,22 @@ def test_every_result_is_drawn(snap, scenes: Path):
     axes = run.plot(times=5)
     assert len(axes.lines) == 7
     assert len(run.plot_energy().lines) == 4
+    # With the rod's own kinetic energy the terms that are drawn add up to the total.
+    heavy = snaprod.run(scenes / "heavy_cantilever.toml", run__duration=0.1)
+    drawn = {line.get_label(): line.get_ydata() for line in heavy.plot_energy().lines}
+    total = drawn.pop("total") + drawn.pop("work", 0.0)
+    assert "kinetic of the rod" in drawn
+    np.testing.assert_allclose(sum(drawn.values()), total, atol=1e-12 * np.abs(drawn["elastic"]).max())
+    # Rods in space are seen along z, y and x.
+    arch = snaprod.equilibrium(scenes / "arch.toml", units="si")
+    for axes, x, y in zip(arch.plot().child_axes, "xxy", "yzz", strict=True):
+        assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == (f"{x} [m]", f"{y} [m]", 1.0)
+        rods = [line.get_xydata() for line in axes.lines]
+        np.testing.assert_array_equal(np.concatenate(rods), np.stack([arch[x], arch[y]], axis=-1))
+    # What is drawn over the parameter is neither held nor the parameter itself: the columns that the program draws.
+    measures = {"lateral": "base_my", "heavy_column": "z"}
+    for name, column in measures.items():
+        assert snaprod.branch(scenes / f"{name}.toml").plot().get_ylabel().startswith(column)
     results = [
         run,
         snaprod.elastica(lam=6.3, kappa=0.6),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import snaprod
+from snaprod import _sweep
 
 VARY = {"start.velocity.1": np.linspace(-1.0, 1.0, 16), "body.mass": "log:0.5:2:8"}
 COLUMNS = ["outcome", "end.x", "snaps", "events.-1.t"]
@@ -37,8 +38,20 @@ def test_a_sweep_is_its_runs(snap, tmp_path):
     with pytest.raises(snaprod.SceneError, match="holds another sweep"):
         snaprod.sweep(snap, vary, columns=COLUMNS, out=tmp_path / "one")
     assert swept.plot(name="end.x").collections
-    random = snaprod.sweep(snap, {"body.mass": "0.5:2"}, random=4, seed=7, columns=["end.x"])
+    random = snaprod.sweep(snap, {"body.mass": "0.5:2"}, random=4, seed=7, columns="end.x")
+    assert random.quantities == ["end.x"]
     assert random.shape == (4,) and len(set(random["body.mass"])) == 4
+
+
+def test_what_is_varied_is_kept(snap):
+    """Catches a quantity that takes the place of the field of its name, and values without the name of their field."""
+    made = type("Made", (), {"names": (["a"], ["a", "b"]), "points": 2, "shape": [2]})
+    result = _sweep._result(made, ["a", "a", "b"], [["1", "2"], ["", "x"], ["", ""]])
+    assert result["a"].tolist() == [1, 2] and result["b"].tolist() == ["", ""]
+    with pytest.raises(TypeError, match="vary: body.mass = 1.0: give its values"):
+        snaprod.sweep(snap, {"body.mass": 1.0})
+    with pytest.raises(TypeError, match="vary = None: must be a dict"):
+        snaprod.sweep(snap, None)
 
 
 def test_the_program_and_python_make_the_same_files(snap, tmp_path):

@@ -35,7 +35,7 @@ from ._results import (
     Run,
     SweepResult,
 )
-from ._scene import Progress, SceneLike, Told, given
+from ._scene import Progress, SceneLike, Told, given, whole
 from ._sweep import sweep
 from ._table import Table
 
@@ -117,7 +117,7 @@ def memory(
 ) -> Memory:
     """Spring, dashpot and memory of the end of a viscoelastic rod, at ``points`` times in equal ratios; without ``start`` and ``stop``
     at those that fit the rod."""
-    raw = _core.memory(given(scene, set), (start, stop), points)
+    raw = _core.memory(given(scene, set), (start, stop), whole("points", points, 2, 100_000))
     return Memory([Table._of(one) for one in raw["tables"]], raw["summary"])
 
 
@@ -138,14 +138,14 @@ def elastica(
     sections in [0, 1], or how many of them, evenly spaced. Labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
     """
     at = np.asarray(s, dtype=float)
-    sections = np.linspace(0.0, 1.0, int(at)) if at.ndim == 0 else at.ravel()
+    sections = np.linspace(0.0, 1.0, whole("s", float(at), 1)) if at.ndim == 0 else at.ravel()
     labels = (mode, sign, k, beta)
     if lam is not None and (kappa is None) != (p is None) and labels == (None,) * 4:
         raw = _core.elastica(sections.tolist(), lam, kappa, p, None)
     elif (
         mode is not None and sign in ("+", "-") and k is not None and beta is not None and (lam, kappa, p) == (None,) * 3
     ):
-        raw = _core.elastica(sections.tolist(), 0.0, None, None, (mode, sign == "+", k, beta))
+        raw = _core.elastica(sections.tolist(), 0.0, None, None, (whole("mode", mode, 0, 2**32 - 1), sign == "+", k, beta))
     else:
         raise ValueError('give lam with kappa or p, or mode, sign ("+" or "-"), k and beta')
     return Elastica([Table._of(one) for one in raw["tables"]], raw["summary"])
@@ -163,6 +163,5 @@ def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress
 
 def folds(count: int = 1) -> Folds:
     """The first ``count`` fold curves of the elastica from p = -8 to 8, at most 20; the half p < 0 is the mirror image of the other."""
-    if not 1 <= count <= 20:
-        raise ValueError(f"count = {count}: must be an integer from 1 to 20")
+    count = whole("count", count, 1, 20)
     return Folds([Table._of(_core.folds(count))], {"count": count})

@@ -15,17 +15,29 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def alone() -> Axes:
+WIDE = (10.0, 3.4)
+"""The size of a figure of three planes, in inches."""
+
+
+def alone(result: _results.Result) -> Axes:
     """Axes that no window shows."""
-    return matplotlib.figure.Figure(figsize=(6.0, 4.0)).add_subplot()
+    return matplotlib.figure.Figure(figsize=WIDE if _in_space(result) else (6.0, 4.0)).add_subplot()
 
 
 def _axes(ax: Axes | None) -> Axes:
     return matplotlib.pyplot.subplots()[1] if ax is None else ax
 
 
+def _in_space(result: _results.Result) -> bool:
+    """True of rods in space, which are seen along each axis."""
+    moves = isinstance(result, (_results.Run, _results.Equilibrium)) and "waves" not in result.tables
+    return moves and any(name == "z" or name.endswith(".z") for name in result.data)
+
+
 def draw(result: _results.Result, ax: Axes | None) -> Axes:
     """What suits the kind of the result."""
+    if isinstance(result, _results.Equilibrium):
+        return _shape(result, ax)
     axes = _axes(ax)
     data = result.data
     match result:
@@ -44,11 +56,6 @@ def draw(result: _results.Result, ax: Axes | None) -> Axes:
             drawn = axes.scatter(result.x, result.y, c=result.counts, s=12)
             axes.figure.colorbar(drawn, ax=axes, label="equilibria")
             return _plane(axes, "x", "y")
-        case _results.Equilibrium():
-            rods = data["rod"] if "rod" in data else np.zeros(data.rows)
-            for rod in np.unique(rods):
-                axes.plot(data["x"][rods == rod], data["z"][rods == rod], label=str(rod))
-            return _plane(axes, data.label("x"), data.label("z"))
         case _results.Memory():
             names = [name for name in data if name.startswith("R")]
             for name in names:
@@ -74,10 +81,37 @@ def _plane(axes: Axes, x: str, y: str) -> Axes:
     return axes
 
 
+def _planes(ax: Axes | None, unit: str) -> tuple[Axes, list[tuple[Axes, int, int]]]:
+    """Axes with three panels, space seen along its axes z, y and x, each with the coordinates that it shows across and upwards."""
+    axes = matplotlib.pyplot.figure(figsize=WIDE).add_subplot() if ax is None else ax
+    axes.set_axis_off()
+    panels = []
+    for k, (i, j) in enumerate([(0, 1), (0, 2), (1, 2)]):
+        panel = axes.inset_axes((0.375 * k, 0.0, 0.25, 1.0))
+        x, y = (f"{'xyz'[at]} [{unit}]" if unit else "xyz"[at] for at in (i, j))
+        panels.append((_plane(panel, x, y), i, j))
+    return axes, panels
+
+
+def _shape(result: _results.Equilibrium, ax: Axes | None) -> Axes:
+    """Rods in space, each in a colour of its own."""
+    data = result.data
+    axes, panels = _planes(ax, data.units["x"])
+    rods = data["rod"] if "rod" in data else np.zeros(data.rows)
+    names = np.unique(rods)
+    for panel, i, j in panels:
+        for rod in names:
+            panel.plot(data["xyz"[i]][rods == rod], data["xyz"[j]][rods == rod], label=str(rod))
+    if len(names) > 1:
+        panels[0][0].legend()
+    return axes
+
+
 def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
-    """The rod in the plane at some times, and the path of its end."""
-    axes, data = _axes(ax), result.data
+    """Rods at some times, and the paths of their ends; of a bar its waves."""
+    data = result.data
     if "waves" in result.tables:
+        axes = _axes(ax)
         waves = result.tables["waves"].to_xarray()
         (name,) = [name for name in waves if name in ("stress", "n")][:1] or list(waves)[:1]
         drawn = axes.pcolormesh(waves["X"], waves["t"], waves[name], shading="nearest")
@@ -85,29 +119,34 @@ def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
         axes.set(xlabel="X", ylabel=data.label("t"))
         return axes
     prefixes = _rods(data)
-    flat = f"{prefixes[0]}z" not in data
-    across = "y" if flat else "z"
+    if _in_space(result):
+        axes, panels = _planes(ax, data.units[f"{prefixes[0]}x"])
+    else:
+        axes = _plane(_axes(ax), data.label("x"), data.label("y"))
+        panels = [(axes, 0, 1)]
     t = np.linspace(0.0, data["t"][-1], times)
     rods = result.shape(t, 61)
-    for rod in rods.values() if isinstance(rods, dict) else [rods]:
-        for shape, part in zip(rod, np.linspace(0.0, 1.0, times)):
-            axes.plot(shape[:, 0], shape[:, 1 if flat else 2], color=matplotlib.colormaps["viridis"](0.9 * part), lw=1.2)
-    for prefix in prefixes:
-        axes.plot(data[f"{prefix}x"], data[f"{prefix}{across}"], color="0.5", lw=0.7)
-        axes.plot(data[f"{prefix}x"][-1], data[f"{prefix}{across}"][-1], "ko", ms=4)
-    return _plane(axes, data.label(f"{prefixes[0]}x"), data.label(f"{prefixes[0]}{across}"))
+    for panel, i, j in panels:
+        for rod in rods.values() if isinstance(rods, dict) else [rods]:
+            for shape, part in zip(rod, np.linspace(0.0, 1.0, times)):
+                panel.plot(shape[:, i], shape[:, j], color=matplotlib.colormaps["viridis"](0.9 * part), lw=1.2)
+        for prefix in prefixes:
+            x, y = data[prefix + "xyz"[i]], data[prefix + "xyz"[j]]
+            panel.plot(x, y, color="0.5", lw=0.7)
+            panel.plot(x[-1], y[-1], "ko", ms=4)
+    return axes
 
 
 def energy(result: _results.Run, ax: Axes | None) -> Axes:
     """The terms of the ledger that are not zero, and its total."""
     axes, data = _axes(ax), result.data
-    terms = ("kinetic", "elastic", "potential", "dissipated", "work", "strain", "lost")
-    for name in terms:
+    for name in ("kinetic", "elastic", "potential", "dissipated", "work", "rod_kinetic"):
         if name in data and np.any(data[name] != 0.0):
-            axes.plot(data["t"], data[name], label=name)
+            label = "kinetic of the rod" if name == "rod_kinetic" else name
+            axes.plot(data["t"], data[name], label=label, ls="--" if name == "work" else "-")
     if "total" in data:
         axes.plot(data["t"], data["total"], "k--", label="total")
-    unit = data.units.get("kinetic", "")
+    unit = data.units["kinetic"]
     axes.set(xlabel=data.label("t"), ylabel=f"energy [{unit}]" if unit else "energy")
     axes.legend()
     return axes
@@ -116,11 +155,8 @@ def energy(result: _results.Run, ax: Axes | None) -> Axes:
 def branch(result: _results.Branch, ax: Axes | None, y: str | None) -> Axes:
     """A column over the parameter."""
     axes, data = _axes(ax), result.data
-    names = list(data)
-    x = names[names.index("parameter")] if "parameter" in names else names[1]
-    places = [name for name in names if name in ("x", "y", "z") or name.endswith((".x", ".y", ".z"))]
-    y = y or max(places or names[2:3], key=lambda name: float(np.ptp(data[name])))
-    curves = data["branch"] if "branch" in data else np.zeros(data.rows)
+    y = _measure(result) if y is None else y
+    curves = data["branch"]
     for curve in np.unique(curves):
         own = np.flatnonzero(curves == curve)
         unstable = data["index"][own] > 0
@@ -129,14 +165,36 @@ def branch(result: _results.Branch, ax: Axes | None, y: str | None) -> Axes:
         for part in np.split(np.arange(own.size), edges):
             rows = own[part[0] : part[-1] + 2]
             style: dict[str, Any] = {"ls": "--" if unstable[part[0]] else "-", "color": f"C{int(curve) % 10}"}
-            axes.plot(data[x][rows], data[y][rows], **style)
-    if "label" in data:
-        for row in np.flatnonzero(data["label"] != ""):
-            at = (data[x][row], data[y][row])
-            axes.plot(*at, "k.", ms=5)
-            axes.annotate(str(data["label"][row]), at, textcoords="offset points", xytext=(4, 4))
-    axes.set(xlabel=result.parameter, ylabel=data.label(y))
+            axes.plot(data["parameter"][rows], data[y][rows], **style)
+    for row in np.flatnonzero(data["label"] != ""):
+        at = (data["parameter"][row], data[y][row])
+        axes.plot(*at, "k.", ms=5)
+        axes.annotate(str(data["label"][row]), at, textcoords="offset points", xytext=(4, 4))
+    unit = data.units["parameter"]
+    axes.set(xlabel=f"{result.parameter} [{unit}]" if unit else result.parameter, ylabel=data.label(y))
     return axes
+
+
+def _measure(result: _results.Branch) -> str:
+    """The column that shows most beside the parameter, as in the figure of the program: a place that bends away from it, or where the ends are
+    held, so that every place is constant or the parameter itself, a base couple."""
+    data = result.data
+    p, own = data["parameter"], data["branch"] == 0
+
+    def score(name: str) -> float:
+        values = data[name]
+        centred = p - p.mean()
+        over = float(centred @ centred)
+        bent = values - (float(centred @ values) / over if over > 0.0 else 0.0) * centred
+        # The scene's own branch counts more than those found beside it; what follows the parameter shows little.
+        return float(np.ptp(bent[own]) + 0.5 * np.ptp(bent) + 1e-3 * np.ptp(values))
+
+    places = [name for name in data if name.rpartition(".")[2] in ("x", "y", "z")]
+    couples = [name for name in data if name.rpartition(".")[2] in ("base_mx", "base_my", "base_mz")]
+    best = max(places, key=score)
+    lengths = (float(np.linalg.norm(np.diff(rod, axis=0), axis=1).sum()) for _, _, rod in result.shapes)
+    length = max(lengths, default=0.0)
+    return best if score(best) > 2e-3 * length or not couples else max(couples, key=score)
 
 
 def sweep(result: _results.SweepResult, ax: Axes | None, name: str | None) -> Axes:

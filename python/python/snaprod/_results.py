@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._scene import whole
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Result:
             from . import _plot
         except ImportError:
             return None
-        axes = _plot.alone()
+        axes = _plot.alone(self)
         try:
             self.plot(axes)
         except ValueError:
@@ -138,10 +139,9 @@ class Run(Result):
         where it bends; a rod with strains of its own has the Gauss nodes at which it is known, ``n`` on every element, and its two ends.
         Where there is no shape to tell, NaN.
         """
-        if n < 2:
-            raise ValueError(f"n = {n!r}: must be at least 2, for the sections at both ends")
+        n = whole("n", n, 2)
         times = np.atleast_1d(np.asarray(t, dtype=float))
-        names, counts, numbers = _core.shapes(self._given, times.ravel(), int(n))
+        names, counts, numbers = _core.shapes(self._given, times.ravel(), n)
         most = [max(of) for of in zip(*counts)] or [n] * len(names)
         rods = {name: np.full((times.size, many, 3), np.nan) for name, many in zip(names, most)}
         points, at = numbers.reshape(-1, 3), 0
@@ -153,7 +153,8 @@ class Run(Result):
         return shaped[""] if names == [""] else shaped
 
     def plot(self, ax: Axes | None = None, times: int = 9) -> Axes:
-        """Draws the rod at so many times with the path of its end; of rods in space the path seen along each axis, of a bar its waves."""
+        """Draws the rod at so many times with the path of its end, of a bar its waves. Rods in space are seen along each axis: in three
+        panels, which are the ``child_axes`` of what is returned."""
         from . import _plot
 
         return _plot.run(self, ax, times)
@@ -178,6 +179,12 @@ class Equilibrium(Result):
         """Its Morse index: 0 is stable."""
         return int(self.summary["index"])
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the rods as seen along each axis: in three panels, which are the ``child_axes`` of what is returned."""
+        from . import _plot
+
+        return _plot.draw(self, ax)
+
     def _headline(self) -> str:
         return f"Morse index {self.index}, energy {self.summary['energy']:.9g}"
 
@@ -201,7 +208,8 @@ class Branch(Result):
         return str(self.summary["parameter"])
 
     def plot(self, ax: Axes | None = None, y: str | None = None) -> Axes:
-        """Draws a column over the parameter, unstable parts dashed, special points by name; without ``y`` the place that moves most."""
+        """Draws a column over the parameter, unstable parts dashed, special points by name; without ``y`` the place that shows most beside
+        the parameter, or where all are held a base couple."""
         from . import _plot
 
         return _plot.branch(self, ax, y)

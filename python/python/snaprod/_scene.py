@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, Callable, Mapping, Tuple, Union
+from typing import Any, Callable, Mapping, Sequence, Tuple, Union
 
 from . import _core
 from ._errors import SceneError
@@ -22,20 +23,49 @@ def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
     """The text of a scene, what is set in it, and its name; None for a dict, which has no lines."""
     overrides = [f"{path}={value}" for path, value in (setting(*one) for one in fields.items())]
     if isinstance(scene, Mapping):
-        lines = (f"{_core.toml(name)} = {_core.toml(value)}" for name, value in scene.items() if value is not None)
+        lines = (
+            f"{_core.toml('scene', name)} = {_core.toml(str(name), value)}" for name, value in scene.items() if value is not None
+        )
         return "\n".join(lines) + "\n", overrides, None
     if isinstance(scene, str) and ("\n" in scene or "=" in scene):
         return scene, overrides, ""
     path = fspath(scene)
+    return text_of(path), overrides, path
+
+
+def text_of(path: str) -> str:
+    """The text of a file, with the ends of its lines as they are. Raises OSError, and SceneError if it is not UTF-8."""
     try:
-        return Path(path).read_text(encoding="utf-8"), overrides, path
+        return Path(path).read_bytes().decode("utf-8")
     except UnicodeDecodeError as error:
         raise SceneError([f"{path}: the text is not UTF-8 from byte {error.start} on"]) from None
 
 
 def setting(path: str, value: Any) -> tuple[str, str]:
     """The path of a field as the reader takes it, and its value as TOML. Two underscores stand for a dot."""
-    return _core.path(path.replace("__", ".")), _core.toml(value)
+    path = _core.path(path.replace("__", "."))
+    return path, _core.toml(path, value)
+
+
+def whole(name: str, value: Any, low: int, high: int = 2**63 - 1) -> int:
+    """An argument that is an integer, or a number that is one, as 1e4. Raises TypeError and ValueError that name it."""
+    allowed = f"an integer >= {low}" if high >= 2**63 - 1 else f"an integer from {low} to {high}"
+    try:
+        number = int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} = {value!r}: must be {allowed}") from None
+    if not low <= number <= high:
+        raise ValueError(f"{name} = {number}: must be {allowed}")
+    return number
+
+
+def names(of: str | Sequence[str]) -> list[str]:
+    """Names that may be one; a string is not the sequence of its letters."""
+    return [of] if isinstance(of, str) else list(of)
+
+
+SEEDS = 2**64 - 1
+"""The largest seed."""
 
 
 class Told:

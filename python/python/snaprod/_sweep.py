@@ -7,14 +7,14 @@ import tempfile
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._results import SweepResult
-from ._scene import Progress, SceneLike, Told, given, setting
+from ._scene import SEEDS, Progress, SceneLike, Told, given, names, setting, whole
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def sweep(
     scene: SceneLike,
     vary: Mapping[str, Values],
     *,
-    columns: Sequence[str] = (),
+    columns: str | Sequence[str] = (),
     random: int | None = None,
     seed: int = 0,
     out: str | os.PathLike[str] | None = None,
@@ -41,7 +41,7 @@ def sweep(
 
     ``vary``: for each path of a field its values, an array or a list, or text as ``snaprod sweep --vary`` takes it: "-2:2:40",
     "log:0.1:10:20", and for points at random "-2:2". ``columns``: what is told of each point, paths into the summary of a run, or into
-    its events, as in "end.x" and "events.-1.t".
+    its events, as in "end.x" and "events.-1.t"; one path or several.
 
     The sweep is made in chunks in the directory ``out``, which has the same files, to the byte, as `snaprod sweep` makes them there
     (all but its map). Whatever ends it, the same call goes on with what is missing. Without ``out`` it is made in a temporary directory.
@@ -50,13 +50,18 @@ def sweep(
     same path. A chunk whose worker dies is made by another one.
     """
     text, overrides, _ = given(scene, set)
+    if not isinstance(vary, Mapping):
+        raise TypeError(f"vary = {vary!r}: must be a dict from the paths of fields to their values")
     plan_of = [_varied(path, values) for path, values in vary.items()]
-    points = None if random is None else (int(random), int(seed))
+    start = whole("seed", seed, 0, SEEDS)
+    points = None if random is None else (whole("random", random, 1), start)
+    if threads is not None:
+        threads = whole("threads", threads, 1)
     if client is not None and out is None:
         raise ValueError("out: a sweep on the workers of a client needs a directory that they all see")
     with tempfile.TemporaryDirectory(prefix="snaprod-") as temporary:
         directory = Path(temporary if out is None else out).absolute()
-        plan: Plan = (text, overrides, plan_of, points, list(columns), str(directory))
+        plan: Plan = (text, overrides, plan_of, points, names(columns), str(directory))
         made = _core.Sweep(*plan)
         missing = made.missing()
         with Told(progress, "snaprod sweep", made.points) as told:
@@ -64,12 +69,12 @@ def sweep(
                 _here(made, missing, threads, told)
             else:
                 _there(made, plan, missing, client, told)
-        names, cells, csv = made.rows()
+        heads, cells, csv = made.rows()
         if out is not None:
             aside = directory / f"sweep.csv.{os.getpid()}.part"
             aside.write_bytes(csv)
             aside.replace(directory / "sweep.csv")
-    result = _result(made, names, cells)
+    result = _result(made, heads, cells)
     result.directory = "" if out is None else str(directory)
     return result
 
@@ -77,9 +82,10 @@ def sweep(
 def _varied(path: str, values: Values) -> str:
     if isinstance(values, str):
         return f"{path.replace('__', '.')}={values}"
-    if isinstance(values, Mapping):
-        raise TypeError(f"{path}: give its values as an array, a list or text such as '-2:2:40', not as a dict")
-    path, text = setting(path, np.asarray(values).tolist() if isinstance(values, np.ndarray) else list(values))
+    plain = values.tolist() if isinstance(values, np.ndarray) else values
+    if isinstance(plain, Mapping) or not isinstance(plain, Iterable):
+        raise TypeError(f"vary: {path} = {values!r}: give its values as an array, a list or text such as '-2:2:40'")
+    path, text = setting(path, list(plain))
     return f"{path}={text}"
 
 
@@ -126,8 +132,11 @@ def _there(made: _core.Sweep, plan: Plan, missing: list[int], client: Client, to
         raise
 
 
-def _result(made: _core.Sweep, names: list[str], cells: list[list[str]]) -> SweepResult:
-    columns = {name: _column(one) for name, one in zip(names, cells)}
+def _result(made: _core.Sweep, heads: list[str], cells: list[list[str]]) -> SweepResult:
+    columns: dict[str, NDArray[Any]] = {}
+    for name, one in zip(heads, cells):
+        # The fields that vary come first; a quantity of the same name does not take their place.
+        columns.setdefault(name, _column(one))
     varied, quantities = made.names
     outcomes, counts = np.unique(columns["outcome"], return_counts=True) if "outcome" in columns else ([], [])
     summary = {"points": made.points, "outcomes": {str(o): int(n) for o, n in zip(outcomes, counts)}}
@@ -140,7 +149,7 @@ def _result(made: _core.Sweep, names: list[str], cells: list[list[str]]) -> Swee
 def _column(cells: list[str]) -> NDArray[Any]:
     """Numbers where all cells that say something are numbers; whole ones if all are and none is missing."""
     if not any(cells):
-        return np.asarray(cells)
+        return np.asarray(cells, dtype=str)
     for kind, missing in ((int, None), (float, "nan")):
         try:
             return np.asarray([kind(cell or missing) for cell in cells])  # type: ignore[arg-type]

@@ -43,7 +43,10 @@ class Table(Mapping[str, NDArray[Any]]):
 
     @classmethod
     def _of(cls, raw: Mapping[str, Any]) -> Table:
-        columns = {name: np.asarray(values) for name, _, _, values in raw["columns"]}
+        # Words come as a list, which has no type of its own when it is empty; numbers come as arrays.
+        columns = {
+            name: np.asarray(values, dtype=str) if isinstance(values, list) else values for name, _, _, values in raw["columns"]
+        }
         units = {name: unit for name, unit, _, _ in raw["columns"]}
         meanings = {name: meaning for name, _, meaning, _ in raw["columns"]}
         return cls(raw["name"], columns, units, meanings)
