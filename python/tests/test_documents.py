@@ -1,5 +1,7 @@
-"""The programs of README, docs/tutorial.md and docs/python.md are run as they stand."""
+"""The programs of README, docs/tutorial.md, docs/python.md and the docstrings are run as they stand."""
 
+import doctest
+import importlib
 import re
 from pathlib import Path
 
@@ -18,3 +20,10 @@ def test_the_programs_run(name, tmp_path, monkeypatch):
     space: dict[str, object] = {"__name__": "document"}
     for block in blocks:
         exec(compile(block, name, "exec"), space)
+
+
+def test_the_examples_of_docstrings_hold():
+    """Catches a docstring whose numbers are not those that come out."""
+    for name in ("snaprod", "snaprod._fit"):
+        found = doctest.testmod(importlib.import_module(name))
+        assert found.attempted and not found.failed, name
