@@ -175,6 +175,13 @@ impl RigidBody {
         self
     }
 
+    /// The same on a clamp that stands where its own is at time `t`.
+    #[must_use]
+    pub fn standing_at(mut self, t: f64) -> Self {
+        self.support = self.support.map(|support| Box::new(support.standing_at(t)));
+        self
+    }
+
     /// The clamp, if it is not fixed at the origin along the axes of the world.
     pub fn support(&self) -> Option<&Support<3>> {
         self.support.as_deref()

@@ -85,6 +85,18 @@ impl<const N: usize> Support<N> {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// A clamp that stands where this one is at time `t`.
+    #[must_use]
+    pub fn standing_at(&self, t: f64) -> Self {
+        let frame = self.at(t);
+        Self {
+            position: frame.origin,
+            rotation: frame.turn,
+            moves: Vec::new(),
+            turning: None,
+        }
+    }
+
     /// The clamp's frame at time `t`.
     pub fn at(&self, t: f64) -> Frame<N> {
         let mut origin = self.position;

@@ -31,6 +31,6 @@ pub use inertia::{LightRod, Passage, RodInertia, TautInertia};
 pub use inversion::{Found, equilibria_at};
 pub use layer::LayerShape;
 pub use model::Elastica;
-pub use settled::settled;
+pub use settled::{settled, settled_with};
 pub use stable::{FoldLine, StableRegion};
 pub use stiffness::EndStiffness;

@@ -1,9 +1,11 @@
 //! The rod at rest under a load on its mass.
 
-use super::Equilibrium;
+use super::{Elastica, Equilibrium, LightRod};
 use crate::error::{Error, Message, Quantity, Result};
+use crate::manifold::{EquilibriumManifold, RodMass};
+use crate::math::frame::Frame;
 use crate::solve::roots::chandrupatla;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2; `None` is the straight
@@ -68,6 +70,68 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         })
 }
 
+/// The same of a mass whose rod has a weight, which is felt to first order as in its motions: there it rests. The clamp stands in `frame`, if it is not at
+/// the origin along the axes of the world, along whose axes `load` is. Where the motion does not follow the mass of the rod, as next to the straight
+/// one, nothing is felt of it.
+///
+/// # Errors
+/// As [`settled`]; no convergence, of rods that are not light.
+pub fn settled_with(
+    rod: &LightRod,
+    frame: Option<&Frame<2>>,
+    load: &Vector2<f64>,
+) -> Result<Option<Equilibrium>> {
+    let none = Vector2::zeros();
+    let felt = |total: &Vector2<f64>| -> Result<Option<Vector2<f64>>> {
+        let Some(at) = settled(total)? else {
+            return Ok(None);
+        };
+        let q = Vector2::new(at.p, at.w);
+        if !rod.holds(&q, &none, false) {
+            return Ok(None);
+        }
+        let Some(point) = Elastica.point(&q) else {
+            return Ok(None);
+        };
+        let felt = rod.added(frame, [&q, &none], &point, f64::EPSILON);
+        Ok(felt.map(|felt| load + felt.force))
+    };
+    let weight = frame.map_or(rod.gravity, |frame| frame.inward(&rod.gravity)) * rod.mass;
+    let mut total = load + weight * SHARE;
+    for _ in 0..STEPS {
+        let Some(there) = felt(&total)? else {
+            return settled(load);
+        };
+        let size = total.norm();
+        let mut slope = Matrix2::identity();
+        for i in 0..2 {
+            let mut aside = total;
+            aside[i] += DIFFERENCE * size;
+            let Some(beside) = felt(&aside)? else {
+                return settled(load);
+            };
+            let column = slope.column(i) - (beside - there) / (DIFFERENCE * size);
+            slope.set_column(i, &column);
+        }
+        let Some(step) = slope.lu().solve(&(there - total)) else {
+            break;
+        };
+        total += step;
+        if step.norm() <= ROUNDING * size {
+            return settled(&total);
+        }
+    }
+    Err(Error::no_convergence(
+        "no shape at rest of the rod with its weight, felt to first order, was found: write inertia = \"full\" in [rod]",
+    ))
+}
+
+/// A cantilever sinks under its weight as under this part of it at its end.
+const SHARE: f64 = 0.375;
+/// Newton's steps, their differences, and a last one that is rounding, in parts of the load.
+const STEPS: usize = 40;
+const DIFFERENCE: f64 = 1e-6;
+const ROUNDING: f64 = 1e-12;
 /// Beyond it the chart serves only rods that are taut all along.
 const LAMBDA_MOST: f64 = 340.0;
 /// p of the slightest bend looked at, and by how much it exceeds lambda for a load along the rod to rounding.

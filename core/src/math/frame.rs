@@ -54,6 +54,11 @@ impl<const D: usize> Frame<D> {
         self.turn.tr_mul(f)
     }
 
+    /// The largest component of its angular velocity.
+    pub fn spin_rate(&self) -> f64 {
+        self.spin.amax()
+    }
+
     /// True if it is at rest, and stays so.
     pub fn stands(&self) -> bool {
         let rates = self.velocity.iter().chain(&self.acceleration);

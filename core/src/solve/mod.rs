@@ -3,6 +3,7 @@
 pub mod arclength;
 mod corrector;
 pub mod cost;
+pub mod definite;
 pub mod deflation;
 pub mod differences;
 pub mod dop853;

@@ -8,12 +8,14 @@ use super::planar::start;
 use super::viscous::Field;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame, Groove, RigidBody, Support};
+use crate::creep::grid::{FEWEST, Grid};
 use crate::error::{Error, Result};
 use crate::inertia::frames::Curve;
 use crate::inertia::law::Law;
 use crate::inertia::mass::Mass;
-use crate::inertia::rod::Given;
+use crate::inertia::rod::{Given, HeavyRod};
 use crate::math::se3::{halves, joined};
+use crate::motion::creep::MOST_NODES;
 use crate::motion::inertia::{HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
@@ -25,6 +27,9 @@ use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use std::sync::Arc;
+
+/// Another number of nodes moves the end of a settled rod by no more than this part of its length.
+const SETTLED: f64 = 1e-12;
 
 /// A rod with mass in the plane, with a point mass at its end that is free to turn.
 #[derive(Debug, Clone)]
@@ -148,10 +153,12 @@ impl HeavyPlane {
                 return Err(Error::domain("start.strain_rate is for a rod in space"));
             }
         };
-        let place = joined(
-            &Vector3::zeros(),
-            &Vector3::new(curvature.end().x, curvature.end().y, 0.0),
-        );
+        let moves = support.as_ref().is_some_and(|support| !support.is_fixed());
+        let end = match settled && moves {
+            true => settled_end(&given).map_err(|why| why.context("[start]"))?,
+            false => curvature.end(),
+        };
+        let place = joined(&Vector3::zeros(), &Vector3::new(end.x, end.y, 0.0));
         let given_velocity = joined(&Vector3::zeros(), &plain.start.velocity.into());
         let (velocity, words) = match &support {
             None => (given_velocity, "[start]".to_owned()),
@@ -173,6 +180,24 @@ impl HeavyPlane {
             velocity,
             words,
         })
+    }
+}
+
+/// Where the end of a planar rod is as it settles from straight, seen from the clamp: what the clamp carries along at the start.
+fn settled_end(given: &Given) -> Result<Vector2<f64>> {
+    let breaks = given.breaks();
+    let (mut nodes, mut last) = (2 * FEWEST, Vector2::repeat(f64::INFINITY));
+    loop {
+        let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+        let rod = HeavyRod::new(given.clone(), grid)?;
+        let none = vec![0.0; rod.size()];
+        let shape = rod.moving(&rod.settled(0.0, &none)?, &none);
+        let end = shape.map(|at| at.shape.end().translation.vector.xy());
+        let end = end.ok_or_else(|| Error::domain("the rod settles in no shape"))?;
+        if nodes >= MOST_NODES || (end - last).amax() <= SETTLED {
+            return Ok(end);
+        }
+        (nodes, last) = (2 * nodes, end);
     }
 }
 

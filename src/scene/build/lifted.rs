@@ -7,7 +7,9 @@ use super::clamp::{self, out_of_plane};
 use super::planar;
 use super::rod::rotation;
 use crate::error::{Error, Result};
-use crate::scene::{Diagonal, EndPose, Model, Orientation, Place, Scene, Section, Stiffness};
+use crate::scene::{
+    Diagonal, EndPose, Inertia, Model, Orientation, Place, Scene, Section, Stiffness,
+};
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 /// How much stiffer it is out of its plane, and against twist.
@@ -37,6 +39,10 @@ impl Scene {
     /// # Errors
     /// A rod with friction; as [`Scene::lifted`].
     pub(crate) fn lifted_for_modes(&self) -> Result<Option<Self>> {
+        // The closed form of a rod whose mass is followed to first order is for its motion.
+        if let Some(weighing) = self.weighing()? {
+            return weighing.lifted().map(Some);
+        }
         if self.light_load()?.is_some() && self.rod.damping.is_some() {
             return Err(Error::domain(
                 "the small motions of a planar rod with friction under a load along it are not found: write model = \"cosserat\", or leave out the mass of the \
@@ -44,6 +50,22 @@ impl Scene {
             ));
         }
         self.bearing_in_plane()
+    }
+
+    /// A planar scene whose rod is followed to first order and bent by its weight, as one whose rod does nothing but weigh; None of any other.
+    fn weighing(&self) -> Result<Option<Self>> {
+        let gravity = Vector2::new(self.loads.gravity[0], self.loads.gravity[1]);
+        let along = clamp::planar(&self.dimensionless()?.clamp)?
+            .map_or(gravity, |support| support.at(0.0).inward(&gravity));
+        if !(self.is_planar() && self.rod.is_light() && along.y != 0.0) {
+            return Ok(None);
+        }
+        let mut weighing = self.clone();
+        weighing.rod.inertia = Some(Inertia::None);
+        if matches!(self.start.place, Place::Rest { .. }) {
+            weighing.start.place = Place::Settled { settled: true };
+        }
+        Ok(Some(weighing))
     }
 
     /// A planar scene as one in space, the rod without its friction. An equilibrium of the planar elastica at the start says where the end is, and near which

@@ -4,7 +4,7 @@ use super::clamp::{self, Seen};
 use super::loads::point_mass;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame};
-use crate::elastica::{Elastica, Equilibrium, LightRod, equilibria_at, settled};
+use crate::elastica::{Elastica, Equilibrium, LightRod, equilibria_at, settled, settled_with};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::math::order::sort_few;
@@ -46,8 +46,20 @@ impl ElasticPlane {
             ));
         }
         let plain = scene.dimensionless()?;
-        let start = start(scene, &plain)?;
+        let mut start = start(scene, &plain)?;
         let scales = scene.scales()?;
+        let mut body = body(&plain)?;
+        if scene.rod.is_light() {
+            let rod = light_rod(scene, &plain)?;
+            if matches!(plain.start.place, Place::Settled { .. }) {
+                let frame = body
+                    .support()
+                    .map(|support| support.standing_at(0.0).at(0.0));
+                start = settled_with(&rod, frame.as_ref(), &body.load(0.0))
+                    .map_err(|e| e.context("[start]"))?;
+            }
+            body = body.with_rod(Arc::new(rod));
+        }
         let about = match start {
             None => "[start] rest = \"straight\"",
             Some(_) => "[start]",
@@ -55,7 +67,7 @@ impl ElasticPlane {
         let seen = Seen(clamp::planar(&plain.clamp)?);
         let (velocity, words) = seen.velocity(&end(start.as_ref()), &plain, (about, &scales));
         Ok(Self {
-            body: with_rod(scene, &plain, body(&plain)?)?,
+            body,
             start,
             velocity,
             words,
@@ -100,17 +112,14 @@ pub(super) fn resting(body: &Body<2>) -> Option<Vector2<f64>> {
     stands.then(|| body.load(0.0))
 }
 
-/// The body, which feels the mass of its rod if that is to be followed to first order.
-fn with_rod(scene: &Scene, plain: &Dimensionless, body: Body<2>) -> Result<Body<2>> {
-    if !scene.rod.is_light() {
-        return Ok(body);
-    }
+/// The mass of a rod that is followed to first order.
+fn light_rod(scene: &Scene, plain: &Dimensionless) -> Result<LightRod> {
     let mass = scene.rod.mass().ok_or_else(|| {
         Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
     })?;
     let gravity = in_plane(plain.loads.gravity);
     let mass = mass / scene.body()?.mass;
-    Ok(body.with_rod(Arc::new(LightRod { mass, gravity })))
+    Ok(LightRod { mass, gravity })
 }
 
 /// Where the end of the rod is.

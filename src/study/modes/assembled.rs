@@ -13,9 +13,6 @@ use nalgebra::{Complex, DVector, Isometry3, Vector3, Vector6};
 /// Tolerances of the equilibrium and of the integration along the rods.
 const EQUILIBRIUM: f64 = 1e-11;
 const ALONG: f64 = 1e-13;
-/// Squares of frequencies of directions in which an equilibrium is free to move, in units of the rod and of the largest.
-const NEUTRAL: f64 = 1e-10;
-const ROUNDING: f64 = 1e-14;
 
 /// A rod in space at rest with its body.
 pub(in crate::study) struct AtRest {
@@ -201,9 +198,7 @@ fn described(
         };
         Ok(rods.iter().map(rod).collect())
     };
-    let largest = modes.squares.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let zero = NEUTRAL.max(ROUNDING * largest);
-    let omegas = frequencies(&modes.squares, zero, index == 0);
+    let omegas = frequencies(&modes.squares, modes.neutral, index == 0);
     let mut list = Vec::new();
     // Under loads that turn with bodies motions are those of the eigenvalues.
     let omegas = omegas.into_iter().enumerate();

@@ -7,7 +7,7 @@ use crate::inertia::frames::{Curve, Sections};
 use crate::inertia::mass::Mass;
 use crate::inertia::rod::{Given, HeavyRod};
 use crate::inertia::statics::Vibration;
-use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Scene};
+use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Place, Scene};
 use crate::section::Strain;
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Vector3};
 
@@ -34,6 +34,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     still.rod.damping.clone_from(&scene.rod.damping);
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
+    let settles = matches!(still.start.place, Place::Settled { .. });
     let (given, clamp, strain): (Given, _, Box<dyn Fn(f64) -> Strain>) = match still.is_planar() {
         true => {
             let model = HeavyPlane::new(&still)?;
@@ -63,7 +64,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let width = (given.breaks().len() + 1) * given.law.active().len();
     let (found, change) = converged(
         (width, MOST),
-        |nodes| at_nodes(&given, &*strain, nodes),
+        |nodes| at_nodes(&given, (&*strain, settles), nodes),
         |found| &found.modes,
     )?;
     let rod = &found.rod;
@@ -232,7 +233,12 @@ pub(super) fn converged<F>(
     }
 }
 
-fn at_nodes(given: &Given, strain: &dyn Fn(f64) -> Strain, nodes: usize) -> Result<Found> {
+/// About the equilibrium near these strains, from which the body settles or which are those of the start.
+fn at_nodes(
+    given: &Given,
+    (strain, settles): (&dyn Fn(f64) -> Strain, bool),
+    nodes: usize,
+) -> Result<Found> {
     let breaks = given.breaks();
     let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
     let strains: Vec<Strain> = grid.nodes().iter().map(|s| strain(*s)).collect();
@@ -249,7 +255,7 @@ fn at_nodes(given: &Given, strain: &dyn Fn(f64) -> Strain, nodes: usize) -> Resu
     let left = each.fold(0.0_f64, |left, (i, r)| {
         left.max(r.abs() / weights[i / count])
     });
-    let of_start = left <= super::BALANCED;
+    let of_start = settles || left <= super::BALANCED;
     // A start that is all but an equilibrium is made one.
     let q = match left <= 1e-3 * super::BALANCED {
         true => start,

@@ -39,7 +39,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let given = setup
         .heavy()
         .ok_or_else(|| Error::domain("the rods have no inertia = \"full\""))?
-        .standing();
+        .standing_at(0.0);
     let light = &setup.assembly;
     let unloaded = matches!(scene.start.place, Place::Rest { .. });
     // What nothing holds has the equilibrium of the unloaded rods where these are asked for.

@@ -109,6 +109,8 @@ const INTERVALS: usize = 100;
 const NUDGE: f64 = 1e-4;
 /// A larger relative change of eigenvalues by the last refinement of a rod with friction is told.
 const RESOLVED: f64 = 1e-6;
+/// What an eigenvalue leaves of its equation, relative to the square of the frequency, if it is that of a mode.
+const ACROSS: f64 = 1e-6;
 /// The largest residual force of a start that is an equilibrium, relative to the forces.
 const BALANCED: f64 = 1e-6;
 
@@ -154,7 +156,8 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
             Err(why) => Err(why),
             Ok(Some(lifted)) => lifted
                 .standing()
-                .and_then(|still| assembled::modes(&still, &lifted)),
+                .and_then(|still| assembled::modes(&still, &lifted))
+                .map(|(motions, of_start)| (in_plane(motions, scene), of_start)),
             Ok(None) => planar::modes(&scene.standing()?, scene),
         },
         (None, false) => assembled::modes(&scene.standing()?, scene),
@@ -242,6 +245,27 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     );
     record.remarks = remarks;
     Ok(record)
+}
+
+/// The small motions of a planar rod that was lifted into space, without that across the plane, against which it is stiff.
+fn in_plane(mut motions: SmallMotions, scene: &Scene) -> SmallMotions {
+    let across = |mode: &Mode| mode.shape[2].abs() > mode.shape[0].hypot(mode.shape[1]);
+    let drag = scene
+        .body()
+        .map_or(0.0, |body| scene.loads.drag / body.mass);
+    for mode in motions.modes.iter().filter(|mode| across(mode)) {
+        let square = mode.angular_frequency * mode.angular_frequency;
+        let own = |s: &Complex<f64>| (s * s + s * drag + square).norm() <= ACROSS * square;
+        if let Some(eigenvalues) = &mut motions.eigenvalues {
+            eigenvalues.retain(|s| !own(s));
+        }
+    }
+    motions.modes.retain(|mode| !across(mode));
+    for mode in &mut motions.modes {
+        mode.shape.truncate(2);
+    }
+    motions.coordinates.truncate(2);
+    motions
 }
 
 /// Angular frequencies from their squares, which are zero up to `zero`: minus the rate of growth where a square is negative, and 0

@@ -13,9 +13,6 @@ use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, SVector, Vector3, Vector6};
 const NEARER: usize = 2;
 const ASIDE: f64 = 1e-3;
 const NEAR: f64 = 0.1;
-/// Squares of frequencies below this, relative to the largest and at all, are those of directions in which an equilibrium is free to move.
-const NEUTRAL: f64 = 1e-10;
-const ROUNDING: f64 = 1e-14;
 /// Frequencies whose squares differ by less than this part are one: their motions mix as the mass of the rods tells.
 const ONE: f64 = 1e-6;
 
@@ -164,9 +161,7 @@ impl Assembly {
         masses: &[Option<SectionMass>],
         tolerance: f64,
     ) -> Option<f64> {
-        let largest = modes.squares.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-        let zero = NEUTRAL.max(ROUNDING * largest);
-        let lowest = modes.squares.iter().copied().find(|x| *x > zero)?;
+        let lowest = modes.squares.iter().copied().find(|x| *x > modes.neutral)?;
         let alike: Vec<usize> = (0..modes.squares.len())
             .filter(|k| (modes.squares[*k] - lowest).abs() <= ONE * lowest)
             .collect();

@@ -5,6 +5,7 @@ use super::{Assembly, Configuration, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::order::{sort_eigenvalues, sort_few};
 use crate::rod::RodSection;
+use crate::solve::definite::definite;
 use nalgebra::{Complex, DMatrix, DVector, Schur, Vector6};
 
 /// Natural frequencies without drag and rotors: K x = omega^2 M x.
@@ -18,9 +19,15 @@ pub struct Modes {
     pub shapes: DMatrix<f64>,
     /// What the charts do, by columns: 6 rows a rod, in units B/L, B/L^2.
     pub charts: DMatrix<f64>,
+    /// Squares up to this size are those of motions that nothing holds: 0 where the stiffness is positive definite beyond rounding.
+    pub neutral: f64,
     /// True at index 0: no frequency is imaginary, and no rod unstable with its ends held.
     pub stable: bool,
 }
+
+/// Squares of frequencies of directions in which an equilibrium is free to move, in units of the rod and of the largest.
+const NEUTRAL: f64 = 1e-10;
+const ROUNDING: f64 = 1e-14;
 
 /// Modes of an assembly with straight inextensible rods, and the omega^2 that they were shifted by.
 pub(super) struct SoftModes {
@@ -72,8 +79,8 @@ impl Modes {
 
 impl Assembly {
     /// Frequencies and mode shapes about an equilibrium at t = 0, drag and rotors left out. A direction in which the assembly is
-    /// rigid, along a straight inextensible rod, has no mode. Squares have an error of rounding times the largest: next to straight
-    /// inextensible rods, which are all but rigid, the soft ones lose digits.
+    /// rigid, along a straight inextensible rod, has no mode. Where the stiffness is positive definite slow motions have their digits however fast the
+    /// others are; elsewhere squares have an error of rounding times the largest.
     ///
     /// # Errors
     /// A configuration with neither stiffness nor compliance; as [`super::Link::index`].
@@ -81,19 +88,26 @@ impl Assembly {
         let points = self.points(0.0, &now.bodies, &now.charts, tolerance)?;
         let root = self.mass_root(now, &points)?;
         let index = self.index(0.0, now, tolerance)?;
-        let (squares, shapes, charts) = match self.stiffness(0.0, &now.bodies, &points) {
+        let (squares, shapes, charts, holds) = match self.stiffness(0.0, &now.bodies, &points) {
             Ok(stiffness) => {
-                let (squares, y) = symmetric(&reduced(&root, &stiffness.matrix)?);
+                let matrix = reduced(&root, &stiffness.matrix)?;
+                let (mut squares, mut y) = symmetric(&matrix);
+                let holds = slow_ones(&matrix, &mut squares, &mut y);
                 let shapes = back(&root, &y)?;
                 let charts = &stiffness.charts * &shapes;
-                (squares, shapes, charts)
+                (squares, shapes, charts, holds)
             }
             Err(_) => {
                 let soft = self.soft_modes(now, &points, &root, tolerance)?;
-                (soft.squares, soft.shapes, soft.charts)
+                (soft.squares, soft.shapes, soft.charts, false)
             }
         };
+        let largest = squares.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         Ok(Modes {
+            neutral: match holds {
+                true => 0.0,
+                false => NEUTRAL.max(ROUNDING * largest),
+            },
             frequencies: squares
                 .iter()
                 .map(|x| x.signum() * x.abs().sqrt())
@@ -286,6 +300,25 @@ fn reduced(root: &DMatrix<f64>, a: &DMatrix<f64>) -> Result<DMatrix<f64>> {
 fn back(root: &DMatrix<f64>, y: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     let x = root.transpose().solve_upper_triangular(y);
     x.ok_or_else(|| Error::ill_conditioned("the mass matrix is singular"))
+}
+
+/// Takes the slow half of these from the inverse, which has their digits, if the matrix is positive definite beyond rounding; true if it is.
+fn slow_ones(matrix: &DMatrix<f64>, squares: &mut [f64], vectors: &mut DMatrix<f64>) -> bool {
+    let Some(factors) = definite(&((matrix + matrix.transpose()) * 0.5)) else {
+        return false;
+    };
+    let (inverse, shapes) = symmetric(&factors.inverse());
+    let count = squares.len();
+    let [Some(slowest), Some(fastest)] = [inverse.last().map(|x| 1.0 / x), squares.last().copied()]
+    else {
+        return true;
+    };
+    let middle = (slowest * fastest).sqrt();
+    for i in (0..count).take_while(|i| 1.0 / inverse[count - 1 - i] < middle) {
+        squares[i] = 1.0 / inverse[count - 1 - i];
+        vectors.set_column(i, &shapes.column(count - 1 - i));
+    }
+    true
 }
 
 /// Eigenvalues, ascending, and vectors of the symmetric part.

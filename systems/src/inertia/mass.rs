@@ -33,6 +33,14 @@ fn lifted(m: &Matrix3<f64>) -> Matrix6<f64> {
 }
 
 impl Mass {
+    /// The same on a clamp that stands where its own is at time `t`.
+    pub(super) fn standing_at(self, t: f64) -> Self {
+        match self {
+            Self::Point(body) => Self::Point(body.standing_at(t)),
+            Self::Rigid(body) => Self::Rigid(body.standing_at(t)),
+        }
+    }
+
     /// The (couple, force) that the rod must exert for an acceleration of the section, in the frame of the clamp.
     pub fn wrench(
         &self,

@@ -205,6 +205,17 @@ impl HeavyRod {
         })
     }
 
+    /// The same on a clamp that stands where its own is at time `t`: what a rod at rest is in equilibrium with has no inertia.
+    pub(super) fn standing_at(&self, t: f64) -> Self {
+        let mut standing = self.clone();
+        let masses = standing.masses.into_iter();
+        standing.masses = masses.map(|mass| mass.standing_at(t)).collect();
+        let given = &mut standing.given;
+        given.grain = given.grain.clone().standing_at(t);
+        given.body = given.body.take().map(|body| body.standing_at(t));
+        standing
+    }
+
     /// The same with a base that turns by itself.
     #[must_use]
     pub fn on_hinge(mut self) -> Self {

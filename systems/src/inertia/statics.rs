@@ -28,13 +28,19 @@ const SHIFTS: i32 = 24;
 /// great loads rounding is a part of these.
 const SOLVED: f64 = 1e-13;
 const FOUND: f64 = 1e-9;
+/// A clamp turns by this angle for the difference that tells how fast its rod then bends.
+pub(super) const TURN: f64 = 1e-5;
 
 impl HeavyRod {
-    /// The coordinates of a stable equilibrium under the loads at time `t`, searched from `q` downhill in the energy.
+    /// The coordinates of a stable equilibrium under the loads at time `t`, the clamp at rest, searched from `q` downhill in the energy.
     ///
     /// # Errors
     /// A law left on the way; no equilibrium found.
     pub fn settled(&self, t: f64, q: &[f64]) -> Result<Vec<f64>> {
+        self.standing_at(t).descended(t, q)
+    }
+
+    fn descended(&self, t: f64, q: &[f64]) -> Result<Vec<f64>> {
         let m = self.size();
         let none = vec![0.0; m];
         let outside =
@@ -159,8 +165,9 @@ impl HeavyRod {
         let gather = DMatrix::from_fn(d, m, |i, j| moves[i].0[j]);
         let wanted = DVector::from_fn(d, |i, _| moves[i].1);
         // The wrench on the end, beside the loads, under which the rod is, or is nearest to, an equilibrium: J^T f = -residual.
-        let balance = self.balance(t, at, &vec![0.0; m]).ok_or_else(wrong)?;
-        let small = self.derivatives(t, at, &balance).ok_or_else(wrong)?;
+        let standing = self.standing_at(t);
+        let balance = standing.balance(t, at, &vec![0.0; m]).ok_or_else(wrong)?;
+        let small = standing.derivatives(t, at, &balance).ok_or_else(wrong)?;
         let (residual, mut slope) = (balance.residual, small.by_strain);
         let scale = self.norm_weights();
         let scaled = DMatrix::from_fn(m, d, |i, k| gather[(k, i)] * scale[i]);
@@ -195,6 +202,19 @@ impl HeavyRod {
         }
         let mut right = DVector::zeros(m + d);
         right.rows_mut(m, d).copy_from(&wanted);
+        if let Some(support) = self.given.grain.support().filter(|clamp| clamp.turns()) {
+            // What hangs along the rod turns, seen from the clamp.
+            let step = TURN / (1.0 + support.at(t).spin_rate());
+            let turned = |by: f64| {
+                let standing = self.standing_at(t + by);
+                Some(standing.balance(t, at, &vec![0.0; m])?.residual)
+            };
+            let [before, after] = [turned(-step), turned(step)].map(|r| r.ok_or_else(wrong));
+            let drift = (after? - before?) / (2.0 * step);
+            right
+                .rows_mut(0, m)
+                .copy_from(&-drift.component_mul(&scale));
+        }
         let found = match whole.clone().lu().solve(&right) {
             Some(found) if found.iter().all(|x| x.abs() < 1e12) => found,
             _ => whole

@@ -6,9 +6,11 @@ use super::statics::{DEPENDENT, rigid};
 use crate::assembly::{Attachment, On};
 use crate::error::{Error, Result};
 use crate::inertia::statics::{ALL, Vibration, decaying, slowest};
+use crate::solve::definite::definite;
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
-/// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds the assembly.
+/// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds the assembly, unless its
+/// stiffness is positive definite beyond rounding.
 const NEUTRAL: f64 = 1e-8;
 /// Friction on such a motion below this, relative to the largest on the slow ones, is rounding.
 const UNFELT: f64 = 1e-9;
@@ -36,14 +38,14 @@ impl HeavyAssembly {
         DVector::from_vec(scale)
     }
 
-    /// The same with supports that stand where they are at time 0.
+    /// The same with supports that stand where they are at time `t`.
     #[must_use]
-    pub fn standing(&self) -> Self {
+    pub fn standing_at(&self, t: f64) -> Self {
         let mut standing = self.clone();
         for link in &mut standing.links {
             for tie in std::iter::once(&mut link.from).chain(&mut link.to) {
                 if let On::Support(support) = &tie.on.on {
-                    tie.on = Attachment::ground(support.at(0.0).pose() * tie.on.place);
+                    tie.on = Attachment::ground(support.pose(t) * tie.on.place);
                 }
             }
         }
@@ -123,9 +125,14 @@ impl HeavyAssembly {
             .each_ref()
             .map(|m| basis.tr_mul(&(scaled(m) * &basis)));
         let found = slowest(inner.each_ref(), count)?;
+        let stiffness = (&inner[0] + inner[0].transpose()) * 0.5;
+        let neutral = match definite(&stiffness) {
+            Some(_) => 0.0,
+            None => NEUTRAL,
+        };
         let whole = found.into_iter().map(|mode| Vibration {
             shape: (&basis * mode.shape).component_mul(&scale),
-            square: match mode.square.abs() > NEUTRAL {
+            square: match mode.square.abs() > neutral {
                 true => mode.square,
                 false => 0.0,
             },

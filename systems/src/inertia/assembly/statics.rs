@@ -5,7 +5,9 @@ use super::{HeavyAssembly, HeavyState, seat};
 use crate::assembly::{On, Place};
 use crate::error::{Error, Result};
 use crate::inertia::mass::Mass;
+use crate::inertia::statics::TURN;
 use nalgebra::{DMatrix, DVector, Vector3, Vector6};
+use std::ops::Range;
 
 /// Newton's steps towards an equilibrium at most.
 const STEPS: usize = 60;
@@ -197,12 +199,16 @@ impl HeavyAssembly {
         Some(force / bodies.chain(rods).sum::<f64>())
     }
 
-    /// An equilibrium near the state `y` under the loads at its time, the weight of the rods included, at rest; by Newton's method. What nothing
-    /// holds is in equilibrium as it falls, and stays about where it is.
+    /// An equilibrium near the state `y` under the loads at time 0, the weight of the rods included, at rest and with supports that stand; by Newton's
+    /// method. What nothing holds is in equilibrium as it falls, and stays about where it is.
     ///
     /// # Errors
     /// A law left on the way; none found.
     pub fn settled(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
+        self.standing_at(0.0).balanced(y)
+    }
+
+    fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let outside =
             || Error::domain("the search for the equilibrium left the domain of a section law");
         let mut y = self.still(y);
@@ -221,7 +227,7 @@ impl HeavyAssembly {
         };
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
-            let inner = self.layout.wrenches.iter().map(std::ops::Range::len);
+            let inner = self.layout.wrenches.iter().map(Range::len);
             let held: usize = inner.sum();
             // At rest nothing accelerates but what falls.
             unknowns.rows_mut(0, self.unknowns() - held).fill(0.0);
@@ -271,6 +277,42 @@ impl HeavyAssembly {
         ))
     }
 
+    /// How fast the balance at rest, of rods, bodies and bases, changes as supports turn: the weight of the rods on them turns, seen from there.
+    fn drift(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
+        let supports = || {
+            self.links.iter().filter_map(|link| match &link.from.on.on {
+                On::Support(support) => Some(support.at(0.0).spin_rate()),
+                _ => None,
+            })
+        };
+        let outside = || Error::domain("the strains are outside the domain of a section law");
+        let fastest = supports().fold(0.0, f64::max);
+        let still = self.still(y);
+        let here = self.standing_at(0.0);
+        let at = here.at(&still).ok_or_else(outside)?;
+        let mut unknowns = here.accelerations(&at).ok_or_else(rigid)?;
+        let wrenches: usize = self.layout.wrenches.iter().map(Range::len).sum();
+        unknowns.rows_mut(0, self.unknowns() - wrenches).fill(0.0);
+        let step = TURN / (1.0 + fastest);
+        let turned = |by: f64| -> Result<DVector<f64>> {
+            let there = self.standing_at(by);
+            let balance = there
+                .at(&still)
+                .and_then(|at| there.balance(&at, unknowns.as_slice()));
+            let sides = there.sides(&balance.ok_or_else(outside)?.residual);
+            let rods = sides.rods.iter().flat_map(|rod| rod.iter());
+            let free = sides.free.iter().take(self.layout.free);
+            Ok(DVector::from_iterator(
+                self.scale().len(),
+                rods.chain(free).copied(),
+            ))
+        };
+        match fastest {
+            0.0 => Ok(DVector::zeros(self.scale().len())),
+            _ => Ok((turned(step)? - turned(-step)?) / (2.0 * step)),
+        }
+    }
+
     /// The state in which the bodies move at these twists (angular first) and the rods follow as they would without mass: their rates are
     /// tangent to the equilibria with the bodies held.
     ///
@@ -295,7 +337,7 @@ impl HeavyAssembly {
         if !moves && !driven {
             return Ok(y);
         }
-        let ([stiffness, ..], ends) = self.small(&y)?;
+        let ([stiffness, ..], ends) = self.standing_at(0.0).small(&y)?;
         let scale = self.scale();
         let size = stiffness.nrows();
         let first = size - self.layout.free;
@@ -320,7 +362,7 @@ impl HeavyAssembly {
             z.rows_mut(first + range.start, range.len())
                 .copy_from(&y.rows(*slot, range.len()));
         }
-        let pushed = &stiffness * &z;
+        let pushed = &stiffness * &z + self.drift(&y)?;
         let mut right = DVector::zeros(n + c);
         for (i, p) in unknown.iter().enumerate() {
             right[i] = -pushed[*p] * scale[*p];
