@@ -155,6 +155,7 @@ mod scene_viscous;
 mod schema;
 mod sections;
 mod sections_nonlinear;
+mod settled;
 #[cfg(feature = "cli")]
 mod small_creep;
 mod stable_count;

@@ -84,7 +84,8 @@ impl Problem {
         let loaded = Count::at_given_force(&along, clamped, &none, (0.0, held.neutral), tolerance)?;
         let index = loaded.index.checked_sub(held.taken).ok_or_else(|| {
             Error::no_convergence(
-                "the index comes out negative: the tolerance is too loose for this load",
+                "the index comes out negative: the tolerance is too loose for this load; tighten it, or, where the rod is all but straight, let it stretch (a finite \
+                 axial stiffness)",
             )
         })?;
         Ok(Count {

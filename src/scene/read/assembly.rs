@@ -418,8 +418,7 @@ fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
             table.fault(FaultKind::Conflict, name, allowed, hint);
         };
         if heavy(table) && !motion {
-            let hint = "at rest the mass of rods does nothing but weigh, which is not followed in an assembly; a scene with [run] is one of \
-                        motion";
+            let hint = "at rest the mass of rods does nothing but weigh: leave inertia out; a scene with [run] is one of motion";
             refuse("inertia", "\"none\", or left out, at rest", hint);
         } else if heavy(table) && tables.iter().any(|other| !heavy(other)) {
             let hint = "give all rods of the assembly a mass and inertia = \"full\", or none";

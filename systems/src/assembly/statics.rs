@@ -7,7 +7,7 @@
 //! inextensible ones that hold each other): the bend goes with the residual.
 
 use super::equations::Frame;
-use super::{Assembly, Configuration, On, Place};
+use super::{Assembly, Configuration, Joint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Wrench;
@@ -426,7 +426,7 @@ impl Assembly {
     }
 
     /// Bodies where rods with these charts bring them, rod by rod from the ground: a body is where the first rod that reaches it
-    /// ends. Ball joints are laid out as welds.
+    /// ends, of those that are welded at both ends if there is one. Ball joints are laid out as welds.
     ///
     /// # Errors
     /// A body that no chain of rods joins to the ground.
@@ -440,9 +440,12 @@ impl Assembly {
         let ends = ends.map(|(link, q)| Ok(link.end(q, tolerance)?.pose));
         let ends = ends.collect::<Result<Vec<Isometry3<f64>>>>()?;
         let mut placed: Vec<Option<Isometry3<f64>>> = vec![None; self.carriers().len()];
+        // A ball joint leaves open how a body is turned: rods that are welded at both ends lead first.
+        let mut by_joints = false;
         loop {
             let before = placed.iter().flatten().count();
-            for (link, end) in self.links().iter().zip(&ends) {
+            let rods = self.links().iter().zip(&ends);
+            for (link, end) in rods.filter(|(link, _)| by_joints || link.joint() == Joint::Weld) {
                 let seen = |site: &super::Attachment| match &site.on {
                     On::Body(body) => placed[*body].map(|pose| pose * site.place),
                     _ => Some(site.at(0.0, &[]).pose),
@@ -469,10 +472,13 @@ impl Assembly {
                     placed[body] = Some(pose);
                 }
             }
-            if placed.iter().flatten().count() > before {
+            let led = placed.iter().flatten().count() > before;
+            if led || !by_joints {
+                by_joints = !led;
                 continue;
             }
             // Where the rods lead no further, from the next body.
+            by_joints = false;
             let next = placed.iter().position(Option::is_none);
             match next.and_then(|body| Some((body, bodies.get(body)?.pose))) {
                 Some((body, pose)) => placed[body] = Some(pose),
