@@ -277,3 +277,20 @@ fn heavy_bar_follows_its_next_order() {
         "eps",
     );
 }
+
+/// A bar that is pressed as it starts, and whose load presses it more: the first shock is told where the base holds it, and not where the base is free,
+/// from which a wave comes first. Catches a bound of the envelope that knows the reflection of the load's own wave alone.
+#[test]
+fn breaking_is_told_before_any_other_wave_alone() {
+    let told = |base: &str| {
+        let text = format!(
+            "[rod]\nmodel = \"bar\"\nlength = 1.0\narea = 1.0\ndensity = 1.0\nlaw = {{ polynomial = [1.0, -3.0] }}\ncells = 50\nbase = \"{base}\"\n\
+             [run]\nduration = 1.0\nsamples = 3\n[start]\nstretch = 0.9\n\
+             [loads]\nforce = {{ ramp = {{ from = -0.13, to = -0.43, start = 0.0, until = 0.2 }} }}\n"
+        );
+        let (record, _) = ran(&Scene::parse(&text).expect("a scene"));
+        record.summary()["breaking"].clone()
+    };
+    assert!(number(&told("wall"), "time") > 0.5, "{}", told("wall"));
+    assert_eq!(told("free"), Value::Null);
+}

@@ -17,7 +17,7 @@ pub struct Breaking {
 const SAMPLES: usize = 4000;
 
 /// The first shock of the waves that a load in time sends into a bar at rest in a uniform state, if it forms before `until` and
-/// before any reflection can have reached it: the envelope of the characteristics, X = c^2/(dc/dtau) from the end and
+/// before a wave from the other end, reflected or its own, can have reached it: the envelope of the characteristics, X = c^2/(dc/dtau) from the end and
 /// t = tau + X/c for the time tau of emission (docs/bars.md 1). None if no shock forms so, or if the ends and the start are
 /// others.
 pub fn first(bar: &Bar, until: f64) -> Option<Breaking> {
@@ -97,12 +97,38 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
         .filter_map(|i| ray(until * i as f64 / SAMPLES as f64))
         .map(|(c, _)| c);
     let fastest = faster.fold(material.speed(rest), f64::max);
-    let reached = bar.length() / material.speed(rest) + (bar.length() - x) / fastest;
+    // A wave comes back from the other end, or begins there at once.
+    let (leaves, fastest) = match wakened(bar, 1 - side, until) {
+        None => (bar.length() / material.speed(rest), fastest),
+        Some(speed) => (0.0, fastest.max(speed)),
+    };
+    let reached = leaves + (bar.length() - x) / fastest;
     (time <= until && time < reached && x <= bar.length()).then_some(Breaking {
         time,
         position: if side == 0 { x } else { bar.length() - x },
         emitted: tau,
     })
+}
+
+/// The speed in the fastest state that an end whose load does not hold the bar as it rests gives it before `until`; None of one that holds it.
+fn wakened(bar: &Bar, side: usize, until: f64) -> Option<f64> {
+    let (material, rest) = (bar.material(), bar.at_start(0.0)[0]);
+    let sign = if side == 0 { -1.0 } else { 1.0 };
+    let end = &bar.ends()[side];
+    if matches!(end, End::Wall) {
+        return None;
+    }
+    let stresses =
+        (0..=SAMPLES).map(|i| sign * end.force(until * i as f64 / SAMPLES as f64) / bar.area());
+    let held = material.stress(rest);
+    let off = |stress: &f64| {
+        (stress - held).abs()
+            > 1e-12 * (held.abs() + material.density() * material.speed(rest).powi(2))
+    };
+    let mut woken = stresses.filter(off).peekable();
+    woken.peek()?;
+    let speeds = woken.filter_map(|stress| Some(material.speed(material.stretch(stress).ok()?)));
+    Some(speeds.fold(material.speed(rest), f64::max))
 }
 
 /// An acceleration wave that runs into a uniform state at rest: a front across which the acceleration jumps.
