@@ -102,7 +102,8 @@ pub struct AssemblyBody {
     pub extent: Option<Extent>,
     /// Force at the centre of mass; default 0.
     pub force: Load,
-    /// Couple; default 0, and 0 for a point mass.
+    /// Couple; default 0, and 0 for a point mass, which has no such field.
+    #[serde(skip_serializing_if = "Load::is_none")]
     pub couple: Load,
     /// Drag coefficient >= 0 of the centre of mass; default 0.
     #[serde(skip_serializing_if = "is_zero")]

@@ -149,6 +149,11 @@ impl Load {
         }
     }
 
+    /// True if there is none.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// The other parts.
     pub fn in_time(&self) -> &[Force] {
         match self {

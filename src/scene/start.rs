@@ -85,7 +85,8 @@ pub enum Place {
     },
     /// In space, by the strain field, whatever the load; the default is the unloaded rod.
     Strain {
-        /// The strains.
+        /// The strains. None at all are not written: an elastic rod, which may start unloaded too, has no such field.
+        #[serde(skip_serializing_if = "StrainField::is_unloaded")]
         strain: StrainField,
     },
     /// In space, the equilibrium under a load at the end.
@@ -164,6 +165,11 @@ impl StrainField {
     /// The polynomial of a strain.
     pub fn polynomial(&self, name: StrainName) -> Option<&[f64]> {
         self.0[name as usize].as_deref()
+    }
+
+    /// True if every strain is that of the unloaded rod.
+    pub fn is_unloaded(&self) -> bool {
+        self.0.iter().all(Option::is_none)
     }
 
     /// The value of a strain at x = s/L; `None`: as in the unloaded rod.

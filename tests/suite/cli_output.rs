@@ -1,7 +1,9 @@
 //! The directory that a command writes into: whole files, one run at a time, signals.
 
 use crate::program::{Answer, Place, Table};
+use snaprod::scene::Scene;
 use std::fs;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -284,6 +286,22 @@ fn resolved_scenes_run_the_same() {
         let summary = |of: &str| place.json(&format!("{of}/summary.json"));
         for key in ["scene", "start", "end"] {
             assert_eq!(summary(name)[key], summary("again")[key], "{name}: {key}");
+        }
+    }
+}
+
+/// Catches a resolved scene that is refused, or is another scene, for any kind of scene that is bundled or that `snaprod new` writes.
+#[test]
+fn resolved_scenes_are_scenes() {
+    for folder in ["scenes", "src/cli/templates"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let file = path.display();
+            let scene = Scene::read(&path).unwrap_or_else(|e| panic!("{e}"));
+            let written = toml::to_string(&scene).unwrap();
+            let again = Scene::parse(&written).unwrap_or_else(|faults| panic!("{file}: {faults}"));
+            assert_eq!(toml::to_string(&again).unwrap(), written, "{file}");
         }
     }
 }
