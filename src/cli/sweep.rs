@@ -34,10 +34,12 @@ pub struct SweepArgs {
     /// The seed of the points at random.
     #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
     seed: u64,
-    /// What to tell of each point: a path into summary.json, or into events, as in end.x or events.-1.t; may be repeated.
+    /// What to tell of each point: a path into summary.json, or into events, as in end.x or events.-1.t; may be repeated. Without
+    /// it, what is usual for the scene.
     #[arg(long, value_name = "PATH")]
     column: Vec<String>,
-    /// The column that the map of a sweep over two fields shows; several are joined, as in events.-1.to.mode,events.-1.to.sign.
+    /// The column that the map of a sweep over two fields shows, told of each point beside the others; several are joined, as in
+    /// events.-1.to.mode,events.-1.to.sign.
     #[arg(long, value_name = "PATH[,PATH]")]
     map: Option<String>,
     /// How many threads work; default as many as there are cores. What they write does not depend on it.
@@ -121,10 +123,12 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         );
     }
     out.finish()?;
-    for path in &args.column {
-        if rows.column(path).all(str::is_empty) {
+    let asked = args.column.iter().map(|path| ("--column", path));
+    for (option, path) in asked.chain(args.map_columns().iter().map(|path| ("--map", path))) {
+        let column = sweep.sweep().column_of(path);
+        if rows.column(&column).all(str::is_empty) {
             print_error(&format!(
-                "warning: --column {path}: no point has it; the names are those of summary.json, and events, of `snaprod run --json`"
+                "warning: {option} {path}: no point has it; the names are those of summary.json, and events, of `snaprod run --json`"
             ));
         }
     }
@@ -166,11 +170,18 @@ fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
     )?;
     match sweep.refused() {
         Some(why) => Err(Refusal(format!("{}: {why}", path.display()))),
-        None => Ok(sweep),
+        None => Ok(sweep.telling(args.map_columns())),
     }
 }
 
 impl SweepArgs {
+    /// What `--map` names.
+    fn map_columns(&self) -> Vec<String> {
+        let names = self.map.iter().flat_map(|text| text.split(','));
+        let names = names.map(|name| name.trim().to_owned());
+        names.filter(|name| !name.is_empty()).collect()
+    }
+
     /// The columns of the map; None where there is none.
     fn mapped(&self, sweep: &Sweep) -> Result<Option<Vec<String>>, Refusal> {
         let two = sweep.is_grid()
@@ -179,21 +190,16 @@ impl SweepArgs {
                 .vary()
                 .iter()
                 .all(|one| !one.is_list() && one.count() > Some(1));
+        let named = self.map_columns();
         let known = sweep.quantities();
         match &self.map {
             Some(_) if !two => Err(Refusal(
                 "--map: only a grid over two ranges has a map; give --vary PATH=FROM:TO:COUNT twice".to_owned(),
             )),
-            Some(columns) => {
-                let columns: Vec<String> = columns.split(',').map(|c| c.trim().to_owned()).collect();
-                match columns.iter().find(|column| !known.contains(column)) {
-                    Some(column) => Err(Refusal(format!(
-                        "--map {column}: no column has this name; there are {}; add it by --column {column}",
-                        known.join(", ")
-                    ))),
-                    None => Ok(Some(columns)),
-                }
-            }
+            Some(text) if named.is_empty() => Err(Refusal(format!(
+                "--map {text:?}: no column is named; write one as in --column, or several with commas between them"
+            ))),
+            Some(_) => Ok(Some(named.iter().map(|name| sweep.column_of(name)).collect())),
             None if two => {
                 let usual = known.iter().find(|column| *column == "snaps");
                 Ok(usual.or(known.first()).map(|column| vec![column.clone()]))

@@ -197,3 +197,44 @@ fn a_sweep_goes_on_where_it_was_ended() {
     assert!(refused.refusal().contains("body.weight"));
     assert!(!place.join("three").exists());
 }
+
+/// Catches a map whose columns must be asked for once more, and columns of one name: what is varied and what is asked for twice has one.
+#[test]
+fn a_column_stands_in_the_table_once() {
+    let place = Place::new("columns");
+    place.write("scene.toml", SCENE);
+    let grid =
+        "sweep scene.toml --vary start.velocity.1=-1:1:2 --vary body.mass=1:2:2 --json --out";
+    let run = |rest: &str| {
+        let words: Vec<&str> = grid.split(' ').chain(rest.split(' ')).collect();
+        place.run(&words)
+    };
+    let names = |out: &str| {
+        let table = place.read(&format!("{out}/sweep.csv"));
+        fields(table.lines().next().unwrap())
+    };
+    let varied = ["point", "start.velocity[1]", "body.mass"];
+
+    run("asked --column snaps --map end.mode,end.sign").json(0);
+    assert_eq!(
+        names("asked"),
+        [&varied[..], &["snaps", "end.mode", "end.sign", "why"]].concat()
+    );
+    assert!(place.read("asked/map.svg").contains("end.mode, end.sign"));
+
+    run("usual --map end.sign,snaps,body.mass").json(0);
+    let usual = names("usual");
+    assert_eq!(usual.iter().filter(|name| *name == "snaps").count(), 1);
+    assert_eq!(usual[usual.len() - 2..], ["end.sign", "why"]);
+
+    run("twice --column start.velocity.1 --column body.mass --column end.x --column end.x").json(0);
+    assert_eq!(names("twice"), [&varied[..], &["end.x", "why"]].concat());
+
+    let said = run("wrong --map end.modes");
+    assert!(
+        said.stderr.contains("--map end.modes: no point has it"),
+        "{}",
+        said.stderr
+    );
+    assert!(run("none --map ,").refusal().contains("no column is named"));
+}

@@ -43,7 +43,7 @@ const CHUNKS: usize = 64;
 
 impl Sweep {
     /// A sweep of a scene given as text. `set`: overrides of the scene; `quantities`: what is told of each point, by paths into
-    /// summary.json, with `events` for events.json; none: what is usual for the scene.
+    /// summary.json, with `events` for events.json; none: what is usual for the scene. What is varied has a column anyway.
     ///
     /// # Errors
     /// Nothing to vary, or a field twice; a count that is missing in a grid, or given in a random sweep; no points, or more than 1e9.
@@ -83,7 +83,7 @@ impl Sweep {
             set,
             vary,
             random,
-            quantities,
+            quantities: Vec::new(),
         };
         let mut all = sweep.vary.iter().map(|one| one.count().unwrap_or(1));
         let all = all.try_fold(1usize, |all, n| all.checked_mul(n));
@@ -91,10 +91,36 @@ impl Sweep {
             Some(n) if (1..=MOST).contains(&n) => {}
             _ => return refuse(format!("a sweep has from 1 to {MOST} points")),
         }
+        sweep = sweep.telling(quantities);
         if sweep.quantities.is_empty() {
             sweep.quantities = sweep.usual()?;
         }
         Ok(sweep)
+    }
+
+    /// The sweep that tells these quantities too; those that have a column already are not told twice.
+    #[must_use]
+    pub fn telling(mut self, quantities: Vec<String>) -> Self {
+        for path in quantities {
+            let column = self.column_of(&path);
+            if !(self.quantities.contains(&column) || self.varies(&column)) {
+                self.quantities.push(column);
+            }
+        }
+        self
+    }
+
+    /// The name of the column of a quantity, or of a field that is varied, however its path is written.
+    pub fn column_of(&self, path: &str) -> String {
+        let field = Vary::path_of(path);
+        match self.varies(&field) {
+            true => field,
+            false => path.to_owned(),
+        }
+    }
+
+    fn varies(&self, field: &str) -> bool {
+        self.vary.iter().any(|one| one.path == field)
     }
 
     /// How many points it has.
