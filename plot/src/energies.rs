@@ -34,48 +34,65 @@ pub struct Energies {
     pub error: Vec<f64>,
     /// Times of snaps.
     pub snaps: Vec<f64>,
+    /// What the legend calls them; if empty "snap".
+    pub snaps_name: String,
     /// Units.
     pub units: AxisUnits,
 }
 
 /// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale,
-/// as SVG; snaps are vertical lines.
+/// as SVG; snaps are vertical lines. Where what the elastic or the potential energy is at the start would hide
+/// the motion, it is subtracted from that energy and from the total, as their names say.
 ///
 /// Errs if there are not two finite times or no energies.
 pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     let (start, end) = extent(&data.time)
         .filter(|(start, end)| end > start)
         .ok_or_else(|| Error::domain("figure of energies: no span of time"))?;
+    let change = largest_change(data);
+    let [elastic, potential] = [&data.elastic, &data.potential].map(|term| base(term, change));
     let all = [
-        ("kinetic", &data.kinetic),
-        ("elastic", &data.elastic),
-        ("potential", &data.potential),
-        ("dissipated", &data.dissipated),
-        ("work", &data.work),
-        ("kinetic of the rod", &data.rod_kinetic),
-        ("total mechanical", &data.total),
+        ("kinetic", &data.kinetic, 0.0),
+        ("elastic", &data.elastic, elastic),
+        ("potential", &data.potential, potential),
+        ("dissipated", &data.dissipated, 0.0),
+        ("work", &data.work, 0.0),
+        ("kinetic of the rod", &data.rod_kinetic, 0.0),
+        ("total mechanical", &data.total, elastic + potential),
     ];
     let used = all.into_iter().zip([0, 1, 2, 3, 4, 5, 6]);
-    let used = used.filter(|((_, values), _)| !values.is_empty());
-    let histories: Vec<History> = (used.clone())
-        .map(|((name, values), colour)| {
+    let used = used.filter(|((_, values, _), _)| !values.is_empty());
+    let told: Vec<Vec<f64>> = (used.clone())
+        .map(|((_, values, less), _)| values.iter().map(|v| v - less).collect())
+        .collect();
+    let histories: Vec<History> = (used.clone().zip(&told))
+        .map(|(((name, _, less), colour), values)| {
             let pen = match name {
                 "total mechanical" => Pen::new(INK, 1.6),
                 "work" => Pen::new(category(colour), 1.5).dashed(6.0, 4.0),
                 _ => Pen::new(category(colour), 1.5),
             };
-            History::new(name, pen, &data.time, values)
+            History::new(
+                &without(name, less, &data.units.energy),
+                pen,
+                &data.time,
+                values,
+            )
         })
         .collect();
     let curves: Vec<Drawn> = histories.iter().map(|one| one.line.clone()).collect();
-    let values = used.flat_map(|((_, values), _)| values.iter());
-    let sizes = values.clone().filter(|v| v.is_finite());
+    let sizes = used.flat_map(|((_, values, _), _)| values.iter().filter(|v| v.is_finite()));
     let largest = sizes.fold(0.0, |most, v| f64::max(most, v.abs()));
-    let y = Axis::fit(values, false, &data.units.energy_of("energy"), 6)
-        .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
+    let y = Axis::fit(
+        told.iter().flatten(),
+        false,
+        &data.units.energy_of("energy"),
+        6,
+    )
+    .ok_or_else(|| Error::domain("figure of energies: no energy to show"))?;
     let mut entries = named(&curves);
     if !data.snaps.is_empty() {
-        entries.push(Entry::new(Key::Line(SNAP), "snap"));
+        entries.push(Entry::new(Key::Line(SNAP), snap_name(&data.snaps_name)));
     }
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let snaps = |canvas: &mut Canvas, panel: &Panel| snap_lines(canvas, panel, &data.snaps);
@@ -103,7 +120,51 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
         .draw(paper)
 }
 
-const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
+/// What a term is at the start if that would hide the motion: if nothing changes by more than a small part of it. A motion at rest has nothing to
+/// hide.
+fn base(term: &[f64], change: f64) -> f64 {
+    let start = term.first().copied().unwrap_or(0.0).abs();
+    let hides = change < HIDES * start && change > REST * start;
+    if hides { term[0] } else { 0.0 }
+}
+
+/// The largest change of any term.
+fn largest_change(data: &Energies) -> f64 {
+    let terms = [
+        &data.kinetic,
+        &data.rod_kinetic,
+        &data.elastic,
+        &data.potential,
+        &data.dissipated,
+        &data.work,
+    ];
+    let spans = terms.into_iter().filter_map(extent);
+    spans.fold(0.0, |most, (low, high)| f64::max(most, high - low))
+}
+
+/// The name of a term less a number.
+fn without(name: &str, less: f64, unit: &str) -> String {
+    let (sign, size) = match less {
+        0.0 => return name.to_owned(),
+        less if less < 0.0 => ('+', -less),
+        less => ('−', less),
+    };
+    let told = format!("{name} {sign} {} {unit}", text::short(size, 4));
+    told.trim_end().to_owned()
+}
+
+/// What the legend calls a snap.
+pub(crate) fn snap_name(given: &str) -> &str {
+    match given {
+        "" => "snap",
+        given => given,
+    }
+}
+
+/// The largest change is this part of what hides it, or less, and that of a motion at rest, by rounding, less than the other.
+const HIDES: f64 = 0.25;
+const REST: f64 = 1e-6;
+pub(crate) const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
 /// So many snaps have a line each; of more only the ends are drawn, which leave the curves to be seen.
 const LINES: usize = 40;
 /// Errors below this part of the largest energy are the rounding of its sums.

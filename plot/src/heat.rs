@@ -4,6 +4,7 @@ use super::axes::Axis;
 use super::canvas::Pen;
 use super::cells::Cells;
 use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
+use super::energies::snap_name;
 use super::legend::{ColourBar, Entry, Key};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, INK, WHITE, diverging, sequential};
@@ -36,6 +37,8 @@ pub struct StrainMap {
     pub decades: Option<f64>,
     /// Times of snaps, in `units.time`: vertical lines.
     pub snaps: Vec<f64>,
+    /// What the legend calls them; if empty "snap".
+    pub snaps_name: String,
     /// Characteristics, each a curve of (time, arclength): thin lines.
     pub rays: Vec<Curve>,
     /// Shocks, likewise: thick lines.
@@ -107,7 +110,7 @@ pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
     let snaps: Vec<f64> = data.snaps.iter().filter(within).copied().collect();
     let mut entries = Vec::new();
     if !snaps.is_empty() {
-        entries.push(Entry::new(Key::Line(SNAP), "snap"));
+        entries.push(Entry::new(Key::Line(SNAP), snap_name(&data.snaps_name)));
     }
     let named = [
         (&data.rays, RAY, "characteristic"),

@@ -41,7 +41,8 @@ pub struct ModeShape {
     pub rods: Vec<SpaceRod>,
 }
 
-/// Draws every mode as SVG: equilibrium as a line, displaced both ways dashed.
+/// Draws every mode as SVG: equilibrium as a line, displaced both ways dashed. The directors at the end are drawn of a single rod, and of
+/// several where a mode only turns them.
 ///
 /// Errs if there is no mode, or no finite point.
 pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
@@ -65,20 +66,27 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     if data.modes.is_empty() || !(size > 0.0 && size.is_finite()) {
         return Err(none());
     }
-    let drawn: Vec<Vec<SpaceRod>> = data
+    let extents: Vec<Extent> = data
         .modes
         .iter()
-        .map(|mode| both_ways(data, mode, size))
+        .map(|mode| Extent::of(mode, size))
+        .collect();
+    let drawn: Vec<Vec<SpaceRod>> = (data.modes.iter().zip(&extents))
+        .map(|(mode, extent)| both_ways(data, mode, extent.amplitude()))
         .collect();
     // All from one side.
     let points = drawn.iter().flatten().flat_map(|rod| &rod.points);
     let view = Spread::new(points).ok_or_else(none)?.view();
-    let scenery = |rods: &Vec<SpaceRod>| {
-        let mut scenery = Scenery::new(rods, 0.0, true, true)?;
+    let scenery = |(rods, extent): (&Vec<SpaceRod>, &Extent)| {
+        // Three triads for each of several rods would cover the rods, so they stand only where nothing else shows the motion.
+        let triads = data.rods.len() == 1 || extent.turns();
+        let mut scenery = Scenery::new(rods, 0.0, true, triads)?;
+        scenery.dashed_unnamed = true;
         scenery.view = Some(view);
         Ok(scenery)
     };
-    let sceneries: Vec<Scenery> = drawn.iter().map(scenery).collect::<Result<_>>()?;
+    let sceneries = drawn.iter().zip(&extents).map(scenery);
+    let sceneries: Vec<Scenery> = sceneries.collect::<Result<_>>()?;
     let columns = match data.modes.len() {
         0..=2 => data.modes.len(),
         4 => 2,
@@ -124,17 +132,38 @@ fn colour(rod: &SpaceRod) -> Colour {
     category(usize::from(rod.unstable))
 }
 
+/// How far a mode moves points and directors, in parts of the largest displacement and the largest turn that are drawn.
+struct Extent {
+    far: f64,
+    turned: f64,
+}
+
+impl Extent {
+    fn of(mode: &ModeShape, size: f64) -> Self {
+        let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let points = mode.rods.iter().flat_map(|rod| &rod.points);
+        let directors = mode
+            .rods
+            .iter()
+            .flat_map(|rod| rod.directors.iter().flatten());
+        Self {
+            far: points.map(length).fold(0.0, f64::max) / (REACH * size),
+            turned: directors.map(length).fold(0.0, f64::max) / TURN,
+        }
+    }
+
+    fn amplitude(&self) -> f64 {
+        1.0 / self.far.max(self.turned).max(f64::MIN_POSITIVE)
+    }
+
+    /// True if the lines of the rods hardly move.
+    fn turns(&self) -> bool {
+        self.far < 0.1 * self.turned
+    }
+}
+
 /// The rods, and displaced along the mode and against it, thin and dashed.
-fn both_ways(data: &ModeShapes, mode: &ModeShape, size: f64) -> Vec<SpaceRod> {
-    let length = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let points = mode.rods.iter().flat_map(|rod| &rod.points);
-    let directors = mode
-        .rods
-        .iter()
-        .flat_map(|rod| rod.directors.iter().flatten());
-    let far = points.map(length).fold(0.0, f64::max) / (REACH * size);
-    let turned = directors.map(length).fold(0.0, f64::max) / TURN;
-    let amplitude = 1.0 / far.max(turned).max(f64::MIN_POSITIVE);
+fn both_ways(data: &ModeShapes, mode: &ModeShape, amplitude: f64) -> Vec<SpaceRod> {
     let displaced = |by: f64| {
         data.rods
             .iter()

@@ -3,6 +3,7 @@
 use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, Curve};
+use super::energies::snap_name;
 use super::geometry::{Pixel, finite, heading};
 use super::legend::{Drawn, Entry, Key, Mark, Tones, named};
 use super::page::{Block, Height, Page, Width};
@@ -36,6 +37,8 @@ pub struct Snapshots {
     pub folds: Vec<Curve>,
     /// Where the rod snaps.
     pub snaps: Vec<[f64; 2]>,
+    /// What the legend calls them; if empty "snap".
+    pub snaps_name: String,
     /// The clamps: where each is, and a point ahead of it; by default the origin and along x.
     pub walls: Vec<[[f64; 2]; 2]>,
     /// Units and the rod's length.
@@ -89,7 +92,10 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
         entries.push(Entry::new(Key::Mark(Mark::Square, INK), "end"));
     }
     if !data.snaps.is_empty() {
-        entries.push(Entry::new(Key::Mark(Mark::Cross, ALARM), "snap"));
+        entries.push(Entry::new(
+            Key::Mark(Mark::Cross, ALARM),
+            snap_name(&data.snaps_name),
+        ));
     }
     let marks = |canvas: &mut Canvas, panel: &Panel| {
         for (at, mark) in ends.iter().zip([Mark::Ring, Mark::Square]) {

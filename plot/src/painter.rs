@@ -117,7 +117,9 @@ impl<'a> Painter<'a> {
                 for (k, (d, word)) in triad.into_iter().zip(["d₁", "d₂", "d₃"]).enumerate() {
                     let tip = along(end, with.arm, d);
                     self.arrow(end, tip, Pen::new(director(k), 1.6), 1);
-                    self.word(end, tip, word, director(k));
+                    if !(rod.unstable && with.dashed_unnamed) {
+                        self.word(end, tip, word, director(k));
+                    }
                 }
             }
             None => {

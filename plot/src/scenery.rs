@@ -97,6 +97,8 @@ pub(crate) struct Scenery {
     pub ribbon: f64,
     pub clamp: bool,
     pub triads: bool,
+    /// The directors of dashed rods have no names: these would cover those of the others.
+    pub dashed_unnamed: bool,
     /// All rods lie in one plane: what meets there does not pass behind.
     pub plane: bool,
     /// Length of directors.
@@ -123,6 +125,7 @@ impl Scenery {
             ribbon,
             clamp,
             triads,
+            dashed_unnamed: false,
             plane: spread.is_plane(),
             arm: 0.13 * size,
             shadow: !spread.is_plane() && rods.len() == 1,

@@ -10,7 +10,8 @@ pub(crate) struct Tick {
     pub label: Option<String>,
 }
 
-/// Round numbers (1, 2, 2.5 or 5 times a power of ten) in [lo, hi], about `wanted` of them.
+/// Round numbers (1, 2, 2.5 or 5 times a power of ten) in [lo, hi], about `wanted` of them, and not a single one where there is room for more: that tells no
+/// scale.
 pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let span = hi - lo;
     if !(span > 0.0 && span.is_finite()) {
@@ -19,17 +20,20 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let raw = span / wanted.max(1) as f64;
     let power = raw.log10().floor();
     let base = 10f64.powf(power);
-    let factors = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)];
-    let fits = |(factor, _): &(f64, i64)| factor * base >= 0.999 * raw;
-    let (factor, extra) = factors.into_iter().find(fits).unwrap_or(factors[4]);
+    let factors = [(0.5, 1), (1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)];
+    let fits = |(factor, _): &(f64, i64)| *factor >= 1.0 && factor * base >= 0.999 * raw;
+    let coarse = factors.iter().position(fits).unwrap_or(5);
+    let (factor, extra) = match wanted > 1 && within(lo, hi, factors[coarse].0 * base).1 < 1 {
+        true => factors[coarse - 1],
+        false => factors[coarse],
+    };
     let step = factor * base;
     if !(step.is_finite() && step > 0.0) {
         return Vec::new();
     }
     let decimals = (extra - power as i64).clamp(0, 12) as usize;
     let written_out = lo.abs().max(hi.abs()) < 1e5 && step > 1e-5;
-    let first = (lo / step - 1e-9).ceil();
-    let count = ((hi / step + 1e-9).floor() - first).max(-1.0) as i64;
+    let (first, count) = within(lo, hi, step);
     let tick = |i: i64| {
         let value = (first + i as f64) * step;
         let label = match written_out {
@@ -41,6 +45,13 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
         Tick { value, label }
     };
     (0..=count.min(100)).map(tick).collect()
+}
+
+/// The first multiple of a step in [lo, hi], and how many follow it; -1: there is none.
+fn within(lo: f64, hi: f64, step: f64) -> (f64, i64) {
+    let first = (lo / step - 1e-9).ceil();
+    let count = ((hi / step + 1e-9).floor() - first).max(-1.0) as i64;
+    (first, count)
 }
 
 /// Powers of ten in [lo, hi], at most `wanted` of them labelled, with minor marks at 2..9 where
@@ -144,6 +155,9 @@ mod tests {
             ["0.00", "0.25", "0.50", "0.75", "1.00"]
         );
         assert_eq!(labels(&linear(0.0, 40.0, 4)), ["0", "10", "20", "30", "40"]);
+        // 0.5 alone is round by halves.
+        assert_eq!(labels(&linear(0.1, 0.95, 2)), ["0.25", "0.50", "0.75"]);
+        assert_eq!(labels(&linear(0.1, 0.95, 1)).len(), 0);
         assert!(linear(1.0, 1.0, 5).is_empty());
         assert!(linear(f64::NAN, 1.0, 5).is_empty());
     }

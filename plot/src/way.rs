@@ -3,7 +3,7 @@
 use super::axes::{Axis, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, as_many};
-use super::energies::snap_lines;
+use super::energies::{SNAP, snap_lines, snap_name};
 use super::geometry::{Pixel, Point, box_of, drawable, finite, thin};
 use super::history::History;
 use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark};
@@ -25,6 +25,8 @@ pub struct SpaceWay {
     pub points: Vec<[f64; 3]>,
     /// Times of snaps.
     pub snaps: Vec<f64>,
+    /// What the legend calls them; if empty "snap".
+    pub snaps_name: String,
     /// Units.
     pub units: AxisUnits,
 }
@@ -83,10 +85,15 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
         }));
     }
     let mut entries = Vec::new();
+    let line = spread.size[1] < LINE * spread.size[0].max(LINE);
     if !data.snaps.is_empty() {
-        entries.push(Entry::new(Key::Mark(Mark::Cross, ALARM), "snap"));
+        let key = match line {
+            true => Key::Line(SNAP),
+            false => Key::Mark(Mark::Cross, ALARM),
+        };
+        entries.push(Entry::new(key, snap_name(&data.snaps_name)));
     }
-    if spread.size[1] < LINE * spread.size[0].max(LINE) {
+    if line {
         let page = Page::new("Way of a point in space", &data.title, vec![entries]);
         return page.column(Width::Whole(WIDTH), panels).draw(paper);
     }

@@ -89,6 +89,7 @@ fn way(record: &AssemblyRunRecord, body: usize) -> SpaceWay {
         points: last.track.iter().map(centre).collect(),
         snaps: snap_times(record),
         units: rod_figures::units(record.units),
+        ..SpaceWay::default()
     }
 }
 

@@ -68,6 +68,7 @@ pub fn energies(
         error: column(&|l| l.total() - first),
         snaps,
         units,
+        ..Energies::default()
     }
 }
 

@@ -196,6 +196,14 @@ impl<'r> Drawn<'r> {
         self.line.snaps.iter().map(|(t, _)| *t).collect()
     }
 
+    /// A rod with friction does not snap: it is away from equilibrium for some time, whether a fold or a push took it there.
+    fn snaps_name(&self) -> String {
+        match self.record.passages().next() {
+            Some(_) => "away from equilibrium".to_owned(),
+            None => String::new(),
+        }
+    }
+
     fn length(&self) -> f64 {
         self.record.scales.length
     }
@@ -239,6 +247,7 @@ impl<'r> Drawn<'r> {
             path: Curve::new(self.way().iter().map(Moment::place)),
             folds: self.folds()?,
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
+            snaps_name: self.snaps_name(),
             walls,
             units: self.units.clone(),
         })
@@ -311,18 +320,26 @@ impl<'r> Drawn<'r> {
     fn energies(&self) -> Energies {
         let states = self.way().iter().map(|moment| (moment.t, &moment.ledger));
         let states: Vec<(f64, &Ledger)> = states.collect();
-        rod_figures::energies(
+        let mut energies = rod_figures::energies(
             &states,
             self.record.driven,
             self.snap_times(),
             self.units.clone(),
-        )
+        );
+        energies.snaps_name = self.snaps_name();
+        energies
     }
 
     /// One of the strains over (t, s), with the dissipation density where there is any.
     fn strain(&self, strain: usize, label: &str) -> StrainMap {
         let stride = self.track().len().div_ceil(MAP_COLUMNS).max(1);
-        let columns: Vec<&Frame> = self.track().iter().step_by(stride).collect();
+        // Every so many frames, and the last one: the map ends where the motion does.
+        let chosen = self.track().iter().step_by(stride);
+        let last = self
+            .track()
+            .last()
+            .filter(|_| !(self.track().len() - 1).is_multiple_of(stride));
+        let columns: Vec<&Frame> = chosen.chain(last).collect();
         let dissipates = columns
             .iter()
             .any(|f| f.dissipation.iter().any(|d| *d > 0.0));
@@ -335,6 +352,7 @@ impl<'r> Drawn<'r> {
             dissipation: dissipation.filter(|_| dissipates).collect(),
             decades: Some(DECADES),
             snaps: self.snap_times(),
+            snaps_name: self.snaps_name(),
             units: self.units.clone(),
             ..StrainMap::default()
         }
@@ -438,6 +456,7 @@ impl<'r> Drawn<'r> {
             time: self.times(),
             points: way.map(|moment| moment.position().into()).collect(),
             snaps: self.snap_times(),
+            snaps_name: self.snaps_name(),
             units: self.units.clone(),
         }
     }

@@ -217,3 +217,52 @@ fn the_rod_is_drawn_from_its_clamp_to_its_mass() {
         assert!(off([ahead.x, ahead.y], [0.5 * angle.cos(), 0.5 * angle.sin()]) < 1e-12);
     }
 }
+
+/// What is written in a figure.
+fn words(place: &Place, file: &str) -> Vec<String> {
+    let svg = place.read(file);
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let texts = document.descendants().filter(|n| n.has_tag_name("text"));
+    let words = texts.filter_map(|n| n.text());
+    words.map(|word| word.trim().to_owned()).collect()
+}
+
+/// Catches a passage of a rod with friction that is called a snap, a snap that is not, and a map of strains that ends before the motion.
+#[test]
+fn figures_tell_snaps_from_passages() {
+    let place = Place::new("passages");
+    let scene = |name: &str| format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    for (name, told, never) in [
+        ("plunge", "away from equilibrium", "snap"),
+        ("flywheel", "snap", "away from equilibrium"),
+    ] {
+        place.run(&["run", &scene(name), "--out", name]).text();
+        let strain = if name == "plunge" {
+            "strain_v3"
+        } else {
+            "strain_u1"
+        };
+        for figure in ["energies", "path", strain] {
+            let words = words(&place, &format!("{name}/{figure}.svg"));
+            let has = |word: &str| words.iter().any(|other| other == word);
+            assert!(has(told) && !has(never), "{name} {figure}: {words:?}");
+        }
+    }
+    // 1.0 is the end of the rod, and that of the motion.
+    let words = words(&place, "flywheel/strain_u1.svg");
+    assert_eq!(
+        words.iter().filter(|word| *word == "1.0").count(),
+        2,
+        "{words:?}"
+    );
+}
+
+/// Catches a diagram in which both arms of a pitchfork are one line.
+#[test]
+fn branches_that_differ_are_seen_to_differ() {
+    let place = Place::new("pitchfork");
+    let scene = format!("{}/scenes/heavy_column.toml", env!("CARGO_MANIFEST_DIR"));
+    place.run(&["branch", &scene, "--out", "out"]).text();
+    let words = words(&place, "out/branch.svg");
+    assert!(words.iter().any(|word| word == "x of the end"), "{words:?}");
+}

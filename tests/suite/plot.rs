@@ -213,6 +213,7 @@ fn bad_numbers_never_panic() {
                     snaps: vec![[bad, 0.0]],
                     walls: vec![[[bad, 0.0], [1.0, bad]]],
                     units: units.clone(),
+                    ..Snapshots::default()
                 },
                 &Paper::SCREEN,
             ),
@@ -442,5 +443,92 @@ fn the_ledger_is_said_to_close_where_it_does() {
     for (name, make, ..) in cases() {
         let svg = make(&narrow).unwrap();
         assert!(!svg.contains("NaN") && !svg.contains("width=\"-"), "{name}");
+    }
+}
+
+/// Catches a constant that flattens the energies, one that is subtracted from one term and not from the total, or where it hides nothing, and a motion at rest
+/// whose rounding fills the figure.
+#[test]
+fn constants_that_hide_the_motion_are_told_apart() {
+    let drawn = |elastic: f64, potential: f64, change: f64| {
+        let swing = [0.0, change, 0.3 * change];
+        let data = Energies {
+            time: vec![0.0, 1.0, 2.0],
+            kinetic: swing.to_vec(),
+            elastic: swing.map(|e| elastic - 0.5 * e).to_vec(),
+            potential: swing.map(|e| potential - 0.5 * e).to_vec(),
+            total: vec![elastic + potential; 3],
+            units: AxisUnits::si(1.0),
+            ..Energies::default()
+        };
+        energies(&data, &Paper::SCREEN).unwrap()
+    };
+    let both = drawn(0.8, -1.63, 0.07);
+    for name in [
+        "elastic − 0.8 J",
+        "potential + 1.63 J",
+        "total mechanical + 0.83 J",
+    ] {
+        assert!(both.contains(name), "{name}");
+    }
+    // The axis reaches over the changes alone, and every term keeps to it.
+    assert!(both.contains("0.06") && !both.contains("0.8<") && !both.contains("−1.5"));
+    let one = drawn(0.1, 2.8, 0.07);
+    assert!(one.contains(">\nelastic\n<") && one.contains("total mechanical − 2.8 J"));
+    for shown in [drawn(0.8, 1.6, 0.9), drawn(0.8, 1.6, 1e-9)] {
+        assert!(shown.contains(">\ntotal mechanical\n<"));
+    }
+}
+
+/// Catches a figure that calls a passage of a rod with friction a snap, or has no word where none is given.
+#[test]
+fn marks_in_time_have_the_name_that_is_given() {
+    let named = |name: &str| {
+        let (time, snaps, snaps_name) = (vec![0.0, 1.0, 2.0], vec![1.0], name.to_owned());
+        let ledger = Energies {
+            kinetic: vec![0.0, 1.0, 2.0],
+            time: time.clone(),
+            snaps: snaps.clone(),
+            snaps_name: snaps_name.clone(),
+            ..Energies::default()
+        };
+        let way = |z: f64| SpaceWay {
+            points: vec![[0.0; 3], [1.0, z, 0.0], [0.5, 0.1, z]],
+            time: time.clone(),
+            snaps: snaps.clone(),
+            snaps_name: snaps_name.clone(),
+            ..SpaceWay::default()
+        };
+        let map = StrainMap {
+            s: vec![0.0, 1.0],
+            strain: vec![vec![0.0, 1.0]; 3],
+            time: time.clone(),
+            snaps: snaps.clone(),
+            snaps_name: snaps_name.clone(),
+            ..StrainMap::default()
+        };
+        let shapes = Snapshots {
+            shapes: vec![Shape {
+                time: 0.0,
+                axis: Curve::new([[0.0, 0.0], [1.0, 0.0]]),
+            }],
+            snaps: vec![[0.5, 0.0]],
+            snaps_name: snaps_name.clone(),
+            ..Snapshots::default()
+        };
+        [
+            energies(&ledger, &Paper::SCREEN),
+            space_way(&way(0.4), &Paper::SCREEN),
+            space_way(&way(0.0), &Paper::SCREEN),
+            strain_map(&map, &Paper::SCREEN),
+            snapshots(&shapes, &Paper::SCREEN),
+        ]
+        .map(Result::unwrap)
+    };
+    for svg in named("") {
+        assert!(svg.contains(">\nsnap\n<"));
+    }
+    for svg in named("away from equilibrium") {
+        assert!(svg.contains(">\naway from equilibrium\n<") && !svg.contains(">\nsnap\n<"));
     }
 }

@@ -400,7 +400,7 @@ pub fn energies_data(m: &Motion) -> Energies {
         elastic,
         potential,
         total,
-        units: AxisUnits::default(),
+        ..Energies::default()
     }
 }
 

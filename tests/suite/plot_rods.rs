@@ -551,3 +551,42 @@ fn points_and_straight_rods_are_drawn() {
         .unwrap();
     }
 }
+
+/// Catches names of directors that cover each other and the rods, and a mode that only turns the ends and is not seen at all.
+#[test]
+fn directors_of_modes_stand_where_they_tell_something() {
+    let triad = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let rod = |x: f64, moved: [f64; 3], turned: f64| SpaceRod {
+        points: vec![[x, 0.0, 0.0], [x, moved[1], 1.0]],
+        directors: vec![triad.map(|d| d.map(|c| c * turned)); 2],
+        ..SpaceRod::default()
+    };
+    let moves = |by: f64, turned: f64| SpaceRod {
+        points: vec![[0.0; 3], [by, 0.0, 0.0]],
+        directors: vec![[[0.0, turned, 0.0], [-turned, 0.0, 0.0], [0.0; 3]]; 2],
+        ..SpaceRod::default()
+    };
+    let names = |rods: usize, by: f64, turned: f64| {
+        let data = ModeShapes {
+            rods: (0..rods)
+                .map(|i| rod(i as f64, [0.0, 0.2, 0.0], 1.0))
+                .collect(),
+            modes: vec![ModeShape {
+                title: "mode 1".into(),
+                rods: vec![moves(by, turned); rods],
+            }],
+            ..ModeShapes::default()
+        };
+        let svg = mode_shapes(&data, &Paper::SCREEN).unwrap();
+        let document = Document::parse(&svg).unwrap();
+        let named = document
+            .descendants()
+            .filter(|n| n.text().is_some_and(|word| word.trim() == "d₁"));
+        // The white ones make room for the name.
+        let inked = named.filter(|n| n.is_element() && n.attribute("fill") != Some("#FFFFFF"));
+        inked.count()
+    };
+    assert_eq!(names(1, 1.0, 1.0), 1);
+    assert_eq!(names(3, 1.0, 1.0), 0);
+    assert_eq!(names(3, 1e-3, 1.0), 3);
+}

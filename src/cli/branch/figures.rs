@@ -10,11 +10,15 @@ use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
 
 /// More branches than this have no names in a figure.
 const MOST_NAMES: usize = 8;
+/// Branches that differ by this part of the widest component are seen to differ.
+const APART: f64 = 0.02;
+/// Points of a branch whose distance from another one is measured.
+const TRIED: usize = 64;
 /// If there are more special points than this, only those of the first branch have labels.
 const MOST_LABELS: usize = 16;
 
-/// The component of the end's position, or of a body's, that shows most beside the parameter itself, or else of a base couple: its
-/// name in figures, and its column.
+/// The component of the end's position, or of a body's, that tells most branches from each other and, of several, shows most beside the
+/// parameter itself, or else of a base couple: its name in figures, and its column.
 pub fn measure(record: &BranchRecord) -> (String, &str) {
     let (table, units) = (&record.branches.points, record.units);
     let ps = table.reals("parameter");
@@ -37,10 +41,16 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
     let best = |names: [&'static str; 3]| {
         let columns = table.columns.iter().map(|column| column.name.as_ref());
         let columns = columns.filter(|column: &&str| names.contains(&parts(column).1.as_str()));
-        let scored = columns.map(|name| (score(table.reals(name)), name));
-        scored
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .unwrap_or((0.0, names[0]))
+        let columns: Vec<&str> = columns.collect();
+        let widest = (columns.iter()).map(|name| span(table.reals(name)));
+        let widest = widest.fold(0.0, f64::max);
+        let scored = columns.into_iter().map(|name| {
+            let values = table.reals(name);
+            let apart = told_apart(&record.branches, ps, values, APART * widest);
+            (apart, score(values), name)
+        });
+        let best = scored.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        best.map_or((0.0, names[0]), |(_, score, name)| (score, name))
     };
     let (shown, column) = best(["x", "y", "z"]);
     // A held component is constant or the parameter.
@@ -57,6 +67,35 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
         label = format!("{label} of {of}");
     }
     (Units::label(&label, units.couple()), column)
+}
+
+/// How many pairs of branches differ by more than `least` somewhere, at one value of the parameter; of many branches the first ones.
+fn told_apart(set: &CurveSet, ps: &[f64], values: &[f64], least: f64) -> usize {
+    let numbers = set.numbers();
+    let curve = |number: usize| -> Vec<(f64, f64)> {
+        let own = (0..numbers.len()).filter(|&i| numbers[i] == Some(number as i64));
+        own.map(|i| (ps[i], values[i])).collect()
+    };
+    let curves: Vec<_> = (0..set.curves.len().min(MOST_NAMES)).map(curve).collect();
+    let pairs = (0..curves.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    pairs
+        .filter(|(i, j)| apart(&curves[*i], &curves[*j]) > least)
+        .count()
+}
+
+/// The largest distance of some points of a branch from another one at the same parameter, which that may pass several times, or never.
+fn apart(one: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
+    let nearest = |&(p, y): &(f64, f64)| {
+        let passes = other.windows(2).filter_map(|pair| {
+            let [(a, ya), (b, yb)] = [pair[0], pair[1]];
+            let within = a.min(b) <= p && p <= a.max(b);
+            let part = if a == b { 0.0 } else { (p - a) / (b - a) };
+            within.then_some((ya + part * (yb - ya) - y).abs())
+        });
+        passes.min_by(f64::total_cmp)
+    };
+    let some = one.iter().step_by(one.len().div_ceil(TRIED).max(1));
+    some.filter_map(nearest).fold(0.0, f64::max)
 }
 
 fn span(values: &[f64]) -> f64 {
