@@ -52,8 +52,14 @@ impl Problem {
             return self.taut_index(&taut, &Spring::NONE);
         }
         // A whole number is right or wrong, however loose the tolerance of the rest.
-        let tolerance = self.tolerance.min(ROUGH);
-        let fine = self.count(b, tolerance)?;
+        let mut tolerance = self.tolerance.min(ROUGH);
+        let mut fine = self.count(b, tolerance);
+        // Of a rod that is all but straight, held where it is, what it takes is counted at a place that the tolerance leaves open.
+        while fine.as_ref().is_err_and(Error::is_no_convergence) && tolerance > FINEST {
+            tolerance = (FINER * tolerance).max(FINEST);
+            fine = self.count(b, tolerance);
+        }
+        let fine = fine?;
         // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign itself is as good
         // as the tolerance, and a neutral equilibrium is no error.
         let growth = fine.noise / tolerance;
@@ -113,6 +119,9 @@ impl Problem {
 
 /// Tolerance of the integration for a first, rough count; it is repeated more tightly if an eigenvalue is near zero.
 const ROUGH: f64 = 1e-7;
+/// Tolerances are made finer by this factor, down to the finest, where a count makes no sense.
+const FINER: f64 = 1e-2;
+const FINEST: f64 = 1e-13;
 
 /// An index, and how far the eigenvalue nearest to zero is from it, relative to the others.
 struct Count {
