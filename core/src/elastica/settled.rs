@@ -2,7 +2,7 @@
 
 use super::{Elastica, Equilibrium, LightRod};
 use crate::error::{Error, Message, Quantity, Result};
-use crate::manifold::{EquilibriumManifold, RodMass};
+use crate::manifold::{Deflected, EquilibriumManifold, RodMass};
 use crate::math::frame::Frame;
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix2, Vector2};
@@ -71,8 +71,8 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
 }
 
 /// The same of a mass whose rod has a weight, which is felt to first order as in its motions: there it rests. The clamp stands in `frame`, if it is not at
-/// the origin along the axes of the world, along whose axes `load` is. Where the motion does not follow the mass of the rod, as next to the straight
-/// one, nothing is felt of it.
+/// the origin along the axes of the world, along whose axes `load` is. Next to the straight rod the weight is felt across it; where motions do not follow
+/// the mass of the rod at all, as on one that is pulled too hard, nothing is.
 ///
 /// # Errors
 /// As [`settled`]; no convergence, of rods that are not light.
@@ -98,6 +98,11 @@ pub fn settled_with(
     };
     let weight = frame.map_or(rod.gravity, |frame| frame.inward(&rod.gravity)) * rod.mass;
     let mut total = load + weight * SHARE;
+    let slack = settled(&total)?.map_or(0.0, |at| at.one_minus_x);
+    if slack < HAIR {
+        return slightly_bent(rod, frame, load);
+    }
+    let mut last = f64::INFINITY;
     for _ in 0..STEPS {
         let Some(there) = felt(&total)? else {
             return settled(load);
@@ -107,9 +112,8 @@ pub fn settled_with(
         for i in 0..2 {
             let mut aside = total;
             aside[i] += DIFFERENCE * size;
-            let Some(beside) = felt(&aside)? else {
-                return settled(load);
-            };
+            // At the edge of where the mass is followed the weight is taken to stay as it is.
+            let beside = felt(&aside)?.unwrap_or(there);
             let column = slope.column(i) - (beside - there) / (DIFFERENCE * size);
             slope.set_column(i, &column);
         }
@@ -117,21 +121,62 @@ pub fn settled_with(
             break;
         };
         total += step;
-        if step.norm() <= ROUNDING * size {
+        // What is felt of a rod that is bent a little has noise, by which steps stop falling.
+        let step = step.norm() / size;
+        if step <= ROUNDING || (step <= NOISE && step >= 0.5 * last) {
             return settled(&total);
         }
+        last = step;
     }
-    Err(Error::no_convergence(
+    match slack < SLIGHT {
+        true => slightly_bent(rod, frame, load),
+        false => Err(unfound()),
+    }
+}
+
+/// The same of a rod that is all but straight: across it the weight changes with the deflection, and its pull is that of the load.
+fn slightly_bent(
+    rod: &LightRod,
+    frame: Option<&Frame<2>>,
+    load: &Vector2<f64>,
+) -> Result<Option<Equilibrium>> {
+    let mut total = *load;
+    for _ in 0..STEPS {
+        let at = settled(&total)?;
+        let deflected = Deflected {
+            pull: load.x,
+            tightening: 0.0,
+            height: at.map_or(0.0, |at| at.y),
+            speed: 0.0,
+        };
+        let Some(felt) = rod.beside(frame, &deflected) else {
+            return settled(load);
+        };
+        let next = load.y + felt.force;
+        if (next - total.y).abs() <= ROUNDING * next.abs() {
+            return Ok(at);
+        }
+        total.y = next;
+    }
+    Err(unfound())
+}
+
+fn unfound() -> Error {
+    Error::no_convergence(
         "no shape at rest of the rod with its weight, felt to first order, was found: write inertia = \"full\" in [rod]",
-    ))
+    )
 }
 
 /// A cantilever sinks under its weight as under this part of it at its end.
 const SHARE: f64 = 0.375;
-/// Newton's steps, their differences, and a last one that is rounding, in parts of the load.
+/// Newton's steps, their differences, a last one that is rounding, and the largest that noise may make, in parts of the load.
 const STEPS: usize = 40;
-const DIFFERENCE: f64 = 1e-6;
+const DIFFERENCE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-12;
+const NOISE: f64 = 1e-7;
+/// 1 - x up to which a rod may be taken as all but straight, which leaves out a part 1 - x, and below which what is felt of it drowns in rounding otherwise.
+const SLIGHT: f64 = 1e-5;
+const HAIR: f64 = 1e-8;
 /// Beyond it the chart serves only rods that are taut all along.
 const LAMBDA_MOST: f64 = 340.0;
 /// p of the slightest bend looked at, and by how much it exceeds lambda for a load along the rod to rounding.

@@ -54,10 +54,13 @@ impl Scene {
 
     /// A planar scene whose rod is followed to first order and bent by its weight, as one whose rod does nothing but weigh; None of any other.
     fn weighing(&self) -> Result<Option<Self>> {
+        if !self.rod.is_light() {
+            return Ok(None);
+        }
         let gravity = Vector2::new(self.loads.gravity[0], self.loads.gravity[1]);
         let along = clamp::planar(&self.dimensionless()?.clamp)?
             .map_or(gravity, |support| support.at(0.0).inward(&gravity));
-        if !(self.is_planar() && self.rod.is_light() && along.y != 0.0) {
+        if along.y == 0.0 {
             return Ok(None);
         }
         let mut weighing = self.clone();

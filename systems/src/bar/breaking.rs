@@ -97,10 +97,11 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
         .filter_map(|i| ray(until * i as f64 / SAMPLES as f64))
         .map(|(c, _)| c);
     let fastest = faster.fold(material.speed(rest), f64::max);
-    // A wave comes back from the other end, or begins there at once.
+    // A wave comes back from the other end, or begins there before.
+    let back = bar.length() / material.speed(rest);
     let (leaves, fastest) = match wakened(bar, 1 - side, until) {
-        None => (bar.length() / material.speed(rest), fastest),
-        Some(speed) => (0.0, fastest.max(speed)),
+        None => (back, fastest),
+        Some((since, speed)) => (since.min(back), fastest.max(speed)),
     };
     let reached = leaves + (bar.length() - x) / fastest;
     (time <= until && time < reached && x <= bar.length()).then_some(Breaking {
@@ -110,25 +111,28 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
     })
 }
 
-/// The speed in the fastest state that an end whose load does not hold the bar as it rests gives it before `until`; None of one that holds it.
-fn wakened(bar: &Bar, side: usize, until: f64) -> Option<f64> {
+/// Since when the load of an end does not hold the bar as it rests, and the speed in the fastest state that it gives the end before `until`; None if it
+/// holds the bar.
+fn wakened(bar: &Bar, side: usize, until: f64) -> Option<(f64, f64)> {
     let (material, rest) = (bar.material(), bar.at_start(0.0)[0]);
     let sign = if side == 0 { -1.0 } else { 1.0 };
     let end = &bar.ends()[side];
     if matches!(end, End::Wall) {
         return None;
     }
-    let stresses =
-        (0..=SAMPLES).map(|i| sign * end.force(until * i as f64 / SAMPLES as f64) / bar.area());
+    let time = |i: usize| until * i as f64 / SAMPLES as f64;
+    let stresses = (0..=SAMPLES).map(|i| (i, sign * end.force(time(i)) / bar.area()));
     let held = material.stress(rest);
-    let off = |stress: &f64| {
+    let off = |(_, stress): &(usize, f64)| {
         (stress - held).abs()
             > 1e-12 * (held.abs() + material.density() * material.speed(rest).powi(2))
     };
     let mut woken = stresses.filter(off).peekable();
-    woken.peek()?;
-    let speeds = woken.filter_map(|stress| Some(material.speed(material.stretch(stress).ok()?)));
-    Some(speeds.fold(material.speed(rest), f64::max))
+    // Between two samples at the earliest.
+    let since = time(woken.peek()?.0.saturating_sub(1));
+    let speeds =
+        woken.filter_map(|(_, stress)| Some(material.speed(material.stretch(stress).ok()?)));
+    Some((since, speeds.fold(material.speed(rest), f64::max)))
 }
 
 /// An acceleration wave that runs into a uniform state at rest: a front across which the acceleration jumps.

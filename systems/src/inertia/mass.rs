@@ -32,6 +32,13 @@ fn lifted(m: &Matrix3<f64>) -> Matrix6<f64> {
     all
 }
 
+/// The couples of wrenches, from component 0, or their forces, from component 3.
+pub(super) fn parts(wrenches: &[Vector6<f64>], first: usize) -> Vec<Vector3<f64>> {
+    let each = wrenches.iter();
+    each.map(|w| w.fixed_rows::<3>(first).into_owned())
+        .collect()
+}
+
 impl Mass {
     /// The same on a clamp that stands where its own is at time `t`.
     pub(super) fn standing_at(self, t: f64) -> Self {

@@ -5,7 +5,7 @@
 
 use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
 use super::law::{Answer, Law};
-use super::mass::{Mass, MassLinear};
+use super::mass::{Mass, MassLinear, parts};
 use super::memory::Memory;
 use crate::assembly::Tube;
 use crate::body::{Body, RigidBody};
@@ -207,12 +207,11 @@ impl HeavyRod {
 
     /// The same on a clamp that stands where its own is at time `t`: what a rod at rest is in equilibrium with has no inertia.
     pub(super) fn standing_at(&self, t: f64) -> Self {
+        let stand = |mass: &Mass| mass.clone().standing_at(t);
         let mut standing = self.clone();
-        let masses = standing.masses.into_iter();
-        standing.masses = masses.map(|mass| mass.standing_at(t)).collect();
-        let given = &mut standing.given;
-        given.grain = given.grain.clone().standing_at(t);
-        given.body = given.body.take().map(|body| body.standing_at(t));
+        standing.masses = self.masses.iter().map(stand).collect();
+        standing.given.grain = standing.given.grain.standing_at(t);
+        standing.given.body = self.given.body.as_ref().map(stand);
         standing
     }
 
@@ -585,8 +584,7 @@ impl HeavyRod {
     /// The first time after `t` at which a load or the motion of the clamp is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         let grain = self.given.grain.next_break(t);
-        let body = self.given.body.iter().map(|body| body.next_break(t));
-        body.fold(grain, f64::min)
+        (self.given.body.as_ref()).map_or(grain, |body| body.next_break(t).min(grain))
     }
 }
 
@@ -596,10 +594,4 @@ fn held(body: Body<3>, force: Vector3<f64>, grain: &Body<3>) -> Result<Body<3>> 
         Some(support) => body.with_support(support.clone()),
         None => body,
     })
-}
-
-fn parts(wrenches: &[Vector6<f64>], first: usize) -> Vec<Vector3<f64>> {
-    let each = wrenches.iter();
-    each.map(|w| w.fixed_rows::<3>(first).into_owned())
-        .collect()
 }

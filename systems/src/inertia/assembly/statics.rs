@@ -285,8 +285,11 @@ impl HeavyAssembly {
                 _ => None,
             })
         };
-        let outside = || Error::domain("the strains are outside the domain of a section law");
         let fastest = supports().fold(0.0, f64::max);
+        if fastest == 0.0 {
+            return Ok(DVector::zeros(self.scale().len()));
+        }
+        let outside = || Error::domain("the strains are outside the domain of a section law");
         let still = self.still(y);
         let here = self.standing_at(0.0);
         let at = here.at(&still).ok_or_else(outside)?;
@@ -307,10 +310,7 @@ impl HeavyAssembly {
                 rods.chain(free).copied(),
             ))
         };
-        match fastest {
-            0.0 => Ok(DVector::zeros(self.scale().len())),
-            _ => Ok((turned(step)? - turned(-step)?) / (2.0 * step)),
-        }
+        Ok((turned(step)? - turned(-step)?) / (2.0 * step))
     }
 
     /// The state in which the bodies move at these twists (angular first) and the rods follow as they would without mass: their rates are
