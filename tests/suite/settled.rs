@@ -124,7 +124,7 @@ fn rods_of_small_mass_settle_under_their_weight() {
         }
     }
     // With less weight the rod is ever straighter, up to where steps follow its deflection alone.
-    for weight in [0.05, 0.02, 0.01, 0.005, 1e-3, 1e-6] {
+    for weight in [0.05, 0.02, 0.01, 0.005, 1e-3, 1e-5] {
         let light = planar("", "")
             .replace("[0.0, -0.5]", &format!("[0.0, -{weight:e}]"))
             .replace("duration = 1.0", "duration = 0.1");
@@ -133,7 +133,7 @@ fn rods_of_small_mass_settle_under_their_weight() {
         let wanted = -(1.0 + 0.375 * 0.05) / 3.0 * weight;
         for y in table.reals("y") {
             let off = (y / wanted - 1.0).abs();
-            assert!(off < 1e-4 + weight * weight, "{weight}: {y}, {wanted}");
+            assert!(off < 5e-5 + weight * weight, "{weight}: {y}, {wanted}");
         }
         let first = table.reals("y")[0];
         let moved = table.reals("y").iter().map(|y| (y / first - 1.0).abs());
