@@ -161,6 +161,7 @@ mod small_creep;
 mod stable_count;
 mod stiff;
 mod stiff_rods;
+mod stiff_stubs;
 mod straight;
 mod straight_starts;
 #[cfg(feature = "scene")]

@@ -174,7 +174,7 @@ impl AssemblyRun {
         let along = (ALONG * local).max(FINEST);
         let start = &assembly.spun(start, along)?;
         let state = assembly.state(start, &Integrals::default());
-        let at = assembly.evaluated(&state, along).ok_or_else(|| {
+        let mut at = assembly.evaluated(&state, along).ok_or_else(|| {
             Error::domain("the rods cannot be followed under the wrenches of the start")
         })?;
         // From here on a chart changes between steps alone.
@@ -192,12 +192,21 @@ impl AssemblyRun {
             )));
         }
         let links = assembly.links().len();
-        let numbers = Numbers(state);
+        let mut numbers = Numbers(state);
         let mut slope = numbers.clone();
         let mut watch = vec![Sight::default(); links];
-        assembly
-            .write_slope(&numbers.0, None, along, &mut slope.0, |k, sight| watch[k] = sight)
-            .ok_or_else(|| {
+        let mut begin = |assembly: &Assembly, numbers: &Numbers| {
+            let see = |k: usize, sight| watch[k] = sight;
+            assembly.write_slope(&numbers.0, None, along, &mut slope.0, see)
+        };
+        let mut defined = begin(&assembly, &numbers);
+        if defined.is_some() && Arc::make_mut(&mut assembly).allow(options.tolerance, &at) {
+            let ends = assembly.evaluated(&numbers.0, along).unwrap_or(at);
+            numbers = Numbers(assembly.slid(numbers.0, &ends));
+            at = assembly.evaluated(&numbers.0, along).unwrap_or(ends);
+            defined = begin(&assembly, &numbers);
+        }
+        defined.ok_or_else(|| {
                 let nearest = |a: &usize, b: &usize| watch[*a].det.abs().total_cmp(&watch[*b].det.abs());
                 let rod = (0..links).min_by(nearest).unwrap_or(0);
                 Error::ill_conditioned(format!(
@@ -292,8 +301,7 @@ impl AssemblyRun {
         if sample.drift() <= self.drifted() {
             return Some(sample);
         }
-        let charts = assembly.corrected(&sample.at);
-        let held = charts.map(|charts| assembly.with_charts(state, &charts));
+        let held = assembly.joined(state, &sample.at);
         held.and_then(|state| self.describe(assembly, &state))
             .or(Some(sample))
     }

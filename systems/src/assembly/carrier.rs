@@ -240,6 +240,11 @@ impl Carrier {
         self.groove.as_ref().map(|_| state[position][0])
     }
 
+    /// True if no groove holds it.
+    pub(super) fn is_free(&self) -> bool {
+        self.groove.is_none()
+    }
+
     /// Writes the rates of its part `state` of a state at time `t` into `out`, times `rate`, under the wrench of its rods about its
     /// reference point in the world. Returns the power of the loads in time and the loss by drag.
     pub fn write_rates(

@@ -1,6 +1,7 @@
 //! A rod between two attachments: its chart, the wrenches on what carries it, and its tangent.
 
 use super::along::{Along, Borne};
+use super::give::Give;
 use super::taut::Seen;
 use super::{Assembly, Place};
 use crate::body::Support;
@@ -80,6 +81,14 @@ impl Attachment {
         }
     }
 
+    /// The body that carries it.
+    pub(super) fn carried_by(&self) -> Option<usize> {
+        match self.on {
+            On::Body(body) => Some(body),
+            On::Ground | On::Support(_) => None,
+        }
+    }
+
     /// Distance from the origin of the frame that it is in.
     pub(super) fn lever(&self) -> f64 {
         self.place.translation.vector.norm()
@@ -132,6 +141,9 @@ pub struct Link {
     pub(super) warm: Warm<Taut>,
     /// Beside the end of a taut rod, in B/L^3.
     pub(super) spring: f64,
+    /// Between the end of a rod that cannot stretch and its attachment, and how far that may give way, in lengths of the rod.
+    pub(super) give: Option<Give>,
+    pub(super) unseen: f64,
     pub(super) diameter: Option<f64>,
     /// What it bears along it.
     pub(super) load: Option<Borne>,
@@ -208,6 +220,8 @@ impl Link {
             seen: Seen::default(),
             warm: Warm::default(),
             spring: 0.0,
+            give: None,
+            unseen: 0.0,
             diameter: None,
             load: None,
             keeps_trace: false,
@@ -274,9 +288,14 @@ impl Link {
     /// # Errors
     /// As [`Rod::end`].
     pub fn end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
-        if self.load.is_some() {
-            return self.loaded_end(q, tolerance);
-        }
+        let end = match self.load {
+            Some(_) => self.loaded_end(q, tolerance),
+            None => self.unloaded_end(q, tolerance),
+        };
+        Ok(self.sprung(end?))
+    }
+
+    fn unloaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
         let units = self.units();
         let base = q.component_mul(&units);
         let (found, trace) = match self.keeps_trace {

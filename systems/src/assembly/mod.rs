@@ -16,6 +16,7 @@ mod contact;
 mod equations;
 mod fold;
 mod free;
+mod give;
 mod implicit;
 mod inertia;
 mod landing;
@@ -38,6 +39,7 @@ pub use carrier::{Carrier, Mass, Place};
 pub use contact::{Contact, Nearness, Tube};
 pub use fold::{AssemblyFold, Motion};
 pub use free::FreeRod;
+pub use give::Give;
 pub use implicit::Linearised;
 pub use inertia::{LightRod, Weighed};
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
@@ -159,6 +161,20 @@ impl Assembly {
     /// Sets the spring beside the end of rod `k` ([`Link::beside_spring`]).
     pub fn brace(&mut self, k: usize, stiffness: f64) {
         self.links[k].beside_spring(stiffness);
+    }
+
+    /// Lets rods that cannot stretch give way by what a motion of this tolerance does not see ([`Link::allow`]), as it begins; true if one does so at once.
+    pub fn allow(&mut self, tolerance: f64, at: &Evaluated) -> bool {
+        for (link, point) in self.links.iter_mut().zip(&at.points) {
+            link.allow(tolerance);
+            link.let_give(link.better_give(&point.end));
+        }
+        self.links.iter().any(|link| link.give().is_some())
+    }
+
+    /// Sets what stands between the end of rod `k` and its attachment ([`Link::let_give`]).
+    pub fn let_give(&mut self, k: usize, give: Option<Give>) {
+        self.links[k].let_give(give);
     }
 
     /// The first time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.

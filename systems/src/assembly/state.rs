@@ -9,8 +9,9 @@
 //! xi_k the twist of the end of rod k relative to its base. Where a rod nears its fold, det J_k = 0, time itself is slowed,
 //! t' = det J_k/d, and q_k' = adj(J_k) xi_k/d: both are smooth through the fold, which is where t' = 0.
 
-use super::{Assembly, Carrier, LinkPoint, Place, Seen, Spin};
+use super::{Assembly, Carrier, Give, LinkPoint, Place, Seen, Spin};
 use crate::manifold::adjugate_times;
+use crate::math::se3::halves;
 use crate::rod::Wrench;
 use nalgebra::{DVector, Isometry3, Vector3, Vector6};
 use std::ops::Range;
@@ -71,6 +72,8 @@ pub struct Sight {
     pub better: Seen,
     /// The spring that should stand beside its end ([`super::Link::better_spring`]).
     pub spring: f64,
+    /// What should stand between its end and its attachment ([`super::Link::better_give`]).
+    pub give: Option<Give>,
 }
 
 /// Time and the integrals that the ledger needs.
@@ -222,9 +225,9 @@ impl Assembly {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
             let better = link.better_seen(&now.charts[k], &point.held());
-            let spring = match better {
-                Seen::Taut => link.better_spring(&point.end),
-                _ => 0.0,
+            let (spring, give) = match better {
+                Seen::Taut => (link.better_spring(&point.end), None),
+                _ => (0.0, link.better_give(&point.end)),
             };
             let gap = link.apart(point);
             seen(
@@ -234,6 +237,7 @@ impl Assembly {
                     gap,
                     better,
                     spring,
+                    give,
                 },
             );
             dets.push(det);
@@ -327,18 +331,45 @@ impl Assembly {
         force.collect()
     }
 
-    /// The charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold.
+    /// The charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. Along rods that are all but straight the place of
+    /// the end does not tell the force, which is left as it is.
     pub fn corrected(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
         rods.map(|((link, point), q)| {
-            let change = point
-                .end
-                .jacobian
-                .full_piv_lu()
-                .solve(&point.gap(link.joint()))?;
-            Some(q + change)
+            let gap = point.gap(link.joint());
+            let change = match link.give() {
+                Some(give) => link.moved_across(&give, &point.end, &gap),
+                None => point.end.jacobian.full_piv_lu().solve(&gap),
+            };
+            Some(q + change?)
         })
         .collect()
+    }
+
+    /// A state whose rods are brought to their attachments: their charts are [`Assembly::corrected`], and along rods that are all but straight the
+    /// bodies are moved.
+    pub fn joined(&self, state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
+        Some(self.slid(self.with_charts(state, &self.corrected(at)?), at))
+    }
+
+    /// A state whose bodies are moved along the rods that are all but straight, to the ends of these. One in a groove goes along that alone, and stays.
+    pub fn slid(&self, mut state: DVector<f64>, at: &Evaluated) -> DVector<f64> {
+        let mut bodies = at.now.bodies.clone();
+        let starts: Vec<_> = self.starts().collect();
+        for (link, point) in self.links().iter().zip(&at.points) {
+            let Some(give) = link.give() else { continue };
+            let missing = give.along.dot(&halves(&point.gap(link.joint())).1);
+            let way = point.base.pose.rotation * give.along * missing;
+            let (to, from) = (link.to.carried_by(), link.from.carried_by());
+            let moved = to.map(|body| (body, -way)).or(from.map(|body| (body, way)));
+            if let Some((body, way)) = moved.filter(|(k, _)| starts[*k].1.is_free()) {
+                let (start, carrier) = starts[body];
+                bodies[body].pose.translation.vector += way;
+                let slots = start..start + carrier.numbers();
+                carrier.write(&bodies[body], &mut state.as_mut_slice()[slots]);
+            }
+        }
+        state
     }
 
     /// Kinetic, elastic and potential energy.

@@ -1,10 +1,9 @@
-//! What the charts of rods stand for, as they are pulled taut and let go.
+//! What the charts of rods stand for, as they are pulled taut and let go, and which rods give way along themselves.
 
 use super::step::LOOSE;
 use super::{AssemblyRun, Chart, Numbers};
 use crate::error::Result;
 use crate::motion::locate::Timed;
-use crate::rod::Wrench;
 use std::sync::Arc;
 
 impl AssemblyRun {
@@ -13,7 +12,9 @@ impl AssemblyRun {
     pub(super) fn look(&mut self) -> bool {
         let links = self.assembly.links().iter().zip(&self.watch).enumerate();
         let changed: Vec<_> = links
-            .filter(|(_, (link, rod))| link.seen() != rod.better || link.spring() != rod.spring)
+            .filter(|(_, (link, rod))| {
+                (link.seen(), link.spring(), link.give()) != (rod.better, rod.spring, rod.give)
+            })
             .map(|(k, (_, rod))| (k, *rod))
             .collect();
         if changed.is_empty() {
@@ -27,22 +28,18 @@ impl AssemblyRun {
         for (k, rod) in &changed {
             other.see(*k, rod.better);
             other.brace(*k, rod.spring);
+            other.let_give(*k, rod.give);
         }
         // The couples of rods that were taut are those that their forces make.
-        let told = |charts: &[Wrench]| {
-            let state = self.solver.state().0.clone();
-            Numbers(self.assembly.with_charts(state, charts))
-        };
-        let state = told(&at.now.charts);
+        let told = (self.assembly).with_charts(self.solver.state().0.clone(), &at.now.charts);
         let agrees = other
-            .evaluated(&state.0, along)
+            .evaluated(&told, along)
             .filter(|there| other.drift(there) <= LOOSE * self.options.tolerance)
-            .and_then(|there| other.corrected(&there));
+            .and_then(|there| other.joined(told, &there));
         self.extra.evaluations += 2;
-        let Some(charts) = agrees else {
+        let Some(state) = agrees.map(Numbers) else {
             return false;
         };
-        let state = told(&charts);
         let before = std::mem::replace(&mut self.assembly, Arc::new(other));
         let h = self.solver.next_step();
         if self.resume(state, None, h).is_none() {
@@ -64,10 +61,12 @@ impl AssemblyRun {
         let point = rod.sought().point(t, &now.bodies, q, self.along())?;
         let seen = rod.better_seen(q, &point.held());
         let spring = rod.better_spring(&point.end);
+        let give = rod.better_give(&point.end);
         let taut = seen == Chart::Taut;
         let assembly = Arc::make_mut(&mut self.assembly);
         assembly.see(link, seen);
         assembly.brace(link, if taut { spring } else { 0.0 });
+        assembly.let_give(link, if taut { None } else { give });
         Ok(())
     }
 }

@@ -159,7 +159,7 @@ impl AssemblyRun {
         let state = self.solver.state().clone();
         let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
-        let held = (self.assembly).with_charts(state.0, &self.assembly.corrected(&at)?);
+        let held = self.assembly.joined(state.0, &at)?;
         let h = self.solver.next_step();
         self.resume(Numbers(held), self.slowed.clone(), h)
     }
