@@ -1,6 +1,7 @@
 //! A sweep in its directory, chunk by chunk.
 
 use crate::convert::refused;
+use crate::hooks::Watch;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use snaprod::study::sweep::{Directory, Sweep as Study};
@@ -32,15 +33,17 @@ impl Sweep {
         columns: Vec<String>,
         path: PathBuf,
     ) -> PyResult<Self> {
+        let mut watch = Watch::new(None);
         let directory = py.detach(|| {
             let vary = vary.iter().map(|text| Vary::parse(text));
             let vary = vary.collect::<snaprod::Result<Vec<_>>>()?;
             let sweep = Study::new(scene, set, vary, random, columns)?;
             match sweep.refused() {
                 Some(why) => Err(snaprod::Error::domain(why)),
-                None => Directory::open(sweep, &path),
+                None => Directory::open(sweep, &path, &mut watch),
             }
         });
+        watch.finish()?;
         Ok(Self {
             directory: directory.map_err(|e| refused(&e))?,
             stopped: AtomicBool::new(false),

@@ -78,8 +78,19 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         .build()
         .map_err(|e| Refusal(format!("--threads: {e}")))?;
     let out = Output::open(Some(&directory), FILES, args.figures)?;
-    let sweep = Directory::open(sweep, &directory)?;
     signals::watch();
+    let opened = Directory::open(sweep, &directory, &mut Asked);
+    if opened.is_err() && signals::interrupted() {
+        print_error("interrupted: no point is made yet");
+        return Ok(Ending::Short);
+    }
+    let sweep = opened?;
+    for file in sweep.damaged() {
+        print_error(&format!(
+            "warning: {} does not hold its rows: it is made anew",
+            file.display()
+        ));
+    }
     let missing = sweep.missing();
     let tally = Tally {
         done: AtomicUsize::new(0),
@@ -170,7 +181,7 @@ fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
     )?;
     match sweep.refused() {
         Some(why) => Err(Refusal(format!("{}: {why}", path.display()))),
-        None => Ok(sweep.telling(args.map_columns())),
+        None => Ok(sweep.telling(args.map_columns())?),
     }
 }
 
@@ -206,6 +217,15 @@ impl SweepArgs {
             }
             None => Ok(None),
         }
+    }
+}
+
+/// The hooks of the point in which columns are looked for: signals interrupt.
+struct Asked;
+
+impl Hooks for Asked {
+    fn interrupted(&mut self) -> bool {
+        signals::interrupted()
     }
 }
 

@@ -97,6 +97,7 @@ pub use groove::{Groove, GrooveCircle, GrooveLine};
 pub use light::RodMassNote;
 pub use loads::{Force, Load, LoadAlong, Loads};
 pub use parameter::Parameter;
+pub(crate) use read::{is_count, nearest};
 pub use read::{json_schema, reference};
 pub use rod::{Bends, Inertia, Material, Model, Rod};
 pub use run::Run;

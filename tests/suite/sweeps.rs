@@ -2,7 +2,7 @@
 
 use crate::program::Place;
 use snaprod::scene::Scene;
-use snaprod::study::sweep::{Sweep, Vary, fields};
+use snaprod::study::sweep::{Sweep, Vary, fields, records};
 use snaprod::study::{Silent, Table, run};
 
 pub const SCENE: &str = r#"
@@ -230,11 +230,119 @@ fn a_column_stands_in_the_table_once() {
     run("twice --column start.velocity.1 --column body.mass --column end.x --column end.x").json(0);
     assert_eq!(names("twice"), [&varied[..], &["end.x", "why"]].concat());
 
-    let said = run("wrong --map end.modes");
-    assert!(
-        said.stderr.contains("--map end.modes: no point has it"),
-        "{}",
-        said.stderr
-    );
     assert!(run("none --map ,").refusal().contains("no column is named"));
+    // What is told of events depends on the point: of none it is told at the end.
+    let said = run("events --column events.7.t").stderr;
+    assert!(
+        said.contains("--column events.7.t: no point has it"),
+        "{said}"
+    );
+
+    // Names that no point has are told before the sweep is made, and its directory is still anybody's.
+    for (asked, why) in [
+        ("--map end.modes", "did you mean end.mode? end has"),
+        ("--column end", "end has"),
+        ("--column end.x.y", "end.x has no fields"),
+        ("--column point", "column point: every sweep"),
+        ("--map why", "column why: every sweep"),
+    ] {
+        let refused = run(&format!("wrong {asked}"));
+        assert!(refused.refusal().contains(why), "{asked}: {refused:?}");
+        assert!(!place.join("wrong/sweep.json").exists());
+    }
+    let unnamed = place.run(&[
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "body.mass=1:2:2",
+        "--column",
+        "",
+    ]);
+    assert!(
+        unnamed.refusal().contains("its name is empty"),
+        "{unnamed:?}"
+    );
+    run("wrong --map end.mode").json(0);
+}
+
+/// Catches files of others that are removed, rows of a sweep with other values between the same ends, a chunk that is lost for a damage that it could be made
+/// anew after, and a damage that is told as another sweep.
+#[test]
+fn a_directory_holds_the_rows_of_its_sweep_alone() {
+    let place = Place::new("owned");
+    place.write("scene.toml", SCENE);
+    std::fs::create_dir_all(place.join("swept/chunks")).unwrap();
+    place.write("swept/chunks/thesis.txt", "mine");
+    let run = |vary: &str| {
+        let words = ["sweep", "scene.toml", "--vary", vary, "--column", "end.x"];
+        place.run(&[&words[..], &["--out", "swept", "--json"]].concat())
+    };
+    let refused = run("body.mass=1:4:3");
+    assert!(
+        refused.refusal().contains("thesis.txt is there"),
+        "{refused:?}"
+    );
+    assert_eq!(place.read("swept/chunks/thesis.txt"), "mine");
+    std::fs::remove_file(place.join("swept/chunks/thesis.txt")).unwrap();
+
+    run("body.mass=1:4:3").json(0);
+    let table = place.read("swept/sweep.csv");
+    let refused = run("body.mass=log:1:4:3");
+    assert!(
+        refused.refusal().contains("(it differs in: logarithmic)"),
+        "{refused:?}"
+    );
+
+    let chunk = place.read("swept/chunks/000001.csv");
+    place.write("swept/chunks/000001.csv", &chunk[..chunk.len() / 2]);
+    let again = run("body.mass=1:4:3");
+    assert!(
+        again.stderr.contains("000001.csv does not hold its rows"),
+        "{again:?}"
+    );
+    assert!(again.stdout.contains("\"made\": 1"), "{again:?}");
+    assert_eq!(place.read("swept/sweep.csv"), table);
+
+    place.write("swept/sweep.json", "{\"scene\": ");
+    let refused = run("body.mass=1:4:3");
+    assert!(
+        refused.refusal().contains("sweep.json is damaged"),
+        "{refused:?}"
+    );
+}
+
+/// Catches a record that is cut where a value has a line feed.
+#[test]
+fn values_with_line_feeds_stay_whole() {
+    let place = Place::new("feeds");
+    place.write("scene.toml", SCENE);
+    let vary = "start.velocity=[\n[0.0,\n 0.3],\n[0.0, 0.1]\n]";
+    let words = ["sweep", "scene.toml", "--vary", vary, "--column", "end.x"];
+    place
+        .run(&[&words[..], &["--out", "swept", "--json"]].concat())
+        .json(0);
+    let table = place.read("swept/sweep.csv");
+    let rows: Vec<Vec<String>> = records(&table).map(fields).collect();
+    assert_eq!(rows[0], ["point", "start.velocity", "end.x", "why"]);
+    assert_eq!((&*rows[1][1], &*rows[2][1]), ("[0.0,\n 0.3]", "[0.0, 0.1]"));
+    assert!(rows.len() == 3 && rows[1..].iter().all(|row| row[2].parse::<f64>().is_ok()));
+}
+
+/// Catches ranges of fields that count, which no scene takes with a point, and numbers that become whole with them.
+#[test]
+fn fields_that_count_take_whole_numbers() {
+    let values = |vary: &str| -> Vec<String> {
+        let sweep = swept(&[vary], None, &["end.x"]);
+        let all = 0..sweep.points();
+        all.map(|point| sweep.values(point)[0].clone()).collect()
+    };
+    assert_eq!(values("rod.cells=20:40:3"), ["20", "30", "40"]);
+    assert_eq!(
+        values("run.samples=log:3:48:5"),
+        ["3", "6", "12", "24", "48"]
+    );
+    assert_eq!(values("rod[1].nodes=4:5:3"), ["4", "4.5", "5"]);
+    assert_eq!(values("body.mass=1:3:3"), ["1.0", "2.0", "3.0"]);
+    let sweep = swept(&["run.samples=3:5:3"], None, &["end.x"]);
+    assert!((0..3).all(|point| sweep.scene(point).is_ok()));
 }

@@ -1,5 +1,6 @@
 //! What is said of a field of a scene: the kinds of scenes that have it, its form, its unit, whether it must be given.
 
+use super::fields::TOP;
 use super::rule::Rule;
 
 /// Kinds of scenes, as bits.
@@ -95,6 +96,26 @@ pub(super) enum Form {
     Array(&'static Form),
     /// One of several.
     OneOf(&'static [Form]),
+}
+
+/// True if the field at a dotted path, as overrides have it, is a whole number.
+pub(crate) fn is_count(path: &str) -> bool {
+    let steps = path.split('.');
+    let names = steps.map(|step| step.split('[').next().unwrap_or_default().trim());
+    counts(&Form::Table(&TOP), &names.collect::<Vec<_>>())
+}
+
+fn counts(form: &Form, steps: &[&str]) -> bool {
+    match (form, steps) {
+        (Form::Count(..), []) => true,
+        (Form::Table(spec), [name, rest @ ..]) => {
+            let mut named = spec.fields.iter().filter(|field| field.name == *name);
+            named.any(|field| counts(&field.form, rest))
+        }
+        (Form::Array(inner), _) => counts(inner, steps),
+        (Form::OneOf(forms), _) => forms.iter().any(|form| counts(form, steps)),
+        _ => false,
+    }
 }
 
 /// Whether a field must be given.

@@ -28,8 +28,10 @@ mod words;
 
 use super::Scene;
 pub use document::{json_schema, reference};
+pub(crate) use form::is_count;
 pub(super) use scene::scene;
 pub(super) use sources::Sources;
+pub(crate) use words::nearest;
 
 /// One syntax fault at byte `at`.
 pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Faults {

@@ -30,7 +30,7 @@ pub(super) fn vector_words(count: usize) -> &'static str {
 
 /// The nearest of `names` to `word`, if near enough for a typing slip: one edit, and one more for
 /// every four letters; or one name that contains the other.
-pub(super) fn nearest<'n>(word: &str, names: &mut dyn Iterator<Item = &'n str>) -> Option<&'n str> {
+pub(crate) fn nearest<'n>(word: &str, names: &mut dyn Iterator<Item = &'n str>) -> Option<&'n str> {
     if word.len() > LONGEST_NAME {
         return None;
     }

@@ -3,7 +3,7 @@
 //! A chunk is written aside and renamed: whatever ends its maker, a file is whole or not there, and whoever comes next goes on with
 //! what is missing.
 
-use super::{Interrupted, Sweep, fields};
+use super::{Interrupted, Sweep, fields, records};
 use crate::error::{Error, Result};
 use crate::study::export::Array;
 use crate::study::{Csv, Hooks, json_text};
@@ -27,11 +27,13 @@ pub struct Directory {
 }
 
 impl Directory {
-    /// Makes the directory that of this sweep, or finds that it is.
+    /// Makes the directory that of this sweep, or finds that it is. Before it becomes that, the quantities that were asked for are looked for in what
+    /// comes of a point, which `hooks` may interrupt.
     ///
     /// # Errors
-    /// One that holds another sweep, or cannot be written.
-    pub fn open(sweep: Sweep, path: &Path) -> Result<Self> {
+    /// One that holds another sweep, or files of somebody else where the chunks would be, or cannot be written; a quantity that no point has;
+    /// an interrupt.
+    pub fn open(sweep: Sweep, path: &Path, hooks: &mut dyn Hooks) -> Result<Self> {
         let opened = Self {
             chunks: sweep.chunks(),
             sweep,
@@ -39,30 +41,50 @@ impl Directory {
         };
         let plan = path.join(PLAN);
         let identity = opened.sweep.identity();
-        if plan.exists() {
-            let there: Value = serde_json::from_str(&read(&plan)?).unwrap_or(Value::Null);
-            if there == identity {
-                return Ok(opened);
+        if !plan.exists() {
+            let wrong = opened.sweep.misnamed(hooks);
+            let wrong = wrong.map_err(|Interrupted| {
+                Error::domain("interrupted before the names of the columns were looked for")
+            })?;
+            if let Some(why) = wrong {
+                return Err(Error::domain(why));
             }
-            let keys = identity.as_object().into_iter().flatten();
-            let differ: Vec<&str> = keys
-                .filter(|(key, value)| there[key.as_str()] != **value)
-                .map(|(key, _)| key.as_str())
-                .collect();
-            return Err(Error::domain(format!(
-                "{} holds another sweep (it differs in: {}); choose another directory with --out, or remove that one",
-                path.display(),
-                differ.join(", ")
-            )));
+            let chunks = path.join(CHUNKS);
+            fs::create_dir_all(&chunks).map_err(|e| cannot("make", &chunks, e))?;
+            let mut there = fs::read_dir(&chunks).into_iter().flatten().flatten();
+            // Another, who makes the same, writes the plan before any chunk.
+            if let Some(stranger) = there.find(|entry| !is_aside(&entry.path()))
+                && !plan.exists()
+            {
+                return Err(Error::domain(format!(
+                    "{} is there, and no {PLAN} beside {CHUNKS} says what it belongs to; choose another directory with --out, or move it away",
+                    stranger.path().display()
+                )));
+            }
+            if !plan.exists() {
+                whole(&plan, json_text(identity.clone()).as_bytes())?;
+            }
         }
-        let chunks = path.join(CHUNKS);
-        fs::create_dir_all(&chunks).map_err(|e| cannot("make", &chunks, e))?;
-        // Chunks of nobody knows what.
-        for entry in fs::read_dir(&chunks).into_iter().flatten().flatten() {
-            fs::remove_file(entry.path()).map_err(|e| cannot("remove", &entry.path(), e))?;
+        let there: Value = serde_json::from_str(&read(&plan)?).map_err(|e| {
+            Error::domain(format!(
+                "{} is damaged ({e}), and nothing else says what the chunks beside it belong to; remove {}, or choose another directory with --out",
+                plan.display(),
+                path.display()
+            ))
+        })?;
+        if there == identity {
+            return Ok(opened);
         }
-        whole(&plan, json_text(identity).as_bytes())?;
-        Ok(opened)
+        let keys = identity.as_object().into_iter().flatten();
+        let differ: Vec<&str> = keys
+            .filter(|(key, value)| there[key.as_str()] != **value)
+            .map(|(key, _)| key.as_str())
+            .collect();
+        Err(Error::domain(format!(
+            "{} holds another sweep (it differs in: {}); choose another directory with --out, or remove that one",
+            path.display(),
+            differ.join(", ")
+        )))
     }
 
     /// The sweep.
@@ -80,17 +102,37 @@ impl Directory {
         self.chunks.get(chunk).map_or(0, ExactSizeIterator::len)
     }
 
-    /// The chunks that are not made yet.
+    /// The chunks that are not made yet, or are damaged.
     pub fn missing(&self) -> Vec<usize> {
         let all = 0..self.chunks.len();
-        all.filter(|k| !self.file(*k).exists()).collect()
+        all.filter(|k| self.chunk(*k).is_none()).collect()
+    }
+
+    /// The files of chunks that do not hold the rows of their points, since somebody changed them.
+    pub fn damaged(&self) -> Vec<PathBuf> {
+        let missing = self.missing().into_iter().map(|k| self.file(k));
+        missing.filter(|file| file.exists()).collect()
     }
 
     /// How many points are in chunks that are made.
     pub fn kept(&self) -> usize {
-        let all = 0..self.chunks.len();
-        let made = all.filter(|k| self.file(*k).exists());
-        made.map(|k| self.points_of(k)).sum()
+        let missing = self.missing().into_iter().map(|k| self.points_of(k));
+        self.sweep.points() - missing.sum::<usize>()
+    }
+
+    /// The text of a chunk and its cells; None if it is not there, or not whole.
+    fn chunk(&self, k: usize) -> Option<(String, Vec<Vec<String>>)> {
+        let text = fs::read_to_string(self.file(k)).ok()?;
+        let cells: Vec<Vec<String>> = records(&text).map(fields).collect();
+        let columns = self.sweep.table().columns.len();
+        let is_row = |(row, point): (&Vec<String>, usize)| {
+            row.len() == columns && row[0].parse() == Ok(point)
+        };
+        let points = self.chunks[k].clone();
+        let is_whole = text.ends_with('\n')
+            && cells.len() == points.len()
+            && cells.iter().zip(points).all(is_row);
+        is_whole.then_some((text, cells))
     }
 
     /// Makes a chunk, unless somebody has; false if `hooks` interrupted it.
@@ -104,7 +146,7 @@ impl Directory {
                 self.chunks.len()
             )));
         };
-        if self.file(chunk).exists() {
+        if self.chunk(chunk).is_some() {
             return Ok(true);
         }
         match self.sweep.rows(points.clone(), hooks) {
@@ -116,7 +158,7 @@ impl Directory {
     /// All rows, once no chunk is missing; what makers that were ended have left aside is removed.
     ///
     /// # Errors
-    /// A chunk that is missing, or was changed.
+    /// A chunk that is missing, or damaged.
     pub fn rows(&self) -> Result<Rows> {
         for directory in [&self.path, &self.path.join(CHUNKS)] {
             for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
@@ -126,23 +168,21 @@ impl Directory {
                 }
             }
         }
-        let mut text = String::new();
-        for k in 0..self.chunks.len() {
-            text += &read(&self.file(k))?;
-        }
         let names = self.sweep.table().columns.into_iter();
         let names: Vec<String> = names.map(|c| c.name.into_owned()).collect();
-        let cells: Vec<Vec<String>> = text.lines().map(fields).collect();
-        if cells.len() != self.sweep.points() || cells.iter().any(|row| row.len() != names.len()) {
-            return Err(Error::domain(format!(
-                "the chunks do not hold the {} rows of the sweep: somebody changed them; remove the directory",
-                self.sweep.points()
-            )));
-        }
-        let mut csv = Vec::new();
+        let (mut csv, mut cells) = (Vec::new(), Vec::new());
         // Nothing fails in memory.
         let _ = Csv::new(&mut csv, &self.sweep.table());
-        csv.extend(text.as_bytes());
+        for k in 0..self.chunks.len() {
+            let (text, rows) = self.chunk(k).ok_or_else(|| {
+                Error::domain(format!(
+                    "{} does not hold its rows; make the sweep once more: what is whole is kept",
+                    self.file(k).display()
+                ))
+            })?;
+            csv.extend(text.as_bytes());
+            cells.extend(rows);
+        }
         Ok(Rows { names, cells, csv })
     }
 

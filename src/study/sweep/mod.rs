@@ -3,9 +3,12 @@
 //! A point is known by its number alone, and so is its row: chunks of rows can be made in any order, by any number of threads or
 //! machines, and are the same to the byte.
 
+mod csv;
 mod directory;
+mod names;
 mod vary;
 
+pub use csv::{fields, records};
 pub use directory::{Directory, Rows};
 pub use vary::Vary;
 
@@ -29,12 +32,17 @@ pub struct Sweep {
     random: Option<(usize, u64)>,
     /// Paths into the summary, or into `events`: "end.x", "events.-1.t".
     quantities: Vec<String>,
+    /// Those of them that were asked for; the others are what is usual, which some scenes do not have.
+    asked: Vec<String>,
 }
 
 /// The sweep was asked to end before the row of a point was whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
+/// Columns of every sweep.
+const POINT: &str = "point";
+const WHY: &str = "why";
 /// Most points of a sweep.
 const MOST: usize = 1_000_000_000;
 /// Points of a chunk at most; and about as many chunks as this at least.
@@ -46,7 +54,8 @@ impl Sweep {
     /// summary.json, with `events` for events.json; none: what is usual for the scene. What is varied has a column anyway.
     ///
     /// # Errors
-    /// Nothing to vary, or a field twice; a count that is missing in a grid, or given in a random sweep; no points, or more than 1e9.
+    /// Nothing to vary, or a field twice; a count that is missing in a grid, or given in a random sweep; no points, or more than 1e9; a
+    /// quantity without a name, or with that of a column of every sweep.
     pub fn new(
         scene: String,
         set: Vec<String>,
@@ -81,9 +90,10 @@ impl Sweep {
         let mut sweep = Self {
             scene,
             set,
-            vary,
+            vary: vary.into_iter().map(Vary::of_field).collect(),
             random,
             quantities: Vec::new(),
+            asked: Vec::new(),
         };
         let mut all = sweep.vary.iter().map(|one| one.count().unwrap_or(1));
         let all = all.try_fold(1usize, |all, n| all.checked_mul(n));
@@ -91,7 +101,7 @@ impl Sweep {
             Some(n) if (1..=MOST).contains(&n) => {}
             _ => return refuse(format!("a sweep has from 1 to {MOST} points")),
         }
-        sweep = sweep.telling(quantities);
+        sweep = sweep.telling(quantities)?;
         if sweep.quantities.is_empty() {
             sweep.quantities = sweep.usual()?;
         }
@@ -99,15 +109,31 @@ impl Sweep {
     }
 
     /// The sweep that tells these quantities too; those that have a column already are not told twice.
-    #[must_use]
-    pub fn telling(mut self, quantities: Vec<String>) -> Self {
+    ///
+    /// # Errors
+    /// One without a name, or with the name of a column that every sweep has.
+    pub fn telling(mut self, quantities: Vec<String>) -> Result<Self> {
         for path in quantities {
-            let column = self.column_of(&path);
-            if !(self.quantities.contains(&column) || self.varies(&column)) {
-                self.quantities.push(column);
+            if path.trim().is_empty() {
+                return Err(Error::domain(format!(
+                    "column {path:?}: its name is empty; write a path into summary.json, or into events, as in end.x or events.-1.t"
+                )));
             }
+            if [POINT, WHY].contains(&path.as_str()) {
+                return Err(Error::domain(format!(
+                    "column {path}: every sweep has a column of this name, which is no quantity of a point; leave it out"
+                )));
+            }
+            let column = self.column_of(&path);
+            if self.varies(&column) {
+                continue;
+            }
+            if !self.quantities.contains(&column) {
+                self.quantities.push(column.clone());
+            }
+            self.asked.push(column);
         }
-        self
+        Ok(self)
     }
 
     /// The name of the column of a quantity, or of a field that is varied, however its path is written.
@@ -162,7 +188,8 @@ impl Sweep {
             "first": texts(0),
             "last": texts(self.points() - 1),
             "counts": self.vary.iter().map(Vary::count).collect::<Vec<_>>(),
-            // Of a range the ends and the count say all, of a list only its values do.
+            // Of a range the ends, the count and the spacing say all, of a list only its values do.
+            "logarithmic": self.vary.iter().map(Vary::is_logarithmic).collect::<Vec<_>>(),
             "lists": self.vary.iter().map(Vary::listed).collect::<Vec<_>>(),
             "random": self.random.map(|(points, seed)| json!({ "points": points, "seed": seed })),
             "columns": self.quantities,
@@ -274,8 +301,8 @@ impl Sweep {
         let middle = varied
             .chain(told)
             .map(|(path, meaning)| Column::words(path.clone(), meaning));
-        let point = Column::integers("point", "its number, from 0");
-        let why = Column::words("why", "why the point has no run, or its run fell short");
+        let point = Column::integers(POINT, "its number, from 0");
+        let why = Column::words(WHY, "why the point has no run, or its run fell short");
         let columns = std::iter::once(point).chain(middle).chain([why]);
         Table::new("sweep", columns.collect())
     }
@@ -303,6 +330,21 @@ impl Sweep {
         Ok(String::from_utf8(text).unwrap_or_default())
     }
 
+    /// The summary of a point with its events, or why it has no run.
+    fn comes_of(
+        &self,
+        point: usize,
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<std::result::Result<Value, String>, Interrupted> {
+        let found = self
+            .scene(point)
+            .and_then(|scene| outcome(scene, hooks).map_err(|e| e.to_string()));
+        match found {
+            Ok(summary) if summary["outcome"] == "interrupted" => Err(Interrupted),
+            found => Ok(found),
+        }
+    }
+
     fn row(
         &self,
         point: usize,
@@ -310,12 +352,7 @@ impl Sweep {
     ) -> std::result::Result<Vec<Cell>, Interrupted> {
         let mut row = vec![Cell::from(point)];
         row.extend(self.values(point).into_iter().map(Cell::from));
-        let found = match self.scene(point) {
-            Ok(scene) => outcome(scene, hooks).map_err(|e| e.to_string()),
-            Err(faults) => Err(faults),
-        };
-        match found {
-            Ok(summary) if summary["outcome"] == "interrupted" => return Err(Interrupted),
+        match self.comes_of(point, hooks)? {
             Ok(summary) => {
                 let each = self.quantities.iter();
                 row.extend(each.map(|path| cell(&summary, path)));
@@ -357,11 +394,7 @@ pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     let mut at = summary;
     for step in path.split('.') {
         let inner = match at {
-            Value::Array(list) => {
-                let i = step.parse::<i64>().ok();
-                let from_end = |i: i64| if i < 0 { list.len() as i64 + i } else { i };
-                i.and_then(|i| list.get(usize::try_from(from_end(i)).ok()?))
-            }
+            Value::Array(list) => element(list, step),
             other => other.get(step),
         };
         let Some(inner) = inner else {
@@ -381,6 +414,13 @@ pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     }
 }
 
+/// An element of a list by its number, below 0 counted from the end.
+fn element<'v>(list: &'v [Value], step: &str) -> Option<&'v Value> {
+    let i = step.parse::<i64>().ok()?;
+    let from_start = if i < 0 { list.len() as i64 + i } else { i };
+    list.get(usize::try_from(from_start).ok()?)
+}
+
 /// A number in [0, 1) for each seed, point and field: two rounds of splitmix64's finaliser, a stream without a state.
 pub(in crate::study) fn chance(seed: u64, point: u64, field: u64) -> f64 {
     let mixed = |x: u64| {
@@ -391,30 +431,4 @@ pub(in crate::study) fn chance(seed: u64, point: u64, field: u64) -> f64 {
     };
     let x = mixed(mixed(mixed(seed) ^ point) ^ field);
     (x >> 11) as f64 / (1u64 << 53) as f64
-}
-
-/// The cells of a row of a sweep, as [`Sweep::rows`] writes it.
-pub fn fields(line: &str) -> Vec<String> {
-    let (mut quoted, mut out) = (false, vec![String::new()]);
-    let mut letters = line.chars().peekable();
-    while let Some(c) = letters.next() {
-        match (c, quoted) {
-            ('"', true) if letters.peek() == Some(&'"') => {
-                letters.next();
-            }
-            ('"', _) => {
-                quoted = !quoted;
-                continue;
-            }
-            (',', false) => {
-                out.push(String::new());
-                continue;
-            }
-            _ => {}
-        }
-        if let Some(last) = out.last_mut() {
-            last.push(c);
-        }
-    }
-    out
 }

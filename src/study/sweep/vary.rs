@@ -1,6 +1,7 @@
 //! What a sweep varies: a field of the scene, and the values that it takes.
 
 use crate::error::{Error, Result};
+use crate::scene::is_count;
 use crate::study::exact;
 
 /// A field of the scene and its values, written as `PATH=FROM:TO:COUNT`, `PATH=log:FROM:TO:COUNT` or `PATH=[A, B, ..]`; in a random
@@ -10,6 +11,8 @@ pub struct Vary {
     /// The dotted path of the field, as overrides have it: `start.velocity[1]`.
     pub path: String,
     values: Values,
+    /// True if the field is a whole number.
+    counts: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +30,8 @@ enum Values {
 
 /// Most values of one field.
 const MOST: usize = 100_000_000;
+/// A value of a field that counts is whole within this, relatively: logarithms round.
+const WHOLE: f64 = 1e-12;
 
 impl Vary {
     /// Reads what stands after `--vary`.
@@ -61,6 +66,7 @@ impl Vary {
             return Ok(Self {
                 path,
                 values: Values::List(list),
+                counts: false,
             });
         }
         let (log, range) = match values.strip_prefix("log:") {
@@ -95,7 +101,16 @@ impl Vary {
                 log,
                 count,
             },
+            counts: false,
         })
+    }
+
+    /// The same as values of its field: where a scene has a whole number there, whole values of a range are written as one.
+    pub(super) fn of_field(self) -> Self {
+        Self {
+            counts: is_count(&self.path),
+            ..self
+        }
     }
 
     /// A path as overrides have it: `velocity[1]` for `velocity.1`.
@@ -152,7 +167,13 @@ impl Vary {
                 let i = (part * list.len() as f64) as usize;
                 list[i.min(list.len() - 1)].clone()
             }
-            Values::Range { from, to, log, .. } => exact(between(part, [*from, *to], *log)),
+            Values::Range { from, to, log, .. } => {
+                let x = between(part, [*from, *to], *log);
+                match (x - x.round()).abs() <= WHOLE * x.abs() {
+                    true if self.counts => format!("{x:.0}"),
+                    _ => exact(x),
+                }
+            }
         }
     }
 

@@ -1,0 +1,116 @@
+//! Names of quantities, held against what comes of a point before the others are made.
+
+use super::{Interrupted, Sweep, element};
+use crate::scene::nearest;
+use crate::study::Hooks;
+use serde_json::Value;
+
+/// What comes before names in the list of events, whose length and kinds are other ones at every point.
+const EVENTS: &str = "events.";
+
+impl Sweep {
+    /// What is wrong with a quantity that was asked for: it is nothing that comes of the first point with a run, nor of the last point, of which
+    /// something else may come. None as well where nothing can be said, since none of the first points has a run.
+    ///
+    /// # Errors
+    /// [`Interrupted`] if `hooks` says so.
+    pub(super) fn misnamed(
+        &self,
+        hooks: &mut dyn Hooks,
+    ) -> std::result::Result<Option<String>, Interrupted> {
+        // What is usual is asked of scenes that do not have it, too: by who repeats the columns of another sweep.
+        let usual = self.usual().unwrap_or_default();
+        let may_lack = |path: &String| path.starts_with(EVENTS) || usual.contains(path);
+        let mut asked: Vec<&String> = self.asked.iter().filter(|path| !may_lack(path)).collect();
+        if asked.is_empty() {
+            return Ok(None);
+        }
+        let mut first = None;
+        for point in self.chunks()[0].clone() {
+            if let Ok(summary) = self.comes_of(point, hooks)? {
+                first = Some((point, summary));
+                break;
+            }
+        }
+        let Some((point, summary)) = first else {
+            return Ok(None);
+        };
+        asked.retain(|path| astray(&summary, path).is_some());
+        let last = self.points() - 1;
+        if !asked.is_empty()
+            && last != point
+            && let Ok(summary) = self.comes_of(last, hooks)?
+        {
+            asked.retain(|path| astray(&summary, path).is_some());
+        }
+        let wrong = asked
+            .first()
+            .and_then(|path| Some((path, astray(&summary, path)?)));
+        Ok(wrong.map(|(path, there)| {
+            let mut all = Vec::new();
+            quantities("", &summary, &mut all);
+            let meant = nearest(path, &mut all.iter().map(String::as_str));
+            let meant = meant.map_or(String::new(), |name| format!("did you mean {name}? "));
+            format!(
+                "column {path}: what comes of point {point} has no such number or word; {meant}{there}; what happens on the way is named as in \
+                 events.-1.t"
+            )
+        }))
+    }
+}
+
+/// Where a path leads to no number or word, in words; None if it leads to one, or to what another point may have: more elements of a
+/// list, fields of what is null.
+fn astray(summary: &Value, path: &str) -> Option<String> {
+    let mut at = summary;
+    let mut way = String::new();
+    for step in path.split('.') {
+        let inner = match at {
+            Value::Null => return None,
+            Value::Array(list) => match element(list, step) {
+                None if step.parse::<i64>().is_ok() => return None,
+                inner => inner,
+            },
+            other => other.get(step),
+        };
+        let Some(inner) = inner else {
+            return Some(holds(&way, at));
+        };
+        at = inner;
+        if !way.is_empty() {
+            way.push('.');
+        }
+        way.push_str(step);
+    }
+    matches!(at, Value::Array(_) | Value::Object(_)).then(|| holds(&way, at))
+}
+
+/// What there is at a path.
+fn holds(way: &str, at: &Value) -> String {
+    let way = if way.is_empty() { "the summary" } else { way };
+    match at {
+        Value::Object(fields) => {
+            let names: Vec<&str> = fields.keys().map(String::as_str).collect();
+            format!("{way} has {}", names.join(", "))
+        }
+        Value::Array(list) => format!("{way} has {} elements, counted from 0", list.len()),
+        _ => format!("{way} has no fields"),
+    }
+}
+
+/// The paths of all numbers and words in tables.
+fn quantities(way: &str, at: &Value, all: &mut Vec<String>) {
+    match at {
+        Value::Object(fields) => {
+            for (name, inner) in fields {
+                let path = match way {
+                    "" => name.clone(),
+                    _ => format!("{way}.{name}"),
+                };
+                quantities(&path, inner, all);
+            }
+        }
+        Value::Array(_) => {}
+        _ => all.push(way.to_owned()),
+    }
+}
